@@ -1,0 +1,17 @@
+//! The plain values that flow through carom: the rig, its strikes and their tracks.
+//!
+//! SI units everywhere (m, s, kg, rad, m/s). Positions are in the frame `table`: origin and axes of the
+//! robot's base projected onto the table, x away from the robot, y to its left, z up. Angles are measured
+//! from +x, counter-clockwise. Nothing here knows of logs, tables, simulators or files other than `rig.toml`.
+
+mod geometry;
+mod rig;
+mod split;
+mod strike;
+
+pub use geometry::Point;
+pub use rig::{
+    Camera, FieldTopic, Interval, Object, Rig, RigError, Robot, Shape, Striker, Table, Tip, Topics,
+};
+pub use split::{Split, split_of};
+pub use strike::{Command, Conditions, Reject, RejectReason, Strike, Track};

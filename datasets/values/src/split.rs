@@ -1,0 +1,68 @@
+//! Which strikes learn and which judge.
+
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+
+/// The part a strike plays; the paper's 90:10, twice.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Split {
+    /// Fits parameters and weights (81 %).
+    Train,
+    /// Chooses when to stop training (9 %).
+    Validation,
+    /// Judges, and takes no other part (10 %).
+    Test,
+}
+
+impl Split {
+    /// The name in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Train => "train",
+            Self::Validation => "validation",
+            Self::Test => "test",
+        }
+    }
+
+    /// The split of that name.
+    pub fn from_name(name: &str) -> Option<Self> {
+        [Self::Train, Self::Validation, Self::Test]
+            .into_iter()
+            .find(|split| split.name() == name)
+    }
+}
+
+/// The split of a strike, from its id and the seed alone: it never changes sides as data grows.
+pub fn split_of(strike_id: &str, seed: u64) -> Split {
+    let digest = Sha256::new()
+        .chain_update(seed.to_le_bytes())
+        .chain_update(strike_id)
+        .finalize();
+    let per_mille = |bytes: &[u8]| (u32::from(bytes[0]) * 256 + u32::from(bytes[1])) * 1000 / 65_536;
+    if per_mille(&digest[0..2]) < 100 {
+        Split::Test
+    } else if per_mille(&digest[2..4]) < 100 {
+        Split::Validation
+    } else {
+        Split::Train
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn splits_are_ninety_to_ten_twice() {
+        let count = |split| (0..20_000).filter(|i| split_of(&format!("{i:x}"), 7) == split).count();
+        assert!((1_850..2_150).contains(&count(Split::Test)));
+        assert!((1_650..1_950).contains(&count(Split::Validation)));
+    }
+
+    #[test]
+    fn a_strike_keeps_its_side_and_another_seed_deals_anew() {
+        assert_eq!(split_of("a1", 1), split_of("a1", 1));
+        assert!((0..100).any(|i| split_of(&i.to_string(), 1) != split_of(&i.to_string(), 2)));
+    }
+}

@@ -1,0 +1,148 @@
+//! A strike as it was logged, and why one was not kept.
+
+use serde::{Deserialize, Serialize};
+
+use crate::{Point, Split};
+
+/// What the robot was told to do: the plateau of the commanded end-effector velocity.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Command {
+    /// Speed of the plateau in m/s.
+    pub speed: f64,
+    /// Direction of the plateau in rad, from +x, counter-clockwise.
+    pub angle: f64,
+}
+
+/// The centroids of one strike from first motion to rest; all three have one length.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Track {
+    /// Seconds since first motion; the impact lies within one frame before zero.
+    pub t: Vec<f64>,
+    /// Metres in frame `table`.
+    pub x: Vec<f64>,
+    /// Metres in frame `table`.
+    pub y: Vec<f64>,
+}
+
+impl Track {
+    /// Number of frames.
+    pub fn len(&self) -> usize {
+        self.t.len()
+    }
+
+    /// Whether no frame was seen.
+    pub fn is_empty(&self) -> bool {
+        self.t.is_empty()
+    }
+
+    /// Centroid of one frame, in metres.
+    pub fn point(&self, frame: usize) -> Point {
+        Point::new(self.x[frame], self.y[frame])
+    }
+}
+
+/// When and in which log a strike was made: what drifting or session-wise effects depend on.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Conditions {
+    /// The log (session) that the strike comes from; empty for a strike yet to be made.
+    pub session: String,
+    /// Number of strikes before this one, over all logs, in order of time.
+    pub order: f64,
+}
+
+/// One strike that was kept.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Strike {
+    /// Hash of what was measured (16 hex digits): the same strike has the same id in any file.
+    pub id: String,
+    /// File name of its log, without folder.
+    pub log: String,
+    /// Its place among the strikes seen in that log, from 0, rejected ones included.
+    pub index: u32,
+    /// Stamp of first motion, in seconds since the epoch of the log's clock.
+    pub t_start: f64,
+    /// Where the object rested before, in metres.
+    pub initial: Point,
+    /// Where it first came to rest after, in metres.
+    pub stop: Point,
+    /// What was commanded.
+    pub command: Command,
+    /// Every centroid from first motion to rest.
+    pub track: Track,
+    /// Which part of learning and testing it belongs to.
+    pub split: Split,
+    /// Session and order, for effects that depend on them.
+    pub conditions: Conditions,
+}
+
+impl Strike {
+    /// Displacement from rest to rest, in metres.
+    pub fn path(&self) -> Point {
+        self.stop - self.initial
+    }
+}
+
+/// Why a strike that was seen was not kept.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum RejectReason {
+    /// The object was moving, or unseen, before the strike.
+    NoRestBefore,
+    /// The log ends, or the next strike comes, before the object rests.
+    NoRestAfter,
+    /// The object never moved.
+    NoMotion,
+    /// Too few frames around the impact, the slide or the rest.
+    FramesMissing,
+    /// A centroid lies outside the table.
+    OffTable,
+    /// A centroid or command is NaN or infinite.
+    NotFinite,
+    /// Stamps run backwards or stand still at zero.
+    ClockBackwards,
+    /// Numbers fit millimetres or degrees rather than metres and radians.
+    UnitsImplausible,
+    /// The same strike was read from another log.
+    Duplicate,
+    /// The file ends or is damaged within the strike.
+    Truncated,
+    /// The command never holds a plateau.
+    NoPlateau,
+    /// The stamps of centroids and commands disagree: motion before the arm could have struck.
+    ClockSkew,
+}
+
+impl RejectReason {
+    /// The name in files, such as `no_rest_before`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::NoRestBefore => "no_rest_before",
+            Self::NoRestAfter => "no_rest_after",
+            Self::NoMotion => "no_motion",
+            Self::FramesMissing => "frames_missing",
+            Self::OffTable => "off_table",
+            Self::NotFinite => "not_finite",
+            Self::ClockBackwards => "clock_backwards",
+            Self::UnitsImplausible => "units_implausible",
+            Self::Duplicate => "duplicate",
+            Self::Truncated => "truncated",
+            Self::NoPlateau => "no_plateau",
+            Self::ClockSkew => "clock_skew",
+        }
+    }
+}
+
+/// One strike that was seen and not kept.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Reject {
+    /// File name of its log, without folder.
+    pub log: String,
+    /// Its place among the strikes seen in that log, from 0.
+    pub index: u32,
+    /// Stamp at which the command left rest, in seconds (NaN is never used: 0 where no stamp can be had).
+    pub t_start: f64,
+    /// Why, from a closed list.
+    pub reason: RejectReason,
+    /// What was seen, with numbers, for a person.
+    pub detail: String,
+}

@@ -1,0 +1,28 @@
+//! The MuJoCo world that predicts strikes: one strike forwards ([`Worker::strike`]) and backwards ([`Worker::solve`]).
+//!
+//! A [`World`] is plain data (`world.toml`): parameters with 95 % intervals, launch scatter, and the effects added to it.
+//! A [`Simulator`] is a world compiled for one rig, shared between threads; each thread strikes with a [`Worker`] of its own.
+//! Nothing here knows of logs, tables, files of a run, or the artifact store.
+
+mod engine;
+pub mod effects;
+mod error;
+mod measured;
+mod parameter;
+mod profile;
+mod restitution;
+mod scene;
+mod simulator;
+mod solve;
+mod touch;
+mod world;
+
+pub use engine::mujoco_version;
+pub use error::WorldError;
+pub use measured::Estimate;
+pub use parameter::{PARAMETERS, ParameterSpec, parameter};
+pub use profile::Profile;
+pub use restitution::contact_solref;
+pub use simulator::{Simulated, Simulator, Steps, Worker};
+pub use solve::{Solution, SolveSettings, SolveStatus};
+pub use world::{AddedEffect, Scatter, World};

@@ -1,0 +1,164 @@
+//! The scene as MJCF text: a table, an object on its feet, a striker's tip.
+//!
+//! The object slides on planar joints and three or four feet, so it cannot rock; a ball has a free orientation instead.
+//! The cone is elliptic (MuJoCo's default pyramid is anisotropic), every contact an explicit pair (no mixing by maximum).
+
+use values::{Object, Rig, Shape, Tip};
+
+use crate::{World, WorldError};
+
+/// Mass of the striker in kg: its motion is prescribed, so any mass far above the object's does.
+const STRIKER_MASS: f64 = 1000.0;
+/// Radius of a foot in m.
+const FOOT: f64 = 0.002;
+/// Density in kg/m³ and viscosity in Pa·s of air at 20 °C.
+const AIR: (f64, f64) = (1.2, 1.8e-5);
+
+/// Names used in the scene.
+pub(crate) const FEET: usize = 4;
+
+/// Offsets in m of the feet from the centre: their friction against turning is that of an even pressure on the base.
+fn feet(object: &Object) -> [(f64, f64); FEET] {
+    let (a, b) = match object.shape {
+        // The mean distance from the centre of a disc is two thirds of its radius.
+        Shape::Cylinder => {
+            let arm = object.radius.unwrap_or(0.0) * 2.0 / 3.0 / std::f64::consts::SQRT_2;
+            (arm, arm)
+        }
+        // A square of half size h has mean distance 0.7652 h; the same share along each side for an oblong.
+        Shape::Box => {
+            let [x, y, _] = object.half_size.unwrap_or_default();
+            (0.7652 * x / std::f64::consts::SQRT_2, 0.7652 * y / std::f64::consts::SQRT_2)
+        }
+        Shape::Sphere => (0.0, 0.0),
+    };
+    [(a, b), (a, -b), (-a, b), (-a, -b)]
+}
+
+/// Height of the object's centre above the table, in m.
+pub(crate) fn centre_height(object: &Object) -> f64 {
+    match object.shape {
+        Shape::Cylinder => object.half_height.unwrap_or(0.0),
+        Shape::Box => object.half_size.unwrap_or_default()[2],
+        Shape::Sphere => object.radius.unwrap_or(0.0),
+    }
+}
+
+/// Moments of inertia of the uniform shape, in kg·m².
+fn inertia(object: &Object) -> [f64; 3] {
+    let m = object.mass;
+    match object.shape {
+        Shape::Cylinder => {
+            let (r, h) = (object.radius.unwrap_or(0.0), 2.0 * object.half_height.unwrap_or(0.0));
+            let side = m * (3.0 * r * r + h * h) / 12.0;
+            [side, side, 0.5 * m * r * r]
+        }
+        Shape::Box => {
+            let [x, y, z] = object.half_size.unwrap_or_default();
+            [m * (y * y + z * z) / 3.0, m * (x * x + z * z) / 3.0, m * (x * x + y * y) / 3.0]
+        }
+        Shape::Sphere => [0.4 * m * object.radius.unwrap_or(0.0).powi(2); 3],
+    }
+}
+
+fn body_geom(object: &Object) -> String {
+    match object.shape {
+        Shape::Cylinder => format!(
+            r#"type="cylinder" size="{} {}""#,
+            object.radius.unwrap_or(0.0),
+            object.half_height.unwrap_or(0.0)
+        ),
+        Shape::Box => {
+            let [x, y, z] = object.half_size.unwrap_or_default();
+            format!(r#"type="box" size="{x} {y} {z}""#)
+        }
+        Shape::Sphere => format!(r#"type="sphere" size="{}""#, object.radius.unwrap_or(0.0)),
+    }
+}
+
+/// The MJCF text of a rig in a world.
+pub(crate) fn mjcf(rig: &Rig, world: &World) -> Result<String, WorldError> {
+    let value = |name: &str| world.value(name);
+    let height = centre_height(&rig.object);
+    let [ix, iy, iz] = inertia(&rig.object);
+    let (ix, iy, iz) = (ix * value("inertia_x")?, iy * value("inertia_y")?, iz * value("inertia_z")?);
+    // MuJoCo wants each moment at most the sum of the others; scaled ones need not be those of a rigid body.
+    let joints = if rig.object.shape == Shape::Sphere {
+        r#"<joint name="turn" type="ball"/>"#
+    } else {
+        r#"<joint name="turn" type="hinge" axis="0 0 1"/>"#
+    };
+    let solref = format!("{} {}", value("solref_time")?, value("solref_damping")?);
+    let dmin = value("solimp_dmin")?;
+    let solimp = format!(
+        "{dmin} {} {} {} {}",
+        value("solimp_dmax")?.max(dmin),
+        value("solimp_width")?,
+        value("solimp_midpoint")?,
+        value("solimp_power")?
+    );
+    let (slide, torsion, rolling) = (value("friction")?, value("torsional_friction")?, value("rolling_friction")?);
+    let mut feet_geoms = String::new();
+    let mut pairs = String::new();
+    if rig.object.shape == Shape::Sphere {
+        pairs += &format!(
+            r#"<pair geom1="table" geom2="object" condim="6" friction="{slide} {slide} {torsion} {rolling} {rolling}" solref="{solref}" solimp="{solimp}"/>"#
+        );
+    } else {
+        let condim = if torsion > 0.0 { 4 } else { 3 };
+        for (i, (x, y)) in feet(&rig.object).into_iter().enumerate() {
+            let z = FOOT - height;
+            feet_geoms += &format!(r#"<geom name="foot{i}" type="sphere" size="{FOOT}" pos="{x} {y} {z}"/>"#);
+            pairs += &format!(
+                r#"<pair geom1="table" geom2="foot{i}" condim="{condim}" friction="{slide} {slide} {torsion} {rolling} {rolling}" solref="{solref}" solimp="{solimp}"/>"#
+            );
+        }
+    }
+    let tip = match rig.striker.tip {
+        Tip::Sphere => format!(r#"type="sphere" size="{}""#, rig.striker.radius),
+        Tip::Cylinder => format!(r#"type="capsule" size="{} {}""#, rig.striker.radius, height),
+    };
+    let fluid = format!(
+        "{} {} {} {} {}",
+        value("fluid_blunt_drag")?,
+        value("fluid_slender_drag")?,
+        value("fluid_angular_drag")?,
+        value("fluid_kutta_lift")?,
+        value("fluid_magnus_lift")?
+    );
+    let (density, viscosity) = AIR;
+    let tip_friction = value("tip_friction")?;
+    Ok(format!(
+        r#"<mujoco>
+  <compiler boundmass="0" boundinertia="0" balanceinertia="true"/>
+  <option cone="elliptic" solver="Newton" iterations="50" tolerance="1e-12" integrator="Euler" density="{density}" viscosity="{viscosity}">
+    <flag autoreset="disable" eulerdamp="disable" energy="disable"/>
+  </option>
+  <default><geom contype="0" conaffinity="0" mass="0"/></default>
+  <worldbody>
+    <geom name="table" type="plane" size="0 0 1"/>
+    <body name="object" pos="0 0 {height}">
+      <inertial pos="0 0 0" mass="{mass}" diaginertia="{ix} {iy} {iz}"/>
+      <joint name="object_x" type="slide" axis="1 0 0"/>
+      <joint name="object_y" type="slide" axis="0 1 0"/>
+      <joint name="object_z" type="slide" axis="0 0 1"/>
+      {joints}
+      <geom name="object" {body} fluidshape="ellipsoid" fluidcoef="{fluid}"/>
+      {feet_geoms}
+    </body>
+    <body name="striker" pos="0 0 {height}" gravcomp="1">
+      <inertial pos="0 0 0" mass="{STRIKER_MASS}" diaginertia="1 1 1"/>
+      <joint name="striker_x" type="slide" axis="1 0 0"/>
+      <joint name="striker_y" type="slide" axis="0 1 0"/>
+      <geom name="tip" {tip}/>
+    </body>
+  </worldbody>
+  <contact>
+    {pairs}
+    <pair geom1="tip" geom2="object" condim="3" friction="{tip_friction} {tip_friction} 0 0 0" solref="-1000 -1" solimp="0.99 0.99 0.001"/>
+  </contact>
+</mujoco>"#,
+        mass = rig.object.mass,
+        body = body_geom(&rig.object),
+    ))
+}

@@ -1,0 +1,81 @@
+//! Where the tip's centre is when it first touches the resting object.
+
+use values::{Object, Point, Shape, Striker, Tip};
+
+/// Distance in metres, back along the line of approach, from the point of the line nearest the object's centre to the
+/// tip's centre at touch. `direction` is a unit vector; `offset` (m) shifts the line to the left of the object's centre.
+/// `None` where the line misses the object.
+pub(crate) fn standoff(object: &Object, striker: &Striker, direction: Point, offset: f64) -> Option<f64> {
+    match object.shape {
+        Shape::Cylinder => chord(object.radius? + striker.radius, offset),
+        Shape::Sphere => {
+            // A rod touches the ball at its equator; a ball-shaped tip travels at the height of the centre too.
+            let _: Tip = striker.tip;
+            chord(object.radius? + striker.radius, offset)
+        }
+        Shape::Box => {
+            let [half_x, half_y, _] = object.half_size?;
+            rounded_box(half_x, half_y, striker.radius, direction, offset)
+        }
+    }
+}
+
+fn chord(radius: f64, offset: f64) -> Option<f64> {
+    let square = radius * radius - offset * offset;
+    (square > 0.0).then(|| square.sqrt())
+}
+
+/// A line against the box grown by the tip's radius: the first point at which the distance to the box is the radius.
+fn rounded_box(half_x: f64, half_y: f64, radius: f64, direction: Point, offset: f64) -> Option<f64> {
+    let gap = |back: f64| {
+        let point = direction * -back + Point::new(-direction.y, direction.x) * offset;
+        let outside = Point::new((point.x.abs() - half_x).max(0.0), (point.y.abs() - half_y).max(0.0));
+        outside.norm() - radius
+    };
+    let far = half_x + half_y + 2.0 * radius + offset.abs();
+    // The grown box is convex: walking in from afar the gap falls to its least, which must be reached below zero.
+    let steps = 400;
+    let inside = (0..=steps).map(|i| far * (1.0 - i as f64 / steps as f64)).find(|&back| gap(back) < 0.0)?;
+    let (mut low, mut high) = (inside, far);
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if gap(middle) < 0.0 {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    Some(high)
+}
+
+/// Free space in metres between tip and object, both as discs (a box as its circle of half its diagonal): a lower bound.
+pub(crate) fn clearance(object: &Object, striker: &Striker, distance: f64) -> f64 {
+    let reach = match object.shape {
+        Shape::Box => object.half_size.map_or(0.0, |[x, y, _]| x.hypot(y)),
+        Shape::Cylinder | Shape::Sphere => object.radius.unwrap_or(0.0),
+    };
+    distance - reach - striker.radius
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use values::Rig;
+
+    #[test]
+    fn a_tip_touches_a_box_at_its_face() {
+        let rig = Rig::demo(Shape::Box);
+        let [half_x, ..] = rig.object.half_size.expect("a box");
+        let head_on = standoff(&rig.object, &rig.striker, Point::new(1.0, 0.0), 0.0).expect("hits");
+        assert!((head_on - half_x - rig.striker.radius).abs() < 1e-9);
+        let angle: f64 = 0.4;
+        let oblique = standoff(&rig.object, &rig.striker, Point::polar(1.0, angle), 0.0).expect("hits");
+        assert!((oblique - (half_x + rig.striker.radius) / angle.cos()).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_line_beside_the_object_misses() {
+        let rig = Rig::demo(Shape::Cylinder);
+        assert!(standoff(&rig.object, &rig.striker, Point::new(1.0, 0.0), 0.05).is_none());
+    }
+}

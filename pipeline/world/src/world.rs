@@ -1,0 +1,150 @@
+//! A world as plain data: `world.toml`.
+
+use std::{collections::BTreeMap, path::Path};
+
+use serde::{Deserialize, Serialize};
+use values::Rig;
+
+use crate::{Estimate, PARAMETERS, WorldError, effects, parameter};
+
+/// The model of a set-up: parameters, launch scatter, and the effects added to it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct World {
+    /// Every parameter of [`PARAMETERS`] that differs from its nominal value or was identified.
+    #[serde(default)]
+    pub parameters: BTreeMap<String, Estimate>,
+    /// How repeats of one command differ.
+    #[serde(default)]
+    pub scatter: Scatter,
+    /// Effects, in the order added.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub effects: Vec<AddedEffect>,
+}
+
+/// How repeats of one command differ; standard deviations.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Scatter {
+    /// Of the delivered speed, relative to the commanded.
+    pub speed: f64,
+    /// Of the delivered angle, in rad.
+    pub angle: f64,
+    /// Of a centroid's coordinate, in m.
+    pub camera: f64,
+}
+
+/// An effect added to the world, with the values of its parameters.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct AddedEffect {
+    /// Its name in the library, such as `viscous_drag`.
+    pub name: String,
+    /// Its parameters, by name.
+    pub parameters: BTreeMap<String, Estimate>,
+}
+
+impl World {
+    /// The world before anything is measured: every parameter nominal, no effect.
+    pub fn nominal(_rig: &Rig) -> Self {
+        Self {
+            parameters: BTreeMap::new(),
+            scatter: Scatter::default(),
+            effects: Vec::new(),
+        }
+    }
+
+    /// Reads and checks a world file.
+    pub fn load(path: &Path) -> Result<Self, WorldError> {
+        let text = std::fs::read_to_string(path).map_err(|source| WorldError::Read {
+            path: path.display().to_string(),
+            source,
+        })?;
+        Self::parse(&text)
+    }
+
+    /// Parses and checks the text of a world file.
+    pub fn parse(text: &str) -> Result<Self, WorldError> {
+        let world: Self = toml::from_str(text).map_err(|error| WorldError::Parse(error.to_string()))?;
+        world.check()?;
+        Ok(world)
+    }
+
+    /// The text of a world file that reads back as this value.
+    pub fn to_toml(&self) -> String {
+        toml::to_string(self).expect("a world is plain data")
+    }
+
+    /// Whether every name is known and every value lies in its range.
+    pub fn check(&self) -> Result<(), WorldError> {
+        for (name, estimate) in &self.parameters {
+            let spec = parameter(name)?;
+            in_range(name, estimate.value, spec.low, spec.high, spec.unit)?;
+        }
+        for (name, value) in [
+            ("scatter.speed", self.scatter.speed),
+            ("scatter.angle", self.scatter.angle),
+            ("scatter.camera", self.scatter.camera),
+        ] {
+            in_range(name, value, 0.0, 10.0, "")?;
+        }
+        for effect in &self.effects {
+            effects::check(effect)?;
+        }
+        Ok(())
+    }
+
+    /// The value of a parameter: as set, or nominal.
+    pub fn value(&self, name: &str) -> Result<f64, WorldError> {
+        let spec = parameter(name)?;
+        Ok(self.parameters.get(name).map_or(spec.nominal, |estimate| estimate.value))
+    }
+
+    /// The same world with one parameter set to a value, without an interval.
+    pub fn with(mut self, name: &str, value: f64) -> Self {
+        self.parameters.insert(name.into(), Estimate::fixed(value));
+        self
+    }
+
+    /// The names and values of all parameters.
+    pub fn values(&self) -> impl Iterator<Item = (&'static str, f64)> {
+        PARAMETERS
+            .iter()
+            .map(|spec| (spec.name, self.parameters.get(spec.name).map_or(spec.nominal, |e| e.value)))
+    }
+}
+
+/// A finite value within its range, or an error that says so.
+pub(crate) fn in_range(name: &str, value: f64, low: f64, high: f64, unit: &'static str) -> Result<(), WorldError> {
+    if low <= value && value <= high {
+        Ok(())
+    } else {
+        Err(WorldError::OutOfRange { name: name.into(), value, low, high, unit })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_world_reads_back_as_it_was_written() {
+        let mut world = World::nominal(&Rig::demo(values::Shape::Cylinder)).with("friction", 0.21);
+        world.parameters.insert("restitution".into(), Estimate::with_interval(0.4, 0.39, 0.41));
+        world.effects.push(AddedEffect {
+            name: "viscous_drag".into(),
+            parameters: [("rate".to_string(), Estimate::fixed(0.2))].into(),
+        });
+        assert_eq!(World::parse(&world.to_toml()).expect("valid"), world);
+    }
+
+    #[test]
+    fn unknown_names_and_impossible_values_are_told() {
+        let error = World::parse("[parameters.fricton]\nvalue = 0.2").expect_err("unknown").to_string();
+        assert!(error.contains("did you mean `friction`?"), "{error}");
+        for value in ["nan", "-1.0", "inf"] {
+            let error = World::parse(&format!("[parameters.friction]\nvalue = {value}")).expect_err(value).to_string();
+            assert!(error.contains("must lie in [0.02, 1.5]"), "{error}");
+        }
+    }
+}
