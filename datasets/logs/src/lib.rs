@@ -1,1 +1,2 @@
 //! logs
+pub mod write;

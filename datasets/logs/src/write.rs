@@ -1,0 +1,245 @@
+//! Writes strikes as a ROS 2 bag would hold them: MCAP, CDR, `ros2msg` schemas, zstd chunks with CRCs.
+//!
+//! The same writer serves the embedded rig and the executor, so that whatever strikes, the next run can ingest it.
+//! Nothing here reads a clock: every stamp is passed in, and the same samples give the same bytes.
+
+mod cdr;
+mod messages;
+
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::{BufWriter, Seek, Write};
+use std::path::Path;
+
+use mcap::records::MessageHeader;
+use mcap::{WriteOptions, Writer};
+use values::Topics;
+
+use messages::Kind;
+
+/// One stamped pair of coordinates.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stamped {
+    /// Nanoseconds since the epoch of the log's clock.
+    pub stamp: u64,
+    /// Along x: metres for a position, m/s for a velocity.
+    pub x: f64,
+    /// Along y: metres for a position, m/s for a velocity.
+    pub y: f64,
+}
+
+/// Measured pose and velocity of the striker's tip.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StateSample {
+    /// Nanoseconds since the epoch of the log's clock.
+    pub stamp: u64,
+    /// Position `[x, y]` of the tip's centre, in m.
+    pub position: [f64; 2],
+    /// Velocity `[x, y]`, in m/s.
+    pub velocity: [f64; 2],
+}
+
+/// What one strike leaves in a log, each list in order of time.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Samples {
+    /// Object centroids, in m.
+    pub centroids: Vec<Stamped>,
+    /// Commanded end-effector velocity, in m/s, zero when idle.
+    pub commands: Vec<Stamped>,
+    /// Measured end-effector state; empty where the robot does not log it.
+    pub states: Vec<StateSample>,
+}
+
+/// Why a log could not be written.
+#[derive(Debug, thiserror::Error)]
+pub enum WriteError {
+    /// The file could not be created.
+    #[error("create log {path}: {source}; check that its folder exists and can be written to")]
+    Create {
+        /// The file.
+        path: String,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// A record could not be written.
+    #[error("write to the log: {0}; check the space left on its disk")]
+    Mcap(#[from] mcap::McapError),
+    /// The buffered rest could not be written.
+    #[error("flush the log: {0}; check the space left on its disk")]
+    Flush(#[from] std::io::Error),
+}
+
+/// Writes the samples of one strike after another into one log.
+///
+/// The topics' names are those of the rig file; message types and fields are ROS 2's (`geometry_msgs/msg/PointStamped`,
+/// `geometry_msgs/msg/TwistStamped`, `nav_msgs/msg/Odometry`), which the default field paths of a rig file fit.
+pub struct RecordingWriter<W: Write + Seek> {
+    mcap: Writer<W>,
+    topics: Topics,
+    channels: [Option<u16>; 3],
+    sequences: [u32; 3],
+    buffer: Vec<u8>,
+}
+
+impl RecordingWriter<BufWriter<File>> {
+    /// Creates the file, replacing one that is there.
+    pub fn create(path: &Path, topics: &Topics) -> Result<Self, WriteError> {
+        let file = File::create(path).map_err(|source| WriteError::Create {
+            path: path.display().to_string(),
+            source,
+        })?;
+        Self::new(BufWriter::new(file), topics)
+    }
+}
+
+impl<W: Write + Seek> RecordingWriter<W> {
+    /// Starts a log on anything that can be written to and sought in.
+    pub fn new(sink: W, topics: &Topics) -> Result<Self, WriteError> {
+        // One compression thread, whatever the machine: zstd's bytes depend on whether it has workers.
+        let mcap = WriteOptions::new()
+            .profile("ros2")
+            .library("carom")
+            .compression(Some(mcap::Compression::Zstd))
+            .compression_level(1)
+            .compression_threads(0)
+            .create(sink)?;
+        let mut writer = Self {
+            mcap,
+            topics: topics.clone(),
+            channels: [None; 3],
+            sequences: [0; 3],
+            buffer: Vec::with_capacity(1024),
+        };
+        // Both required topics exist even in a log without a strike; the optional one only where it is used.
+        writer.channel(Kind::Centroid)?;
+        writer.channel(Kind::Command)?;
+        Ok(writer)
+    }
+
+    /// Appends one strike's samples, merged in order of their stamps; `log_time` is the stamp.
+    pub fn write(&mut self, samples: &Samples) -> Result<(), WriteError> {
+        let mut order: Vec<(u64, Kind, usize)> = Vec::new();
+        order.extend((0..samples.commands.len()).map(|i| (samples.commands[i].stamp, Kind::Command, i)));
+        order.extend((0..samples.states.len()).map(|i| (samples.states[i].stamp, Kind::State, i)));
+        order.extend((0..samples.centroids.len()).map(|i| (samples.centroids[i].stamp, Kind::Centroid, i)));
+        order.sort_by_key(|&(stamp, _, _)| stamp);
+        for (stamp, kind, i) in order {
+            self.buffer.clear();
+            match kind {
+                Kind::Centroid => messages::point_stamped(&mut self.buffer, &samples.centroids[i]),
+                Kind::Command => messages::twist_stamped(&mut self.buffer, &samples.commands[i]),
+                Kind::State => messages::odometry(&mut self.buffer, &samples.states[i]),
+            }
+            let header = MessageHeader {
+                channel_id: self.channel(kind)?,
+                sequence: self.sequences[kind as usize],
+                log_time: stamp,
+                publish_time: stamp,
+            };
+            self.sequences[kind as usize] += 1;
+            self.mcap.write_to_known_channel(&header, &self.buffer)?;
+        }
+        Ok(())
+    }
+
+    /// Writes the summary and hands the sink back; without it the log is truncated.
+    pub fn finish(mut self) -> Result<W, WriteError> {
+        self.mcap.finish()?;
+        let mut sink = self.mcap.into_inner();
+        sink.flush()?;
+        Ok(sink)
+    }
+
+    fn channel(&mut self, kind: Kind) -> Result<u16, WriteError> {
+        if let Some(id) = self.channels[kind as usize] {
+            return Ok(id);
+        }
+        let topic = match kind {
+            Kind::Centroid => &self.topics.centroid.name,
+            Kind::Command => &self.topics.command.name,
+            Kind::State => &self.topics.state.name,
+        };
+        let schema = self.mcap.add_schema(kind.name(), "ros2msg", kind.schema().as_bytes())?;
+        let id = self.mcap.add_channel(schema, topic, "cdr", &BTreeMap::new())?;
+        self.channels[kind as usize] = Some(id);
+        Ok(id)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+    use std::io::Cursor;
+
+    use super::*;
+
+    fn samples() -> Samples {
+        let at = |stamp, x, y| Stamped { stamp, x, y };
+        Samples {
+            centroids: vec![at(1_700_000_000_500_000_000, 0.3, -0.1), at(1_700_000_001_000_000_001, 0.4, 0.2)],
+            commands: vec![at(1_700_000_000_250_000_000, 0.7, 0.1)],
+            states: vec![StateSample {
+                stamp: 1_700_000_000_750_000_000,
+                position: [0.25, -0.125],
+                velocity: [0.5, -0.5],
+            }],
+        }
+    }
+
+    fn bytes(samples: &Samples) -> Vec<u8> {
+        let mut writer = RecordingWriter::new(Cursor::new(Vec::new()), &Topics::default()).unwrap();
+        writer.write(samples).unwrap();
+        writer.finish().unwrap().into_inner()
+    }
+
+    fn double(data: &[u8], offset: usize) -> f64 {
+        f64::from_le_bytes(data[offset..offset + 8].try_into().unwrap())
+    }
+
+    #[test]
+    fn a_log_reads_back_in_order_with_its_schemas() {
+        let log = bytes(&samples());
+        let messages: Vec<_> = mcap::MessageStream::new(&log).unwrap().map(Result::unwrap).collect();
+        let topics: Vec<_> = messages.iter().map(|m| m.channel.topic.as_str()).collect();
+        assert_eq!(topics, ["/striker/command", "/object/centroid", "/striker/state", "/object/centroid"]);
+        let schema = messages[0].channel.schema.as_ref().unwrap();
+        assert_eq!(schema.name, "geometry_msgs/msg/TwistStamped");
+        assert_eq!(schema.encoding, "ros2msg");
+        let text = std::str::from_utf8(&schema.data).unwrap();
+        assert!(text.contains("MSG: geometry_msgs/Vector3"));
+        assert!(messages.iter().all(|m| m.channel.message_encoding == "cdr"));
+    }
+
+    #[test]
+    fn fields_stand_where_cdr_puts_them() {
+        let log = bytes(&samples());
+        let messages: Vec<_> = mcap::MessageStream::new(&log).unwrap().map(Result::unwrap).collect();
+        // Encapsulation 4, stamp 8, length 4, "table\0" 6, padded to 8 from the encapsulation's end: 4 + 24.
+        let point = &messages[3].data;
+        assert_eq!(&point[..4], [0, 1, 0, 0]);
+        assert_eq!(i32::from_le_bytes(point[4..8].try_into().unwrap()), 1_700_000_001);
+        assert_eq!(u32::from_le_bytes(point[8..12].try_into().unwrap()), 1);
+        assert_eq!(&point[16..22], b"table\0");
+        assert_eq!([double(point, 28), double(point, 36), double(point, 44)], [0.4, 0.2, 0.0]);
+        assert_eq!(point.len(), 52);
+        assert_eq!(messages[0].data.len(), 4 + 24 + 48);
+        let state = &messages[2].data;
+        // Counted from the end: the covariance of the twist, then its two vectors.
+        let last_twist = state.len() - 36 * 8 - 48;
+        assert_eq!([double(state, last_twist), double(state, last_twist + 8)], [0.5, -0.5]);
+    }
+
+    #[test]
+    fn the_same_samples_give_the_same_bytes() {
+        assert_eq!(bytes(&samples()), bytes(&samples()));
+    }
+
+    #[test]
+    fn the_file_carries_a_summary_that_counts_the_messages() {
+        let log = bytes(&samples());
+        let summary = mcap::Summary::read(&log).unwrap().unwrap();
+        assert_eq!(summary.stats.unwrap().message_count, 4);
+        assert_eq!(summary.chunk_indexes.len(), 1);
+    }
+}
