@@ -1,5 +1,8 @@
 //! The rig file: what is known of a set-up before anything is measured.
 
+mod check;
+mod keys;
+
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
@@ -54,6 +57,17 @@ pub enum Shape {
     Box,
     /// A ball.
     Sphere,
+}
+
+impl Shape {
+    /// The name in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Cylinder => "cylinder",
+            Self::Box => "box",
+            Self::Sphere => "sphere",
+        }
+    }
 }
 
 /// The striking tip.
@@ -209,7 +223,11 @@ impl FieldTopic {
     }
 
     fn state() -> Self {
-        Self::new("/striker/state", "twist.twist.linear.x", "twist.twist.linear.y")
+        Self::new(
+            "/striker/state",
+            "twist.twist.linear.x",
+            "twist.twist.linear.y",
+        )
     }
 }
 
@@ -225,8 +243,28 @@ pub enum RigError {
         source: std::io::Error,
     },
     /// It is not TOML, or a key is missing, unknown or of another type.
-    #[error("{0}")]
+    #[error("parse the rig file: {0}")]
     Parse(String),
+    /// A key that the format does not have.
+    #[error(
+        "accept the key `{key}` on line {line}: there is none of that name; did you mean `{nearest}`?"
+    )]
+    UnknownKey {
+        /// Dotted key.
+        key: String,
+        /// Line of the file, from 1.
+        line: usize,
+        /// The known key most like it, dotted.
+        nearest: String,
+    },
+    /// A key that must be there is not.
+    #[error("find the key `{key}`: add a line such as `{mend}`")]
+    MissingKey {
+        /// Dotted key.
+        key: String,
+        /// A line that would mend it.
+        mend: String,
+    },
     /// A value makes no sense.
     #[error("accept {key} = {value}: {why}")]
     Value {
@@ -249,9 +287,18 @@ impl Rig {
         Self::parse(&text)
     }
 
-    /// Parses and checks the text of a rig file.
+    /// Parses and checks the text of a rig file: a value of this type that came from here holds positive,
+    /// finite sizes that its shape needs, intervals that are not empty, and units that are plausible.
     pub fn parse(text: &str) -> Result<Self, RigError> {
-        toml::from_str(text).map_err(|error| RigError::Parse(error.to_string()))
+        keys::check(text)?;
+        let rig: Self = toml::from_str(text).map_err(|error| RigError::Parse(error.to_string()))?;
+        check::check(&rig)?;
+        Ok(rig)
+    }
+
+    /// A commented rig file to start from; it reads as [`Rig::demo`] with a cylinder.
+    pub fn template() -> &'static str {
+        include_str!("rig/template.toml")
     }
 
     /// The text of a rig file that reads back as this value.
@@ -262,17 +309,170 @@ impl Rig {
     /// A rig of the demo's kind: a 100 g cylinder before a small arm.
     pub fn demo(shape: Shape) -> Self {
         let object = match shape {
-            Shape::Cylinder => Object { shape, radius: Some(0.030), half_height: Some(0.020), half_size: None, mass: 0.100 },
-            Shape::Box => Object { shape, radius: None, half_height: None, half_size: Some([0.030, 0.030, 0.020]), mass: 0.150 },
-            Shape::Sphere => Object { shape, radius: Some(0.025), half_height: None, half_size: None, mass: 0.100 },
+            Shape::Cylinder => Object {
+                shape,
+                radius: Some(0.030),
+                half_height: Some(0.020),
+                half_size: None,
+                mass: 0.100,
+            },
+            Shape::Box => Object {
+                shape,
+                radius: None,
+                half_height: None,
+                half_size: Some([0.030, 0.030, 0.020]),
+                mass: 0.150,
+            },
+            Shape::Sphere => Object {
+                shape,
+                radius: Some(0.025),
+                half_height: None,
+                half_size: None,
+                mass: 0.100,
+            },
         };
         Self {
             object,
-            striker: Striker { tip: Tip::Sphere, radius: 0.012 },
-            table: Table { x: [0.10, 1.00].into(), y: [-0.60, 0.60].into() },
-            camera: Camera { rate: 60.0, noise: 0.0007, centre: Point::new(0.45, 0.0) },
-            robot: Robot { speed: [0.4, 1.0].into(), angle: [-0.80, 0.80].into(), acceleration: 5.0 },
+            striker: Striker {
+                tip: Tip::Sphere,
+                radius: 0.012,
+            },
+            table: Table {
+                x: [0.10, 1.00].into(),
+                y: [-0.60, 0.60].into(),
+            },
+            camera: Camera {
+                rate: 60.0,
+                noise: 0.0007,
+                centre: Point::new(0.45, 0.0),
+            },
+            robot: Robot {
+                speed: [0.4, 1.0].into(),
+                angle: [-0.80, 0.80].into(),
+                acceleration: 5.0,
+            },
             topics: Topics::default(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The template with one piece of text replaced, and what is then said of it.
+    fn refusal(from: &str, to: &str) -> String {
+        assert!(Rig::template().contains(from), "{from}");
+        match Rig::parse(&Rig::template().replacen(from, to, 1)) {
+            Err(error) => error.to_string(),
+            Ok(_) => panic!("accepted {to}"),
+        }
+    }
+
+    #[test]
+    fn the_template_is_the_demo_rig_and_survives_a_round_trip() {
+        let rig = Rig::parse(Rig::template()).expect("the template parses");
+        assert_eq!(rig, Rig::demo(Shape::Cylinder));
+        for shape in [Shape::Cylinder, Shape::Box, Shape::Sphere] {
+            let rig = Rig::demo(shape);
+            assert_eq!(Rig::parse(&rig.to_toml()).expect("parses"), rig);
+        }
+    }
+
+    #[test]
+    fn topics_may_be_left_out() {
+        let text = Rig::template()
+            .split("[topics.centroid]")
+            .next()
+            .expect("text")
+            .to_string();
+        assert_eq!(Rig::parse(&text).expect("parses").topics, Topics::default());
+    }
+
+    #[test]
+    fn an_unknown_key_is_named_with_its_line_and_the_nearest_known_one() {
+        let text = refusal("radius = 0.030 ", "raduis = 0.030 ");
+        assert!(
+            text.contains("`object.raduis` on line 7") && text.contains("`object.radius`"),
+            "{text}"
+        );
+        let text = refusal("[camera]", "[kamera]");
+        assert!(
+            text.contains("`kamera`") && text.contains("`camera`"),
+            "{text}"
+        );
+        let text = refusal("mass = 0.100", "mass = 0.1\nacceleration = 5.0");
+        assert!(
+            text.contains("`object.acceleration`") && text.contains("`robot.acceleration`"),
+            "{text}"
+        );
+        let text = refusal("stamp = \"header.stamp\"", "time = \"header.stamp\"");
+        assert!(text.contains("`topics.centroid.time`"), "{text}");
+    }
+
+    #[test]
+    fn a_missing_key_comes_with_the_line_to_add() {
+        assert!(
+            refusal("mass = 0.100", "").contains("`object.mass`: add a line such as `mass = 0.100")
+        );
+        assert!(refusal("half_height = 0.020", "").contains("`object.half_height`"));
+        assert!(refusal("[striker]", "[topics]\n[table.z]").contains("`table.z`"));
+        assert!(
+            Rig::parse("")
+                .expect_err("empty")
+                .to_string()
+                .contains("`object`")
+        );
+        let cube = refusal("shape = \"cylinder\"", "shape = \"box\"");
+        assert!(
+            cube.contains("object.radius = 0.03: is no size of a box"),
+            "{cube}"
+        );
+    }
+
+    #[test]
+    fn a_box_needs_its_half_size() {
+        let mut rig = Rig::demo(Shape::Box);
+        rig.object.half_size = None;
+        assert!(
+            Rig::parse(&rig.to_toml())
+                .expect_err("refused")
+                .to_string()
+                .contains("`object.half_size`")
+        );
+    }
+
+    #[test]
+    fn values_that_make_no_sense_are_refused() {
+        for (from, to, said) in [
+            ("radius = 0.030 ", "radius = 30.0 ", "millimetres?"),
+            ("radius = 0.030 ", "radius = -0.03 ", "above 0"),
+            ("radius = 0.030 ", "radius = nan ", "finite"),
+            ("mass = 0.100", "mass = 100", "grams?"),
+            ("mass = 0.100", "mass = inf", "finite"),
+            ("rate = 60.0", "rate = 0", "above 0"),
+            ("noise = 0.0007", "noise = 0.7", "pixels?"),
+            ("x = [0.10, 1.00]", "x = [1.00, 0.10]", "reversed"),
+            ("x = [0.10, 1.00]", "x = [100, 1000]", "millimetres?"),
+            ("y = [-0.60, 0.60]", "y = [0.6, 0.6]", "empty"),
+            ("speed = [0.4, 1.0]", "speed = [0.0, 1.0]", "above 0"),
+            ("speed = [0.4, 1.0]", "speed = [400, 1000]", "robot.speed"),
+            ("angle = [-0.80, 0.80]", "angle = [-45, 45]", "degrees?"),
+            (
+                "acceleration = 5.0",
+                "acceleration = 5000.0",
+                "millimetres?",
+            ),
+            (
+                "name = \"/object/centroid\"",
+                "name = \"\"",
+                "topics.centroid.name",
+            ),
+            ("shape = \"cylinder\"", "shape = \"cone\"", "cylinder"),
+            ("radius = 0.030 ", "radius = \"big\" ", "line 7"),
+        ] {
+            let text = refusal(from, to);
+            assert!(text.contains(said), "{to}: {text}");
         }
     }
 }

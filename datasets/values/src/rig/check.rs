@@ -1,0 +1,215 @@
+//! Whether a rig's values make sense: each error names the key, the value and what it must be.
+
+use std::f64::consts::PI;
+
+use super::{FieldTopic, Interval, Object, Rig, RigError, Shape};
+
+/// Largest half size, radius or tip in m; a strike moves things that lie on a table.
+const LARGEST_SIZE: f64 = 1.0;
+/// Largest mass in kg.
+const LARGEST_MASS: f64 = 50.0;
+/// Farthest a table reaches from the robot's base, in m.
+const LARGEST_TABLE: f64 = 20.0;
+/// Fastest camera, in frames per second.
+const LARGEST_RATE: f64 = 10_000.0;
+/// Largest camera noise in m: above it nothing can be told from a track.
+const LARGEST_NOISE: f64 = 0.05;
+/// Fastest arm, in m/s.
+const LARGEST_SPEED: f64 = 30.0;
+/// Strongest arm, in m/s².
+const LARGEST_ACCELERATION: f64 = 1_000.0;
+
+/// Checks every value of a rig.
+pub(super) fn check(rig: &Rig) -> Result<(), RigError> {
+    object(&rig.object)?;
+    positive(
+        "striker.radius",
+        rig.striker.radius,
+        LARGEST_SIZE,
+        "m",
+        "metres, not millimetres?",
+    )?;
+    table("table.x", rig.table.x)?;
+    table("table.y", rig.table.y)?;
+    positive(
+        "camera.rate",
+        rig.camera.rate,
+        LARGEST_RATE,
+        "frames per second",
+        "hertz?",
+    )?;
+    positive(
+        "camera.noise",
+        rig.camera.noise,
+        LARGEST_NOISE,
+        "m",
+        "metres, not millimetres or pixels?",
+    )?;
+    finite("camera.centre", rig.camera.centre.x)?;
+    finite("camera.centre", rig.camera.centre.y)?;
+    interval("robot.speed", rig.robot.speed)?;
+    positive(
+        "robot.speed",
+        rig.robot.speed.low,
+        LARGEST_SPEED,
+        "m/s",
+        "metres per second?",
+    )?;
+    positive(
+        "robot.speed",
+        rig.robot.speed.high,
+        LARGEST_SPEED,
+        "m/s",
+        "metres per second, not millimetres?",
+    )?;
+    interval("robot.angle", rig.robot.angle)?;
+    for angle in [rig.robot.angle.low, rig.robot.angle.high] {
+        if angle.abs() > PI {
+            return Err(value(
+                "robot.angle",
+                angle,
+                "must lie within ±3.1416 rad (radians, not degrees?)",
+            ));
+        }
+    }
+    let acceleration = rig.robot.acceleration;
+    positive(
+        "robot.acceleration",
+        acceleration,
+        LARGEST_ACCELERATION,
+        "m/s²",
+        "metres, not millimetres?",
+    )?;
+    topic("topics.centroid", &rig.topics.centroid)?;
+    topic("topics.command", &rig.topics.command)?;
+    topic("topics.state", &rig.topics.state)
+}
+
+fn object(object: &Object) -> Result<(), RigError> {
+    let sized = |key: &str, size: Option<f64>, wanted: bool, example: &str| match (size, wanted) {
+        (Some(size), true) => positive(key, size, LARGEST_SIZE, "m", "metres, not millimetres?"),
+        (None, false) => Ok(()),
+        (None, true) => Err(RigError::MissingKey {
+            key: key.into(),
+            mend: example.into(),
+        }),
+        (Some(size), false) => Err(value(
+            key,
+            size,
+            &format!("is no size of a {}; take the key out", object.shape.name()),
+        )),
+    };
+    let round = matches!(object.shape, Shape::Cylinder | Shape::Sphere);
+    sized(
+        "object.radius",
+        object.radius,
+        round,
+        "radius = 0.030   # m",
+    )?;
+    let upright = object.shape == Shape::Cylinder;
+    sized(
+        "object.half_height",
+        object.half_height,
+        upright,
+        "half_height = 0.020   # m",
+    )?;
+    // Absent, it stands for one absent size.
+    let half_size = object
+        .half_size
+        .map_or(vec![None], |sizes| sizes.map(Some).to_vec());
+    for size in half_size {
+        let example = "half_size = [0.030, 0.030, 0.020]   # m, along x, y, z";
+        sized(
+            "object.half_size",
+            size,
+            object.shape == Shape::Box,
+            example,
+        )?;
+    }
+    positive(
+        "object.mass",
+        object.mass,
+        LARGEST_MASS,
+        "kg",
+        "kilograms, not grams?",
+    )
+}
+
+fn table(key: &str, bounds: Interval) -> Result<(), RigError> {
+    interval(key, bounds)?;
+    for bound in [bounds.low, bounds.high] {
+        if bound.abs() > LARGEST_TABLE {
+            let why = format!(
+                "must lie within ±{LARGEST_TABLE} m of the robot's base (metres, not millimetres?)"
+            );
+            return Err(value(key, bound, &why));
+        }
+    }
+    Ok(())
+}
+
+fn interval(key: &str, interval: Interval) -> Result<(), RigError> {
+    finite(key, interval.low)?;
+    finite(key, interval.high)?;
+    if interval.low < interval.high {
+        return Ok(());
+    }
+    let why = if interval.low > interval.high {
+        "is reversed"
+    } else {
+        "is empty"
+    };
+    Err(RigError::Value {
+        key: key.into(),
+        value: format!("[{}, {}]", interval.low, interval.high),
+        why: format!("the interval {why}; write [low, high] with low < high"),
+    })
+}
+
+fn positive(key: &str, number: f64, largest: f64, unit: &str, hint: &str) -> Result<(), RigError> {
+    finite(key, number)?;
+    if number <= 0.0 {
+        return Err(value(key, number, &format!("must be above 0 {unit}")));
+    }
+    if number > largest {
+        return Err(value(
+            key,
+            number,
+            &format!("must be at most {largest} {unit} ({hint})"),
+        ));
+    }
+    Ok(())
+}
+
+fn finite(key: &str, number: f64) -> Result<(), RigError> {
+    if number.is_finite() {
+        Ok(())
+    } else {
+        Err(value(key, number, "must be a finite number"))
+    }
+}
+
+fn topic(key: &str, topic: &FieldTopic) -> Result<(), RigError> {
+    let fields = [
+        ("name", &topic.name),
+        ("stamp", &topic.stamp),
+        ("x", &topic.x),
+        ("y", &topic.y),
+    ];
+    match fields.into_iter().find(|(_, text)| text.trim().is_empty()) {
+        None => Ok(()),
+        Some((field, text)) => Err(RigError::Value {
+            key: format!("{key}.{field}"),
+            value: format!("{text:?}"),
+            why: "must not be empty; take the line out of the file, or the whole table, for the default".into(),
+        }),
+    }
+}
+
+fn value(key: &str, number: f64, why: &str) -> RigError {
+    RigError::Value {
+        key: key.into(),
+        value: number.to_string(),
+        why: why.into(),
+    }
+}

@@ -1,0 +1,146 @@
+//! Which keys a rig file may and must hold: unknown ones are named with the nearest known one, missing ones
+//! with a line that would mend it.
+
+use std::ops::Range;
+
+use toml::de::{DeTable, DeValue};
+
+use super::RigError;
+
+/// Every key of a rig file, by dotted path; a required one carries the line that would mend its absence.
+const KEYS: [(&str, Option<&str>); 36] = [
+    ("object", Some("[object]")),
+    (
+        "object.shape",
+        Some("shape = \"cylinder\"   # or \"box\", \"sphere\""),
+    ),
+    ("object.radius", None),
+    ("object.half_height", None),
+    ("object.half_size", None),
+    ("object.mass", Some("mass = 0.100   # kg")),
+    ("striker", Some("[striker]")),
+    ("striker.tip", Some("tip = \"sphere\"   # or \"cylinder\"")),
+    ("striker.radius", Some("radius = 0.012   # m")),
+    ("table", Some("[table]")),
+    ("table.x", Some("x = [0.10, 1.00]   # m")),
+    ("table.y", Some("y = [-0.60, 0.60]   # m")),
+    ("camera", Some("[camera]")),
+    ("camera.rate", Some("rate = 60.0   # frames per second")),
+    (
+        "camera.noise",
+        Some("noise = 0.0007   # m, standard deviation of a coordinate"),
+    ),
+    (
+        "camera.centre",
+        Some("centre = [0.45, 0.0]   # m, the point it looks down on"),
+    ),
+    ("robot", Some("[robot]")),
+    ("robot.speed", Some("speed = [0.4, 1.0]   # m/s")),
+    ("robot.angle", Some("angle = [-0.80, 0.80]   # rad")),
+    ("robot.acceleration", Some("acceleration = 5.0   # m/s²")),
+    ("topics", None),
+    ("topics.centroid", None),
+    ("topics.centroid.name", Some("name = \"/object/centroid\"")),
+    ("topics.centroid.stamp", Some("stamp = \"header.stamp\"")),
+    ("topics.centroid.x", Some("x = \"point.x\"")),
+    ("topics.centroid.y", Some("y = \"point.y\"")),
+    ("topics.command", None),
+    ("topics.command.name", Some("name = \"/striker/command\"")),
+    ("topics.command.stamp", Some("stamp = \"header.stamp\"")),
+    ("topics.command.x", Some("x = \"twist.linear.x\"")),
+    ("topics.command.y", Some("y = \"twist.linear.y\"")),
+    ("topics.state", None),
+    ("topics.state.name", Some("name = \"/striker/state\"")),
+    ("topics.state.stamp", Some("stamp = \"header.stamp\"")),
+    ("topics.state.x", Some("x = \"twist.twist.linear.x\"")),
+    ("topics.state.y", Some("y = \"twist.twist.linear.y\"")),
+];
+
+/// A key looks like a slip of a known one from this similarity (Jaro–Winkler) on.
+const ALIKE: f64 = 0.7;
+
+/// Checks that every key is known and every required one there. What is no TOML at all is left to the parser.
+pub(super) fn check(text: &str) -> Result<(), RigError> {
+    let Ok(root) = DeTable::parse(text) else {
+        return Ok(());
+    };
+    check_table(text, "", root.get_ref())
+}
+
+fn check_table(text: &str, path: &str, table: &DeTable<'_>) -> Result<(), RigError> {
+    for (key, value) in table {
+        let dotted = join(path, key.get_ref());
+        if !KEYS.iter().any(|(known, _)| *known == dotted) {
+            return Err(RigError::UnknownKey {
+                nearest: nearest(path, key.get_ref()),
+                line: line_of(text, key.span()),
+                key: dotted,
+            });
+        }
+        if let DeValue::Table(inner) = value.get_ref() {
+            check_table(text, &dotted, inner)?;
+        }
+    }
+    for (name, mend) in children(path) {
+        if let Some(mend) = mend
+            && !table.keys().any(|key| key.get_ref() == name)
+        {
+            return Err(RigError::MissingKey {
+                key: join(path, name),
+                mend: (*mend).into(),
+            });
+        }
+    }
+    Ok(())
+}
+
+/// Names and mending lines of the keys right under a path.
+fn children(path: &str) -> impl Iterator<Item = (&'static str, &'static Option<&'static str>)> {
+    KEYS.iter().filter_map(move |(known, mend)| {
+        let name = if path.is_empty() {
+            known
+        } else {
+            known.strip_prefix(path)?.strip_prefix('.')?
+        };
+        (!name.contains('.')).then_some((name, mend))
+    })
+}
+
+/// The known key most like this one: a sibling where one is alike, else any whose last name is.
+fn nearest(path: &str, key: &str) -> String {
+    let best = |candidates: &mut dyn Iterator<Item = (String, &str)>| {
+        candidates
+            .map(|(dotted, name)| (strsim::jaro_winkler(name, key), dotted))
+            .max_by(|a, b| a.0.total_cmp(&b.0))
+    };
+    let sibling = best(&mut children(path).map(|(name, _)| (join(path, name), name)));
+    let anywhere = best(&mut KEYS.iter().map(|(known, _)| {
+        (
+            (*known).to_string(),
+            known.rsplit_once('.').map_or(*known, |(_, name)| name),
+        )
+    }));
+    match (sibling, anywhere) {
+        (Some((alike, dotted)), _) if alike >= ALIKE => dotted,
+        (_, Some((alike, dotted))) if alike >= ALIKE => dotted,
+        (Some((_, dotted)), _) | (None, Some((_, dotted))) => dotted,
+        (None, None) => String::new(),
+    }
+}
+
+fn join(path: &str, key: &str) -> String {
+    if path.is_empty() {
+        key.into()
+    } else {
+        format!("{path}.{key}")
+    }
+}
+
+/// Line of the text, from 1, on which a span begins.
+fn line_of(text: &str, span: Range<usize>) -> usize {
+    1 + text
+        .bytes()
+        .take(span.start)
+        .filter(|byte| *byte == b'\n')
+        .count()
+}
