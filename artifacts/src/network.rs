@@ -37,10 +37,14 @@ pub struct Network {
 #[derive(Debug, thiserror::Error)]
 pub enum NetworkError {
     /// The bytes are no safetensors file.
-    #[error("read the residual's weights: not a whole safetensors file ({0}); restore the file or train again")]
+    #[error(
+        "read the residual's weights: not a whole safetensors file ({0}); restore the file or train again"
+    )]
     Format(#[source] SafeTensorError),
     /// The file holds other tensors than a residual model has.
-    #[error("read the residual's weights: the file holds [{found}] where [{expected}] must be; was it written by another program?")]
+    #[error(
+        "read the residual's weights: the file holds [{found}] where [{expected}] must be; was it written by another program?"
+    )]
     Names {
         /// Names in the file, sorted.
         found: String,
@@ -122,7 +126,10 @@ impl Network {
             .collect();
         let views = tensors.iter().map(|(spec, data)| {
             let view = TensorView::new(Dtype::F32, spec.shape.clone(), data);
-            (&spec.name, view.expect("shapes were checked when the network was made"))
+            (
+                &spec.name,
+                view.expect("shapes were checked when the network was made"),
+            )
         });
         safetensors::serialize(views, None).expect("a header of eight tensors can be written")
     }
@@ -134,7 +141,10 @@ impl Network {
         let layers = (0..LAYERS)
             .map(|index| {
                 let [weight, bias] = specs(index);
-                Ok(Layer { weight: weight.read(&file)?, bias: bias.read(&file)? })
+                Ok(Layer {
+                    weight: weight.read(&file)?,
+                    bias: bias.read(&file)?,
+                })
             })
             .collect::<Result<_, NetworkError>>()?;
         Self::new(layers)
@@ -164,14 +174,20 @@ struct Spec {
 fn specs(index: usize) -> [Spec; 2] {
     let (inputs, outputs) = (SIZES[index], SIZES[index + 1]);
     [
-        Spec { name: format!("layer{index}.weight"), shape: vec![outputs, inputs] },
-        Spec { name: format!("layer{index}.bias"), shape: vec![outputs] },
+        Spec {
+            name: format!("layer{index}.weight"),
+            shape: vec![outputs, inputs],
+        },
+        Spec {
+            name: format!("layer{index}.bias"),
+            shape: vec![outputs],
+        },
     ]
 }
 
 impl Spec {
     fn check(&self, values: &[f32]) -> Result<(), NetworkError> {
-        if values.len() != self.shape.iter().product() {
+        if values.len() != self.shape.iter().product::<usize>() {
             return Err(NetworkError::Shape {
                 name: self.name.clone(),
                 found: format!("{} numbers", values.len()),
@@ -181,7 +197,9 @@ impl Spec {
         if values.iter().all(|value| value.is_finite()) {
             Ok(())
         } else {
-            Err(NetworkError::NotFinite { name: self.name.clone() })
+            Err(NetworkError::NotFinite {
+                name: self.name.clone(),
+            })
         }
     }
 
@@ -195,7 +213,10 @@ impl Spec {
             });
         }
         let (numbers, _) = tensor.data().as_chunks::<4>();
-        Ok(numbers.iter().map(|bytes| f32::from_le_bytes(*bytes)).collect())
+        Ok(numbers
+            .iter()
+            .map(|bytes| f32::from_le_bytes(*bytes))
+            .collect())
     }
 }
 
@@ -207,12 +228,18 @@ fn check_names(file: &SafeTensors) -> Result<(), NetworkError> {
     if found == expected {
         Ok(())
     } else {
-        Err(NetworkError::Names { found: found.join(", "), expected: expected.join(", ") })
+        Err(NetworkError::Names {
+            found: found.join(", "),
+            expected: expected.join(", "),
+        })
     }
 }
 
 fn bytes(values: &[f32]) -> Vec<u8> {
-    values.iter().flat_map(|value| value.to_le_bytes()).collect()
+    values
+        .iter()
+        .flat_map(|value| value.to_le_bytes())
+        .collect()
 }
 
 #[cfg(test)]
@@ -222,7 +249,9 @@ mod tests {
     /// Weights that differ from each other: −0.5 … 0.5 in steps of 1/16.
     fn network() -> Network {
         let numbers = |count: usize, offset: usize| -> Vec<f32> {
-            (0..count).map(|i| ((i * 7 + offset) % 17) as f32 / 16.0 - 0.5).collect()
+            (0..count)
+                .map(|i| ((i * 7 + offset) % 17) as f32 / 16.0 - 0.5)
+                .collect()
         };
         let layers = (0..LAYERS)
             .map(|i| Layer {
@@ -244,13 +273,19 @@ mod tests {
     #[test]
     fn weights_survive_serde() {
         let text = serde_json::to_string(&network()).expect("plain data");
-        assert_eq!(serde_json::from_str::<Network>(&text).expect("own text"), network());
+        assert_eq!(
+            serde_json::from_str::<Network>(&text).expect("own text"),
+            network()
+        );
     }
 
     #[test]
     fn prediction_follows_the_layers() {
         let mut layers: Vec<Layer> = (0..LAYERS)
-            .map(|i| Layer { weight: vec![0.0; SIZES[i] * SIZES[i + 1]], bias: vec![0.0; SIZES[i + 1]] })
+            .map(|i| Layer {
+                weight: vec![0.0; SIZES[i] * SIZES[i + 1]],
+                bias: vec![0.0; SIZES[i + 1]],
+            })
             .collect();
         // The first unit of each layer carries 2·path_y, the second its negative, which ReLU cuts.
         layers[0].weight[1] = 2.0;
@@ -268,12 +303,21 @@ mod tests {
     #[test]
     fn damage_is_refused() {
         let bytes = network().to_safetensors();
-        assert!(matches!(Network::from_safetensors(&bytes[..bytes.len() - 1]), Err(NetworkError::Format(_))));
-        assert!(matches!(Network::from_safetensors(&[]), Err(NetworkError::Format(_))));
+        assert!(matches!(
+            Network::from_safetensors(&bytes[..bytes.len() - 1]),
+            Err(NetworkError::Format(_))
+        ));
+        assert!(matches!(
+            Network::from_safetensors(&[]),
+            Err(NetworkError::Format(_))
+        ));
         let mut nan = bytes.clone();
         let end = nan.len();
         nan[end - 4..].copy_from_slice(&f32::NAN.to_le_bytes());
-        assert!(matches!(Network::from_safetensors(&nan), Err(NetworkError::NotFinite { .. })));
+        assert!(matches!(
+            Network::from_safetensors(&nan),
+            Err(NetworkError::NotFinite { .. })
+        ));
     }
 
     #[test]
@@ -284,22 +328,34 @@ mod tests {
             safetensors::serialize([(name, view)], None).expect("one tensor")
         };
         let alone = write("layer0.weight", vec![4], Dtype::F32);
-        assert!(matches!(Network::from_safetensors(&alone), Err(NetworkError::Names { .. })));
+        assert!(matches!(
+            Network::from_safetensors(&alone),
+            Err(NetworkError::Names { .. })
+        ));
 
         let whole = network().to_safetensors();
         let file = SafeTensors::deserialize(&whole).expect("own file");
         let swapped = file.tensors().into_iter().map(|(name, view)| {
             let shape = view.shape().iter().rev().copied().collect();
-            (name, TensorView::new(Dtype::F32, shape, view.data()).expect("same count"))
+            (
+                name,
+                TensorView::new(Dtype::F32, shape, view.data()).expect("same count"),
+            )
         });
         let transposed = safetensors::serialize(swapped, None).expect("eight tensors");
-        assert!(matches!(Network::from_safetensors(&transposed), Err(NetworkError::Shape { .. })));
+        assert!(matches!(
+            Network::from_safetensors(&transposed),
+            Err(NetworkError::Shape { .. })
+        ));
     }
 
     #[test]
     fn a_layer_too_few_is_refused() {
         let mut layers = network().layers().to_vec();
         layers.pop();
-        assert!(matches!(Network::new(layers), Err(NetworkError::Shape { .. })));
+        assert!(matches!(
+            Network::new(layers),
+            Err(NetworkError::Shape { .. })
+        ));
     }
 }

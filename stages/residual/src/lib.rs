@@ -1,1 +1,210 @@
-//! residual
+//! The residual of each strike: what the robot was told, less what the world would have it told for the same path
+//! (paper, section 3.4).
+//!
+//! Δv = v_real − v_sim and Δθ = θ_real − θ_sim, where (v_sim, θ_sim) is the inverse solve's command for the strike's
+//! measured path. A strike whose path the world cannot reach has no residual; it is excluded by name, with the solve's
+//! status. Rows in = residuals + excluded.
+
+use std::f64::consts::{PI, TAU};
+
+use serde::{Deserialize, Serialize};
+use values::{Point, Split, Strike};
+use world::{Solution, SolveStatus};
+
+/// One row of `residuals.parquet`: what the residual model learns from.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Residual {
+    /// The strike.
+    pub strike_id: String,
+    /// Measured displacement from rest to rest, in m.
+    pub path: Point,
+    /// Speed that the world would strike with for this path, in m/s.
+    pub speed_sim: f64,
+    /// Angle that the world would strike at, in rad.
+    pub angle_sim: f64,
+    /// Commanded less simulated speed, in m/s.
+    pub d_speed: f64,
+    /// Commanded less simulated angle, in rad, in (−π, π].
+    pub d_angle: f64,
+    /// The part that the strike plays.
+    pub split: Split,
+}
+
+/// A strike without a residual.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Excluded {
+    /// The strike.
+    pub strike_id: String,
+    /// How its solve ended.
+    pub status: SolveStatus,
+    /// By how much the nearest command misses, in m; none where no simulation came to rest.
+    pub miss: Option<f64>,
+}
+
+/// What becomes of all strikes, in their order.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Residuals {
+    /// Strikes with a residual.
+    pub rows: Vec<Residual>,
+    /// Strikes without.
+    pub excluded: Vec<Excluded>,
+}
+
+/// Why no residuals were computed. Texts complete "failed to …".
+#[derive(Debug, thiserror::Error)]
+pub enum ResidualError {
+    /// Each strike needs its solution.
+    #[error(
+        "compute residuals: {strikes} strikes but {solutions} solutions; solve again for these strikes"
+    )]
+    Unpaired {
+        /// Number of strikes.
+        strikes: usize,
+        /// Number of solutions.
+        solutions: usize,
+    },
+}
+
+/// The residuals of strikes and the solutions of their paths, both in the same order.
+pub fn residuals(strikes: &[Strike], solutions: &[Solution]) -> Result<Residuals, ResidualError> {
+    if strikes.len() != solutions.len() {
+        return Err(ResidualError::Unpaired {
+            strikes: strikes.len(),
+            solutions: solutions.len(),
+        });
+    }
+    let mut all = Residuals::default();
+    for (strike, solution) in strikes.iter().zip(solutions) {
+        if solution.status == SolveStatus::Solved {
+            all.rows.push(residual(strike, solution));
+        } else {
+            all.excluded.push(Excluded {
+                strike_id: strike.id.clone(),
+                status: solution.status,
+                miss: Some(solution.miss).filter(|miss| miss.is_finite()),
+            });
+        }
+    }
+    Ok(all)
+}
+
+fn residual(strike: &Strike, solution: &Solution) -> Residual {
+    Residual {
+        strike_id: strike.id.clone(),
+        path: strike.path(),
+        speed_sim: solution.command.speed,
+        angle_sim: solution.command.angle,
+        d_speed: strike.command.speed - solution.command.speed,
+        d_angle: wrap(strike.command.angle - solution.command.angle),
+        split: strike.split,
+    }
+}
+
+/// An angle in rad, turned into (−π, π].
+pub fn wrap(angle: f64) -> f64 {
+    let turned = angle.rem_euclid(TAU);
+    if turned > PI { turned - TAU } else { turned }
+}
+
+#[cfg(test)]
+mod tests {
+    use values::{Command, Conditions, Track};
+
+    use super::*;
+
+    fn strike(id: &str, speed: f64, angle: f64) -> Strike {
+        Strike {
+            id: id.into(),
+            log: "a.mcap".into(),
+            index: 0,
+            t_start: 0.0,
+            initial: Point::new(0.3, 0.1),
+            stop: Point::new(0.7, -0.1),
+            command: Command { speed, angle },
+            track: Track::default(),
+            split: Split::Validation,
+            conditions: Conditions::default(),
+        }
+    }
+
+    fn solution(speed: f64, angle: f64, status: SolveStatus) -> Solution {
+        Solution {
+            command: Command { speed, angle },
+            miss: 1e-4,
+            evaluations: 2,
+            status,
+        }
+    }
+
+    #[test]
+    fn a_residual_is_what_was_commanded_less_what_the_world_would_command() {
+        let all = residuals(
+            &[strike("a", 0.8, 0.3)],
+            &[solution(0.7, 0.25, SolveStatus::Solved)],
+        )
+        .expect("paired");
+        let [row] = &all.rows[..] else {
+            panic!("one row")
+        };
+        assert!((row.d_speed - 0.1).abs() < 1e-12 && (row.d_angle - 0.05).abs() < 1e-12);
+        assert_eq!((row.speed_sim, row.angle_sim), (0.7, 0.25));
+        assert!(row.path.distance(Point::new(0.4, -0.2)) < 1e-12);
+        assert_eq!(
+            (row.strike_id.as_str(), row.split),
+            ("a", Split::Validation)
+        );
+    }
+
+    #[test]
+    fn angles_across_the_seam_differ_by_little() {
+        let across = residuals(
+            &[strike("a", 0.8, 3.1)],
+            &[solution(0.8, -3.1, SolveStatus::Solved)],
+        )
+        .expect("paired");
+        assert!((across.rows[0].d_angle - (6.2 - TAU)).abs() < 1e-12);
+        assert_eq!(wrap(PI), PI);
+        assert_eq!(wrap(-PI), PI);
+        assert_eq!(wrap(0.0), 0.0);
+        assert!((wrap(-0.3) + 0.3).abs() < 1e-12);
+        assert!((wrap(7.0 - 6.0 * TAU) - (7.0 - TAU)).abs() < 1e-9);
+    }
+
+    #[test]
+    fn every_strike_is_either_a_row_or_excluded_by_name() {
+        let strikes = [
+            strike("a", 0.8, 0.0),
+            strike("b", 0.8, 0.0),
+            strike("c", 0.8, 0.0),
+        ];
+        let mut diverged = solution(0.5, 0.0, SolveStatus::Diverged);
+        diverged.miss = f64::INFINITY;
+        let solutions = [
+            solution(0.5, 0.0, SolveStatus::Unreachable),
+            solution(0.5, 0.0, SolveStatus::Solved),
+            diverged,
+        ];
+        let all = residuals(&strikes, &solutions).expect("paired");
+        assert_eq!(all.rows.len(), 1);
+        let excluded: Vec<_> = all
+            .excluded
+            .iter()
+            .map(|e| (e.strike_id.as_str(), e.status, e.miss))
+            .collect();
+        assert_eq!(
+            excluded,
+            [
+                ("a", SolveStatus::Unreachable, Some(1e-4)),
+                ("c", SolveStatus::Diverged, None)
+            ]
+        );
+    }
+
+    #[test]
+    fn strikes_without_solutions_are_an_error() {
+        assert!(residuals(&[strike("a", 0.8, 0.0)], &[]).is_err());
+    }
+}

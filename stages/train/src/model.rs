@@ -1,0 +1,199 @@
+//! The perceptron in burn, and its folding into plain weights.
+
+use artifacts::network::{LAYERS, Layer, Network, NetworkError, SIZES};
+use burn::{
+    module::{Module, Param},
+    nn::{BatchNorm, BatchNormConfig, Linear},
+    tensor::{Device, Tensor, TensorData, activation::relu},
+};
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+
+use crate::scaling::Scaling;
+
+/// 4 → 128 → 64 → 32 → 2 with ReLU; batch norm before the first ReLU, dropout after the last.
+///
+/// The places were chosen by validation error on synthetic residuals (`examples/placement.rs`): batch norm further in
+/// mixes the rows of a batch more, and dropout earlier costs a regression more than it saves.
+#[derive(Module, Debug)]
+pub(crate) struct Model {
+    dense: Vec<Linear>,
+    norm: BatchNorm,
+}
+
+impl Model {
+    /// Initial weights after Glorot and Bengio (2010), biases zero.
+    pub(crate) fn new(rng: &mut ChaCha8Rng, device: &Device) -> Self {
+        let dense = (0..LAYERS)
+            .map(|index| {
+                let (inputs, outputs) = (SIZES[index], SIZES[index + 1]);
+                let limit = (6.0 / (inputs + outputs) as f32).sqrt();
+                let weights: Vec<f32> = (0..inputs * outputs)
+                    .map(|_| rng.random_range(-limit..limit))
+                    .collect();
+                Linear {
+                    weight: Param::from_data(TensorData::new(weights, [inputs, outputs]), device),
+                    bias: Some(Param::from_data(
+                        TensorData::new(vec![0.0f32; outputs], [outputs]),
+                        device,
+                    )),
+                }
+            })
+            .collect();
+        Self {
+            dense,
+            norm: BatchNormConfig::new(SIZES[1]).init(device),
+        }
+    }
+
+    /// Scaled outputs, rows × 2, of scaled inputs, rows × 4. `mask` (rows × 32, zero or 1/(1 − dropout)) silences units
+    /// while training.
+    pub(crate) fn forward(&self, inputs: Tensor<2>, mask: Option<Tensor<2>>) -> Tensor<2> {
+        let [first, second, third, last] = &self.dense[..] else {
+            unreachable!("a model is made with {LAYERS} layers")
+        };
+        let values = relu(self.norm.forward(first.forward(inputs)));
+        let values = relu(third.forward(relu(second.forward(values))));
+        last.forward(match mask {
+            Some(mask) => values * mask,
+            None => values,
+        })
+    }
+
+    /// The same function with SI inputs and outputs and without batch norm, as plain weights.
+    pub(crate) fn fold(
+        &self,
+        inputs: &Scaling<4>,
+        targets: &Scaling<2>,
+    ) -> Result<Network, NetworkError> {
+        let mut layers: Vec<Wide> = self.dense.iter().map(Wide::of).collect();
+        layers[0].normalise(&self.norm);
+        layers[0].take_scaled(inputs);
+        layers[LAYERS - 1].give_unscaled(targets);
+        Network::new(layers.into_iter().map(Wide::narrow).collect())
+    }
+}
+
+/// A dense layer in double precision, so that folding costs no digits.
+struct Wide {
+    /// One row an output.
+    weight: Vec<Vec<f64>>,
+    bias: Vec<f64>,
+}
+
+impl Wide {
+    fn of(dense: &Linear) -> Self {
+        let weight = numbers(dense.weight.val());
+        let [_, outputs] = dense.weight.val().dims();
+        let bias = dense
+            .bias
+            .as_ref()
+            .map(|bias| numbers(bias.val()))
+            .unwrap_or_default();
+        let row = |output: usize| {
+            weight
+                .iter()
+                .skip(output)
+                .step_by(outputs)
+                .copied()
+                .collect()
+        };
+        Self {
+            weight: (0..outputs).map(row).collect(),
+            bias,
+        }
+    }
+
+    /// Folds a batch norm that follows.
+    fn normalise(&mut self, norm: &BatchNorm) {
+        let mean = numbers(norm.running_mean.value_sync());
+        let variance = numbers(norm.running_var.value_sync());
+        let (gamma, beta) = (numbers(norm.gamma.val()), numbers(norm.beta.val()));
+        for (output, row) in self.weight.iter_mut().enumerate() {
+            let factor = gamma[output] / (variance[output] + norm.epsilon).sqrt();
+            row.iter_mut().for_each(|weight| *weight *= factor);
+            self.bias[output] = (self.bias[output] - mean[output]) * factor + beta[output];
+        }
+    }
+
+    /// Folds the scaling of the inputs, which precedes.
+    fn take_scaled(&mut self, scaling: &Scaling<4>) {
+        for (row, bias) in self.weight.iter_mut().zip(&mut self.bias) {
+            for (input, weight) in row.iter_mut().enumerate() {
+                *weight /= scaling.deviation[input];
+                *bias -= *weight * scaling.mean[input];
+            }
+        }
+    }
+
+    /// Folds the scaling of the targets, which is undone after.
+    fn give_unscaled(&mut self, scaling: &Scaling<2>) {
+        for (output, row) in self.weight.iter_mut().enumerate() {
+            row.iter_mut()
+                .for_each(|weight| *weight *= scaling.deviation[output]);
+            self.bias[output] =
+                self.bias[output] * scaling.deviation[output] + scaling.mean[output];
+        }
+    }
+
+    fn narrow(self) -> Layer {
+        Layer {
+            weight: self
+                .weight
+                .into_iter()
+                .flatten()
+                .map(|weight| weight as f32)
+                .collect(),
+            bias: self.bias.into_iter().map(|bias| bias as f32).collect(),
+        }
+    }
+}
+
+fn numbers<const D: usize>(tensor: Tensor<D>) -> Vec<f64> {
+    tensor.into_data().iter::<f64>().collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::SeedableRng;
+
+    use super::*;
+
+    #[test]
+    fn the_folded_network_answers_as_burn_does() {
+        let device = Device::flex().autodiff();
+        let mut rng = ChaCha8Rng::seed_from_u64(3);
+        let model = Model::new(&mut rng, &device);
+        let mut row = || -> [f64; 4] { std::array::from_fn(|_| rng.random_range(-2.0..2.0)) };
+        let rows: Vec<[f64; 4]> = (0..64).map(|_| row()).collect();
+        let flat: Vec<f32> = rows.iter().flatten().map(|value| *value as f32).collect();
+        // Training passes move batch norm's running statistics away from zero and one.
+        for _ in 0..50 {
+            let batch = Tensor::<2>::from_data(TensorData::new(flat.clone(), [64, 4]), &device);
+            model.forward(batch, None);
+        }
+
+        let inputs = Scaling {
+            mean: [0.3, -0.1, 0.8, 0.2],
+            deviation: [0.1, 0.2, 0.15, 0.3],
+        };
+        let targets = Scaling {
+            mean: [0.05, -0.02],
+            deviation: [0.03, 0.01],
+        };
+        let network = model.fold(&inputs, &targets).expect("finite");
+        let still = model.valid();
+        let batch = Tensor::<2>::from_data(TensorData::new(flat, [64, 4]), &Device::flex());
+        let answers = numbers(still.forward(batch, None));
+        let mut largest: f64 = 0.0;
+        for (row, answer) in rows.iter().zip(answers.chunks_exact(2)) {
+            let si = std::array::from_fn(|i| row[i] * inputs.deviation[i] + inputs.mean[i]);
+            let folded = network.predict(si);
+            for i in 0..2 {
+                let burn = answer[i] * targets.deviation[i] + targets.mean[i];
+                largest = largest.max((folded[i] - burn).abs());
+            }
+        }
+        assert!(largest < 1e-5, "{largest}");
+    }
+}
