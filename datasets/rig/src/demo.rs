@@ -1,0 +1,134 @@
+//! Writes a folder of demo logs: `rig.toml`, `logs/*.mcap`, `truth.json`.
+
+use std::path::{Path, PathBuf};
+
+use values::Shape;
+
+use crate::sim::{Purpose, random};
+use crate::{Hidden, PlannedStrike, RecordingWriter, RigSimError, Sim, Truth, When, plan};
+
+/// Strikes in a session at the most.
+const STRIKES_A_SESSION: usize = 50;
+/// Sessions that a demo is split into, where each keeps enough strikes: effects that differ by session need several.
+const SESSIONS: usize = 4;
+/// Strikes that a session keeps at the least.
+const FEWEST_A_SESSION: usize = 10;
+
+/// What to write.
+#[derive(Clone, Debug)]
+pub struct Settings {
+    /// How many strikes to draw; a plan has its own number.
+    pub strikes: usize,
+    /// The rig, its seed and what is hidden; every field may be changed.
+    pub truth: Truth,
+    /// Strikes to make in place of random ones.
+    pub plan: Option<Vec<PlannedStrike>>,
+    /// Also logs `/striker/state`.
+    pub log_state: bool,
+}
+
+impl Settings {
+    /// The demo of a shape: random strikes, with `hidden` in place of the demo's mixture where it is given.
+    pub fn new(shape: Shape, strikes: usize, seed: u64, hidden: Option<Hidden>) -> Self {
+        let mut truth = Truth::demo(&Truth::demo_rig(shape), seed);
+        truth.hidden = hidden.unwrap_or(truth.hidden);
+        Self {
+            strikes,
+            truth,
+            plan: None,
+            log_state: false,
+        }
+    }
+}
+
+/// What was written.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Written {
+    /// The rig file.
+    pub rig: PathBuf,
+    /// The logs, in order of time.
+    pub logs: Vec<PathBuf>,
+    /// The truth.
+    pub truth: PathBuf,
+    /// Number of strikes in all logs.
+    pub strikes: usize,
+}
+
+/// Writes a demo into a folder, which it creates, replacing files of the same names. The same settings give the same bytes.
+pub fn write(settings: &Settings, out: &Path) -> Result<Written, RigSimError> {
+    let mut sim = Sim::from(settings.truth.clone())?;
+    if settings.log_state {
+        sim = sim.logging_state();
+    }
+    let count = settings.plan.as_ref().map_or(settings.strikes, Vec::len);
+    let a_session = count.div_ceil(sessions(count)).max(1);
+    let when = |order: usize| When {
+        session: order / a_session,
+        order,
+    };
+    let plan = match &settings.plan {
+        Some(plan) => plan.clone(),
+        None => plan::draw(
+            sim.bench(),
+            when,
+            count,
+            &mut random(settings.truth.seed, Purpose::Plan, 0),
+        )?,
+    };
+    for (index, strike) in plan.iter().enumerate() {
+        plan::check(sim.bench(), index, strike)?;
+    }
+
+    let folder = out.join("logs");
+    std::fs::create_dir_all(&folder).map_err(|source| file_error(&folder, source))?;
+    let mut written = Written {
+        rig: out.join("rig.toml"),
+        logs: Vec::new(),
+        truth: out.join("truth.json"),
+        strikes: count,
+    };
+    let mut truth = settings.truth.clone();
+    truth.strikes.clear();
+    for (session, strikes) in plan.chunks(a_session).enumerate() {
+        if session > 0 {
+            sim.next_session();
+        }
+        let path = folder.join(format!("session_{session:03}.mcap"));
+        let mut writer = RecordingWriter::create(&path, &truth.rig.topics)?;
+        for strike in strikes {
+            let recording = sim.strike(strike.initial(), strike.command());
+            writer.write(&recording.samples)?;
+            truth.strikes.push(recording.truth);
+        }
+        writer.finish()?;
+        written.logs.push(path);
+    }
+    write_text(
+        &written.rig,
+        &format!("{RIG_HEADER}{}", truth.rig.to_toml()),
+    )?;
+    write_text(&written.truth, &truth.to_json())?;
+    Ok(written)
+}
+
+const RIG_HEADER: &str = "# The embedded rig of `carom demo`: what is known of it before anything is measured.\n\
+    # SI units. Frame `table`: x away from the robot, y to its left, angles from +x, counter-clockwise.\n\n";
+
+fn sessions(strikes: usize) -> usize {
+    strikes
+        .div_ceil(STRIKES_A_SESSION)
+        .max(SESSIONS.min(strikes / FEWEST_A_SESSION))
+        .max(1)
+}
+
+fn write_text(path: &Path, text: &str) -> Result<(), RigSimError> {
+    std::fs::write(path, text).map_err(|source| file_error(path, source))
+}
+
+fn file_error(path: &Path, source: std::io::Error) -> RigSimError {
+    RigSimError::File {
+        doing: "write",
+        path: path.display().to_string(),
+        source,
+    }
+}

@@ -1,0 +1,107 @@
+//! Effects of the arm and of the blow.
+
+use values::Command;
+
+use super::{Acts, effect};
+
+effect! {
+    /// The arm's speed is not the commanded one: a straight line that bends softly into a cap.
+    StrikerSpeedError = "striker_speed_error" {
+        /// Speed added, in m/s.
+        a: 0.05, "m/s", Some(0.0);
+        /// Slope.
+        b: 0.88, "1", Some(1.0);
+        /// Speed that is not exceeded, in m/s.
+        cap: 0.86, "m/s", Some(1.2);
+        /// Width of the bend, in m/s; at 0 a sharp `min(a + b·commanded, cap)`.
+        softness: 0.01, "m/s", None;
+    }
+}
+
+impl Acts for StrikerSpeedError {
+    fn deliver(&self, command: Command) -> Command {
+        let line = self.a + self.b * command.speed;
+        let speed = soft_min(line, self.cap, self.softness);
+        Command {
+            speed: speed.max(0.0),
+            ..command
+        }
+    }
+}
+
+/// `−s·ln(e^(−a/s) + e^(−b/s))`, without overflow: below both, and their minimum as s → 0.
+fn soft_min(a: f64, b: f64, softness: f64) -> f64 {
+    let (low, high) = (a.min(b), a.max(b));
+    if softness <= 0.0 {
+        return low;
+    }
+    low - softness * (-(high - low) / softness).exp().ln_1p()
+}
+
+effect! {
+    /// The arm moves at an angle to the commanded one.
+    StrikerAngleBias = "striker_angle_bias" {
+        /// Delivered less commanded angle, in rad.
+        delta: 0.03, "rad", Some(0.0);
+    }
+}
+
+impl Acts for StrikerAngleBias {
+    fn deliver(&self, command: Command) -> Command {
+        Command {
+            angle: command.angle + self.delta,
+            ..command
+        }
+    }
+}
+
+effect! {
+    /// Restitution falls with the speed of impact, by the power law of a contact that yields a little.
+    SpeedDependentRestitution = "speed_dependent_restitution" {
+        /// e ∝ v^(−exponent); Johnson's plastic limit is 1/4.
+        exponent: 0.18, "1", Some(0.0);
+        /// Speed at which restitution is the rig's own, in m/s.
+        reference: 0.7, "m/s", None;
+    }
+}
+
+impl Acts for SpeedDependentRestitution {
+    fn restitution(&self, speed: f64) -> f64 {
+        (speed / self.reference).powf(-self.exponent)
+    }
+}
+
+effect! {
+    /// The tip's line passes beside the centre.
+    OffCentreContact = "off_centre_contact" {
+        /// To the left of the line of motion, in m.
+        offset: 0.002, "m", Some(0.0);
+    }
+}
+
+impl Acts for OffCentreContact {
+    fn tip_offset(&self) -> f64 {
+        self.offset
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn delivered_speed_follows_the_line_and_bends_below_the_cap() {
+        let error = StrikerSpeedError::default();
+        let at = |speed| error.deliver(Command { speed, angle: 0.2 }).speed;
+        assert!((at(0.5) - (0.05 + 0.88 * 0.5)).abs() < 1e-6);
+        assert!(at(1.0) < 0.86 && at(1.0) > 0.84);
+        assert_eq!(soft_min(0.4, 0.9, 0.0), 0.4);
+    }
+
+    #[test]
+    fn restitution_is_the_rigs_at_the_reference_and_falls() {
+        let effect = SpeedDependentRestitution::default();
+        assert_eq!(effect.restitution(0.7), 1.0);
+        assert!((effect.restitution(1.4) - 2f64.powf(-0.18)).abs() < 1e-12);
+    }
+}

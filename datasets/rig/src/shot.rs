@@ -1,0 +1,118 @@
+//! One blow and what follows, before any camera noise.
+
+use values::{Command, Point};
+
+use crate::body::Body;
+use crate::impact::{self, Tip};
+use crate::motion::Motion;
+use crate::surface::Surface;
+use crate::{RigSimError, Truth, roll, slide};
+
+/// No contact gives back more than this share of the speed of approach.
+const HIGHEST_RESTITUTION: f64 = 0.98;
+
+/// When a strike is made: what effects that wear or differ by day depend on.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct When {
+    /// Number of the session (log), from 0.
+    pub session: usize,
+    /// Number of strikes made before it in all sessions.
+    pub order: usize,
+}
+
+/// What one blow does, without noise.
+#[derive(Clone, Debug)]
+pub struct Shot {
+    /// Distance from the tip's centre to the object's at the blow, in m.
+    pub gap: f64,
+    motion: Motion,
+}
+
+impl Shot {
+    /// Where the object comes to rest on the table, in m.
+    pub fn stop(&self) -> Point {
+        self.motion.stop()
+    }
+
+    /// Seconds from the blow to rest; 0 if the tip missed.
+    pub fn rest_time(&self) -> f64 {
+        self.motion.rest_time()
+    }
+
+    /// Where its centre is this long after the blow (s), on the table, in m.
+    pub fn at(&self, time: f64) -> Point {
+        self.motion.at(time)
+    }
+
+    /// Every point passed at the integrator's steps, in m.
+    pub fn points(&self) -> impl Iterator<Item = Point> {
+        self.motion.points()
+    }
+}
+
+/// A truth made ready to strike.
+#[derive(Clone, Debug)]
+pub(crate) struct Bench {
+    pub truth: Truth,
+    body: Body,
+}
+
+impl Bench {
+    /// Errors if the rig file's object lacks a size.
+    pub(crate) fn new(truth: Truth) -> Result<Self, RigSimError> {
+        let body = Body::new(&truth.rig.object)?;
+        Ok(Self { truth, body })
+    }
+
+    /// The farthest that any part of the object lies from its centre, in m.
+    pub(crate) fn reach(&self) -> f64 {
+        self.body.reach()
+    }
+
+    /// Strikes the object that rests at a point of the table with what the arm delivers.
+    pub(crate) fn shoot(&self, from: Point, delivered: Command, when: When) -> Shot {
+        let Truth {
+            hidden,
+            friction,
+            restitution,
+            tip_friction,
+            rolling,
+            ..
+        } = &self.truth;
+        let tip = Tip {
+            radius: self.truth.rig.striker.radius,
+            offset: hidden.acts().map(|effect| effect.tip_offset()).sum(),
+            friction: *tip_friction,
+        };
+        let bounce = |speed: f64| {
+            let factor: f64 = hidden
+                .acts()
+                .map(|effect| effect.restitution(speed))
+                .product();
+            (restitution * factor).clamp(0.0, HIGHEST_RESTITUTION)
+        };
+        let velocity = Point::polar(delivered.speed, delivered.angle);
+        let Some(launch) = impact::strike(&self.body, tip, velocity, bounce) else {
+            return Shot {
+                gap: self.body.reach() + tip.radius,
+                motion: Motion::still(from),
+            };
+        };
+        let surface = Surface::new(*friction, hidden, when);
+        let motion = if self.body.ball {
+            roll::roll(
+                &self.body,
+                &surface,
+                from,
+                launch.velocity,
+                rolling / friction,
+            )
+        } else {
+            slide::slide(&self.body, &surface, from, launch.velocity, launch.spin)
+        };
+        Shot {
+            gap: launch.gap,
+            motion,
+        }
+    }
+}

@@ -1,0 +1,220 @@
+//! The rig as a robot: told a command, it strikes and hands back what a log of it would hold.
+
+use std::path::Path;
+
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+use values::{Command, Point, Rig};
+
+use crate::camera::film;
+use crate::shot::Bench;
+use crate::striker::Profile;
+use crate::{Hidden, RigSimError, Samples, Stamped, StateSample, StrikeTruth, Truth, When};
+
+/// The log's clock starts here: a fixed date, since nothing here reads a clock; in ns since 1970.
+const ORIGIN: u64 = 1_700_000_000_000_000_000;
+/// From the start of one session to that of the next, in ns.
+const DAY: u64 = 86_400_000_000_000;
+/// From the start of one strike's recording to that of the next, at the least, in s.
+const PAUSE: f64 = 5.0;
+/// Rest that is recorded before the arm starts and after the object stops, in s.
+const REST: f64 = 0.6;
+/// Commands a second, in Hz.
+const COMMAND_RATE: f64 = 250.0;
+
+/// One strike as it was recorded.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Recording {
+    /// What goes into a log.
+    pub samples: Samples,
+    /// Where the camera sees the object before, without noise, in m.
+    pub initial: Point,
+    /// Where the camera sees it come to rest, without noise, in m.
+    pub stop: Point,
+    /// What really happened.
+    pub truth: StrikeTruth,
+}
+
+/// A rig that strikes one command after another. The same truth, seed and number of strikes before give the same recording.
+#[derive(Clone, Debug)]
+pub struct Sim {
+    bench: Bench,
+    when: When,
+    start: u64,
+    log_state: bool,
+}
+
+impl Sim {
+    /// A rig with this hidden in place of the demo's mixture. Errors if the rig file lacks a size of its object.
+    pub fn new(rig: &Rig, hidden: Hidden, seed: u64) -> Result<Self, RigSimError> {
+        Self::from(Truth {
+            hidden,
+            ..Truth::demo(rig, seed)
+        })
+    }
+
+    /// The demo's rig, mixture included: what `--robot sim` strikes.
+    pub fn default_for(rig: &Rig, seed: u64) -> Result<Self, RigSimError> {
+        Self::from(Truth::demo(rig, seed))
+    }
+
+    /// The rig that a `truth.json` describes.
+    pub fn from_truth(path: &Path) -> Result<Self, RigSimError> {
+        Self::from(Truth::load(path)?)
+    }
+
+    /// The rig of this truth; strikes noted in it are forgotten.
+    pub fn from(truth: Truth) -> Result<Self, RigSimError> {
+        let bench = Bench::new(Truth {
+            strikes: Vec::new(),
+            ..truth
+        })?;
+        Ok(Self {
+            bench,
+            when: When::default(),
+            start: ORIGIN,
+            log_state: false,
+        })
+    }
+
+    /// Continues as if this many strikes had been made: an executor that runs anew must not repeat its last strike.
+    pub fn after(mut self, strikes: usize) -> Self {
+        self.when.order = strikes;
+        self.start += strikes as u64 * nanoseconds(PAUSE);
+        self
+    }
+
+    /// Also logs the measured state of the striker.
+    pub fn logging_state(mut self) -> Self {
+        self.log_state = true;
+        self
+    }
+
+    /// Starts the next session, a day later.
+    pub fn next_session(&mut self) {
+        self.when.session += 1;
+        self.start = ORIGIN + self.when.session as u64 * DAY;
+    }
+
+    /// Session and number of strikes so far.
+    pub fn when(&self) -> When {
+        self.when
+    }
+
+    /// The truth that it was made from.
+    pub fn truth(&self) -> &Truth {
+        &self.bench.truth
+    }
+
+    pub(crate) fn bench(&self) -> &Bench {
+        &self.bench
+    }
+
+    /// Lays the object where the camera sees it at `initial` (m) and strikes. The arm aims at the object's true centre.
+    pub fn strike(&mut self, initial: Point, command: Command) -> Recording {
+        let truth = &self.bench.truth;
+        let centre = truth.rig.camera.centre;
+        let from = truth.hidden.unsee(initial, centre);
+        let delivered = self.launch(command);
+        let shot = self.bench.shoot(from, delivered, self.when);
+
+        let profile = Profile::new(command, truth.rig.robot.acceleration);
+        let blow = REST + profile.blow(delivered.speed.max(1e-3));
+        let end = (blow + shot.rest_time()).max(REST + profile.duration()) + REST;
+        let stamp = |time: f64| self.start + nanoseconds(time);
+
+        let frames = film(
+            &truth.camera,
+            (truth.rig.camera.rate, truth.rig.camera.noise),
+            (0.0, end),
+            &mut self.random(Purpose::Camera),
+            |time| truth.hidden.see(shot.at(time - blow), centre),
+        );
+        let stamped = |time: f64, at: Point| Stamped {
+            stamp: stamp(time),
+            x: at.x,
+            y: at.y,
+        };
+        let ticks = || (0..=(end * COMMAND_RATE) as u32).map(|tick| f64::from(tick) / COMMAND_RATE);
+        let samples = Samples {
+            centroids: frames
+                .iter()
+                .map(|frame| stamped(frame.time.max(0.0), frame.centroid))
+                .collect(),
+            commands: ticks()
+                .map(|time| stamped(time, profile.velocity(time - REST)))
+                .collect(),
+            states: if self.log_state {
+                let state = |time: f64| {
+                    // The arm follows the commanded profile at the share of speed that it delivers.
+                    let share = delivered.speed / command.speed;
+                    let done = profile.distance(time - REST) - profile.distance(blow - REST);
+                    let at = from + Point::polar(share * done - shot.gap, delivered.angle);
+                    let velocity =
+                        Point::polar(share * profile.speed(time - REST), delivered.angle);
+                    StateSample {
+                        stamp: stamp(time),
+                        position: at.into(),
+                        velocity: velocity.into(),
+                    }
+                };
+                ticks().map(state).collect()
+            } else {
+                Vec::new()
+            },
+        };
+        let recording = Recording {
+            samples,
+            initial,
+            stop: truth.see(shot.stop()),
+            truth: StrikeTruth {
+                session: self.when.session,
+                order: self.when.order,
+                initial: from,
+                command,
+                delivered,
+                blow: stamp(blow),
+                rest_time: shot.rest_time(),
+                stop: shot.stop(),
+            },
+        };
+        self.when.order += 1;
+        self.start += nanoseconds(PAUSE.max(end + 1.0));
+        recording
+    }
+
+    /// What the arm delivers this time: effects, then scatter.
+    fn launch(&self, command: Command) -> Command {
+        let mut random = self.random(Purpose::Launch);
+        let [speed, angle]: [f64; 2] = std::array::from_fn(|_| StandardNormal.sample(&mut random));
+        let delivered = self.bench.truth.hidden.deliver(command);
+        let scatter = self.bench.truth.scatter;
+        Command {
+            speed: (delivered.speed * (1.0 + scatter.speed * speed)).max(0.0),
+            angle: delivered.angle + scatter.angle * angle,
+        }
+    }
+
+    fn random(&self, purpose: Purpose) -> ChaCha8Rng {
+        random(self.bench.truth.seed, purpose, self.when.order)
+    }
+}
+
+/// What random numbers are for: each strike has a stream of its own for each purpose, so that order changes nothing.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Purpose {
+    Plan = 0,
+    Launch = 1,
+    Camera = 2,
+}
+
+pub(crate) fn random(seed: u64, purpose: Purpose, order: usize) -> ChaCha8Rng {
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    random.set_stream(order as u64 * 4 + purpose as u64);
+    random
+}
+
+fn nanoseconds(seconds: f64) -> u64 {
+    (seconds * 1e9).round() as u64
+}

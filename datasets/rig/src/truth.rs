@@ -1,0 +1,156 @@
+//! The truth of a rig: what no stage may read, and every benchmark compares with.
+
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+use values::{Command, Point, Rig, Shape};
+
+use crate::shot::Bench;
+use crate::{Hidden, RigSimError, Shot, When};
+
+/// A rig as it really is; `truth.json`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Truth {
+    /// The rig file that goes with it.
+    pub rig: Rig,
+    /// Seed of everything random.
+    pub seed: u64,
+    /// Coefficient of friction between object and table.
+    pub friction: f64,
+    /// Coefficient of rolling resistance, for a ball.
+    pub rolling: f64,
+    /// Coefficient of restitution between tip and object.
+    pub restitution: f64,
+    /// Coefficient of friction between tip and object.
+    pub tip_friction: f64,
+    /// How much one launch differs from the next.
+    pub scatter: Scatter,
+    /// What is wrong with the camera besides noise.
+    pub camera: CameraTruth,
+    /// What is hidden.
+    pub hidden: Hidden,
+    /// What was struck; empty for a robot that has not struck yet.
+    #[serde(default)]
+    pub strikes: Vec<StrikeTruth>,
+}
+
+/// Launch scatter: standard deviations from strike to strike.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Scatter {
+    /// Of the delivered speed, as a share of it.
+    pub speed: f64,
+    /// Of the delivered angle, in rad.
+    pub angle: f64,
+}
+
+/// The camera's faults; rate and noise are the rig file's.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CameraTruth {
+    /// Standard deviation of the time between frames, in s.
+    pub jitter: f64,
+    /// Share of frames that are lost.
+    pub dropped: f64,
+}
+
+/// One strike as it really was, on the table and without noise.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct StrikeTruth {
+    /// Number of its session, from 0.
+    pub session: usize,
+    /// Number of strikes before it.
+    pub order: usize,
+    /// Initial position, in m.
+    pub initial: Point,
+    /// What was commanded.
+    pub command: Command,
+    /// What the arm delivered, scatter included.
+    pub delivered: Command,
+    /// Stamp of the blow, in ns.
+    pub blow: u64,
+    /// Seconds from the blow to rest.
+    pub rest_time: f64,
+    /// Where it came to rest, in m.
+    pub stop: Point,
+}
+
+impl Truth {
+    /// The demo's truth for a rig: its hidden mixture, a dry plastic-on-wood contact, and a good arm's scatter.
+    ///
+    /// Launch scatter and the camera's faults are those of a small arm with a software-triggered camera; together with the
+    /// noise of the rig file they scatter repeats of one command by a few millimetres.
+    pub fn demo(rig: &Rig, seed: u64) -> Self {
+        Self {
+            rig: rig.clone(),
+            seed,
+            friction: 0.25,
+            rolling: 0.10,
+            restitution: 0.50,
+            // A rubber-faced tip: it sticks to a box over all the demo's angles, so that they all lead somewhere else.
+            tip_friction: 0.70,
+            scatter: Scatter {
+                speed: 0.006,
+                angle: 0.3f64.to_radians(),
+            },
+            camera: CameraTruth {
+                jitter: 0.0008,
+                dropped: 0.01,
+            },
+            hidden: Hidden::demo(),
+            strikes: Vec::new(),
+        }
+    }
+
+    /// The demo's rig for a shape. A box is struck within ±0.5 rad: beyond 0.6 the tip would meet its edge.
+    pub fn demo_rig(shape: Shape) -> Rig {
+        let mut rig = Rig::demo(shape);
+        if shape == Shape::Box {
+            rig.robot.angle = [-0.5, 0.5].into();
+        }
+        rig
+    }
+
+    /// Reads `truth.json`.
+    pub fn load(path: &Path) -> Result<Self, RigSimError> {
+        let file = path.display().to_string();
+        let text = std::fs::read_to_string(path).map_err(|source| RigSimError::File {
+            doing: "read",
+            path: file.clone(),
+            source,
+        })?;
+        serde_json::from_str(&text).map_err(|error| RigSimError::Parse {
+            what: format!("truth {file}"),
+            why: error.to_string(),
+        })
+    }
+
+    /// The text of `truth.json`.
+    pub fn to_json(&self) -> String {
+        serde_json::to_string_pretty(self).expect("a truth is plain data")
+    }
+
+    /// The strike without scatter or noise: `initial` is where the camera sees the object, `command` what the arm is told.
+    pub fn shot(&self, initial: Point, command: Command, when: When) -> Result<Shot, RigSimError> {
+        let bench = Bench::new(self.clone())?;
+        let from = self.hidden.unsee(initial, self.rig.camera.centre);
+        Ok(bench.shoot(from, self.hidden.deliver(command), when))
+    }
+
+    /// Where the camera would see that strike's stop, without scatter or noise, in m.
+    pub fn expected_stop(
+        &self,
+        initial: Point,
+        command: Command,
+        when: When,
+    ) -> Result<Point, RigSimError> {
+        Ok(self.see(self.shot(initial, command, when)?.stop()))
+    }
+
+    /// Where the camera sees a point of the table, without noise, in m.
+    pub fn see(&self, at: Point) -> Point {
+        self.hidden.see(at, self.rig.camera.centre)
+    }
+}
