@@ -1,1 +1,24 @@
-//! stage
+//! What a stage is, and how its answers are kept.
+//!
+//! A [`Stage`] is its settings plus `run`; an [`ItemStage`] answers item by item. [`Run`] hashes name, version,
+//! settings and input into a key and answers from the folder's cache, or computes and stores the answer. Nothing in
+//! the cache is trusted that its hash does not prove: a damaged answer is computed again. One run at a time works in a
+//! folder; one that is killed loses at most the batch of items it was computing.
+//!
+//! What hashes must be plain data in a fixed order: a `BTreeMap`, never a `HashMap`.
+
+mod answers;
+mod codec;
+mod contract;
+mod error;
+mod key;
+mod pack;
+mod progress;
+mod run;
+mod summary;
+
+pub use contract::{ItemStage, Stage};
+pub use error::{RunError, StageError};
+pub use progress::Progress;
+pub use run::{Options, Run};
+pub use summary::{Record, StageSummary, Summary};

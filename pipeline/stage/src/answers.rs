@@ -1,0 +1,104 @@
+//! Whole answers: one file each, `cache/STAGE/KEY.answer`, that begins with the hash of the rest.
+
+use std::collections::HashSet;
+use std::fs;
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
+use std::time::SystemTime;
+
+use crate::StageError;
+use crate::key::Key;
+
+/// Answers and packs that no current input asks for: so many are kept for each stage, the newest.
+const SPARE: usize = 8;
+
+/// The cache's folder.
+pub(crate) struct Answers {
+    dir: PathBuf,
+    /// Files that this run wrote or used.
+    used: Mutex<HashSet<PathBuf>>,
+}
+
+/// What the cache holds for a key.
+pub(crate) enum Kept {
+    Answer(Vec<u8>),
+    Nothing,
+    /// A file that its hash does not prove.
+    Damaged,
+}
+
+impl Answers {
+    pub fn open(dir: PathBuf) -> Result<Self, StageError> {
+        durable::create_dir(&dir)?;
+        durable::sweep(&dir)?;
+        Ok(Self {
+            dir,
+            used: Mutex::default(),
+        })
+    }
+
+    /// The file of a key, in its stage's folder, which is made.
+    pub fn path(&self, stage: &str, key: Key, extension: &str) -> Result<PathBuf, StageError> {
+        let folder = self.dir.join(stage);
+        durable::create_dir(&folder)?;
+        Ok(folder.join(format!("{key}.{extension}")))
+    }
+
+    pub fn load(&self, path: &Path) -> Result<Kept, StageError> {
+        let bytes = match fs::read(path) {
+            Ok(bytes) => bytes,
+            Err(error) if error.kind() == ErrorKind::NotFound => return Ok(Kept::Nothing),
+            Err(error) => return Err(durable::Error::new("read", path, error).into()),
+        };
+        match bytes.split_at_checked(32) {
+            Some((hash, answer)) if hash == Key::of_bytes(&[answer]).0 => {
+                self.mark_used(path);
+                Ok(Kept::Answer(answer.to_vec()))
+            }
+            _ => Ok(Kept::Damaged),
+        }
+    }
+
+    pub fn store(&self, path: &Path, answer: &[u8]) -> Result<(), StageError> {
+        durable::write(path, |file| {
+            use std::io::Write;
+            file.write_all(&Key::of_bytes(&[answer]).0)
+                .and_then(|()| file.write_all(answer))
+                .map_err(|source| durable::Error::new("write", path, source))
+        })?;
+        self.mark_used(path);
+        Ok(())
+    }
+
+    pub fn mark_used(&self, path: &Path) {
+        self.used
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+            .insert(path.into());
+    }
+
+    /// Removes the oldest of what this run did not use, where a stage's folder holds more than [`SPARE`] of it.
+    pub fn prune(&self, stage: &str) -> Result<(), StageError> {
+        let folder = self.dir.join(stage);
+        let failed = |source| durable::Error::new("tidy", &folder, source);
+        let used = self.used.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut spare = Vec::new();
+        for entry in fs::read_dir(&folder).map_err(failed)? {
+            let entry = entry.map_err(failed)?;
+            if !used.contains(&entry.path()) {
+                let written = entry
+                    .metadata()
+                    .and_then(|data| data.modified())
+                    .unwrap_or(SystemTime::UNIX_EPOCH);
+                spare.push((written, entry.path()));
+            }
+        }
+        spare.sort();
+        let surplus = spare.len().saturating_sub(SPARE);
+        for (_, path) in &spare[..surplus] {
+            fs::remove_file(path).map_err(|source| durable::Error::new("remove", path, source))?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,51 @@
+//! The two shapes a stage can have.
+
+use serde::{Serialize, de::DeserializeOwned};
+
+use crate::Progress;
+
+/// A stage that answers as a whole. The implementing struct holds its settings, and they are part of the key.
+///
+/// `run` is a function of settings and input: no clock, environment or global random source, and the same bytes with
+/// any number of threads.
+pub trait Stage: Serialize {
+    /// Its name: of its folder in the cache, in the summary and in the manifest.
+    const NAME: &'static str;
+    /// Raised when the meaning of its output, or how it is computed, changes.
+    const VERSION: u32;
+    /// What it computes from.
+    type Input: Serialize + ?Sized;
+    /// Its answer.
+    type Output: Serialize + DeserializeOwned;
+    /// Why it could not answer.
+    type Error: std::error::Error + Send + Sync + 'static;
+
+    /// Computes the answer.
+    fn run(&self, input: &Self::Input, progress: &Progress) -> Result<Self::Output, Self::Error>;
+}
+
+/// A stage whose answer to one item depends on settings, what is shared, and that item alone.
+pub trait ItemStage: Serialize + Sync {
+    /// Its name: of its folder in the cache, in the summary and in the manifest.
+    const NAME: &'static str;
+    /// Raised when the meaning of its output, or how it is computed, changes.
+    const VERSION: u32;
+    /// What every item is computed with, such as a world.
+    type Shared: Serialize + Sync + ?Sized;
+    /// One item.
+    type Item: Serialize + Sync;
+    /// The answer to one item.
+    type Output: Serialize + DeserializeOwned + Send;
+    /// Why it could not answer.
+    type Error: std::error::Error + Send + Sync + 'static;
+
+    /// Computes the answers to these items, in their order. Only items without a kept answer are passed, a batch at a
+    /// time; a batch's answers are kept before the next begins. `progress.inc` counts items; `progress.items` has no
+    /// effect here, the runner has set it.
+    fn run_items(
+        &self,
+        shared: &Self::Shared,
+        items: &[&Self::Item],
+        progress: &Progress,
+    ) -> Result<Vec<Self::Output>, Self::Error>;
+}
