@@ -1,29 +1,79 @@
 //! The one place that reaches into MuJoCo's memory: a model and its data, owned by one worker.
-#![expect(unsafe_code, reason = "a compiled model's contact parameters are changed in place, never recompiled a step")]
+#![expect(
+    unsafe_code,
+    reason = "a compiled model's contact parameters are changed in place, never recompiled a step"
+)]
 
-use mujoco_rs::prelude::{MjData, MjModel};
+use std::sync::Once;
+
+use mujoco_rs::{
+    prelude::{MjData, MjModel},
+    wrappers::mj_logging::{log_config, set_log_config},
+};
 use values::Point;
 
-use crate::WorldError;
+use crate::{WorldError, scene::LOAD_IMPEDANCE};
 
 /// Number of the striker's pair: the last of the scene.
 fn striker_pair(model: &MjModel) -> usize {
     model.pair_solref().len() - 1
 }
 
+/// MuJoCo prints its warnings and appends them to a file in the current folder; a state that is not finite is told by
+/// [`crate::WorldError::Diverged`] instead.
+fn keep_quiet() {
+    static ONCE: Once = Once::new();
+    // SAFETY: the first scene is compiled here, before any other use of MuJoCo; others wait for it.
+    ONCE.call_once(|| unsafe {
+        set_log_config(
+            log_config()
+                .with_logto_console(false)
+                .with_logto_file(false),
+        )
+    });
+}
+
 /// A compiled scene; shared between threads.
 pub(crate) struct Scene(MjModel);
 
 impl Scene {
-    /// Compiles MJCF text.
-    pub(crate) fn compile(mjcf: &str) -> Result<Self, WorldError> {
-        MjModel::from_xml_string(mjcf).map(Self).map_err(|error| WorldError::Compile(error.to_string()))
+    /// Compiles MJCF text, and sets the springs of the feet so that together they carry `weight` (N).
+    pub(crate) fn compile(mjcf: &str, weight: f64) -> Result<Self, WorldError> {
+        keep_quiet();
+        let mut model = MjModel::from_xml_string(mjcf)
+            .map_err(|error| WorldError::Compile(error.to_string()))?;
+        let mut data = MjData::new(Box::new(model.clone()));
+        // Tip and object must not touch while the load is measured.
+        data.qpos_mut()
+            .iter_mut()
+            .rev()
+            .take(2)
+            .for_each(|q| *q = -10.0);
+        data.forward();
+        let load: f64 = (0..data.contact().len())
+            .map(|contact| data.contact_force(contact)[0])
+            .sum();
+        if !(load > 0.0 && load.is_finite()) {
+            return Err(WorldError::Compile(format!(
+                "the feet carry {load} N in place of {weight} N"
+            )));
+        }
+        let feet = striker_pair(&model);
+        model.pair_solref_mut()[..feet]
+            .iter_mut()
+            .for_each(|solref| solref[0] *= weight / load);
+        Ok(Self(model))
     }
 
-    /// A worker's own copy of model and data.
-    pub(crate) fn engine(&self) -> Engine {
+    /// A worker's own copy of model and data. `feet` are the offsets (m) of the points on which the object slides.
+    pub(crate) fn engine(&self, feet: Vec<Point>) -> Engine {
         let data = MjData::new(Box::new(self.0.clone()));
-        Engine { nv_object: data.model().nv() as usize - 2, base_friction: self.0.pair_friction().to_vec(), data }
+        Engine {
+            nv_object: data.model().nv() as usize - 2,
+            base_friction: self.0.pair_friction().to_vec(),
+            feet,
+            data,
+        }
     }
 }
 
@@ -32,7 +82,12 @@ pub(crate) struct Engine {
     data: MjData<Box<MjModel>>,
     nv_object: usize,
     base_friction: Vec<[f64; 5]>,
+    feet: Vec<Point>,
 }
+
+/// How far, relative to dry friction's deceleration, MuJoCo's friction reference lies beyond the cone.
+const BEYOND_CONE: f64 = 1.5;
+const GRAVITY: f64 = 9.81;
 
 impl Engine {
     /// Back to the scene's initial state, all at rest.
@@ -58,28 +113,21 @@ impl Engine {
         // SAFETY: as above.
         let model = unsafe { self.data.model_mut() };
         let pairs = striker_pair(model);
-        for (friction, base) in model.pair_friction_mut()[..pairs].iter_mut().zip(&self.base_friction) {
+        for (friction, base) in model.pair_friction_mut()[..pairs]
+            .iter_mut()
+            .zip(&self.base_friction)
+        {
             // MuJoCo wants friction above zero.
             friction[0] = (base[0] * factor).max(1e-5);
             friction[1] = friction[0];
         }
     }
 
-    /// Places the object, keeping its height.
+    /// Places the object.
     pub(crate) fn place_object(&mut self, position: Point) {
         let qpos = self.data.qpos_mut();
         qpos[0] = position.x;
         qpos[1] = position.y;
-    }
-
-    /// Height of the object above its initial one, in m.
-    pub(crate) fn height(&self) -> f64 {
-        self.data.qpos()[2]
-    }
-
-    /// Sets the height of the object above its initial one, in m.
-    pub(crate) fn set_height(&mut self, height: f64) {
-        self.data.qpos_mut()[2] = height;
     }
 
     /// Prescribes the striker's position (m) and velocity (m/s).
@@ -106,11 +154,6 @@ impl Engine {
         Point::new(qvel[0], qvel[1])
     }
 
-    /// Rate of turning about the vertical, in rad/s.
-    pub(crate) fn spin(&self) -> f64 {
-        self.data.qvel()[self.nv_object - 1]
-    }
-
     /// Force on the object's centre, in N.
     pub(crate) fn push(&mut self, force: Point) {
         let applied = self.data.qfrc_applied_mut();
@@ -121,16 +164,66 @@ impl Engine {
     /// Whether tip and object touched in the last step. The tip is the scene's last geom.
     pub(crate) fn tip_touches(&self) -> bool {
         let tip = self.data.model().ngeom() as i32 - 1;
-        self.data.contact().iter().any(|contact| contact.geom.contains(&tip))
+        self.data
+            .contact()
+            .iter()
+            .any(|contact| contact.geom.contains(&tip))
     }
 
-    /// One step; the object's planar position moves by the mean of old and new velocity, which is exact under
-    /// constant deceleration where MuJoCo's semi-implicit Euler step is off by half a step's length.
-    pub(crate) fn step(&mut self) {
+    /// Velocity in m/s with which a point of the base slides; `foot` is its offset in the object's own frame, in m.
+    fn slip(&self, foot: Point, velocity: Point) -> Point {
+        let (qpos, qvel) = (self.data.qpos(), self.data.qvel());
+        if self.nv_object == 5 {
+            // A ball: its lowest point slides by what it does not roll. MuJoCo gives its rate of turning in its own frame.
+            let (w, x, y, z) = (qpos[2], qpos[3], qpos[4], qpos[5]);
+            let (a, b, c) = (qvel[2], qvel[3], qvel[4]);
+            let rate_x = (1.0 - 2.0 * (y * y + z * z)) * a
+                + 2.0 * (x * y - w * z) * b
+                + 2.0 * (x * z + w * y) * c;
+            let rate_y = 2.0 * (x * y + w * z) * a
+                + (1.0 - 2.0 * (x * x + z * z)) * b
+                + 2.0 * (y * z - w * x) * c;
+            let radius = foot.norm();
+            return Point::new(velocity.x - rate_y * radius, velocity.y + rate_x * radius);
+        }
+        let arm = foot.rotated(qpos[2]);
+        velocity + Point::new(-arm.y, arm.x) * qvel[2]
+    }
+
+    /// MuJoCo's soft friction pulls each sliding point towards rest at a rate b, and its convex cone lifts a contact in
+    /// proportion to how far that pull lies beyond the cone: at a fixed b a fast object hops. So b follows the slip, and
+    /// the pull is always the same little beyond the cone.
+    fn follow_slip(&mut self, velocity: Point) {
         let timestep = self.data.model_opt().timestep;
-        let before = self.velocity();
+        let rates: Vec<f64> = self
+            .feet
+            .iter()
+            .zip(self.data.model().pair_friction())
+            .map(|(&foot, friction)| {
+                let pull = BEYOND_CONE * friction[0] * GRAVITY;
+                (pull / self.slip(foot, velocity).norm().max(1e-9)).min(0.9 / timestep)
+            })
+            .collect();
+        // SAFETY: as above.
+        let model = unsafe { self.data.model_mut() };
+        for (solref, rate) in model.pair_solreffriction_mut().iter_mut().zip(rates) {
+            // MuJoCo divides a direct damping by the impedance.
+            *solref = [-1.0, -rate * LOAD_IMPEDANCE];
+        }
+    }
+
+    /// One step of MuJoCo's: semi-implicit, which keeps the energy of a stiff contact.
+    pub(crate) fn step(&mut self) {
+        self.follow_slip(self.velocity());
         self.data.step();
-        let gained = (self.velocity() - before) * (0.5 * timestep);
+    }
+
+    /// One step of a free slide: the position moves by the mean of old and new velocity, which is exact under constant
+    /// deceleration where the semi-implicit step is off by half a step's length.
+    pub(crate) fn slide(&mut self) {
+        let before = self.velocity();
+        self.step();
+        let gained = (self.velocity() - before) * (0.5 * self.data.model_opt().timestep);
         let qpos = self.data.qpos_mut();
         qpos[0] -= gained.x;
         qpos[1] -= gained.y;

@@ -4,8 +4,8 @@
 //! A [`Simulator`] is a world compiled for one rig, shared between threads; each thread strikes with a [`Worker`] of its own.
 //! Nothing here knows of logs, tables, files of a run, or the artifact store.
 
-mod engine;
 pub mod effects;
+mod engine;
 mod error;
 mod measured;
 mod parameter;

@@ -19,11 +19,19 @@ pub struct Estimate {
 impl Estimate {
     /// A value that was taken, not measured.
     pub fn fixed(value: f64) -> Self {
-        Self { value, low: None, high: None }
+        Self {
+            value,
+            low: None,
+            high: None,
+        }
     }
 
     /// A value with its 95 % interval.
     pub fn with_interval(value: f64, low: f64, high: f64) -> Self {
-        Self { value, low: Some(low), high: Some(high) }
+        Self {
+            value,
+            low: Some(low),
+            high: Some(high),
+        }
     }
 }

@@ -27,47 +27,190 @@ const fn spec(
     unit: &'static str,
     meaning: &'static str,
 ) -> ParameterSpec {
-    ParameterSpec { name, nominal, low, high, unit, meaning }
+    ParameterSpec {
+        name,
+        nominal,
+        low,
+        high,
+        unit,
+        meaning,
+    }
 }
 
-/// All parameters. Restitution stands for the whole launch factor: with one object and one striker, a mass ratio or
+/// All parameters. `contact_time` and `restitution` are the strike's `solref` in terms that can be identified. Restitution stands for the whole launch factor: with one object and one striker, a mass ratio or
 /// a constant gain of speed cannot be told from it.
 pub const PARAMETERS: &[ParameterSpec] = &[
-    spec("friction", 0.30, 0.02, 1.5, "", "sliding friction between object and table"),
-    spec("torsional_friction", 0.0, 0.0, 0.05, "m", "torsional friction of each foot (MuJoCo's friction[1])"),
-    spec("rolling_friction", 0.001, 0.0, 0.02, "m", "rolling friction of a ball (MuJoCo's friction[2])"),
-    spec("restitution", 0.50, -0.6, 0.99, "", "separation speed over approach speed of tip and object; below zero: delivered speed falls short"),
-    spec("contact_time", 0.002, 0.0015, 0.006, "s", "how long tip and object touch (half period of the undamped contact)"),
-    spec("tip_friction", 0.30, 0.0, 1.5, "", "sliding friction between tip and object"),
-    spec("solref_time", 0.010, 0.006, 0.1, "s", "time constant of the contact with the table (solref[0])"),
-    spec("solref_damping", 1.0, 0.3, 2.0, "", "damping ratio of the contact with the table (solref[1])"),
-    spec("solimp_dmin", 0.90, 0.1, 0.99, "", "least impedance of the contact with the table (solimp[0])"),
-    spec("solimp_dmax", 0.95, 0.1, 0.99, "", "greatest impedance of the contact with the table (solimp[1])"),
-    spec("solimp_width", 0.001, 0.0001, 0.01, "m", "penetration over which the impedance rises (solimp[2])"),
-    spec("solimp_midpoint", 0.5, 0.1, 0.9, "", "midpoint of the impedance's rise (solimp[3])"),
-    spec("solimp_power", 2.0, 1.0, 5.0, "", "power of the impedance's rise (solimp[4])"),
-    spec("fluid_blunt_drag", 0.5, 0.0, 5.0, "", "blunt drag coefficient in air (fluidcoef[0])"),
-    spec("fluid_slender_drag", 0.25, 0.0, 5.0, "", "slender drag coefficient in air (fluidcoef[1])"),
-    spec("fluid_angular_drag", 1.5, 0.0, 10.0, "", "angular drag coefficient in air (fluidcoef[2])"),
-    spec("fluid_kutta_lift", 1.0, 0.0, 5.0, "", "Kutta lift coefficient in air (fluidcoef[3])"),
-    spec("fluid_magnus_lift", 1.0, 0.0, 5.0, "", "Magnus lift coefficient in air (fluidcoef[4])"),
-    spec("inertia_x", 1.0, 0.2, 5.0, "× shape's", "moment of inertia about x, relative to the uniform shape's"),
-    spec("inertia_y", 1.0, 0.2, 5.0, "× shape's", "moment of inertia about y, relative to the uniform shape's"),
-    spec("inertia_z", 1.0, 0.2, 5.0, "× shape's", "moment of inertia about z, relative to the uniform shape's"),
+    spec(
+        "friction",
+        0.30,
+        0.02,
+        1.5,
+        "",
+        "sliding friction between object and table",
+    ),
+    spec(
+        "torsional_friction",
+        0.0,
+        0.0,
+        0.05,
+        "m",
+        "torsional friction of each foot (MuJoCo's friction[1])",
+    ),
+    spec(
+        "rolling_friction",
+        0.001,
+        0.0,
+        0.02,
+        "m",
+        "rolling friction of a ball (MuJoCo's friction[2])",
+    ),
+    spec(
+        "restitution",
+        0.50,
+        -0.6,
+        0.99,
+        "",
+        "separation speed over approach speed of tip and object; below zero: delivered speed falls short",
+    ),
+    spec(
+        "contact_time",
+        0.002,
+        0.0015,
+        0.006,
+        "s",
+        "how long tip and object touch (half period of the undamped contact)",
+    ),
+    spec(
+        "tip_friction",
+        0.50,
+        0.0,
+        1.5,
+        "",
+        "sliding friction between tip and object",
+    ),
+    spec(
+        "solimp_dmin",
+        0.99,
+        0.5,
+        0.999,
+        "",
+        "least impedance of the contact of tip and object (solimp[0])",
+    ),
+    spec(
+        "solimp_dmax",
+        0.99,
+        0.5,
+        0.999,
+        "",
+        "greatest impedance of that contact (solimp[1])",
+    ),
+    spec(
+        "solimp_width",
+        0.001,
+        0.0001,
+        0.01,
+        "m",
+        "penetration over which the impedance rises (solimp[2])",
+    ),
+    spec(
+        "solimp_midpoint",
+        0.5,
+        0.1,
+        0.9,
+        "",
+        "midpoint of the impedance's rise (solimp[3])",
+    ),
+    spec(
+        "solimp_power",
+        2.0,
+        1.0,
+        5.0,
+        "",
+        "power of the impedance's rise (solimp[4])",
+    ),
+    spec(
+        "fluid_blunt_drag",
+        0.5,
+        0.0,
+        5.0,
+        "",
+        "blunt drag coefficient in air (fluidcoef[0])",
+    ),
+    spec(
+        "fluid_slender_drag",
+        0.25,
+        0.0,
+        5.0,
+        "",
+        "slender drag coefficient in air (fluidcoef[1])",
+    ),
+    spec(
+        "fluid_angular_drag",
+        1.5,
+        0.0,
+        10.0,
+        "",
+        "angular drag coefficient in air (fluidcoef[2])",
+    ),
+    spec(
+        "fluid_kutta_lift",
+        1.0,
+        0.0,
+        5.0,
+        "",
+        "Kutta lift coefficient in air (fluidcoef[3])",
+    ),
+    spec(
+        "fluid_magnus_lift",
+        1.0,
+        0.0,
+        5.0,
+        "",
+        "Magnus lift coefficient in air (fluidcoef[4])",
+    ),
+    spec(
+        "inertia_x",
+        1.0,
+        0.2,
+        5.0,
+        "× shape's",
+        "moment of inertia about x, relative to the uniform shape's",
+    ),
+    spec(
+        "inertia_y",
+        1.0,
+        0.2,
+        5.0,
+        "× shape's",
+        "moment of inertia about y, relative to the uniform shape's",
+    ),
+    spec(
+        "inertia_z",
+        1.0,
+        0.2,
+        5.0,
+        "× shape's",
+        "moment of inertia about z, relative to the uniform shape's",
+    ),
 ];
 
 /// The parameter of that name; the error lists the valid ones.
 pub fn parameter(name: &str) -> Result<&'static ParameterSpec, WorldError> {
-    PARAMETERS.iter().find(|spec| spec.name == name).ok_or_else(|| {
-        let names: Vec<_> = PARAMETERS.iter().map(|spec| spec.name).collect();
-        let nearest = names
-            .iter()
-            .max_by(|a, b| strsim::jaro(a, name).total_cmp(&strsim::jaro(b, name)))
-            .filter(|near| strsim::jaro(near, name) > 0.7);
-        WorldError::UnknownParameter {
-            name: name.into(),
-            hint: nearest.map(|near| format!(", did you mean `{near}`?")).unwrap_or_default(),
-            known: names.join(", "),
-        }
-    })
+    PARAMETERS
+        .iter()
+        .find(|spec| spec.name == name)
+        .ok_or_else(|| {
+            let names: Vec<_> = PARAMETERS.iter().map(|spec| spec.name).collect();
+            let nearest = names
+                .iter()
+                .max_by(|a, b| strsim::jaro(a, name).total_cmp(&strsim::jaro(b, name)))
+                .filter(|near| strsim::jaro(near, name) > 0.7);
+            WorldError::UnknownParameter {
+                name: name.into(),
+                hint: nearest
+                    .map(|near| format!(", did you mean `{near}`?"))
+                    .unwrap_or_default(),
+                known: names.join(", "),
+            }
+        })
 }

@@ -55,12 +55,21 @@ impl Profile {
         if t <= 0.0 {
             (self.start, Point::default())
         } else if t < self.t_pre_strike {
-            (self.start + direction * (0.5 * acceleration * t * t), direction * (acceleration * t))
+            (
+                self.start + direction * (0.5 * acceleration * t * t),
+                direction * (acceleration * t),
+            )
         } else if t < self.t_strike {
-            (self.pre_strike + direction * (speed * (t - self.t_pre_strike)), direction * speed)
+            (
+                self.pre_strike + direction * (speed * (t - self.t_pre_strike)),
+                direction * speed,
+            )
         } else if t < self.t_stop {
             let left = self.t_stop - t;
-            (self.stop - direction * (0.5 * acceleration * left * left), direction * (acceleration * left))
+            (
+                self.stop - direction * (0.5 * acceleration * left * left),
+                direction * (acceleration * left),
+            )
         } else {
             (self.stop, Point::default())
         }
@@ -73,7 +82,10 @@ mod tests {
 
     #[test]
     fn the_profile_is_continuous_and_reaches_its_positions() {
-        let command = Command { speed: 0.8, angle: 0.3 };
+        let command = Command {
+            speed: 0.8,
+            angle: 0.3,
+        };
         let profile = Profile::plan(Point::new(0.3, 0.1), command, 5.0, 0.042);
         for (t, place) in [
             (0.0, profile.start),

@@ -1,9 +1,11 @@
 //! The scene as MJCF text: a table, an object on its feet, a striker's tip.
 //!
-//! The object slides on planar joints and three or four feet, so it cannot rock; a ball has a free orientation instead.
+//! The object slides on planar joints and four feet, so it neither rocks nor hops: MuJoCo's convex cone would lift a
+//! contact during the impact, and an object on a free joint flies a little. The feet are sunk into the table by a fixed
+//! depth, and their spring is set once so that they carry just the weight. A ball may turn freely.
 //! The cone is elliptic (MuJoCo's default pyramid is anisotropic), every contact an explicit pair (no mixing by maximum).
 
-use values::{Object, Rig, Shape, Tip};
+use values::{Object, Point, Rig, Shape, Tip};
 
 use crate::{World, WorldError};
 
@@ -11,14 +13,18 @@ use crate::{World, WorldError};
 const STRIKER_MASS: f64 = 1000.0;
 /// Radius of a foot in m.
 const FOOT: f64 = 0.002;
+/// Depth in m to which the object's feet reach into the table: with [`LOAD_IMPEDANCE`] it stands for the weight.
+const SINK: f64 = 0.001;
+/// Impedance of the contacts with the table: so soft that the slip does not change the load.
+pub(crate) const LOAD_IMPEDANCE: f64 = 0.001;
+/// How much harder than the load friction is held, so that the object stops within a step.
+const IMPEDANCE_RATIO: f64 = 1e4;
 /// Density in kg/m³ and viscosity in Pa·s of air at 20 °C.
 const AIR: (f64, f64) = (1.2, 1.8e-5);
 
-/// Names used in the scene.
-pub(crate) const FEET: usize = 4;
-
 /// Offsets in m of the feet from the centre: their friction against turning is that of an even pressure on the base.
-fn feet(object: &Object) -> [(f64, f64); FEET] {
+/// A ball has one: its lowest point, given by its radius.
+pub(crate) fn feet(object: &Object) -> Vec<Point> {
     let (a, b) = match object.shape {
         // The mean distance from the centre of a disc is two thirds of its radius.
         Shape::Cylinder => {
@@ -28,11 +34,19 @@ fn feet(object: &Object) -> [(f64, f64); FEET] {
         // A square of half size h has mean distance 0.7652 h; the same share along each side for an oblong.
         Shape::Box => {
             let [x, y, _] = object.half_size.unwrap_or_default();
-            (0.7652 * x / std::f64::consts::SQRT_2, 0.7652 * y / std::f64::consts::SQRT_2)
+            (
+                0.7652 * x / std::f64::consts::SQRT_2,
+                0.7652 * y / std::f64::consts::SQRT_2,
+            )
         }
-        Shape::Sphere => (0.0, 0.0),
+        Shape::Sphere => return vec![Point::new(object.radius.unwrap_or(0.0), 0.0)],
     };
-    [(a, b), (a, -b), (-a, b), (-a, -b)]
+    vec![
+        Point::new(a, b),
+        Point::new(a, -b),
+        Point::new(-a, b),
+        Point::new(-a, -b),
+    ]
 }
 
 /// Height of the object's centre above the table, in m.
@@ -49,13 +63,20 @@ fn inertia(object: &Object) -> [f64; 3] {
     let m = object.mass;
     match object.shape {
         Shape::Cylinder => {
-            let (r, h) = (object.radius.unwrap_or(0.0), 2.0 * object.half_height.unwrap_or(0.0));
+            let (r, h) = (
+                object.radius.unwrap_or(0.0),
+                2.0 * object.half_height.unwrap_or(0.0),
+            );
             let side = m * (3.0 * r * r + h * h) / 12.0;
             [side, side, 0.5 * m * r * r]
         }
         Shape::Box => {
             let [x, y, z] = object.half_size.unwrap_or_default();
-            [m * (y * y + z * z) / 3.0, m * (x * x + z * z) / 3.0, m * (x * x + y * y) / 3.0]
+            [
+                m * (y * y + z * z) / 3.0,
+                m * (x * x + z * z) / 3.0,
+                m * (x * x + y * y) / 3.0,
+            ]
         }
         Shape::Sphere => [0.4 * m * object.radius.unwrap_or(0.0).powi(2); 3],
     }
@@ -81,14 +102,17 @@ pub(crate) fn mjcf(rig: &Rig, world: &World) -> Result<String, WorldError> {
     let value = |name: &str| world.value(name);
     let height = centre_height(&rig.object);
     let [ix, iy, iz] = inertia(&rig.object);
-    let (ix, iy, iz) = (ix * value("inertia_x")?, iy * value("inertia_y")?, iz * value("inertia_z")?);
+    let (ix, iy, iz) = (
+        ix * value("inertia_x")?,
+        iy * value("inertia_y")?,
+        iz * value("inertia_z")?,
+    );
     // MuJoCo wants each moment at most the sum of the others; scaled ones need not be those of a rigid body.
     let joints = if rig.object.shape == Shape::Sphere {
         r#"<joint name="turn" type="ball"/>"#
     } else {
         r#"<joint name="turn" type="hinge" axis="0 0 1"/>"#
     };
-    let solref = format!("{} {}", value("solref_time")?, value("solref_damping")?);
     let dmin = value("solimp_dmin")?;
     let solimp = format!(
         "{dmin} {} {} {} {}",
@@ -97,20 +121,25 @@ pub(crate) fn mjcf(rig: &Rig, world: &World) -> Result<String, WorldError> {
         value("solimp_midpoint")?,
         value("solimp_power")?
     );
-    let (slide, torsion, rolling) = (value("friction")?, value("torsional_friction")?, value("rolling_friction")?);
+    let (slide, torsion, rolling) = (
+        value("friction")?,
+        value("torsional_friction")?,
+        value("rolling_friction")?,
+    );
     let mut feet_geoms = String::new();
     let mut pairs = String::new();
     if rig.object.shape == Shape::Sphere {
         pairs += &format!(
-            r#"<pair geom1="table" geom2="object" condim="6" friction="{slide} {slide} {torsion} {rolling} {rolling}" solref="{solref}" solimp="{solimp}"/>"#
+            r#"<pair geom1="table" geom2="object" condim="6" friction="{slide} {slide} {torsion} {rolling} {rolling}" solref="-1e6 -1" solimp="{LOAD_IMPEDANCE} {LOAD_IMPEDANCE}"/>"#
         );
     } else {
         let condim = if torsion > 0.0 { 4 } else { 3 };
-        for (i, (x, y)) in feet(&rig.object).into_iter().enumerate() {
-            let z = FOOT - height;
-            feet_geoms += &format!(r#"<geom name="foot{i}" type="sphere" size="{FOOT}" pos="{x} {y} {z}"/>"#);
+        for (i, Point { x, y }) in feet(&rig.object).into_iter().enumerate() {
+            let z = FOOT - SINK - height;
+            feet_geoms +=
+                &format!(r#"<geom name="foot{i}" type="sphere" size="{FOOT}" pos="{x} {y} {z}"/>"#);
             pairs += &format!(
-                r#"<pair geom1="table" geom2="foot{i}" condim="{condim}" friction="{slide} {slide} {torsion} {rolling} {rolling}" solref="{solref}" solimp="{solimp}"/>"#
+                r#"<pair geom1="table" geom2="foot{i}" condim="{condim}" friction="{slide} {slide} {torsion} {rolling} {rolling}" solref="-1e6 -1" solimp="{LOAD_IMPEDANCE} {LOAD_IMPEDANCE}"/>"#
             );
         }
     }
@@ -131,17 +160,16 @@ pub(crate) fn mjcf(rig: &Rig, world: &World) -> Result<String, WorldError> {
     Ok(format!(
         r#"<mujoco>
   <compiler boundmass="0" boundinertia="0" balanceinertia="true"/>
-  <option cone="elliptic" solver="Newton" iterations="50" tolerance="1e-12" integrator="Euler" density="{density}" viscosity="{viscosity}">
+  <option cone="elliptic" solver="Newton" iterations="50" tolerance="1e-10" impratio="{IMPEDANCE_RATIO}" integrator="Euler" density="{density}" viscosity="{viscosity}">
     <flag autoreset="disable" eulerdamp="disable" energy="disable"/>
   </option>
   <default><geom contype="0" conaffinity="0" mass="0"/></default>
   <worldbody>
     <geom name="table" type="plane" size="0 0 1"/>
-    <body name="object" pos="0 0 {height}">
+    <body name="object" pos="0 0 {object_height}">
       <inertial pos="0 0 0" mass="{mass}" diaginertia="{ix} {iy} {iz}"/>
       <joint name="object_x" type="slide" axis="1 0 0"/>
       <joint name="object_y" type="slide" axis="0 1 0"/>
-      <joint name="object_z" type="slide" axis="0 0 1"/>
       {joints}
       <geom name="object" {body} fluidshape="ellipsoid" fluidcoef="{fluid}"/>
       {feet_geoms}
@@ -155,9 +183,15 @@ pub(crate) fn mjcf(rig: &Rig, world: &World) -> Result<String, WorldError> {
   </worldbody>
   <contact>
     {pairs}
-    <pair geom1="tip" geom2="object" condim="3" friction="{tip_friction} {tip_friction} 0 0 0" solref="-1000 -1" solimp="0.99 0.99 0.001"/>
+    <pair geom1="tip" geom2="object" condim="3" friction="{tip_friction} {tip_friction} 0 0 0" solref="-1000 -1" solimp="{solimp}"/>
   </contact>
 </mujoco>"#,
+        // A ball is its own foot.
+        object_height = if rig.object.shape == Shape::Sphere {
+            height - SINK
+        } else {
+            height
+        },
         mass = rig.object.mass,
         body = body_geom(&rig.object),
     ))

@@ -18,8 +18,9 @@ const GRAVITY: f64 = 9.81;
 const LEAST_CONTACT_RESTITUTION: f64 = 0.2;
 /// No slide lasts longer, in s.
 const LONGEST_SLIDE: f64 = 20.0;
-/// Settling of the object on its feet before any strike, in s.
-const SETTLING: f64 = 0.5;
+/// Below this speed, in m/s, MuJoCo's soft friction lets the object creep: the rest of the slide, a tenth of a millimetre,
+/// is solved exactly from the deceleration seen above it.
+const CREEP: f64 = 0.025;
 /// Free space between tip and object, in m, beyond which steps are long.
 const NEAR: f64 = 0.0005;
 
@@ -35,7 +36,10 @@ pub struct Steps {
 impl Default for Steps {
     /// 0.05 ms and 2 ms: halving both moves no stop by 0.5 mm (tested).
     fn default() -> Self {
-        Self { contact: 0.05e-3, slide: 2e-3 }
+        Self {
+            contact: 0.05e-3,
+            slide: 2e-3,
+        }
     }
 }
 
@@ -47,7 +51,6 @@ pub struct Simulator {
     friction: f64,
     restitution: f64,
     contact_time: f64,
-    settled_height: f64,
     steps: Steps,
 }
 
@@ -88,21 +91,17 @@ impl Simulator {
     /// The same with other step lengths.
     pub fn with_steps(rig: &Rig, world: &World, steps: Steps) -> Result<Self, WorldError> {
         world.check()?;
-        let scene = Scene::compile(&scene::mjcf(rig, world)?)?;
-        let mut engine = scene.engine();
-        // The striker waits far away while the object settles.
-        engine.drive_striker(Point::new(-10.0, 0.0), Point::default());
-        engine.set_timestep(steps.slide);
-        for _ in 0..(SETTLING / steps.slide) as usize {
-            engine.step();
-        }
+        let scene = Scene::compile(&scene::mjcf(rig, world)?, rig.object.mass * GRAVITY)?;
         Ok(Self {
             rig: rig.clone(),
-            effects: world.effects.iter().map(|added| effects::build(added, rig)).collect::<Result<_, _>>()?,
+            effects: world
+                .effects
+                .iter()
+                .map(|added| effects::build(added, rig))
+                .collect::<Result<_, _>>()?,
             friction: world.value("friction")?,
             restitution: world.value("restitution")?,
             contact_time: world.value("contact_time")?,
-            settled_height: engine.height(),
             scene,
             steps,
         })
@@ -110,7 +109,10 @@ impl Simulator {
 
     /// A worker: model and data of one thread.
     pub fn worker(&self) -> Worker<'_> {
-        Worker { simulator: self, engine: self.scene.engine() }
+        Worker {
+            simulator: self,
+            engine: self.scene.engine(scene::feet(&self.rig.object)),
+        }
     }
 
     /// The rig that it was compiled for.
@@ -118,9 +120,16 @@ impl Simulator {
         &self.rig
     }
 
+    /// Sliding friction and restitution, for a first guess.
+    pub(crate) fn coefficients(&self) -> (f64, f64) {
+        (self.friction, self.restitution)
+    }
+
     /// Where the camera sees an object that is at `point`.
     fn observe(&self, point: Point) -> Point {
-        self.effects.iter().fold(point, |seen, effect| effect.observe(seen))
+        self.effects
+            .iter()
+            .fold(point, |seen, effect| effect.observe(seen))
     }
 
     /// Where an object is that the camera sees at `seen`: a fixed point, for the measurement changes little.
@@ -136,7 +145,12 @@ impl Simulator {
     pub fn profile(&self, initial: Point, command: Command) -> Option<Profile> {
         let direction = Point::polar(1.0, command.angle);
         let standoff = touch::standoff(&self.rig.object, &self.rig.striker, direction, 0.0)?;
-        Some(Profile::plan(initial, command, self.rig.robot.acceleration, standoff))
+        Some(Profile::plan(
+            initial,
+            command,
+            self.rig.robot.acceleration,
+            standoff,
+        ))
     }
 }
 
@@ -150,18 +164,38 @@ impl Worker<'_> {
     /// Strikes the object that the camera sees at rest at `initial` (m) and follows it to its rest.
     ///
     /// Errors: a strike that misses the object, or does not come to a finite rest within 20 s.
-    pub fn strike(&mut self, initial: Point, command: Command, conditions: &Conditions) -> Result<Simulated, WorldError> {
-        let diverged = |why| WorldError::Diverged { speed: command.speed, angle: command.angle, why };
-        if !(command.speed > 0.0 && command.speed.is_finite() && command.angle.is_finite() && initial.is_finite()) {
-            return Err(diverged("speed must be above zero, and speed, angle and position finite"));
+    pub fn strike(
+        &mut self,
+        initial: Point,
+        command: Command,
+        conditions: &Conditions,
+    ) -> Result<Simulated, WorldError> {
+        let diverged = |why| WorldError::Diverged {
+            speed: command.speed,
+            angle: command.angle,
+            why,
+        };
+        if !(command.speed > 0.0
+            && command.speed.is_finite()
+            && command.angle.is_finite()
+            && initial.is_finite())
+        {
+            return Err(diverged(
+                "speed must be above zero, and speed, angle and position finite",
+            ));
         }
         let sim = self.simulator;
-        let delivered = sim.effects.iter().fold(command, |command, effect| effect.deliver(command));
+        let delivered = sim
+            .effects
+            .iter()
+            .fold(command, |command, effect| effect.deliver(command));
         if delivered.speed <= 0.0 {
             return Err(diverged("the arm delivers no speed"));
         }
         let origin = sim.unobserve(initial);
-        let mut motion = self.impact(origin, delivered).ok_or_else(|| diverged("the tip passes beside the object"))?;
+        let mut motion = self
+            .impact(origin, delivered)
+            .ok_or_else(|| diverged("the tip passes beside the object"))?;
         let mut track = Track::default();
         let mut push = |t: f64, point: Point| {
             let seen = sim.observe(point);
@@ -175,10 +209,15 @@ impl Worker<'_> {
         let mut touched = false;
         let mut recorded = 0.0;
         let mut deceleration = Point::default();
+        let mut slowing = weight;
         loop {
             let (position, velocity) = (self.engine.position(), self.engine.velocity());
             let near = motion.near(sim, position, velocity, touched);
-            let timestep = if near { sim.steps.contact } else { sim.steps.slide };
+            let timestep = if near {
+                sim.steps.contact
+            } else {
+                sim.steps.slide
+            };
             self.engine.set_timestep(timestep);
             // Forces at the middle of the step keep it second order.
             let slide = Slide {
@@ -189,7 +228,11 @@ impl Worker<'_> {
             };
             self.apply_effects(&slide);
             motion.drive(&mut self.engine, near);
-            self.engine.step();
+            if near {
+                self.engine.step();
+            } else {
+                self.engine.slide();
+            }
             motion.t += timestep;
             touched |= near && self.engine.tip_touches();
 
@@ -202,15 +245,19 @@ impl Worker<'_> {
                 push(motion.t, position);
                 recorded = motion.t;
             }
-            // The last, partial step is solved exactly: under constant deceleration the rest follows from speed alone.
-            let slowing = -deceleration.dot(now) / now.norm().max(1e-12);
-            if touched && !near && now.norm() <= 1.5 * slowing * timestep {
+            if !near && now.norm() > CREEP {
+                slowing = -deceleration.dot(now) / now.norm();
+            } else if !near && slowing > 0.0 {
                 let left = now.norm() / slowing;
                 let stop = position + now * (0.5 * left);
                 if left > 0.0 {
                     push(motion.t + left, stop);
                 }
-                return Ok(Simulated { stop: sim.observe(stop), rest_time: motion.t + left, track });
+                return Ok(Simulated {
+                    stop: sim.observe(stop),
+                    rest_time: motion.t + left,
+                    track,
+                });
             }
             if motion.t > LONGEST_SLIDE {
                 return Err(diverged("it has not come to rest within 20 s"));
@@ -224,23 +271,34 @@ impl Worker<'_> {
         let direction = Point::polar(1.0, delivered.angle);
         let offset: f64 = sim.effects.iter().map(|effect| effect.tip_offset()).sum();
         let standoff = touch::standoff(&sim.rig.object, &sim.rig.striker, direction, offset)?;
-        let factor: f64 = sim.effects.iter().map(|e| e.restitution_factor(delivered.speed)).product();
+        let factor: f64 = sim
+            .effects
+            .iter()
+            .map(|e| e.restitution_factor(delivered.speed))
+            .product();
         let restitution = (1.0 + sim.restitution) * factor - factor;
         let contact = restitution.clamp(LEAST_CONTACT_RESTITUTION, 0.99);
         let speed = delivered.speed * (1.0 + restitution) / (1.0 + contact);
         let side = Point::new(-direction.y, direction.x) * offset;
         let profile = Profile::plan(
             origin + side,
-            Command { speed, angle: delivered.angle },
+            Command {
+                speed,
+                angle: delivered.angle,
+            },
             sim.rig.robot.acceleration,
             standoff,
         );
         self.engine.reset();
-        self.engine.set_height(sim.settled_height);
         self.engine.place_object(origin);
-        self.engine.set_strike_solref(contact_solref(sim.contact_time, contact));
+        self.engine
+            .set_strike_solref(contact_solref(sim.contact_time, contact, sim.steps.contact));
         self.engine.scale_friction(1.0);
-        Some(TipMotion { profile, t: 0.0 })
+        // Half a step deep, so that the contact acts from the first step on, whatever the rounding.
+        Some(TipMotion {
+            profile,
+            t: 0.5 * sim.steps.contact,
+        })
     }
 
     fn apply_effects(&mut self, slide: &Slide<'_>) {
@@ -248,12 +306,15 @@ impl Worker<'_> {
         if sim.effects.is_empty() {
             return;
         }
-        let factor: f64 = sim.effects.iter().map(|effect| effect.friction_factor(slide)).product();
-        self.engine.scale_friction(factor);
-        let acceleration = sim
+        let factor: f64 = sim
             .effects
             .iter()
-            .fold(Point::default(), |sum, effect| sum + effect.acceleration(slide));
+            .map(|effect| effect.friction_factor(slide))
+            .product();
+        self.engine.scale_friction(factor);
+        let acceleration = sim.effects.iter().fold(Point::default(), |sum, effect| {
+            sum + effect.acceleration(slide)
+        });
         self.engine.push(acceleration * sim.rig.object.mass);
     }
 }

@@ -5,7 +5,12 @@ use values::{Object, Point, Shape, Striker, Tip};
 /// Distance in metres, back along the line of approach, from the point of the line nearest the object's centre to the
 /// tip's centre at touch. `direction` is a unit vector; `offset` (m) shifts the line to the left of the object's centre.
 /// `None` where the line misses the object.
-pub(crate) fn standoff(object: &Object, striker: &Striker, direction: Point, offset: f64) -> Option<f64> {
+pub(crate) fn standoff(
+    object: &Object,
+    striker: &Striker,
+    direction: Point,
+    offset: f64,
+) -> Option<f64> {
     match object.shape {
         Shape::Cylinder => chord(object.radius? + striker.radius, offset),
         Shape::Sphere => {
@@ -26,16 +31,27 @@ fn chord(radius: f64, offset: f64) -> Option<f64> {
 }
 
 /// A line against the box grown by the tip's radius: the first point at which the distance to the box is the radius.
-fn rounded_box(half_x: f64, half_y: f64, radius: f64, direction: Point, offset: f64) -> Option<f64> {
+fn rounded_box(
+    half_x: f64,
+    half_y: f64,
+    radius: f64,
+    direction: Point,
+    offset: f64,
+) -> Option<f64> {
     let gap = |back: f64| {
         let point = direction * -back + Point::new(-direction.y, direction.x) * offset;
-        let outside = Point::new((point.x.abs() - half_x).max(0.0), (point.y.abs() - half_y).max(0.0));
+        let outside = Point::new(
+            (point.x.abs() - half_x).max(0.0),
+            (point.y.abs() - half_y).max(0.0),
+        );
         outside.norm() - radius
     };
     let far = half_x + half_y + 2.0 * radius + offset.abs();
     // The grown box is convex: walking in from afar the gap falls to its least, which must be reached below zero.
     let steps = 400;
-    let inside = (0..=steps).map(|i| far * (1.0 - i as f64 / steps as f64)).find(|&back| gap(back) < 0.0)?;
+    let inside = (0..=steps)
+        .map(|i| far * (1.0 - i as f64 / steps as f64))
+        .find(|&back| gap(back) < 0.0)?;
     let (mut low, mut high) = (inside, far);
     for _ in 0..60 {
         let middle = 0.5 * (low + high);
@@ -69,7 +85,8 @@ mod tests {
         let head_on = standoff(&rig.object, &rig.striker, Point::new(1.0, 0.0), 0.0).expect("hits");
         assert!((head_on - half_x - rig.striker.radius).abs() < 1e-9);
         let angle: f64 = 0.4;
-        let oblique = standoff(&rig.object, &rig.striker, Point::polar(1.0, angle), 0.0).expect("hits");
+        let oblique =
+            standoff(&rig.object, &rig.striker, Point::polar(1.0, angle), 0.0).expect("hits");
         assert!((oblique - (half_x + rig.striker.radius) / angle.cos()).abs() < 1e-9);
     }
 

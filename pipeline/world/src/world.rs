@@ -65,7 +65,8 @@ impl World {
 
     /// Parses and checks the text of a world file.
     pub fn parse(text: &str) -> Result<Self, WorldError> {
-        let world: Self = toml::from_str(text).map_err(|error| WorldError::Parse(error.to_string()))?;
+        let world: Self =
+            toml::from_str(text).map_err(|error| WorldError::Parse(error.to_string()))?;
         world.check()?;
         Ok(world)
     }
@@ -97,7 +98,10 @@ impl World {
     /// The value of a parameter: as set, or nominal.
     pub fn value(&self, name: &str) -> Result<f64, WorldError> {
         let spec = parameter(name)?;
-        Ok(self.parameters.get(name).map_or(spec.nominal, |estimate| estimate.value))
+        Ok(self
+            .parameters
+            .get(name)
+            .map_or(spec.nominal, |estimate| estimate.value))
     }
 
     /// The same world with one parameter set to a value, without an interval.
@@ -108,18 +112,35 @@ impl World {
 
     /// The names and values of all parameters.
     pub fn values(&self) -> impl Iterator<Item = (&'static str, f64)> {
-        PARAMETERS
-            .iter()
-            .map(|spec| (spec.name, self.parameters.get(spec.name).map_or(spec.nominal, |e| e.value)))
+        PARAMETERS.iter().map(|spec| {
+            (
+                spec.name,
+                self.parameters
+                    .get(spec.name)
+                    .map_or(spec.nominal, |e| e.value),
+            )
+        })
     }
 }
 
 /// A finite value within its range, or an error that says so.
-pub(crate) fn in_range(name: &str, value: f64, low: f64, high: f64, unit: &'static str) -> Result<(), WorldError> {
+pub(crate) fn in_range(
+    name: &str,
+    value: f64,
+    low: f64,
+    high: f64,
+    unit: &'static str,
+) -> Result<(), WorldError> {
     if low <= value && value <= high {
         Ok(())
     } else {
-        Err(WorldError::OutOfRange { name: name.into(), value, low, high, unit })
+        Err(WorldError::OutOfRange {
+            name: name.into(),
+            value,
+            low,
+            high,
+            unit,
+        })
     }
 }
 
@@ -130,7 +151,10 @@ mod tests {
     #[test]
     fn a_world_reads_back_as_it_was_written() {
         let mut world = World::nominal(&Rig::demo(values::Shape::Cylinder)).with("friction", 0.21);
-        world.parameters.insert("restitution".into(), Estimate::with_interval(0.4, 0.39, 0.41));
+        world.parameters.insert(
+            "restitution".into(),
+            Estimate::with_interval(0.4, 0.39, 0.41),
+        );
         world.effects.push(AddedEffect {
             name: "viscous_drag".into(),
             parameters: [("rate".to_string(), Estimate::fixed(0.2))].into(),
@@ -140,10 +164,14 @@ mod tests {
 
     #[test]
     fn unknown_names_and_impossible_values_are_told() {
-        let error = World::parse("[parameters.fricton]\nvalue = 0.2").expect_err("unknown").to_string();
+        let error = World::parse("[parameters.fricton]\nvalue = 0.2")
+            .expect_err("unknown")
+            .to_string();
         assert!(error.contains("did you mean `friction`?"), "{error}");
         for value in ["nan", "-1.0", "inf"] {
-            let error = World::parse(&format!("[parameters.friction]\nvalue = {value}")).expect_err(value).to_string();
+            let error = World::parse(&format!("[parameters.friction]\nvalue = {value}"))
+                .expect_err(value)
+                .to_string();
             assert!(error.contains("must lie in [0.02, 1.5]"), "{error}");
         }
     }

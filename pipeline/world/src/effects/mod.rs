@@ -104,26 +104,52 @@ pub const EFFECTS: &[&EffectSpec] = &[&viscous_drag::SPEC, &table_tilt::SPEC];
 
 /// The effect of that name; the error lists the valid ones.
 pub fn effect(name: &str) -> Result<&'static EffectSpec, WorldError> {
-    EFFECTS.iter().copied().find(|spec| spec.name == name).ok_or_else(|| WorldError::UnknownEffect {
-        name: name.into(),
-        known: EFFECTS.iter().map(|spec| spec.name).collect::<Vec<_>>().join(", "),
-    })
+    EFFECTS
+        .iter()
+        .copied()
+        .find(|spec| spec.name == name)
+        .ok_or_else(|| WorldError::UnknownEffect {
+            name: name.into(),
+            known: EFFECTS
+                .iter()
+                .map(|spec| spec.name)
+                .collect::<Vec<_>>()
+                .join(", "),
+        })
 }
 
 /// Values of an added effect, each parameter known and in range; parameters left out are neutral.
 pub fn values(added: &AddedEffect) -> Result<Values, WorldError> {
     let spec = effect(&added.name)?;
-    if let Some(name) = added.parameters.keys().find(|name| spec.parameters.iter().all(|p| p.name != *name)) {
+    if let Some(name) = added
+        .parameters
+        .keys()
+        .find(|name| spec.parameters.iter().all(|p| p.name != *name))
+    {
         return Err(WorldError::UnknownParameter {
             name: format!("{}.{name}", added.name),
             hint: String::new(),
-            known: spec.parameters.iter().map(|p| p.name).collect::<Vec<_>>().join(", "),
+            known: spec
+                .parameters
+                .iter()
+                .map(|p| p.name)
+                .collect::<Vec<_>>()
+                .join(", "),
         });
     }
     let mut values = BTreeMap::new();
     for p in spec.parameters {
-        let value = added.parameters.get(p.name).map_or(p.neutral, |estimate| estimate.value);
-        in_range(&format!("{}.{}", added.name, p.name), value, p.low, p.high, p.unit)?;
+        let value = added
+            .parameters
+            .get(p.name)
+            .map_or(p.neutral, |estimate| estimate.value);
+        in_range(
+            &format!("{}.{}", added.name, p.name),
+            value,
+            p.low,
+            p.high,
+            p.unit,
+        )?;
         values.insert(p.name.to_string(), value);
     }
     Ok(Values(values))
@@ -142,4 +168,72 @@ pub fn build(added: &AddedEffect, rig: &Rig) -> Result<Box<dyn Effect>, WorldErr
 /// Makes it a sentence.
 pub fn statement(added: &AddedEffect) -> Result<String, WorldError> {
     Ok((effect(&added.name)?.statement)(&values(added)?))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Estimate, Simulated, Simulator, World};
+    use values::Shape;
+
+    const FRICTION: f64 = 0.25;
+
+    /// A strike of the demo's cylinder along +x·angle in a world with one effect, or none.
+    fn strike(effect: Option<(&str, &[(&str, f64)])>, speed: f64, angle: f64) -> Simulated {
+        let rig = Rig::demo(Shape::Cylinder);
+        let mut world = World::nominal(&rig)
+            .with("friction", FRICTION)
+            .with("fluid_blunt_drag", 0.0);
+        world = world.with("fluid_slender_drag", 0.0);
+        world.effects.extend(effect.map(|(name, parameters)| {
+            AddedEffect {
+                name: name.into(),
+                parameters: parameters
+                    .iter()
+                    .map(|(name, value)| (name.to_string(), Estimate::fixed(*value)))
+                    .collect(),
+            }
+        }));
+        let simulator = Simulator::new(&rig, &world).expect("a valid world");
+        let command = Command { speed, angle };
+        simulator
+            .worker()
+            .strike(Point::new(0.25, 0.05), command, &Conditions::default())
+            .expect("rests")
+    }
+
+    /// The effect moves the track by more than a millimetre.
+    pub(super) fn assert_changes_track(name: &str, parameters: &[(&str, f64)]) {
+        let (without, with) = (
+            strike(None, 0.9, 0.2),
+            strike(Some((name, parameters)), 0.9, 0.2),
+        );
+        let moved = without.stop.distance(with.stop);
+        assert!(moved > 1e-3, "{name} moves the stop by {moved} m");
+    }
+
+    /// Distance (m) slid after the tip let go, dry deceleration (m/s²) and speed of release (m/s) with an effect.
+    pub(super) fn slide_distance(
+        name: &str,
+        parameters: &[(&str, f64)],
+        speed: f64,
+        angle: f64,
+    ) -> (f64, f64, f64) {
+        let simulated = strike(Some((name, parameters)), speed, angle);
+        let (from, dry) = (0.02, FRICTION * 9.81);
+        // The speed a little after release, from two neighbouring samples; slid from their middle.
+        let (before, after) = (simulated.at(from - 0.001), simulated.at(from + 0.001));
+        let release = before.distance(after) / 0.002;
+        (simulated.stop.distance(simulated.at(from)), dry, release)
+    }
+
+    #[test]
+    fn every_effect_is_known_by_its_name_and_neutral_does_nothing() {
+        let without = strike(None, 0.8, 0.1);
+        for spec in EFFECTS {
+            assert_eq!(effect(spec.name).expect("listed").name, spec.name);
+            let neutral = strike(Some((spec.name, &[])), 0.8, 0.1);
+            assert!(without.stop.distance(neutral.stop) < 1e-6, "{}", spec.name);
+        }
+    }
 }

@@ -7,7 +7,14 @@ use super::{Effect, EffectParameter, EffectSpec, Slide, Values};
 const GRAVITY: f64 = 9.81;
 
 const fn tilt(name: &'static str) -> EffectParameter {
-    EffectParameter { name, unit: "rad", low: -0.1, high: 0.1, neutral: 0.0, scale: 0.005 }
+    EffectParameter {
+        name,
+        unit: "rad",
+        low: -0.1,
+        high: 0.1,
+        neutral: 0.0,
+        scale: 0.005,
+    }
 }
 
 /// Table tilt; parameters `tilt_x`, `tilt_y`: the slope down along +x and +y.
@@ -17,7 +24,8 @@ pub const SPEC: EffectSpec = EffectSpec {
     source: "weight on an inclined plane",
     build: |values: &Values, _: &Rig| {
         Box::new(TableTilt {
-            acceleration: Point::new(values.get("tilt_x").sin(), values.get("tilt_y").sin()) * GRAVITY,
+            acceleration: Point::new(values.get("tilt_x").sin(), values.get("tilt_y").sin())
+                * GRAVITY,
         })
     },
     statement: |values| {
@@ -55,6 +63,9 @@ mod tests {
         let tilt: f64 = 0.01;
         let (distance, dry, release) = slide_distance("table_tilt", &[("tilt_x", tilt)], 0.9, 0.0);
         let expected = release * release / (2.0 * (dry - GRAVITY * tilt.sin()));
-        assert!((distance - expected).abs() < 3e-4, "{distance} against {expected}");
+        assert!(
+            (distance - expected).abs() < 3e-4,
+            "{distance} against {expected}"
+        );
     }
 }

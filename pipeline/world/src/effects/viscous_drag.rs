@@ -7,11 +7,25 @@ use super::{Effect, EffectParameter, EffectSpec, Slide, Values};
 /// Viscous drag; parameter `rate` = c.
 pub const SPEC: EffectSpec = EffectSpec {
     name: "viscous_drag",
-    parameters: &[EffectParameter { name: "rate", unit: "1/s", low: -1.0, high: 5.0, neutral: 0.0, scale: 0.3 }],
+    parameters: &[EffectParameter {
+        name: "rate",
+        unit: "1/s",
+        low: -1.0,
+        high: 5.0,
+        neutral: 0.0,
+        scale: 0.3,
+    }],
     source: "viscous term of the Stribeck friction model (Armstrong-Hélouvry et al. 1994)",
-    build: |values: &Values, _: &Rig| Box::new(ViscousDrag { rate: values.get("rate") }),
+    build: |values: &Values, _: &Rig| {
+        Box::new(ViscousDrag {
+            rate: values.get("rate"),
+        })
+    },
     statement: |values| {
-        format!("drag grows with speed: {:.2} m/s² for every m/s of speed", values.get("rate"))
+        format!(
+            "drag grows with speed: {:.2} m/s² for every m/s of speed",
+            values.get("rate")
+        )
     },
 };
 
@@ -38,8 +52,12 @@ mod tests {
     fn the_stop_follows_its_formula() {
         // v' = −a − c·v from v₀ to 0: d = v₀/c − a/c²·ln(1 + c·v₀/a).
         let (rate, speed) = (0.8, 0.9);
-        let (distance, dry, release) = slide_distance("viscous_drag", &[("rate", rate)], speed, 0.0);
+        let (distance, dry, release) =
+            slide_distance("viscous_drag", &[("rate", rate)], speed, 0.0);
         let expected = release / rate - dry / (rate * rate) * (1.0 + rate * release / dry).ln();
-        assert!((distance - expected).abs() < 3e-4, "{distance} against {expected}");
+        assert!(
+            (distance - expected).abs() < 3e-4,
+            "{distance} against {expected}"
+        );
     }
 }
