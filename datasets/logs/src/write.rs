@@ -119,9 +119,13 @@ impl<W: Write + Seek> RecordingWriter<W> {
     /// Appends one strike's samples, merged in order of their stamps; `log_time` is the stamp.
     pub fn write(&mut self, samples: &Samples) -> Result<(), WriteError> {
         let mut order: Vec<(u64, Kind, usize)> = Vec::new();
-        order.extend((0..samples.commands.len()).map(|i| (samples.commands[i].stamp, Kind::Command, i)));
+        order.extend(
+            (0..samples.commands.len()).map(|i| (samples.commands[i].stamp, Kind::Command, i)),
+        );
         order.extend((0..samples.states.len()).map(|i| (samples.states[i].stamp, Kind::State, i)));
-        order.extend((0..samples.centroids.len()).map(|i| (samples.centroids[i].stamp, Kind::Centroid, i)));
+        order.extend(
+            (0..samples.centroids.len()).map(|i| (samples.centroids[i].stamp, Kind::Centroid, i)),
+        );
         order.sort_by_key(|&(stamp, _, _)| stamp);
         for (stamp, kind, i) in order {
             self.buffer.clear();
@@ -159,8 +163,12 @@ impl<W: Write + Seek> RecordingWriter<W> {
             Kind::Command => &self.topics.command.name,
             Kind::State => &self.topics.state.name,
         };
-        let schema = self.mcap.add_schema(kind.name(), "ros2msg", kind.schema().as_bytes())?;
-        let id = self.mcap.add_channel(schema, topic, "cdr", &BTreeMap::new())?;
+        let schema = self
+            .mcap
+            .add_schema(kind.name(), "ros2msg", kind.schema().as_bytes())?;
+        let id = self
+            .mcap
+            .add_channel(schema, topic, "cdr", &BTreeMap::new())?;
         self.channels[kind as usize] = Some(id);
         Ok(id)
     }
@@ -177,7 +185,10 @@ mod tests {
     fn samples() -> Samples {
         let at = |stamp, x, y| Stamped { stamp, x, y };
         Samples {
-            centroids: vec![at(1_700_000_000_500_000_000, 0.3, -0.1), at(1_700_000_001_000_000_001, 0.4, 0.2)],
+            centroids: vec![
+                at(1_700_000_000_500_000_000, 0.3, -0.1),
+                at(1_700_000_001_000_000_001, 0.4, 0.2),
+            ],
             commands: vec![at(1_700_000_000_250_000_000, 0.7, 0.1)],
             states: vec![StateSample {
                 stamp: 1_700_000_000_750_000_000,
@@ -200,9 +211,20 @@ mod tests {
     #[test]
     fn a_log_reads_back_in_order_with_its_schemas() {
         let log = bytes(&samples());
-        let messages: Vec<_> = mcap::MessageStream::new(&log).unwrap().map(Result::unwrap).collect();
+        let messages: Vec<_> = mcap::MessageStream::new(&log)
+            .unwrap()
+            .map(Result::unwrap)
+            .collect();
         let topics: Vec<_> = messages.iter().map(|m| m.channel.topic.as_str()).collect();
-        assert_eq!(topics, ["/striker/command", "/object/centroid", "/striker/state", "/object/centroid"]);
+        assert_eq!(
+            topics,
+            [
+                "/striker/command",
+                "/object/centroid",
+                "/striker/state",
+                "/object/centroid"
+            ]
+        );
         let schema = messages[0].channel.schema.as_ref().unwrap();
         assert_eq!(schema.name, "geometry_msgs/msg/TwistStamped");
         assert_eq!(schema.encoding, "ros2msg");
@@ -214,20 +236,32 @@ mod tests {
     #[test]
     fn fields_stand_where_cdr_puts_them() {
         let log = bytes(&samples());
-        let messages: Vec<_> = mcap::MessageStream::new(&log).unwrap().map(Result::unwrap).collect();
+        let messages: Vec<_> = mcap::MessageStream::new(&log)
+            .unwrap()
+            .map(Result::unwrap)
+            .collect();
         // Encapsulation 4, stamp 8, length 4, "table\0" 6, padded to 8 from the encapsulation's end: 4 + 24.
         let point = &messages[3].data;
         assert_eq!(&point[..4], [0, 1, 0, 0]);
-        assert_eq!(i32::from_le_bytes(point[4..8].try_into().unwrap()), 1_700_000_001);
+        assert_eq!(
+            i32::from_le_bytes(point[4..8].try_into().unwrap()),
+            1_700_000_001
+        );
         assert_eq!(u32::from_le_bytes(point[8..12].try_into().unwrap()), 1);
         assert_eq!(&point[16..22], b"table\0");
-        assert_eq!([double(point, 28), double(point, 36), double(point, 44)], [0.4, 0.2, 0.0]);
+        assert_eq!(
+            [double(point, 28), double(point, 36), double(point, 44)],
+            [0.4, 0.2, 0.0]
+        );
         assert_eq!(point.len(), 52);
         assert_eq!(messages[0].data.len(), 4 + 24 + 48);
         let state = &messages[2].data;
         // Counted from the end: the covariance of the twist, then its two vectors.
         let last_twist = state.len() - 36 * 8 - 48;
-        assert_eq!([double(state, last_twist), double(state, last_twist + 8)], [0.5, -0.5]);
+        assert_eq!(
+            [double(state, last_twist), double(state, last_twist + 8)],
+            [0.5, -0.5]
+        );
     }
 
     #[test]

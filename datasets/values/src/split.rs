@@ -39,7 +39,8 @@ pub fn split_of(strike_id: &str, seed: u64) -> Split {
         .chain_update(seed.to_le_bytes())
         .chain_update(strike_id)
         .finalize();
-    let per_mille = |bytes: &[u8]| (u32::from(bytes[0]) * 256 + u32::from(bytes[1])) * 1000 / 65_536;
+    let per_mille =
+        |bytes: &[u8]| (u32::from(bytes[0]) * 256 + u32::from(bytes[1])) * 1000 / 65_536;
     if per_mille(&digest[0..2]) < 100 {
         Split::Test
     } else if per_mille(&digest[2..4]) < 100 {
@@ -55,7 +56,11 @@ mod tests {
 
     #[test]
     fn splits_are_ninety_to_ten_twice() {
-        let count = |split| (0..20_000).filter(|i| split_of(&format!("{i:x}"), 7) == split).count();
+        let count = |split| {
+            (0..20_000)
+                .filter(|i| split_of(&format!("{i:x}"), 7) == split)
+                .count()
+        };
         assert!((1_850..2_150).contains(&count(Split::Test)));
         assert!((1_650..1_950).contains(&count(Split::Validation)));
     }

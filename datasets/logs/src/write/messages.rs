@@ -1,7 +1,7 @@
 //! The three ROS 2 messages that a strike leaves, with the schema text that rosbag2 would embed.
 
 use super::cdr::Cdr;
-use super::{StateSample, Stamped};
+use super::{Stamped, StateSample};
 
 /// The frame that every stamp's header names.
 const FRAME: &str = "table";
@@ -48,9 +48,11 @@ impl Kind {
             ),
         };
         let separator = "=".repeat(80);
-        parts.iter().fold(own.to_owned(), |text, (name, definition)| {
-            format!("{text}\n{separator}\nMSG: {name}\n{definition}")
-        })
+        parts
+            .iter()
+            .fold(own.to_owned(), |text, (name, definition)| {
+                format!("{text}\n{separator}\nMSG: {name}\n{definition}")
+            })
     }
 }
 
@@ -58,7 +60,10 @@ const POINT_STAMPED: &str = "std_msgs/Header header\nPoint point\n";
 const TWIST_STAMPED: &str = "std_msgs/Header header\nTwist twist\n";
 const ODOMETRY: &str = "std_msgs/Header header\nstring child_frame_id\n\
     geometry_msgs/PoseWithCovariance pose\ngeometry_msgs/TwistWithCovariance twist\n";
-const HEADER: (&str, &str) = ("std_msgs/Header", "builtin_interfaces/Time stamp\nstring frame_id\n");
+const HEADER: (&str, &str) = (
+    "std_msgs/Header",
+    "builtin_interfaces/Time stamp\nstring frame_id\n",
+);
 const TIME: (&str, &str) = ("builtin_interfaces/Time", "int32 sec\nuint32 nanosec\n");
 const POINT: (&str, &str) = ("geometry_msgs/Point", "float64 x\nfloat64 y\nfloat64 z\n");
 const VECTOR3: (&str, &str) = ("geometry_msgs/Vector3", "float64 x\nfloat64 y\nfloat64 z\n");
@@ -67,11 +72,18 @@ const QUATERNION: (&str, &str) = (
     "geometry_msgs/Quaternion",
     "float64 x 0\nfloat64 y 0\nfloat64 z 0\nfloat64 w 1\n",
 );
-const POSE: (&str, &str) = ("geometry_msgs/Pose", "Point position\nQuaternion orientation\n");
-const POSE_WITH_COVARIANCE: (&str, &str) =
-    ("geometry_msgs/PoseWithCovariance", "Pose pose\nfloat64[36] covariance\n");
-const TWIST_WITH_COVARIANCE: (&str, &str) =
-    ("geometry_msgs/TwistWithCovariance", "Twist twist\nfloat64[36] covariance\n");
+const POSE: (&str, &str) = (
+    "geometry_msgs/Pose",
+    "Point position\nQuaternion orientation\n",
+);
+const POSE_WITH_COVARIANCE: (&str, &str) = (
+    "geometry_msgs/PoseWithCovariance",
+    "Pose pose\nfloat64[36] covariance\n",
+);
+const TWIST_WITH_COVARIANCE: (&str, &str) = (
+    "geometry_msgs/TwistWithCovariance",
+    "Twist twist\nfloat64[36] covariance\n",
+);
 
 /// `geometry_msgs/msg/PointStamped` of a centroid.
 pub(super) fn point_stamped(buffer: &mut Vec<u8>, sample: &Stamped) {

@@ -1,0 +1,189 @@
+//! Dotted field paths, and the tree of what is wanted of one message.
+
+use values::FieldTopic;
+
+use crate::LogError;
+
+/// A part of a sample that a field of a message holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Leaf {
+    /// The stamp as a whole: a message of seconds and nanoseconds, float seconds or integer nanoseconds.
+    Stamp,
+    /// The stamp's whole seconds.
+    Seconds,
+    /// The stamp's nanoseconds past them.
+    Nanoseconds,
+    /// First coordinate.
+    X,
+    /// Second coordinate.
+    Y,
+}
+
+/// What is wanted of a message or of one of its fields: leaves here, and what lies below.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Want {
+    /// What this field itself holds.
+    pub(crate) leaves: Vec<Leaf>,
+    /// Wanted members by name.
+    pub(crate) fields: Vec<(String, Want)>,
+    /// Wanted elements by index from 0.
+    pub(crate) elements: Vec<(usize, Want)>,
+}
+
+/// Names that are in use for the seconds of a stamp.
+pub(crate) const SECONDS: [&str; 3] = ["sec", "secs", "seconds"];
+/// Names that are in use for the nanoseconds of a stamp.
+pub(crate) const NANOSECONDS: [&str; 6] = [
+    "nanosec",
+    "nanosecs",
+    "nsec",
+    "nsecs",
+    "nanos",
+    "nanoseconds",
+];
+
+/// What a message stamp's member of this name holds.
+pub(crate) fn stamp_leaf(member: &str) -> Option<Leaf> {
+    if SECONDS.contains(&member) {
+        Some(Leaf::Seconds)
+    } else if NANOSECONDS.contains(&member) {
+        Some(Leaf::Nanoseconds)
+    } else {
+        None
+    }
+}
+
+/// The first name of a path.
+pub(crate) fn first_name(path: &str) -> &str {
+    path.split(['.', '[']).next().unwrap_or(path)
+}
+
+impl Leaf {
+    /// The error of a path that leads nowhere.
+    pub(crate) fn astray(self, topic: &FieldTopic, why: String) -> LogError {
+        let path = match self {
+            Self::X => &topic.x,
+            Self::Y => &topic.y,
+            Self::Stamp | Self::Seconds | Self::Nanoseconds => &topic.stamp,
+        };
+        LogError::Field {
+            topic: topic.name.clone(),
+            path: path.clone(),
+            why,
+        }
+    }
+}
+
+impl Want {
+    /// A field that is wanted itself.
+    pub(crate) fn leaf(leaf: Leaf) -> Self {
+        Self {
+            leaves: vec![leaf],
+            ..Self::default()
+        }
+    }
+
+    /// Some leaf at or below here, to tell which path went astray.
+    pub(crate) fn any_leaf(&self) -> Leaf {
+        let below = self
+            .fields
+            .iter()
+            .map(|(_, want)| want)
+            .chain(self.elements.iter().map(|(_, want)| want));
+        self.leaves
+            .first()
+            .copied()
+            .or_else(|| below.map(Self::any_leaf).next())
+            .unwrap_or(Leaf::Stamp)
+    }
+
+    /// The tree for a topic's stamp, x and y, or for x and y alone.
+    pub(crate) fn of(topic: &FieldTopic, stamped: bool) -> Result<Self, LogError> {
+        let mut root = Self::default();
+        let paths = [
+            (&topic.stamp, Leaf::Stamp),
+            (&topic.x, Leaf::X),
+            (&topic.y, Leaf::Y),
+        ];
+        for (path, leaf) in paths {
+            if stamped || leaf != Leaf::Stamp {
+                let steps = parse(path).map_err(|why| LogError::Field {
+                    topic: topic.name.clone(),
+                    path: path.clone(),
+                    why: why.into(),
+                })?;
+                root.add(&steps, leaf);
+            }
+        }
+        Ok(root)
+    }
+
+    fn add(&mut self, steps: &[Step], leaf: Leaf) {
+        let next = match steps.first() {
+            None => return self.leaves.push(leaf),
+            Some(Step::Name(name)) => child(&mut self.fields, name.clone()),
+            Some(Step::Index(index)) => child(&mut self.elements, *index),
+        };
+        next.add(&steps[1..], leaf);
+    }
+}
+
+fn child<K: PartialEq>(children: &mut Vec<(K, Want)>, key: K) -> &mut Want {
+    let at = children
+        .iter()
+        .position(|(known, _)| *known == key)
+        .unwrap_or_else(|| {
+            children.push((key, Want::default()));
+            children.len() - 1
+        });
+    &mut children[at].1
+}
+
+#[derive(Clone, Debug, PartialEq)]
+enum Step {
+    Name(String),
+    Index(usize),
+}
+
+/// The steps of a path such as `poses[0].position.x`.
+fn parse(path: &str) -> Result<Vec<Step>, &'static str> {
+    let mut steps = Vec::new();
+    for part in path.split('.') {
+        let (name, mut rest) = part.split_at(part.find('[').unwrap_or(part.len()));
+        if name.trim().is_empty() {
+            return Err("a name is empty; write names with one dot between them");
+        }
+        steps.push(Step::Name(name.into()));
+        while !rest.is_empty() {
+            let (index, after) = rest
+                .strip_prefix('[')
+                .and_then(|inner| inner.split_once(']'))
+                .ok_or("an index lacks its `]`")?;
+            steps.push(Step::Index(
+                index
+                    .parse()
+                    .map_err(|_| "an index is no whole number from 0")?,
+            ));
+            rest = after;
+        }
+    }
+    Ok(steps)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_path_is_names_and_indices() {
+        let name = |text: &str| Step::Name(text.into());
+        assert_eq!(parse("point.x"), Ok(vec![name("point"), name("x")]));
+        assert_eq!(
+            parse("a[2][0].b"),
+            Ok(vec![name("a"), Step::Index(2), Step::Index(0), name("b")])
+        );
+        for wrong in ["", "a..b", "a[", "a[-1]", "a[1]b", "[0]"] {
+            assert!(parse(wrong).is_err(), "{wrong}");
+        }
+    }
+}

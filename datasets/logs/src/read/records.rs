@@ -1,0 +1,230 @@
+//! The records of a file, one after another, and how it ends.
+
+use std::fmt::Write;
+use std::io::{Read, Seek, SeekFrom};
+
+use mcap::McapError;
+use mcap::records::op;
+use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
+use sha2::{Digest, Sha256};
+
+use crate::LogError;
+
+/// Bytes before a record's body: its opcode and length.
+pub(super) const PREFIX: usize = 9;
+/// Read at least this much at once.
+const READ_SIZE: u64 = 256 << 10;
+/// Opcodes up to this one are defined by the format.
+const LAST_OPCODE: u8 = op::DATA_END;
+/// Opcodes from this one on are anyone's own.
+const FIRST_PRIVATE: u8 = 0x80;
+
+/// How a file ends.
+pub(super) enum Ending {
+    /// With all that the format asks for.
+    Whole,
+    /// The messages are whole, what follows them is not.
+    Index { offset: u64, why: String },
+    /// The messages' CRC, which ends here, is wrong.
+    DataCrc { offset: u64 },
+    /// In the middle of its data; the record that is cut begins at `offset` and is what is left of it.
+    Cut { offset: u64, tail: Vec<u8> },
+    /// From here on it makes no sense.
+    Broken { offset: u64, why: String },
+}
+
+/// Called with the offset, opcode and body of a record.
+pub(super) type EachRecord<'a> = &'a mut dyn FnMut(u64, u8, &[u8]) -> Result<(), LogError>;
+
+/// A file's records, streamed, and the hash of its bytes.
+pub(super) struct Records<'a, R> {
+    log: &'a str,
+    source: R,
+    size: u64,
+    /// Bytes read and hashed so far.
+    taken: u64,
+    hasher: Sha256,
+    limit: usize,
+}
+
+impl<'a, R: Read + Seek> Records<'a, R> {
+    /// Records of at most this many bytes each.
+    pub(super) fn new(log: &'a str, mut source: R, limit: usize) -> Result<Self, LogError> {
+        let io = |source| LogError::Io {
+            log: log.into(),
+            source,
+        };
+        let size = source.seek(SeekFrom::End(0)).map_err(io)?;
+        source.seek(SeekFrom::Start(0)).map_err(io)?;
+        Ok(Self {
+            log,
+            source,
+            size,
+            taken: 0,
+            hasher: Sha256::new(),
+            limit,
+        })
+    }
+
+    /// Calls `each` with the offset, opcode and body of every record up to the end of the data.
+    pub(super) fn each(&mut self, each: EachRecord<'_>) -> Result<Ending, LogError> {
+        let mut reader = LinearReader::new_with_options(self.options(true));
+        let mut at = 0;
+        let start = mcap::MAGIC.len() as u64;
+        let mut in_data = true;
+        loop {
+            match reader.next_event() {
+                None => return Ok(Ending::Whole),
+                Some(Ok(LinearReadEvent::ReadRequest(need))) => {
+                    if self.taken == 0 && self.size < mcap::MAGIC.len() as u64 {
+                        return Err(LogError::NotMcap {
+                            log: self.log.into(),
+                        });
+                    }
+                    self.feed(&mut reader, need)?;
+                }
+                Some(Ok(LinearReadEvent::Record { opcode, data })) => {
+                    at = at.max(start);
+                    if opcode == op::DATA_END {
+                        in_data = false;
+                    }
+                    if in_data {
+                        each(at, opcode, data)?;
+                    }
+                    at += (PREFIX + data.len()) as u64;
+                }
+                Some(Err(McapError::BadMagic)) if at == 0 => {
+                    return Err(LogError::NotMcap {
+                        log: self.log.into(),
+                    });
+                }
+                Some(Err(McapError::RecordTooLarge { opcode, len })) if in_data => {
+                    let offset = at.max(start);
+                    let end = len
+                        .checked_add(offset + PREFIX as u64)
+                        .filter(|end| *end <= self.size);
+                    let Some(end) = end else {
+                        let why =
+                            "a record says that it is longer than what is left of the file".into();
+                        return Ok(Ending::Broken { offset, why });
+                    };
+                    if !may_be_skipped(opcode) {
+                        let (log, limit) = (self.log.into(), self.limit as u64);
+                        return Err(LogError::TooLarge {
+                            log,
+                            what: "record",
+                            offset,
+                            size: len,
+                            limit,
+                        });
+                    }
+                    self.take_until(end)?;
+                    reader = LinearReader::new_with_options(self.options(false));
+                    at = end;
+                }
+                Some(Err(error)) => {
+                    drop(reader);
+                    return self.ending(error, at.max(start), in_data);
+                }
+            }
+        }
+    }
+
+    fn ending(&mut self, error: McapError, offset: u64, in_data: bool) -> Result<Ending, LogError> {
+        match error {
+            McapError::BadDataCrc { .. } => Ok(Ending::DataCrc { offset }),
+            McapError::UnexpectedEof if in_data => {
+                let mut tail = Vec::new();
+                self.source
+                    .seek(SeekFrom::Start(offset))
+                    .map_err(|source| self.io(source))?;
+                let most = (PREFIX + self.limit) as u64;
+                self.source
+                    .by_ref()
+                    .take(most)
+                    .read_to_end(&mut tail)
+                    .map_err(|source| self.io(source))?;
+                Ok(Ending::Cut { offset, tail })
+            }
+            McapError::UnexpectedEof => Ok(Ending::Index {
+                offset,
+                why: "the file ends within its index".into(),
+            }),
+            error if in_data => Ok(Ending::Broken {
+                offset,
+                why: error.to_string(),
+            }),
+            error => Ok(Ending::Index {
+                offset,
+                why: error.to_string(),
+            }),
+        }
+    }
+
+    fn options(&self, from_start: bool) -> LinearReaderOptions {
+        LinearReaderOptions::default()
+            .with_emit_chunks(true)
+            .with_record_length_limit(self.limit)
+            .with_skip_start_magic(!from_start)
+            .with_validate_data_section_crc(from_start)
+    }
+
+    /// Gives the reader what it needs, or as much as the file has left: a length that lies takes no memory.
+    fn feed(&mut self, reader: &mut LinearReader, need: usize) -> Result<(), LogError> {
+        let left = self.size - self.taken;
+        let size = usize::try_from(left.min(READ_SIZE.max(need as u64))).unwrap_or(need);
+        let buffer = reader.insert(size);
+        let read = self.source.read(buffer).map_err(|source| LogError::Io {
+            log: self.log.into(),
+            source,
+        })?;
+        self.hasher.update(&buffer[..read]);
+        self.taken += read as u64;
+        reader.notify_read(read);
+        Ok(())
+    }
+
+    /// Reads, and keeps nothing, up to this byte of the file.
+    fn take_until(&mut self, end: u64) -> Result<(), LogError> {
+        let mut buffer = vec![0; 64 << 10];
+        while self.taken < end {
+            let size = (end - self.taken).min(buffer.len() as u64);
+            let buffer = &mut buffer[..usize::try_from(size).unwrap_or_default()];
+            let read = self.source.read(buffer).map_err(|source| LogError::Io {
+                log: self.log.into(),
+                source,
+            })?;
+            if read == 0 {
+                break;
+            }
+            self.hasher.update(&buffer[..read]);
+            self.taken += read as u64;
+        }
+        Ok(())
+    }
+
+    /// SHA-256 of the whole file, in hex.
+    pub(super) fn sha256(mut self) -> Result<String, LogError> {
+        self.source
+            .seek(SeekFrom::Start(self.taken))
+            .map_err(|source| self.io(source))?;
+        self.take_until(self.size)?;
+        let mut hex = String::with_capacity(64);
+        for byte in self.hasher.finalize() {
+            let _ = write!(hex, "{byte:02x}");
+        }
+        Ok(hex)
+    }
+
+    fn io(&self, source: std::io::Error) -> LogError {
+        LogError::Io {
+            log: self.log.into(),
+            source,
+        }
+    }
+}
+
+/// Whether a record that is too large to hold can hold no message.
+fn may_be_skipped(opcode: u8) -> bool {
+    opcode >= FIRST_PRIVATE || (opcode > op::CHUNK && opcode <= LAST_OPCODE)
+}
