@@ -87,8 +87,7 @@ pub fn write(settings: &Settings, out: &Path) -> Result<Written, RigSimError> {
         truth: out.join("truth.json"),
         strikes: count,
     };
-    let mut truth = settings.truth.clone();
-    truth.strikes.clear();
+    let mut truth = settings.truth.without_strikes();
     for (session, strikes) in plan.chunks(a_session).enumerate() {
         if session > 0 {
             sim.next_session();

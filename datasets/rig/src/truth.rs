@@ -86,7 +86,7 @@ impl Truth {
         Self {
             rig: rig.clone(),
             seed,
-            friction: 0.25,
+            friction: 0.18,
             rolling: 0.10,
             restitution: 0.50,
             // A rubber-faced tip: it sticks to a box over all the demo's angles, so that they all lead somewhere else.
@@ -104,11 +104,12 @@ impl Truth {
         }
     }
 
-    /// The demo's rig for a shape. A box is struck within ±0.5 rad: beyond 0.6 the tip would meet its edge.
+    /// The demo's rig for a shape. A box is struck within ±0.35 rad: beyond 0.55 the tip slips or meets an edge, and a model
+    /// that must undo the hidden angles needs the rest.
     pub fn demo_rig(shape: Shape) -> Rig {
         let mut rig = Rig::demo(shape);
         if shape == Shape::Box {
-            rig.robot.angle = [-0.5, 0.5].into();
+            rig.robot.angle = [-0.35, 0.35].into();
         }
         rig
     }
@@ -134,9 +135,19 @@ impl Truth {
 
     /// The strike without scatter or noise: `initial` is where the camera sees the object, `command` what the arm is told.
     pub fn shot(&self, initial: Point, command: Command, when: When) -> Result<Shot, RigSimError> {
-        let bench = Bench::new(self.clone())?;
+        let bench = Bench::new(self.without_strikes())?;
         let from = self.hidden.unsee(initial, self.rig.camera.centre);
         Ok(bench.shoot(from, self.hidden.deliver(command), when))
+    }
+
+    /// The same truth before it struck.
+    pub(crate) fn without_strikes(&self) -> Self {
+        Self {
+            rig: self.rig.clone(),
+            hidden: self.hidden.clone(),
+            strikes: Vec::new(),
+            ..*self
+        }
     }
 
     /// Where the camera would see that strike's stop, without scatter or noise, in m.

@@ -201,7 +201,7 @@ fn frames_are_lost_and_noisy_as_the_truth_says() {
     }
     let lost: f64 = 1.0 - seen as f64 / possible;
     assert!((lost - 0.01).abs() < 0.003, "{lost}");
-    assert!(((squares / resting as f64).sqrt() / 0.0007 - 1.0).abs() < 0.03);
+    assert!(((squares / resting).sqrt() / 0.0007 - 1.0).abs() < 0.03);
 }
 
 #[test]

