@@ -136,12 +136,35 @@ fn parse_effect(text: &str) -> Result<Effect, RigSimError> {
             Ok(number) if f64::is_finite(number) => number,
             _ => return Err(wrong(format!("{value:?} is not a finite number"))),
         };
+        if let Some((low, high)) = limits(name, parameter)
+            && !(low..=high).contains(&number)
+        {
+            return Err(wrong(format!(
+                "{parameter} = {number} is not within {low} to {high}"
+            )));
+        }
         if !changed.set(parameter, number) {
             return Err(wrong(format!("it has no parameter {parameter:?}")));
         }
     }
     effect = changed;
     Ok(effect)
+}
+
+/// Beyond these the effect's formula has no meaning, or the camera could not be told where to look.
+fn limits(effect: &str, parameter: &str) -> Option<(f64, f64)> {
+    match (effect, parameter) {
+        ("camera_rotation", "angle") => Some((-0.5, 0.5)),
+        ("camera_distortion", "k1") => Some((-0.4, 0.4)),
+        ("speed_dependent_restitution", "exponent") => None,
+        (
+            _,
+            "v_s" | "exponent" | "radius" | "edge" | "stretch" | "over" | "width" | "decay"
+            | "reference" | "cap",
+        ) => Some((1e-4, f64::MAX)),
+        (_, "softness") => Some((0.0, f64::MAX)),
+        _ => None,
+    }
 }
 
 fn unknown(name: &str) -> RigSimError {
@@ -224,6 +247,18 @@ mod tests {
                 error.contains(why) && error.contains("c (1/s, default 0.5)"),
                 "{error}"
             );
+        }
+    }
+
+    #[test]
+    fn a_value_without_meaning_is_refused() {
+        for text in [
+            "camera_rotation=2",
+            "speed_weakening_friction=0.3,0",
+            "friction_patch=radius:-0.1",
+        ] {
+            let error = Hidden::parse(&[text]).expect_err(text).to_string();
+            assert!(error.contains("is not within"), "{error}");
         }
     }
 

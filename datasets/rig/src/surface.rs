@@ -58,9 +58,12 @@ impl<'a> Surface<'a> {
 
     /// Coefficient of friction of an element here, sliding at this speed.
     pub(crate) fn friction(&self, at: Point, speed: f64) -> f64 {
-        self.local.iter().fold(self.friction, |friction, effect| {
-            friction * effect.local_friction(at, speed)
-        })
+        self.local
+            .iter()
+            .fold(self.friction, |friction, effect| {
+                friction * effect.local_friction(at, speed)
+            })
+            .max(0.0)
     }
 
     /// Friction's acceleration of the mass over an element that slides here at this velocity, in m/s².

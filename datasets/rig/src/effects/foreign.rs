@@ -64,9 +64,9 @@ effect! {
     /// The blow makes the table ring: an acceleration that oscillates and dies away.
     Vibration = "vibration" {
         /// At the blow, in m/s².
-        amplitude: 1.5, "m/s2", Some(0.0);
+        amplitude: 3.0, "m/s2", Some(0.0);
         /// In Hz.
-        frequency: 5.0, "Hz", None;
+        frequency: 3.0, "Hz", None;
         /// Time in which it falls to 1/e, in s.
         decay: 0.5, "s", None;
         /// Its line, in rad.
@@ -126,7 +126,7 @@ mod tests {
                 .acceleration(Point::default(), Point::default(), time)
                 .norm()
         };
-        assert!((at(0.0) - 1.5).abs() < 1e-12);
-        assert!((at(1.0) - 1.5 * (-2f64).exp()).abs() < 1e-9);
+        assert!((at(0.0) - 3.0).abs() < 1e-12);
+        assert!((at(1.0) - 3.0 * (-2f64).exp()).abs() < 1e-9);
     }
 }
