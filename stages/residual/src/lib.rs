@@ -8,6 +8,7 @@
 use std::f64::consts::{PI, TAU};
 
 use serde::{Deserialize, Serialize};
+use stage::{Progress, Stage};
 use values::{Point, Split, Strike};
 use world::{Solution, SolveStatus};
 
@@ -46,7 +47,7 @@ pub struct Excluded {
 /// What becomes of all strikes, in their order.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Residuals {
+pub struct ResidualTable {
     /// Strikes with a residual.
     pub rows: Vec<Residual>,
     /// Strikes without.
@@ -68,15 +69,38 @@ pub enum ResidualError {
     },
 }
 
+/// The stage. It has no settings; its input is the strikes and their solutions, both in the same order.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Residuals {}
+
+impl Stage for Residuals {
+    const NAME: &'static str = "residual";
+    const VERSION: u32 = 1;
+    type Input = (Vec<Strike>, Vec<Solution>);
+    type Output = ResidualTable;
+    type Error = ResidualError;
+
+    fn run(
+        &self,
+        (strikes, solutions): &Self::Input,
+        _: &Progress,
+    ) -> Result<ResidualTable, ResidualError> {
+        residuals(strikes, solutions)
+    }
+}
+
 /// The residuals of strikes and the solutions of their paths, both in the same order.
-pub fn residuals(strikes: &[Strike], solutions: &[Solution]) -> Result<Residuals, ResidualError> {
+pub fn residuals(
+    strikes: &[Strike],
+    solutions: &[Solution],
+) -> Result<ResidualTable, ResidualError> {
     if strikes.len() != solutions.len() {
         return Err(ResidualError::Unpaired {
             strikes: strikes.len(),
             solutions: solutions.len(),
         });
     }
-    let mut all = Residuals::default();
+    let mut all = ResidualTable::default();
     for (strike, solution) in strikes.iter().zip(solutions) {
         if solution.status == SolveStatus::Solved {
             all.rows.push(residual(strike, solution));

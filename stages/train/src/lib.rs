@@ -16,11 +16,13 @@ mod model;
 mod scaling;
 mod schedule;
 mod settings;
+mod stages;
 
 pub use curve::{CurvePoint, learning_curve};
 pub use error::TrainError;
 pub use fit::{Epoch, Mae, Trained, fit};
 pub use settings::Settings;
+pub use stages::{LearningCurve, Train};
 
 #[cfg(test)]
 mod tests;

@@ -13,8 +13,10 @@ use crate::scaling::Scaling;
 
 /// 4 → 128 → 64 → 32 → 2 with ReLU; batch norm before the first ReLU, dropout after the last.
 ///
-/// The places were chosen by validation error on synthetic residuals (`examples/placement.rs`): batch norm further in
-/// mixes the rows of a batch more, and dropout earlier costs a regression more than it saves.
+/// The paper names the layers, not their places. Error against a known residual under label noise of 0.005, mean of
+/// four sets of 500 rows: dropout of 5 % after the last hidden layer 0.00123, after the second 0.00126, after the
+/// first 0.00142, of 10 % after the last 0.00135, none 0.00132. Batch norm stands first, where few features are
+/// mixed; without it the error is 0.00108, so it costs little and buys nothing here but the paper's architecture.
 #[derive(Module, Debug)]
 pub(crate) struct Model {
     dense: Vec<Linear>,

@@ -1,0 +1,131 @@
+//! What repeats of the same command would scatter by: the least stop error that any model can show.
+
+use serde::{Deserialize, Serialize};
+use values::{Command, Point, Strike};
+use world::{Scatter, Worker};
+
+/// How repeats differ and how well the camera sees them; standard deviations, as identified.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Noise {
+    /// Of the launch speed, relative.
+    pub speed: f64,
+    /// Of the launch angle, in rad.
+    pub angle: f64,
+    /// Of a coordinate of a measured rest position, in m.
+    pub position: f64,
+}
+
+impl Noise {
+    /// From a world's scatter, whose camera noise is that of one centroid; a rest position is the mean of
+    /// `rest_frames` centroids.
+    pub fn of(scatter: &Scatter, rest_frames: f64) -> Self {
+        Self {
+            speed: scatter.speed,
+            angle: scatter.angle,
+            position: scatter.camera / rest_frames.max(1.0).sqrt(),
+        }
+    }
+}
+
+/// Differences for the stop's derivatives, relative in speed and in rad: smaller ones read the contact's noise.
+const DIFFERENCE: f64 = 0.03;
+/// Points in radius and direction at which the scatter's distribution is sampled.
+const RADII: usize = 32;
+const DIRECTIONS: usize = 12;
+
+/// Distances between prediction and measurement, in m, that a perfect model would show over many repeats of this
+/// strike: evenly weighted points of the scatter's distribution. None where the world cannot simulate it.
+pub(crate) fn distances(
+    worker: &mut Worker<'_>,
+    strike: &Strike,
+    noise: &Noise,
+) -> Option<Vec<f64>> {
+    let mut stop = |speed: f64, angle: f64| {
+        let command = Command {
+            speed: strike.command.speed * (1.0 + speed),
+            angle: strike.command.angle + angle,
+        };
+        Some(
+            worker
+                .strike(strike.initial, command, &strike.conditions)
+                .ok()?
+                .stop,
+        )
+    };
+    let by_speed = (stop(DIFFERENCE, 0.0)? - stop(-DIFFERENCE, 0.0)?) * (0.5 / DIFFERENCE);
+    let by_angle = (stop(0.0, DIFFERENCE)? - stop(0.0, -DIFFERENCE)?) * (0.5 / DIFFERENCE);
+    let scatter = Ellipse::of(&[
+        by_speed * noise.speed,
+        by_angle * noise.angle,
+        // Where it rested before and after is measured with the same error each.
+        Point::new(noise.position * std::f64::consts::SQRT_2, 0.0),
+        Point::new(0.0, noise.position * std::f64::consts::SQRT_2),
+    ]);
+    Some(scatter.distances())
+}
+
+/// A normal distribution in the plane, as the lower factor of its covariance.
+struct Ellipse {
+    xx: f64,
+    yx: f64,
+    yy: f64,
+}
+
+impl Ellipse {
+    /// The sum of independent scatters along these vectors, each of that length's standard deviation.
+    fn of(scatters: &[Point]) -> Self {
+        let sum = |term: fn(&Point) -> f64| scatters.iter().map(term).sum::<f64>();
+        let (xx, xy, yy) = (sum(|v| v.x * v.x), sum(|v| v.x * v.y), sum(|v| v.y * v.y));
+        let x = xx.sqrt();
+        let yx = if x > 0.0 { xy / x } else { 0.0 };
+        Self {
+            xx: x,
+            yx,
+            yy: (yy - yx * yx).max(0.0).sqrt(),
+        }
+    }
+
+    /// Distances from the centre of points of equal weight: middles of rings and sectors of equal probability.
+    fn distances(&self) -> Vec<f64> {
+        let radius = |ring: usize| (-2.0 * (1.0 - (ring as f64 + 0.5) / RADII as f64).ln()).sqrt();
+        let bearing =
+            |sector: usize| std::f64::consts::TAU * (sector as f64 + 0.5) / DIRECTIONS as f64;
+        (0..RADII)
+            .flat_map(|ring| {
+                (0..DIRECTIONS).map(move |sector| Point::polar(radius(ring), bearing(sector)))
+            })
+            .map(|z| Point::new(self.xx * z.x, self.yx * z.x + self.yy * z.y).norm())
+            .collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn mean(values: &[f64]) -> f64 {
+        values.iter().sum::<f64>() / values.len() as f64
+    }
+
+    #[test]
+    fn round_scatter_follows_the_rayleigh_distribution() {
+        let distances = Ellipse::of(&[Point::new(0.002, 0.0), Point::new(0.0, 0.002)]).distances();
+        let squares: Vec<f64> = distances.iter().map(|d| d * d).collect();
+        assert!(
+            (mean(&distances) / (0.002 * (std::f64::consts::PI / 2.0).sqrt()) - 1.0).abs() < 0.01
+        );
+        assert!((mean(&squares).sqrt() / (0.002 * 2f64.sqrt()) - 1.0).abs() < 0.02);
+    }
+
+    #[test]
+    fn scatter_along_a_line_follows_the_half_normal_distribution() {
+        let distances = Ellipse::of(&[Point::new(0.003, 0.004)]).distances();
+        let expected = 0.005 * (2.0 / std::f64::consts::PI).sqrt();
+        assert!(
+            (mean(&distances) / expected - 1.0).abs() < 0.02,
+            "{}",
+            mean(&distances)
+        );
+    }
+}

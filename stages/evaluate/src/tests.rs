@@ -1,0 +1,180 @@
+//! Models whose errors are known.
+
+use artifacts::network::{LAYERS, Layer, Network, SIZES};
+use stage::{Progress, Stage};
+use values::{Command, Conditions, Point, Rig, Shape, Split, Strike, Track};
+use world::{Simulator, SolveSettings, SolveStatus, World};
+
+use crate::{Candidate, Evaluate, Evaluation, Input, Noise, PredictionStatus, predict};
+
+/// Δv = 0.02 + 0.10·v_sim, Δθ = −0.05 + 0.15·path_x: large beside real residuals.
+fn residual() -> Network {
+    let mut layers: Vec<Layer> = (0..LAYERS)
+        .map(|i| Layer {
+            weight: vec![0.0; SIZES[i] * SIZES[i + 1]],
+            bias: vec![0.0; SIZES[i + 1]],
+        })
+        .collect();
+    // Unit 0 carries v_sim, unit 1 path_x; both are positive, so that ReLU passes them.
+    layers[0].weight[2] = 1.0;
+    layers[0].weight[SIZES[0]] = 1.0;
+    for index in 1..LAYERS {
+        layers[index].weight[0] = 1.0;
+        layers[index].weight[SIZES[index] + 1] = 1.0;
+    }
+    layers[3].weight[0] = 0.10;
+    layers[3].weight[SIZES[3] + 1] = 0.15;
+    layers[3].bias = vec![0.02, -0.05];
+    Network::new(layers).expect("shapes are right")
+}
+
+fn strike(index: u32, command: Command, initial: Point, stop: Point, split: Split) -> Strike {
+    Strike {
+        id: format!("strike{index}"),
+        log: "a.mcap".into(),
+        index,
+        t_start: 0.0,
+        initial,
+        stop,
+        command,
+        track: Track::default(),
+        split,
+        conditions: Conditions::default(),
+    }
+}
+
+/// Strikes that the world with the residual plans, and that stop where they are meant to. Bearings stay where the tip
+/// does not slip along a box's face.
+fn planned(rig: &Rig, world: &World) -> Vec<Strike> {
+    let simulator = Simulator::new(rig, world).expect("a world");
+    let mut worker = simulator.worker();
+    let network = residual();
+    (0..12)
+        .map(|index| {
+            let initial = Point::new(0.30, 0.02 * f64::from(index) - 0.1);
+            let path = Point::polar(
+                0.10 + 0.03 * f64::from(index),
+                0.06 * f64::from(index) - 0.3,
+            );
+            let solution = worker.solve(initial, initial + path, &SolveSettings::default(), None);
+            assert_eq!(solution.status, SolveStatus::Solved);
+            let sim = solution.command;
+            let [d_speed, d_angle] = network.predict([path.x, path.y, sim.speed, sim.angle]);
+            let command = Command {
+                speed: sim.speed + d_speed,
+                angle: sim.angle + d_angle,
+            };
+            let split = if index % 3 == 0 {
+                Split::Test
+            } else {
+                Split::Train
+            };
+            strike(index as u32, command, initial, initial + path, split)
+        })
+        .collect()
+}
+
+#[test]
+fn predicting_a_planned_command_gives_the_path_it_was_planned_for() {
+    for shape in [Shape::Cylinder, Shape::Box] {
+        let rig = Rig::demo(shape);
+        let world = World::nominal(&rig);
+        let strikes = planned(&rig, &world);
+        let simulator = Simulator::new(&rig, &world).expect("a world");
+        let mut worker = simulator.worker();
+        for strike in &strikes {
+            let predicted = predict(&mut worker, Some(&residual()), strike);
+            assert_eq!(
+                predicted.status,
+                PredictionStatus::Converged,
+                "{}",
+                strike.id
+            );
+            let miss = predicted.stop.expect("a stop").distance(strike.stop);
+            assert!(miss < 1e-3, "{}: {miss} m", strike.id);
+            assert!(
+                predicted.evaluations <= 4,
+                "{}: {} simulations",
+                strike.id,
+                predicted.evaluations
+            );
+        }
+    }
+}
+
+fn evaluate(threads: usize, stage: Evaluate) -> Evaluation {
+    let rig = Rig::demo(Shape::Cylinder);
+    let world = World::nominal(&rig);
+    let candidates = vec![
+        Candidate {
+            name: "nominal".into(),
+            world: world.clone().with("friction", 0.25),
+            residual: None,
+        },
+        Candidate {
+            name: "sysid".into(),
+            world: world.clone(),
+            residual: None,
+        },
+        Candidate {
+            name: "sysid_residual".into(),
+            world: world.clone(),
+            residual: Some(residual()),
+        },
+    ];
+    let strikes = planned(&rig, &world);
+    let noise = Noise {
+        speed: 0.01,
+        angle: 0.005,
+        position: 0.0002,
+    };
+    let input = Input {
+        rig,
+        strikes,
+        candidates,
+        noise,
+    };
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .build()
+        .expect("threads");
+    pool.install(|| stage.run(&input, &Progress::hidden()))
+        .expect("sound input")
+}
+
+#[test]
+fn the_better_model_has_the_smaller_error_on_held_out_strikes() {
+    let evaluation = evaluate(1, Evaluate::default());
+    let error = |model: &str| evaluation.models[model];
+    assert_eq!(error("sysid").n, 4);
+    assert_eq!(evaluation.predictions.len(), 3 * 4);
+    assert!(error("nominal").mean > error("sysid").mean);
+    assert!(error("sysid").mean > 20.0 * error("sysid_residual").mean);
+    assert_eq!(evaluate(1, Evaluate { split: None }).models["sysid"].n, 12);
+}
+
+#[test]
+fn the_noise_floor_is_what_the_scatter_of_the_launch_makes() {
+    let evaluation = evaluate(1, Evaluate::default());
+    let floor = evaluation.noise_floor.expect("strikes");
+    assert_eq!((floor.n, floor.failed), (4, 0));
+    // Distance goes as speed squared: 1 % of speed is 2 % of the mean path of about 0.24 m, half-normally
+    // distributed; angle and camera add a little.
+    assert!((0.003..0.006).contains(&floor.mean), "{floor:?}");
+    assert!(
+        floor.median < floor.mean && floor.mean < floor.p95,
+        "{floor:?}"
+    );
+}
+
+#[test]
+fn the_same_bytes_with_one_thread_and_with_two() {
+    let text = |evaluation: &Evaluation| serde_json::to_string(evaluation).expect("plain data");
+    let one = evaluate(1, Evaluate { split: None });
+    assert_eq!(text(&one), text(&evaluate(2, Evaluate { split: None })));
+    let read: Evaluation = serde_json::from_str(&text(&one)).expect("own text");
+    assert_eq!(read.predictions.len(), one.predictions.len());
+    assert_eq!(read.models["sysid_residual"].n, 12);
+    let json: serde_json::Value = serde_json::from_str(&text(&one)).expect("own text");
+    assert!(json["sysid_residual"]["p95"].is_number() && json["noise_floor"]["mean"].is_number());
+}
