@@ -1,0 +1,136 @@
+//! Parquet to batches of rows, after checking that the file is the table it should be.
+
+use std::fs::File;
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
+
+use arrow::array::types::{Float64Type, UInt32Type};
+use arrow::array::{AsArray, RecordBatch, StringArray};
+use arrow::datatypes::Schema;
+use parquet::arrow::arrow_reader::{ParquetRecordBatchReader, ParquetRecordBatchReaderBuilder};
+
+use crate::TableError;
+use crate::layout::{GROUP_ROWS, SCHEMA_VERSION, Table, VERSION_KEY};
+
+/// The batches of a table, one after the other.
+pub(crate) struct Batches {
+    path: PathBuf,
+    reader: ParquetRecordBatchReader,
+    row: usize,
+}
+
+/// Some rows of a table.
+pub(crate) struct Batch {
+    path: PathBuf,
+    first_row: usize,
+    batch: RecordBatch,
+}
+
+/// Opens a table of a folder.
+pub(crate) fn read<const N: usize>(dir: &Path, table: &Table<N>) -> Result<Batches, TableError> {
+    let path = table.path(dir);
+    let damaged = |why: String| TableError::Damaged {
+        path: path.clone(),
+        why,
+    };
+    let file = File::open(&path).map_err(|error| match error.kind() {
+        ErrorKind::NotFound => TableError::Missing { path: path.clone() },
+        _ => durable::Error::new("read", &path, error).into(),
+    })?;
+    let builder = ParquetRecordBatchReaderBuilder::try_new(file)
+        .map_err(|error| damaged(error.to_string()))?;
+    let version = builder
+        .metadata()
+        .file_metadata()
+        .key_value_metadata()
+        .and_then(|pairs| pairs.iter().find(|pair| pair.key == VERSION_KEY))
+        .and_then(|pair| pair.value.clone());
+    let (found, expected) = (
+        describe(version.as_deref().unwrap_or("none"), builder.schema()),
+        describe(&SCHEMA_VERSION.to_string(), &table.schema()),
+    );
+    if found != expected {
+        return Err(TableError::Layout {
+            path,
+            found,
+            expected,
+        });
+    }
+    let reader = builder
+        .with_batch_size(GROUP_ROWS)
+        .build()
+        .map_err(|error| damaged(error.to_string()))?;
+    Ok(Batches {
+        path,
+        reader,
+        row: 0,
+    })
+}
+
+fn describe(version: &str, schema: &Schema) -> String {
+    let columns: Vec<_> = schema
+        .fields()
+        .iter()
+        .map(|field| {
+            let null = if field.is_nullable() { "?" } else { "" };
+            let unit = field.metadata().get("unit").map_or("", String::as_str);
+            format!("{}: {}{null} {unit}", field.name(), field.data_type())
+                .trim_end()
+                .to_string()
+        })
+        .collect();
+    format!("columns [{}] of carom schema {version}", columns.join(", "))
+}
+
+impl Iterator for Batches {
+    type Item = Result<Batch, TableError>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        Some(match self.reader.next()? {
+            Ok(batch) => {
+                let first_row = self.row;
+                self.row += batch.num_rows();
+                Ok(Batch {
+                    path: self.path.clone(),
+                    first_row,
+                    batch,
+                })
+            }
+            Err(error) => Err(TableError::Damaged {
+                path: self.path.clone(),
+                why: error.to_string(),
+            }),
+        })
+    }
+}
+
+impl Batch {
+    /// Rows of this batch.
+    pub fn rows(&self) -> std::ops::Range<usize> {
+        0..self.batch.num_rows()
+    }
+
+    /// A column of numbers of the layout that was checked.
+    pub fn real(&self, name: &str) -> &[f64] {
+        self.batch[name].as_primitive::<Float64Type>().values()
+    }
+
+    /// A column of counts of the layout that was checked.
+    pub fn count(&self, name: &str) -> &[u32] {
+        self.batch[name].as_primitive::<UInt32Type>().values()
+    }
+
+    /// A column of text of the layout that was checked.
+    pub fn text(&self, name: &str) -> &StringArray {
+        self.batch[name].as_string()
+    }
+
+    /// The error of a row of this batch.
+    pub fn wrong(&self, row: usize, why: String) -> TableError {
+        TableError::Row {
+            path: self.path.clone(),
+            row: self.first_row + row,
+            why,
+        }
+    }
+}

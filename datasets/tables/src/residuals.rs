@@ -1,0 +1,82 @@
+//! `residuals.parquet`: a row for each strike that the residual model learns from or is judged by.
+
+use std::path::Path;
+
+use values::{Point, Split};
+
+use crate::TableError;
+use crate::layout::{Table, real, text};
+use crate::read::read;
+use crate::strikes::split;
+use crate::write::{Cell, write};
+
+/// What the real command differs by from the simulated one, for the same path.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ResidualRow {
+    /// Which strike.
+    pub strike_id: String,
+    /// Displacement from rest to rest, in m.
+    pub path: Point,
+    /// Speed in m/s that solves the path in simulation.
+    pub speed_sim: f64,
+    /// Angle in rad that solves the path in simulation.
+    pub angle_sim: f64,
+    /// Real speed less the simulated, in m/s.
+    pub d_speed: f64,
+    /// Real angle less the simulated, in rad.
+    pub d_angle: f64,
+    /// Which part of learning and testing it belongs to.
+    pub split: Split,
+}
+
+const RESIDUALS: Table<8> = Table {
+    name: "residuals",
+    columns: [
+        text("strike_id"),
+        real("path_x", "m"),
+        real("path_y", "m"),
+        real("speed_sim", "m/s"),
+        real("angle_sim", "rad"),
+        real("d_speed", "m/s"),
+        real("d_angle", "rad"),
+        text("split"),
+    ],
+};
+
+/// Writes the table of these residuals, in their order.
+pub fn write_residuals(dir: &Path, residuals: &[ResidualRow]) -> Result<(), TableError> {
+    let rows = residuals.iter().map(|residual| {
+        [
+            Cell::Text(&residual.strike_id),
+            Cell::Real(residual.path.x),
+            Cell::Real(residual.path.y),
+            Cell::Real(residual.speed_sim),
+            Cell::Real(residual.angle_sim),
+            Cell::Real(residual.d_speed),
+            Cell::Real(residual.d_angle),
+            Cell::Text(residual.split.name()),
+        ]
+    });
+    write(dir, &RESIDUALS, rows)
+}
+
+/// Reads the table, in the order written.
+pub fn read_residuals(dir: &Path) -> Result<Vec<ResidualRow>, TableError> {
+    let mut residuals = Vec::new();
+    for batch in read(dir, &RESIDUALS)? {
+        let batch = batch?;
+        for row in batch.rows() {
+            let real = |name| batch.real(name)[row];
+            residuals.push(ResidualRow {
+                strike_id: batch.text("strike_id").value(row).to_string(),
+                path: Point::new(real("path_x"), real("path_y")),
+                speed_sim: real("speed_sim"),
+                angle_sim: real("angle_sim"),
+                d_speed: real("d_speed"),
+                d_angle: real("d_angle"),
+                split: split(&batch, row)?,
+            });
+        }
+    }
+    Ok(residuals)
+}

@@ -1,0 +1,170 @@
+//! `strikes.parquet` and `tracks.parquet`: a row a strike, and a row a frame.
+
+use std::collections::HashMap;
+use std::path::Path;
+
+use values::{Command, Conditions, Point, Split, Strike, Track};
+
+use crate::TableError;
+use crate::layout::{Table, count, real, text};
+use crate::read::{Batch, read};
+use crate::write::{Cell, write};
+
+/// After the columns of the public interface, two that the conditions of a strike need.
+const STRIKES: Table<16> = Table {
+    name: "strikes",
+    columns: [
+        text("strike_id"),
+        text("log"),
+        count("index"),
+        real("t_start", "s"),
+        real("x0", "m"),
+        real("y0", "m"),
+        real("xf", "m"),
+        real("yf", "m"),
+        real("path_x", "m"),
+        real("path_y", "m"),
+        real("speed", "m/s"),
+        real("angle", "rad"),
+        count("frames"),
+        text("split"),
+        text("session"),
+        real("order", ""),
+    ],
+};
+
+const TRACKS: Table<4> = Table {
+    name: "tracks",
+    columns: [
+        text("strike_id"),
+        real("t", "s"),
+        real("x", "m"),
+        real("y", "m"),
+    ],
+};
+
+/// Writes both tables of these strikes, in their order.
+pub fn write_strikes(dir: &Path, strikes: &[Strike]) -> Result<(), TableError> {
+    let frames = strikes.iter().flat_map(|strike| {
+        let Track { t, x, y } = &strike.track;
+        let points = t.iter().zip(x).zip(y);
+        points.map(|((t, x), y)| {
+            [
+                Cell::Text(&strike.id),
+                Cell::Real(*t),
+                Cell::Real(*x),
+                Cell::Real(*y),
+            ]
+        })
+    });
+    write(dir, &TRACKS, frames)?;
+    write(dir, &STRIKES, strikes.iter().map(cells))
+}
+
+fn cells(strike: &Strike) -> [Cell<'_>; 16] {
+    let path = strike.path();
+    [
+        Cell::Text(&strike.id),
+        Cell::Text(&strike.log),
+        Cell::Count(strike.index),
+        Cell::Real(strike.t_start),
+        Cell::Real(strike.initial.x),
+        Cell::Real(strike.initial.y),
+        Cell::Real(strike.stop.x),
+        Cell::Real(strike.stop.y),
+        Cell::Real(path.x),
+        Cell::Real(path.y),
+        Cell::Real(strike.command.speed),
+        Cell::Real(strike.command.angle),
+        Cell::Count(u32::try_from(strike.track.len()).unwrap_or(u32::MAX)),
+        Cell::Text(strike.split.name()),
+        Cell::Text(&strike.conditions.session),
+        Cell::Real(strike.conditions.order),
+    ]
+}
+
+/// Reads both tables and joins them: each strike with its track, in the order written.
+pub fn read_strikes(dir: &Path) -> Result<Vec<Strike>, TableError> {
+    let mut strikes = Vec::new();
+    let mut frames = Vec::new();
+    let mut places = HashMap::new();
+    for batch in read(dir, &STRIKES)? {
+        let batch = batch?;
+        for row in batch.rows() {
+            let strike = strike(&batch, row)?;
+            if places.insert(strike.id.clone(), strikes.len()).is_some() {
+                return Err(batch.wrong(row, format!("strike {} stands there twice", strike.id)));
+            }
+            strikes.push(strike);
+            frames.push(batch.count("frames")[row] as usize);
+        }
+    }
+    for batch in read(dir, &TRACKS)? {
+        let batch = batch?;
+        let (ids, t, x, y) = (
+            batch.text("strike_id"),
+            batch.real("t"),
+            batch.real("x"),
+            batch.real("y"),
+        );
+        for row in batch.rows() {
+            let Some(place) = places.get(ids.value(row)) else {
+                return Err(batch.wrong(
+                    row,
+                    format!("strike {} is not in strikes.parquet", ids.value(row)),
+                ));
+            };
+            let track: &mut Track = &mut strikes[*place].track;
+            track.t.push(t[row]);
+            track.x.push(x[row]);
+            track.y.push(y[row]);
+        }
+    }
+    match strikes
+        .iter()
+        .zip(&frames)
+        .position(|(strike, frames)| strike.track.len() != *frames)
+    {
+        None => Ok(strikes),
+        Some(row) => Err(TableError::Row {
+            path: STRIKES.path(dir),
+            row,
+            why: format!(
+                "strike {} has {} frames in tracks.parquet and should have {}",
+                strikes[row].id,
+                strikes[row].track.len(),
+                frames[row]
+            ),
+        }),
+    }
+}
+
+/// One strike, its track still empty.
+fn strike(batch: &Batch, row: usize) -> Result<Strike, TableError> {
+    let real = |name| batch.real(name)[row];
+    let text = |name| batch.text(name).value(row).to_string();
+    Ok(Strike {
+        id: text("strike_id"),
+        log: text("log"),
+        index: batch.count("index")[row],
+        t_start: real("t_start"),
+        initial: Point::new(real("x0"), real("y0")),
+        stop: Point::new(real("xf"), real("yf")),
+        command: Command {
+            speed: real("speed"),
+            angle: real("angle"),
+        },
+        track: Track::default(),
+        split: split(batch, row)?,
+        conditions: Conditions {
+            session: text("session"),
+            order: real("order"),
+        },
+    })
+}
+
+/// The `split` of a row.
+pub(crate) fn split(batch: &Batch, row: usize) -> Result<Split, TableError> {
+    let name = batch.text("split").value(row);
+    Split::from_name(name).ok_or_else(|| batch.wrong(row, format!("there is no split `{name}`")))
+}
