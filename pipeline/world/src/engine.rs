@@ -14,10 +14,11 @@ use values::Point;
 
 use crate::{WorldError, scene::LOAD_IMPEDANCE};
 
-/// Number of the striker's pair: the last of the scene.
-fn striker_pair(model: &MjModel) -> usize {
-    model.pair_solref().len() - 1
-}
+/// The pair of table and object, and that of tip and object, in the order that MuJoCo sorts them: by body.
+const LOAD: usize = 0;
+const STRIKE: usize = 1;
+/// Least friction that MuJoCo accepts.
+const LEAST_FRICTION: f64 = 1e-5;
 
 /// MuJoCo prints its warnings and appends them to a file in the current folder; a state that is not finite is told by
 /// [`crate::WorldError::Diverged`] instead.
@@ -37,7 +38,7 @@ fn keep_quiet() {
 pub(crate) struct Scene(MjModel);
 
 impl Scene {
-    /// Compiles MJCF text, and sets the springs of the feet so that together they carry `weight` (N).
+    /// Compiles MJCF text, and sets the spring of the foot so that it carries `weight` (N).
     pub(crate) fn compile(mjcf: &str, weight: f64) -> Result<Self, WorldError> {
         keep_quiet();
         let mut model = MjModel::from_xml_string(mjcf)
@@ -55,23 +56,20 @@ impl Scene {
             .sum();
         if !(load > 0.0 && load.is_finite()) {
             return Err(WorldError::Compile(format!(
-                "the feet carry {load} N in place of {weight} N"
+                "the foot carries {load} N in place of {weight} N"
             )));
         }
-        let feet = striker_pair(&model);
-        model.pair_solref_mut()[..feet]
-            .iter_mut()
-            .for_each(|solref| solref[0] *= weight / load);
+        model.pair_solref_mut()[LOAD][0] *= weight / load;
         Ok(Self(model))
     }
 
-    /// A worker's own copy of model and data. `feet` are the offsets (m) of the points on which the object slides.
-    pub(crate) fn engine(&self, feet: Vec<Point>) -> Engine {
+    /// A worker's own copy of model and data. `arm` (m) is the length at which turning counts as sliding.
+    pub(crate) fn engine(&self, arm: f64) -> Engine {
         let data = MjData::new(Box::new(self.0.clone()));
         Engine {
             nv_object: data.model().nv() as usize - 2,
-            base_friction: self.0.pair_friction().to_vec(),
-            feet,
+            base_friction: self.0.pair_friction()[LOAD],
+            arm,
             data,
         }
     }
@@ -81,8 +79,9 @@ impl Scene {
 pub(crate) struct Engine {
     data: MjData<Box<MjModel>>,
     nv_object: usize,
-    base_friction: Vec<[f64; 5]>,
-    feet: Vec<Point>,
+    base_friction: [f64; 5],
+    /// Length in m at which turning counts as sliding; the radius of a ball.
+    arm: f64,
 }
 
 /// How far, relative to dry friction's deceleration, MuJoCo's friction reference lies beyond the cone.
@@ -104,23 +103,17 @@ impl Engine {
     pub(crate) fn set_strike_solref(&mut self, solref: [f64; 2]) {
         // SAFETY: only values of an existing pair change; no size, address or index does.
         let model = unsafe { self.data.model_mut() };
-        let pair = striker_pair(model);
-        model.pair_solref_mut()[pair] = solref;
+        model.pair_solref_mut()[STRIKE] = solref;
     }
 
     /// Scales the friction between object and table.
     pub(crate) fn scale_friction(&mut self, factor: f64) {
+        let scaled = self
+            .base_friction
+            .map(|friction| (friction * factor).max(LEAST_FRICTION));
         // SAFETY: as above.
         let model = unsafe { self.data.model_mut() };
-        let pairs = striker_pair(model);
-        for (friction, base) in model.pair_friction_mut()[..pairs]
-            .iter_mut()
-            .zip(&self.base_friction)
-        {
-            // MuJoCo wants friction above zero.
-            friction[0] = (base[0] * factor).max(1e-5);
-            friction[1] = friction[0];
-        }
+        model.pair_friction_mut()[LOAD] = scaled;
     }
 
     /// Places the object.
@@ -170,8 +163,9 @@ impl Engine {
             .any(|contact| contact.geom.contains(&tip))
     }
 
-    /// Velocity in m/s with which a point of the base slides; `foot` is its offset in the object's own frame, in m.
-    fn slip(&self, foot: Point, velocity: Point) -> Point {
+    /// Speed in m/s with which the base slides on the table, turning included.
+    fn slip(&self) -> f64 {
+        let velocity = self.velocity();
         let (qpos, qvel) = (self.data.qpos(), self.data.qvel());
         if self.nv_object == 5 {
             // A ball: its lowest point slides by what it does not roll. MuJoCo gives its rate of turning in its own frame.
@@ -183,38 +177,31 @@ impl Engine {
             let rate_y = 2.0 * (x * y + w * z) * a
                 + (1.0 - 2.0 * (x * x + z * z)) * b
                 + 2.0 * (y * z - w * x) * c;
-            let radius = foot.norm();
-            return Point::new(velocity.x - rate_y * radius, velocity.y + rate_x * radius);
+            return Point::new(
+                velocity.x - rate_y * self.arm,
+                velocity.y + rate_x * self.arm,
+            )
+            .norm();
         }
-        let arm = foot.rotated(qpos[2]);
-        velocity + Point::new(-arm.y, arm.x) * qvel[2]
+        velocity.norm().hypot(self.arm * qvel[2])
     }
 
-    /// MuJoCo's soft friction pulls each sliding point towards rest at a rate b, and its convex cone lifts a contact in
-    /// proportion to how far that pull lies beyond the cone: at a fixed b a fast object hops. So b follows the slip, and
-    /// the pull is always the same little beyond the cone.
-    fn follow_slip(&mut self, velocity: Point) {
+    /// MuJoCo's soft friction pulls what slides towards rest at a rate b, and its convex cone loads a contact in
+    /// proportion to how far that pull lies beyond the cone: at a fixed b friction would grow with speed. So b follows
+    /// the slip, and the pull is always the same little beyond the cone.
+    fn follow_slip(&mut self) {
         let timestep = self.data.model_opt().timestep;
-        let rates: Vec<f64> = self
-            .feet
-            .iter()
-            .zip(self.data.model().pair_friction())
-            .map(|(&foot, friction)| {
-                let pull = BEYOND_CONE * friction[0] * GRAVITY;
-                (pull / self.slip(foot, velocity).norm().max(1e-9)).min(0.9 / timestep)
-            })
-            .collect();
+        let pull = BEYOND_CONE * self.data.model().pair_friction()[LOAD][0] * GRAVITY;
+        let rate = (pull / self.slip().max(1e-9)).min(0.9 / timestep);
         // SAFETY: as above.
         let model = unsafe { self.data.model_mut() };
-        for (solref, rate) in model.pair_solreffriction_mut().iter_mut().zip(rates) {
-            // MuJoCo divides a direct damping by the impedance.
-            *solref = [-1.0, -rate * LOAD_IMPEDANCE];
-        }
+        // MuJoCo divides a direct damping by the impedance.
+        model.pair_solreffriction_mut()[LOAD] = [-1.0, -rate * LOAD_IMPEDANCE];
     }
 
     /// One step of MuJoCo's: semi-implicit, which keeps the energy of a stiff contact.
     pub(crate) fn step(&mut self) {
-        self.follow_slip(self.velocity());
+        self.follow_slip();
         self.data.step();
     }
 

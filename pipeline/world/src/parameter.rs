@@ -50,11 +50,11 @@ pub const PARAMETERS: &[ParameterSpec] = &[
     ),
     spec(
         "torsional_friction",
+        1.0,
         0.0,
-        0.0,
-        0.05,
-        "m",
-        "torsional friction of each foot (MuJoCo's friction[1])",
+        3.0,
+        "× shape's",
+        "friction against turning on the spot, relative to that of an even pressure on the base (MuJoCo's friction[1])",
     ),
     spec(
         "rolling_friction",

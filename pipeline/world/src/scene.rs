@@ -1,19 +1,22 @@
-//! The scene as MJCF text: a table, an object on its feet, a striker's tip.
+//! The scene as MJCF text: a table, an object on its foot, a striker's tip.
 //!
-//! The object slides on planar joints and four feet, so it neither rocks nor hops: MuJoCo's convex cone would lift a
-//! contact during the impact, and an object on a free joint flies a little. The feet are sunk into the table by a fixed
-//! depth, and their spring is set once so that they carry just the weight. A ball may turn freely.
+//! The object slides on planar joints and one foot, so it neither rocks nor hops: MuJoCo's convex cone would lift a
+//! contact during the impact, and an object on a free joint flies a little. The foot is sunk into the table by a fixed
+//! depth, and its spring is set once so that it carries just the weight. Its friction in x, y and turning forms an
+//! ellipsoid: the limit surface of planar sliding (Howe and Cutkosky 1996). A ball may turn freely.
 //! The cone is elliptic (MuJoCo's default pyramid is anisotropic), every contact an explicit pair (no mixing by maximum).
 
-use values::{Object, Point, Rig, Shape, Tip};
+use values::{Object, Rig, Shape, Tip};
 
 use crate::{World, WorldError};
 
 /// Mass of the striker in kg: its motion is prescribed, so any mass far above the object's does.
 const STRIKER_MASS: f64 = 1000.0;
-/// Radius of a foot in m.
+/// Least friction that MuJoCo accepts.
+const LEAST_FRICTION: f64 = 1e-5;
+/// Radius of the foot in m.
 const FOOT: f64 = 0.002;
-/// Depth in m to which the object's feet reach into the table: with [`LOAD_IMPEDANCE`] it stands for the weight.
+/// Depth in m to which the object's foot reaches into the table: with [`LOAD_IMPEDANCE`] it stands for the weight.
 const SINK: f64 = 0.001;
 /// Impedance of the contacts with the table: so soft that the slip does not change the load.
 pub(crate) const LOAD_IMPEDANCE: f64 = 0.001;
@@ -22,31 +25,19 @@ const IMPEDANCE_RATIO: f64 = 1e4;
 /// Density in kg/m³ and viscosity in Pa·s of air at 20 °C.
 const AIR: (f64, f64) = (1.2, 1.8e-5);
 
-/// Offsets in m of the feet from the centre: their friction against turning is that of an even pressure on the base.
-/// A ball has one: its lowest point, given by its radius.
-pub(crate) fn feet(object: &Object) -> Vec<Point> {
-    let (a, b) = match object.shape {
+/// Arm in m at which friction on the base resists turning: τ = μ·(weight)·arm for an even pressure.
+pub(crate) fn turning_arm(object: &Object) -> f64 {
+    match object.shape {
         // The mean distance from the centre of a disc is two thirds of its radius.
-        Shape::Cylinder => {
-            let arm = object.radius.unwrap_or(0.0) * 2.0 / 3.0 / std::f64::consts::SQRT_2;
-            (arm, arm)
-        }
-        // A square of half size h has mean distance 0.7652 h; the same share along each side for an oblong.
+        Shape::Cylinder => object.radius.unwrap_or(0.0) * 2.0 / 3.0,
+        // Of a square of half size h it is 0.7652 h; an oblong is taken as the square of the same diagonal.
         Shape::Box => {
             let [x, y, _] = object.half_size.unwrap_or_default();
-            (
-                0.7652 * x / std::f64::consts::SQRT_2,
-                0.7652 * y / std::f64::consts::SQRT_2,
-            )
+            0.7652 * x.hypot(y) / std::f64::consts::SQRT_2
         }
-        Shape::Sphere => return vec![Point::new(object.radius.unwrap_or(0.0), 0.0)],
-    };
-    vec![
-        Point::new(a, b),
-        Point::new(a, -b),
-        Point::new(-a, b),
-        Point::new(-a, -b),
-    ]
+        // A ball touches the table at a point; a small patch keeps it from spinning for ever.
+        Shape::Sphere => 0.05 * object.radius.unwrap_or(0.0),
+    }
 }
 
 /// Height of the object's centre above the table, in m.
@@ -121,28 +112,18 @@ pub(crate) fn mjcf(rig: &Rig, world: &World) -> Result<String, WorldError> {
         value("solimp_midpoint")?,
         value("solimp_power")?
     );
-    let (slide, torsion, rolling) = (
+    let (slide, turning, rolling) = (
         value("friction")?,
         value("torsional_friction")?,
         value("rolling_friction")?,
     );
-    let mut feet_geoms = String::new();
-    let mut pairs = String::new();
-    if rig.object.shape == Shape::Sphere {
-        pairs += &format!(
-            r#"<pair geom1="table" geom2="object" condim="6" friction="{slide} {slide} {torsion} {rolling} {rolling}" solref="-1e6 -1" solimp="{LOAD_IMPEDANCE} {LOAD_IMPEDANCE}"/>"#
-        );
-    } else {
-        let condim = if torsion > 0.0 { 4 } else { 3 };
-        for (i, Point { x, y }) in feet(&rig.object).into_iter().enumerate() {
-            let z = FOOT - SINK - height;
-            feet_geoms +=
-                &format!(r#"<geom name="foot{i}" type="sphere" size="{FOOT}" pos="{x} {y} {z}"/>"#);
-            pairs += &format!(
-                r#"<pair geom1="table" geom2="foot{i}" condim="{condim}" friction="{slide} {slide} {torsion} {rolling} {rolling}" solref="-1e6 -1" solimp="{LOAD_IMPEDANCE} {LOAD_IMPEDANCE}"/>"#
-            );
-        }
-    }
+    let torsion = (slide * turning_arm(&rig.object) * turning).max(LEAST_FRICTION);
+    let (foot, condim, foot_radius) = match rig.object.shape {
+        Shape::Sphere => ("object", 6, 0.0),
+        Shape::Cylinder | Shape::Box => ("foot", 4, FOOT),
+    };
+    let foot_height = foot_radius - SINK - height;
+    let rolling = rolling.max(LEAST_FRICTION);
     let tip = match rig.striker.tip {
         Tip::Sphere => format!(r#"type="sphere" size="{}""#, rig.striker.radius),
         Tip::Cylinder => format!(r#"type="capsule" size="{} {}""#, rig.striker.radius, height),
@@ -172,7 +153,7 @@ pub(crate) fn mjcf(rig: &Rig, world: &World) -> Result<String, WorldError> {
       <joint name="object_y" type="slide" axis="0 1 0"/>
       {joints}
       <geom name="object" {body} fluidshape="ellipsoid" fluidcoef="{fluid}"/>
-      {feet_geoms}
+      <geom name="foot" type="sphere" size="{FOOT}" pos="0 0 {foot_height}"/>
     </body>
     <body name="striker" pos="0 0 {height}" gravcomp="1">
       <inertial pos="0 0 0" mass="{STRIKER_MASS}" diaginertia="1 1 1"/>
@@ -182,7 +163,7 @@ pub(crate) fn mjcf(rig: &Rig, world: &World) -> Result<String, WorldError> {
     </body>
   </worldbody>
   <contact>
-    {pairs}
+    <pair geom1="table" geom2="{foot}" condim="{condim}" friction="{slide} {slide} {torsion} {rolling} {rolling}" solref="-1e6 -1" solimp="{LOAD_IMPEDANCE} {LOAD_IMPEDANCE}"/>
     <pair geom1="tip" geom2="object" condim="3" friction="{tip_friction} {tip_friction} 0 0 0" solref="-1000 -1" solimp="{solimp}"/>
   </contact>
 </mujoco>"#,

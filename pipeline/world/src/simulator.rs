@@ -4,7 +4,7 @@
 //! sawtooth of the speed), takes fine steps while tip and object are close and long ones while the object slides
 //! alone, and ends when it rests.
 
-use values::{Command, Conditions, Point, Rig, Track};
+use values::{Command, Conditions, Point, Rig, Shape, Track};
 
 use crate::{
     Profile, World, WorldError, contact_solref,
@@ -51,6 +51,7 @@ pub struct Simulator {
     friction: f64,
     restitution: f64,
     contact_time: f64,
+    arm: f64,
     steps: Steps,
 }
 
@@ -102,6 +103,10 @@ impl Simulator {
             friction: world.value("friction")?,
             restitution: world.value("restitution")?,
             contact_time: world.value("contact_time")?,
+            arm: match rig.object.shape {
+                Shape::Sphere => rig.object.radius.unwrap_or(0.0),
+                Shape::Cylinder | Shape::Box => scene::turning_arm(&rig.object),
+            },
             scene,
             steps,
         })
@@ -111,7 +116,7 @@ impl Simulator {
     pub fn worker(&self) -> Worker<'_> {
         Worker {
             simulator: self,
-            engine: self.scene.engine(scene::feet(&self.rig.object)),
+            engine: self.scene.engine(self.arm),
         }
     }
 

@@ -1,0 +1,224 @@
+//! A simulated strike against formulas, and against itself at finer steps.
+
+use std::time::Instant;
+
+use values::{Command, Conditions, Point, Rig, Shape};
+use world::{Simulator, SolveSettings, SolveStatus, Steps, World};
+
+const ORIGIN: Point = Point::new(0.3, 0.0);
+const GRAVITY: f64 = 9.81;
+
+fn commands() -> impl Iterator<Item = Command> {
+    (0..=12).map(|i| Command {
+        speed: 0.4 + 0.05 * f64::from(i),
+        angle: -0.6 + 0.1 * f64::from(i),
+    })
+}
+
+fn still_air(rig: &Rig) -> World {
+    ["fluid_blunt_drag", "fluid_slender_drag"]
+        .iter()
+        .fold(World::nominal(rig), |world, name| world.with(name, 0.0))
+}
+
+#[test]
+fn halving_every_step_moves_no_stop_by_half_a_millimetre() {
+    for shape in [Shape::Cylinder, Shape::Box] {
+        let rig = Rig::demo(shape);
+        let world = World::nominal(&rig).with("friction", 0.25);
+        let Steps { contact, slide } = Steps::default();
+        let coarse = Simulator::new(&rig, &world).expect("valid");
+        let fine = Steps {
+            contact: contact / 2.0,
+            slide: slide / 2.0,
+        };
+        let fine = Simulator::with_steps(&rig, &world, fine).expect("valid");
+        let mut worst: f64 = 0.0;
+        for command in commands() {
+            let stop = |sim: &Simulator| {
+                sim.worker()
+                    .strike(ORIGIN, command, &Conditions::default())
+                    .expect("rests")
+                    .stop
+            };
+            worst = worst.max(stop(&coarse).distance(stop(&fine)));
+        }
+        println!(
+            "{shape:?}: halving every step moves the stop by at most {:.3} mm",
+            1e3 * worst
+        );
+        assert!(worst < 0.5e-3, "{shape:?}: {worst} m");
+    }
+}
+
+#[test]
+fn a_cylinder_released_at_e_slides_as_far_as_friction_says() {
+    let rig = Rig::demo(Shape::Cylinder);
+    for (friction, restitution) in [(0.15, 0.2), (0.25, 0.5), (0.5, 0.8), (0.25, -0.3)] {
+        let world = still_air(&rig)
+            .with("friction", friction)
+            .with("restitution", restitution);
+        let simulator = Simulator::new(&rig, &world).expect("valid");
+        let mut worker = simulator.worker();
+        for command in commands() {
+            let path = worker
+                .strike(ORIGIN, command, &Conditions::default())
+                .expect("rests")
+                .stop
+                - ORIGIN;
+            let release = (1.0 + restitution) * command.speed;
+            let expected = release * release / (2.0 * friction * GRAVITY);
+            // During the two milliseconds of contact friction takes, and the tip gives, a little.
+            assert!(
+                (path.norm() / expected - 1.0).abs() < 0.03,
+                "{friction} {restitution}: {path:?} against {expected}"
+            );
+            assert!((path.bearing() - command.angle).abs() < 1e-6);
+        }
+    }
+}
+
+#[test]
+fn deceleration_is_friction_times_gravity_at_every_speed() {
+    let rig = Rig::demo(Shape::Cylinder);
+    let simulator = Simulator::new(&rig, &still_air(&rig).with("friction", 0.25)).expect("valid");
+    let command = Command {
+        speed: 1.0,
+        angle: 0.3,
+    };
+    let strike = simulator
+        .worker()
+        .strike(ORIGIN, command, &Conditions::default())
+        .expect("rests");
+    let (d, h) = (|t: f64| strike.at(t).distance(ORIGIN), 0.04);
+    for t in [0.1, 0.2, 0.3, 0.4, 0.5] {
+        let deceleration = -(d(t + h) - 2.0 * d(t) + d(t - h)) / (h * h);
+        assert!(
+            (deceleration / (0.25 * GRAVITY) - 1.0).abs() < 2e-3,
+            "{deceleration} at {t} s"
+        );
+    }
+}
+
+#[test]
+fn the_same_strike_gives_the_same_bits() {
+    let rig = Rig::demo(Shape::Box);
+    let simulator = Simulator::new(&rig, &World::nominal(&rig)).expect("valid");
+    let command = Command {
+        speed: 0.8,
+        angle: 0.2,
+    };
+    let mut worker = simulator.worker();
+    let first = worker
+        .strike(ORIGIN, command, &Conditions::default())
+        .expect("rests");
+    worker
+        .strike(
+            ORIGIN,
+            Command {
+                speed: 0.5,
+                angle: -0.3,
+            },
+            &Conditions::default(),
+        )
+        .expect("rests");
+    assert_eq!(
+        first,
+        worker
+            .strike(ORIGIN, command, &Conditions::default())
+            .expect("rests")
+    );
+    assert_eq!(
+        first,
+        simulator
+            .worker()
+            .strike(ORIGIN, command, &Conditions::default())
+            .expect("rests")
+    );
+}
+
+#[test]
+fn a_ball_rolls_on_after_it_has_slid() {
+    let rig = Rig::demo(Shape::Sphere);
+    let world = still_air(&rig).with("rolling_friction", 0.002);
+    let simulator = Simulator::new(&rig, &world).expect("valid");
+    let command = Command {
+        speed: 0.4,
+        angle: 0.1,
+    };
+    let strike = simulator
+        .worker()
+        .strike(ORIGIN, command, &Conditions::default())
+        .expect("rests");
+    let slid = (1.5_f64 * 0.4).powi(2) / (2.0 * 0.3 * GRAVITY);
+    assert!(
+        strike.stop.distance(ORIGIN) > 2.0 * slid,
+        "{:?}",
+        strike.stop
+    );
+}
+
+#[test]
+fn what_cannot_be_struck_is_told() {
+    let rig = Rig::demo(Shape::Cylinder);
+    let simulator = Simulator::new(&rig, &World::nominal(&rig)).expect("valid");
+    for (speed, angle) in [
+        (0.0, 0.0),
+        (f64::NAN, 0.0),
+        (0.5, f64::INFINITY),
+        (-1.0, 0.0),
+    ] {
+        assert!(
+            simulator
+                .worker()
+                .strike(ORIGIN, Command { speed, angle }, &Conditions::default())
+                .is_err()
+        );
+    }
+}
+
+#[test]
+fn every_reachable_target_is_solved_in_about_two_simulations() {
+    for (shape, most) in [(Shape::Cylinder, 2.5), (Shape::Box, 4.0)] {
+        let rig = Rig::demo(shape);
+        let simulator = Simulator::new(&rig, &World::nominal(&rig)).expect("valid");
+        let mut worker = simulator.worker();
+        let (mut evaluations, mut count) = (0, 0);
+        let begun = Instant::now();
+        for i in 0..12 {
+            for j in 0..9 {
+                let path = Point::polar(0.08 + 0.04 * f64::from(i), -0.4 + 0.1 * f64::from(j));
+                let solution = worker.solve(ORIGIN, ORIGIN + path, &SolveSettings::default(), None);
+                assert_eq!(
+                    solution.status,
+                    SolveStatus::Solved,
+                    "{path:?}: {solution:?}"
+                );
+                assert!(solution.miss < 1e-3);
+                evaluations += solution.evaluations;
+                count += 1;
+            }
+        }
+        let mean = f64::from(evaluations) / f64::from(count);
+        println!(
+            "{shape:?}: {mean:.2} simulations a solve, {:.0} solves/s",
+            f64::from(count) / begun.elapsed().as_secs_f64()
+        );
+        assert!(mean <= most, "{shape:?}: {mean} simulations a solve");
+    }
+}
+
+#[test]
+fn an_unreachable_target_is_a_status() {
+    let rig = Rig::demo(Shape::Cylinder);
+    let simulator = Simulator::new(&rig, &World::nominal(&rig)).expect("valid");
+    let settings = SolveSettings {
+        speed: [0.4, 1.0].into(),
+        ..SolveSettings::default()
+    };
+    let solution = simulator
+        .worker()
+        .solve(ORIGIN, Point::new(5.0, 0.0), &settings, None);
+    assert_eq!(solution.status, SolveStatus::Unreachable);
+    assert!(solution.miss > 1.0 && solution.evaluations < 100);
+}
