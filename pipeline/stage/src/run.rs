@@ -10,7 +10,7 @@ use serde::Serialize;
 
 use crate::answers::{Answers, Kept};
 use crate::key::Key;
-use crate::pack::Pack;
+use crate::pack::{KeptAnswer, Pack};
 use crate::{
     ItemStage, Progress, Record, RunError, Stage, StageError, StageSummary, Summary, codec,
 };
@@ -198,7 +198,7 @@ impl Run {
         batch: &[(usize, Key)],
         progress: &Progress,
         pack: &mut Pack,
-    ) -> Result<Vec<(Key, Vec<u8>)>, RunError<S::Error>> {
+    ) -> Result<Vec<KeptAnswer>, RunError<S::Error>> {
         let wanted: Vec<&S::Item> = batch.iter().map(|(place, _)| &items[*place]).collect();
         let outputs = stage
             .run_items(shared, &wanted, progress)
