@@ -1,1 +1,154 @@
-//! sysid
+//! System identification: the world's parameters from the tracks of strikes.
+//!
+//! Stop distance alone goes as (1+e)²/μ and cannot tell friction from restitution; tracks can. Each strike's launch
+//! scatters in speed and angle, so the strike is the unit of evidence: residuals are weighed by
+//! Σ = σ²I + σ_v²·J_v·J_vᵀ + σ_θ²·J_θ·J_θᵀ + …, the scatter is estimated along with the parameters (EM), and intervals come
+//! from the spread between strikes. Gauss–Newton on large-step central differences starts from a line through
+//! √(D − d(t)), which needs no simulation; NLopt's polish and the paper's Algorithm 2 are in [`algorithm2`].
+
+pub mod algorithm2;
+mod compare;
+mod fit;
+mod identify;
+mod interval;
+mod scatter;
+mod start;
+
+use serde::{Deserialize, Serialize};
+use stage::{Progress, Stage};
+use values::{Rig, Split, Strike};
+use world::{World, WorldError, parameter};
+
+/// How to identify.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Sysid {
+    /// Parameters to free; empty: friction, restitution and, for a box, what the data can tell of the tip's friction.
+    pub free: Vec<String>,
+    /// The earliest strikes that learn, at most this many: later ones do not move the world under the solutions.
+    pub most_strikes: usize,
+}
+
+impl Default for Sysid {
+    fn default() -> Self {
+        Self {
+            free: Vec::new(),
+            most_strikes: 100,
+        }
+    }
+}
+
+/// What to identify from.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Input {
+    /// The rig.
+    pub rig: Rig,
+    /// The world to start from: its parameters that are not freed, and its effects, stay.
+    pub world: World,
+    /// Strikes in order of time; those of [`Split::Train`] are used.
+    pub strikes: Vec<Strike>,
+}
+
+/// What was identified.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Fit {
+    /// The world with its freed parameters, their 95 % intervals, and the scatter of launches and camera.
+    pub world: World,
+    /// The parameters that were freed.
+    pub freed: Vec<String>,
+    /// Strikes used.
+    pub strikes: usize,
+    /// Root of the mean squared track residual in m: before, at the nominal world.
+    pub rms_before: f64,
+    /// The same after.
+    pub rms_after: f64,
+    /// Gauss–Newton iterations.
+    pub iterations: u32,
+    /// Simulated strikes.
+    pub simulations: u64,
+    /// Sentences for a person: what the data cannot tell, and what went to a bound.
+    pub notes: Vec<String>,
+}
+
+/// Why nothing was identified. Texts complete "failed to …".
+#[derive(Debug, thiserror::Error)]
+pub enum SysidError {
+    /// Fewer strikes than parameters need.
+    #[error(
+        "identify {parameters} parameters from {strikes} strikes: at least {needed} are needed; log more strikes"
+    )]
+    TooFewStrikes {
+        /// Strikes that learn.
+        strikes: usize,
+        /// Parameters freed.
+        parameters: usize,
+        /// Strikes needed.
+        needed: usize,
+    },
+    /// The world could not be simulated.
+    #[error(transparent)]
+    World(#[from] WorldError),
+    /// The data do not determine the freed parameters at all.
+    #[error("identify {names}: these strikes do not tell them apart; free fewer parameters")]
+    Singular {
+        /// The parameters freed.
+        names: String,
+    },
+}
+
+impl Stage for Sysid {
+    const NAME: &'static str = "sysid";
+    const VERSION: u32 = 1;
+    type Input = Input;
+    type Output = Fit;
+    type Error = SysidError;
+
+    fn run(&self, input: &Input, progress: &Progress) -> Result<Fit, SysidError> {
+        let strikes: Vec<&Strike> = input
+            .strikes
+            .iter()
+            .filter(|strike| strike.split == Split::Train && strike.track.len() >= 4)
+            .take(self.most_strikes)
+            .collect();
+        for name in &self.free {
+            parameter(name)?;
+        }
+        let default = self.free.is_empty();
+        let free: Vec<String> = if default {
+            vec!["friction".into(), "restitution".into()]
+        } else {
+            self.free.clone()
+        };
+        let needed = 2 * free.len() + 1;
+        if strikes.len() < needed {
+            return Err(SysidError::TooFewStrikes {
+                strikes: strikes.len(),
+                parameters: free.len(),
+                needed,
+            });
+        }
+        let begun = start::start(&input.rig, &input.world, &strikes, &free);
+        let mut fitted = fit::fit(&input.rig, &begun, &strikes, free, progress)?;
+        let mut told = identify::what_can_be_told(&input.rig, &fitted, &strikes)?;
+        if default && let Some(more) = told.worth_freeing.take() {
+            let free = fitted.free.iter().cloned().chain([more]).collect();
+            fitted = fit::fit(&input.rig, &fitted.world, &strikes, free, progress)?;
+            let simulations = told.simulations;
+            told = identify::what_can_be_told(&input.rig, &fitted, &strikes)?;
+            told.simulations += simulations;
+        }
+        let nominal = compare::Batch::new(&input.rig, &input.world, &strikes)?;
+        let world = interval::with_intervals(&fitted)?;
+        let mut notes = told.notes;
+        notes.extend(fitted.at_bounds());
+        Ok(Fit {
+            rms_before: nominal.rms(&strikes),
+            rms_after: fitted.rms,
+            freed: fitted.free.clone(),
+            strikes: strikes.len(),
+            iterations: fitted.iterations,
+            simulations: fitted.simulations + told.simulations + strikes.len() as u64,
+            world,
+            notes,
+        })
+    }
+}

@@ -1,0 +1,123 @@
+//! What these strikes can tell of the parameters that were not freed.
+
+use nalgebra::DMatrix;
+use values::{Rig, Shape, Strike};
+use world::{PARAMETERS, WorldError};
+
+use crate::{
+    compare::{Batch, measured},
+    fit::{Fitted, nuisances, sensitivities},
+    scatter::Evidence,
+};
+
+/// Strikes looked at: this is about sensitivity, which few strikes show.
+const STRIKES: usize = 16;
+/// A parameter whose standard error would exceed this share of its range is not told by the data.
+const TOLD: f64 = 0.10;
+/// A parameter of which less than this share of the effect is left beside the freed ones is not told from them.
+const APART: f64 = 0.02;
+/// Twice the gain in log-likelihood from which a candidate is worth freeing: one false alarm in a thousand or so.
+const WORTH: f64 = 12.0;
+
+/// What can be told.
+pub(crate) struct Told {
+    /// One sentence for each group of parameters that cannot be told.
+    pub(crate) notes: Vec<String>,
+    /// A parameter that the data tell, and that explains more of them.
+    pub(crate) worth_freeing: Option<String>,
+    pub(crate) simulations: u64,
+}
+
+/// Parameters that may be freed without being asked for: those of the impact on a face, where the tip may slip.
+fn candidates(rig: &Rig) -> &'static [&'static str] {
+    match rig.object.shape {
+        Shape::Box => &["tip_friction"],
+        Shape::Sphere => &["rolling_friction"],
+        Shape::Cylinder => &[],
+    }
+}
+
+/// Looks at every parameter that was not freed, through the residual's own weights, with the freed ones projected off.
+pub(crate) fn what_can_be_told(
+    rig: &Rig,
+    fitted: &Fitted,
+    strikes: &[&Strike],
+) -> Result<Told, WorldError> {
+    let stride = strikes.len().div_ceil(STRIKES);
+    let strikes: Vec<&Strike> = strikes.iter().step_by(stride).copied().collect();
+    let mut names = fitted.free.clone();
+    names.extend(
+        PARAMETERS
+            .iter()
+            .map(|spec| spec.name.to_string())
+            .filter(|name| !fitted.free.contains(name)),
+    );
+    let slopes = sensitivities(rig, &fitted.world, &strikes, &names)?;
+    let batch = Batch::new(rig, &fitted.world, &strikes)?;
+    let launch = nuisances(rig, &fitted.world, &strikes, &batch)?;
+
+    let (all, free) = (names.len(), fitted.free.len());
+    let mut information = DMatrix::<f64>::zeros(all, all);
+    let mut score = nalgebra::DVector::<f64>::zeros(all);
+    for (i, strike) in strikes.iter().enumerate() {
+        let residual = measured(strike) - batch.track(i, &strike.track.t, 0.0);
+        let evidence = Evidence::new(
+            residual,
+            DMatrix::zeros(2 * strike.track.len(), crate::scatter::NUISANCES),
+            &fitted.spread,
+        );
+        let weighed = evidence.weigh(&slopes[i]);
+        information += slopes[i].tr_mul(&weighed);
+        score += weighed.tr_mul(&evidence.residual);
+    }
+    let freed_inverse = information
+        .view((0, 0), (free, free))
+        .into_owned()
+        .try_inverse();
+    let (mut blind, mut aliased, mut worth) = (Vec::new(), Vec::new(), None::<(f64, String)>);
+    for (i, name) in names.iter().enumerate().skip(free) {
+        let cross = information.view((0, i), (free, 1)).into_owned();
+        let alone = information[(i, i)];
+        let (apart, pull) = freed_inverse.as_ref().map_or((alone, score[i]), |inverse| {
+            let coefficients = inverse * &cross;
+            (
+                alone - cross.tr_mul(&coefficients)[(0, 0)],
+                score[i] - coefficients.column(0).dot(&score.rows(0, free)),
+            )
+        });
+        let Some(spec) = PARAMETERS.iter().find(|spec| spec.name == name) else {
+            continue;
+        };
+        let error =
+            |information: f64| 1.0 / information.max(1e-300).sqrt() / (spec.high - spec.low);
+        if error(alone) > TOLD {
+            blind.push(name.clone());
+        } else if apart < APART * alone || error(apart) > TOLD {
+            aliased.push(name.clone());
+        } else if candidates(rig).contains(&name.as_str()) {
+            let gain = pull * pull / apart;
+            if gain > WORTH && worth.as_ref().is_none_or(|(best, _)| gain > *best) {
+                worth = Some((gain, name.clone()));
+            }
+        }
+    }
+    let mut notes = Vec::new();
+    if !blind.is_empty() {
+        notes.push(format!(
+            "these strikes say nothing of {}: kept at their nominal values",
+            blind.join(", ")
+        ));
+    }
+    if !aliased.is_empty() {
+        notes.push(format!(
+            "these strikes cannot tell {} from {}: kept at their nominal values",
+            aliased.join(", "),
+            fitted.free.join(" and ")
+        ));
+    }
+    Ok(Told {
+        notes,
+        worth_freeing: worth.map(|(_, name)| name),
+        simulations: (strikes.len() * (2 * all + 3)) as u64,
+    })
+}

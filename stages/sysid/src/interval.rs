@@ -1,0 +1,44 @@
+//! 95 % intervals from the spread between strikes.
+
+use nalgebra::{DMatrix, DVector};
+use statrs::distribution::{ContinuousCDF, StudentsT};
+use world::{Estimate, World, parameter};
+
+use crate::{SysidError, fit::Fitted};
+
+/// The fitted world with intervals: the larger of the model's variance A⁻¹ and the sandwich A⁻¹·B·A⁻¹, B from each
+/// strike's own score, at Student's t with as many degrees of freedom as strikes less parameters.
+pub(crate) fn with_intervals(fitted: &Fitted) -> Result<World, SysidError> {
+    let (n, p) = (fitted.scores.len() as f64, fitted.free.len());
+    let Some(inverse) = fitted.information.clone().try_inverse() else {
+        return Err(SysidError::Singular {
+            names: fitted.free.join(", "),
+        });
+    };
+    let mean = fitted
+        .scores
+        .iter()
+        .fold(DVector::zeros(p), |sum, s| sum + s)
+        / n;
+    let mut between = DMatrix::zeros(p, p);
+    for score in &fitted.scores {
+        let away = score - &mean;
+        between += &away * away.transpose();
+    }
+    let freedom = (n - p as f64).max(1.0);
+    let sandwich = &inverse * (between * (n / freedom)) * &inverse;
+    let quantile = StudentsT::new(0.0, 1.0, freedom).map_or(1.96, |t| t.inverse_cdf(0.975));
+    let mut world = fitted.world.clone();
+    for (i, name) in fitted.free.iter().enumerate() {
+        let spec = parameter(name)?;
+        let value = world.value(name)?;
+        let half = quantile * inverse[(i, i)].max(sandwich[(i, i)]).sqrt();
+        let estimate = Estimate::with_interval(
+            value,
+            (value - half).max(spec.low),
+            (value + half).min(spec.high),
+        );
+        world.parameters.insert(name.clone(), estimate);
+    }
+    Ok(world)
+}

@@ -1,0 +1,223 @@
+//! A known world must be recovered from its own strikes.
+
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, Normal};
+use rayon::prelude::*;
+use stage::{Progress, Stage};
+use sysid::{Fit, Input, Sysid, algorithm2::algorithm2};
+use values::{Command, Conditions, Point, Rig, Shape, Split, Strike, Track};
+use world::{Simulator, World};
+
+const FRICTION: f64 = 0.25;
+const RESTITUTION: f64 = 0.45;
+
+struct Noise {
+    speed: f64,
+    angle: f64,
+    camera: f64,
+}
+
+/// Strikes of a world by itself, with launches that scatter and a camera that is noisy and unsynchronised.
+fn strikes(rig: &Rig, world: &World, count: usize, noise: &Noise, seed: u64) -> Vec<Strike> {
+    let simulator = Simulator::new(rig, world).expect("a valid world");
+    let mut worker = simulator.worker();
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let normal = Normal::new(0.0, 1.0).expect("a valid distribution");
+    (0..count)
+        .map(|i| {
+            let mut gauss = |sd: f64| sd * normal.sample(&mut rng);
+            let (faster, turned) = (gauss(noise.speed), gauss(noise.angle));
+            let phase: f64 = rng.random_range(0.0..1.0);
+            let initial = Point::new(rng.random_range(0.2..0.4), rng.random_range(-0.2..0.2));
+            let command = Command {
+                speed: rng.random_range(0.45..0.9),
+                angle: rng.random_range(-0.4..0.4),
+            };
+            let delivered = Command {
+                speed: command.speed * (1.0 + faster),
+                angle: command.angle + turned,
+            };
+            let simulated = worker
+                .strike(initial, delivered, &Conditions::default())
+                .expect("rests");
+            let frames = (simulated.rest_time * rig.camera.rate) as usize + 12;
+            let mut gauss = |sd: f64| sd * normal.sample(&mut rng);
+            let mut track = Track::default();
+            for frame in 0..frames {
+                let t = frame as f64 / rig.camera.rate;
+                let seen = simulated.at(t + 0.5 * (phase - 0.5) / rig.camera.rate);
+                track.t.push(t);
+                track.x.push(seen.x + gauss(noise.camera));
+                track.y.push(seen.y + gauss(noise.camera));
+            }
+            Strike {
+                id: format!("{seed:x}-{i}"),
+                log: "synthetic.mcap".into(),
+                index: i as u32,
+                t_start: i as f64,
+                initial,
+                stop: simulated.stop
+                    + Point::new(gauss(0.3 * noise.camera), gauss(0.3 * noise.camera)),
+                command,
+                track,
+                split: Split::Train,
+                conditions: Conditions::default(),
+            }
+        })
+        .collect()
+}
+
+fn truth(rig: &Rig) -> World {
+    World::nominal(rig)
+        .with("friction", FRICTION)
+        .with("restitution", RESTITUTION)
+}
+
+fn identify(rig: &Rig, start: World, strikes: Vec<Strike>) -> Fit {
+    Sysid::default()
+        .run(
+            &Input {
+                rig: rig.clone(),
+                world: start,
+                strikes,
+            },
+            &Progress::hidden(),
+        )
+        .expect("identified")
+}
+
+const REALISTIC: Noise = Noise {
+    speed: 0.01,
+    angle: 0.008,
+    camera: 0.0007,
+};
+const CLEAN: Noise = Noise {
+    speed: 0.0,
+    angle: 0.0,
+    camera: 1e-5,
+};
+
+#[test]
+fn clean_strikes_give_friction_and_launch_within_one_per_cent_from_any_start() {
+    let rig = Rig::demo(Shape::Cylinder);
+    let data = strikes(&rig, &truth(&rig), 50, &CLEAN, 1);
+    for (friction, restitution) in [(0.6, 0.1), (0.1, 0.9), (0.3, 0.5)] {
+        let start = World::nominal(&rig)
+            .with("friction", friction)
+            .with("restitution", restitution);
+        let fit = identify(&rig, start, data.clone());
+        let found = |name| fit.world.value(name).expect("freed");
+        assert!((found("friction") / FRICTION - 1.0).abs() < 0.01, "{fit:?}");
+        assert!(
+            ((1.0 + found("restitution")) / (1.0 + RESTITUTION) - 1.0).abs() < 0.01,
+            "{fit:?}"
+        );
+    }
+}
+
+#[test]
+fn launch_scatter_and_camera_noise_are_told_apart() {
+    let rig = Rig::demo(Shape::Cylinder);
+    let fit = identify(
+        &rig,
+        World::nominal(&rig),
+        strikes(&rig, &truth(&rig), 80, &REALISTIC, 3),
+    );
+    let scatter = fit.world.scatter;
+    assert!(
+        (scatter.speed / REALISTIC.speed - 1.0).abs() < 0.3,
+        "{scatter:?}"
+    );
+    assert!(
+        (scatter.angle / REALISTIC.angle - 1.0).abs() < 0.3,
+        "{scatter:?}"
+    );
+    assert!(
+        (scatter.camera / REALISTIC.camera - 1.0).abs() < 0.1,
+        "{scatter:?}"
+    );
+    assert!(
+        fit.notes.iter().any(|note| note.contains("contact_time")),
+        "{:?}",
+        fit.notes
+    );
+}
+
+#[test]
+fn intervals_of_ninety_five_per_cent_cover_the_truth_in_ninety_to_ninety_eight() {
+    let rig = Rig::demo(Shape::Cylinder);
+    let sets = 100;
+    let covered: Vec<[bool; 2]> = (0..sets)
+        .into_par_iter()
+        .map(|seed| {
+            let fit = identify(
+                &rig,
+                truth(&rig),
+                strikes(&rig, &truth(&rig), 24, &REALISTIC, 1000 + seed),
+            );
+            [("friction", FRICTION), ("restitution", RESTITUTION)].map(|(name, value)| {
+                let estimate = fit.world.parameters[name];
+                estimate.low <= Some(value) && Some(value) <= estimate.high
+            })
+        })
+        .collect();
+    for parameter in 0..2 {
+        let count = covered.iter().filter(|set| set[parameter]).count();
+        assert!(
+            (90..=98).contains(&count),
+            "parameter {parameter}: {count} of {sets} covered"
+        );
+    }
+    println!(
+        "covered: {:?}",
+        [0, 1].map(|p| covered.iter().filter(|set| set[p]).count())
+    );
+}
+
+#[test]
+fn a_box_reveals_the_friction_of_the_tip() {
+    let rig = Rig::demo(Shape::Box);
+    let world = truth(&rig).with("tip_friction", 0.25);
+    let fit = identify(
+        &rig,
+        World::nominal(&rig),
+        strikes(&rig, &world, 50, &REALISTIC, 5),
+    );
+    assert!(
+        fit.freed.iter().any(|name| name == "tip_friction"),
+        "{fit:?}"
+    );
+    let found = fit.world.value("tip_friction").expect("freed");
+    assert!((found - 0.25).abs() < 0.02, "{found}");
+}
+
+#[test]
+fn the_papers_algorithm_brings_the_stops_together() {
+    let rig = Rig::demo(Shape::Cylinder);
+    let data = strikes(&rig, &truth(&rig), 12, &CLEAN, 9);
+    let (_, error) = algorithm2(
+        &rig,
+        &World::nominal(&rig),
+        &data,
+        &["friction", "restitution"],
+        60,
+    )
+    .expect("valid");
+    assert!(error < 2e-3, "{error}");
+}
+
+#[test]
+fn too_few_strikes_are_told() {
+    let rig = Rig::demo(Shape::Cylinder);
+    let input = Input {
+        rig: rig.clone(),
+        world: World::nominal(&rig),
+        strikes: strikes(&rig, &truth(&rig), 3, &CLEAN, 1),
+    };
+    let error = Sysid::default()
+        .run(&input, &Progress::hidden())
+        .expect_err("three are too few")
+        .to_string();
+    assert!(error.contains("at least 5 are needed"), "{error}");
+}
