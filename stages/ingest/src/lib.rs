@@ -1,1 +1,114 @@
-//! ingest
+//! From logs to strikes: what was commanded, where the object rested before and after, and how it slid in between.
+//!
+//! Contract, section 1. A strike is found from the command ([`mod@command`]), its rests and its slide from the centroids
+//! around it ([`mod@slide`]); both come from the log as a stream, of which no more is held than the strikes in hand need.
+//! Every command that rises and falls is a [`Strike`] or a [`Reject`] with a reason: nothing is dropped in silence.
+//!
+//! Each log is ingested on its own ([`Ingest`], an item stage); [`assemble`] then joins all logs: one row for a strike that
+//! several logs hold, in the order of time.
+
+mod assemble;
+mod command;
+mod error;
+mod identity;
+mod log;
+mod robust;
+mod segment;
+mod slide;
+
+use std::path::{Path, PathBuf};
+
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+use stage::{ItemStage, Progress};
+use values::{Reject, Rig, Strike};
+
+pub use assemble::assemble;
+pub use error::IngestError;
+pub use log::ingest_log;
+
+/// The stage and its settings.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Ingest {
+    /// Deals strikes into training, validation and test ([`values::split_of`]).
+    pub seed: u64,
+}
+
+/// A log to ingest: known by its name and content, wherever it lies.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct LogFile {
+    /// File name, without folder: the log's name in every table.
+    pub name: String,
+    /// SHA-256 of its bytes, in hex.
+    pub sha256: String,
+    /// Where it lies; no part of what it is.
+    #[serde(skip)]
+    pub path: PathBuf,
+}
+
+impl LogFile {
+    /// Hashes a log's content.
+    pub fn open(path: &Path) -> Result<Self, IngestError> {
+        let name = path.file_name().map_or_else(
+            || path.display().to_string(),
+            |name| name.to_string_lossy().into_owned(),
+        );
+        let sha256 = error::hash_file(path)?;
+        Ok(Self {
+            name,
+            sha256,
+            path: path.into(),
+        })
+    }
+}
+
+/// What came out of one log.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct LogOutcome {
+    /// File name, without folder.
+    pub log: String,
+    /// SHA-256 of its bytes, in hex.
+    pub sha256: String,
+    /// Messages in it, over all topics.
+    pub messages: u64,
+    /// Whether the file is whole: neither cut off nor damaged.
+    pub whole: bool,
+    /// Strikes that were kept, by index; their order among all logs is not yet known.
+    pub strikes: Vec<Strike>,
+    /// Strikes that were not, by index.
+    pub rejects: Vec<Reject>,
+    /// What a person should know of the log: damage, messages that could not be decoded, frames left out.
+    pub notes: Vec<String>,
+}
+
+impl ItemStage for Ingest {
+    const NAME: &'static str = "ingest";
+    const VERSION: u32 = 1;
+    type Shared = Rig;
+    type Item = LogFile;
+    type Output = LogOutcome;
+    type Error = IngestError;
+
+    fn run_items(
+        &self,
+        rig: &Rig,
+        logs: &[&LogFile],
+        progress: &Progress,
+    ) -> Result<Vec<LogOutcome>, IngestError> {
+        logs.par_iter()
+            .map(|log| {
+                let outcome = ingest_log(&log.path, rig, self)?;
+                progress.inc(1);
+                // Answers are kept by the content that was hashed before.
+                if outcome.sha256 == log.sha256 {
+                    Ok(outcome)
+                } else {
+                    Err(IngestError::Changed {
+                        log: log.path.display().to_string(),
+                    })
+                }
+            })
+            .collect()
+    }
+}

@@ -34,7 +34,7 @@ impl Cdr {
     }
 
     fn put<const N: usize>(mut self, little: [u8; N]) -> Self {
-        while (self.0.len() - 4) % N != 0 {
+        while !(self.0.len() - 4).is_multiple_of(N) {
             self.0.push(0xAA);
         }
         let mut bytes = little;

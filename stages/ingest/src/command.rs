@@ -1,0 +1,283 @@
+//! Strikes in the stream of commands: speed rises from rest, holds a plateau, and falls back.
+
+use logs::Sample;
+use values::{Command, RejectReason, Rig};
+
+use crate::robust::median;
+
+/// Below this part of the robot's slowest strike the arm is idle.
+const IDLE: f64 = 0.05;
+/// The arm is idle again when it was so this long, in ns: a single zero within a strike does not end it.
+const IDLE_TIME: i64 = 100_000_000;
+/// A strike also ends when no command comes for this long, in ns.
+const SILENCE: i64 = 500_000_000;
+/// No strike takes more commands than this: an arm that never stops is not striking.
+const MOST_COMMANDS: usize = 200_000;
+/// Speeds on a plateau differ by no more than this part.
+const PLATEAU_TOLERANCE: f64 = 0.01;
+/// A plateau has at least this many commands.
+const PLATEAU_COMMANDS: usize = 3;
+/// A speed this many times the robot's fastest strike is in another unit.
+const IMPLAUSIBLE: f64 = 10.0;
+
+/// Why a strike is not kept, and what was seen.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Rejection {
+    pub(crate) reason: RejectReason,
+    pub(crate) detail: String,
+}
+
+impl Rejection {
+    pub(crate) fn new(reason: RejectReason, detail: impl Into<String>) -> Self {
+        Self {
+            reason,
+            detail: detail.into(),
+        }
+    }
+}
+
+/// A rise and fall of the command.
+#[derive(Clone, Debug)]
+pub(crate) struct Episode {
+    /// Its place among those of the log, from 0.
+    pub(crate) index: u32,
+    /// Commands from the first to the last that is not idle.
+    pub(crate) commands: Vec<Sample>,
+    /// What is wrong with it in any case.
+    pub(crate) fault: Option<Rejection>,
+}
+
+impl Episode {
+    /// Stamp at which the command left rest, in ns.
+    pub(crate) fn start(&self) -> i64 {
+        self.commands.first().map_or(0, |command| command.stamp)
+    }
+
+    /// Stamp of the last command before it rested again, in ns.
+    pub(crate) fn end(&self) -> i64 {
+        self.commands.last().map_or(0, |command| command.stamp)
+    }
+
+    /// The plateau's speed and direction.
+    pub(crate) fn plateau(&self, rig: &Rig) -> Result<Command, Rejection> {
+        if let Some(wrong) = self.commands.iter().find(|command| !is_finite(command)) {
+            let detail = format!("a command is ({}, {}) m/s", wrong.x, wrong.y);
+            return Err(Rejection::new(RejectReason::NotFinite, detail));
+        }
+        if self.end() <= self.start() {
+            let detail = format!(
+                "all {} commands have the stamp {} ns",
+                self.commands.len(),
+                self.start()
+            );
+            let reason = if self.commands.len() > 1 {
+                RejectReason::ClockBackwards
+            } else {
+                RejectReason::NoPlateau
+            };
+            return Err(Rejection::new(reason, detail));
+        }
+        let speeds: Vec<f64> = self.commands.iter().map(speed).collect();
+        // The highest speed that is held for as many commands as a plateau has: no single spike counts.
+        let held = speeds
+            .windows(PLATEAU_COMMANDS)
+            .map(|window| window.iter().copied().fold(f64::INFINITY, f64::min))
+            .fold(0.0, f64::max);
+        let on = |speed: &f64| (speed - held).abs() <= PLATEAU_TOLERANCE * held;
+        let (first, count) = longest_run(&speeds, on);
+        if count < PLATEAU_COMMANDS {
+            let peak = speeds.iter().copied().fold(0.0, f64::max);
+            let detail = format!(
+                "of {} commands up to {peak:.3} m/s, no {PLATEAU_COMMANDS} in a row are alike within {} %",
+                speeds.len(),
+                100.0 * PLATEAU_TOLERANCE
+            );
+            return Err(Rejection::new(RejectReason::NoPlateau, detail));
+        }
+        let plateau = first..first + count;
+        let speed = median(speeds[plateau.clone()].iter().copied());
+        if speed > IMPLAUSIBLE * rig.robot.speed.high {
+            let detail = format!(
+                "the commanded speed is {speed:.3}, the robot's fastest is {} m/s: are commands in mm/s?",
+                rig.robot.speed.high
+            );
+            return Err(Rejection::new(RejectReason::UnitsImplausible, detail));
+        }
+        let (x, y) = self.commands[plateau]
+            .iter()
+            .fold((0.0, 0.0), |(x, y), c| (x + c.x, y + c.y));
+        Ok(Command {
+            speed,
+            angle: f64::atan2(y, x),
+        })
+    }
+}
+
+/// First index and length of the longest run of values that satisfy a condition.
+fn longest_run(values: &[f64], is_in: impl Fn(&f64) -> bool) -> (usize, usize) {
+    let (mut best, mut length) = ((0, 0), 0);
+    for (index, value) in values.iter().enumerate() {
+        length = if is_in(value) { length + 1 } else { 0 };
+        if length > best.1 {
+            best = (index + 1 - length, length);
+        }
+    }
+    best
+}
+
+fn speed(command: &Sample) -> f64 {
+    command.x.hypot(command.y)
+}
+
+fn is_finite(command: &Sample) -> bool {
+    command.x.is_finite() && command.y.is_finite()
+}
+
+/// Cuts the stream of commands into episodes.
+#[derive(Debug)]
+pub(crate) struct Episodes {
+    idle_below: f64,
+    current: Option<Episode>,
+    /// Idle commands since the last active one, which are part of the episode if it goes on.
+    idle: Vec<Sample>,
+    seen: u32,
+}
+
+impl Episodes {
+    pub(crate) fn new(rig: &Rig) -> Self {
+        Self {
+            idle_below: IDLE * rig.robot.speed.low,
+            current: None,
+            idle: Vec::new(),
+            seen: 0,
+        }
+    }
+
+    /// Takes the next command; the episode that it ends, if it ends one.
+    pub(crate) fn take(&mut self, command: Sample) -> Option<Episode> {
+        // A command that is not a number is not known to be idle.
+        let active = speed(&command) > self.idle_below || !is_finite(&command);
+        let silent = self.current.as_ref().is_some_and(|episode| {
+            let since = command.stamp.saturating_sub(episode.end());
+            since > SILENCE || (!active && since > IDLE_TIME)
+        });
+        let ended = if silent { self.finish() } else { None };
+        match &mut self.current {
+            Some(episode) if active => {
+                episode.commands.append(&mut self.idle);
+                if episode.commands.len() < MOST_COMMANDS {
+                    episode.commands.push(command);
+                } else if let Some(last) = episode.commands.last_mut() {
+                    *last = command;
+                    episode.fault.get_or_insert_with(|| {
+                        let detail = format!(
+                            "the command does not fall back to rest within {MOST_COMMANDS} messages"
+                        );
+                        Rejection::new(RejectReason::NoPlateau, detail)
+                    });
+                }
+            }
+            Some(_) => {
+                if self.idle.len() < MOST_COMMANDS {
+                    self.idle.push(command);
+                }
+            }
+            None if active => {
+                self.current = Some(Episode {
+                    index: self.seen,
+                    commands: vec![command],
+                    fault: None,
+                });
+                self.seen += 1;
+            }
+            None => {}
+        }
+        ended
+    }
+
+    /// The episode that has not ended.
+    pub(crate) fn current(&mut self) -> Option<&mut Episode> {
+        self.current.as_mut()
+    }
+
+    /// Ends the episode that has not ended.
+    pub(crate) fn finish(&mut self) -> Option<Episode> {
+        self.idle.clear();
+        self.current.take()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use values::{Rig, Shape};
+
+    use super::*;
+
+    /// Commands at 100 Hz with these speeds at 0.5 rad.
+    fn episodes(speeds: &[f64]) -> Vec<Episode> {
+        let mut episodes = Episodes::new(&Rig::demo(Shape::Cylinder));
+        let mut ended = Vec::new();
+        for (i, speed) in (0_i64..).zip(speeds) {
+            let (x, y) = (speed * 0.5_f64.cos(), speed * 0.5_f64.sin());
+            ended.extend(episodes.take(Sample {
+                stamp: 1_000_000_000 + i * 10_000_000,
+                x,
+                y,
+            }));
+        }
+        ended.extend(episodes.finish());
+        ended
+    }
+
+    fn plateau(speeds: &[f64]) -> Result<Command, RejectReason> {
+        let mut episodes = episodes(speeds);
+        assert_eq!(episodes.len(), 1);
+        episodes
+            .remove(0)
+            .plateau(&Rig::demo(Shape::Cylinder))
+            .map_err(|rejection| rejection.reason)
+    }
+
+    #[test]
+    fn the_plateau_is_what_is_commanded() {
+        let command =
+            plateau(&[0.0, 0.2, 0.5, 0.7, 0.7, 0.7, 0.7, 0.4, 0.1, 0.0]).expect("a plateau");
+        assert!((command.speed - 0.7).abs() < 1e-12 && (command.angle - 0.5).abs() < 1e-12);
+        let spiked = plateau(&[0.0, 0.5, 0.7, 0.7, 3.0, 0.7, 0.7, 0.7, 0.0]).expect("a plateau");
+        assert!((spiked.speed - 0.7).abs() < 1e-12);
+    }
+
+    #[test]
+    fn what_holds_no_plateau_is_rejected() {
+        assert_eq!(
+            plateau(&[0.0, 0.2, 0.5, 0.9, 0.5, 0.2, 0.0]),
+            Err(RejectReason::NoPlateau)
+        );
+        assert_eq!(plateau(&[0.0, 0.7, 0.0]), Err(RejectReason::NoPlateau));
+        assert_eq!(
+            plateau(&[0.0, 0.7, f64::NAN, 0.7, 0.0]),
+            Err(RejectReason::NotFinite)
+        );
+        assert_eq!(
+            plateau(&[0.0, 700.0, 700.0, 700.0, 0.0]),
+            Err(RejectReason::UnitsImplausible)
+        );
+    }
+
+    #[test]
+    fn rises_and_falls_are_counted_and_single_zeros_do_not_part_them() {
+        let strike = [0.7, 0.7, 0.0, 0.7, 0.7];
+        let rest = [0.0; 30];
+        let seen = episodes(&[&rest[..], &strike, &rest, &strike, &rest].concat());
+        assert_eq!(
+            seen.iter().map(|episode| episode.index).collect::<Vec<_>>(),
+            [0, 1]
+        );
+        assert!(seen.iter().all(|episode| episode.commands.len() == 5));
+    }
+
+    #[test]
+    fn an_arm_that_creeps_below_its_slowest_strike_is_idle() {
+        assert!(episodes(&[0.0, 0.01, 0.015, 0.01, 0.0]).is_empty());
+    }
+}

@@ -1,0 +1,50 @@
+//! What can keep logs from being ingested.
+
+use std::fmt::Write;
+use std::io::Read;
+use std::path::Path;
+
+use logs::LogError;
+use sha2::{Digest, Sha256};
+
+/// Why a log could not be ingested; each text completes "failed to …".
+#[derive(Debug, thiserror::Error)]
+pub enum IngestError {
+    /// The log could not be read or does not hold what the rig file says.
+    #[error(transparent)]
+    Log(#[from] LogError),
+    /// The log's content changed while it was ingested.
+    #[error("ingest log {log}: its content changes; wait until it is recorded, then run again")]
+    Changed {
+        /// The file.
+        log: String,
+    },
+}
+
+/// SHA-256 of a file, in hex.
+pub(crate) fn hash_file(path: &Path) -> Result<String, IngestError> {
+    let io = |source| LogError::Io {
+        log: path.display().to_string(),
+        source,
+    };
+    let mut file = std::fs::File::open(path).map_err(io)?;
+    let mut hasher = Sha256::new();
+    let mut buffer = vec![0; 256 << 10];
+    loop {
+        let read = file.read(&mut buffer).map_err(io)?;
+        if read == 0 {
+            return Ok(hex(&hasher.finalize()));
+        }
+        hasher.update(&buffer[..read]);
+    }
+}
+
+/// Bytes in lower-case hex.
+pub(crate) fn hex(bytes: &[u8]) -> String {
+    bytes
+        .iter()
+        .fold(String::with_capacity(2 * bytes.len()), |mut text, byte| {
+            let _ = write!(text, "{byte:02x}");
+            text
+        })
+}

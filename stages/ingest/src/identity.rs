@@ -1,0 +1,46 @@
+//! What makes two strikes the same one.
+
+use logs::Sample;
+use sha2::{Digest, Sha256};
+
+use crate::error::hex;
+
+/// Centroids count until this long after the command fell back, in ns.
+const AFTER: i64 = 250_000_000;
+
+/// The id of a strike (16 hex digits): a hash of the stamps and values of its command, from rise to fall, and of the
+/// centroids from its rise until a quarter second after its fall.
+///
+/// It holds nothing that depends on the file: neither its name nor its chunks, encoding or receipt times; and nothing that
+/// is estimated, so that a log that begins or ends nearer to the strike gives the same id.
+pub(crate) fn strike_id<'a>(
+    commands: &[Sample],
+    centroids: impl IntoIterator<Item = &'a Sample>,
+) -> String {
+    let (Some(first), Some(last)) = (commands.first(), commands.last()) else {
+        return String::new();
+    };
+    let during = first.stamp..=last.stamp.saturating_add(AFTER);
+    let mut hasher = Sha256::new();
+    hasher.update(b"strike 1");
+    for command in commands {
+        hasher.update(canonical(command));
+    }
+    hasher.update(b"centroids");
+    for centroid in centroids
+        .into_iter()
+        .filter(|centroid| during.contains(&centroid.stamp))
+    {
+        hasher.update(canonical(centroid));
+    }
+    hex(&hasher.finalize()[..8])
+}
+
+/// A sample in 24 bytes; both zeros are one.
+fn canonical(sample: &Sample) -> [u8; 24] {
+    let mut bytes = [0; 24];
+    bytes[..8].copy_from_slice(&sample.stamp.to_le_bytes());
+    bytes[8..16].copy_from_slice(&(sample.x + 0.0).to_bits().to_le_bytes());
+    bytes[16..].copy_from_slice(&(sample.y + 0.0).to_bits().to_le_bytes());
+    bytes
+}

@@ -1,0 +1,112 @@
+//! One log: its messages into the segmenter, and what is told of the file.
+
+use std::path::Path;
+
+use logs::read::Extent;
+use logs::{Event, Limits, Summary, Wanted};
+use values::{Reject, RejectReason, Rig};
+
+use crate::segment::{Closing, Segmenter};
+use crate::{Ingest, IngestError, LogOutcome};
+
+const CENTROID: usize = 0;
+const COMMAND: usize = 1;
+
+/// Reads one log from end to end.
+///
+/// # Errors
+/// A file that cannot be read or is no MCAP; topics or fields of the rig file that it does not have. What is merely
+/// cut off or damaged is no error: strikes that are whole are kept, those that are not are rejected as truncated.
+pub fn ingest_log(path: &Path, rig: &Rig, settings: &Ingest) -> Result<LogOutcome, IngestError> {
+    let log = path
+        .file_name()
+        .map_or_else(String::new, |name| name.to_string_lossy().into_owned());
+    let wanted = [
+        Wanted {
+            topic: &rig.topics.centroid,
+            required: true,
+        },
+        Wanted {
+            topic: &rig.topics.command,
+            required: true,
+        },
+    ];
+    let mut segmenter = Segmenter::new(&log, rig, settings.seed);
+    let summary = logs::read(path, &wanted, Limits::default(), &mut |event| match event {
+        Event::Sample(CENTROID, sample) => segmenter.centroid(sample),
+        Event::Sample(_, sample) => segmenter.command(sample),
+        Event::Lost(damage) => segmenter.close(Closing::Lost(damage.why.clone())),
+    })?;
+    segmenter.close(Closing::End);
+    let segmented = segmenter.finish();
+    let mut outcome = LogOutcome {
+        whole: summary
+            .damage
+            .iter()
+            .all(|damage| damage.extent == Extent::Index),
+        strikes: segmented.strikes,
+        rejects: segmented.rejects,
+        notes: notes(&summary, rig),
+        log,
+        sha256: summary.sha256.clone(),
+        messages: summary.messages,
+    };
+    outcome.notes.extend(segmented.notes);
+    if let Some(damage) = summary
+        .damage
+        .iter()
+        .find(|damage| damage.extent == Extent::Unlocated)
+    {
+        distrust(&mut outcome, &damage.why);
+    }
+    Ok(outcome)
+}
+
+/// Somewhere in the log a message is wrong, and nothing tells where: no strike of it is kept.
+fn distrust(outcome: &mut LogOutcome, why: &str) {
+    outcome
+        .rejects
+        .extend(outcome.strikes.drain(..).map(|strike| Reject {
+            log: strike.log,
+            index: strike.index,
+            t_start: strike.t_start,
+            reason: RejectReason::Truncated,
+            detail: format!("the log is damaged, and it cannot be told where: {why}"),
+        }));
+    outcome.rejects.sort_by_key(|reject| reject.index);
+}
+
+fn notes(summary: &Summary, rig: &Rig) -> Vec<String> {
+    let mut notes: Vec<String> = summary
+        .damage
+        .iter()
+        .map(|damage| match damage.extent {
+            Extent::Rest => format!("truncated at byte {}: {}", damage.offset, damage.why),
+            Extent::Part => format!("damaged at byte {}: {}", damage.offset, damage.why),
+            Extent::Unlocated => format!("damaged before byte {}: {}", damage.offset, damage.why),
+            Extent::Index => format!(
+                "all messages were read, but the index is not whole: {}",
+                damage.why
+            ),
+        })
+        .collect();
+    for (index, topic) in [
+        (CENTROID, &rig.topics.centroid),
+        (COMMAND, &rig.topics.command),
+    ] {
+        let (count, why) = &summary.undecodable[index];
+        if *count > 0 {
+            notes.push(format!(
+                "{count} messages of {} could not be decoded, the first because {why}",
+                topic.name
+            ));
+        }
+        if summary.unstamped[index] {
+            notes.push(format!(
+                "{} has no `{}`: log times were taken",
+                topic.name, topic.stamp
+            ));
+        }
+    }
+    notes
+}

@@ -1,0 +1,319 @@
+//! Strikes out of two streams that run side by side.
+//!
+//! Commands cut time into episodes; each waits until the centroids around it have come, whichever topic runs ahead. Between
+//! episodes only the last seconds are held, so that memory does not grow with the log.
+
+use std::collections::VecDeque;
+
+use logs::Sample;
+use values::{Conditions, Reject, RejectReason, Rig, Strike, split_of};
+
+use crate::command::{Episode, Episodes, Rejection};
+use crate::identity::strike_id;
+use crate::slide::{self, Frames};
+
+/// Centroids are held this long before a strike, in ns.
+const BEFORE: i64 = 3_000_000_000;
+/// An object comes to rest within this time after the command fell back, in ns.
+const HORIZON: i64 = 20_000_000_000;
+/// At most this many centroids wait for commands to come (48 MB).
+const MOST_WAITING: usize = 2_000_000;
+/// Held centroids are looked through this often.
+const TRIM_EVERY: u32 = 512;
+
+/// Why no more samples that belong to the present ones will come.
+pub(crate) enum Closing {
+    /// The log ends.
+    End,
+    /// Messages are missing from here on.
+    Lost(String),
+    /// A clock was set back.
+    Clock(String),
+}
+
+/// What was found in a log.
+#[derive(Default)]
+pub(crate) struct Segmented {
+    pub(crate) strikes: Vec<Strike>,
+    pub(crate) rejects: Vec<Reject>,
+    pub(crate) notes: Vec<String>,
+}
+
+pub(crate) struct Segmenter<'a> {
+    log: &'a str,
+    rig: &'a Rig,
+    seed: u64,
+    episodes: Episodes,
+    /// Episodes whose centroids have not all come.
+    waiting: VecDeque<Episode>,
+    centroids: VecDeque<Sample>,
+    last_centroid: Option<i64>,
+    last_command: Option<i64>,
+    since_trim: u32,
+    /// The last fault of the centroids' clock, for episodes that find no centroids.
+    clock: Option<String>,
+    found: Segmented,
+    repeated: u64,
+    outliers: usize,
+    unheld: usize,
+}
+
+impl<'a> Segmenter<'a> {
+    pub(crate) fn new(log: &'a str, rig: &'a Rig, seed: u64) -> Self {
+        Self {
+            log,
+            rig,
+            seed,
+            episodes: Episodes::new(rig),
+            waiting: VecDeque::new(),
+            centroids: VecDeque::new(),
+            last_centroid: None,
+            last_command: None,
+            since_trim: 0,
+            clock: None,
+            found: Segmented::default(),
+            repeated: 0,
+            outliers: 0,
+            unheld: 0,
+        }
+    }
+
+    /// Takes the next centroid.
+    pub(crate) fn centroid(&mut self, sample: Sample) {
+        match self.last_centroid {
+            Some(last) if sample.stamp < last => {
+                let back = seconds(last.saturating_sub(sample.stamp));
+                self.close(Closing::Clock(format!(
+                    "a centroid's stamp lies {back:.3} s before the last one's"
+                )));
+            }
+            Some(last) if sample.stamp == last && last == 0 => {
+                self.close(Closing::Clock(
+                    "the centroids' stamps stand still at zero".into(),
+                ));
+            }
+            // The same message twice, or two detections in one frame: the first counts.
+            Some(last) if sample.stamp == last => {
+                self.repeated += 1;
+                return;
+            }
+            _ => {}
+        }
+        self.last_centroid = Some(sample.stamp);
+        self.centroids.push_back(sample);
+        self.advance();
+    }
+
+    /// Takes the next command.
+    pub(crate) fn command(&mut self, sample: Sample) {
+        if let Some(last) = self.last_command
+            && sample.stamp < last
+        {
+            let back = seconds(last.saturating_sub(sample.stamp));
+            self.close(Closing::Clock(format!(
+                "a command's stamp lies {back:.3} s before the last one's"
+            )));
+        }
+        self.last_command = Some(sample.stamp);
+        if let Some(episode) = self.episodes.take(sample) {
+            self.waiting.push_back(episode);
+        }
+        self.advance();
+    }
+
+    /// Judges the episodes whose centroids have all come, and lets go of what no episode needs.
+    fn advance(&mut self) {
+        while let Some(first) = self.waiting.front() {
+            let next = self
+                .waiting
+                .get(1)
+                .map(Episode::start)
+                .or_else(|| self.episodes.current().map(|e| e.start()));
+            let until = next
+                .unwrap_or(i64::MAX)
+                .min(first.end().saturating_add(HORIZON));
+            let commands_came =
+                next.is_some() || self.last_command.is_some_and(|last| last >= until);
+            if !commands_came || self.last_centroid.is_none_or(|last| last < until) {
+                break;
+            }
+            self.judge_first(until, next.is_some(), None);
+        }
+        self.since_trim += 1;
+        if self.since_trim >= TRIM_EVERY {
+            self.since_trim = 0;
+            self.trim();
+        }
+    }
+
+    fn trim(&mut self) {
+        let first = self.waiting.front().map(Episode::start);
+        let needed = first.or_else(|| self.episodes.current().map(|episode| episode.start()));
+        let now = || {
+            self.last_command
+                .unwrap_or(i64::MIN)
+                .min(self.last_centroid.unwrap_or(i64::MIN))
+        };
+        let from = needed.unwrap_or_else(now).saturating_sub(BEFORE);
+        while self
+            .centroids
+            .front()
+            .is_some_and(|centroid| centroid.stamp < from)
+        {
+            self.centroids.pop_front();
+        }
+        if self.centroids.len() > MOST_WAITING {
+            let excess = MOST_WAITING / 2;
+            self.centroids.drain(..excess);
+            self.unheld += excess;
+        }
+    }
+
+    /// Ends all that has begun: what is whole is kept, what is not is rejected for this reason.
+    pub(crate) fn close(&mut self, closing: Closing) {
+        // Whether the commands themselves were cut; a clock's fault lets the episode go on, to end as a rejected one.
+        match &closing {
+            Closing::Clock(detail) => {
+                if let Some(current) = self.episodes.current() {
+                    current.fault.get_or_insert_with(|| {
+                        Rejection::new(RejectReason::ClockBackwards, detail.clone())
+                    });
+                }
+                self.clock = Some(detail.clone());
+            }
+            Closing::Lost(why) => {
+                if let Some(mut episode) = self.episodes.finish() {
+                    let detail = format!("the log is cut within its command: {why}");
+                    episode
+                        .fault
+                        .get_or_insert_with(|| Rejection::new(RejectReason::Truncated, detail));
+                    self.waiting.push_back(episode);
+                }
+            }
+            Closing::End => self.waiting.extend(self.episodes.finish()),
+        }
+        while !self.waiting.is_empty() {
+            let next = self.waiting.get(1).map(Episode::start);
+            self.judge_first(next.unwrap_or(i64::MAX), next.is_some(), Some(&closing));
+        }
+        self.centroids.clear();
+        self.last_centroid = None;
+        self.last_command = None;
+    }
+
+    /// Judges the first waiting episode by the centroids before `until`.
+    fn judge_first(&mut self, until: i64, is_next_strike: bool, closing: Option<&Closing>) {
+        let Some(episode) = self.waiting.pop_front() else {
+            return;
+        };
+        match self.judge(&episode, until) {
+            Ok(strike) => self.found.strikes.push(strike),
+            Err(rejection) => {
+                let rejection = if is_next_strike {
+                    rejection
+                } else {
+                    self.blame(rejection, closing)
+                };
+                self.found.rejects.push(Reject {
+                    log: self.log.into(),
+                    index: episode.index,
+                    t_start: seconds(episode.start()),
+                    reason: rejection.reason,
+                    detail: rejection.detail,
+                });
+            }
+        }
+        self.since_trim = TRIM_EVERY;
+    }
+
+    /// What has not been seen to its end is the fault of what ended it.
+    fn blame(&self, rejection: Rejection, closing: Option<&Closing>) -> Rejection {
+        let unseen = matches!(
+            rejection.reason,
+            RejectReason::NoRestAfter | RejectReason::NoMotion | RejectReason::FramesMissing
+        );
+        match closing {
+            Some(Closing::Lost(why)) if unseen => Rejection::new(
+                RejectReason::Truncated,
+                format!("{}; the log is cut here: {why}", rejection.detail),
+            ),
+            Some(Closing::Clock(why)) if unseen => Rejection::new(
+                RejectReason::ClockBackwards,
+                format!("{}; {why}", rejection.detail),
+            ),
+            _ => rejection,
+        }
+    }
+
+    fn judge(&mut self, episode: &Episode, until: i64) -> Result<Strike, Rejection> {
+        if let Some(fault) = &episode.fault {
+            return Err(fault.clone());
+        }
+        let command = episode.plateau(self.rig)?;
+        let from = episode.start().saturating_sub(BEFORE);
+        let seen: Vec<Sample> = self
+            .centroids
+            .iter()
+            .copied()
+            .filter(|sample| (from..until).contains(&sample.stamp))
+            .collect();
+        if let (true, Some(why)) = (seen.is_empty(), &self.clock) {
+            return Err(Rejection::new(
+                RejectReason::ClockBackwards,
+                format!("no centroid is there; {why}"),
+            ));
+        }
+        let frames = Frames::new(&seen, episode, self.rig)?;
+        let slide = slide::find(&frames)?;
+        self.outliers += slide.outliers;
+        let id = strike_id(&episode.commands, &seen);
+        Ok(Strike {
+            log: self.log.into(),
+            index: episode.index,
+            t_start: seconds(slide.first_motion),
+            initial: slide.initial,
+            stop: slide.stop,
+            command,
+            track: slide.track,
+            split: split_of(&id, self.seed),
+            conditions: Conditions {
+                session: self.log.into(),
+                order: 0.0,
+            },
+            id,
+        })
+    }
+
+    /// All that was found, by index.
+    pub(crate) fn finish(mut self) -> Segmented {
+        let mut note = |count: u64, text: &str| {
+            if count > 0 {
+                self.found.notes.push(format!("{count} {text}"));
+            }
+        };
+        note(
+            self.repeated,
+            "centroids repeat the stamp of the one before and are left out",
+        );
+        note(
+            self.outliers as u64,
+            "centroids jump away for a single frame and are left out of their tracks",
+        );
+        note(
+            self.unheld as u64,
+            "centroids came too long before the commands of their time and were let go",
+        );
+        self.found.strikes.sort_by_key(|strike| strike.index);
+        self.found.rejects.sort_by_key(|reject| reject.index);
+        self.found
+    }
+}
+
+/// Nanoseconds in seconds.
+#[expect(
+    clippy::cast_precision_loss,
+    reason = "a quarter of a microsecond at today's epoch"
+)]
+pub(crate) fn seconds(nanoseconds: i64) -> f64 {
+    nanoseconds as f64 * 1e-9
+}
