@@ -56,11 +56,12 @@ pub(crate) fn meant_by(
         let (command, is_met) = near.solve(network, wanted);
         let path = near.path_of(command);
         let is_near = path.distance(near.path) < TRUSTED;
-        if !is_near && evaluations < SIMULATIONS {
-            if let Some(next) = simulate(command) {
-                (evaluations, near) = next;
-                continue;
-            }
+        if !is_near
+            && evaluations < SIMULATIONS
+            && let Some(next) = simulate(command)
+        {
+            (evaluations, near) = next;
+            continue;
         }
         let status = if is_near && is_met {
             PredictionStatus::Converged
