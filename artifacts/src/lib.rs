@@ -1,1 +1,28 @@
-//! artifacts
+//! What comes out: versions that a robot can strike with, and the store that keeps them.
+//!
+//! A version is a folder `versions/vNNNN/` whose `manifest.json` lists every file by hash and records all that is needed
+//! to compute it again; `latest` names the one to use. [`Store::publish`] makes a version appear whole or not at all;
+//! [`Store::load`] hands out nothing that it has not checked: every hash, size, name, shape and version, the rig's
+//! identity, and that every number is finite.
+
+mod artifact;
+mod contents;
+mod error;
+mod files;
+mod load;
+mod manifest;
+mod model;
+pub mod network;
+mod store;
+mod version;
+
+pub use artifact::Artifact;
+pub use contents::{Calibrated, Contents, Provenance};
+pub use error::ArtifactError;
+pub use manifest::{FileHash, InputFile, Manifest, Metrics, StageRecord, TrainedRegion};
+pub use model::Model;
+pub use network::{Network, NetworkError};
+pub use store::{Listing, Store};
+
+/// Version of the store's layout and of `manifest.json`; raised when a file or key changes its name or meaning.
+pub const SCHEMA_VERSION: u32 = 1;

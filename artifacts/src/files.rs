@@ -1,0 +1,83 @@
+//! Which files a version has, and what is in them.
+
+use std::collections::BTreeMap;
+
+use sha2::{Digest, Sha256};
+use values::Rig;
+
+use crate::{Calibrated, Contents, FileHash, Manifest, SCHEMA_VERSION};
+
+/// The manifest.
+pub(crate) const MANIFEST: &str = "manifest.json";
+/// The rig.
+pub(crate) const RIG: &str = "rig.toml";
+/// The world to use: the effect's where there is one, else sysid's.
+pub(crate) const MAIN: [&str; 2] = ["world.toml", "residual.safetensors"];
+/// The plain sysid world beside an effect's.
+pub(crate) const PLAIN: [&str; 2] = ["world_sysid.toml", "residual_sysid.safetensors"];
+
+/// A version's manifest, and every other file's content by its name.
+pub(crate) fn encode(contents: &Contents) -> (Manifest, BTreeMap<&'static str, Vec<u8>>) {
+    let mut files = BTreeMap::new();
+    files.insert(RIG, contents.rig.to_toml().into_bytes());
+    match &contents.effect {
+        None => insert(&mut files, MAIN, &contents.sysid),
+        Some(effect) => {
+            insert(&mut files, MAIN, effect);
+            insert(&mut files, PLAIN, &contents.sysid);
+        }
+    }
+    let mut provenance = contents.provenance.clone();
+    for stage in &mut provenance.stages {
+        // Else their order would hang on which features serde_json was built with.
+        stage.settings.sort_all_objects();
+    }
+    let manifest = Manifest {
+        schema: SCHEMA_VERSION,
+        carom: env!("CARGO_PKG_VERSION").into(),
+        mujoco: world::mujoco_version(),
+        rig: identity(&contents.rig),
+        files: files
+            .iter()
+            .map(|(name, bytes)| {
+                let hash = FileHash {
+                    sha256: sha256(bytes),
+                    size: bytes.len() as u64,
+                };
+                ((*name).to_string(), hash)
+            })
+            .collect(),
+        default_model: provenance.default_model,
+        metrics: provenance.metrics,
+        noise_floor: provenance.noise_floor,
+        trained_region: provenance.trained_region,
+        seeds: provenance.seeds,
+        inputs: provenance.inputs,
+        stages: provenance.stages,
+    };
+    (manifest, files)
+}
+
+fn insert(
+    files: &mut BTreeMap<&'static str, Vec<u8>>,
+    [world, residual]: [&'static str; 2],
+    calibrated: &Calibrated,
+) {
+    files.insert(world, calibrated.world.to_toml().into_bytes());
+    if let Some(network) = &calibrated.residual {
+        files.insert(residual, network.to_safetensors());
+    }
+}
+
+/// SHA-256 in hex.
+pub(crate) fn sha256(bytes: &[u8]) -> String {
+    Sha256::digest(bytes)
+        .iter()
+        .map(|byte| format!("{byte:02x}"))
+        .collect()
+}
+
+/// What a rig is known by: SHA-256 of its settings, comments and order aside.
+pub(crate) fn identity(rig: &Rig) -> String {
+    sha256(rig.to_toml().as_bytes())
+}

@@ -1,0 +1,221 @@
+//! The store: `versions/` and `latest` in a run's folder.
+
+use std::fs;
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
+
+use durable::{Lock, LockError};
+
+use crate::files::{MANIFEST, encode};
+use crate::{Artifact, ArtifactError, Contents, Manifest, load, version};
+
+const VERSIONS: &str = "versions";
+const LATEST: &str = "latest";
+const LOCK: &str = ".lock";
+
+/// A store. Opening it touches nothing; reading needs no lock, for what is published never changes.
+#[derive(Clone, Debug)]
+pub struct Store {
+    dir: PathBuf,
+}
+
+/// A version as a list shows it: its manifest was read, its files were not.
+#[derive(Debug)]
+pub struct Listing {
+    /// Its name.
+    pub version: String,
+    /// Whether it is the one in use.
+    pub is_latest: bool,
+    /// What it holds, or why that cannot be told.
+    pub manifest: Result<Manifest, ArtifactError>,
+}
+
+impl Store {
+    /// The store in a run's folder, whether or not anything was published there.
+    pub fn open(dir: &Path) -> Self {
+        Self { dir: dir.into() }
+    }
+
+    /// The folder of a version.
+    pub fn version_dir(&self, version: &str) -> PathBuf {
+        self.versions().join(version)
+    }
+
+    /// The name of the version in use.
+    pub fn latest(&self) -> Result<String, ArtifactError> {
+        let path = self.dir.join(LATEST);
+        let bytes = fs::read(&path).map_err(|error| match error.kind() {
+            ErrorKind::NotFound => ArtifactError::NoLatest { store: self.name() },
+            _ => durable::Error::new("read", &path, error).into(),
+        })?;
+        let text = String::from_utf8_lossy(&bytes);
+        let name = text.trim_end();
+        match version::number(name) {
+            Some(_) => Ok(name.into()),
+            None => Err(ArtifactError::BadLatest {
+                store: self.name(),
+                found: name.chars().take(40).collect(),
+            }),
+        }
+    }
+
+    /// A version (the one in use unless named), after checking all of it.
+    pub fn load(&self, version: Option<&str>) -> Result<Artifact, ArtifactError> {
+        let version = self.find(version)?;
+        load::load(&self.version_dir(&version), &version)
+    }
+
+    /// Checks all of a version (the one in use unless named); gives its name.
+    pub fn verify(&self, version: Option<&str>) -> Result<String, ArtifactError> {
+        self.load(version).map(|artifact| artifact.version)
+    }
+
+    /// The manifest of a version (the one in use unless named); its files are not read.
+    pub fn show(&self, version: Option<&str>) -> Result<Manifest, ArtifactError> {
+        let version = self.find(version)?;
+        load::manifest(&self.version_dir(&version), &version)
+    }
+
+    /// All versions, oldest first.
+    pub fn list(&self) -> Result<Vec<Listing>, ArtifactError> {
+        let latest = self.latest().ok();
+        let listing = |number| {
+            let version = version::name(number);
+            Listing {
+                is_latest: latest.as_ref() == Some(&version),
+                manifest: load::manifest(&self.version_dir(&version), &version),
+                version,
+            }
+        };
+        Ok(self.numbers()?.into_iter().map(listing).collect())
+    }
+
+    /// Publishes contents as a new version and makes it the one in use; gives its name. Where a whole version has the
+    /// same contents already, that one is used and no new one made.
+    ///
+    /// Whatever stops it, `latest` names a whole version, and a version is whole or absent.
+    pub fn publish(&self, contents: &Contents) -> Result<String, ArtifactError> {
+        durable::create_dir(&self.versions())?;
+        let _lock = self.lock()?;
+        durable::sweep(&self.versions())?;
+        let (manifest, files) = encode(contents);
+        let manifest = manifest.to_json();
+        let numbers = self.numbers()?;
+        let same = numbers
+            .iter()
+            .rev()
+            .map(|number| version::name(*number))
+            .find(|version| {
+                let path = self.version_dir(version).join(MANIFEST);
+                fs::read(path).is_ok_and(|bytes| bytes == manifest.as_bytes())
+                    && self.verify(Some(version)).is_ok()
+            });
+        let version = match same {
+            Some(version) => version,
+            None => {
+                let version = version::name(numbers.last().map_or(1, |last| last + 1));
+                let aside = self.versions().join(format!(".{version}.partial"));
+                durable::create_dir(&aside)?;
+                for (name, bytes) in &files {
+                    durable::write_bytes(&aside.join(name), bytes)?;
+                }
+                durable::write_bytes(&aside.join(MANIFEST), manifest.as_bytes())?;
+                load::load(&aside, &version)?;
+                durable::rename(&aside, &self.version_dir(&version))?;
+                version
+            }
+        };
+        self.set_latest(&version)?;
+        Ok(version)
+    }
+
+    /// Makes another version the one in use: the one named, or the whole one before the one in use. It is checked first.
+    pub fn rollback(&self, to: Option<&str>) -> Result<String, ArtifactError> {
+        durable::create_dir(&self.versions())?;
+        let _lock = self.lock()?;
+        let version = match to {
+            Some(version) => self.verify(Some(version))?,
+            None => self.whole_before(&self.latest()?)?,
+        };
+        self.set_latest(&version)?;
+        Ok(version)
+    }
+
+    /// The newest whole version before this one; where none is whole, what is wrong with the newest.
+    fn whole_before(&self, latest: &str) -> Result<String, ArtifactError> {
+        let number = version::number(latest);
+        let before = self
+            .numbers()?
+            .into_iter()
+            .rev()
+            .filter(|other| Some(*other) < number);
+        let mut first_error = None;
+        for other in before {
+            match self.verify(Some(&version::name(other))) {
+                Ok(version) => return Ok(version),
+                Err(error) => first_error = first_error.or(Some(error)),
+            }
+        }
+        Err(first_error.unwrap_or_else(|| ArtifactError::NothingBefore {
+            version: latest.into(),
+        }))
+    }
+
+    fn set_latest(&self, version: &str) -> Result<(), ArtifactError> {
+        if self.latest().is_ok_and(|latest| latest == version) {
+            return Ok(());
+        }
+        Ok(durable::write_bytes(
+            &self.dir.join(LATEST),
+            format!("{version}\n").as_bytes(),
+        )?)
+    }
+
+    fn lock(&self) -> Result<Lock, ArtifactError> {
+        Lock::acquire(&self.versions().join(LOCK)).map_err(|error| match error {
+            LockError::Busy { .. } => ArtifactError::Busy { store: self.name() },
+            LockError::Io(error) => error.into(),
+        })
+    }
+
+    /// The name of an existing version: the one asked for, or the one in use.
+    fn find(&self, version: Option<&str>) -> Result<String, ArtifactError> {
+        let version = version.map_or_else(|| self.latest(), |version| Ok(version.to_string()))?;
+        let numbers = self.numbers()?;
+        if version::number(&version).is_some_and(|number| numbers.contains(&number)) {
+            return Ok(version);
+        }
+        let names: Vec<_> = numbers.into_iter().map(version::name).collect();
+        let known = if names.is_empty() {
+            "none".into()
+        } else {
+            names.join(", ")
+        };
+        Err(ArtifactError::NoVersion { version, known })
+    }
+
+    /// Numbers of all versions, in order.
+    fn numbers(&self) -> Result<Vec<u64>, ArtifactError> {
+        let dir = self.versions();
+        let failed = |source| ArtifactError::from(durable::Error::new("list", &dir, source));
+        let entries = match fs::read_dir(&dir) {
+            Err(error) if error.kind() == ErrorKind::NotFound => return Ok(Vec::new()),
+            entries => entries.map_err(failed)?,
+        };
+        let mut numbers = Vec::new();
+        for entry in entries {
+            let entry = entry.map_err(failed)?;
+            numbers.extend(version::number(&entry.file_name().to_string_lossy()));
+        }
+        numbers.sort_unstable();
+        Ok(numbers)
+    }
+
+    fn versions(&self) -> PathBuf {
+        self.dir.join(VERSIONS)
+    }
+
+    fn name(&self) -> String {
+        self.dir.display().to_string()
+    }
+}
