@@ -1,1 +1,26 @@
-//! strike
+//! The executor: loads an artifact, plans a strike, checks every limit, strikes, and logs it.
+//!
+//! [`Planner::plan`] solves for a command, adds the residual and answers with a [`Plan`] or a [`Refusal`]: what breaks a
+//! limit is refused, never clamped. [`execute`] hands a plan to a [`Robot`]; [`OpenLog`] keeps what it recorded, in the
+//! form that `carom run` ingests. Polars, arrow and burn are absent on purpose: this runs on the robot's own computer.
+
+pub mod batch;
+mod error;
+pub mod identity;
+mod limits;
+mod log;
+mod plan;
+mod planner;
+mod refusal;
+mod robot;
+#[cfg(test)]
+mod testing;
+
+pub use error::PlannerError;
+pub use log::{Destination, LogError, OpenLog, highest};
+pub use plan::Plan;
+pub use planner::Planner;
+pub use refusal::{Reason, Refusal};
+pub use robot::{
+    Choice, DryRun, Robot, RobotError, SimRobot, Struck, TruthSource, UnknownRobot, execute,
+};

@@ -1,0 +1,61 @@
+//! What may be asked.
+
+use std::path::PathBuf;
+
+use artifacts::Model;
+use clap::Parser;
+use strike::Choice;
+
+const EXAMPLES: &str = "\
+Examples:
+  Plan a strike, move nothing:
+    strike --artifacts artifacts/demo --from 0.30 0.00 --to 0.70 0.10
+  Strike it in the embedded rig; the log goes to artifacts/demo/strikes/, where the next run may ingest it:
+    strike --artifacts artifacts/demo --from 0.30 0.00 --to 0.70 0.10 --robot sim
+  Check that the artifact is this robot's own, and use another model:
+    strike --artifacts artifacts/demo --rig rig.toml --model sysid --to 0.70 0.10
+  Plan many targets, a line {\"from\": [x, y], \"to\": [x, y]} each:
+    strike --artifacts artifacts/demo --batch targets.jsonl > plans.jsonl
+
+Exit codes: 0 done; 1 failed; 2 wrong usage or bad input; 3 done, but a line of the batch was refused; 4 refused.
+A refusal tells its reason: not_finite, off_table, outside_trained_region, unreachable, diverged, speed_limit,
+angle_limit, reach, malformed (a line of a batch). Nothing is ever moved into a limit.";
+
+/// Strikes an object so that it comes to rest at a target.
+#[derive(Debug, Parser)]
+#[command(name = "strike", disable_version_flag = true, after_help = EXAMPLES)]
+pub struct Args {
+    /// Folder of a run, or a copy of its `versions/` and `latest`
+    #[arg(long, value_name = "DIR")]
+    pub artifacts: PathBuf,
+    /// Version to use in place of the latest
+    #[arg(long, value_name = "vNNNN")]
+    pub version: Option<String>,
+    /// This robot's own rig file: refuses unless the artifact was made for the same object, striker, table and arm
+    #[arg(long, value_name = "FILE")]
+    pub rig: Option<PathBuf>,
+    /// Model: nominal, sysid, sysid_residual, effect, effect_residual [default: the artifact's best]
+    #[arg(long, value_name = "MODEL")]
+    pub model: Option<Model>,
+    /// Where the object shall come to rest, in m
+    #[arg(long, num_args = 2, value_names = ["X", "Y"], allow_negative_numbers = true)]
+    pub to: Option<Vec<f64>>,
+    /// Where the object rests, in m [default: so that its path is the middle of the trained ones]
+    #[arg(long, num_args = 2, value_names = ["X", "Y"], allow_negative_numbers = true, requires = "to")]
+    pub from: Option<Vec<f64>>,
+    /// Robot: dry-run, sim (the rig whose truth.json lies in DIR, else the demo's), sim:FOLDER (the one of FOLDER's)
+    #[arg(long, value_name = "ROBOT", default_value = "dry-run")]
+    pub robot: Choice,
+    /// Log of the strike [default: the next strike_NNNNNN.mcap in DIR/strikes]; never overwrites
+    #[arg(long, value_name = "FILE")]
+    pub log: Option<PathBuf>,
+    /// Plan every line of a file, or of standard input (`-`), and strike none
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["to", "from", "robot", "log", "json"])]
+    pub batch: Option<PathBuf>,
+    /// Answer with one JSON object
+    #[arg(long)]
+    pub json: bool,
+    /// Tell results and errors only
+    #[arg(long)]
+    pub quiet: bool,
+}

@@ -1,0 +1,158 @@
+//! The command line: what is asked becomes one plan, one strike and one answer.
+
+mod args;
+mod failure;
+mod show;
+
+use std::fs::File;
+use std::io::{self, BufReader, Write};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use artifacts::{Artifact, Store};
+use strike::{
+    Choice, Destination, DryRun, OpenLog, Plan, Planner, Robot, SimRobot, TruthSource, batch,
+    execute, highest, identity,
+};
+use values::{Point, Rig};
+
+pub use args::Args;
+use failure::Failure;
+use show::Answer;
+
+/// Done, but a line of the batch was refused.
+const REJECTED: u8 = 3;
+
+/// Does what is asked. The artifact is verified whole before anything else, and no robot is opened before a plan has
+/// passed every limit.
+pub fn run(args: &Args) -> Result<ExitCode, Failure> {
+    let artifact = load(args)?;
+    let model = args.model.unwrap_or(artifact.manifest.default_model);
+    let planner = Planner::new(&artifact, model).map_err(Failure::input)?;
+    match (&args.batch, &args.to) {
+        (Some(file), _) => plan_batch(args, &planner, file),
+        (None, Some(to)) => strike_one(args, &artifact, &planner, point(to)),
+        (None, None) => Err(Failure::usage(
+            "give a target, `--to X Y`, or `--batch FILE`",
+        )),
+    }
+}
+
+fn load(args: &Args) -> Result<Artifact, Failure> {
+    let store = Store::open(&args.artifacts);
+    let artifact = store
+        .load(args.version.as_deref())
+        .map_err(Failure::input)?;
+    if let Some(path) = &args.rig {
+        let here = Rig::load(path).map_err(Failure::input)?;
+        identity::check(&artifact.rig, &here)
+            .map_err(|other| Failure::refused(format!("other_rig: {}: {other}", path.display())))?;
+    }
+    Ok(artifact)
+}
+
+fn strike_one(
+    args: &Args,
+    artifact: &Artifact,
+    planner: &Planner,
+    to: Point,
+) -> Result<ExitCode, Failure> {
+    let from = args
+        .from
+        .as_ref()
+        .map_or_else(|| planner.usual_start(to), |from| point(from));
+    let plan = match planner.plan(from, to) {
+        Ok(plan) => plan,
+        Err(refusal) => {
+            if args.json {
+                show::json(&refusal)?;
+            }
+            return Err(Failure::refused(refusal.to_string()));
+        }
+    };
+    if !args.json {
+        show::plan(&plan, args.from.is_none())?;
+    }
+    let answer = strike_plan(args, artifact, &plan);
+    if args.json {
+        // The plan is told even where the robot fails.
+        let told = answer.as_ref().ok().cloned();
+        show::json(&told.unwrap_or_else(|| Answer::planned(&plan)))?;
+    } else {
+        show::struck(answer.as_ref().ok())?;
+    }
+    answer.map(|_| ExitCode::SUCCESS)
+}
+
+fn strike_plan(args: &Args, artifact: &Artifact, plan: &Plan) -> Result<Answer, Failure> {
+    let strikes = args.artifacts.join("strikes");
+    let Choice::Sim(folder) = &args.robot else {
+        return strike_with(&mut DryRun, plan, None, &artifact.rig);
+    };
+    let truth = truth(folder.as_deref(), &args.artifacts);
+    let source = truth
+        .as_deref()
+        .map_or(TruthSource::Demo, TruthSource::File);
+    let mut robot =
+        SimRobot::open(&artifact.rig, source, highest(&strikes)).map_err(Failure::input)?;
+    let destination = args
+        .log
+        .clone()
+        .map_or(Destination::Next(strikes), Destination::File);
+    let log = OpenLog::open(destination)?;
+    strike_with(&mut robot, plan, Some(log), &artifact.rig)
+}
+
+fn strike_with(
+    robot: &mut dyn Robot,
+    plan: &Plan,
+    log: Option<OpenLog>,
+    rig: &Rig,
+) -> Result<Answer, Failure> {
+    let struck = execute(robot, plan)?;
+    let mut answer = Answer::planned(plan);
+    if let (Some(struck), Some(log)) = (struck, log) {
+        answer.struck(struck.stop, log.write(&struck.samples, &rig.topics)?);
+    }
+    Ok(answer)
+}
+
+/// The truth of the folder that is named; else the one beside the artifact, whose logs the rig wrote; else none.
+fn truth(folder: Option<&Path>, artifacts: &Path) -> Option<PathBuf> {
+    let beside = artifacts.join("truth.json");
+    match folder {
+        Some(folder) => Some(folder.join("truth.json")),
+        None => beside.exists().then_some(beside),
+    }
+}
+
+fn plan_batch(args: &Args, planner: &Planner, file: &Path) -> Result<ExitCode, Failure> {
+    let output = io::stdout().lock();
+    let tally = if file == Path::new("-") {
+        batch::run(planner, io::stdin().lock(), output)
+    } else {
+        let opened = File::open(file).map_err(|error| {
+            Failure::input(format!("read the batch {}: {error}", file.display()))
+        })?;
+        batch::run(planner, BufReader::new(opened), output)
+    }
+    .map_err(|error| Failure::failed(format!("plan the batch: {error}")))?;
+    if !args.quiet {
+        writeln!(
+            io::stderr(),
+            "{} planned, {} refused",
+            tally.planned,
+            tally.refused
+        )
+        .map_err(|error| Failure::failed(format!("tell the result: {error}")))?;
+    }
+    Ok(if tally.refused == 0 {
+        ExitCode::SUCCESS
+    } else {
+        ExitCode::from(REJECTED)
+    })
+}
+
+fn point(coordinates: &[f64]) -> Point {
+    Point::new(coordinates[0], coordinates[1])
+}

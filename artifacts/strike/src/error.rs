@@ -1,0 +1,27 @@
+//! Why nothing could be planned at all, as opposed to a plan that is refused.
+
+use artifacts::Model;
+use world::WorldError;
+
+/// Texts complete "failed to …".
+#[derive(Debug, thiserror::Error)]
+pub enum PlannerError {
+    /// The artifact has no such model.
+    #[error("plan with model `{model}`: version {version} does not hold it; it has {has}")]
+    NoModel {
+        /// What was asked for.
+        model: Model,
+        /// The artifact.
+        version: String,
+        /// What there is.
+        has: String,
+    },
+    /// The world of the artifact cannot be simulated.
+    #[error("compile the world of version {version}: {source}; publish the version again")]
+    World {
+        /// The artifact.
+        version: String,
+        /// Why.
+        source: WorldError,
+    },
+}

@@ -1,0 +1,157 @@
+//! From a target to a plan: solve, add the residual, check every limit.
+
+use artifacts::{Artifact, Model, Network, TrainedRegion};
+use values::{Command, Point, Rig};
+use world::{Simulator, SolveSettings, SolveStatus};
+
+use crate::limits::{self, Broken};
+use crate::{Plan, PlannerError, Reason, Refusal};
+
+/// One model of an artifact, ready to plan. Shared between threads.
+pub struct Planner {
+    version: String,
+    model: Model,
+    rig: Rig,
+    simulator: Simulator,
+    residual: Option<Network>,
+    region: TrainedRegion,
+    expected_miss: Option<f64>,
+}
+
+impl Planner {
+    /// The planner of one of the artifact's models. Errors if the artifact does not hold the model, or its world does
+    /// not compile.
+    pub fn new(artifact: &Artifact, model: Model) -> Result<Self, PlannerError> {
+        let version = &artifact.version;
+        let (world, residual) = artifact
+            .model(model)
+            .ok_or_else(|| no_model(artifact, model))?;
+        let simulator =
+            Simulator::new(&artifact.rig, &world).map_err(|source| PlannerError::World {
+                version: version.clone(),
+                source,
+            })?;
+        let metrics = artifact.manifest.metrics.get(&model);
+        Ok(Self {
+            version: version.clone(),
+            model,
+            rig: artifact.rig.clone(),
+            simulator,
+            residual: residual.cloned(),
+            region: artifact.manifest.trained_region,
+            expected_miss: metrics.map(|metrics| metrics.mean),
+        })
+    }
+
+    /// The rig that it plans for.
+    pub fn rig(&self) -> &Rig {
+        &self.rig
+    }
+
+    /// Where an object lies whose path to `to` (m) is the middle of the trained paths: for a try without a camera.
+    pub fn usual_start(&self, to: Point) -> Point {
+        let middle = |interval: values::Interval| 0.5 * (interval.low + interval.high);
+        to - Point::polar(middle(self.region.distance), middle(self.region.bearing))
+    }
+
+    /// The strike that brings an object at rest at `from` to rest at `to` (m), or why it is not made: no value is ever
+    /// moved into a limit. The same input gives the same plan, whatever was planned before.
+    pub fn plan(&self, from: Point, to: Point) -> Result<Plan, Refusal> {
+        self.try_plan(from, to)
+            .map_err(|(refused, detail)| Refusal {
+                from: Some(from),
+                to: Some(to),
+                refused,
+                detail,
+            })
+    }
+
+    fn try_plan(&self, from: Point, to: Point) -> Result<Plan, Broken> {
+        limits::points(&self.rig.table, from, to)?;
+        limits::trained(&self.region, from, to)?;
+        let path = to - from;
+        let simulated = self.solve(from, to)?;
+        let [d_speed, d_angle] = self.residual(path, simulated);
+        let command = Command {
+            speed: simulated.speed + d_speed,
+            angle: simulated.angle + d_angle,
+        };
+        limits::command(&self.rig, command, simulated)?;
+        let profile = self.simulator.profile(from, command).ok_or_else(|| {
+            (
+                Reason::Unreachable,
+                format!(
+                    "the tip passes beside the object at {:.4} rad; lay the object more in line with its target",
+                    command.angle
+                ),
+            )
+        })?;
+        limits::reach(&self.rig.table, &profile)?;
+        Ok(Plan {
+            artifact: self.version.clone(),
+            model: self.model,
+            from,
+            to,
+            path,
+            speed_sim: simulated.speed,
+            angle_sim: simulated.angle,
+            d_speed,
+            d_angle,
+            speed: command.speed,
+            angle: command.angle,
+            start: profile.start,
+            pre_strike: profile.pre_strike,
+            strike: profile.strike,
+            stop: profile.stop,
+            acceleration: self.rig.robot.acceleration,
+            expected_miss: self.expected_miss,
+        })
+    }
+
+    /// The world's own command. The robot's limits are those of the final command, not of this one.
+    fn solve(&self, from: Point, to: Point) -> Result<Command, Broken> {
+        let settings = SolveSettings::default();
+        let solution = self.simulator.worker().solve(from, to, &settings, None);
+        match solution.status {
+            SolveStatus::Solved => Ok(solution.command),
+            SolveStatus::Unreachable => Err((
+                Reason::Unreachable,
+                format!(
+                    "after {} simulations the nearest strike, {:.4} m/s at {:.4} rad, stops {:.1} mm from `to`; \
+                     choose another target, or lay the object elsewhere",
+                    solution.evaluations,
+                    solution.command.speed,
+                    solution.command.angle,
+                    solution.miss * 1e3
+                ),
+            )),
+            SolveStatus::Diverged => Err((
+                Reason::Diverged,
+                format!(
+                    "none of {} simulations came to rest; check the artifact's world, or use another --model",
+                    solution.evaluations
+                ),
+            )),
+        }
+    }
+
+    /// What the residual adds to the simulated command: speed in m/s and angle in rad.
+    fn residual(&self, path: Point, simulated: Command) -> [f64; 2] {
+        self.residual.as_ref().map_or([0.0, 0.0], |network| {
+            network.predict([path.x, path.y, simulated.speed, simulated.angle])
+        })
+    }
+}
+
+fn no_model(artifact: &Artifact, model: Model) -> PlannerError {
+    PlannerError::NoModel {
+        model,
+        version: artifact.version.clone(),
+        has: artifact
+            .models()
+            .iter()
+            .map(|model| model.name())
+            .collect::<Vec<_>>()
+            .join(", "),
+    }
+}

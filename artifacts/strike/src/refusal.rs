@@ -1,0 +1,85 @@
+//! Why a strike is not made: refused, never clamped.
+
+use serde::Serialize;
+use values::Point;
+
+/// The closed list of reasons.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Reason {
+    /// A coordinate is NaN or infinite.
+    NotFinite,
+    /// The object or its target is not on the table.
+    OffTable,
+    /// The path or the target lies where no training strike went.
+    OutsideTrainedRegion,
+    /// No command brings the object there.
+    Unreachable,
+    /// No simulation came to a finite rest.
+    Diverged,
+    /// The command is slower or faster than the arm may strike.
+    SpeedLimit,
+    /// The command's angle is not one that the arm may strike at.
+    AngleLimit,
+    /// The tip would have to go where the arm must not.
+    Reach,
+    /// A line of a batch is not `{"from": [x, y], "to": [x, y]}`.
+    Malformed,
+}
+
+impl Reason {
+    /// Every reason.
+    pub const ALL: [Self; 9] = [
+        Self::NotFinite,
+        Self::OffTable,
+        Self::OutsideTrainedRegion,
+        Self::Unreachable,
+        Self::Diverged,
+        Self::SpeedLimit,
+        Self::AngleLimit,
+        Self::Reach,
+        Self::Malformed,
+    ];
+
+    /// The name in files, such as `off_table`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::NotFinite => "not_finite",
+            Self::OffTable => "off_table",
+            Self::OutsideTrainedRegion => "outside_trained_region",
+            Self::Unreachable => "unreachable",
+            Self::Diverged => "diverged",
+            Self::SpeedLimit => "speed_limit",
+            Self::AngleLimit => "angle_limit",
+            Self::Reach => "reach",
+            Self::Malformed => "malformed",
+        }
+    }
+}
+
+/// A strike that is not made. Serialised it is the contract's refusal. Its text completes "refused: ".
+#[derive(Clone, Debug, PartialEq, Serialize, thiserror::Error)]
+#[error("{}: {detail}", refused.name())]
+pub struct Refusal {
+    /// Where the object rests, in m; none where the line of a batch does not tell.
+    pub from: Option<Point>,
+    /// Where it was to come to rest, in m; none where the line of a batch does not tell.
+    pub to: Option<Point>,
+    /// Why.
+    pub refused: Reason,
+    /// Why, with numbers, and how to mend it.
+    pub detail: String,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn reasons_are_written_by_their_names() {
+        for reason in Reason::ALL {
+            let written = serde_json::to_string(&reason).expect("plain data");
+            assert_eq!(written, format!("\"{}\"", reason.name()));
+        }
+    }
+}

@@ -1,0 +1,176 @@
+//! What can strike. A driver of an arm implements [`Robot`]; [`execute`] is the only way a plan reaches it.
+
+mod choice;
+mod dry_run;
+mod sim;
+
+pub use choice::{Choice, UnknownRobot};
+pub use dry_run::DryRun;
+pub use sim::{SimRobot, TruthSource};
+
+use logs::write::Samples;
+use values::Point;
+
+use crate::Plan;
+
+/// An arm with its camera, or what stands in for one.
+///
+/// The order of calls is [`execute`]'s: `check`, then `strike`, and `abort` if `strike` failed. A driver connects when it
+/// is made, and moves nothing before `strike`.
+pub trait Robot {
+    /// Name for a person, such as `sim`.
+    fn name(&self) -> String;
+
+    /// Whether the plan can be struck now: connection, rig, state of the arm (enabled, no fault, at rest), object in its
+    /// place. Moves nothing. Errors: [`RobotError::NotReady`] for a state that a person must change,
+    /// [`RobotError::Connection`] where the state cannot be read.
+    fn check(&mut self, plan: &Plan) -> Result<(), RobotError>;
+
+    /// Strikes: moves the tip from `plan.start` to `plan.stop` on the plan's profile, records from rest to rest, and
+    /// returns when the object rests. None from a robot that moves nothing. On an error the arm may still move:
+    /// [`execute`] aborts it.
+    fn strike(&mut self, plan: &Plan) -> Result<Option<Struck>, RobotError>;
+
+    /// Stops the arm where it is, as fast as it safely can, and leaves it at rest.
+    fn abort(&mut self) -> Result<(), RobotError>;
+}
+
+/// What a strike left.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Struck {
+    /// What goes into the log.
+    pub samples: Samples,
+    /// Where the camera saw the object come to rest, in m.
+    pub stop: Point,
+}
+
+/// Why a robot did not strike. Texts complete "failed to …".
+#[derive(Debug, thiserror::Error)]
+pub enum RobotError {
+    /// No connection, or one that broke off.
+    #[error("reach robot {robot}: {why}")]
+    Connection {
+        /// Its name.
+        robot: String,
+        /// What happened, and how to mend it.
+        why: String,
+    },
+    /// It must not strike in the state that it is in. Nothing has moved.
+    #[error("strike with robot {robot}: {why}; nothing has moved")]
+    NotReady {
+        /// Its name.
+        robot: String,
+        /// What was found, and how to mend it.
+        why: String,
+    },
+    /// It began the motion and did not end it.
+    #[error("finish the strike of robot {robot}: {why}")]
+    Interrupted {
+        /// Its name.
+        robot: String,
+        /// What happened.
+        why: String,
+    },
+    /// The motion was not ended, and the arm could not be stopped either.
+    #[error("{strike}; then failed to stop the arm: {abort}: press the emergency stop")]
+    Runaway {
+        /// Why the strike failed.
+        strike: Box<RobotError>,
+        /// Why stopping failed.
+        abort: Box<RobotError>,
+    },
+}
+
+/// Checks, strikes, and stops the arm where the strike fails: nothing moves before the check has passed.
+pub fn execute(robot: &mut dyn Robot, plan: &Plan) -> Result<Option<Struck>, RobotError> {
+    robot.check(plan)?;
+    robot.strike(plan).map_err(|strike| match robot.abort() {
+        Ok(()) => strike,
+        Err(abort) => RobotError::Runaway {
+            strike: Box::new(strike),
+            abort: Box::new(abort),
+        },
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::plan;
+
+    /// A robot that notes what it is asked, and fails where it is told.
+    #[derive(Default)]
+    struct Noting {
+        calls: Vec<&'static str>,
+        fails: Vec<&'static str>,
+    }
+
+    impl Noting {
+        fn call(&mut self, name: &'static str) -> Result<(), RobotError> {
+            self.calls.push(name);
+            if self.fails.contains(&name) {
+                return Err(RobotError::Interrupted {
+                    robot: "noting".into(),
+                    why: name.into(),
+                });
+            }
+            Ok(())
+        }
+    }
+
+    impl Robot for Noting {
+        fn name(&self) -> String {
+            "noting".into()
+        }
+        fn check(&mut self, _: &Plan) -> Result<(), RobotError> {
+            self.call("check")
+        }
+        fn strike(&mut self, _: &Plan) -> Result<Option<Struck>, RobotError> {
+            self.call("strike").map(|()| None)
+        }
+        fn abort(&mut self) -> Result<(), RobotError> {
+            self.call("abort")
+        }
+    }
+
+    fn calls(fails: &[&'static str]) -> (Vec<&'static str>, Result<Option<Struck>, RobotError>) {
+        let mut robot = Noting {
+            fails: fails.into(),
+            ..Noting::default()
+        };
+        let outcome = execute(&mut robot, &plan());
+        (robot.calls, outcome)
+    }
+
+    #[test]
+    fn a_strike_is_checked_first() {
+        let (calls, outcome) = calls(&[]);
+        assert_eq!(calls, ["check", "strike"]);
+        assert!(matches!(outcome, Ok(None)));
+    }
+
+    #[test]
+    fn nothing_moves_where_the_check_fails() {
+        let (calls, outcome) = calls(&["check"]);
+        assert_eq!(calls, ["check"]);
+        assert!(outcome.is_err());
+    }
+
+    #[test]
+    fn a_strike_that_fails_is_aborted() {
+        let (calls, outcome) = calls(&["strike"]);
+        assert_eq!(calls, ["check", "strike", "abort"]);
+        assert!(matches!(outcome, Err(RobotError::Interrupted { .. })));
+    }
+
+    #[test]
+    fn an_arm_that_cannot_be_stopped_is_told_with_both_reasons() {
+        let (_, outcome) = calls(&["strike", "abort"]);
+        let text = outcome.expect_err("failed").to_string();
+        assert!(
+            text.contains("noting: strike") && text.contains("noting: abort"),
+            "{text}"
+        );
+        assert!(text.contains("emergency stop"), "{text}");
+    }
+}

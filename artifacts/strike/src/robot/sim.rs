@@ -1,0 +1,80 @@
+//! The embedded rig as a robot: its own physics, hidden effects, scatter and camera.
+
+use std::path::Path;
+
+use rig::{Sim, Truth};
+use values::Rig;
+
+use super::{Robot, RobotError, Struck};
+use crate::{Plan, identity};
+
+/// Seed of a rig that no `truth.json` describes.
+const SEED: u64 = 0;
+
+/// Which embedded rig is struck.
+#[derive(Clone, Copy, Debug)]
+pub enum TruthSource<'a> {
+    /// The demo's mixture of hidden effects.
+    Demo,
+    /// The one that this `truth.json` describes.
+    File(&'a Path),
+}
+
+/// `--robot sim`: the embedded rig.
+#[derive(Clone, Debug)]
+pub struct SimRobot {
+    sim: Sim,
+    planned_for: Rig,
+}
+
+impl SimRobot {
+    /// The embedded rig, after as many strikes as its truth tells and `struck` more: the next strike has a scatter, a
+    /// wear and stamps of its own. `rig` is the rig that plans are made for. Errors where the truth cannot be read.
+    pub fn open(rig: &Rig, source: TruthSource<'_>, struck: usize) -> Result<Self, RobotError> {
+        let failed = |error: rig::RigSimError| RobotError::Connection {
+            robot: "sim".into(),
+            why: error.to_string(),
+        };
+        let truth = match source {
+            TruthSource::Demo => Truth::demo(rig, SEED),
+            TruthSource::File(path) => Truth::load(path).map_err(failed)?,
+        };
+        let before = truth.strikes.len();
+        let sessions = truth.strikes.last().map_or(0, |last| last.session + 1);
+        let mut sim = Sim::from(truth).map_err(failed)?;
+        for _ in 0..sessions {
+            sim.next_session();
+        }
+        Ok(Self {
+            sim: sim.after(before + struck),
+            planned_for: rig.clone(),
+        })
+    }
+}
+
+impl Robot for SimRobot {
+    fn name(&self) -> String {
+        "sim".into()
+    }
+
+    fn check(&mut self, _: &Plan) -> Result<(), RobotError> {
+        identity::check(&self.planned_for, &self.sim.truth().rig).map_err(|difference| {
+            RobotError::NotReady {
+                robot: self.name(),
+                why: difference.to_string(),
+            }
+        })
+    }
+
+    fn strike(&mut self, plan: &Plan) -> Result<Option<Struck>, RobotError> {
+        let recording = self.sim.strike(plan.from, plan.command());
+        Ok(Some(Struck {
+            stop: recording.stop,
+            samples: recording.samples,
+        }))
+    }
+
+    fn abort(&mut self) -> Result<(), RobotError> {
+        Ok(())
+    }
+}

@@ -1,0 +1,254 @@
+//! The program: answers, exit codes, and what it refuses before any robot is touched.
+
+use std::fs;
+use std::io::Write;
+use std::path::Path;
+use std::process::{Command, Output, Stdio};
+
+use serde_json::Value;
+use values::Rig;
+
+use crate::fixture;
+
+pub fn strike(artifacts: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_strike"))
+        .arg("--artifacts")
+        .arg(artifacts)
+        .args(arguments)
+        .stdin(Stdio::null())
+        .output()
+        .unwrap()
+}
+
+pub fn stdout(output: &Output) -> &str {
+    std::str::from_utf8(&output.stdout).unwrap()
+}
+
+pub fn stderr(output: &Output) -> &str {
+    std::str::from_utf8(&output.stderr).unwrap()
+}
+
+/// Runs it on a good artifact.
+fn code(arguments: &[&str]) -> (i32, String, String) {
+    let dir = fixture::published();
+    let output = strike(dir.path(), arguments);
+    assert!(!dir.path().join("strikes").exists(), "nothing was struck");
+    (
+        output.status.code().unwrap(),
+        stdout(&output).into(),
+        stderr(&output).into(),
+    )
+}
+
+const GOOD: [&str; 6] = ["--from", "0.3", "0.05", "--to", "0.6", "0.1"];
+
+fn good_and(more: &[&'static str]) -> Vec<&'static str> {
+    [GOOD.as_slice(), more].concat()
+}
+
+#[test]
+fn a_plan_is_told_to_a_person_with_positions_and_times() {
+    let (code, out, err) = code(&GOOD);
+    assert_eq!((code, err.as_str()), (0, ""));
+    for said in [
+        "v0001",
+        "simulated",
+        "residual",
+        "command",
+        "m/s",
+        "rad",
+        "t s",
+        "start",
+        "pre-strike",
+        "strike",
+        "stop",
+    ] {
+        assert!(out.contains(said), "{said}: {out}");
+    }
+}
+
+#[test]
+fn a_plan_is_told_to_a_machine_as_one_object() {
+    let (code, out, _) = code(&good_and(&["--json", "--model", "sysid"]));
+    assert_eq!(code, 0);
+    let plan: Value = serde_json::from_str(&out).unwrap();
+    assert_eq!(plan["artifact"], "v0001");
+    assert_eq!(plan["model"], "sysid");
+    assert_eq!(plan.as_object().unwrap().len(), 17);
+}
+
+#[test]
+fn the_default_model_is_the_artifacts_best() {
+    let (_, out, _) = code(&good_and(&["--json"]));
+    let plan: Value = serde_json::from_str(&out).unwrap();
+    assert_eq!(plan["model"], fixture::DEFAULT.name());
+}
+
+#[test]
+fn without_a_start_the_object_is_laid_in_the_middle_of_the_trained_paths() {
+    let (code, out, _) = code(&["--to", "0.7", "0.0", "--json"]);
+    assert_eq!(code, 0);
+    let plan: Value = serde_json::from_str(&out).unwrap();
+    assert!(
+        (plan["from"][0].as_f64().unwrap() - 0.35).abs() < 1e-9,
+        "{plan}"
+    );
+}
+
+#[test]
+fn a_refusal_exits_4_and_is_an_object_too() {
+    let arguments = ["--from", "0.3", "0.0", "--to", "0.5", "-0.9"];
+    let (exit, out, err) = code(&arguments);
+    assert_eq!((exit, out.as_str()), (4, ""));
+    assert!(err.contains("refused: off_table:"), "{err}");
+
+    let (exit, out, _) = code(&[arguments.as_slice(), &["--json"]].concat());
+    assert_eq!(exit, 4);
+    let refusal: Value = serde_json::from_str(&out).unwrap();
+    assert_eq!(refusal["refused"], "off_table");
+
+    let (exit, _, err) = code(&[
+        "--from", "nan", "0.0", "--to", "0.5", "0.1", "--robot", "sim",
+    ]);
+    assert_eq!(exit, 4);
+    assert!(err.contains("not_finite"), "{err}");
+}
+
+#[test]
+fn wrong_usage_exits_2_and_tells_how_to_mend_it() {
+    for (arguments, said) in [
+        (vec![], "--to"),
+        (vec!["--to", "0.5"], "2 values"),
+        (vec!["--to", "a", "b"], "invalid"),
+        (vec!["--from", "0.3", "0.0"], "--to"),
+        (good_and(&["--model", "magic"]), "sysid_residual"),
+        (good_and(&["--robot", "xarm:10.0.0.2"]), "not available"),
+        (good_and(&["--robot", "toaster"]), "`dry-run`"),
+        (good_and(&["--batch", "-"]), "cannot be used with"),
+        (good_and(&["--version", "v0009"]), "v0009"),
+        (vec!["--batch", "/none/such"], "/none/such"),
+    ] {
+        let (exit, out, err) = code(&arguments);
+        assert_eq!((exit, out.as_str()), (2, ""), "{arguments:?}: {err}");
+        assert!(err.contains(said), "{arguments:?}: {err}");
+    }
+}
+
+#[test]
+fn a_folder_without_an_artifact_is_told() {
+    let dir = tempfile::tempdir().unwrap();
+    let output = strike(dir.path(), &GOOD);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(stderr(&output).contains(&dir.path().display().to_string()));
+}
+
+#[test]
+fn a_named_version_is_used_in_place_of_the_latest() {
+    let dir = fixture::published();
+    fixture::publish(dir.path(), 2);
+    let plan = |arguments: &[&str]| -> Value {
+        let output = strike(
+            dir.path(),
+            &[GOOD.as_slice(), &["--json"], arguments].concat(),
+        );
+        serde_json::from_slice(&output.stdout).unwrap()
+    };
+    assert_eq!(plan(&[])["artifact"], "v0002");
+    assert_eq!(plan(&["--version", "v0001"])["artifact"], "v0001");
+}
+
+#[test]
+fn a_tampered_artifact_is_refused_before_any_robot_is_touched() {
+    for file in [
+        "world.toml",
+        "residual.safetensors",
+        "rig.toml",
+        "manifest.json",
+    ] {
+        let dir = fixture::published();
+        let path = dir.path().join("versions/v0001").join(file);
+        let mut bytes = fs::read(&path).unwrap();
+        // A digit for another: still a file of its format. In the manifest it is one of a hash.
+        let hash = bytes.windows(9).position(|text| text == b"\"sha256\":");
+        let after = hash.unwrap_or(0);
+        let at = after
+            + 9
+            + bytes[after + 9..]
+                .iter()
+                .position(u8::is_ascii_digit)
+                .unwrap();
+        bytes[at] = if bytes[at] == b'1' { b'2' } else { b'1' };
+        fs::write(&path, bytes).unwrap();
+        let output = strike(dir.path(), &good_and(&["--robot", "sim"]));
+        assert_eq!(output.status.code(), Some(2), "{file}: {}", stderr(&output));
+        assert_eq!(stdout(&output), "", "{file}");
+        assert!(stderr(&output).contains("v0001"), "{}", stderr(&output));
+        assert!(!dir.path().join("strikes").exists(), "{file}");
+    }
+}
+
+#[test]
+fn an_artifact_of_another_rig_is_refused() {
+    let dir = fixture::published();
+    let path = dir.path().join("robot.toml");
+    let strike_as = |rig: &Rig| {
+        fs::write(&path, rig.to_toml()).unwrap();
+        strike(
+            dir.path(),
+            &[
+                GOOD.as_slice(),
+                &["--robot", "sim", "--rig", path.to_str().unwrap()],
+            ]
+            .concat(),
+        )
+    };
+    let mut other = fixture::rig();
+    other.striker.radius = 0.02;
+    let output = strike_as(&other);
+    assert_eq!(output.status.code(), Some(4));
+    assert!(stderr(&output).contains("[striker] radius is 0.012 in the artifact, 0.02 here"));
+    assert!(!dir.path().join("strikes").exists());
+    assert_eq!(strike_as(&fixture::rig()).status.code(), Some(0));
+}
+
+#[test]
+fn a_batch_answers_line_by_line_and_tells_by_its_code_that_lines_were_refused() {
+    let dir = fixture::published();
+    let batch = |input: &[u8]| {
+        let mut child = Command::new(env!("CARGO_BIN_EXE_strike"))
+            .args(["--batch", "-", "--artifacts"])
+            .arg(dir.path())
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        child.stdin.take().unwrap().write_all(input).unwrap();
+        child.wait_with_output().unwrap()
+    };
+    let good = b"{\"from\": [0.3, 0.05], \"to\": [0.6, 0.1]}\n";
+    let output = batch(good);
+    assert_eq!(output.status.code(), Some(0));
+    assert!(stderr(&output).contains("1 planned, 0 refused"));
+    let output = batch(&[good, b"junk\n".as_slice(), good].concat());
+    assert_eq!(output.status.code(), Some(3));
+    assert_eq!(stdout(&output).lines().count(), 3);
+    assert!(stdout(&output).lines().nth(1).unwrap().contains("line 2"));
+}
+
+#[test]
+fn help_shows_examples_and_exit_codes() {
+    let output = Command::new(env!("CARGO_BIN_EXE_strike"))
+        .arg("--help")
+        .output()
+        .unwrap();
+    assert_eq!(output.status.code(), Some(0));
+    for said in [
+        "Examples:",
+        "--batch",
+        "Exit codes:",
+        "outside_trained_region",
+    ] {
+        assert!(stdout(&output).contains(said), "{said}");
+    }
+}

@@ -1,0 +1,10 @@
+//! The executor against a published artifact: what it plans, what it refuses, and that nothing is struck when it refuses.
+
+#![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+mod batches;
+mod commands;
+mod fixture;
+mod plans;
+mod refusals;
+mod strikes;
