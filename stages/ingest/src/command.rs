@@ -177,11 +177,7 @@ impl Episodes {
                     });
                 }
             }
-            Some(_) => {
-                if self.idle.len() < MOST_COMMANDS {
-                    self.idle.push(command);
-                }
-            }
+            Some(_) if self.idle.len() < MOST_COMMANDS => self.idle.push(command),
             None if active => {
                 self.current = Some(Episode {
                     index: self.seen,
@@ -190,7 +186,7 @@ impl Episodes {
                 });
                 self.seen += 1;
             }
-            None => {}
+            Some(_) | None => {}
         }
         ended
     }

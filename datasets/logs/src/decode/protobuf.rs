@@ -57,8 +57,8 @@ impl Plan {
             schema: schema.name.into(),
             why,
         };
-        let pool = DescriptorPool::decode(schema.data)
-            .map_err(|error| unusable(format!("it is no FileDescriptorSet: {error}")))?;
+        let pool = pool(schema.data)
+            .map_err(|why| unusable(format!("it is no FileDescriptorSet: {why}")))?;
         let message = pool
             .get_message_by_name(schema.name)
             .ok_or_else(|| unusable("its descriptor set does not define the message".into()))?;
@@ -159,6 +159,14 @@ impl Field {
         *seen += 1;
         Ok(())
     }
+}
+
+/// The types of a descriptor set.
+fn pool(data: &[u8]) -> Result<DescriptorPool, String> {
+    // prost-reflect 0.16.5 indexes out of bounds when it words its error for some sets that contradict themselves.
+    std::panic::catch_unwind(|| DescriptorPool::decode(data))
+        .map_err(|_| "it contradicts itself".to_string())?
+        .map_err(|error| error.to_string())
 }
 
 fn set(raw: &mut Raw, leaves: &[Leaf], number: Number) {

@@ -1,0 +1,247 @@
+//! Whatever a log is written with, the same samples are read from it.
+
+#![expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    clippy::cast_precision_loss,
+    reason = "small numbers"
+)]
+
+mod common;
+
+use std::path::PathBuf;
+
+use common::{ENCODINGS, Encoding, read, samples, write};
+use logs::{Event, Limits, LogError, Sample, Wanted};
+use mcap::{Compression, WriteOptions};
+use proptest::prelude::*;
+use values::FieldTopic;
+
+/// Every way to lay out a file, by the writer's options.
+fn layouts() -> Vec<WriteOptions> {
+    let mut layouts = Vec::new();
+    for compression in [None, Some(Compression::Lz4), Some(Compression::Zstd)] {
+        for (chunks, crc, index) in [
+            (true, true, true),
+            (true, false, true),
+            (true, true, false),
+            (false, true, true),
+            (false, false, false),
+        ] {
+            for chunk_size in [200, 1 << 20] {
+                layouts.push(
+                    WriteOptions::new()
+                        .compression(compression.filter(|_| chunks))
+                        .use_chunks(chunks)
+                        .chunk_size(Some(chunk_size))
+                        .calculate_chunk_crcs(crc)
+                        .calculate_data_section_crc(crc)
+                        .calculate_summary_section_crc(crc)
+                        .emit_summary_records(index)
+                        .emit_summary_offsets(index)
+                        .emit_message_indexes(index),
+                );
+            }
+        }
+    }
+    layouts
+}
+
+#[test]
+fn every_encoding_in_every_layout_gives_the_same_samples() {
+    let written = samples(50);
+    for encoding in ENCODINGS {
+        for options in layouts() {
+            let (read, summary) = read(&write(encoding, options.clone(), &written)).expect("reads");
+            assert!(read == written, "{encoding:?} {options:?}");
+            assert_eq!(summary.damage, [], "{options:?}");
+            assert_eq!(summary.messages, 100);
+        }
+    }
+}
+
+#[test]
+fn the_same_bytes_have_the_hash_that_other_tools_give() {
+    let file = write(Encoding::Json, WriteOptions::new(), &samples(3));
+    let dir = tempfile::tempdir().expect("a folder");
+    let path = dir.path().join("a.mcap");
+    std::fs::write(&path, &file).expect("writes");
+    let Ok(output) = std::process::Command::new("sha256sum").arg(&path).output() else {
+        eprintln!("skipped: sha256sum is not there");
+        return;
+    };
+    let (_, summary) = read(&file).expect("reads");
+    assert!(String::from_utf8_lossy(&output.stdout).starts_with(&summary.sha256));
+}
+
+#[test]
+fn a_missing_topic_is_named_with_those_that_are_there() {
+    let file = write(Encoding::Cdr, WriteOptions::new(), &samples(3));
+    let topic = common::topic("/object/centroid");
+    let wanted = [Wanted {
+        topic: &topic,
+        required: true,
+    }];
+    let error = logs::read_from(
+        "a.mcap",
+        std::io::Cursor::new(&file),
+        &wanted,
+        Limits::default(),
+        &mut |_| {},
+    );
+    let text = error.expect_err("refused").to_string();
+    assert!(
+        text.contains("/object/centroid") && text.contains("/p (geometry_msgs/msg/PointStamped)"),
+        "{text}"
+    );
+    let optional = [Wanted {
+        topic: &topic,
+        required: false,
+    }];
+    assert!(
+        logs::read_from(
+            "a.mcap",
+            std::io::Cursor::new(&file),
+            &optional,
+            Limits::default(),
+            &mut |_| {}
+        )
+        .is_ok()
+    );
+}
+
+#[test]
+fn a_schema_without_a_stamp_leaves_the_log_time() {
+    let file = write(Encoding::Cdr, WriteOptions::new(), &samples(3));
+    let topic = FieldTopic {
+        stamp: "time".into(),
+        ..common::topic("/p")
+    };
+    let mut stamps = Vec::new();
+    let summary = logs::read_from(
+        "a.mcap",
+        std::io::Cursor::new(&file),
+        &[Wanted {
+            topic: &topic,
+            required: true,
+        }],
+        Limits::default(),
+        &mut |event| {
+            if let Event::Sample(_, sample) = event {
+                stamps.push(sample.stamp);
+            }
+        },
+    )
+    .expect("reads");
+    assert_eq!(
+        stamps,
+        samples(3)
+            .iter()
+            .map(|sample| sample.stamp + 5)
+            .collect::<Vec<_>>()
+    );
+    assert_eq!(summary.unstamped, [true]);
+}
+
+#[test]
+fn what_is_no_mcap_is_said_so() {
+    for bytes in [&b""[..], b"\x89MCAP", b"SQLite format 3\0 and more of it"] {
+        assert!(matches!(read(bytes), Err(LogError::NotMcap { .. })));
+    }
+}
+
+/// Files that the mcap crate ships in its tests, recorded on a real robot (ROS 1) by the Go writer.
+fn shipped(name: &str) -> Option<PathBuf> {
+    let cargo = std::env::var_os("CARGO_HOME").map(PathBuf::from);
+    let home = cargo.or_else(|| Some(PathBuf::from(std::env::var_os("HOME")?).join(".cargo")))?;
+    let found = std::fs::read_dir(home.join("registry/src"))
+        .ok()?
+        .flatten()
+        .find_map(|registry| {
+            let crates = std::fs::read_dir(registry.path()).ok()?.flatten();
+            let crates =
+                crates.filter(|entry| entry.file_name().to_string_lossy().starts_with("mcap-"));
+            crates
+                .map(|entry| entry.path().join("tests/data").join(name))
+                .find(|path| path.is_file())
+        });
+    if found.is_none() {
+        eprintln!("skipped: the mcap crate's {name} is not there");
+    }
+    found
+}
+
+#[test]
+fn files_that_others_recorded_are_read() {
+    let topic = FieldTopic {
+        name: "/tf".into(),
+        stamp: "transforms[0].header.stamp".into(),
+        x: "transforms[0].transform.translation.x".into(),
+        y: "transforms[0].transform.translation.y".into(),
+    };
+    let mut all: Vec<Vec<Sample>> = Vec::new();
+    for name in ["uncompressed.mcap", "compressed.mcap"] {
+        let Some(path) = shipped(name) else { return };
+        let mut samples = Vec::new();
+        let summary = logs::read(
+            &path,
+            &[Wanted {
+                topic: &topic,
+                required: true,
+            }],
+            Limits::default(),
+            &mut |event| {
+                if let Event::Sample(_, sample) = event {
+                    samples.push(sample);
+                }
+            },
+        )
+        .expect("reads");
+        assert!(
+            summary.damage.is_empty() && summary.undecodable[0].0 == 0,
+            "{summary:?}"
+        );
+        assert!(
+            summary
+                .topics
+                .iter()
+                .any(|topic| topic.name == "/diagnostics")
+        );
+        // Stamps of March 2017, some seconds long, and a car's places within the map.
+        assert!(samples.len() > 100, "{}", samples.len());
+        assert!(
+            samples
+                .iter()
+                .all(|s| (1_480_000_000..1_500_000_000).contains(&(s.stamp / 1_000_000_000))),
+            "{:?}",
+            samples[0]
+        );
+        assert!(samples.iter().all(|s| s.x.is_finite() && s.x.abs() < 1e6));
+        all.push(samples);
+    }
+    assert_eq!(all[0], all[1], "both hold the same messages");
+}
+
+fn sample() -> impl Strategy<Value = Sample> {
+    let stamp = 0..i64::from(i32::MAX) * 1_000_000_000;
+    (stamp, any::<f64>(), any::<f64>()).prop_map(|(stamp, x, y)| Sample { stamp, x, y })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 64, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn any_sample_survives_any_encoding(samples in prop::collection::vec(sample(), 0..20), layout in 0..30_usize, encoding in 0..4_usize) {
+        let encoding = ENCODINGS[encoding];
+        let samples: Vec<Sample> = samples
+            .into_iter()
+            .filter(|sample| encoding != Encoding::Json || (sample.x.is_finite() && sample.y.is_finite()))
+            .collect();
+        let file = write(encoding, layouts()[layout].clone(), &samples);
+        let (read, _) = read(&file).expect("reads");
+        let bits = |samples: &[Sample]| -> Vec<_> {
+            samples.iter().map(|s| (s.stamp, s.x.to_bits(), s.y.to_bits())).collect()
+        };
+        prop_assert_eq!(bits(&read), bits(&samples));
+    }
+}
