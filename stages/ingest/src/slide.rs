@@ -39,9 +39,15 @@ const AT_PLACE_NOISE: f64 = 4.0;
 const LEFT_NOISE: f64 = 5.0;
 /// The object moves at the latest this long after the command fell back, in s: a camera's and a recorder's delay.
 const LATEST_MOTION: f64 = 0.5;
+/// What moves an object later than this after the command fell back is no strike, whatever the clocks, in s.
+const UNRELATED: f64 = 3.0;
+/// An object struck leaves at this part of the robot's slowest strike at least; a hand's carrying is slower.
+const STRUCK: f64 = 0.5;
 /// Most that may be missing between two frames, in periods: around impact and rest, and within the slide.
 const GAP_AT_ENDS: f64 = 3.5;
 const GAP_WITHIN: f64 = 6.5;
+/// A slide only slows down: a frame this many times faster than its beginning is another's doing.
+const FASTER: f64 = 2.0;
 /// Most of a slide's frames that may be missing.
 const MOST_MISSING: f64 = 0.3;
 /// A camera this many times slower than the rig file says is another one.
@@ -251,6 +257,7 @@ fn find_among(frames: &Frames<'_>) -> Result<Found, Rejection> {
     let initial = initial(frames, &rest, first)?;
     let (arrival, stop, last) = rest_after(frames, &rest, first)?;
     missing(frames, first, arrival, last)?;
+    carried(frames, first, arrival, rest.noise)?;
     let end = (arrival + FRAMES_AFTER).min(last);
     let start = &frames.frames[first];
     let used = &frames.frames[first..end];
@@ -300,8 +307,9 @@ fn lies_still(points: &[Point], noise: f64) -> bool {
 }
 
 fn rest_before(frames: &Frames<'_>) -> Result<Rest, Rejection> {
-    let (from, to) = (frames.at(-REST_BEFORE), frames.at(0.0));
-    let points = frames.points(from, to);
+    let known = frames.rig.camera.noise;
+    let to = frames.at(0.0);
+    let points = frames.points(frames.at(-REST_BEFORE), to);
     if points.len() < REST_FRAMES {
         let detail = format!(
             "{} centroids come in the {REST_BEFORE} s before the command",
@@ -309,22 +317,22 @@ fn rest_before(frames: &Frames<'_>) -> Result<Rest, Rejection> {
         );
         return Err(Rejection::new(RejectReason::NoRestBefore, detail));
     }
-    let known = frames.rig.camera.noise;
-    let noise = spread(&points).clamp(known, 3.0 * known);
-    if lies_still(&points, noise) {
-        return Ok(Rest {
-            place: median_point(&points),
-            noise,
-        });
+    // An object that was only just put down rests for a shorter time.
+    for time in [REST_BEFORE, REST_AFTER] {
+        let points = frames.points(frames.at(-time), to);
+        let noise = spread(&points).clamp(known, 3.0 * known);
+        if points.len() >= REST_FRAMES && lies_still(&points, noise) {
+            return Ok(Rest {
+                place: median_point(&points),
+                noise,
+            });
+        }
     }
-    let travel = points[0].distance(points[points.len() - 1]);
-    if let Some(t) = left_rest_before(frames, from, noise) {
-        let detail = format!(
-            "the object leaves its rest {:.3} s before the command rises",
-            -t
-        );
+    if let Some(t) = struck_before(frames, known) {
+        let detail = format!("the object is struck {:.3} s before the command rises", -t);
         return Err(Rejection::new(RejectReason::ClockSkew, detail));
     }
+    let travel = points[0].distance(points[points.len() - 1]);
     let detail = format!(
         "the object moves {:.1} mm in the {REST_BEFORE} s before the command",
         1e3 * travel
@@ -332,19 +340,18 @@ fn rest_before(frames: &Frames<'_>) -> Result<Rest, Rejection> {
     Err(Rejection::new(RejectReason::NoRestBefore, detail))
 }
 
-/// When the object left a rest that it had before the command's rise, if it had one.
-fn left_rest_before(frames: &Frames<'_>, to: usize, noise: f64) -> Option<f64> {
-    let mut end = frames.at(0.0);
-    while end > 0 {
-        let from = frames.at(frames.frames[end - 1].t - REST_AFTER);
-        let points = frames.points(from, end);
-        if points.len() >= REST_FRAMES && lies_still(&points, noise) {
-            // At rest again right before the command is no sign of skew.
-            return (end < frames.at(0.0) || end < to).then(|| frames.frames[end - 1].t);
-        }
-        end -= 1;
-    }
-    None
+/// When the object last left a rest before the command's rise, if it did so as fast as one that is struck.
+fn struck_before(frames: &Frames<'_>, noise: f64) -> Option<f64> {
+    /// Frames over which its speed is taken.
+    const SPEED_FRAMES: usize = 5;
+    let all = &frames.frames;
+    let left = (1..frames.at(0.0)).rev().find(|end| {
+        let points = frames.points(frames.at(all[*end - 1].t - REST_AFTER), *end);
+        points.len() >= REST_FRAMES && lies_still(&points, noise)
+    })?;
+    let later = all.get(left + SPEED_FRAMES)?;
+    let speed = later.point.distance(all[left].point) / (later.t - all[left].t);
+    (speed >= STRUCK * frames.rig.robot.speed.low).then_some(all[left].t)
 }
 
 fn first_motion(frames: &Frames<'_>, rest: &Rest) -> Result<usize, Rejection> {
@@ -371,12 +378,22 @@ fn first_motion(frames: &Frames<'_>, rest: &Rest) -> Result<usize, Rejection> {
     };
     let first = follow_back(all, sure, rest.noise);
     let t = all[first].t;
-    if t > frames.fall + LATEST_MOTION {
-        let late = t - frames.fall;
-        let detail = format!(
-            "the object first moves {late:.3} s after the command fell back: clocks disagree, or something else moved it"
-        );
-        return Err(Rejection::new(RejectReason::ClockSkew, detail));
+    let late = t - frames.fall;
+    if late > LATEST_MOTION {
+        let related = late <= UNRELATED;
+        let cause = if related {
+            "clocks disagree, or something else moved it"
+        } else {
+            "something else moved it"
+        };
+        let detail =
+            format!("the object first moves {late:.3} s after the command fell back: {cause}");
+        let reason = if related {
+            RejectReason::ClockSkew
+        } else {
+            RejectReason::NoMotion
+        };
+        return Err(Rejection::new(reason, detail));
     }
     if t < -2.0 * frames.period {
         let detail = format!("the object moves {:.3} s before the command rises", -t);
@@ -556,6 +573,30 @@ fn missing(
     if there < (1.0 - MOST_MISSING) * due - 1.0 {
         let detail = format!("{there} of {due:.0} frames of the slide are there");
         return Err(Rejection::new(RejectReason::FramesMissing, detail));
+    }
+    Ok(())
+}
+
+/// A step far faster than the slide began: the object was taken away, or another was put there.
+fn carried(frames: &Frames<'_>, first: usize, arrival: usize, noise: f64) -> Result<(), Rejection> {
+    /// Frames in which a slide is fastest: contact may last for some.
+    const BEGINNING: usize = 10;
+    let all = &frames.frames;
+    let step = |at: usize| all[at].point.distance(all[at - 1].point);
+    let speed = |at: usize| step(at) / (all[at].t - all[at - 1].t);
+    let fastest = (first + 1..arrival.min(first + BEGINNING) + 1)
+        .map(speed)
+        .fold(speed(first), f64::max);
+    for at in first + BEGINNING..arrival {
+        let most = FASTER * fastest * (all[at].t - all[at - 1].t) + SURELY_AWAY_NOISE * noise;
+        if step(at) > most {
+            let detail = format!(
+                "{:.3} s after first motion, not yet at rest, the object jumps {:.1} mm from one frame to the next",
+                all[at].t - all[first].t,
+                1e3 * step(at)
+            );
+            return Err(Rejection::new(RejectReason::NoRestAfter, detail));
+        }
     }
     Ok(())
 }
