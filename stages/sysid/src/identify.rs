@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 use values::{Rig, Shape, Strike};
-use world::{PARAMETERS, WorldError};
+use world::{PARAMETERS, World, WorldError};
 
 use crate::{
     compare::{Batch, measured},
@@ -20,6 +20,7 @@ const APART: f64 = 0.02;
 const WORTH: f64 = 12.0;
 
 /// What can be told.
+#[derive(Default)]
 pub(crate) struct Told {
     /// One sentence for each group of parameters that cannot be told.
     pub(crate) notes: Vec<String>,
@@ -35,6 +36,38 @@ fn candidates(rig: &Rig) -> &'static [&'static str] {
         Shape::Sphere => &["rolling_friction"],
         Shape::Cylinder => &[],
     }
+}
+
+/// Values to look at where a small step shows nothing: a tip that sticks says only that its friction is enough.
+const SCANNED: &[f64] = &[0.1, 0.2, 0.3, 0.4, 0.6, 0.8, 1.2];
+/// Share of the residual by which another value must be better than the one that stands.
+const BETTER: f64 = 0.01;
+
+/// The world with the best of a few values of each candidate, and the simulations that it took.
+pub(crate) fn scan(
+    rig: &Rig,
+    world: &World,
+    strikes: &[&Strike],
+) -> Result<(World, u64), WorldError> {
+    let stride = strikes.len().div_ceil(STRIKES);
+    let strikes: Vec<&Strike> = strikes.iter().step_by(stride).copied().collect();
+    let mut best = world.clone();
+    let mut simulations = 0;
+    for name in candidates(rig)
+        .iter()
+        .filter(|name| **name == "tip_friction")
+    {
+        let mut least = Batch::new(rig, world, &strikes)?.rms(&strikes) * (1.0 - BETTER);
+        for value in SCANNED {
+            let trial = world.clone().with(name, *value);
+            let rms = Batch::new(rig, &trial, &strikes)?.rms(&strikes);
+            if rms < least {
+                (least, best) = (rms, trial);
+            }
+        }
+        simulations += (strikes.len() * (SCANNED.len() + 1)) as u64;
+    }
+    Ok((best, simulations))
 }
 
 /// Looks at every parameter that was not freed, through the residual's own weights, with the freed ones projected off.
@@ -61,11 +94,7 @@ pub(crate) fn what_can_be_told(
     let mut score = nalgebra::DVector::<f64>::zeros(all);
     for (i, strike) in strikes.iter().enumerate() {
         let residual = measured(strike) - batch.track(i, &strike.track.t, 0.0);
-        let evidence = Evidence::new(
-            residual,
-            DMatrix::zeros(2 * strike.track.len(), crate::scatter::NUISANCES),
-            &fitted.spread,
-        );
+        let evidence = Evidence::new(residual, launch[i].clone(), &fitted.spread);
         let weighed = evidence.weigh(&slopes[i]);
         information += slopes[i].tr_mul(&weighed);
         score += weighed.tr_mul(&evidence.residual);

@@ -14,6 +14,7 @@ mod interval;
 mod scatter;
 mod start;
 
+use identify::Told;
 use serde::{Deserialize, Serialize};
 use stage::{Progress, Stage};
 use values::{Rig, Split, Strike};
@@ -22,7 +23,8 @@ use world::{World, WorldError, parameter};
 /// How to identify.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Sysid {
-    /// Parameters to free; empty: friction, restitution and, for a box, what the data can tell of the tip's friction.
+    /// Parameters to free; empty: friction, restitution and, for a box or a ball, one more if the data tell it, with notes
+    /// on what they cannot tell.
     pub free: Vec<String>,
     /// The earliest strikes that learn, at most this many: later ones do not move the world under the solutions.
     pub most_strikes: usize,
@@ -95,6 +97,17 @@ pub enum SysidError {
     },
 }
 
+/// The strike without its first `frame` seconds: a track has a corner at the impact, and a clock that is off by a part of
+/// a frame would bend the fit there.
+fn after_impact(strike: &Strike, frame: f64) -> Strike {
+    let mut strike = strike.clone();
+    let keep = strike.track.t.partition_point(|&t| t < frame * 0.999);
+    strike.track.t.drain(..keep);
+    strike.track.x.drain(..keep);
+    strike.track.y.drain(..keep);
+    strike
+}
+
 impl Stage for Sysid {
     const NAME: &'static str = "sysid";
     const VERSION: u32 = 1;
@@ -103,12 +116,15 @@ impl Stage for Sysid {
     type Error = SysidError;
 
     fn run(&self, input: &Input, progress: &Progress) -> Result<Fit, SysidError> {
-        let strikes: Vec<&Strike> = input
+        let sliding: Vec<Strike> = input
             .strikes
             .iter()
-            .filter(|strike| strike.split == Split::Train && strike.track.len() >= 4)
+            .filter(|strike| strike.split == Split::Train)
+            .map(|strike| after_impact(strike, 1.0 / input.rig.camera.rate))
+            .filter(|strike| strike.track.len() >= 4)
             .take(self.most_strikes)
             .collect();
+        let strikes: Vec<&Strike> = sliding.iter().collect();
         for name in &self.free {
             parameter(name)?;
         }
@@ -128,8 +144,16 @@ impl Stage for Sysid {
         }
         let begun = start::start(&input.rig, &input.world, &strikes, &free);
         let mut fitted = fit::fit(&input.rig, &begun, &strikes, free, progress)?;
-        let mut told = identify::what_can_be_told(&input.rig, &fitted, &strikes)?;
-        if default && let Some(more) = told.worth_freeing.take() {
+        let mut told = Told::default();
+        if default {
+            let (scanned, simulations) = identify::scan(&input.rig, &fitted.world, &strikes)?;
+            if scanned != fitted.world {
+                fitted = fit::fit(&input.rig, &scanned, &strikes, fitted.free, progress)?;
+            }
+            fitted.simulations += simulations;
+            told = identify::what_can_be_told(&input.rig, &fitted, &strikes)?;
+        }
+        if let Some(more) = told.worth_freeing.take() {
             let free = fitted.free.iter().cloned().chain([more]).collect();
             fitted = fit::fit(&input.rig, &fitted.world, &strikes, free, progress)?;
             let simulations = told.simulations;

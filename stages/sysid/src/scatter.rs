@@ -86,14 +86,14 @@ impl Evidence {
     }
 }
 
-/// One step of expectation and maximisation. Clock and resting place keep their priors: they are no property of the rig.
+/// One step of expectation and maximisation. The resting place keeps its prior: a constant shift is all but invisible.
 /// `free` parameters were fitted to the same strikes.
 pub(crate) fn update(spread: &Spread, strikes: &[Evidence], free: usize) -> Spread {
     let n = strikes.len() as f64;
     let variance = spread.camera * spread.camera;
     let mut next = *spread;
-    // Every strike's speed takes part in fitting the freed parameters; its angle does not.
-    for (i, fitted) in [(0, free as f64), (1, 0.0)] {
+    // The mean speed was fitted to the same strikes, as the launch factor; mean angle and clock were not.
+    for (i, fitted) in [(0, 1.0), (1, 0.0), (2, 0.0)] {
         let sum: f64 = strikes
             .iter()
             .map(|e| e.nuisance()[i].powi(2) + variance * e.posterior[(i, i)])
