@@ -1,1 +1,24 @@
-//! carom
+//! The command line of carom: arguments to a plan, the pipeline, its files, trials and the report.
+//!
+//! [`execute`] does what [`Cli`] asks and gives what there is to say; `main` prints it and chooses the exit code.
+
+mod args;
+mod commands;
+mod demo;
+mod error;
+mod inputs;
+mod outputs;
+mod pipeline;
+mod publishing;
+mod reading;
+mod rebuild;
+mod report;
+mod robot;
+mod score;
+mod store;
+mod summary;
+mod trial;
+
+pub use args::Cli;
+pub use commands::{Said, execute};
+pub use error::{Error, Outcome};

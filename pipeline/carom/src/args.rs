@@ -1,0 +1,330 @@
+//! The command line as typed by a person.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use values::Shape;
+
+use crate::robot::RobotChoice;
+
+const EXIT_CODES: &str = "\
+Exit codes: 0 done, 1 failed, 2 wrong usage or bad input, 3 done but some input was rejected, 4 refused (a gate or a \
+safety limit), 75 busy: another run works in the folder.";
+
+/// From strike logs to a robot that strikes: identifies a simulator from logs, learns what it still gets wrong, and
+/// publishes both as a version that the `strike` executor loads.
+#[derive(Debug, Parser)]
+#[command(name = "carom", version, after_help = EXIT_CODES, after_long_help = examples(&[
+    "carom demo --strikes 500 --seed 1 --out artifacts/demo/rig",
+    "carom run artifacts/demo/rig/logs --rig artifacts/demo/rig/rig.toml --out artifacts/demo",
+    "carom trial --artifacts artifacts/demo --robot sim",
+    "carom artifacts list --artifacts artifacts/demo",
+]))]
+pub struct Cli {
+    /// What every command takes.
+    #[command(flatten)]
+    pub global: Global,
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// What every command takes.
+#[derive(Args, Clone, Copy, Debug)]
+pub struct Global {
+    /// Print the result as one JSON object.
+    #[arg(long, global = true)]
+    pub json: bool,
+    /// Show no progress; results and errors are still told.
+    #[arg(long, global = true)]
+    pub quiet: bool,
+    /// Threads to compute with; the results do not depend on it [default: as many as cores].
+    #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    pub threads: Option<u16>,
+}
+
+/// What to do.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Write demo logs from the embedded rig: rig.toml, logs/*.mcap, truth.json.
+    #[command(after_help = examples(&[
+        "carom demo --out artifacts/demo/rig",
+        "carom demo --object box --strikes 200 --out box",
+        "carom demo --hide table_tilt=0.004,0.002 --hide friction_patch --out tilted",
+        "carom demo --hide none --out clean",
+    ]))]
+    Demo(DemoArgs),
+    /// Begin a rig file.
+    #[command(subcommand)]
+    Rig(RigCommand),
+    /// Read logs and find the strikes in them.
+    #[command(after_help = examples(&["carom ingest logs/ --rig rig.toml --out runs/a"]))]
+    Ingest(LogsArgs),
+    /// Identify the simulator from the strikes' tracks.
+    #[command(after_help = examples(&["carom sysid --out runs/a"]))]
+    Sysid(DirArgs),
+    /// Solve every strike's path backwards in the identified simulator.
+    #[command(after_help = examples(&["carom solve --out runs/a"]))]
+    Solve(DirArgs),
+    /// Compare what was commanded with what the simulator would have commanded.
+    #[command(after_help = examples(&["carom residual --out runs/a"]))]
+    Residual(DirArgs),
+    /// Train the residual model, and its learning curve.
+    #[command(after_help = examples(&["carom train --out runs/a"]))]
+    Train(DirArgs),
+    /// Measure every model's stop error on held-out strikes.
+    #[command(after_help = examples(&["carom evaluate --out runs/a"]))]
+    Evaluate(DirArgs),
+    /// Publish a version for the executor.
+    #[command(after_help = examples(&["carom publish --out runs/a"]))]
+    Publish(DirArgs),
+    /// Run the whole pipeline; only what changed is computed again.
+    #[command(after_help = examples(&[
+        "carom run logs/ --rig rig.toml --out runs/a",
+        "carom run monday.mcap tuesday.mcap --rig rig.toml --out runs/a --seed 7",
+    ]))]
+    Run(LogsArgs),
+    /// Strike targets with each model and measure where the object stops.
+    #[command(after_help = examples(&[
+        "carom trial --artifacts artifacts/demo --robot sim",
+        "carom trial --artifacts runs/tilted --robot sim:tilted --targets 20 --repeats 3",
+    ]))]
+    Trial(TrialArgs),
+    /// Measure how well a version predicts these logs' strikes: has the rig drifted?
+    #[command(after_help = examples(&[
+        "carom score today.mcap --artifacts artifacts/demo",
+        "carom score logs/ --artifacts artifacts/demo --version v0002 --json",
+    ]))]
+    Score(ScoreArgs),
+    /// Compute a version again from the inputs it records and compare byte by byte.
+    #[command(after_help = examples(&["carom rebuild v0001 --artifacts artifacts/demo"]))]
+    Rebuild(RebuildArgs),
+    /// Look into the store of versions.
+    #[command(subcommand)]
+    Artifacts(ArtifactsCommand),
+    /// Write the HTML report again.
+    #[command(after_help = examples(&["carom report artifacts/demo"]))]
+    Report(ReportArgs),
+}
+
+/// `carom demo`.
+#[derive(Args, Debug)]
+pub struct DemoArgs {
+    /// How many strikes.
+    #[arg(long, default_value_t = 500, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    pub strikes: u32,
+    /// Where everything random comes from.
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// What is struck.
+    #[arg(long, value_enum, default_value_t = DemoObject::Cylinder)]
+    pub object: DemoObject,
+    /// What to hide in place of the demo's mixture: an effect, with values where its defaults do not serve, or `none`;
+    /// repeat it for several effects.
+    #[arg(long, value_name = "EFFECT[=VALUE,…]")]
+    pub hide: Vec<String>,
+    /// Strikes to make in place of random ones: a JSON list of {x0, y0, speed, angle}, or a diagnosis.json.
+    #[arg(long, value_name = "FILE", conflicts_with = "strikes")]
+    pub plan: Option<PathBuf>,
+    /// Also log /striker/state.
+    #[arg(long)]
+    pub state: bool,
+    /// Folder to write.
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+}
+
+/// What the demo can strike.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub enum DemoObject {
+    /// An upright cylinder.
+    Cylinder,
+    /// A box.
+    Box,
+    /// A ball.
+    Sphere,
+}
+
+impl From<DemoObject> for Shape {
+    fn from(object: DemoObject) -> Self {
+        match object {
+            DemoObject::Cylinder => Self::Cylinder,
+            DemoObject::Box => Self::Box,
+            DemoObject::Sphere => Self::Sphere,
+        }
+    }
+}
+
+/// `carom rig`.
+#[derive(Debug, Subcommand)]
+pub enum RigCommand {
+    /// Write a commented rig file to start from.
+    #[command(after_help = examples(&["carom rig init > rig.toml", "carom rig init --out rig.toml"]))]
+    Init {
+        /// File to write, which must not be there yet [default: stdout].
+        #[arg(long, value_name = "FILE")]
+        out: Option<PathBuf>,
+    },
+}
+
+/// Logs, their rig and a folder.
+#[derive(Args, Debug)]
+pub struct LogsArgs {
+    /// MCAP files, or folders that are searched for them with all below.
+    #[arg(required = true, value_name = "LOGS")]
+    pub logs: Vec<PathBuf>,
+    /// The rig file; `carom rig init` writes one.
+    #[arg(long, value_name = "FILE")]
+    pub rig: PathBuf,
+    /// Folder of the run.
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    /// Deals strikes into learning and judging, and seeds training.
+    #[arg(long, default_value_t = 0)]
+    pub seed: u64,
+}
+
+/// A run's folder.
+#[derive(Args, Debug)]
+pub struct DirArgs {
+    /// Folder of a run that has ingested logs.
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+}
+
+/// `carom trial`.
+#[derive(Args, Debug)]
+pub struct TrialArgs {
+    /// Folder of a run.
+    #[arg(long, value_name = "DIR")]
+    pub artifacts: PathBuf,
+    /// What strikes: `sim`, the embedded rig, with the hidden truth of DIR/truth.json or DIR/rig/truth.json where `carom
+    /// demo` wrote one, else the demo's mixture; `sim:FOLDER` with the truth in FOLDER.
+    #[arg(long, value_name = "sim[:FOLDER]")]
+    pub robot: RobotChoice,
+    /// Random targets, struck once with each model.
+    #[arg(long, default_value_t = 100, value_parser = clap::value_parser!(u32).range(0..=100_000))]
+    pub targets: u32,
+    /// Strikes at each target of the paper's Figure 8, with each model.
+    #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=1_000))]
+    pub repeats: u32,
+    /// Where targets and launch scatter come from.
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// Version to strike with [default: the latest].
+    #[arg(long, value_name = "VERSION")]
+    pub version: Option<String>,
+}
+
+/// `carom score`.
+#[derive(Args, Debug)]
+pub struct ScoreArgs {
+    /// MCAP files, or folders that are searched for them with all below.
+    #[arg(required = true, value_name = "LOGS")]
+    pub logs: Vec<PathBuf>,
+    /// Folder of a run.
+    #[arg(long, value_name = "DIR")]
+    pub artifacts: PathBuf,
+    /// Version to score [default: the latest].
+    #[arg(long, value_name = "VERSION")]
+    pub version: Option<String>,
+}
+
+/// `carom rebuild`.
+#[derive(Args, Debug)]
+pub struct RebuildArgs {
+    /// Version to compute again.
+    pub version: String,
+    /// Folder of the run that published it.
+    #[arg(long, value_name = "DIR", default_value = "artifacts/demo")]
+    pub artifacts: PathBuf,
+}
+
+/// `carom artifacts`.
+#[derive(Debug, Subcommand)]
+pub enum ArtifactsCommand {
+    /// List the versions.
+    List(StoreArgs),
+    /// Show a version's manifest.
+    Show(VersionArgs),
+    /// Check a version's hashes, shapes and schemas.
+    Verify(VersionArgs),
+    /// Make an earlier version the latest.
+    #[command(after_help = examples(&["carom artifacts rollback v0001 --artifacts artifacts/demo"]))]
+    Rollback {
+        /// Version to go back to [default: the one before the latest].
+        version: Option<String>,
+        /// Folder of a run.
+        #[arg(long, value_name = "DIR", default_value = "artifacts/demo")]
+        artifacts: PathBuf,
+    },
+}
+
+/// A store.
+#[derive(Args, Debug)]
+pub struct StoreArgs {
+    /// Folder of a run.
+    #[arg(long, value_name = "DIR", default_value = "artifacts/demo")]
+    pub artifacts: PathBuf,
+}
+
+/// A version in a store.
+#[derive(Args, Debug)]
+pub struct VersionArgs {
+    /// Version [default: the latest].
+    pub version: Option<String>,
+    /// Folder of a run.
+    #[arg(long, value_name = "DIR", default_value = "artifacts/demo")]
+    pub artifacts: PathBuf,
+}
+
+/// `carom report`.
+#[derive(Args, Debug)]
+pub struct ReportArgs {
+    /// Folder of a run.
+    #[arg(value_name = "DIR")]
+    pub dir: PathBuf,
+}
+
+fn examples(lines: &[&str]) -> String {
+    let lines: Vec<String> = lines.iter().map(|line| format!("  {line}")).collect();
+    format!("Examples:\n{}", lines.join("\n"))
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory;
+
+    use super::*;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn every_example_parses() {
+        fn texts(command: &clap::Command, found: &mut Vec<String>) {
+            for help in [command.get_after_help(), command.get_after_long_help()] {
+                found.extend(help.map(ToString::to_string));
+            }
+            for sub in command.get_subcommands() {
+                texts(sub, found);
+            }
+        }
+        let mut found = Vec::new();
+        texts(&Cli::command(), &mut found);
+        let examples: Vec<&str> = found
+            .iter()
+            .flat_map(|text| text.lines())
+            .filter_map(|line| line.strip_prefix("  carom "))
+            .collect();
+        assert!(examples.len() > 15, "{examples:?}");
+        for example in examples {
+            let words = example.split(" > ").next().expect("words").split(' ');
+            if let Err(error) = Cli::try_parse_from(std::iter::once("carom").chain(words)) {
+                panic!("carom {example}: {error}");
+            }
+        }
+    }
+}

@@ -1,0 +1,193 @@
+//! Each command: from checked arguments to files and a result that can be printed.
+
+use std::path::Path;
+
+use serde_json::{Value, json};
+use stage::{Options, Run};
+
+use crate::args::{ArtifactsCommand, Cli, Command, Global, LogsArgs, RigCommand};
+use crate::error::Outcome;
+use crate::inputs::Inputs;
+use crate::pipeline::{Results, Step, pipeline};
+use crate::report::{self, Provenance, Shown};
+use crate::{Error, demo, outputs, publishing, rebuild, score, store, summary, trial};
+
+/// What a command has to say: for machines and for people.
+pub struct Said {
+    /// How it ended.
+    pub outcome: Outcome,
+    /// For `--json`.
+    pub json: Value,
+    /// For people.
+    pub text: String,
+}
+
+impl Said {
+    fn done(json: Value, text: String) -> Self {
+        Self {
+            outcome: Outcome::Done,
+            json,
+            text,
+        }
+    }
+}
+
+/// Does what was asked.
+pub fn execute(cli: &Cli) -> Result<Said, Error> {
+    let global = cli.global;
+    match &cli.command {
+        Command::Demo(args) => {
+            let written = demo::demo(args)?;
+            let logs = written.logs.len();
+            Ok(Said::done(
+                json!({
+                    "rig": written.rig, "logs": written.logs, "truth": written.truth, "strikes": written.strikes,
+                }),
+                format!(
+                    "{} strikes in {logs} logs under {}, rig file {}\n",
+                    written.strikes,
+                    args.out.join("logs").display(),
+                    written.rig.display()
+                ),
+            ))
+        }
+        Command::Rig(RigCommand::Init { out }) => {
+            let text = demo::rig_init(out.as_deref())?;
+            Ok(Said::done(json!({ "rig": out }), text))
+        }
+        Command::Ingest(args) => begin(args, Step::Ingest, global),
+        Command::Run(args) => begin(args, Step::Publish, global),
+        Command::Sysid(args) => proceed(&args.out, Step::Sysid, global),
+        Command::Solve(args) => proceed(&args.out, Step::Solve, global),
+        Command::Residual(args) => proceed(&args.out, Step::Residual, global),
+        Command::Train(args) => proceed(&args.out, Step::Train, global),
+        Command::Evaluate(args) => proceed(&args.out, Step::Evaluate, global),
+        Command::Publish(args) => proceed(&args.out, Step::Publish, global),
+        Command::Report(args) => {
+            let inputs = Inputs::kept(&args.dir)?;
+            let run = open(&args.dir, global)?;
+            let results = pipeline(&run, &inputs, Step::Evaluate)?;
+            let path = write_report(&args.dir, &inputs, &results)?;
+            Ok(Said::done(
+                json!({ "report": path }),
+                format!("report     {path}\n"),
+            ))
+        }
+        Command::Trial(args) => {
+            let trial = trial::trial(args, global.quiet)?;
+            let text = summary::trial(&trial);
+            refresh_report(&args.artifacts, global)?;
+            Ok(Said::done(to_json(&trial)?, text))
+        }
+        Command::Score(args) => score::score(args, global),
+        Command::Rebuild(args) => rebuild::rebuild(args, global),
+        Command::Artifacts(command) => artifacts(command),
+    }
+}
+
+/// A new run, or one that goes on with other logs.
+fn begin(args: &LogsArgs, last: Step, global: Global) -> Result<Said, Error> {
+    let inputs = Inputs::named(&args.logs, &args.rig, args.seed)?;
+    let run = open(&args.out, global)?;
+    inputs.keep(&args.out)?;
+    go(&run, &inputs, last)
+}
+
+/// A run that goes on with what it was given.
+fn proceed(dir: &Path, last: Step, global: Global) -> Result<Said, Error> {
+    let inputs = Inputs::kept(dir)?;
+    let run = open(dir, global)?;
+    go(&run, &inputs, last)
+}
+
+/// A run in a folder; the programs below the stages are part of every key.
+pub fn open(dir: &Path, global: Global) -> Result<Run, Error> {
+    let options = Options {
+        engine: publishing::engine(),
+        is_quiet: global.quiet,
+    };
+    Ok(Run::open(dir, options)?)
+}
+
+fn go(run: &Run, inputs: &Inputs, last: Step) -> Result<Said, Error> {
+    let dir = run.dir();
+    let results = pipeline(run, inputs, last)?;
+    outputs::write(dir, &results, last)?;
+    let report = match last {
+        Step::Publish => Some(write_report(dir, inputs, &results)?),
+        _ => None,
+    };
+    let summary = run.summary();
+    let mut text = format!("{summary}\n{}", summary::results(&results));
+    if let Some(version) = &results.version {
+        text += &format!("\nversion    {version} in {}\n", dir.display());
+    }
+    if let Some(report) = &report {
+        text += &format!("report     {report}\n");
+    }
+    let errors = results.evaluation.as_ref().map(
+        |evaluation| json!({ "models": evaluation.models, "noise_floor": evaluation.noise_floor }),
+    );
+    let json = json!({
+        "strikes": results.strikes.len(),
+        "rejects": results.rejects,
+        "log_notes": results.log_notes,
+        "stages": summary.stages,
+        "parameters": results.fit.as_ref().map(|fit| &fit.world.parameters),
+        "notes": results.fit.as_ref().map(|fit| &fit.notes),
+        "stop_error": errors,
+        "version": results.version,
+        "report": report,
+    });
+    Ok(Said {
+        outcome: if results.rejects.is_empty() && results.damaged.is_empty() {
+            Outcome::Done
+        } else {
+            Outcome::Rejected
+        },
+        json,
+        text,
+    })
+}
+
+/// The report of a run, with its latest trial and version where there are any. Gives its path.
+fn write_report(dir: &Path, inputs: &Inputs, results: &Results) -> Result<String, Error> {
+    let trial = trial::kept(dir);
+    let provenance = store::provenance(dir)?.unwrap_or_else(Provenance::default);
+    let shown = Shown {
+        inputs,
+        results,
+        trial: trial.as_ref(),
+        provenance: &provenance,
+    };
+    report::write(&shown, dir)?;
+    Ok(dir.join(report::FILE).display().to_string())
+}
+
+/// Writes the report again where the folder is a run's: a copy of its versions alone has none.
+fn refresh_report(dir: &Path, global: Global) -> Result<(), Error> {
+    if !dir.join(report::FILE).is_file() {
+        return Ok(());
+    }
+    let inputs = Inputs::kept(dir)?;
+    let run = open(dir, global)?;
+    let results = pipeline(&run, &inputs, Step::Evaluate)?;
+    write_report(dir, &inputs, &results).map(drop)
+}
+
+fn artifacts(command: &ArtifactsCommand) -> Result<Said, Error> {
+    let (json, text) = match command {
+        ArtifactsCommand::List(args) => store::list(&args.artifacts)?,
+        ArtifactsCommand::Show(args) => store::show(&args.artifacts, args.version.as_deref())?,
+        ArtifactsCommand::Verify(args) => store::verify(&args.artifacts, args.version.as_deref())?,
+        ArtifactsCommand::Rollback { version, artifacts } => {
+            store::rollback(artifacts, version.as_deref())?
+        }
+    };
+    Ok(Said::done(json, text))
+}
+
+/// A result for machines.
+pub fn to_json<T: serde::Serialize>(value: &T) -> Result<Value, Error> {
+    serde_json::to_value(value).map_err(Error::failed)
+}

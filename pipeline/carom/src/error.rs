@@ -1,0 +1,94 @@
+//! What can go wrong, and how it ended.
+
+use std::error::Error as StdError;
+use std::path::Path;
+
+use stage::{RunError, StageError};
+
+/// Any error of a crate below.
+pub type Source = Box<dyn StdError + Send + Sync>;
+
+/// Why a command did not do what it was asked. Texts complete "failed to …".
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// What was given cannot be worked with; the text says where and how to mend it.
+    #[error(transparent)]
+    Input(Source),
+    /// Another run works in the folder.
+    #[error(transparent)]
+    Busy(Source),
+    /// A gate or a safety limit said no.
+    #[error("{0}")]
+    Refused(String),
+    /// The work itself failed.
+    #[error(transparent)]
+    Failed(Source),
+}
+
+impl Error {
+    /// Bad input, by an error of a crate below or a sentence of one's own.
+    pub fn input(source: impl Into<Source>) -> Self {
+        Self::Input(source.into())
+    }
+
+    /// Failed work.
+    pub fn failed(source: impl Into<Source>) -> Self {
+        Self::Failed(source.into())
+    }
+
+    /// A file that was given and could not be read.
+    pub fn unreadable(path: &Path, source: &std::io::Error) -> Self {
+        Self::input(format!("read {}: {source}", path.display()))
+    }
+
+    /// How the program ends.
+    pub fn outcome(&self) -> Outcome {
+        match self {
+            Self::Input(_) => Outcome::BadInput,
+            Self::Busy(_) => Outcome::Busy,
+            Self::Refused(_) => Outcome::Refused,
+            Self::Failed(_) => Outcome::Failed,
+        }
+    }
+}
+
+impl From<StageError> for Error {
+    fn from(error: StageError) -> Self {
+        match error {
+            StageError::Busy { .. } => Self::Busy(error.into()),
+            _ => Self::Failed(error.into()),
+        }
+    }
+}
+
+impl<E: StdError + Send + Sync + 'static> From<RunError<E>> for Error {
+    fn from(error: RunError<E>) -> Self {
+        match error {
+            RunError::Stage(error) => Self::failed(error),
+            RunError::Store(error) => error.into(),
+        }
+    }
+}
+
+impl From<durable::Error> for Error {
+    fn from(error: durable::Error) -> Self {
+        Self::failed(error)
+    }
+}
+
+/// How a command ended; the numbers are the exit codes of the contract, section 3.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Outcome {
+    /// Done.
+    Done = 0,
+    /// Failed.
+    Failed = 1,
+    /// Wrong usage or bad input.
+    BadInput = 2,
+    /// Done, but some input was rejected.
+    Rejected = 3,
+    /// Refused by a gate or a safety limit.
+    Refused = 4,
+    /// Another run works there; try again.
+    Busy = 75,
+}

@@ -1,0 +1,157 @@
+//! What a run works on: its rig, its logs and its seed, kept in the run's folder so that later commands go on with them.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+use values::Rig;
+
+use crate::Error;
+
+/// Where a run keeps its inputs.
+const FILE: &str = "inputs.json";
+
+/// The inputs of a run, checked.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Inputs {
+    /// The rig.
+    pub rig: Rig,
+    /// Every log, with its whole path, in order.
+    pub logs: Vec<PathBuf>,
+    /// Deals strikes into learning and judging, and seeds training.
+    pub seed: u64,
+}
+
+impl Inputs {
+    /// Inputs as named on the command line.
+    pub fn named(logs: &[PathBuf], rig: &Path, seed: u64) -> Result<Self, Error> {
+        Ok(Self {
+            rig: load_rig(rig)?,
+            logs: find_logs(logs)?,
+            seed,
+        })
+    }
+
+    /// Inputs that an earlier command kept in the folder.
+    pub fn kept(dir: &Path) -> Result<Self, Error> {
+        let path = dir.join(FILE);
+        let text = fs::read_to_string(&path).map_err(|error| {
+            Error::input(format!(
+                "read {}: {error}; `carom ingest LOGS --rig rig.toml --out {}` begins a run",
+                path.display(),
+                dir.display()
+            ))
+        })?;
+        serde_json::from_str(&text).map_err(|error| {
+            Error::input(format!(
+                "read {}: {error}; begin the run anew with `carom ingest`",
+                path.display()
+            ))
+        })
+    }
+
+    /// Keeps them in the folder.
+    pub fn keep(&self, dir: &Path) -> Result<(), Error> {
+        let mut text = serde_json::to_string_pretty(self).map_err(Error::failed)?;
+        text.push('\n');
+        Ok(durable::write_bytes(&dir.join(FILE), text.as_bytes())?)
+    }
+}
+
+/// A rig file; the error names it.
+pub fn load_rig(path: &Path) -> Result<Rig, Error> {
+    Rig::load(path).map_err(|error| {
+        Error::input(format!(
+            "use the rig file {}: failed to {error}",
+            path.display()
+        ))
+    })
+}
+
+/// Every log that the paths name: files as they are, folders searched for `*.mcap` with all below. Sorted, each once.
+pub fn find_logs(paths: &[PathBuf]) -> Result<Vec<PathBuf>, Error> {
+    let mut logs = Vec::new();
+    for path in paths {
+        let metadata = fs::metadata(path).map_err(|error| Error::unreadable(path, &error))?;
+        if metadata.is_dir() {
+            let before = logs.len();
+            search(path, &mut logs)?;
+            if logs.len() == before {
+                return Err(Error::input(format!(
+                    "find logs in {}: there is no *.mcap in it or below; record with `ros2 bag record -s mcap`",
+                    path.display()
+                )));
+            }
+        } else {
+            logs.push(path.clone());
+        }
+    }
+    let mut logs = logs
+        .iter()
+        .map(|path| fs::canonicalize(path).map_err(|error| Error::unreadable(path, &error)))
+        .collect::<Result<Vec<_>, _>>()?;
+    logs.sort();
+    logs.dedup();
+    Ok(logs)
+}
+
+fn search(folder: &Path, logs: &mut Vec<PathBuf>) -> Result<(), Error> {
+    let unreadable = |error| Error::unreadable(folder, &error);
+    for entry in fs::read_dir(folder).map_err(unreadable)? {
+        let entry = entry.map_err(unreadable)?;
+        let path = entry.path();
+        // A link to a folder is not followed: it may lead back.
+        if entry.file_type().map_err(unreadable)?.is_dir() {
+            search(&path, logs)?;
+        } else if path
+            .extension()
+            .is_some_and(|end| end.eq_ignore_ascii_case("mcap"))
+        {
+            logs.push(path);
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn folders_are_searched_with_all_below_and_each_log_is_named_once() {
+        let dir = tempfile::tempdir().expect("folder");
+        let below = dir.path().join("b/c");
+        fs::create_dir_all(&below).expect("folders");
+        for file in ["b/c/2.mcap", "1.MCAP", "notes.txt"] {
+            fs::write(dir.path().join(file), "").expect("file");
+        }
+        let logs = find_logs(&[dir.path().into(), dir.path().join("1.MCAP")]).expect("found");
+        let names: Vec<_> = logs.iter().filter_map(|path| path.file_name()).collect();
+        assert_eq!(names, ["1.MCAP", "2.mcap"]);
+    }
+
+    #[test]
+    fn a_folder_without_logs_and_a_path_that_is_not_there_are_bad_input() {
+        let dir = tempfile::tempdir().expect("folder");
+        for path in [dir.path().into(), dir.path().join("none.mcap")] {
+            let error = find_logs(std::slice::from_ref(&path)).expect_err("nothing there");
+            assert!(matches!(error, Error::Input(_)), "{error}");
+            assert!(error.to_string().contains(&path.display().to_string()));
+        }
+    }
+
+    #[test]
+    fn kept_inputs_read_back() {
+        let dir = tempfile::tempdir().expect("folder");
+        let inputs = Inputs {
+            rig: Rig::demo(values::Shape::Box),
+            logs: vec!["/logs/a.mcap".into()],
+            seed: 3,
+        };
+        inputs.keep(dir.path()).expect("kept");
+        assert_eq!(Inputs::kept(dir.path()).expect("read"), inputs);
+        let error = Inputs::kept(&dir.path().join("none")).expect_err("no run");
+        assert!(error.to_string().contains("carom ingest"), "{error}");
+    }
+}

@@ -1,0 +1,152 @@
+//! The last step: what was computed becomes a version.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use artifacts::{
+    ArtifactError, Calibrated, Contents, InputFile, Metrics, Model, Provenance, StageRecord, Store,
+    TrainedRegion,
+};
+use evaluate::{Evaluation, StopError};
+use ingest::LogFile;
+use stage::Run;
+use values::{Split, Strike};
+
+use crate::Error;
+use crate::inputs::Inputs;
+use crate::pipeline::Results;
+
+/// Versions of what computes below the stages: part of every key, so that another engine's answers are not used.
+pub fn engine() -> String {
+    format!(
+        "carom {}, MuJoCo {}",
+        env!("CARGO_PKG_VERSION"),
+        world::mujoco_version()
+    )
+}
+
+/// Publishes the results as a version of the run's store; gives its name. Contents that are published already make no new
+/// version.
+pub fn publish(run: &Run, inputs: &Inputs, results: &Results) -> Result<String, Error> {
+    let (Some(fit), Some(evaluation)) = (&results.fit, &results.evaluation) else {
+        return Err(Error::failed(
+            "publish: identification or evaluation is missing",
+        ));
+    };
+    let region = trained_region(&results.strikes)
+        .ok_or_else(|| Error::input("publish: no strike was learnt from"))?;
+    let sysid = Calibrated {
+        world: fit.world.clone(),
+        residual: results.trained.as_ref().map(|t| t.network.clone()),
+    };
+    let contents = Contents {
+        rig: inputs.rig.clone(),
+        provenance: Provenance {
+            default_model: best(evaluation, sysid.residual.is_some()),
+            metrics: metrics(evaluation),
+            noise_floor: evaluation.noise_floor.as_ref().map(of),
+            trained_region: region,
+            seeds: BTreeMap::from([
+                (SPLIT_SEED.to_string(), inputs.seed),
+                ("train".to_string(), inputs.seed),
+            ]),
+            inputs: input_files(&results.logs)?,
+            stages: stages(run),
+        },
+        sysid,
+        effect: None,
+    };
+    Store::open(run.dir())
+        .publish(&contents)
+        .map_err(store_error)
+}
+
+/// Under which name a manifest records the seed of a run.
+pub const SPLIT_SEED: &str = "split";
+
+/// A store's error with the exit code that it has.
+pub fn store_error(error: ArtifactError) -> Error {
+    match error {
+        ArtifactError::Busy { .. } => Error::Busy(error.into()),
+        ArtifactError::Io(_) => Error::failed(error),
+        error => Error::input(error),
+    }
+}
+
+fn trained_region(strikes: &[Strike]) -> Option<TrainedRegion> {
+    let learnt = strikes
+        .iter()
+        .filter(|strike| strike.split == Split::Train)
+        .map(|strike| (strike.initial, strike.stop));
+    TrainedRegion::of(learnt)
+}
+
+/// The model with the least mean stop error on held-out strikes; where none was held out, the one that knows most.
+fn best(evaluation: &Evaluation, has_residual: bool) -> Model {
+    let otherwise = if has_residual {
+        Model::SysidResidual
+    } else {
+        Model::Sysid
+    };
+    metrics(evaluation)
+        .into_iter()
+        .min_by(|(_, a), (_, b)| a.mean.total_cmp(&b.mean))
+        .map_or(otherwise, |(model, _)| model)
+}
+
+fn metrics(evaluation: &Evaluation) -> BTreeMap<Model, Metrics> {
+    let models = evaluation.models.iter();
+    models
+        .filter_map(|(name, errors)| Some((Model::from_name(name)?, of(errors))))
+        .collect()
+}
+
+fn of(errors: &StopError) -> Metrics {
+    let StopError {
+        mean,
+        sd,
+        median,
+        p95,
+        n,
+        failed,
+    } = *errors;
+    Metrics {
+        mean,
+        sd,
+        median,
+        p95,
+        n,
+        failed,
+    }
+}
+
+fn input_files(logs: &[LogFile]) -> Result<Vec<InputFile>, Error> {
+    let file = |log: &LogFile| {
+        let size = size(&log.path)?;
+        Ok(InputFile {
+            name: log.name.clone(),
+            sha256: log.sha256.clone(),
+            size,
+        })
+    };
+    let mut files = logs.iter().map(file).collect::<Result<Vec<_>, Error>>()?;
+    files.sort();
+    Ok(files)
+}
+
+fn size(path: &Path) -> Result<u64, Error> {
+    std::fs::metadata(path)
+        .map(|metadata| metadata.len())
+        .map_err(|error| Error::unreadable(path, &error))
+}
+
+fn stages(run: &Run) -> Vec<StageRecord> {
+    let records = run.records().into_iter();
+    records
+        .map(|record| StageRecord {
+            name: record.name.into(),
+            version: record.version,
+            settings: record.settings,
+        })
+        .collect()
+}

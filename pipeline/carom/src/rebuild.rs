@@ -1,0 +1,129 @@
+//! `carom rebuild`: a version computed again from the inputs that it records, and compared byte by byte.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use artifacts::{Artifact, Store};
+use ingest::LogFile;
+use serde_json::json;
+
+use crate::args::{Global, RebuildArgs};
+use crate::commands::{Said, open};
+use crate::error::Outcome;
+use crate::inputs::Inputs;
+use crate::pipeline::{Step, pipeline};
+use crate::publishing::{SPLIT_SEED, store_error};
+use crate::{Error, pipeline::Results};
+
+/// Rebuilds in a folder of its own and compares.
+pub fn rebuild(args: &RebuildArgs, global: Global) -> Result<Said, Error> {
+    let store = Store::open(&args.artifacts);
+    let artifact = store.load(Some(&args.version)).map_err(store_error)?;
+    let inputs = recorded_inputs(&args.artifacts, &artifact)?;
+
+    let scratch = tempfile::tempdir().map_err(Error::failed)?;
+    let run = open(scratch.path(), global)?;
+    let results = pipeline(&run, &inputs, Step::Publish)?;
+    let again = rebuilt_dir(scratch.path(), &results);
+    let differing = compare(&store.version_dir(&args.version), &again)?;
+
+    let version = &args.version;
+    let json = json!({ "version": version, "same": differing.is_empty(), "differing": differing });
+    Ok(if differing.is_empty() {
+        Said {
+            outcome: Outcome::Done,
+            json,
+            text: format!("{version} rebuilt: every byte is the same\n"),
+        }
+    } else {
+        Said {
+            outcome: Outcome::Failed,
+            json,
+            text: format!(
+                "{version} rebuilt: other bytes in {}\n",
+                differing.join(", ")
+            ),
+        }
+    })
+}
+
+/// The inputs that the version's manifest names: its rig and seed, and of the logs that the run keeps those of its hashes.
+fn recorded_inputs(dir: &Path, artifact: &Artifact) -> Result<Inputs, Error> {
+    let manifest = &artifact.manifest;
+    let kept: Vec<LogFile> = Inputs::kept(dir)?
+        .logs
+        .iter()
+        .filter_map(|path| LogFile::open(path).ok())
+        .collect();
+    let find = |name: &str, sha256: &str| {
+        let log = kept
+            .iter()
+            .find(|log| log.sha256 == sha256 && log.name == name);
+        log.map(|log| log.path.clone()).ok_or_else(|| {
+            Error::input(format!(
+                "find the log {name} (SHA-256 {sha256}) that {} was computed from: it is not among the logs of the run in {}; \
+                 put it back where it was",
+                artifact.version,
+                dir.display()
+            ))
+        })
+    };
+    let logs = manifest
+        .inputs
+        .iter()
+        .map(|input| find(&input.name, &input.sha256))
+        .collect::<Result<Vec<_>, _>>()?;
+    let seed = *manifest.seeds.get(SPLIT_SEED).ok_or_else(|| {
+        Error::input(format!(
+            "rebuild {}: its manifest names no seed `{SPLIT_SEED}`",
+            artifact.version
+        ))
+    })?;
+    Ok(Inputs {
+        rig: artifact.rig.clone(),
+        logs,
+        seed,
+    })
+}
+
+fn rebuilt_dir(scratch: &Path, results: &Results) -> PathBuf {
+    let version = results.version.clone().unwrap_or_default();
+    Store::open(scratch).version_dir(&version)
+}
+
+/// Names of files that one folder lacks or that differ.
+fn compare(before: &Path, again: &Path) -> Result<Vec<String>, Error> {
+    let mut names = BTreeSet::new();
+    for dir in [before, again] {
+        for entry in fs::read_dir(dir).map_err(|error| Error::unreadable(dir, &error))? {
+            let entry = entry.map_err(|error| Error::unreadable(dir, &error))?;
+            names.insert(entry.file_name().to_string_lossy().into_owned());
+        }
+    }
+    let differs = |name: &String| match (fs::read(before.join(name)), fs::read(again.join(name))) {
+        (Ok(before), Ok(again)) => before != again,
+        _ => true,
+    };
+    Ok(names.into_iter().filter(differs).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn missing_and_changed_files_are_named() {
+        let dirs = [0, 1].map(|_| tempfile::tempdir().expect("folder"));
+        for (dir, files) in dirs.iter().zip([
+            [("a", "1"), ("b", "2"), ("c", "3")],
+            [("a", "1"), ("b", "x"), ("d", "3")],
+        ]) {
+            for (name, text) in files {
+                fs::write(dir.path().join(name), text).expect("file");
+            }
+        }
+        let differing = compare(dirs[0].path(), dirs[1].path()).expect("compared");
+        assert_eq!(differing, ["b", "c", "d"]);
+    }
+}

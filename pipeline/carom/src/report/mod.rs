@@ -1,0 +1,44 @@
+//! `report.html`: one page that holds all it shows.
+
+mod figures;
+mod page;
+mod plot;
+
+use std::path::Path;
+
+use crate::Error;
+use crate::inputs::Inputs;
+use crate::pipeline::Results;
+use crate::trial::Trial;
+
+/// Where a run keeps its report.
+pub const FILE: &str = "report.html";
+
+/// What a version was made from and holds, for a person: name and hash.
+#[derive(Clone, Debug, Default)]
+pub struct Provenance {
+    /// Version; none where nothing is published.
+    pub version: Option<String>,
+    /// Programs and their versions, seeds.
+    pub made_by: Vec<(String, String)>,
+    /// Files and their hashes.
+    pub hashes: Vec<(String, String)>,
+}
+
+/// All that the page shows.
+pub struct Shown<'a> {
+    /// Rig, logs and seed.
+    pub inputs: &'a Inputs,
+    /// What the pipeline gave, evaluation included.
+    pub results: &'a Results,
+    /// The latest trial, where one was made.
+    pub trial: Option<&'a Trial>,
+    /// What was published.
+    pub provenance: &'a Provenance,
+}
+
+/// Writes the page into the run's folder.
+pub fn write(shown: &Shown<'_>, dir: &Path) -> Result<(), Error> {
+    let page = page::page(shown).map_err(Error::failed)?;
+    Ok(durable::write_bytes(&dir.join(FILE), page.as_bytes())?)
+}

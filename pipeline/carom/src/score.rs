@@ -1,0 +1,217 @@
+//! `carom score`: how well a version predicts other strikes than it learnt from. A rig that has drifted shows here.
+
+use std::collections::BTreeMap;
+
+use artifacts::{Artifact, Metrics, Model, Store};
+use evaluate::{Candidate, Evaluate, Evaluation, Noise, StopError};
+use serde::Serialize;
+
+use crate::args::{Global, ScoreArgs};
+use crate::commands::{Said, open, to_json};
+use crate::error::Outcome;
+use crate::inputs::find_logs;
+use crate::outputs::write_json;
+use crate::pipeline::REST;
+use crate::publishing::store_error;
+use crate::{Error, reading, summary};
+
+/// What `score.json` holds: a key for each model, and `noise_floor`.
+#[derive(Debug, Serialize)]
+struct Score {
+    /// Version that was scored.
+    artifact: String,
+    /// Strikes that were rejected.
+    rejected: usize,
+    /// Whether the default model does worse here than chance explains.
+    drift: Option<Drift>,
+    /// What repeats of one command would scatter by.
+    noise_floor: Option<StopError>,
+    /// Stop errors, by model.
+    #[serde(flatten)]
+    models: BTreeMap<String, Scored>,
+}
+
+/// One model's stop errors, in m.
+#[derive(Debug, Serialize)]
+struct Scored {
+    #[serde(flatten)]
+    errors: StopError,
+    strikes: Vec<ScoredStrike>,
+}
+
+/// One strike, in m.
+#[derive(Debug, Serialize)]
+struct ScoredStrike {
+    strike_id: String,
+    error: Option<f64>,
+}
+
+/// The default model's mean stop error here against that on the strikes held out when the version was published.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+struct Drift {
+    model: Model,
+    /// Mean stop error when published, in m.
+    published: f64,
+    /// Mean stop error here, in m.
+    here: f64,
+    /// Their difference in units of its standard error.
+    z: f64,
+    /// Whether it is beyond [`BEYOND_CHANCE`].
+    beyond_chance: bool,
+}
+
+/// One-sided standard errors that chance passes once in a thousand scores.
+const BEYOND_CHANCE: f64 = 3.1;
+
+/// Scores the logs, writes `score.json`.
+pub fn score(args: &ScoreArgs, global: Global) -> Result<Said, Error> {
+    let dir = &args.artifacts;
+    let artifact = Store::open(dir)
+        .load(args.version.as_deref())
+        .map_err(store_error)?;
+    let logs = find_logs(&args.logs)?;
+    // The artifact may be a robot's copy: nothing but the score is left there.
+    let scratch = tempfile::tempdir().map_err(Error::failed)?;
+    let run = open(scratch.path(), global)?;
+    let read = reading::read(&run, &artifact.rig, &logs, 0)?;
+    let input = evaluate::Input {
+        rig: artifact.rig.clone(),
+        candidates: candidates(&artifact),
+        noise: Noise::of(
+            &artifact.sysid.world.scatter,
+            artifact.rig.camera.rate * REST,
+        ),
+        strikes: read.strikes,
+    };
+    let evaluation = run.stage(&Evaluate { split: None }, &input)?;
+
+    let model = artifact.manifest.default_model;
+    let drift = evaluation.models.get(model.name()).and_then(|here| {
+        let published = artifact.manifest.metrics.get(&model)?;
+        Some(Drift::between(model, published, here))
+    });
+    let score = Score {
+        artifact: artifact.version.clone(),
+        rejected: read.rejects.len(),
+        drift,
+        noise_floor: evaluation.noise_floor,
+        models: by_model(&evaluation),
+    };
+    write_json(&dir.join("score.json"), &score)?;
+
+    let mut text = format!(
+        "{} strikes, {} rejected, scored with {}\n\n{}",
+        input.strikes.len(),
+        read.rejects.len(),
+        artifact.version,
+        summary::evaluation_table(&evaluation)
+    );
+    text += &drift.map(|drift| drift.sentence()).unwrap_or_default();
+    Ok(Said {
+        outcome: if read.rejects.is_empty() && read.damaged.is_empty() {
+            Outcome::Done
+        } else {
+            Outcome::Rejected
+        },
+        json: to_json(&score)?,
+        text,
+    })
+}
+
+fn candidates(artifact: &Artifact) -> Vec<Candidate> {
+    let candidate = |model: Model| {
+        let (world, residual) = artifact.model(model)?;
+        Some(Candidate {
+            name: model.name().into(),
+            world,
+            residual: residual.cloned(),
+        })
+    };
+    artifact
+        .models()
+        .into_iter()
+        .filter_map(candidate)
+        .collect()
+}
+
+fn by_model(evaluation: &Evaluation) -> BTreeMap<String, Scored> {
+    let models = evaluation.models.iter();
+    models
+        .map(|(model, errors)| {
+            let rows = evaluation.predictions.iter();
+            let strikes = rows
+                .filter(|row| row.model == *model)
+                .map(|row| ScoredStrike {
+                    strike_id: row.strike_id.clone(),
+                    error: row.error,
+                })
+                .collect();
+            let scored = Scored {
+                errors: *errors,
+                strikes,
+            };
+            (model.clone(), scored)
+        })
+        .collect()
+}
+
+impl Drift {
+    /// Welch's statistic of the two means.
+    fn between(model: Model, published: &Metrics, here: &StopError) -> Self {
+        let error = |sd: f64, n: usize| sd * sd / n.max(1) as f64;
+        let both = (error(published.sd, published.n) + error(here.sd, here.n)).sqrt();
+        let z = (here.mean - published.mean) / both.max(1e-9);
+        Self {
+            model,
+            published: published.mean,
+            here: here.mean,
+            z,
+            beyond_chance: z > BEYOND_CHANCE,
+        }
+    }
+
+    fn sentence(&self) -> String {
+        let verdict = if self.beyond_chance {
+            "worse than chance explains: the rig has drifted, or these strikes lie where none was learnt from"
+        } else {
+            "no drift beyond chance"
+        };
+        format!(
+            "\n{}: {:.2} cm here, {:.2} cm on the strikes held out when it was published (z = {:.1}): {verdict}\n",
+            self.model,
+            self.here * 100.0,
+            self.published * 100.0,
+            self.z
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_a_difference_beyond_chance_is_called_drift() {
+        let published = Metrics {
+            mean: 0.005,
+            sd: 0.003,
+            median: 0.004,
+            p95: 0.01,
+            n: 50,
+            failed: 0,
+        };
+        let here = |mean| StopError {
+            mean,
+            sd: 0.003,
+            median: mean,
+            p95: 0.01,
+            n: 50,
+            failed: 0,
+        };
+        let drift = |mean| Drift::between(Model::Sysid, &published, &here(mean));
+        assert!(!drift(0.0055).beyond_chance);
+        assert!(!drift(0.001).beyond_chance, "better is no drift");
+        assert!(drift(0.009).beyond_chance);
+        assert!((drift(0.0056).z - 1.0).abs() < 1e-9);
+    }
+}

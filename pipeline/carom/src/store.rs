@@ -1,0 +1,117 @@
+//! `carom artifacts`: a look into the store.
+
+use std::fmt::Write;
+use std::path::Path;
+
+use artifacts::{Manifest, Store};
+use serde_json::{Value, json};
+
+use crate::Error;
+use crate::commands::to_json;
+use crate::publishing::store_error;
+use crate::report::Provenance;
+
+/// For machines, and for people.
+type Told = Result<(Value, String), Error>;
+
+/// All versions, oldest first.
+pub fn list(dir: &Path) -> Told {
+    let versions = Store::open(dir).list().map_err(store_error)?;
+    let mut rows = Vec::new();
+    let mut text = String::new();
+    for listing in versions {
+        let mark = if listing.is_latest { "latest" } else { "" };
+        let said = match &listing.manifest {
+            Ok(manifest) => describe(manifest),
+            Err(error) => format!("failed to {error}"),
+        };
+        let line = format!("{:<8} {mark:<7} {said}", listing.version);
+        let _ = writeln!(text, "{}", line.trim_end());
+        rows.push(json!({
+            "version": listing.version,
+            "latest": listing.is_latest,
+            "manifest": listing.manifest.as_ref().ok(),
+            "error": listing.manifest.as_ref().err().map(ToString::to_string),
+        }));
+    }
+    if rows.is_empty() {
+        text = format!("no versions in {}\n", dir.display());
+    }
+    Ok((Value::Array(rows), text))
+}
+
+fn describe(manifest: &Manifest) -> String {
+    let model = manifest.default_model;
+    let logs = manifest.inputs.len();
+    match manifest.metrics.get(&model) {
+        Some(metrics) => format!(
+            "{model:<15} {:.2} ± {:.2} cm on {} held-out strikes, from {logs} logs",
+            metrics.mean * 100.0,
+            metrics.sd * 100.0,
+            metrics.n
+        ),
+        None => format!("{model:<15} not evaluated, from {logs} logs"),
+    }
+}
+
+/// A version's manifest.
+pub fn show(dir: &Path, version: Option<&str>) -> Told {
+    let manifest = Store::open(dir).show(version).map_err(store_error)?;
+    Ok((to_json(&manifest)?, manifest.to_json()))
+}
+
+/// Whether a version is whole.
+pub fn verify(dir: &Path, version: Option<&str>) -> Told {
+    let artifact = Store::open(dir).load(version).map_err(store_error)?;
+    let files = artifact.manifest.files.len();
+    Ok((
+        json!({ "version": artifact.version, "files": files, "whole": true }),
+        format!(
+            "{} is whole: {files} files with the hashes, shapes and versions that its manifest names\n",
+            artifact.version
+        ),
+    ))
+}
+
+/// Makes another version the latest.
+pub fn rollback(dir: &Path, version: Option<&str>) -> Told {
+    let version = Store::open(dir).rollback(version).map_err(store_error)?;
+    let text = format!("latest is {version}\n");
+    Ok((json!({ "latest": version }), text))
+}
+
+/// Where the latest version comes from; none where nothing is published.
+pub fn provenance(dir: &Path) -> Result<Option<Provenance>, Error> {
+    let store = Store::open(dir);
+    let Ok(version) = store.latest() else {
+        return Ok(None);
+    };
+    let manifest = store.show(Some(&version)).map_err(store_error)?;
+    let files = manifest
+        .files
+        .iter()
+        .map(|(name, file)| (name, &file.sha256));
+    let logs = manifest.inputs.iter().map(|log| (&log.name, &log.sha256));
+    let hashes = files
+        .chain(logs)
+        .map(|(name, hash)| (name.clone(), hash.clone()))
+        .collect();
+    let mut made_by = vec![
+        ("carom".to_string(), manifest.carom.clone()),
+        ("MuJoCo".to_string(), manifest.mujoco.clone()),
+        (
+            "default model".to_string(),
+            manifest.default_model.to_string(),
+        ),
+    ];
+    let stages = manifest.stages.iter();
+    made_by.extend(stages.map(|stage| {
+        let name = format!("stage {}", stage.name);
+        (name, format!("version {}", stage.version))
+    }));
+    Ok(Some(Provenance {
+        version: Some(version),
+        made_by,
+        hashes,
+    }))
+}

@@ -1,0 +1,76 @@
+//! What came of a trial: `trial.json`.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+use values::Point;
+
+use super::Statistics;
+
+/// Where a trial is kept.
+pub const FILE: &str = "trial.json";
+
+/// One strike at a target.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Struck {
+    /// Where the object rested, in m.
+    pub from: Point,
+    /// Where it was to stop, in m.
+    pub to: Point,
+    /// Commanded speed in m/s.
+    pub speed: f64,
+    /// Commanded angle in rad.
+    pub angle: f64,
+    /// Where the camera saw it stop, in m.
+    pub stop: Point,
+    /// Distance from target to stop, in m.
+    pub error: f64,
+}
+
+/// A target that a model's planner refused.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Refused {
+    /// Where the object rested, in m.
+    pub from: Point,
+    /// Where it was to stop, in m.
+    pub to: Point,
+    /// Reason and detail.
+    pub refused: String,
+}
+
+/// How a model did.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Outcome {
+    /// Stop errors; none where every target was refused.
+    #[serde(flatten)]
+    pub errors: Option<Statistics>,
+    /// Every strike.
+    pub strikes: Vec<Struck>,
+    /// Every target refused, which no number above counts.
+    pub refusals: Vec<Refused>,
+}
+
+/// What `trial.json` holds: a key for each model (its random targets), `noise_floor` and `figure_8`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Trial {
+    /// Version that struck.
+    pub artifact: String,
+    /// Which rig was struck.
+    pub robot: String,
+    /// Random targets drawn, those included that the reference model refused.
+    pub drawn: usize,
+    /// The paper's Figure 8: two starts, four targets each, struck several times; by model.
+    pub figure_8: BTreeMap<String, Outcome>,
+    /// Distances of repeats of one command from their mean: what no model can better.
+    pub noise_floor: Option<Statistics>,
+    /// Random targets, struck once; by model.
+    #[serde(flatten)]
+    pub models: BTreeMap<String, Outcome>,
+}
+
+/// An earlier trial in a run's folder; none where there is none or it is not readable.
+pub fn kept(dir: &Path) -> Option<Trial> {
+    let text = std::fs::read_to_string(dir.join(FILE)).ok()?;
+    serde_json::from_str(&text).ok()
+}
