@@ -1,6 +1,6 @@
 //! Strike logs as MCAP files: reading samples out of any, writing ours.
 //!
-//! [`read`] gives the stamped coordinates of chosen topics, whatever the messages are encoded in: ROS 2 CDR by the
+//! [`read()`] gives the stamped coordinates of chosen topics, whatever the messages are encoded in: ROS 2 CDR by the
 //! file's own `ros2msg` schema, ROS 1, JSON, or protobuf by the file's own descriptor set. A topic's name and the dotted
 //! paths of its fields are settings ([`values::FieldTopic`]); each schema is compiled once to a plan that walks a
 //! message's bytes past all that is not asked for.

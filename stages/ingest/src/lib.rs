@@ -1,7 +1,7 @@
 //! From logs to strikes: what was commanded, where the object rested before and after, and how it slid in between.
 //!
-//! Contract, section 1. A strike is found from the command ([`mod@command`]), its rests and its slide from the centroids
-//! around it ([`mod@slide`]); both come from the log as a stream, of which no more is held than the strikes in hand need.
+//! Contract, section 1. A strike is found from the command (module `command`), its rests and its slide from the centroids
+//! around it (module `slide`); both come from the log as a stream, of which no more is held than the strikes in hand need.
 //! Every command that rises and falls is a [`Strike`] or a [`Reject`] with a reason: nothing is dropped in silence.
 //!
 //! Each log is ingested on its own ([`Ingest`], an item stage); [`assemble`] then joins all logs: one row for a strike that

@@ -1,0 +1,176 @@
+//! The frames around one command: where and when, without those that jump away and back.
+
+use logs::Sample;
+use values::{Point, RejectReason, Rig};
+
+use super::rest::REST_BEFORE;
+use crate::command::{Episode, Rejection};
+use crate::robust::{median, median_point};
+use crate::segment::seconds;
+
+/// A camera this many times slower than the rig file says is another one.
+const SLOWER: f64 = 3.0;
+
+pub(super) struct Frame {
+    pub(super) stamp: i64,
+    /// Seconds since the command rose.
+    pub(super) t: f64,
+    pub(super) point: Point,
+}
+
+/// The frames around one command.
+pub(crate) struct Frames<'a> {
+    pub(super) rig: &'a Rig,
+    /// Finite ones that do not jump away and back.
+    pub(super) frames: Vec<Frame>,
+    /// Times of frames that jump away and back.
+    pub(super) outliers: Vec<f64>,
+    /// Times of frames without a finite centroid.
+    not_finite: Vec<f64>,
+    /// Times and places of frames off the table.
+    off_table: Vec<(f64, Point)>,
+    /// When the command fell back, in s since it rose.
+    pub(super) fall: f64,
+    /// Seconds from frame to frame.
+    pub(super) period: f64,
+}
+impl<'a> Frames<'a> {
+    pub(crate) fn new(seen: &[Sample], episode: &Episode, rig: &'a Rig) -> Result<Self, Rejection> {
+        let start = episode.start();
+        let all: Vec<Frame> = seen
+            .iter()
+            .map(|sample| Frame {
+                stamp: sample.stamp,
+                t: seconds(sample.stamp.saturating_sub(start)),
+                point: Point::new(sample.x, sample.y),
+            })
+            .collect();
+        let nominal = 1.0 / rig.camera.rate;
+        let near: Vec<&Frame> = all
+            .iter()
+            .filter(|frame| (-REST_BEFORE..1.0).contains(&frame.t))
+            .collect();
+        if near.is_empty() {
+            let detail =
+                "no centroid comes from half a second before the command to a second after";
+            return Err(Rejection::new(RejectReason::NoRestBefore, detail));
+        }
+        let period = median(near.windows(2).map(|pair| pair[1].t - pair[0].t));
+        if period > SLOWER * nominal {
+            let detail = format!(
+                "frames come every {:.1} ms, at {} Hz they should every {:.1} ms",
+                1e3 * period,
+                rig.camera.rate,
+                1e3 * nominal
+            );
+            return Err(Rejection::new(RejectReason::FramesMissing, detail));
+        }
+        units(&near, rig)?;
+        let not_finite = all
+            .iter()
+            .filter(|frame| !frame.point.is_finite())
+            .map(|frame| frame.t)
+            .collect();
+        let finite: Vec<Frame> = all
+            .into_iter()
+            .filter(|frame| frame.point.is_finite())
+            .collect();
+        let off_table = finite
+            .iter()
+            .filter(|f| !rig.table.contains(f.point))
+            .map(|f| (f.t, f.point))
+            .collect();
+        let jumps = jumps(&finite, rig.camera.noise);
+        let outliers = finite
+            .iter()
+            .zip(&jumps)
+            .filter(|(_, jumps)| **jumps)
+            .map(|(frame, _)| frame.t)
+            .collect();
+        let frames = finite
+            .into_iter()
+            .zip(jumps)
+            .filter(|(_, jumps)| !jumps)
+            .map(|(frame, _)| frame)
+            .collect();
+        Ok(Self {
+            rig,
+            frames,
+            outliers,
+            not_finite,
+            off_table,
+            fall: seconds(episode.end().saturating_sub(start)),
+            period: if period.is_nan() { nominal } else { period },
+        })
+    }
+
+    pub(super) fn points(&self, from: usize, to: usize) -> Vec<Point> {
+        self.frames[from..to]
+            .iter()
+            .map(|frame| frame.point)
+            .collect()
+    }
+
+    /// Index of the first frame at or after this time.
+    pub(super) fn at(&self, t: f64) -> usize {
+        self.frames.partition_point(|frame| frame.t < t)
+    }
+
+    /// A frame without a finite centroid, or one off the table, in this time.
+    pub(super) fn unusable(&self, from: f64, to: f64) -> Option<Rejection> {
+        let within = |t: f64| (from..=to).contains(&t);
+        if let Some(t) = self.not_finite.iter().find(|t| within(**t)) {
+            let detail = format!("a centroid is not finite {t:.3} s after the command rises");
+            return Some(Rejection::new(RejectReason::NotFinite, detail));
+        }
+        let (t, point) = self.off_table.iter().find(|(t, _)| within(*t))?;
+        let table = &self.rig.table;
+        let detail = format!(
+            "a centroid is at ({:.4}, {:.4}) m, {t:.3} s after the command rises; the table is [{}, {}] × [{}, {}] m",
+            point.x, point.y, table.x.low, table.x.high, table.y.low, table.y.high
+        );
+        Some(Rejection::new(RejectReason::OffTable, detail))
+    }
+}
+
+/// Centroids far off a table on which they would lie in another unit.
+fn units(near: &[&Frame], rig: &Rig) -> Result<(), Rejection> {
+    let points: Vec<Point> = near
+        .iter()
+        .map(|frame| frame.point)
+        .filter(|point| point.is_finite())
+        .collect();
+    let middle = median_point(&points);
+    let unit = [("mm", 1e-3), ("cm", 1e-2)]
+        .into_iter()
+        .find(|(_, metres)| {
+            // As far off as another unit takes it, not just over the edge.
+            !rig.table.contains(middle * 0.2) && rig.table.contains(middle * *metres)
+        });
+    match unit {
+        Some((unit, _)) if !rig.table.contains(middle) => {
+            let detail = format!(
+                "centroids lie around ({:.1}, {:.1}): are they in {unit}, not in m?",
+                middle.x, middle.y
+            );
+            Err(Rejection::new(RejectReason::UnitsImplausible, detail))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Which frames jump away from both their neighbours, farther than noise, jitter or an impact could take them.
+fn jumps(frames: &[Frame], noise: f64) -> Vec<bool> {
+    const JUMP_NOISE: f64 = 10.0;
+    let mut jumps = vec![false; frames.len()];
+    for (at, three) in frames.windows(3).enumerate() {
+        let [before, frame, after] = three else {
+            continue;
+        };
+        let middle = (before.point + after.point) * 0.5;
+        let span = before.point.distance(after.point);
+        // Anything between its neighbours is no farther from their middle than half the span.
+        jumps[at + 1] = frame.point.distance(middle) > JUMP_NOISE * noise + span;
+    }
+    jumps
+}

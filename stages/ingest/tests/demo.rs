@@ -1,0 +1,93 @@
+//! The embedded rig's logs: every strike is kept, and measured as its truth says.
+
+use ingest::{Ingest, assemble, ingest_log};
+use rig::{Hidden, Truth, demo};
+use values::{Rig, Shape, Strike};
+
+struct Demo {
+    truth: Truth,
+    strikes: Vec<Strike>,
+}
+
+fn demo(shape: Shape, count: usize, hidden: Option<&str>) -> Demo {
+    let folder = tempfile::tempdir().expect("a folder");
+    let hidden = hidden.map(|text| Hidden::parse(&[text]).expect("an effect"));
+    let settings = demo::Settings::new(shape, count, 3, hidden);
+    let written = demo::write(&settings, folder.path()).expect("writes");
+    let rig = Rig::load(&written.rig).expect("the rig file is accepted");
+    let outcomes = written
+        .logs
+        .iter()
+        .map(|log| ingest_log(log, &rig, &Ingest::default()).expect("the log is read"))
+        .collect();
+    let (strikes, rejects) = assemble(outcomes);
+    assert_eq!(rejects, []);
+    Demo {
+        truth: Truth::load(&written.truth).expect("the truth"),
+        strikes,
+    }
+}
+
+#[expect(clippy::cast_precision_loss, reason = "a few hundred strikes")]
+fn rms(values: impl Iterator<Item = f64>) -> f64 {
+    let (count, sum) = values.fold((0_usize, 0.0), |(count, sum), value| {
+        (count + 1, sum + value * value)
+    });
+    (sum / count as f64).sqrt()
+}
+
+#[test]
+#[expect(clippy::cast_precision_loss, reason = "stamps to a microsecond")]
+fn every_demo_strike_is_kept_and_measured_within_the_cameras_noise() {
+    for shape in [Shape::Cylinder, Shape::Box, Shape::Sphere] {
+        // Nothing hidden in the camera, so that what it sees is what is true.
+        let Demo { truth, strikes } = demo(shape, 120, Some("viscous_drag"));
+        assert_eq!(strikes.len(), truth.strikes.len());
+        let noise = truth.rig.camera.noise;
+        let both = || strikes.iter().zip(&truth.strikes);
+        let initial = rms(both().map(|(strike, truth)| strike.initial.distance(truth.initial)));
+        let stop = rms(both().map(|(strike, truth)| strike.stop.distance(truth.stop)));
+        let late: Vec<f64> = both()
+            .map(|(strike, truth)| strike.t_start - truth.blow as f64 * 1e-9)
+            .collect();
+        let frame = 1.0 / truth.rig.camera.rate;
+        let within = late
+            .iter()
+            .filter(|late| (-0.1 * frame..1.2 * frame).contains(*late))
+            .count();
+        println!(
+            "{}: {} strikes, initial {:.2} mm, stop {:.2} mm rms, first motion within a frame of the blow for {within}",
+            shape.name(),
+            strikes.len(),
+            1e3 * initial,
+            1e3 * stop
+        );
+        assert!(initial < 0.6 * noise, "{initial}");
+        assert!(stop < 0.8 * noise, "{stop}");
+        // Dropped frames make it later for a few.
+        assert!(within >= 112, "{within} {late:?}");
+        for (strike, truth) in both() {
+            assert!((strike.command.speed - truth.command.speed).abs() < 1e-6);
+            assert!((strike.command.angle - truth.command.angle).abs() < 1e-6);
+            let end = strike.track.t.last().copied().unwrap_or_default();
+            assert!(
+                (end - truth.rest_time).abs() < 0.25,
+                "{end} {}",
+                truth.rest_time
+            );
+        }
+    }
+}
+
+#[test]
+fn the_default_demos_are_kept_whole() {
+    for shape in [Shape::Cylinder, Shape::Box] {
+        let Demo { truth, strikes } = demo(shape, 500, None);
+        assert_eq!((strikes.len(), truth.strikes.len()), (500, 500));
+        let order = strikes
+            .iter()
+            .zip(0..)
+            .all(|(strike, rank)| strike.conditions.order as i32 == rank);
+        assert!(order, "strikes are ranked by time");
+    }
+}
