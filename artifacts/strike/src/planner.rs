@@ -1,7 +1,7 @@
 //! From a target to a plan: solve, add the residual, check every limit.
 
 use artifacts::{Artifact, Model, Network, TrainedRegion};
-use values::{Command, Point, Rig};
+use values::{Command, Interval, Point, Rig};
 use world::{Simulator, SolveSettings, SolveStatus};
 
 use crate::limits::{self, Broken};
@@ -48,10 +48,13 @@ impl Planner {
         &self.rig
     }
 
-    /// Where an object lies whose path to `to` (m) is the middle of the trained paths: for a try without a camera.
+    /// Where an object lies whose path to `to` (m) is the middle of the trained paths, to a tenth of a millimetre: for a
+    /// try without a camera.
     pub fn usual_start(&self, to: Point) -> Point {
-        let middle = |interval: values::Interval| 0.5 * (interval.low + interval.high);
-        to - Point::polar(middle(self.region.distance), middle(self.region.bearing))
+        let middle = |interval: Interval| 0.5 * (interval.low + interval.high);
+        let start = to - Point::polar(middle(self.region.distance), middle(self.region.bearing));
+        let round = |coordinate: f64| (coordinate * 1e4).round() / 1e4;
+        Point::new(round(start.x), round(start.y))
     }
 
     /// The strike that brings an object at rest at `from` to rest at `to` (m), or why it is not made: no value is ever

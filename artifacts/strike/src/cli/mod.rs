@@ -5,7 +5,7 @@ mod failure;
 mod show;
 
 use std::fs::File;
-use std::io::{self, BufReader, Write};
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -129,12 +129,12 @@ fn truth(folder: Option<&Path>, artifacts: &Path) -> Option<PathBuf> {
 fn plan_batch(args: &Args, planner: &Planner, file: &Path) -> Result<ExitCode, Failure> {
     let output = io::stdout().lock();
     let tally = if file == Path::new("-") {
-        batch::run(planner, io::stdin().lock(), output)
+        batch::run(planner, io::stdin(), output)
     } else {
         let opened = File::open(file).map_err(|error| {
             Failure::input(format!("read the batch {}: {error}", file.display()))
         })?;
-        batch::run(planner, BufReader::new(opened), output)
+        batch::run(planner, opened, output)
     }
     .map_err(|error| Failure::failed(format!("plan the batch: {error}")))?;
     if !args.quiet {

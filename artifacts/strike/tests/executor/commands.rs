@@ -1,7 +1,7 @@
 //! The program: answers, exit codes, and what it refuses before any robot is touched.
 
 use std::fs;
-use std::io::Write;
+use std::io::{BufRead, BufReader, Write};
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
@@ -235,6 +235,28 @@ fn a_batch_answers_line_by_line_and_tells_by_its_code_that_lines_were_refused() 
     assert_eq!(output.status.code(), Some(3));
     assert_eq!(stdout(&output).lines().count(), 3);
     assert!(stdout(&output).lines().nth(1).unwrap().contains("line 2"));
+}
+
+#[test]
+fn a_batch_may_be_asked_line_by_line() {
+    let dir = fixture::published();
+    let mut child = Command::new(env!("CARGO_BIN_EXE_strike"))
+        .args(["--quiet", "--batch", "-", "--artifacts"])
+        .arg(dir.path())
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut ask = child.stdin.take().unwrap();
+    let mut answers = BufReader::new(child.stdout.take().unwrap());
+    for x in ["0.6", "0.65", "0.55"] {
+        writeln!(ask, "{{\"from\": [0.3, 0.05], \"to\": [{x}, 0.1]}}").unwrap();
+        let mut answer = String::new();
+        answers.read_line(&mut answer).unwrap();
+        assert!(answer.contains(&format!("\"to\":[{x},0.1]")), "{answer}");
+    }
+    drop(ask);
+    assert_eq!(child.wait().unwrap().code(), Some(0));
 }
 
 #[test]
