@@ -7,6 +7,7 @@ mod commands;
 mod demo;
 mod error;
 mod inputs;
+mod noise;
 mod outputs;
 mod pipeline;
 mod publishing;

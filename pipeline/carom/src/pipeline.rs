@@ -1,6 +1,6 @@
 //! The pipeline: one function of straight typed calls.
 
-use evaluate::{Candidate, Evaluate, Evaluation, Noise};
+use evaluate::{Candidate, Evaluate, Evaluation};
 use ingest::LogFile;
 use residual::{ResidualTable, Residuals};
 use solve::Solve;
@@ -11,6 +11,7 @@ use values::{Reject, Rig, Split, Strike};
 use world::{Solution, World};
 
 use crate::inputs::Inputs;
+use crate::noise::noise;
 use crate::{Error, publishing, reading};
 
 /// How far to go.
@@ -127,12 +128,13 @@ pub fn pipeline(run: &Run, inputs: &Inputs, last: Step) -> Result<Results, Error
         .filter(|strike| strike.split == Split::Test)
         .cloned()
         .collect();
+    let noise = noise(rig, &world, results.trained.as_ref(), rows);
     let judge = |candidates: Vec<Candidate>| {
         let input = evaluate::Input {
             rig: rig.clone(),
             strikes: judges.clone(),
             candidates,
-            noise: Noise::of(&world.scatter, rig.camera.rate * REST),
+            noise,
         };
         run.stage(&Evaluate::default(), &input)
     };
@@ -154,9 +156,6 @@ pub fn pipeline(run: &Run, inputs: &Inputs, last: Step) -> Result<Results, Error
     results.version = Some(publishing::publish(run, inputs, &results)?);
     Ok(results)
 }
-
-/// Seconds of rest over which ingestion averages a position, about.
-pub const REST: f64 = 0.3;
 
 /// Identification is given the strikes that it looks at and no others: new ones then leave its answer, and with it every
 /// solution, as they were.

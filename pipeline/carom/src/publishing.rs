@@ -3,14 +3,11 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use artifacts::{
-    ArtifactError, Calibrated, Contents, InputFile, Metrics, Model, Provenance, StageRecord, Store,
-    TrainedRegion,
-};
+use artifacts::{ArtifactError, Calibrated, InputFile, Metrics, Model, Store};
 use evaluate::{Evaluation, StopError};
 use ingest::LogFile;
+use publish::Publish;
 use stage::Run;
-use values::{Split, Strike};
 
 use crate::Error;
 use crate::inputs::Inputs;
@@ -33,29 +30,28 @@ pub fn publish(run: &Run, inputs: &Inputs, results: &Results) -> Result<String, 
             "publish: identification or evaluation is missing",
         ));
     };
-    let region = trained_region(&results.strikes)
-        .ok_or_else(|| Error::input("publish: no strike was learnt from"))?;
-    let sysid = Calibrated {
-        world: fit.world.clone(),
-        residual: results.trained.as_ref().map(|t| t.network.clone()),
+    let stage = Publish {
+        default_model: None,
+        seeds: [SPLIT_SEED, "train"]
+            .map(|name| (name.to_string(), inputs.seed))
+            .into(),
     };
-    let contents = Contents {
-        rig: inputs.rig.clone(),
-        provenance: Provenance {
-            default_model: best(evaluation, sysid.residual.is_some()),
+    let contents = run.stage(
+        &stage,
+        &publish::Input {
+            rig: inputs.rig.clone(),
+            strikes: results.strikes.clone(),
+            sysid: Calibrated {
+                world: fit.world.clone(),
+                residual: results.trained.as_ref().map(|t| t.network.clone()),
+            },
+            effect: None,
             metrics: metrics(evaluation),
             noise_floor: evaluation.noise_floor.as_ref().map(of),
-            trained_region: region,
-            seeds: BTreeMap::from([
-                (SPLIT_SEED.to_string(), inputs.seed),
-                ("train".to_string(), inputs.seed),
-            ]),
-            inputs: input_files(&results.logs)?,
-            stages: stages(run),
+            logs: input_files(&results.logs)?,
+            stages: publish::stage_records(run.records()),
         },
-        sysid,
-        effect: None,
-    };
+    )?;
     Store::open(run.dir())
         .publish(&contents)
         .map_err(store_error)
@@ -71,27 +67,6 @@ pub fn store_error(error: ArtifactError) -> Error {
         ArtifactError::Io(_) => Error::failed(error),
         error => Error::input(error),
     }
-}
-
-fn trained_region(strikes: &[Strike]) -> Option<TrainedRegion> {
-    let learnt = strikes
-        .iter()
-        .filter(|strike| strike.split == Split::Train)
-        .map(|strike| (strike.initial, strike.stop));
-    TrainedRegion::of(learnt)
-}
-
-/// The model with the least mean stop error on held-out strikes; where none was held out, the one that knows most.
-fn best(evaluation: &Evaluation, has_residual: bool) -> Model {
-    let otherwise = if has_residual {
-        Model::SysidResidual
-    } else {
-        Model::Sysid
-    };
-    metrics(evaluation)
-        .into_iter()
-        .min_by(|(_, a), (_, b)| a.mean.total_cmp(&b.mean))
-        .map_or(otherwise, |(model, _)| model)
 }
 
 fn metrics(evaluation: &Evaluation) -> BTreeMap<Model, Metrics> {
@@ -138,15 +113,4 @@ fn size(path: &Path) -> Result<u64, Error> {
     std::fs::metadata(path)
         .map(|metadata| metadata.len())
         .map_err(|error| Error::unreadable(path, &error))
-}
-
-fn stages(run: &Run) -> Vec<StageRecord> {
-    let records = run.records().into_iter();
-    records
-        .map(|record| StageRecord {
-            name: record.name.into(),
-            version: record.version,
-            settings: record.settings,
-        })
-        .collect()
 }

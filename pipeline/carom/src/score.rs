@@ -3,15 +3,15 @@
 use std::collections::BTreeMap;
 
 use artifacts::{Artifact, Metrics, Model, Store};
-use evaluate::{Candidate, Evaluate, Evaluation, Noise, StopError};
+use evaluate::{Candidate, Evaluate, Evaluation, StopError};
 use serde::Serialize;
 
 use crate::args::{Global, ScoreArgs};
 use crate::commands::{Said, open, to_json};
 use crate::error::Outcome;
 use crate::inputs::find_logs;
+use crate::noise::identified;
 use crate::outputs::write_json;
-use crate::pipeline::REST;
 use crate::publishing::store_error;
 use crate::{Error, reading, summary};
 
@@ -24,7 +24,7 @@ struct Score {
     rejected: usize,
     /// Whether the default model does worse here than chance explains.
     drift: Option<Drift>,
-    /// What repeats of one command would scatter by.
+    /// What repeats of one command scatter by, as published.
     noise_floor: Option<StopError>,
     /// Stop errors, by model.
     #[serde(flatten)]
@@ -77,13 +77,14 @@ pub fn score(args: &ScoreArgs, global: Global) -> Result<Said, Error> {
     let input = evaluate::Input {
         rig: artifact.rig.clone(),
         candidates: candidates(&artifact),
-        noise: Noise::of(
-            &artifact.sysid.world.scatter,
-            artifact.rig.camera.rate * REST,
-        ),
+        noise: identified(&artifact.rig, &artifact.sysid.world),
         strikes: read.strikes,
     };
-    let evaluation = run.stage(&Evaluate { split: None }, &input)?;
+    let mut evaluation = run.stage(&Evaluate { split: None }, &input)?;
+    // What was estimated when the residual was there to take away what repeats.
+    if let Some(published) = &artifact.manifest.noise_floor {
+        evaluation.noise_floor = Some(of(published));
+    }
 
     let model = artifact.manifest.default_model;
     let drift = evaluation.models.get(model.name()).and_then(|here| {
@@ -153,6 +154,25 @@ fn by_model(evaluation: &Evaluation) -> BTreeMap<String, Scored> {
             (model.clone(), scored)
         })
         .collect()
+}
+
+fn of(metrics: &Metrics) -> StopError {
+    let Metrics {
+        mean,
+        sd,
+        median,
+        p95,
+        n,
+        failed,
+    } = *metrics;
+    StopError {
+        mean,
+        sd,
+        median,
+        p95,
+        n,
+        failed,
+    }
 }
 
 impl Drift {

@@ -307,8 +307,9 @@ pub fn distribution(models: &[(&str, Vec<f64>)]) -> Result<String, PlotError> {
             sorted.sort_by(f64::total_cmp);
             let share = |place: usize| place as f64 / sorted.len() as f64;
             let mut steps = vec![(0.0, 0.0)];
-            for (place, error) in sorted.iter().enumerate() {
-                let at = (error * CM).min(end);
+            let within = sorted.iter().take_while(|error| **error * CM <= end);
+            for (place, error) in within.enumerate() {
+                let at = error * CM;
                 steps.extend([(at, share(place)), (at, share(place + 1))]);
             }
             if let Some((at, share)) = steps.last().copied()
@@ -346,6 +347,11 @@ pub fn figure_8(trial: &Trial, models: &[&str]) -> Result<String, PlotError> {
         for strike in strikes() {
             chart.draw_series([line(xy(strike.from), xy(strike.to), FAINT.mix(0.12))])?;
         }
+        for strike in strikes() {
+            let (start, goal) = (xy(strike.from), xy(strike.to));
+            chart.draw_series([Circle::new(start, 5, MEASURED.filled())])?;
+            chart.draw_series([Cross::new(goal, 7, MEASURED.stroke_width(1))])?;
+        }
         for (model, outcome) in &shown {
             let hue = colour(model);
             for group in outcome
@@ -359,11 +365,6 @@ pub fn figure_8(trial: &Trial, models: &[&str]) -> Result<String, PlotError> {
                 chart.draw_series([PathElement::new(outline, hue.stroke_width(1))])?;
                 chart.draw_series([Circle::new(xy(mean), 2, hue.filled())])?;
             }
-        }
-        for strike in strikes() {
-            let (start, goal) = (xy(strike.from), xy(strike.to));
-            chart.draw_series([Circle::new(start, 5, MEASURED.filled())])?;
-            chart.draw_series([Cross::new(goal, 5, MEASURED.stroke_width(2))])?;
         }
         Ok(())
     })

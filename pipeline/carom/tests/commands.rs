@@ -1,0 +1,179 @@
+//! The commands in the order in which a person gives them, on a small demo.
+
+use std::path::Path;
+
+use carom::{Cli, Error, Outcome, Said, execute};
+use clap::Parser;
+use serde_json::Value;
+
+fn carom(line: &str) -> Result<Said, Error> {
+    let words = line.split_whitespace();
+    let cli = Cli::try_parse_from(["carom", "--quiet"].into_iter().chain(words));
+    execute(&cli.unwrap_or_else(|error| panic!("{line}: {error}")))
+}
+
+fn done(line: &str) -> Value {
+    match carom(line) {
+        Ok(said) => {
+            assert_eq!(said.outcome, Outcome::Done, "{line}: {}", said.text);
+            said.json
+        }
+        Err(error) => panic!("{line}: failed to {error}"),
+    }
+}
+
+fn computed(said: &Value) -> Vec<(String, u64)> {
+    let stages = said["stages"].as_array().expect("stages");
+    let row = |stage: &Value| {
+        let name = stage["name"].as_str().expect("a name");
+        (name.into(), stage["computed"].as_u64().expect("a count"))
+    };
+    stages.iter().map(row).collect()
+}
+
+/// The outcome of a command that fails, and what it says.
+fn refusal(line: &str) -> (Outcome, String) {
+    match carom(line) {
+        Ok(said) => panic!("{line}: {}", said.text),
+        Err(error) => (error.outcome(), error.to_string()),
+    }
+}
+
+#[test]
+fn a_demo_becomes_a_version_that_strikes_and_can_be_rebuilt() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let dir = folder.path().display();
+    done(&format!("demo --strikes 80 --seed 3 --out {dir}/rig"));
+    let first = format!("run {dir}/rig/logs/session_000.mcap {dir}/rig/logs/session_001.mcap");
+    let options = format!("--rig {dir}/rig/rig.toml --out {dir}");
+    let said = done(&format!("{first} {options}"));
+    assert_eq!(said["version"], "v0001");
+    for file in [
+        "strikes.parquet",
+        "tracks.parquet",
+        "rejects.parquet",
+        "world.toml",
+        "solutions.parquet",
+        "residuals.parquet",
+        "evaluation.json",
+        "report.html",
+        "versions/v0001/manifest.json",
+        "latest",
+    ] {
+        assert!(folder.path().join(file).is_file(), "{file}");
+    }
+
+    // Nothing new: nothing is computed, and no version is made.
+    let said = done(&format!("{first} {options}"));
+    assert!(computed(&said).iter().all(|(_, count)| *count == 0));
+    assert_eq!(said["version"], "v0001");
+    let said = done(&format!("solve --out {dir}"));
+    assert!(computed(&said).iter().all(|(_, count)| *count == 0));
+
+    // Another log: only it is read. A version is published that holds it.
+    let said = done(&format!(
+        "{first} {dir}/rig/logs/session_002.mcap {options}"
+    ));
+    assert!(computed(&said).contains(&("ingest".into(), 1)));
+    assert_eq!(said["version"], "v0002");
+
+    let trial = done(&format!(
+        "trial --artifacts {dir} --robot sim --targets 4 --repeats 2"
+    ));
+    for model in ["nominal", "sysid"] {
+        for (outcome, struck_at) in [(&trial[model], 4), (&trial["figure_8"][model], 16)] {
+            let count = |key: &str| outcome[key].as_array().expect("a list").len();
+            assert_eq!(count("strikes") + count("refusals"), struck_at, "{model}");
+        }
+    }
+    let report = std::fs::read_to_string(folder.path().join("report.html")).expect("a report");
+    assert!(report.contains("Closed loop") && report.contains("v0002"));
+    assert!(only_namespaces(&report), "the page fetches nothing");
+
+    let score = done(&format!(
+        "score {dir}/rig/logs/session_003.mcap --artifacts {dir}"
+    ));
+    assert_eq!(
+        score["sysid"]["n"].as_u64(),
+        score["sysid"]["strikes"]
+            .as_array()
+            .map(|all| all.len() as u64)
+    );
+
+    assert_eq!(
+        done(&format!("rebuild v0002 --artifacts {dir}"))["same"],
+        true
+    );
+    let rolled = done(&format!("artifacts rollback --artifacts {dir}"));
+    assert_eq!(rolled["latest"], "v0001");
+    assert_eq!(
+        done(&format!("artifacts verify --artifacts {dir}"))["whole"],
+        true
+    );
+}
+
+/// Whether every address in the page is the name of SVG's namespace, which nothing fetches.
+fn only_namespaces(page: &str) -> bool {
+    page.match_indices("http")
+        .all(|(at, _)| page[at..].starts_with("http://www.w3.org/2000/svg"))
+}
+
+#[test]
+fn what_cannot_be_worked_with_is_bad_input_that_names_what_and_where() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let dir = folder.path().display();
+    done(&format!("demo --strikes 1 --hide none --out {dir}/rig"));
+    let rig = format!("--rig {dir}/rig/rig.toml --out {dir}/run");
+    write(&folder.path().join("no.mcap"), "no log");
+    write(&folder.path().join("bad.toml"), "[object]\nshpae = 1\n");
+    for (line, named) in [
+        (format!("run {dir}/none {rig}"), "none"),
+        (format!("run {dir}/no.mcap {rig}"), "no.mcap"),
+        (
+            format!("run {dir}/rig/logs --rig {dir}/bad.toml --out {dir}/run"),
+            "shpae",
+        ),
+        (format!("run {dir}/rig/logs {rig}"), "log more strikes"),
+        (format!("sysid --out {dir}/nothing"), "carom ingest"),
+        (format!("artifacts verify --artifacts {dir}"), "carom run"),
+        (format!("demo --hide frction --out {dir}/x"), "friction"),
+        (format!("rig init --out {dir}/bad.toml"), "bad.toml"),
+    ] {
+        let (outcome, text) = refusal(&line);
+        assert_eq!(outcome, Outcome::BadInput, "{line}: {text}");
+        assert!(text.contains(named), "{line}: {text}");
+    }
+}
+
+#[test]
+fn a_cut_off_log_gives_what_is_whole_and_says_so() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let dir = folder.path().display();
+    done(&format!("demo --strikes 10 --hide none --out {dir}/rig"));
+    let log = folder.path().join("rig/logs/session_000.mcap");
+    let bytes = std::fs::read(&log).expect("a log");
+    std::fs::write(&log, &bytes[..bytes.len() / 2]).expect("written");
+    let line = format!("ingest {dir}/rig/logs --rig {dir}/rig/rig.toml --out {dir}");
+    let said = carom(&line).unwrap_or_else(|error| panic!("failed to {error}"));
+    assert_eq!(said.outcome, Outcome::Rejected);
+    assert!(said.json["strikes"].as_u64() < Some(10));
+    assert!(said.text.contains("session_000.mcap"), "{}", said.text);
+}
+
+#[test]
+fn a_second_run_in_a_folder_is_told_to_try_again() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let dir = folder.path().display();
+    done(&format!("demo --strikes 1 --hide none --out {dir}/rig"));
+    let options = stage::Options::default();
+    let first = stage::Run::open(&folder.path().join("run"), options).expect("a run");
+    let (outcome, text) = refusal(&format!(
+        "ingest {dir}/rig/logs --rig {dir}/rig/rig.toml --out {dir}/run"
+    ));
+    assert_eq!(outcome, Outcome::Busy, "{text}");
+    drop(first);
+}
+
+fn write(path: &Path, text: &str) {
+    std::fs::write(path, text).expect("written");
+}
