@@ -1,1 +1,1 @@
-//! tests
+//! Nothing of its own: the tests are in `whole/`.

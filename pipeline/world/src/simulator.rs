@@ -264,6 +264,15 @@ impl Worker<'_> {
                     track,
                 });
             }
+            // An object slower than the tip's own braking is pushed to where the tip stops, and rests against it.
+            if near && motion.is_over() && now.norm() <= CREEP {
+                push(motion.t, position);
+                return Ok(Simulated {
+                    stop: sim.observe(position),
+                    rest_time: motion.t,
+                    track,
+                });
+            }
             if motion.t > LONGEST_SLIDE {
                 return Err(diverged("it has not come to rest within 20 s"));
             }
@@ -334,6 +343,11 @@ struct TipMotion {
 impl TipMotion {
     fn tip(&self) -> (Point, Point) {
         self.profile.at(self.profile.t_strike + self.t)
+    }
+
+    /// Whether the tip has come to rest.
+    fn is_over(&self) -> bool {
+        self.profile.t_strike + self.t >= self.profile.t_stop
     }
 
     /// Whether tip and object touch, or may within the next long step.

@@ -222,3 +222,24 @@ fn an_unreachable_target_is_a_status() {
     assert_eq!(solution.status, SolveStatus::Unreachable);
     assert!(solution.miss > 1.0 && solution.evaluations < 100);
 }
+
+#[test]
+fn an_object_that_brakes_harder_than_the_tip_is_pushed_and_ends_at_rest() {
+    let rig = Rig::demo(Shape::Cylinder);
+    let world = World::nominal(&rig)
+        .with("friction", 0.9)
+        .with("restitution", -0.6);
+    let simulator = Simulator::new(&rig, &world).expect("valid");
+    let command = Command {
+        speed: 0.8,
+        angle: 0.0,
+    };
+    let stop = simulator
+        .worker()
+        .strike(ORIGIN, command, &Conditions::default())
+        .expect("rests")
+        .stop;
+    // The tip runs on over v²/(2a) from touch to its own rest, and the object is ahead of it.
+    let pushed = 0.8 * 0.8 * 0.16 / (2.0 * rig.robot.acceleration);
+    assert!(stop.x - ORIGIN.x > pushed, "{stop:?}");
+}

@@ -1,0 +1,26 @@
+//! The whole of carom, as its users run it.
+
+mod end_to_end;
+mod kuka;
+mod reproducible;
+
+use carom::{Cli, Said, execute};
+use clap::Parser;
+
+/// Runs a `carom` command line that must succeed.
+fn carom(line: &str) -> Said {
+    let cli = Cli::try_parse_from(
+        ["carom", "--quiet"]
+            .into_iter()
+            .chain(line.split_whitespace()),
+    )
+    .unwrap_or_else(|error| panic!("{line}: {error}"));
+    execute(&cli).unwrap_or_else(|error| panic!("{line}: failed to {error}"))
+}
+
+/// Mean stop error in m of a model in a table of models.
+fn mean(table: &serde_json::Value, model: &str) -> f64 {
+    table[model]["mean"]
+        .as_f64()
+        .unwrap_or_else(|| panic!("no {model} in {table}"))
+}
