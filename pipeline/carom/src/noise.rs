@@ -2,7 +2,7 @@
 //!
 //! Identification explains the tracks by parameters and launch scatter: what its parameters cannot absorb (a bias of the
 //! angle, a gain of the speed) counts as scatter there, though it repeats. The residual model takes that away, so that what it
-//! leaves on strikes that it did not learn from is the better estimate.
+//! leaves (on strikes that it did not learn from, where there are enough) is the better estimate.
 
 use evaluate::Noise;
 use residual::Residual;
@@ -18,21 +18,24 @@ const NORMAL: f64 = 1.4826;
 /// Fewer strikes tell no scatter.
 const LEAST_ROWS: usize = 10;
 
-/// From what the residual model leaves, where there is one and enough strikes to judge it by; else as identified.
+/// From what the residual model leaves, where there is one and enough strikes to judge by; else as identified.
 pub fn noise(rig: &Rig, world: &World, trained: Option<&Trained>, rows: &[Residual]) -> Noise {
     let identified = identified(rig, world);
     let Some(trained) = trained else {
         return identified;
     };
-    let left = rows
+    let judges = |row: &&Residual| row.split == Split::Validation;
+    let few = rows.iter().filter(judges).count() < LEAST_ROWS;
+    // A network that learnt from a few rows leaves much of them: the rows it saw tell no less than their scatter.
+    let used = rows
         .iter()
-        .filter(|row| row.split == Split::Validation)
-        .map(|row| {
-            let inputs = [row.path.x, row.path.y, row.speed_sim, row.angle_sim];
-            let [d_speed, d_angle] = trained.network.predict(inputs);
-            let speed = row.speed_sim + row.d_speed;
-            [(row.d_speed - d_speed) / speed, row.d_angle - d_angle]
-        });
+        .filter(|row| judges(row) || few && row.split == Split::Train);
+    let left = used.map(|row| {
+        let inputs = [row.path.x, row.path.y, row.speed_sim, row.angle_sim];
+        let [d_speed, d_angle] = trained.network.predict(inputs);
+        let speed = row.speed_sim + row.d_speed;
+        [(row.d_speed - d_speed) / speed, row.d_angle - d_angle]
+    });
     let (speeds, angles): (Vec<f64>, Vec<f64>) = left.map(|[speed, angle]| (speed, angle)).unzip();
     if speeds.len() < LEAST_ROWS {
         return identified;

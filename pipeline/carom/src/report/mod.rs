@@ -1,8 +1,11 @@
 //! `report.html`: one page that holds all it shows.
 
+mod figure_8;
 mod figures;
+mod models;
 mod page;
 mod plot;
+mod stops;
 
 use std::path::Path;
 

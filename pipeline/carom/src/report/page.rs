@@ -1,17 +1,11 @@
 //! The page: sections in the order in which a person asks.
 
-use std::collections::BTreeMap;
-
-use evaluate::Evaluation;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
-use sysid::Fit;
-use train::Trained;
-use values::{Conditions, Reject, Split, Strike};
-use world::{PARAMETERS, Simulator, World, WorldError};
+use values::{Reject, Split, Strike};
+use world::WorldError;
 
 use super::plot::{PlotError, colour};
-use super::{Shown, figures};
-use crate::trial::{Outcome, Trial};
+use super::{Shown, figures, models, stops};
 
 const STYLE: &str = include_str!("style.css");
 /// Models in the order of tables and plots.
@@ -22,8 +16,6 @@ pub const MODELS: [&str; 5] = [
     "effect",
     "effect_residual",
 ];
-/// Slides that are shown in full.
-const SLIDES: usize = 3;
 /// Rejected strikes listed at the most; the table holds all.
 const REJECTS: usize = 50;
 
@@ -53,12 +45,12 @@ pub fn page(shown: &Shown<'_>) -> Result<String, PageError> {
             @if let Some(version) = &shown.provenance.version { ", published as " strong { (version) } }
             "."
         }
-        @if let Some(evaluation) = &results.evaluation { (headline(evaluation)?) }
-        @if let Some(trial) = shown.trial { (trial_section(trial)?) }
+        @if let Some(evaluation) = &results.evaluation { (stops::headline(evaluation)?) }
+        @if let Some(trial) = shown.trial { (stops::trial_section(trial)?) }
         (strikes_section(shown)?)
-        @if let Some(fit) = &results.fit { (world_section(shown, fit)?) }
-        @if let Some(evaluation) = &results.evaluation { (predictions_section(&results.strikes, evaluation)?) }
-        (learning_section(shown)?)
+        @if let Some(fit) = &results.fit { (models::world_section(shown, fit)?) }
+        @if let Some(evaluation) = &results.evaluation { (stops::predictions_section(&results.strikes, evaluation)?) }
+        (models::learning_section(shown)?)
         (rejects_section(&results.rejects))
         (provenance_section(shown))
     };
@@ -75,142 +67,6 @@ pub fn page(shown: &Shown<'_>) -> Result<String, PageError> {
         }
     }
     .into_string())
-}
-
-fn headline(evaluation: &Evaluation) -> Result<Markup, PageError> {
-    let mean = |model: &str| evaluation.models.get(model).map(|errors| errors.mean);
-    let saved = match (mean("sysid"), mean("sysid_residual")) {
-        (Some(sysid), Some(residual)) if sysid > 0.0 => Some(100.0 * (1.0 - residual / sysid)),
-        _ => None,
-    };
-    let mut by_model: BTreeMap<&str, Vec<f64>> = BTreeMap::new();
-    for row in &evaluation.predictions {
-        by_model.entry(&row.model).or_default().extend(row.error);
-    }
-    let shown: Vec<(&str, Vec<f64>)> = MODELS
-        .iter()
-        .filter_map(|model| Some((*model, by_model.remove(model)?)))
-        .filter(|(_, errors)| !errors.is_empty())
-        .collect();
-    let rows: Vec<Row> = MODELS
-        .iter()
-        .filter_map(|model| {
-            let errors = evaluation.models.get(*model)?;
-            Some(Row {
-                name: model,
-                numbers: [errors.mean, errors.sd, errors.median, errors.p95],
-                n: errors.n,
-                left_out: errors.failed,
-            })
-        })
-        .chain(evaluation.noise_floor.iter().map(|errors| Row {
-            name: "noise_floor",
-            numbers: [errors.mean, errors.sd, errors.median, errors.p95],
-            n: errors.n,
-            left_out: errors.failed,
-        }))
-        .collect();
-    Ok(section(
-        "Stop error on held-out strikes",
-        html! {
-            div.columns {
-                div {
-                    (errors_table(&rows, "not predicted"))
-                    @if let Some(saved) = saved {
-                        p.big { (format!("{saved:.0} %")) }
-                        p { "of the identified simulator's mean stop error is taken off by the residual model." }
-                    }
-                    p.note {
-                        "The distance between where a strike that took no part in fitting stopped and where the model says that it "
-                        "would. The noise floor is what repeats of the same command would scatter by."
-                    }
-                }
-                figure {
-                    (drawing(&figures::distribution(&shown)?))
-                    (legend(&shown.iter().map(|(model, _)| *model).collect::<Vec<_>>(), None))
-                }
-            }
-        },
-    ))
-}
-
-/// One line of a table of stop errors, in m.
-struct Row<'a> {
-    name: &'a str,
-    numbers: [f64; 4],
-    n: usize,
-    left_out: usize,
-}
-
-fn errors_table(rows: &[Row<'_>], left_out: &str) -> Markup {
-    let any = rows.iter().any(|row| row.left_out > 0);
-    html! {
-        table {
-            thead { tr {
-                th { "stop error in cm" } th { "mean ± sd" } th { "median" } th { "95 %" } th { "n" }
-                @if any { th { (left_out) } }
-            } }
-            tbody {
-                @for row in rows {
-                    tr class=[(row.name == "noise_floor").then_some("floor")] {
-                        td { (swatch(row.name)) (title(row.name)) }
-                        td.number { (format!("{:.2} ± {:.2}", row.numbers[0] * 100.0, row.numbers[1] * 100.0)) }
-                        td.number { (format!("{:.2}", row.numbers[2] * 100.0)) }
-                        td.number { (format!("{:.2}", row.numbers[3] * 100.0)) }
-                        td.number { (row.n) }
-                        @if any { td.number { (row.left_out) } }
-                    }
-                }
-            }
-        }
-    }
-}
-
-fn trial_section(trial: &Trial) -> Result<Markup, PageError> {
-    fn rows<'a>(outcomes: &'a BTreeMap<String, Outcome>, trial: &'a Trial) -> Vec<Row<'a>> {
-        MODELS
-            .iter()
-            .filter_map(|model| {
-                let outcome = outcomes.get(*model)?;
-                let errors = outcome.errors?;
-                Some(Row {
-                    name: model,
-                    numbers: [errors.mean, errors.sd, errors.median, errors.p95],
-                    n: errors.n,
-                    left_out: outcome.refusals.len(),
-                })
-            })
-            .chain(trial.noise_floor.iter().map(|errors| Row {
-                name: "noise_floor",
-                numbers: [errors.mean, errors.sd, errors.median, errors.p95],
-                n: errors.n,
-                left_out: 0,
-            }))
-            .collect()
-    }
-    let models = ["sysid", "sysid_residual"];
-    Ok(section(
-        "Closed loop: struck at targets",
-        html! {
-            div.columns {
-                figure {
-                    (drawing(&figures::figure_8(trial, &models)?))
-                    (legend(&models, Some("● start   ✕ target   ellipse: mean and standard deviation of the stops")))
-                }
-                div {
-                    h3 { "Two starts, four targets each, repeated" }
-                    (errors_table(&rows(&trial.figure_8, trial), "refused"))
-                    h3 { "Random targets" }
-                    (errors_table(&rows(&trial.models, trial), "refused"))
-                    p.note {
-                        "Version " (trial.artifact) " struck the embedded rig (" (trial.robot) "). "
-                        (trial.drawn) " random targets were drawn; those that the default model refused to strike at are not struck at "
-                        "by any model. Every model met the same launches. The floor is the scatter of repeats of one command."
-                    }
-                }
-            }
-        },
-    ))
 }
 
 fn strikes_section(shown: &Shown<'_>) -> Result<Markup, PageError> {
@@ -268,238 +124,6 @@ fn span(strikes: &[Strike], value: fn(&Strike) -> f64, unit: &str) -> String {
     format!("{low} … {high} {unit}")
 }
 
-fn world_section(shown: &Shown<'_>, fit: &Fit) -> Result<Markup, PageError> {
-    let rig = &shown.inputs.rig;
-    let nominal = World::nominal(rig);
-    let freed = PARAMETERS
-        .iter()
-        .filter(|spec| fit.freed.iter().any(|name| name == spec.name));
-    let slides = slides(shown, &nominal, &fit.world)?;
-    Ok(section(
-        "The identified simulator",
-        html! {
-            table {
-                thead { tr {
-                    th { "parameter" } th { "before" } th { "identified" } th { "95 % interval" } th { "what it is" }
-                } }
-                tbody {
-                    @for spec in freed {
-                        @if let Some(estimate) = fit.world.parameters.get(spec.name) {
-                            tr {
-                                td { code { (spec.name) } }
-                                td.number { (super::plot::short(&spec.nominal)) " " (spec.unit) }
-                                td.number { strong { (format!("{:.4}", estimate.value)) } " " (spec.unit) }
-                                td.number {
-                                    @match (estimate.low, estimate.high) {
-                                        (Some(low), Some(high)) => { (format!("{low:.4} … {high:.4}")) },
-                                        _ => { "—" },
-                                    }
-                                }
-                                td { (spec.meaning) }
-                            }
-                        }
-                    }
-                    @let scatter = fit.world.scatter;
-                    tr { td { "scatter of speed" } td {} td.number { (format!("{:.2} %", scatter.speed * 100.0)) } td {} td { "how launches of one command differ" } }
-                    tr { td { "scatter of angle" } td {} td.number { (format!("{:.2}°", scatter.angle.to_degrees())) } td {} td { "how launches of one command differ" } }
-                    tr { td { "noise of a centroid" } td {} td.number { (figures::millimetres(scatter.camera)) } td {} td { "of each coordinate" } }
-                }
-            }
-            p {
-                "Tracks of " (fit.strikes) " strikes: residual " (figures::millimetres(fit.rms_before)) " rms before, "
-                strong { (figures::millimetres(fit.rms_after)) } " after, in " (fit.iterations) " iterations and "
-                (fit.simulations) " simulations."
-            }
-            @if !fit.notes.is_empty() {
-                ul { @for note in &fit.notes { li { (note) } } }
-            }
-            div.three { @for slide in &slides { figure { (drawing(slide)) } } }
-            (legend(&["nominal", "sysid"], Some("● measured")))
-        },
-    ))
-}
-
-/// The way of a few held-out strikes, slow to fast, measured and simulated before and after identification.
-fn slides(
-    shown: &Shown<'_>,
-    nominal: &World,
-    identified: &World,
-) -> Result<Vec<String>, PageError> {
-    let mut held_out: Vec<&Strike> = shown
-        .results
-        .strikes
-        .iter()
-        .filter(|strike| strike.split == Split::Test && !strike.track.is_empty())
-        .collect();
-    held_out.sort_by(|a, b| a.command.speed.total_cmp(&b.command.speed));
-    let worlds = [("nominal", nominal), ("sysid", identified)];
-    let simulators = worlds
-        .iter()
-        .map(|(model, world)| Ok((*model, Simulator::new(&shown.inputs.rig, world)?)))
-        .collect::<Result<Vec<_>, WorldError>>()?;
-    let mut drawn = Vec::new();
-    for place in 0..SLIDES.min(held_out.len()) {
-        let strike = held_out[(2 * place + 1) * held_out.len() / (2 * SLIDES.min(held_out.len()))];
-        let mut tracks = Vec::new();
-        for (model, simulator) in &simulators {
-            let mut worker = simulator.worker();
-            // A world that does not come to rest has no track to show.
-            if let Ok(simulated) =
-                worker.strike(strike.initial, strike.command, &Conditions::default())
-            {
-                tracks.push((*model, way(strike, &simulated.track)));
-            }
-        }
-        let name = format!(
-            "{:.2} m/s at {:.2} rad",
-            strike.command.speed, strike.command.angle
-        );
-        drawn.push(figures::slide(&name, &way(strike, &strike.track), &tracks)?);
-    }
-    Ok(drawn)
-}
-
-/// Seconds and metres from where the object rested; at most a hundred points.
-fn way(strike: &Strike, track: &values::Track) -> Vec<(f64, f64)> {
-    let step = track.len().div_ceil(100).max(1);
-    let last = track.len() - 1;
-    (0..track.len())
-        .step_by(step)
-        .chain([last])
-        .map(|frame| (track.t[frame], track.point(frame).distance(strike.initial)))
-        .collect()
-}
-
-fn predictions_section(strikes: &[Strike], evaluation: &Evaluation) -> Result<Markup, PageError> {
-    let models = MODELS
-        .iter()
-        .filter(|model| evaluation.models.contains_key(**model));
-    let plots = models
-        .map(|model| figures::predictions(model, strikes, &evaluation.predictions))
-        .collect::<Result<Vec<_>, _>>()?;
-    Ok(section(
-        "Simulated against measured stops",
-        html! {
-            div.three { @for plot in &plots { figure { (drawing(plot)) } } }
-            p.legend { "○ measured stop of a held-out strike   ● where the model says that it stops" }
-        },
-    ))
-}
-
-fn learning_section(shown: &Shown<'_>) -> Result<Markup, PageError> {
-    let results = shown.results;
-    let Some(trained) = &results.trained else {
-        return Ok(section(
-            "The residual model",
-            html! {
-                p { "None: there are too few strikes to train on. The identified simulator serves alone." }
-            },
-        ));
-    };
-    let said: Vec<[f64; 2]> = results
-        .residuals
-        .rows
-        .iter()
-        .map(|row| {
-            trained
-                .network
-                .predict([row.path.x, row.path.y, row.speed_sim, row.angle_sim])
-        })
-        .collect();
-    let mut levels = Vec::new();
-    if let Some(evaluation) = &results.evaluation {
-        levels.extend(
-            evaluation
-                .models
-                .get("sysid")
-                .map(|errors| ("sysid", errors.mean)),
-        );
-        levels.extend(
-            evaluation
-                .noise_floor
-                .map(|errors| ("noise_floor", errors.mean)),
-        );
-    }
-    let rows = &results.residuals.rows;
-    Ok(section(
-        "The residual model",
-        html! {
-            div.three {
-                figure { (drawing(&figures::residuals(rows, &said, 0)?)) }
-                figure { (drawing(&figures::residuals(rows, &said, 1)?)) }
-                figure { (drawing(&figures::history(&trained.history, trained.best_epoch)?)) }
-            }
-            p.legend {
-                "● what was commanded, less what the simulator would command   "
-                span style=(fill("sysid_residual")) { "●" } " what the network says   ― training   "
-                span style=(fill("sysid_residual")) { "―" } " validation"
-            }
-            div.columns {
-                figure {
-                    (drawing(&figures::learning_curve(&results.curve_errors, &levels)?))
-                    (legend(&["sysid_residual", "sysid", "noise_floor"], None))
-                }
-                div { (errors_of_training(trained)) (curve_table(shown)) }
-            }
-            @if !results.residuals.excluded.is_empty() {
-                p { (results.residuals.excluded.len()) " strikes have no residual, for the simulator does not reach their path." }
-            }
-        },
-    ))
-}
-
-fn errors_of_training(trained: &Trained) -> Markup {
-    let errors = [
-        ("validation", Some(trained.validation)),
-        ("held out", trained.test),
-    ];
-    html! {
-        table {
-            thead { tr { th { "mean absolute error" } th { "both outputs" } th { "Δ speed" } th { "Δ angle" } th { "rows" } } }
-            tbody {
-                @for (name, mae) in errors {
-                    @if let Some(mae) = mae {
-                        tr {
-                            td { (name) }
-                            td.number { (format!("{:.4}", mae.raw)) }
-                            td.number { (format!("{:.4} m/s", mae.d_speed)) }
-                            td.number { (format!("{:.4} rad", mae.d_angle)) }
-                            td.number { (mae.rows) }
-                        }
-                    }
-                }
-            }
-        }
-        p.note {
-            "The paper reports a validation error of 0.015. Trained on " (trained.train_rows) " strikes; the weights are those of epoch "
-            (trained.best_epoch) " of " (trained.history.len()) "."
-        }
-    }
-}
-
-fn curve_table(shown: &Shown<'_>) -> Markup {
-    let results = shown.results;
-    html! {
-        table {
-            thead { tr { th { "strikes" } th { "mean stop error" } th { "validation error" } } }
-            tbody {
-                @for (strikes, mae) in figures::mae_points(&results.curve) {
-                    tr {
-                        td.number { (strikes) }
-                        td.number {
-                            @match results.curve_errors.iter().find(|point| point.0 == strikes) {
-                                Some((_, error)) => { (format!("{:.2} cm", error * 100.0)) },
-                                None => { "—" },
-                            }
-                        }
-                        td.number { (format!("{mae:.4}")) }
-                    }
-                }
-            }
-        }
-    }
-}
-
 fn rejects_section(rejects: &[Reject]) -> Markup {
     section(
         "Rejected strikes",
@@ -541,15 +165,15 @@ fn provenance_section(shown: &Shown<'_>) -> Markup {
     )
 }
 
-fn section(title: &str, content: Markup) -> Markup {
+pub(super) fn section(title: &str, content: Markup) -> Markup {
     html! { section { h2 { (title) } (content) } }
 }
 
-fn drawing(svg: &str) -> Markup {
+pub(super) fn drawing(svg: &str) -> Markup {
     html! { (PreEscaped(svg)) }
 }
 
-fn legend(models: &[&str], more: Option<&str>) -> Markup {
+pub(super) fn legend(models: &[&str], more: Option<&str>) -> Markup {
     html! {
         p.legend {
             @for model in models { (swatch(model)) (title(model)) "   " }
@@ -558,11 +182,11 @@ fn legend(models: &[&str], more: Option<&str>) -> Markup {
     }
 }
 
-fn swatch(model: &str) -> Markup {
+pub(super) fn swatch(model: &str) -> Markup {
     html! { span.swatch style=(fill(model).replace("color", "background")) {} }
 }
 
-fn fill(model: &str) -> String {
+pub(super) fn fill(model: &str) -> String {
     let hue = colour(model);
     format!("color:rgb({},{},{})", hue.0, hue.1, hue.2)
 }

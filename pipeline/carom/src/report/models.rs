@@ -1,0 +1,230 @@
+//! What was identified and learnt.
+
+use maud::{Markup, html};
+use sysid::Fit;
+use train::Trained;
+use values::{Conditions, Split, Strike, Track};
+use world::{PARAMETERS, Simulator, World, WorldError};
+
+use super::page::{PageError, drawing, fill, legend, section};
+use super::plot::short;
+use super::{Shown, figures};
+
+/// Slides that are shown in full.
+const SLIDES: usize = 3;
+
+pub(super) fn world_section(shown: &Shown<'_>, fit: &Fit) -> Result<Markup, PageError> {
+    let rig = &shown.inputs.rig;
+    let nominal = World::nominal(rig);
+    let freed = PARAMETERS
+        .iter()
+        .filter(|spec| fit.freed.iter().any(|name| name == spec.name));
+    let slides = slides(shown, &nominal, &fit.world)?;
+    Ok(section(
+        "The identified simulator",
+        html! {
+            table {
+                thead { tr {
+                    th { "parameter" } th { "before" } th { "identified" } th { "95 % interval" } th { "what it is" }
+                } }
+                tbody {
+                    @for spec in freed {
+                        @if let Some(estimate) = fit.world.parameters.get(spec.name) {
+                            tr {
+                                td { code { (spec.name) } }
+                                td.number { (short(&spec.nominal)) " " (spec.unit) }
+                                td.number { strong { (format!("{:.4}", estimate.value)) } " " (spec.unit) }
+                                td.number {
+                                    @match (estimate.low, estimate.high) {
+                                        (Some(low), Some(high)) => { (format!("{low:.4} … {high:.4}")) },
+                                        _ => { "—" },
+                                    }
+                                }
+                                td { (spec.meaning) }
+                            }
+                        }
+                    }
+                    @let scatter = fit.world.scatter;
+                    tr { td { "scatter of speed" } td {} td.number { (format!("{:.2} %", scatter.speed * 100.0)) } td {} td { "how launches of one command differ" } }
+                    tr { td { "scatter of angle" } td {} td.number { (format!("{:.2}°", scatter.angle.to_degrees())) } td {} td { "how launches of one command differ" } }
+                    tr { td { "noise of a centroid" } td {} td.number { (figures::millimetres(scatter.camera)) } td {} td { "of each coordinate" } }
+                }
+            }
+            p {
+                "Tracks of " (fit.strikes) " strikes: residual " (figures::millimetres(fit.rms_before)) " rms before, "
+                strong { (figures::millimetres(fit.rms_after)) } " after, in " (fit.iterations) " iterations and "
+                (fit.simulations) " simulations."
+            }
+            @if !fit.notes.is_empty() {
+                ul { @for note in &fit.notes { li { (note) } } }
+            }
+            div.three { @for slide in &slides { figure { (drawing(slide)) } } }
+            (legend(&["nominal", "sysid"], Some("● measured")))
+        },
+    ))
+}
+
+/// The way of a few held-out strikes, slow to fast, measured and simulated before and after identification.
+fn slides(
+    shown: &Shown<'_>,
+    nominal: &World,
+    identified: &World,
+) -> Result<Vec<String>, PageError> {
+    let mut held_out: Vec<&Strike> = shown
+        .results
+        .strikes
+        .iter()
+        .filter(|strike| strike.split == Split::Test && !strike.track.is_empty())
+        .collect();
+    held_out.sort_by(|a, b| a.command.speed.total_cmp(&b.command.speed));
+    let worlds = [("nominal", nominal), ("sysid", identified)];
+    let simulators = worlds
+        .iter()
+        .map(|(model, world)| Ok((*model, Simulator::new(&shown.inputs.rig, world)?)))
+        .collect::<Result<Vec<_>, WorldError>>()?;
+    let mut drawn = Vec::new();
+    for place in 0..SLIDES.min(held_out.len()) {
+        let strike = held_out[(2 * place + 1) * held_out.len() / (2 * SLIDES.min(held_out.len()))];
+        let mut tracks = Vec::new();
+        for (model, simulator) in &simulators {
+            let mut worker = simulator.worker();
+            // A world that does not come to rest has no track to show.
+            if let Ok(simulated) =
+                worker.strike(strike.initial, strike.command, &Conditions::default())
+            {
+                tracks.push((*model, way(strike, &simulated.track)));
+            }
+        }
+        let name = format!(
+            "{:.2} m/s at {:.2} rad",
+            strike.command.speed, strike.command.angle
+        );
+        drawn.push(figures::slide(&name, &way(strike, &strike.track), &tracks)?);
+    }
+    Ok(drawn)
+}
+
+/// Seconds and metres from where the object rested; at most a hundred points.
+fn way(strike: &Strike, track: &Track) -> Vec<(f64, f64)> {
+    let step = track.len().div_ceil(100).max(1);
+    let last = track.len() - 1;
+    (0..track.len())
+        .step_by(step)
+        .chain([last])
+        .map(|frame| (track.t[frame], track.point(frame).distance(strike.initial)))
+        .collect()
+}
+
+pub(super) fn learning_section(shown: &Shown<'_>) -> Result<Markup, PageError> {
+    let results = shown.results;
+    let Some(trained) = &results.trained else {
+        return Ok(section(
+            "The residual model",
+            html! {
+                p { "None: there are too few strikes to train on. The identified simulator serves alone." }
+            },
+        ));
+    };
+    let said: Vec<[f64; 2]> = results
+        .residuals
+        .rows
+        .iter()
+        .map(|row| {
+            trained
+                .network
+                .predict([row.path.x, row.path.y, row.speed_sim, row.angle_sim])
+        })
+        .collect();
+    let mut levels = Vec::new();
+    if let Some(evaluation) = &results.evaluation {
+        levels.extend(
+            evaluation
+                .models
+                .get("sysid")
+                .map(|errors| ("sysid", errors.mean)),
+        );
+        levels.extend(
+            evaluation
+                .noise_floor
+                .map(|errors| ("noise_floor", errors.mean)),
+        );
+    }
+    let rows = &results.residuals.rows;
+    Ok(section(
+        "The residual model",
+        html! {
+            div.three {
+                figure { (drawing(&figures::residuals(rows, &said, 0)?)) }
+                figure { (drawing(&figures::residuals(rows, &said, 1)?)) }
+                figure { (drawing(&figures::history(&trained.history, trained.best_epoch)?)) }
+            }
+            p.legend {
+                "● what was commanded, less what the simulator would command   "
+                span style=(fill("sysid_residual")) { "●" } " what the network says   ― training   "
+                span style=(fill("sysid_residual")) { "―" } " validation"
+            }
+            div.columns {
+                figure {
+                    (drawing(&figures::learning_curve(&results.curve_errors, &levels)?))
+                    (legend(&["sysid_residual", "sysid", "noise_floor"], None))
+                }
+                div { (errors_of_training(trained)) (curve_table(shown)) }
+            }
+            @if !results.residuals.excluded.is_empty() {
+                p { (results.residuals.excluded.len()) " strikes have no residual, for the simulator does not reach their path." }
+            }
+        },
+    ))
+}
+
+fn errors_of_training(trained: &Trained) -> Markup {
+    let errors = [
+        ("validation", Some(trained.validation)),
+        ("held out", trained.test),
+    ];
+    html! {
+        table {
+            thead { tr { th { "mean absolute error" } th { "both outputs" } th { "Δ speed" } th { "Δ angle" } th { "rows" } } }
+            tbody {
+                @for (name, mae) in errors {
+                    @if let Some(mae) = mae {
+                        tr {
+                            td { (name) }
+                            td.number { (format!("{:.4}", mae.raw)) }
+                            td.number { (format!("{:.4} m/s", mae.d_speed)) }
+                            td.number { (format!("{:.4} rad", mae.d_angle)) }
+                            td.number { (mae.rows) }
+                        }
+                    }
+                }
+            }
+        }
+        p.note {
+            "The paper reports a validation error of 0.015. Trained on " (trained.train_rows) " strikes; the weights are those of epoch "
+            (trained.best_epoch) " of " (trained.history.len()) "."
+        }
+    }
+}
+
+fn curve_table(shown: &Shown<'_>) -> Markup {
+    let results = shown.results;
+    html! {
+        table {
+            thead { tr { th { "strikes" } th { "mean stop error" } th { "validation error" } } }
+            tbody {
+                @for (strikes, mae) in figures::mae_points(&results.curve) {
+                    tr {
+                        td.number { (strikes) }
+                        td.number {
+                            @match results.curve_errors.iter().find(|point| point.0 == strikes) {
+                                Some((_, error)) => { (format!("{:.2} cm", error * 100.0)) },
+                                None => { "—" },
+                            }
+                        }
+                        td.number { (format!("{mae:.4}")) }
+                    }
+                }
+            }
+        }
+    }
+}
