@@ -265,7 +265,8 @@ impl Worker<'_> {
                 });
             }
             // An object slower than the tip's own braking is pushed to where the tip stops, and rests against it.
-            if near && motion.is_over() && now.norm() <= CREEP {
+            // One that runs away downhill gains speed and does not.
+            if near && motion.is_over() && now.norm() <= CREEP.min(velocity.norm()) {
                 push(motion.t, position);
                 return Ok(Simulated {
                     stop: sim.observe(position),
