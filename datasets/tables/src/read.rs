@@ -8,6 +8,7 @@ use arrow::array::types::{Float64Type, UInt32Type};
 use arrow::array::{AsArray, RecordBatch, StringArray};
 use arrow::datatypes::Schema;
 use parquet::arrow::arrow_reader::{ParquetRecordBatchReader, ParquetRecordBatchReaderBuilder};
+use parquet::file::metadata::{ColumnChunkMetaData, RowGroupMetaData};
 
 use crate::TableError;
 use crate::layout::{GROUP_ROWS, SCHEMA_VERSION, Table, VERSION_KEY};
@@ -39,6 +40,20 @@ pub(crate) fn read<const N: usize>(dir: &Path, table: &Table<N>) -> Result<Batch
     })?;
     let builder = ParquetRecordBatchReaderBuilder::try_new(file)
         .map_err(|error| damaged(error.to_string()))?;
+    // The library asserts what a damaged footer can break.
+    let is_placed = |column: &ColumnChunkMetaData| {
+        column.data_page_offset() >= 0
+            && column.dictionary_page_offset().is_none_or(|at| at >= 0)
+            && column.compressed_size() >= 0
+    };
+    let groups = builder.metadata().row_groups();
+    if !groups
+        .iter()
+        .flat_map(RowGroupMetaData::columns)
+        .all(is_placed)
+    {
+        return Err(damaged("a column lies before the file's beginning".into()));
+    }
     let version = builder
         .metadata()
         .file_metadata()
