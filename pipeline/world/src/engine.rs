@@ -147,6 +147,14 @@ impl Engine {
         Point::new(qvel[0], qvel[1])
     }
 
+    /// Rate at which the object turns about the vertical, in rad/s; of a ball, 0.
+    pub(crate) fn spin(&self) -> f64 {
+        match self.nv_object {
+            3 => self.data.qvel()[2],
+            _ => 0.0,
+        }
+    }
+
     /// Force on the object's centre, in N.
     pub(crate) fn push(&mut self, force: Point) {
         let applied = self.data.qfrc_applied_mut();

@@ -52,7 +52,7 @@ pub struct Simulator {
     restitution: f64,
     contact_time: f64,
     arm: f64,
-    steps: Steps,
+    pub(crate) steps: Steps,
 }
 
 /// What a simulated strike did, as the camera would see it.
@@ -162,7 +162,7 @@ impl Simulator {
 /// One thread's model and data.
 pub struct Worker<'a> {
     pub(crate) simulator: &'a Simulator,
-    engine: Engine,
+    pub(crate) engine: Engine,
 }
 
 impl Worker<'_> {
@@ -198,8 +198,17 @@ impl Worker<'_> {
             return Err(diverged("the arm delivers no speed"));
         }
         let origin = sim.unobserve(initial);
+        let blow = Blow {
+            command: delivered,
+            tip_offset: sim.effects.iter().map(|effect| effect.tip_offset()).sum(),
+            restitution_factor: sim
+                .effects
+                .iter()
+                .map(|effect| effect.restitution_factor(delivered.speed))
+                .product(),
+        };
         let mut motion = self
-            .impact(origin, delivered)
+            .impact(origin, blow)
             .ok_or_else(|| diverged("the tip passes beside the object"))?;
         let mut track = Track::default();
         let mut push = |t: f64, point: Point| {
@@ -281,17 +290,12 @@ impl Worker<'_> {
     }
 
     /// Places object and tip at touch.
-    fn impact(&mut self, origin: Point, delivered: Command) -> Option<TipMotion> {
+    pub(crate) fn impact(&mut self, origin: Point, blow: Blow) -> Option<TipMotion> {
         let sim = self.simulator;
+        let (delivered, offset) = (blow.command, blow.tip_offset);
         let direction = Point::polar(1.0, delivered.angle);
-        let offset: f64 = sim.effects.iter().map(|effect| effect.tip_offset()).sum();
         let standoff = touch::standoff(&sim.rig.object, &sim.rig.striker, direction, offset)?;
-        let factor: f64 = sim
-            .effects
-            .iter()
-            .map(|e| e.restitution_factor(delivered.speed))
-            .product();
-        let restitution = (1.0 + sim.restitution) * factor - factor;
+        let restitution = sim.restitution * blow.restitution_factor;
         let contact = restitution.clamp(LEAST_CONTACT_RESTITUTION, 0.99);
         let speed = delivered.speed * (1.0 + restitution) / (1.0 + contact);
         let side = Point::new(-direction.y, direction.x) * offset;
@@ -334,11 +338,22 @@ impl Worker<'_> {
     }
 }
 
+/// What the tip does to the object.
+#[derive(Clone, Copy)]
+pub(crate) struct Blow {
+    /// As delivered.
+    pub(crate) command: Command,
+    /// Lateral offset of the tip's line, in m to the left.
+    pub(crate) tip_offset: f64,
+    /// Factor on the world's restitution.
+    pub(crate) restitution_factor: f64,
+}
+
 /// The tip from touch on.
-struct TipMotion {
+pub(crate) struct TipMotion {
     profile: Profile,
     /// Seconds since touch.
-    t: f64,
+    pub(crate) t: f64,
 }
 
 impl TipMotion {
@@ -347,12 +362,18 @@ impl TipMotion {
     }
 
     /// Whether the tip has come to rest.
-    fn is_over(&self) -> bool {
+    pub(crate) fn is_over(&self) -> bool {
         self.profile.t_strike + self.t >= self.profile.t_stop
     }
 
     /// Whether tip and object touch, or may within the next long step.
-    fn near(&self, sim: &Simulator, position: Point, velocity: Point, touched: bool) -> bool {
+    pub(crate) fn near(
+        &self,
+        sim: &Simulator,
+        position: Point,
+        velocity: Point,
+        touched: bool,
+    ) -> bool {
         let (tip, tip_velocity) = self.tip();
         let apart = position - tip;
         let distance = apart.norm();
@@ -373,7 +394,7 @@ impl TipMotion {
     }
 
     /// Moves the tip; once it is no longer near, it is taken out of the object's way.
-    fn drive(&self, engine: &mut Engine, near: bool) {
+    pub(crate) fn drive(&self, engine: &mut Engine, near: bool) {
         if near {
             let (position, velocity) = self.tip();
             engine.drive_striker(position, velocity);

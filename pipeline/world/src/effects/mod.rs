@@ -26,6 +26,13 @@ pub struct EffectSpec {
     pub statement: fn(&Values) -> String,
 }
 
+impl EffectSpec {
+    /// Its parameter of that name.
+    pub fn parameter(&self, name: &str) -> Option<EffectParameter> {
+        self.parameters.iter().copied().find(|p| p.name == name)
+    }
+}
+
 /// One parameter of an effect.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EffectParameter {
