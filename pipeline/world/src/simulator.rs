@@ -132,18 +132,7 @@ impl Simulator {
 
     /// Where the camera sees an object that is at `point`.
     fn observe(&self, point: Point) -> Point {
-        self.effects
-            .iter()
-            .fold(point, |seen, effect| effect.observe(seen))
-    }
-
-    /// Where an object is that the camera sees at `seen`: a fixed point, for the measurement changes little.
-    fn unobserve(&self, seen: Point) -> Point {
-        let mut point = seen;
-        for _ in 0..8 {
-            point = point + (seen - self.observe(point));
-        }
-        point
+        effects::observe(&self.effects, point)
     }
 
     /// The tip's motion for a command, as the arm would be told: towards the object seen at `initial`.
@@ -197,7 +186,7 @@ impl Worker<'_> {
         if delivered.speed <= 0.0 {
             return Err(diverged("the arm delivers no speed"));
         }
-        let origin = sim.unobserve(initial);
+        let origin = effects::unobserve(&sim.effects, initial);
         let blow = Blow {
             command: delivered,
             tip_offset: sim.effects.iter().map(|effect| effect.tip_offset()).sum(),
@@ -331,10 +320,14 @@ impl Worker<'_> {
             .map(|effect| effect.friction_factor(slide))
             .product();
         self.engine.scale_friction(factor);
+        let slide = &Slide {
+            dry: factor * slide.dry,
+            ..*slide
+        };
         let acceleration = sim.effects.iter().fold(Point::default(), |sum, effect| {
             sum + effect.acceleration(slide)
         });
-        self.engine.push(acceleration * sim.rig.object.mass);
+        self.engine.push(acceleration);
     }
 }
 

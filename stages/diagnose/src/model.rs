@@ -156,6 +156,6 @@ pub(crate) fn added(part: &Part) -> AddedEffect {
 pub(crate) fn specification(effect: &str, parameter: &str) -> EffectParameter {
     effects::effect(effect)
         .ok()
-        .and_then(|spec| spec.parameter(parameter))
+        .and_then(|spec| spec.parameter(parameter).copied())
         .expect("a candidate names an effect and a parameter of the library")
 }

@@ -5,7 +5,7 @@
 //! through the same functions in both. What is found here is fitted and judged in MuJoCo afterwards.
 
 use values::{Command, Conditions, Point, Rig, Shape, Strike};
-use world::effects::{Effect, Slide};
+use world::effects::{self, Effect, Slide};
 
 use crate::launch::{Blow, Launch};
 
@@ -94,37 +94,32 @@ impl Body {
 
 impl Planar<'_> {
     fn observe(&self, point: Point) -> Point {
-        self.effects
-            .iter()
-            .fold(point, |seen, effect| effect.observe(seen))
-    }
-
-    fn unobserve(&self, seen: Point) -> Point {
-        let mut point = seen;
-        for _ in 0..4 {
-            point = point + (seen - self.observe(point));
-        }
-        point
+        effects::observe(self.effects, point)
     }
 
     fn rate(&self, t: f64, body: &Body, conditions: &Conditions) -> Rate {
-        let dry = self.friction * GRAVITY;
-        let slide = Slide {
+        let mut slide = Slide {
             position: body.position,
             velocity: body.velocity,
-            dry,
+            dry: self.friction * GRAVITY,
             conditions,
         };
-        let (mut factor, mut acceleration) = (1.0, Point::default());
-        for effect in self.effects {
-            factor *= effect.friction_factor(&slide);
-            acceleration = acceleration + effect.acceleration(&slide);
-        }
+        slide.dry *= self
+            .effects
+            .iter()
+            .map(|effect| effect.friction_factor(&slide))
+            .product::<f64>();
+        let mut acceleration = self
+            .effects
+            .iter()
+            .fold(Point::default(), |sum, effect| {
+                sum + effect.acceleration(&slide)
+            });
         if let Some(push) = self.push {
             acceleration = acceleration + push(t, body.position, body.velocity);
         }
         let slip = body.velocity.norm().hypot(self.ratio * body.spin).max(1e-9);
-        let pull = -dry * factor / slip;
+        let pull = -slide.dry / slip;
         Rate {
             velocity: body.velocity,
             acceleration: acceleration + body.velocity * pull,
@@ -179,7 +174,7 @@ impl Planar<'_> {
                     .product::<f64>(),
         };
         let release = launch.release(&blow);
-        let origin = self.unobserve(strike.initial + kick.rest);
+        let origin = effects::unobserve(self.effects, strike.initial + kick.rest);
         let mut body = Body {
             position: origin + release.position,
             velocity: release.velocity,
