@@ -244,7 +244,7 @@ impl Case<'_, '_> {
 
     /// Strikes that separate the effect that stands least firmly from its rival.
     fn next(&self, verdict: Verdict) -> Result<Vec<NextStrike>, DiagnoseError> {
-        if verdict == Verdict::Consistent {
+        if verdict == Verdict::Consistent || self.stage.next_strikes == 0 {
             return Ok(Vec::new());
         }
         let margin = |s: &&Standing| {
@@ -268,7 +268,7 @@ impl Case<'_, '_> {
             &rival.fitted,
             &self.field.strikes,
             &why,
-            self.stage.seed,
+            self.stage,
         )?)
     }
 }

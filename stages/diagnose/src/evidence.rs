@@ -14,7 +14,7 @@ pub(crate) const REPLICATES: usize = 200;
 /// A gap is real from this probability of chance on.
 pub(crate) const REAL: f64 = 0.01;
 /// Quantile of the replicates that a candidate must exceed; what many candidates gain together comes on top.
-const QUANTILE: f64 = 0.95;
+const QUANTILE: f64 = 0.99;
 
 /// What each candidate gains by chance.
 pub(crate) fn chance(screened: &[Screened]) -> Chance {

@@ -14,7 +14,9 @@ use crate::{
 
 /// Steps of a kick's differences: relative speed and angle (rad).
 const KICK: (f64, f64) = (0.004, 0.004);
-const ITERATIONS: usize = 12;
+/// Iterations at the most, and those after which a hopeless fit shows.
+pub(crate) const ITERATIONS: usize = 12;
+pub(crate) const GLANCE: usize = 3;
 /// The fit ends when no value moves by more than this share of its standard error.
 const SETTLED: f64 = 0.05;
 /// A step that loses more log-likelihood than this is halved.
@@ -126,15 +128,18 @@ impl<'a> Field<'a> {
         model: &Model,
         kicks: &[SVector<f64, NUISANCES>],
     ) -> Result<Option<Vec<Columns>>, WorldError> {
-        // Worlds a step to either side of each value; the clock's column comes with the frames.
+        // A world a step beside, for each value; the clock's column comes with the frames.
         let mut beside = Vec::new();
         for (place, free) in model.free.iter().enumerate() {
-            for sign in [-1.0, 1.0] {
-                let mut values = model.values.clone();
-                values[place] = (values[place] + sign * free.step).clamp(free.low, free.high);
-                let effects = model.effects(self.rig, &values)?;
-                beside.push((values, effects));
-            }
+            let mut values = model.values.clone();
+            let step = if values[place] + free.step > free.high {
+                -free.step
+            } else {
+                free.step
+            };
+            values[place] += step;
+            let effects = model.effects(self.rig, &values)?;
+            beside.push((values, effects, step));
         }
         let effects = model.effects(self.rig, &model.values)?;
         let here = self.planar(&model.values, &effects);
@@ -144,13 +149,11 @@ impl<'a> Field<'a> {
             .map(|i| {
                 let b = kicks[i];
                 let frames = self.frames(&here, i, clock, &b)?;
+                let at = stack(&frames.at);
                 let moved = |place: usize, step: f64| -> Option<DVector<f64>> {
-                    let side = |sign: f64| {
-                        let mut b = b;
-                        b[place] += sign * step;
-                        Some(stack(&self.frames(&here, i, clock, &b)?.at))
-                    };
-                    Some((side(1.0)? - side(-1.0)?) / (2.0 * step))
+                    let mut b = b;
+                    b[place] += step;
+                    Some((stack(&self.frames(&here, i, clock, &b)?.at) - &at) / step)
                 };
                 let n = frames.at.len();
                 let delay = stack(&frames.rate);
@@ -166,15 +169,12 @@ impl<'a> Field<'a> {
                         values.set_column(place, &delay);
                         continue;
                     }
-                    let side = |at: usize| {
-                        let (values, effects) = &beside[2 * place + at];
-                        let planar = self.planar(values, effects);
-                        Some(stack(&self.frames(&planar, i, clock, &b)?.at))
-                    };
-                    let apart = beside[2 * place + 1].0[place] - beside[2 * place].0[place];
-                    values.set_column(place, &((side(1)? - side(0)?) / apart));
+                    let (values_there, effects, step) = &beside[place];
+                    let planar = self.planar(values_there, effects);
+                    let there = stack(&self.frames(&planar, i, clock, &b)?.at);
+                    values.set_column(place, &((there - &at) / *step));
                 }
-                let residual = measured(self.strikes[i]) - stack(&frames.at) + &nuisances * b;
+                let residual = measured(self.strikes[i]) - at + &nuisances * b;
                 Some(Columns {
                     nuisances,
                     values,
@@ -200,12 +200,13 @@ impl<'a> Field<'a> {
         model: &Model,
         spread: &Spread,
         kicks: &[SVector<f64, NUISANCES>],
+        iterations: usize,
     ) -> Result<Option<Fitted>, WorldError> {
         let mut best: Option<Fitted> = None;
         let mut trial = model.clone();
         let mut kicks = kicks.to_vec();
         let mut share = 1.0;
-        for _ in 0..ITERATIONS {
+        for _ in 0..iterations {
             let spread = best.as_ref().map_or(*spread, |b| b.estimated.spread);
             let estimated = match self.columns(&trial, &kicks)? {
                 Some(columns) => {

@@ -2,9 +2,11 @@
 //!
 //! A candidate that changes the command, the tip's line or restitution then needs no simulation of contact at all.
 
+use std::collections::{BTreeMap, BTreeSet};
+
 use rayon::prelude::*;
-use values::{Command, Point, Rig, Strike};
-use world::{Release, Simulator, World, WorldError};
+use values::{Command, Point, Rig, Shape, Strike};
+use world::{Release, Simulator, Worker, World, WorldError};
 
 /// What is changed beside a blow, and by how much: relative speed, angle (rad), offset of the tip (m), factor on restitution.
 const STEPS: [f64; 4] = [0.08, 0.04, 0.003, 0.2];
@@ -70,46 +72,72 @@ impl Launch {
 }
 
 /// The launches of all strikes in a world without effects; `None` for a strike whose object does not leave the tip.
+///
+/// How a round object leaves the tip depends on no angle: a few speeds then serve all strikes.
 pub(crate) fn launches(
     rig: &Rig,
     world: &World,
     strikes: &[&Strike],
 ) -> Result<Vec<Option<Launch>>, WorldError> {
     let simulator = Simulator::new(rig, world)?;
-    Ok(strikes
-        .par_iter()
-        .map_init(
-            || simulator.worker(),
-            |worker, strike| {
-                let command = strike.command;
-                let mut at = |away: [f64; 4]| {
-                    let speed = command.speed * (1.0 + away[0]);
-                    let angle = command.angle + away[1];
-                    worker
-                        .release(Command { speed, angle }, away[2], 1.0 + away[3])
-                        .map(|release| state(release, speed))
-                };
-                let base = at([0.0; 4])?;
-                let (mut slope, mut bend) = ([[0.0; 6]; 4], [[0.0; 6]; 4]);
-                for (direction, step) in STEPS.iter().enumerate() {
-                    let mut away = [0.0; 4];
-                    away[direction] = *step;
-                    let after = at(away)?;
-                    away[direction] = -step;
-                    let before = at(away)?;
-                    for i in 0..base.len() {
-                        slope[direction][i] = (after[i] - before[i]) / (2.0 * step);
-                        bend[direction][i] =
-                            (after[i] + before[i] - 2.0 * base[i]) / (2.0 * step * step);
-                    }
-                }
-                Some(Launch {
-                    command,
-                    base,
-                    slope,
-                    bend,
-                })
-            },
-        )
+    let all = |commands: &[Command]| -> Vec<Option<Launch>> {
+        commands
+            .par_iter()
+            .map_init(
+                || simulator.worker(),
+                |worker, command| launch(worker, *command),
+            )
+            .collect()
+    };
+    let commands: Vec<Command> = strikes.iter().map(|strike| strike.command).collect();
+    if rig.object.shape == Shape::Box {
+        return Ok(all(&commands));
+    }
+    let rung = |speed: f64| (speed.ln() / STEPS[0]).round();
+    let rungs: BTreeSet<i64> = commands.iter().map(|c| rung(c.speed) as i64).collect();
+    let speeds: Vec<Command> = rungs
+        .iter()
+        .map(|rung| Command {
+            speed: (*rung as f64 * STEPS[0]).exp(),
+            angle: 0.0,
+        })
+        .collect();
+    let ladder: BTreeMap<i64, Option<Launch>> = rungs.into_iter().zip(all(&speeds)).collect();
+    Ok(commands
+        .iter()
+        .map(|command| {
+            let mut launch = ladder[&(rung(command.speed) as i64)]?;
+            launch.command.angle = command.angle;
+            Some(launch)
+        })
         .collect())
+}
+
+fn launch(worker: &mut Worker<'_>, command: Command) -> Option<Launch> {
+    let mut at = |away: [f64; 4]| {
+        let speed = command.speed * (1.0 + away[0]);
+        let angle = command.angle + away[1];
+        worker
+            .release(Command { speed, angle }, away[2], 1.0 + away[3])
+            .map(|release| state(release, speed))
+    };
+    let base = at([0.0; 4])?;
+    let (mut slope, mut bend) = ([[0.0; 6]; 4], [[0.0; 6]; 4]);
+    for (direction, step) in STEPS.iter().enumerate() {
+        let mut away = [0.0; 4];
+        away[direction] = *step;
+        let after = at(away)?;
+        away[direction] = -step;
+        let before = at(away)?;
+        for i in 0..base.len() {
+            slope[direction][i] = (after[i] - before[i]) / (2.0 * step);
+            bend[direction][i] = (after[i] + before[i] - 2.0 * base[i]) / (2.0 * step * step);
+        }
+    }
+    Some(Launch {
+        command,
+        base,
+        slope,
+        bend,
+    })
 }

@@ -43,6 +43,8 @@ pub struct Diagnose {
     pub most_strikes: usize,
     /// Effects that may be added.
     pub most_effects: usize,
+    /// Strikes proposed at the most.
+    pub next_strikes: usize,
     /// Seeds the bootstrap.
     pub seed: u64,
 }
@@ -52,6 +54,7 @@ impl Default for Diagnose {
         Self {
             most_strikes: 120,
             most_effects: 3,
+            next_strikes: 12,
             seed: 0,
         }
     }
@@ -170,7 +173,7 @@ impl Stage for Diagnose {
         let kicks = vec![SVector::zeros(); field.strikes.len()];
         let spread = Spread::initial(rig.camera.noise, frame);
         let null = field
-            .fit(&plain, &spread, &kicks)?
+            .fit(&plain, &spread, &kicks, fit::ITERATIONS)?
             .ok_or_else(|| DiagnoseError::NoFit {
                 why: "its fit diverges".into(),
             })?;
@@ -188,12 +191,16 @@ impl Stage for Diagnose {
             0
         };
         progress.set_message("which effects");
-        let searched = search::search(&field, &null, &screened, &candidates, &chance, most)?;
-        let after = if searched.standing.is_empty() {
-            Vec::new()
-        } else {
-            smooth::dependences(&field, &searched.fitted, self.seed)?
-        };
+        let mut searched = search::search(&field, &null, &screened, &candidates, &chance, most)?;
+        let mut after = Vec::new();
+        while !searched.standing.is_empty() {
+            after = smooth::dependences(&field, &searched.fitted, self.seed)?;
+            // An effect weaker than what no candidate explains is no finding.
+            let Some(weak) = searched.weaker_than(evidence::left(&after)) else {
+                break;
+            };
+            searched = search::without(&field, &searched, weak, &candidates, &chance)?;
+        }
 
         progress.set_message("how far the gap shrinks");
         conclude::Case {

@@ -11,6 +11,7 @@ use values::{Command, Conditions, Point, Rig, Split, Strike, Track};
 use world::{World, WorldError};
 
 use crate::{
+    Diagnose,
     diagnosis::NextStrike,
     fit::{Field, Fitted, stack},
     launch::launches,
@@ -18,8 +19,7 @@ use crate::{
     model::CLOCK,
 };
 
-/// Strikes proposed at the most, and drawn to choose from.
-const PROPOSED: usize = 12;
+/// Strikes drawn to choose from.
 const POOL: usize = 160;
 /// Distance in m that stops keep from the table's edge.
 const MARGIN: f64 = 0.03;
@@ -41,9 +41,9 @@ pub(crate) fn next_strikes(
     rival: &Fitted,
     seen: &[&Strike],
     why: &str,
-    seed: u64,
+    settings: &Diagnose,
 ) -> Result<Vec<NextStrike>, WorldError> {
-    let pool = pool(rig, seen, seed);
+    let pool = pool(rig, seen, settings.seed);
     let refs: Vec<&Strike> = pool.iter().collect();
     let (strikes, launches): (Vec<&Strike>, Vec<_>) = refs
         .iter()
@@ -59,7 +59,7 @@ pub(crate) fn next_strikes(
         .filter(|i| forth[*i].is_some() && back[*i].is_some())
         .collect();
     let mut chosen: Vec<usize> = Vec::new();
-    while chosen.len() < PROPOSED.min(possible.len()) {
+    while chosen.len() < settings.next_strikes.min(possible.len()) {
         let best = possible
             .par_iter()
             .filter(|i| !chosen.contains(i))

@@ -11,7 +11,7 @@ use crate::launch::{Blow, Launch};
 
 const GRAVITY: f64 = 9.81;
 /// Length of a step in s; the slide is smooth, and four evaluations a step follow it to a hundredth of a millimetre.
-const STEP: f64 = 0.010;
+const STEP: f64 = 0.0125;
 /// No slide lasts longer, in s.
 const LONGEST: f64 = 20.0;
 
@@ -109,16 +109,16 @@ impl Planar<'_> {
             .iter()
             .map(|effect| effect.friction_factor(&slide))
             .product::<f64>();
-        let mut acceleration = self
-            .effects
-            .iter()
-            .fold(Point::default(), |sum, effect| {
-                sum + effect.acceleration(&slide)
-            });
+        let mut acceleration = self.effects.iter().fold(Point::default(), |sum, effect| {
+            sum + effect.acceleration(&slide)
+        });
         if let Some(push) = self.push {
             acceleration = acceleration + push(t, body.position, body.velocity);
         }
-        let slip = body.velocity.norm().hypot(self.ratio * body.spin).max(1e-9);
+        let turning = self.ratio * body.spin;
+        let slip = (body.velocity.dot(body.velocity) + turning * turning)
+            .sqrt()
+            .max(1e-9);
         let pull = -slide.dry / slip;
         Rate {
             velocity: body.velocity,

@@ -5,8 +5,8 @@ use world::WorldError;
 
 use crate::{
     candidates::Candidate,
-    fit::{Field, Fitted},
-    model::Part,
+    fit::{Field, Fitted, GLANCE, ITERATIONS},
+    model::{Model, Part},
     screen::{Chance, Screened, screen},
 };
 
@@ -15,6 +15,10 @@ const FITTED: usize = 5;
 const STARTS: usize = 2;
 /// Gain of the score below this share of the best one's is not worth a fit.
 const HOPELESS: f64 = 0.25;
+/// Evidence that each effect more must bring beyond chance: one missing effect is likelier than two.
+const ANOTHER: f64 = 2.0;
+/// Share of the best one's evidence below which a candidate is not fitted to the end.
+const BEHIND: f64 = 0.6;
 /// A candidate whose evidence is less than this short of the best one's is not excluded: odds of a hundred to one.
 pub(crate) const EXCLUDED: f64 = 4.6;
 
@@ -46,16 +50,37 @@ pub(crate) fn fit_best(
         .filter(|s| s.gain >= least)
         .flat_map(|s| s.starts.iter().take(STARTS).map(|(part, _)| (s.name, part)))
         .collect();
-    let fits: Vec<Option<Step>> = tried
+    let fit = |name: &'static str, model: &Model, at: &Fitted, iterations| {
+        let fitted = field.fit(model, &at.estimated.spread, &at.kicks, iterations)?;
+        Ok(fitted.map(|fitted| Step {
+            evidence: fitted.likelihood() - from.likelihood() - chance[name],
+            name,
+            fitted,
+        }))
+    };
+    let glanced: Vec<Option<Step>> = tried
         .par_iter()
-        .map(|(name, part)| {
-            let model = from.model.with((*part).clone());
-            let fitted = field.fit(&model, &from.estimated.spread, &from.kicks)?;
-            Ok(fitted.map(|fitted| Step {
-                evidence: fitted.likelihood() - from.likelihood() - chance[name],
-                name,
-                fitted,
-            }))
+        .map(|(name, part)| fit(name, &from.model.with((*part).clone()), from, GLANCE))
+        .collect::<Result<_, WorldError>>()?;
+    let best = glanced
+        .iter()
+        .flatten()
+        .map(|step| step.evidence)
+        .fold(f64::NEG_INFINITY, f64::max);
+    let fits: Vec<Option<Step>> = glanced
+        .into_par_iter()
+        .flatten()
+        .map(|step| {
+            // Far behind after a glance, it is left there: a rival all the same, if a poor one.
+            if step.evidence < BEHIND * best {
+                return Ok(Some(step));
+            }
+            fit(
+                step.name,
+                &step.fitted.model,
+                &step.fitted,
+                ITERATIONS - GLANCE,
+            )
         })
         .collect::<Result<_, WorldError>>()?;
     let mut steps: Vec<Step> = Vec::new();
@@ -75,6 +100,35 @@ pub(crate) struct Searched {
     pub(crate) fitted: Fitted,
     /// For each of the model's effects, its evidence beside the others, and who could stand in its place.
     pub(crate) standing: Vec<Standing>,
+}
+
+impl Searched {
+    /// The effect that stands least firmly, if others stand beside it and its evidence is less than `left`.
+    pub(crate) fn weaker_than(&self, left: f64) -> Option<usize> {
+        let (place, weakest) = self
+            .standing
+            .iter()
+            .enumerate()
+            .min_by(|a, b| a.1.evidence.total_cmp(&b.1.evidence))?;
+        (self.standing.len() > 1 && weakest.evidence < left).then_some(place)
+    }
+}
+
+/// The same without one of its effects.
+pub(crate) fn without(
+    field: &Field<'_>,
+    searched: &Searched,
+    place: usize,
+    candidates: &[Candidate],
+    chance: &Chance,
+) -> Result<Searched, WorldError> {
+    let from = &searched.fitted;
+    let model = from.model.without(place);
+    let fitted = field
+        .fit(&model, &from.estimated.spread, &from.kicks, ITERATIONS)?
+        .unwrap_or_else(|| from.clone());
+    let standing = standing(field, &fitted, candidates, chance)?;
+    Ok(Searched { fitted, standing })
 }
 
 /// How firmly an effect stands.
@@ -102,7 +156,7 @@ pub(crate) fn search(
         let Some(step) = fit_best(field, &fitted, &screened, chance)?
             .into_iter()
             .next()
-            .filter(|step| step.evidence > 0.0)
+            .filter(|step| step.evidence > ANOTHER * fitted.model.parts.len() as f64)
         else {
             break;
         };
@@ -161,7 +215,8 @@ fn beside(
     chance: &Chance,
 ) -> Result<Option<(Fitted, Vec<Step>)>, WorldError> {
     let model = fitted.model.without(place);
-    let Some(reduced) = field.fit(&model, &fitted.estimated.spread, &fitted.kicks)? else {
+    let spread = &fitted.estimated.spread;
+    let Some(reduced) = field.fit(&model, spread, &fitted.kicks, ITERATIONS)? else {
         return Ok(None);
     };
     let name = fitted.model.parts[place].name;

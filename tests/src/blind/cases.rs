@@ -60,7 +60,11 @@ pub const FOREIGN: [&str; 3] = ["air_jet", "sticky_line", "vibration"];
 
 /// Effects that are the same by construction, or nearly so (contract, section 5): a pair of one class is one effect.
 pub const CLASSES: [&[&str]; 2] = [
-    &["striker_angle_bias", "camera_rotation", "off_centre_contact"],
+    &[
+        "striker_angle_bias",
+        "camera_rotation",
+        "off_centre_contact",
+    ],
     &["striker_speed_error", "speed_dependent_restitution"],
 ];
 
@@ -69,7 +73,14 @@ pub const MAGNITUDES: [f64; 4] = [0.5, 1.0, 2.0, 4.0];
 /// Numbers of strikes.
 pub const STRIKES: [usize; 2] = [40, 120];
 
-fn case(kind: Kind, hidden: &[&str], magnitude: f64, strikes: usize, seed: u64, variant: &str) -> Case {
+fn case(
+    kind: Kind,
+    hidden: &[&str],
+    magnitude: f64,
+    strikes: usize,
+    seed: u64,
+    variant: &str,
+) -> Case {
     let name = match kind {
         Kind::Control => "nothing".into(),
         _ => hidden.join("+"),
@@ -102,7 +113,14 @@ pub fn cases(seeds: u64, first: u64) -> Vec<Case> {
                 for seed in 0..seeds {
                     let variant = if seed % 2 == 0 { "plain" } else { "textbook" };
                     let seed = first + seed + 100 * place as u64;
-                    all.push(case(Kind::Single, &[effect], magnitude, strikes, seed, variant));
+                    all.push(case(
+                        Kind::Single,
+                        &[effect],
+                        magnitude,
+                        strikes,
+                        seed,
+                        variant,
+                    ));
                 }
             }
         }
@@ -111,7 +129,14 @@ pub fn cases(seeds: u64, first: u64) -> Vec<Case> {
         for magnitude in [2.0, 4.0] {
             for strikes in STRIKES {
                 for seed in 0..2 * seeds {
-                    all.push(case(Kind::Foreign, &[effect], magnitude, strikes, first + seed, "plain"));
+                    all.push(case(
+                        Kind::Foreign,
+                        &[effect],
+                        magnitude,
+                        strikes,
+                        first + seed,
+                        "plain",
+                    ));
                 }
             }
         }
@@ -139,10 +164,38 @@ pub fn slice() -> Vec<Case> {
         case(Kind::Control, &[], 0.0, 40, first, "plain"),
         case(Kind::Control, &[], 0.0, 120, first + 1, "noise"),
         case(Kind::Single, &["table_tilt"], 2.0, 40, first + 2, "plain"),
-        case(Kind::Single, &["friction_patch"], 4.0, 120, first + 3, "plain"),
-        case(Kind::Single, &["speed_weakening_friction"], 2.0, 120, first + 4, "plain"),
-        case(Kind::Single, &["camera_distortion"], 2.0, 120, first + 5, "plain"),
+        case(
+            Kind::Single,
+            &["friction_patch"],
+            4.0,
+            120,
+            first + 3,
+            "plain",
+        ),
+        case(
+            Kind::Single,
+            &["speed_weakening_friction"],
+            2.0,
+            120,
+            first + 4,
+            "plain",
+        ),
+        case(
+            Kind::Single,
+            &["camera_distortion"],
+            2.0,
+            120,
+            first + 5,
+            "plain",
+        ),
         case(Kind::Foreign, &["vibration"], 4.0, 120, first + 6, "plain"),
-        case(Kind::Pair, &["table_tilt", "viscous_drag"], 2.0, 120, first + 7, "plain"),
+        case(
+            Kind::Pair,
+            &["table_tilt", "viscous_drag"],
+            2.0,
+            120,
+            first + 7,
+            "plain",
+        ),
     ]
 }

@@ -42,7 +42,9 @@ const ALIKE: &[(&str, &str, &str, bool)] = &[
 pub fn covered(case: &Case, truth: &Truth, found: &Found) -> Vec<Covered> {
     let named = &found.diagnosis.effects;
     let is_same = named.len() == case.hidden.len()
-        && named.iter().all(|effect| case.hidden.contains(&effect.name));
+        && named
+            .iter()
+            .all(|effect| case.hidden.contains(&effect.name));
     if !is_same {
         return Vec::new();
     }

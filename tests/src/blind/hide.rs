@@ -48,7 +48,11 @@ fn uniform(random: &mut ChaCha8Rng, low: f64, high: f64) -> f64 {
 /// Another place, direction and sign of the effect, within what real tables show.
 fn draw(effect: &mut Effect, random: &mut ChaCha8Rng) {
     let name = effect.name();
-    let sign = if random.random::<f64>() < 0.5 { -1.0 } else { 1.0 };
+    let sign = if random.random::<f64>() < 0.5 {
+        -1.0
+    } else {
+        1.0
+    };
     let mut set = |parameter: &str, value: f64| {
         assert!(effect.set(parameter, value), "{name} has no {parameter}");
     };

@@ -91,7 +91,11 @@ pub fn run(case: &Case) -> Outcome {
                 world: fit.world,
                 strikes,
             };
-            Diagnose::default()
+            let diagnose = Diagnose {
+                next_strikes: 0,
+                ..Diagnose::default()
+            };
+            diagnose
                 .run(&input, &Progress::hidden())
                 .map_err(|error| error.to_string())
         });
