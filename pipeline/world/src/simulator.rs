@@ -130,6 +130,16 @@ impl Simulator {
         (self.friction, self.restitution)
     }
 
+    /// By how much (rad) the arm turns this command, and the lateral offset (m) of its tip.
+    pub(crate) fn aim(&self, command: Command) -> (f64, f64) {
+        let delivered = self
+            .effects
+            .iter()
+            .fold(command, |command, effect| effect.deliver(command));
+        let offset = self.effects.iter().map(|effect| effect.tip_offset()).sum();
+        (delivered.angle - command.angle, offset)
+    }
+
     /// Where the camera sees an object that is at `point`.
     fn observe(&self, point: Point) -> Point {
         self.effects

@@ -1,6 +1,8 @@
 //! Where the tip's centre is when it first touches the resting object.
 
-use values::{Object, Point, Shape, Striker, Tip};
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+
+use values::{Interval, Object, Point, Shape, Striker, Tip};
 
 /// Distance in metres, back along the line of approach, from the point of the line nearest the object's centre to the
 /// tip's centre at touch. `direction` is a unit vector; `offset` (m) shifts the line to the left of the object's centre.
@@ -64,6 +66,43 @@ fn rounded_box(
     Some(high)
 }
 
+/// Angle in rad by which a strike on a face stays clear of its edge.
+const CLEAR: f64 = 1e-3;
+
+/// Angles of approach (rad, around `bearing`) at which the tip meets the face of a box that faces a path of this bearing;
+/// `offset` (m) as in [`standoff`]. `None` for a round object.
+pub(crate) fn face(
+    object: &Object,
+    striker: &Striker,
+    offset: f64,
+    bearing: f64,
+) -> Option<Interval> {
+    if object.shape != Shape::Box {
+        return None;
+    }
+    let [half_x, half_y, _] = object.half_size?;
+    let faces = [
+        (half_x, half_y),
+        (half_y, half_x),
+        (half_x, half_y),
+        (half_y, half_x),
+    ];
+    let limits = faces.iter().zip(0..).map(|((depth, width), quarter)| {
+        // The tip touches the edge where depth·sin θ ∓ width·cos θ = offset.
+        let depth = depth + striker.radius;
+        let middle = (offset / depth.hypot(*width)).clamp(-1.0, 1.0).asin();
+        let half = width.atan2(depth) - CLEAR;
+        let aside = (bearing - f64::from(quarter) * FRAC_PI_2 - middle + PI).rem_euclid(TAU) - PI;
+        (aside, half)
+    });
+    limits
+        .min_by(|a, b| (a.0.abs() - a.1).total_cmp(&(b.0.abs() - b.1)))
+        .map(|(aside, half)| Interval {
+            low: bearing - aside - half,
+            high: bearing - aside + half,
+        })
+}
+
 /// Free space in metres between tip and object, both as discs (a box as its circle of half its diagonal): a lower bound.
 pub(crate) fn clearance(object: &Object, striker: &Striker, distance: f64) -> f64 {
     let reach = match object.shape {
@@ -88,6 +127,26 @@ mod tests {
         let oblique =
             standoff(&rig.object, &rig.striker, Point::polar(1.0, angle), 0.0).expect("hits");
         assert!((oblique - (half_x + rig.striker.radius) / angle.cos()).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_box_is_struck_on_the_face_that_the_path_leaves_behind() {
+        let rig = Rig::demo(Shape::Box);
+        let [half_x, half_y, _] = rig.object.half_size.expect("a box");
+        let face = |offset, bearing| {
+            face(&rig.object, &rig.striker, offset, bearing).expect("a box has faces")
+        };
+        let edge = (half_y / (half_x + rig.striker.radius)).atan();
+        assert!((face(0.0, 0.2).high - edge).abs() < 2.0 * CLEAR);
+        assert!((face(0.0, -0.7).low + edge).abs() < 2.0 * CLEAR);
+        assert!((face(0.0, 1.2).low - (FRAC_PI_2 - edge)).abs() < 2.0 * CLEAR);
+        assert!((face(0.0, 3.1).low - (PI - edge)).abs() < 2.0 * CLEAR);
+        // A tip that is led to the left of the centre reaches the left edge at a smaller angle to the right.
+        let aside = face(0.004, 0.0);
+        let touched =
+            |angle: f64| -(half_x + rig.striker.radius) * angle.tan() + 0.004 / angle.cos();
+        assert!((touched(aside.low) - half_y).abs() < 1e-4);
+        assert!((touched(aside.high) + half_y).abs() < 1e-4);
     }
 
     #[test]

@@ -188,7 +188,13 @@ fn every_reachable_target_is_solved_in_about_two_simulations() {
         for i in 0..12 {
             for j in 0..9 {
                 let path = Point::polar(0.08 + 0.04 * f64::from(i), -0.4 + 0.1 * f64::from(j));
-                let solution = worker.solve(ORIGIN, ORIGIN + path, &SolveSettings::default(), None);
+                let solution = worker.solve(
+                    ORIGIN,
+                    ORIGIN + path,
+                    &Conditions::default(),
+                    &SolveSettings::default(),
+                    None,
+                );
                 assert_eq!(
                     solution.status,
                     SolveStatus::Solved,
@@ -218,7 +224,13 @@ fn an_unreachable_target_is_a_status() {
     };
     let solution = simulator
         .worker()
-        .solve(ORIGIN, Point::new(5.0, 0.0), &settings, None);
+        .solve(
+            ORIGIN,
+            Point::new(5.0, 0.0),
+            &Conditions::default(),
+            &settings,
+            None,
+        );
     assert_eq!(solution.status, SolveStatus::Unreachable);
     assert!(solution.miss > 1.0 && solution.evaluations < 100);
 }
