@@ -147,6 +147,15 @@ impl Engine {
         Point::new(qvel[0], qvel[1])
     }
 
+    /// Angle in rad by which a cylinder or a box has turned.
+    pub(crate) fn yaw(&self) -> f64 {
+        if self.nv_object == 5 {
+            0.0
+        } else {
+            self.data.qpos()[2]
+        }
+    }
+
     /// Force on the object's centre, in N.
     pub(crate) fn push(&mut self, force: Point) {
         let applied = self.data.qfrc_applied_mut();

@@ -19,17 +19,19 @@ use crate::{Worker, touch};
 
 /// Less than this much bearing for an angle: the tip slips along the face.
 const SLIPPING: f64 = 0.25;
+/// Angle per bearing for a step back to where it sticks.
+const STICKING: f64 = 1.5;
 /// Longest step in the logarithm of the speed, and in rad.
 const LONGEST: [f64; 2] = [1.0, 0.7];
 /// A row is given up when this many simulations on end do not come to rest.
 const MOST_DIVERGED: u32 = 4;
-/// What is further off than this many tolerances at a bound is out of reach.
-const BEYOND: f64 = 2.0;
+/// What the corrections bring within this many tolerances is solved; what is further off at a bound is out of reach.
+const SOLVED: f64 = 2.0;
 
 /// How a solve goes.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SolveSettings {
-    /// Miss in m at which a solve ends.
+    /// Miss in m at which a solve ends; one that comes within twice that is solved too.
     pub tolerance: f64,
     /// Speeds in m/s that may be tried.
     pub speed: Interval,
@@ -58,7 +60,7 @@ impl Default for SolveSettings {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum SolveStatus {
-    /// The miss is within tolerance.
+    /// The miss is within twice the tolerance: less than a millimetre by default.
     Solved,
     /// No command within the speeds allowed, on a face of a box, reaches the target; the nearest found is given.
     Unreachable,
@@ -166,30 +168,32 @@ impl Search<'_, '_> {
         }
     }
 
-    /// Whether an error of bearing (rad) is more than a tolerance can hide.
-    fn is_astray(&self, bearing: f64) -> bool {
-        self.path.norm() * bearing.abs() > BEYOND * self.settings.tolerance
+    /// Whether the best trial is near enough, though not as near as was tried for.
+    fn is_solved(&self) -> bool {
+        self.best
+            .is_some_and(|best| best.miss < SOLVED * self.settings.tolerance)
     }
 
-    /// The face's edge towards which a trial's bearing is wrong.
+    /// How far a trial's bearing leads past the target, in tolerances.
+    fn astray(&self, trial: &Trial) -> f64 {
+        self.path.norm() * trial.error[1].abs() / self.settings.tolerance
+    }
+
+    /// The face's edge towards which a trial's bearing is wrong, where that leads away from the face's middle.
     fn edge(&self, trial: &Trial) -> Option<f64> {
-        self.face.map(|face| {
-            if trial.error[1] > 0.0 {
-                face.high
-            } else {
-                face.low
-            }
-        })
+        let face = self.face?;
+        let is_left = trial.command.angle > 0.5 * (face.low + face.high);
+        let is_short = is_left == (trial.error[1] > 0.0);
+        is_short.then_some(if is_left { face.high } else { face.low })
     }
 
     /// Whether a trial at a bound shows that the target lies beyond it.
     fn is_beyond(&self, trial: &Trial) -> bool {
-        let is_astray = self.is_astray(trial.error[1]);
-        if is_astray {
+        if self.astray(trial) > SOLVED {
             return self.edge(trial) == Some(trial.command.angle);
         }
         let Interval { low, high } = self.settings.speed;
-        let is_off = trial.miss > BEYOND * self.settings.tolerance;
+        let is_off = trial.miss > SOLVED * self.settings.tolerance;
         let at_bound = trial.command.speed >= high && trial.error[0] > 0.0
             || trial.command.speed <= low && trial.error[0] < 0.0;
         is_off && at_bound
@@ -221,6 +225,7 @@ impl Worker<'_> {
             best: None,
         };
         match correct(&mut search, first) {
+            Ending::Open if search.is_solved() => {}
             Ending::Open => fall_back(&mut search),
             Ending::OutOfReach => come_near(&mut search),
             Ending::Solved | Ending::Diverged => {}
@@ -240,7 +245,7 @@ impl Worker<'_> {
                 },
                 miss,
                 evaluations,
-                status: if miss <= settings.tolerance {
+                status: if miss < SOLVED * settings.tolerance {
                     SolveStatus::Solved
                 } else {
                     SolveStatus::Unreachable
@@ -310,13 +315,26 @@ fn correct(search: &mut Search<'_, '_>, first: Command) -> Ending {
         if let Some(last) = last {
             let step = trial.step_from(&last);
             let change = [0, 1].map(|i| last.error[i] - trial.error[i]);
-            broyden(&mut inverse, step, change);
-            is_slipping = search.is_astray(trial.error[1])
-                && step[1] * trial.error[1] > 0.0
+            is_slipping = search.face.is_some()
+                && search.astray(&trial) > 1.0
                 && change[1].abs() < SLIPPING * step[1].abs();
+            if is_slipping {
+                // A slope of nothing would lead anywhere: back to where the tip sticks, with some to spare.
+                inverse = [[0.5, 0.0], [0.0, STICKING]];
+            } else {
+                broyden(&mut inverse, step, change);
+            }
         }
         last = Some(trial);
-        let best = search.best.unwrap_or(trial);
+        let is_at_edge = search.edge(&trial) == Some(trial.command.angle);
+        if is_at_edge && search.is_solved() {
+            return Ending::Solved;
+        }
+        // While the tip slips, the bearing tells nothing of which trial is the better one.
+        let best = search
+            .best
+            .filter(|_| !is_slipping && !is_at_edge)
+            .unwrap_or(trial);
         let mut step = [0, 1].map(|i| {
             let wanted = inverse[i][0] * best.error[0] + inverse[i][1] * best.error[1];
             wanted.clamp(-LONGEST[i], LONGEST[i])
