@@ -1,5 +1,7 @@
 //! Where to start, with no simulation: under constant deceleration √(D − d(t)) is a straight line.
 
+use std::f64::consts::FRAC_PI_2;
+
 use values::{Rig, Strike};
 use world::{World, parameter};
 
@@ -39,6 +41,41 @@ fn line(strike: &Strike) -> Option<(f64, f64)> {
 fn median(mut values: Vec<f64>) -> Option<f64> {
     values.sort_by(f64::total_cmp);
     values.get(values.len() / 2).copied()
+}
+
+/// Share of the strikes whose bearings must lie within the tip's friction cone, and by how much the cone is wider yet.
+const HELD: (f64, f64) = (0.98, 1.1);
+/// Shorter paths, in m, have no bearing to speak of.
+const SHORT: f64 = 0.05;
+
+/// The world with a tip that holds a box as the strikes show: a tip that slips along a face cannot send it further aside
+/// than the arc tangent of its friction, so bearings are a lower bound of that. Only where it was neither freed nor set.
+pub(crate) fn hold(rig: &Rig, world: World, strikes: &[&Strike], free: &[String]) -> World {
+    const NAME: &str = "tip_friction";
+    let is_given = world.parameters.contains_key(NAME) || free.iter().any(|name| name == NAME);
+    if rig.object.shape != values::Shape::Box || is_given {
+        return world;
+    }
+    let mut aside: Vec<f64> = strikes
+        .iter()
+        .map(|strike| strike.path())
+        .filter(|path| path.norm() > SHORT)
+        .map(|path| {
+            // Beside the normal of the face that it leaves behind.
+            let quarter = FRAC_PI_2;
+            let bearing = path.bearing().rem_euclid(quarter);
+            bearing.min(quarter - bearing)
+        })
+        .collect();
+    aside.sort_by(f64::total_cmp);
+    let (share, wider) = HELD;
+    let last = aside.len().saturating_sub(1) as f64;
+    match (aside.get((share * last) as usize), parameter(NAME)) {
+        (Some(aside), Ok(spec)) if wider * aside.tan() > spec.nominal => {
+            world.with(NAME, (wider * aside.tan()).min(spec.high))
+        }
+        _ => world,
+    }
 }
 
 /// The world with friction and restitution from the lines, where they are free and a line can be drawn.
