@@ -205,12 +205,18 @@ fn objective(evidence: &[Evidence<'_>], weights: &[f64]) -> f64 {
         .sum()
 }
 
-/// The Gauss–Newton step and the standard errors; what is held at a bound does not move.
+/// A Gauss–Newton step, and standard errors.
+struct Step {
+    by: DVector<f64>,
+    errors: DVector<f64>,
+}
+
+/// The next step; what is held at a bound does not move. None where the data do not determine what is fitted.
 fn newton(
     information: &DMatrix<f64>,
     score: &DVector<f64>,
     is_held: impl Fn(usize, f64) -> Result<bool, WorldError>,
-) -> Result<Option<(DVector<f64>, DVector<f64>)>, WorldError> {
+) -> Result<Option<Step>, WorldError> {
     let mut moving: Vec<usize> = (0..score.len()).collect();
     loop {
         let part = information.select_rows(&moving).select_columns(&moving);
@@ -234,7 +240,7 @@ fn newton(
             step[index] = steps[place];
             errors[index] = variances[(place, place)].sqrt();
         }
-        return Ok(Some((step, errors)));
+        return Ok(Some(Step { by: step, errors }));
     }
 }
 
@@ -283,7 +289,7 @@ pub(crate) fn fit(
                 .get(i)
                 .map_or(Ok(false), |spec| place.is_held(spec, step))
         };
-        let Some((step, errors)) = newton(&information, &score, is_held)? else {
+        let Some(Step { by: step, errors }) = newton(&information, &score, is_held)? else {
             return Err(SysidError::Singular {
                 names: free.join(", "),
             });

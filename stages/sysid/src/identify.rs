@@ -140,13 +140,13 @@ pub(crate) fn what_can_be_told(
     let mut notes = Vec::new();
     if !blind.is_empty() {
         notes.push(format!(
-            "these strikes say nothing of {}: kept at their nominal values",
+            "these strikes say nothing of {}: kept as they were",
             blind.join(", ")
         ));
     }
     if !aliased.is_empty() {
         notes.push(format!(
-            "these strikes cannot tell {} from {}: kept at their nominal values",
+            "these strikes cannot tell {} from {}: kept as they were",
             aliased.join(", "),
             fitted.free.join(" and ")
         ));

@@ -172,6 +172,7 @@ impl Stage for Sysid {
         let mut notes = told.notes;
         notes.extend(fitted.at_bounds());
         notes.extend(fitted.bias());
+        notes.extend(start::held(&input.world, &fitted));
         Ok(Fit {
             rms_before: nominal.rms(&strikes),
             rms_after: compare::Batch::new(&input.rig, &world, &strikes)?.rms(&strikes),
