@@ -1,7 +1,7 @@
 //! From a target to a plan: solve, add the residual, check every limit.
 
 use artifacts::{Artifact, Model, Network, TrainedRegion};
-use values::{Command, Interval, Point, Rig};
+use values::{Command, Conditions, Interval, Point, Rig};
 use world::{Simulator, SolveSettings, SolveStatus};
 
 use crate::limits::{self, Broken};
@@ -114,7 +114,12 @@ impl Planner {
     /// The world's own command. The robot's limits are those of the final command, not of this one.
     fn solve(&self, from: Point, to: Point) -> Result<Command, Broken> {
         let settings = SolveSettings::default();
-        let solution = self.simulator.worker().solve(from, to, &settings, None);
+        // A strike yet to be made belongs to no session.
+        let conditions = Conditions::default();
+        let solution = self
+            .simulator
+            .worker()
+            .solve(from, to, &conditions, &settings, None);
         match solution.status {
             SolveStatus::Solved => Ok(solution.command),
             SolveStatus::Unreachable => Err((

@@ -1,7 +1,7 @@
 //! How repeats of one command scatter, for the noise floor.
 //!
-//! Identification explains the tracks by parameters and launch scatter: what its parameters cannot absorb (a bias of the
-//! angle, a gain of the speed) counts as scatter there, though it repeats. The residual model takes that away, so that what it
+//! Identification explains the tracks by parameters, a mean turn and launch scatter: what these cannot absorb (a gain of
+//! the speed, a slope of the table) counts as scatter there, though it repeats. The residual model takes that away, so that what it
 //! leaves (on strikes that it did not learn from, where there are enough) is the better estimate.
 
 use evaluate::Noise;

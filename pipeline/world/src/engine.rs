@@ -150,6 +150,15 @@ impl Engine {
         Point::new(qvel[0], qvel[1])
     }
 
+    /// Angle in rad by which a cylinder or a box has turned.
+    pub(crate) fn yaw(&self) -> f64 {
+        if self.nv_object == 5 {
+            0.0
+        } else {
+            self.data.qpos()[2]
+        }
+    }
+
     /// Rate at which the object turns about the vertical, in rad/s; of a ball, 0.
     pub(crate) fn spin(&self) -> f64 {
         match self.nv_object {

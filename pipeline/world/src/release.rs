@@ -6,6 +6,8 @@ use values::{Command, Point, Rig};
 
 use crate::{Worker, scene, simulator::Blow};
 
+const GRAVITY: f64 = 9.81;
+
 /// The object as it leaves the tip, in the frame of the blow: x along the tip's velocity, y to its left, the object at rest
 /// in the origin.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -44,22 +46,22 @@ impl Worker<'_> {
                 restitution_factor,
             },
         )?;
+        let weight = sim.coefficients().0 * GRAVITY;
         let mut touched = false;
         self.engine.set_timestep(sim.steps.contact);
+        self.engine.push(Point::default());
         loop {
-            let (position, velocity) = (self.engine.position(), self.engine.velocity());
-            if !motion.near(sim, position, velocity, touched) {
+            if touched && motion.free_step(sim, &self.engine, weight).is_some() {
                 return Some(Release {
                     time: motion.t,
-                    position: position.rotated(-command.angle),
-                    velocity: velocity.rotated(-command.angle),
+                    position: self.engine.position().rotated(-command.angle),
+                    velocity: self.engine.velocity().rotated(-command.angle),
                     spin: self.engine.spin(),
                 });
             }
             if motion.is_over() {
                 return None;
             }
-            self.engine.push(Point::default());
             motion.drive(&mut self.engine, true);
             self.engine.step();
             motion.t += sim.steps.contact;

@@ -21,8 +21,10 @@ const LONGEST_SLIDE: f64 = 20.0;
 /// Below this speed, in m/s, MuJoCo's soft friction lets the object creep: the rest of the slide, a tenth of a millimetre,
 /// is solved exactly from the deceleration seen above it.
 const CREEP: f64 = 0.025;
-/// Free space between tip and object, in m, beyond which steps are long.
-const NEAR: f64 = 0.0005;
+/// Seconds between samples of a track, about: a straight line between two is off by a thousandth of a millimetre.
+const SAMPLE: f64 = 2e-3;
+/// Speed in m/s above which an effect shortens the steps of the slide, so that a place on the table is not stepped over.
+const STROLL: f64 = 0.5;
 
 /// Lengths of the integration steps, in s.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -34,11 +36,11 @@ pub struct Steps {
 }
 
 impl Default for Steps {
-    /// 0.05 ms and 2 ms: halving both moves no stop by 0.5 mm (tested).
+    /// 0.05 ms and 8 ms: halving both moves no stop by 0.5 mm (tested).
     fn default() -> Self {
         Self {
             contact: 0.05e-3,
-            slide: 2e-3,
+            slide: 8e-3,
         }
     }
 }
@@ -60,7 +62,7 @@ pub struct Simulator {
 pub struct Simulated {
     /// Where the object comes to rest, in m.
     pub stop: Point,
-    /// Every step from touch (t = 0) to rest, in s and m.
+    /// From touch (t = 0) to rest, every 2 ms or so, in s and m.
     pub track: Track,
     /// Seconds from touch to rest.
     pub rest_time: f64,
@@ -128,6 +130,16 @@ impl Simulator {
     /// Sliding friction and restitution, for a first guess.
     pub(crate) fn coefficients(&self) -> (f64, f64) {
         (self.friction, self.restitution)
+    }
+
+    /// By how much (rad) the arm turns this command, and the lateral offset (m) of its tip.
+    pub(crate) fn aim(&self, command: Command) -> (f64, f64) {
+        let delivered = self
+            .effects
+            .iter()
+            .fold(command, |command, effect| effect.deliver(command));
+        let offset = self.effects.iter().map(|effect| effect.tip_offset()).sum();
+        (delivered.angle - command.angle, offset)
     }
 
     /// Where the camera sees an object that is at `point`.
@@ -199,78 +211,63 @@ impl Worker<'_> {
         let mut motion = self
             .impact(origin, blow)
             .ok_or_else(|| diverged("the tip passes beside the object"))?;
-        let mut track = Track::default();
-        let mut push = |t: f64, point: Point| {
-            let seen = sim.observe(point);
-            track.t.push(t);
-            track.x.push(seen.x);
-            track.y.push(seen.y);
-        };
-        push(0.0, origin);
-
+        let mut record = Record::new(sim, origin);
         let weight = sim.friction * GRAVITY;
         let mut touched = false;
-        let mut recorded = 0.0;
-        let mut deceleration = Point::default();
+        let mut acceleration = Point::default();
         let mut slowing = weight;
         loop {
             let (position, velocity) = (self.engine.position(), self.engine.velocity());
-            let near = motion.near(sim, position, velocity, touched);
-            let timestep = if near {
-                sim.steps.contact
+            let free = if touched {
+                motion.free_step(sim, &self.engine, slowing)
             } else {
-                sim.steps.slide
+                None
             };
+            let timestep = free.unwrap_or(sim.steps.contact);
             self.engine.set_timestep(timestep);
             // Forces at the middle of the step keep it second order.
             let slide = Slide {
                 position: position + velocity * (0.5 * timestep),
-                velocity: velocity + deceleration * (0.5 * timestep),
+                velocity: velocity + acceleration * (0.5 * timestep),
                 dry: weight,
                 conditions,
             };
             self.apply_effects(&slide);
-            motion.drive(&mut self.engine, near);
-            if near {
-                self.engine.step();
-            } else {
+            motion.drive(&mut self.engine, free.is_none());
+            if free.is_some() {
                 self.engine.slide();
+            } else {
+                self.engine.step();
+                touched |= self.engine.tip_touches();
             }
+            let begun = motion.t;
             motion.t += timestep;
-            touched |= near && self.engine.tip_touches();
 
-            let (position, now) = (self.engine.position(), self.engine.velocity());
-            if !(position.is_finite() && now.is_finite()) {
+            let (end, now) = (self.engine.position(), self.engine.velocity());
+            if !(end.is_finite() && now.is_finite()) {
                 return Err(diverged("the state is no longer finite"));
             }
-            deceleration = (now - velocity) * (1.0 / timestep);
-            if motion.t - recorded >= sim.steps.slide * 0.999 || !near {
-                push(motion.t, position);
-                recorded = motion.t;
-            }
-            if !near && now.norm() > CREEP {
-                slowing = -deceleration.dot(now) / now.norm();
-            } else if !near && slowing > 0.0 {
-                let left = now.norm() / slowing;
-                let stop = position + now * (0.5 * left);
-                if left > 0.0 {
-                    push(motion.t + left, stop);
+            if free.is_some() {
+                acceleration = (now - velocity) * (1.0 / timestep);
+                record.arc(begun, timestep, position, velocity, acceleration);
+                if now.norm() > CREEP {
+                    slowing = -acceleration.dot(now) / now.norm();
+                } else if slowing > 0.0 {
+                    let left = now.norm() / slowing;
+                    let braking = now * (-1.0 / left.max(1e-12));
+                    record.arc(motion.t, left, end, now, braking);
+                    let stop = end + now * (0.5 * left);
+                    return Ok(record.end(motion.t + left, stop));
                 }
-                return Ok(Simulated {
-                    stop: sim.observe(stop),
-                    rest_time: motion.t + left,
-                    track,
-                });
-            }
-            // An object slower than the tip's own braking is pushed to where the tip stops, and rests against it.
-            // One that runs away downhill gains speed and does not.
-            if near && motion.is_over() && now.norm() <= CREEP.min(velocity.norm()) {
-                push(motion.t, position);
-                return Ok(Simulated {
-                    stop: sim.observe(position),
-                    rest_time: motion.t,
-                    track,
-                });
+            } else {
+                // The blow's own acceleration says nothing of the slide's.
+                acceleration = now * (-weight / now.norm().max(1e-12));
+                record.step(motion.t, end);
+                // An object slower than the tip's own braking is pushed to where the tip stops, and rests against it.
+                // One that runs away downhill gains speed and does not.
+                if motion.is_over() && now.norm() <= CREEP.min(velocity.norm()) {
+                    return Ok(record.end(motion.t, end));
+                }
             }
             if motion.t > LONGEST_SLIDE {
                 return Err(diverged("it has not come to rest within 20 s"));
@@ -306,6 +303,7 @@ impl Worker<'_> {
         Some(TipMotion {
             profile,
             t: 0.5 * sim.steps.contact,
+            has_parted: false,
         })
     }
 
@@ -347,6 +345,8 @@ pub(crate) struct TipMotion {
     profile: Profile,
     /// Seconds since touch.
     pub(crate) t: f64,
+    /// Whether tip and object have been apart.
+    has_parted: bool,
 }
 
 impl TipMotion {
@@ -359,31 +359,49 @@ impl TipMotion {
         self.profile.t_strike + self.t >= self.profile.t_stop
     }
 
-    /// Whether tip and object touch, or may within the next long step.
-    pub(crate) fn near(
-        &self,
+    /// Length in s of a step in which the object slides alone; none where the tip touches it, or may.
+    ///
+    /// A box that has left the tip is not struck again by a corner that swings back: whether it is hangs on a degree.
+    pub(crate) fn free_step(
+        &mut self,
         sim: &Simulator,
-        position: Point,
-        velocity: Point,
-        touched: bool,
-    ) -> bool {
+        engine: &Engine,
+        slowing: f64,
+    ) -> Option<f64> {
         let (tip, tip_velocity) = self.tip();
+        let (position, velocity) = (engine.position(), engine.velocity());
         let apart = position - tip;
-        let distance = apart.norm();
-        if !touched {
-            return true;
+        let opening = (velocity - tip_velocity).dot(apart) / apart.norm().max(1e-12);
+        let gap = touch::gap(
+            &sim.rig.object,
+            &sim.rig.striker,
+            position,
+            engine.yaw(),
+            tip,
+        );
+        if gap <= 0.0 && !(self.has_parted && opening > 0.0) {
+            return None;
         }
-        let closing = (tip_velocity - velocity).dot(apart) / distance;
-        let clearance = touch::clearance(&sim.rig.object, &sim.rig.striker, distance);
-        // A box is closer than its circumscribed circle says only until it has left by its own corner.
-        if sim.rig.object.shape == values::Shape::Box && self.t < 3.0 * sim.contact_time {
-            return true;
+        let speed = velocity.norm();
+        let mut longest = sim.steps.slide;
+        // A ball passes from sliding to rolling within a few milliseconds.
+        if sim.rig.object.shape == Shape::Sphere {
+            longest *= 0.25;
         }
-        let box_slack = match sim.rig.object.shape {
-            values::Shape::Box => closing <= 0.0,
-            _ => false,
-        };
-        !box_slack && clearance < NEAR + (closing * sim.steps.slide).max(0.0)
+        if !sim.effects.is_empty() {
+            longest *= (STROLL / speed.max(1e-12)).min(1.0);
+        }
+        if slowing > 0.0 {
+            // The last step ends where the rest of the slide is solved exactly.
+            longest = longest.min(((speed - 0.8 * CREEP) / slowing).max(sim.steps.contact));
+        }
+        // The gap narrows by friction, at most twice as fast as the world's own.
+        let narrowing = 2.0 * sim.friction * GRAVITY;
+        let free = std::iter::successors(Some(longest), |step| Some(0.5 * step))
+            .take(4)
+            .find(|step| gap.max(0.0) + opening * step - 0.5 * narrowing * step * step > 0.0);
+        self.has_parted |= free.is_some();
+        free
     }
 
     /// Moves the tip; once it is no longer near, it is taken out of the object's way.
@@ -393,6 +411,59 @@ impl TipMotion {
             engine.drive_striker(position, velocity);
         } else {
             engine.drive_striker(Point::new(-10.0, 0.0), Point::default());
+        }
+    }
+}
+
+/// The track of a strike, as the camera would see it.
+struct Record<'a> {
+    simulator: &'a Simulator,
+    track: Track,
+}
+
+impl<'a> Record<'a> {
+    fn new(simulator: &'a Simulator, origin: Point) -> Self {
+        let mut record = Self {
+            simulator,
+            track: Track::default(),
+        };
+        record.push(0.0, origin);
+        record
+    }
+
+    fn push(&mut self, t: f64, point: Point) {
+        let seen = self.simulator.observe(point);
+        self.track.t.push(t);
+        self.track.x.push(seen.x);
+        self.track.y.push(seen.y);
+    }
+
+    /// A short step, which becomes a sample where the last one is old enough.
+    fn step(&mut self, t: f64, point: Point) {
+        let last = self.track.t.last().copied().unwrap_or(0.0);
+        if t - last >= 0.999 * SAMPLE {
+            self.push(t, point);
+        }
+    }
+
+    /// A long step of constant acceleration.
+    fn arc(&mut self, t: f64, duration: f64, from: Point, velocity: Point, acceleration: Point) {
+        let samples = (duration / SAMPLE).ceil().max(1.0);
+        for sample in 1..=samples as u32 {
+            let later = duration * f64::from(sample) / samples;
+            let point = from + velocity * later + acceleration * (0.5 * later * later);
+            self.push(t + later, point);
+        }
+    }
+
+    fn end(mut self, t: f64, stop: Point) -> Simulated {
+        if self.track.t.last().is_some_and(|&last| last < t) {
+            self.push(t, stop);
+        }
+        Simulated {
+            stop: self.simulator.observe(stop),
+            rest_time: t,
+            track: self.track,
         }
     }
 }

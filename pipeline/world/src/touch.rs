@@ -1,6 +1,8 @@
 //! Where the tip's centre is when it first touches the resting object.
 
-use values::{Object, Point, Shape, Striker, Tip};
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+
+use values::{Interval, Object, Point, Shape, Striker, Tip};
 
 /// Distance in metres, back along the line of approach, from the point of the line nearest the object's centre to the
 /// tip's centre at touch. `direction` is a unit vector; `offset` (m) shifts the line to the left of the object's centre.
@@ -64,13 +66,60 @@ fn rounded_box(
     Some(high)
 }
 
-/// Free space in metres between tip and object, both as discs (a box as its circle of half its diagonal): a lower bound.
-pub(crate) fn clearance(object: &Object, striker: &Striker, distance: f64) -> f64 {
-    let reach = match object.shape {
-        Shape::Box => object.half_size.map_or(0.0, |[x, y, _]| x.hypot(y)),
-        Shape::Cylinder | Shape::Sphere => object.radius.unwrap_or(0.0),
+/// Share of its radius by which a tip stays clear of a face's edge, so as not to slip over it.
+const CLEAR: f64 = 0.5;
+
+/// Angles of approach (rad, around `bearing`) at which the tip meets the face of a box that faces a path of this bearing;
+/// `offset` (m) as in [`standoff`]. `None` for a round object.
+pub(crate) fn face(
+    object: &Object,
+    striker: &Striker,
+    offset: f64,
+    bearing: f64,
+) -> Option<Interval> {
+    if object.shape != Shape::Box {
+        return None;
+    }
+    let [half_x, half_y, _] = object.half_size?;
+    let faces = [
+        (half_x, half_y),
+        (half_y, half_x),
+        (half_x, half_y),
+        (half_y, half_x),
+    ];
+    let limits = faces.iter().zip(0..).map(|((depth, width), quarter)| {
+        // The tip touches `width` beside the middle where depth·sin θ ∓ width·cos θ = offset.
+        let depth = depth + striker.radius;
+        let width = width - CLEAR * striker.radius;
+        let middle = (offset / depth.hypot(width)).clamp(-1.0, 1.0).asin();
+        let half = width.atan2(depth);
+        let aside = (bearing - f64::from(quarter) * FRAC_PI_2 - middle + PI).rem_euclid(TAU) - PI;
+        (aside, half)
+    });
+    limits
+        .min_by(|a, b| (a.0.abs() - a.1).total_cmp(&(b.0.abs() - b.1)))
+        .map(|(aside, half)| Interval {
+            low: bearing - aside - half,
+            high: bearing - aside + half,
+        })
+}
+
+/// Width in m of the gap between a tip whose centre is at `tip` and an object at `centre`, turned by `yaw` (rad); below
+/// zero where they overlap.
+pub(crate) fn gap(object: &Object, striker: &Striker, centre: Point, yaw: f64, tip: Point) -> f64 {
+    let away = (tip - centre).rotated(-yaw);
+    let outside = match object.shape {
+        Shape::Cylinder | Shape::Sphere => away.norm() - object.radius.unwrap_or(0.0),
+        Shape::Box => {
+            let [half_x, half_y, _] = object.half_size.unwrap_or_default();
+            Point::new(
+                (away.x.abs() - half_x).max(0.0),
+                (away.y.abs() - half_y).max(0.0),
+            )
+            .norm()
+        }
     };
-    distance - reach - striker.radius
+    outside - striker.radius
 }
 
 #[cfg(test)]
@@ -91,8 +140,41 @@ mod tests {
     }
 
     #[test]
+    fn a_box_is_struck_on_the_face_that_the_path_leaves_behind() {
+        let rig = Rig::demo(Shape::Box);
+        let [half_x, half_y, _] = rig.object.half_size.expect("a box");
+        let face = |offset, bearing| {
+            face(&rig.object, &rig.striker, offset, bearing).expect("a box has faces")
+        };
+        let clear = half_y - CLEAR * rig.striker.radius;
+        let edge = (clear / (half_x + rig.striker.radius)).atan();
+        assert!((face(0.0, 0.2).high - edge).abs() < 1e-9);
+        assert!((face(0.0, -0.7).low + edge).abs() < 1e-9);
+        assert!((face(0.0, 1.2).low - (FRAC_PI_2 - edge)).abs() < 1e-9);
+        assert!((face(0.0, 3.1).low - (PI - edge)).abs() < 1e-9);
+        // Where a tip that is led 4 mm to the left of the centre meets the face.
+        let aside = face(0.004, 0.0);
+        let touched =
+            |angle: f64| -(half_x + rig.striker.radius) * angle.tan() + 0.004 / angle.cos();
+        assert!((touched(aside.low) - clear).abs() < 1e-9);
+        assert!((touched(aside.high) + clear).abs() < 1e-9);
+    }
+
+    #[test]
     fn a_line_beside_the_object_misses() {
         let rig = Rig::demo(Shape::Cylinder);
         assert!(standoff(&rig.object, &rig.striker, Point::new(1.0, 0.0), 0.05).is_none());
+    }
+
+    #[test]
+    fn the_gap_of_a_turned_box_is_that_to_its_corner() {
+        let rig = Rig::demo(Shape::Box);
+        let [half_x, half_y, _] = rig.object.half_size.expect("a box");
+        let centre = Point::new(0.4, 0.1);
+        let yaw = std::f64::consts::FRAC_PI_4;
+        let reach = half_x.hypot(half_y);
+        let tip = centre - Point::new(reach + rig.striker.radius + 0.003, 0.0);
+        let gap = gap(&rig.object, &rig.striker, centre, yaw, tip);
+        assert!((gap - 0.003).abs() < 1e-9, "{gap}");
     }
 }

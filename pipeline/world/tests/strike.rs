@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use values::{Command, Conditions, Point, Rig, Shape};
-use world::{Simulator, SolveSettings, SolveStatus, Steps, World};
+use world::{AddedEffect, Estimate, Simulator, SolveSettings, SolveStatus, Steps, Worker, World};
 
 const ORIGIN: Point = Point::new(0.3, 0.0);
 const GRAVITY: f64 = 9.81;
@@ -188,7 +188,13 @@ fn every_reachable_target_is_solved_in_about_two_simulations() {
         for i in 0..12 {
             for j in 0..9 {
                 let path = Point::polar(0.08 + 0.04 * f64::from(i), -0.4 + 0.1 * f64::from(j));
-                let solution = worker.solve(ORIGIN, ORIGIN + path, &SolveSettings::default(), None);
+                let solution = worker.solve(
+                    ORIGIN,
+                    ORIGIN + path,
+                    &Conditions::default(),
+                    &SolveSettings::default(),
+                    None,
+                );
                 assert_eq!(
                     solution.status,
                     SolveStatus::Solved,
@@ -216,11 +222,137 @@ fn an_unreachable_target_is_a_status() {
         speed: [0.4, 1.0].into(),
         ..SolveSettings::default()
     };
-    let solution = simulator
-        .worker()
-        .solve(ORIGIN, Point::new(5.0, 0.0), &settings, None);
+    let solution = simulator.worker().solve(
+        ORIGIN,
+        Point::new(5.0, 0.0),
+        &Conditions::default(),
+        &settings,
+        None,
+    );
     assert_eq!(solution.status, SolveStatus::Unreachable);
     assert!(solution.miss > 1.0 && solution.evaluations < 100);
+}
+
+/// The least distance in m between a target and any stop of these commands, found on a grid and refined around its best.
+fn nearest(
+    worker: &mut Worker<'_>,
+    grid: &[(Command, Point)],
+    target: Point,
+    step: Command,
+    edge: f64,
+) -> f64 {
+    let by_distance = |a: &&(Command, Point), b: &&(Command, Point)| {
+        a.1.distance(target).total_cmp(&b.1.distance(target))
+    };
+    let (mut best, stop) = *grid.iter().min_by(by_distance).expect("a grid");
+    let mut miss = stop.distance(target);
+    let mut step = step;
+    for _ in 0..7 {
+        let around = best;
+        for (faster, turned) in [
+            (-1.0, -1.0),
+            (-1.0, 0.0),
+            (-1.0, 1.0),
+            (0.0, -1.0),
+            (0.0, 1.0),
+            (1.0, -1.0),
+            (1.0, 0.0),
+            (1.0, 1.0),
+        ] {
+            let command = Command {
+                speed: around.speed + faster * step.speed,
+                angle: (around.angle + turned * step.angle).clamp(-edge, edge),
+            };
+            let strike = worker
+                .strike(ORIGIN, command, &Conditions::default())
+                .expect("rests");
+            if strike.stop.distance(target) < miss {
+                (best, miss) = (command, strike.stop.distance(target));
+            }
+        }
+        step = Command {
+            speed: 0.6 * step.speed,
+            angle: 0.6 * step.angle,
+        };
+    }
+    miss
+}
+
+#[test]
+fn what_is_reported_unreachable_no_strike_on_the_face_reaches_and_nothing_else_is() {
+    let rig = Rig::demo(Shape::Box);
+    let [half_x, half_y, _] = rig.object.half_size.expect("a box");
+    // Half the tip's radius clear of the edge.
+    let edge = ((half_y - 0.5 * rig.striker.radius) / (half_x + rig.striker.radius)).atan();
+    for tip_friction in [0.3, 0.5] {
+        let world = World::nominal(&rig).with("tip_friction", tip_friction);
+        let simulator = Simulator::new(&rig, &world).expect("valid");
+        let mut worker = simulator.worker();
+        let step = Command {
+            speed: 0.04,
+            angle: edge / 32.0,
+        };
+        let settings = SolveSettings {
+            speed: [0.4, 1.2].into(),
+            ..SolveSettings::default()
+        };
+        let mut grid = Vec::new();
+        for i in 0..=20 {
+            for j in 0..=32 {
+                let command = Command {
+                    speed: 0.4 + step.speed * f64::from(i),
+                    angle: step.angle * f64::from(j),
+                };
+                let strike = worker
+                    .strike(ORIGIN, command, &Conditions::default())
+                    .expect("rests");
+                grid.push((command, strike.stop));
+            }
+        }
+        let (mut solved, mut evaluations) = (0, 0);
+        for i in 0..6 {
+            for j in 0..8 {
+                let target =
+                    ORIGIN + Point::polar(0.09 + 0.07 * f64::from(i), 0.05 + 0.07 * f64::from(j));
+                let solution =
+                    worker.solve(ORIGIN, target, &Conditions::default(), &settings, None);
+                evaluations += solution.evaluations;
+                if solution.status == SolveStatus::Solved {
+                    solved += 1;
+                    assert!(solution.miss < 1e-3);
+                } else {
+                    let miss = nearest(&mut worker, &grid, target, step, edge);
+                    assert!(miss >= 1e-3, "{target:?}: {solution:?} but {miss}");
+                }
+            }
+        }
+        println!(
+            "tip friction {tip_friction}: {solved} of 48 solved, {:.2} simulations a row",
+            f64::from(evaluations) / 48.0
+        );
+        assert!((10..48).contains(&solved), "{solved}");
+        assert!(evaluations <= 4 * 48, "{evaluations}");
+    }
+}
+
+#[test]
+fn what_never_comes_to_rest_is_given_up_soon() {
+    let rig = Rig::demo(Shape::Cylinder);
+    let mut world = World::nominal(&rig).with("friction", 0.02);
+    world.effects.push(AddedEffect {
+        name: "table_tilt".into(),
+        parameters: [("tilt_x".to_string(), Estimate::fixed(0.1))].into(),
+    });
+    let simulator = Simulator::new(&rig, &world).expect("valid");
+    let solution = simulator.worker().solve(
+        ORIGIN,
+        Point::new(0.6, 0.0),
+        &Conditions::default(),
+        &SolveSettings::default(),
+        None,
+    );
+    assert_eq!(solution.status, SolveStatus::Diverged);
+    assert!(solution.evaluations <= 4, "{solution:?}");
 }
 
 #[test]

@@ -56,7 +56,13 @@ fn planned(rig: &Rig, world: &World) -> Vec<Strike> {
                 0.10 + 0.03 * f64::from(index),
                 0.06 * f64::from(index) - 0.3,
             );
-            let solution = worker.solve(initial, initial + path, &SolveSettings::default(), None);
+            let solution = worker.solve(
+                initial,
+                initial + path,
+                &Conditions::default(),
+                &SolveSettings::default(),
+                None,
+            );
             assert_eq!(solution.status, SolveStatus::Solved);
             let sim = solution.command;
             let [d_speed, d_angle] = network.predict([path.x, path.y, sim.speed, sim.angle]);

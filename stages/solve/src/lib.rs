@@ -7,7 +7,7 @@
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use stage::{ItemStage, Progress};
-use values::{Point, Rig, Strike};
+use values::{Conditions, Point, Rig, Strike};
 use world::{Simulator, Solution, SolveSettings, World, WorldError};
 
 /// The stage and its settings.
@@ -36,6 +36,8 @@ pub struct Path {
     pub initial: Point,
     /// Where it came to rest, in m.
     pub target: Point,
+    /// When and in which session.
+    pub conditions: Conditions,
 }
 
 impl From<&Strike> for Path {
@@ -44,6 +46,7 @@ impl From<&Strike> for Path {
             strike_id: strike.id.clone(),
             initial: strike.initial,
             target: strike.stop,
+            conditions: strike.conditions.clone(),
         }
     }
 }
@@ -58,7 +61,7 @@ pub enum SolveError {
 
 impl ItemStage for Solve {
     const NAME: &'static str = "solve";
-    const VERSION: u32 = 1;
+    const VERSION: u32 = 2;
     type Shared = Shared;
     type Item = Path;
     type Output = Solution;
@@ -76,7 +79,13 @@ impl ItemStage for Solve {
             .map_init(
                 || simulator.worker(),
                 |worker, path| {
-                    let solution = worker.solve(path.initial, path.target, &self.settings, None);
+                    let solution = worker.solve(
+                        path.initial,
+                        path.target,
+                        &path.conditions,
+                        &self.settings,
+                        None,
+                    );
                     progress.inc(1);
                     solution
                 },
@@ -110,6 +119,7 @@ mod tests {
                     strike_id: i.to_string(),
                     initial,
                     target: initial + Point::polar(0.05 + 0.45 * share, bearing),
+                    conditions: Conditions::default(),
                 }
             })
             .collect()

@@ -1,42 +1,49 @@
-//! Gauss–Newton with step control over the freed parameters, the scatter re-estimated as it goes.
+//! Gauss–Newton with step control over the freed parameters and the mean launch, the scatter re-estimated as it goes.
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use stage::Progress;
 use values::{Rig, Strike};
-use world::{World, WorldError, parameter};
+use world::{ParameterSpec, World, WorldError, parameter};
 
 use crate::{
     SysidError,
-    compare::{Batch, Launch, measured},
-    scatter::{self, Evidence, NUISANCES, Spread},
+    compare::{Batch, Launch},
+    scatter::{self, Evidence, Spread},
+    slopes::{DIFFERENCE, LAUNCH_STEP, nuisances, sensitivities},
 };
 
-/// Steps of the central differences, relative to a parameter's range: small ones read the noise of the contact.
-const DIFFERENCE: f64 = 0.01;
-/// Steps of the differences by relative speed, angle (rad) and clock (s).
-const LAUNCH_STEP: (f64, f64, f64) = (0.01, 0.01, 1e-3);
 const MOST_ITERATIONS: u32 = 15;
 /// The fit ends when no parameter moves by more than this share of its standard error.
-const SETTLED: f64 = 0.02;
+const SETTLED: f64 = 0.05;
 /// A strike further out than this many times the median weighs less (Huber).
 const OUTLYING: f64 = 4.0;
+/// What is fitted besides the parameters: the mean turn of the launches, and the mean delay of their clocks.
+pub(crate) const MEANS: usize = 2;
+/// Standard errors from which a mean turn is told.
+const STEADY: f64 = 4.0;
 
 /// A fit and all that its intervals need.
 pub(crate) struct Fitted {
     pub(crate) world: World,
     pub(crate) free: Vec<String>,
+    pub(crate) launch: Launch,
     pub(crate) spread: Spread,
-    /// Σ Jᵀ·Σ⁻¹·J over strikes.
+    /// Σ Jᵀ·Σ⁻¹·J over strikes; the freed parameters, then the means.
     pub(crate) information: DMatrix<f64>,
     /// Jᵀ·Σ⁻¹·r of each strike.
     pub(crate) scores: Vec<DVector<f64>>,
-    pub(crate) rms: f64,
     pub(crate) iterations: u32,
     pub(crate) simulations: u64,
 }
 
 impl Fitted {
+    /// The same fit, counting the simulations of those before it.
+    pub(crate) fn after(mut self, simulations: u64) -> Self {
+        self.simulations += simulations;
+        self
+    }
+
     /// Sentences on parameters that ended at a bound of their range.
     pub(crate) fn at_bounds(&self) -> Vec<String> {
         self.free
@@ -50,98 +57,133 @@ impl Fitted {
             })
             .collect()
     }
-}
 
-/// Derivatives of every strike's track by the nuisances; they change little as parameters do.
-pub(crate) fn nuisances(
-    rig: &Rig,
-    world: &World,
-    strikes: &[&Strike],
-    base: &Batch,
-) -> Result<Vec<DMatrix<f64>>, WorldError> {
-    let (speed, turn, delay) = LAUNCH_STEP;
-    let faster = Batch::launched(
-        rig,
-        world,
-        strikes,
-        Launch {
-            speed_factor: 1.0 + speed,
-            turn: 0.0,
-        },
-    )?;
-    let turned = Batch::launched(
-        rig,
-        world,
-        strikes,
-        Launch {
-            speed_factor: 1.0,
-            turn,
-        },
-    )?;
-    Ok(strikes
-        .iter()
-        .enumerate()
-        .map(|(i, strike)| {
-            let (t, n) = (&strike.track.t, strike.track.len());
-            let here = base.track(i, t, 0.0);
-            let mut columns = DMatrix::zeros(2 * n, NUISANCES);
-            columns.set_column(0, &((faster.track(i, t, 0.0) - &here) / speed));
-            columns.set_column(1, &((turned.track(i, t, 0.0) - &here) / turn));
-            columns.set_column(
-                2,
-                &((base.track(i, t, delay) - base.track(i, t, -delay)) / (2.0 * delay)),
-            );
-            columns.view_mut((0, 3), (n, 1)).fill(1.0);
-            columns.view_mut((n, 4), (n, 1)).fill(1.0);
-            columns
+    /// A sentence on launches that are all turned alike.
+    pub(crate) fn bias(&self) -> Option<String> {
+        let turn = self.free.len();
+        let error = self.information.clone().try_inverse()?[(turn, turn)].sqrt();
+        (self.launch.turn.abs() > STEADY * error).then(|| {
+            format!(
+                "strikes leave {:.2}° ± {:.2}° beside their commanded angles on average, which this world does not hold: \
+                 the residual model carries it",
+                self.launch.turn.to_degrees(),
+                2.0 * error.to_degrees()
+            )
         })
-        .collect())
-}
-
-/// Derivatives of every strike's track by the named parameters, by central differences kept within their ranges.
-pub(crate) fn sensitivities(
-    rig: &Rig,
-    world: &World,
-    strikes: &[&Strike],
-    names: &[String],
-) -> Result<Vec<DMatrix<f64>>, WorldError> {
-    let mut columns: Vec<DMatrix<f64>> = strikes
-        .iter()
-        .map(|strike| DMatrix::zeros(2 * strike.track.len(), names.len()))
-        .collect();
-    for (column, name) in names.iter().enumerate() {
-        let spec = parameter(name)?;
-        let (value, step) = (world.value(name)?, DIFFERENCE * (spec.high - spec.low));
-        let (low, high) = ((value - step).max(spec.low), (value + step).min(spec.high));
-        let below = Batch::new(rig, &world.clone().with(name, low), strikes)?;
-        let above = Batch::new(rig, &world.clone().with(name, high), strikes)?;
-        for (i, strike) in strikes.iter().enumerate() {
-            let t = &strike.track.t;
-            let slope = (above.track(i, t, 0.0) - below.track(i, t, 0.0)) / (high - low);
-            columns[i].set_column(column, &slope);
-        }
     }
-    Ok(columns)
 }
 
-fn evidence(
+/// Where a fit stands.
+#[derive(Clone)]
+struct Place {
+    world: World,
+    launch: Launch,
+}
+
+impl Place {
+    /// A step away; parameters stay in their ranges.
+    fn moved(&self, specs: &[&ParameterSpec], step: &DVector<f64>) -> Result<Self, WorldError> {
+        let mut world = self.world.clone();
+        for (spec, step) in specs.iter().zip(step.iter()) {
+            let value = world.value(spec.name)? + step;
+            world = world.with(spec.name, value.clamp(spec.low, spec.high));
+        }
+        let launch = Launch {
+            turn: self.launch.turn + step[specs.len()],
+            delay: self.launch.delay + step[specs.len() + 1],
+            ..self.launch
+        };
+        Ok(Self { world, launch })
+    }
+
+    fn simulate(&self, rig: &Rig, strikes: &[&Strike]) -> Result<Batch, WorldError> {
+        Batch::launched(rig, &self.world, strikes, self.launch)
+    }
+
+    /// Whether a parameter lies at the bound of its range that this step would take it beyond.
+    fn is_held(&self, spec: &ParameterSpec, step: f64) -> Result<bool, WorldError> {
+        let value = self.world.value(spec.name)?;
+        Ok(value <= spec.low && step < 0.0 || value >= spec.high && step > 0.0)
+    }
+}
+
+/// Derivatives of every strike's track, and where they were taken.
+struct Slopes {
+    by_nuisance: Vec<DMatrix<f64>>,
+    /// The freed parameters, then the means.
+    by_fitted: Vec<DMatrix<f64>>,
+    place: Place,
+}
+
+impl Slopes {
+    fn new(
+        rig: &Rig,
+        place: &Place,
+        strikes: &[&Strike],
+        batch: &Batch,
+        free: &[String],
+    ) -> Result<Self, WorldError> {
+        let by_nuisance = nuisances(rig, &place.world, strikes, batch)?;
+        let by_free = sensitivities(rig, &place.world, place.launch, strikes, free)?;
+        let by_fitted = by_free
+            .into_iter()
+            .zip(&by_nuisance)
+            .map(|(by_free, by_nuisance)| beside_means(by_free, by_nuisance))
+            .collect();
+        Ok(Self {
+            by_nuisance,
+            by_fitted,
+            place: place.clone(),
+        })
+    }
+
+    /// Whether a place lies no further off than the differences reached: slopes change little over that.
+    fn hold_at(&self, place: &Place, specs: &[&ParameterSpec]) -> Result<bool, WorldError> {
+        for spec in specs {
+            let moved = place.world.value(spec.name)? - self.place.world.value(spec.name)?;
+            if moved.abs() > DIFFERENCE * (spec.high - spec.low) {
+                return Ok(false);
+            }
+        }
+        let turned = place.launch.turn - self.place.launch.turn;
+        let delayed = place.launch.delay - self.place.launch.delay;
+        let (_, turn, delay) = LAUNCH_STEP;
+        Ok(turned.abs() <= turn && delayed.abs() <= delay)
+    }
+
+    /// The freed parameters that were fitted, and the means.
+    fn fitted(&self) -> usize {
+        self.by_fitted.first().map_or(0, DMatrix::ncols)
+    }
+}
+
+/// Derivatives by parameters with those by the mean turn and the mean delay after them.
+pub(crate) fn beside_means(
+    by_parameters: DMatrix<f64>,
+    by_nuisance: &DMatrix<f64>,
+) -> DMatrix<f64> {
+    let count = by_parameters.ncols();
+    let mut all = by_parameters.resize_horizontally(count + MEANS, 0.0);
+    all.set_column(count, &by_nuisance.column(1));
+    all.set_column(count + 1, &by_nuisance.column(2));
+    all
+}
+
+fn evidence<'a>(
     strikes: &[&Strike],
     batch: &Batch,
-    nuisances: &[DMatrix<f64>],
+    slopes: &'a Slopes,
     spread: &Spread,
-) -> Vec<Evidence> {
+) -> Vec<Evidence<'a>> {
     strikes
         .par_iter()
         .enumerate()
-        .map(|(i, strike)| {
-            let residual = measured(strike) - batch.track(i, &strike.track.t, 0.0);
-            Evidence::new(residual, nuisances[i].clone(), spread)
-        })
+        .map(|(i, strike)| Evidence::new(batch.residual(i, strike), &slopes.by_nuisance[i], spread))
         .collect()
 }
 
 /// Huber weights by strike: one, less for strikes far beyond the median.
-fn weights(evidence: &[Evidence]) -> Vec<f64> {
+fn weights(evidence: &[Evidence<'_>]) -> Vec<f64> {
     let distances: Vec<f64> = evidence
         .iter()
         .map(|e| (e.distance() / e.residual.len() as f64).sqrt())
@@ -155,10 +197,58 @@ fn weights(evidence: &[Evidence]) -> Vec<f64> {
         .collect()
 }
 
-/// Fits the named parameters from where `world` stands.
+fn objective(evidence: &[Evidence<'_>], weights: &[f64]) -> f64 {
+    evidence
+        .iter()
+        .zip(weights)
+        .map(|(e, w)| w * e.distance())
+        .sum()
+}
+
+/// A Gauss–Newton step, and standard errors.
+struct Step {
+    by: DVector<f64>,
+    errors: DVector<f64>,
+}
+
+/// The next step; what is held at a bound does not move. None where the data do not determine what is fitted.
+fn newton(
+    information: &DMatrix<f64>,
+    score: &DVector<f64>,
+    is_held: impl Fn(usize, f64) -> Result<bool, WorldError>,
+) -> Result<Option<Step>, WorldError> {
+    let mut moving: Vec<usize> = (0..score.len()).collect();
+    loop {
+        let part = information.select_rows(&moving).select_columns(&moving);
+        let Some(factor) = part.cholesky() else {
+            return Ok(None);
+        };
+        let (steps, variances) = (factor.solve(&score.select_rows(&moving)), factor.inverse());
+        let mut held = None;
+        for (place, &index) in moving.iter().enumerate() {
+            if is_held(index, steps[place])? {
+                held = Some(place);
+            }
+        }
+        if let Some(held) = held {
+            moving.remove(held);
+            continue;
+        }
+        let mut step = DVector::zeros(score.len());
+        let mut errors = DVector::repeat(score.len(), f64::INFINITY);
+        for (place, &index) in moving.iter().enumerate() {
+            step[index] = steps[place];
+            errors[index] = variances[(place, place)].sqrt();
+        }
+        return Ok(Some(Step { by: step, errors }));
+    }
+}
+
+/// Fits the named parameters, and the mean launch, from where `world` and `launch` stand.
 pub(crate) fn fit(
     rig: &Rig,
     world: &World,
+    launch: Launch,
     strikes: &[&Strike],
     free: Vec<String>,
     progress: &Progress,
@@ -167,90 +257,86 @@ pub(crate) fn fit(
         .iter()
         .map(|name| parameter(name))
         .collect::<Result<_, _>>()?;
-    let mut world = world.clone();
+    let count = strikes.len() as u64;
+    let a_slope = count * (2 + 2 * free.len() as u64);
+    let mut place = Place {
+        world: world.clone(),
+        launch,
+    };
+    let mut batch = place.simulate(rig, strikes)?;
+    let mut slopes = Slopes::new(rig, &place, strikes, &batch, &free)?;
     let mut spread = Spread::initial(rig.camera.noise, 1.0 / rig.camera.rate);
-    let mut batch = Batch::new(rig, &world, strikes)?;
-    let mut simulations = strikes.len() as u64;
+    let mut weights_now = vec![1.0; strikes.len()];
+    let mut simulations = count + a_slope;
     let mut iterations = 0;
     loop {
         iterations += 1;
-        let launch = nuisances(rig, &world, strikes, &batch)?;
-        let slopes = sensitivities(rig, &world, strikes, &free)?;
-        simulations += (strikes.len() * (2 + 2 * free.len())) as u64;
-        let mut all = evidence(strikes, &batch, &launch, &spread);
-        for _ in 0..8 {
-            spread = scatter::update(&spread, &all, free.len());
-            all = evidence(strikes, &batch, &launch, &spread);
-        }
-        let weights = weights(&all);
-        let mut information = DMatrix::zeros(free.len(), free.len());
+        let mut all = evidence(strikes, &batch, &slopes, &spread);
+        spread = scatter::settle(&spread, &mut all, &weights_now, slopes.fitted());
+        weights_now = weights(&all);
+        let mut information = DMatrix::zeros(slopes.fitted(), slopes.fitted());
         let mut scores = Vec::with_capacity(strikes.len());
-        for ((evidence, slope), weight) in all.iter().zip(&slopes).zip(&weights) {
+        for ((evidence, slope), weight) in all.iter().zip(&slopes.by_fitted).zip(&weights_now) {
             let weighed = evidence.weigh(slope);
             information += slope.tr_mul(&weighed) * *weight;
             scores.push(weighed.tr_mul(&evidence.residual) * *weight);
         }
         let score: DVector<f64> = scores
             .iter()
-            .fold(DVector::zeros(free.len()), |sum, s| sum + s);
-        let Some(factor) = information.clone().cholesky() else {
+            .fold(DVector::zeros(slopes.fitted()), |sum, s| sum + s);
+        let is_held = |i: usize, step| {
+            specs
+                .get(i)
+                .map_or(Ok(false), |spec| place.is_held(spec, step))
+        };
+        let Some(Step { by: step, errors }) = newton(&information, &score, is_held)? else {
             return Err(SysidError::Singular {
                 names: free.join(", "),
             });
         };
-        let step = factor.solve(&score);
-        let errors = factor.inverse().diagonal().map(f64::sqrt);
-        let settled = step
-            .iter()
-            .zip(errors.iter())
-            .all(|(s, e)| s.abs() < SETTLED * e);
         progress.set_message(format!(
             "iteration {iterations}, residual {:.2} mm",
             1e3 * batch.rms(strikes)
         ));
-        if settled || iterations == MOST_ITERATIONS {
+        let is_settled = step
+            .iter()
+            .zip(errors.iter())
+            .all(|(s, e)| s.abs() < SETTLED * e);
+        let mut moved = None;
+        if !is_settled && iterations < MOST_ITERATIONS {
+            let now = objective(&all, &weights_now);
+            // Shorten the step until the objective falls.
+            let mut share = 1.0;
+            while moved.is_none() && share > 0.01 {
+                let trial = place.moved(&specs, &(&step * share))?;
+                simulations += count;
+                if let Ok(tried) = trial.simulate(rig, strikes) {
+                    let then = evidence(strikes, &tried, &slopes, &spread);
+                    if objective(&then, &weights_now) <= now * (1.0 + 1e-9) {
+                        moved = Some((trial, tried));
+                    }
+                }
+                share *= 0.4;
+            }
+        }
+        let Some(next) = moved else {
+            let mut world = place.world;
             world.scatter = spread.scatter();
-            let rms = batch.rms(strikes);
             return Ok(Fitted {
                 world,
                 free,
+                launch: place.launch,
                 spread,
                 information,
                 scores,
-                rms,
                 iterations,
                 simulations,
             });
-        }
-        let now: f64 = all
-            .iter()
-            .zip(&weights)
-            .map(|(e, w)| w * e.distance())
-            .sum();
-        // Halve the step until the objective falls; a step that never does ends the fit at the next look.
-        let mut share = 1.0;
-        for _ in 0..6 {
-            let mut trial = world.clone();
-            for (i, spec) in specs.iter().enumerate() {
-                let value = world.value(spec.name)? + share * step[i];
-                trial = trial.with(spec.name, value.clamp(spec.low, spec.high));
-            }
-            simulations += strikes.len() as u64;
-            if let Ok(tried) = Batch::new(rig, &trial, strikes) {
-                let then: f64 = evidence(strikes, &tried, &launch, &spread)
-                    .iter()
-                    .zip(&weights)
-                    .map(|(e, w)| w * e.distance())
-                    .sum();
-                if then <= now * (1.0 + 1e-9) {
-                    (world, batch) = (trial, tried);
-                    break;
-                }
-            }
-            share *= 0.4;
-        }
-        if share < 0.01 {
-            iterations = MOST_ITERATIONS - 1;
+        };
+        (place, batch) = next;
+        if !slopes.hold_at(&place, &specs)? {
+            slopes = Slopes::new(rig, &place, strikes, &batch, &free)?;
+            simulations += a_slope;
         }
     }
 }

@@ -5,9 +5,10 @@ use values::{Rig, Shape, Strike};
 use world::{PARAMETERS, World, WorldError};
 
 use crate::{
-    compare::{Batch, measured},
-    fit::{Fitted, nuisances, sensitivities},
+    compare::Batch,
+    fit::{Fitted, MEANS, beside_means},
     scatter::Evidence,
+    slopes::{nuisances, sensitivities},
 };
 
 /// Strikes looked at: this is about sensitivity, which few strikes show.
@@ -46,23 +47,26 @@ const BETTER: f64 = 0.01;
 /// The world with the best of a few values of each candidate, and the simulations that it took.
 pub(crate) fn scan(
     rig: &Rig,
-    world: &World,
+    fitted: &Fitted,
     strikes: &[&Strike],
 ) -> Result<(World, u64), WorldError> {
     let stride = strikes.len().div_ceil(STRIKES);
     let strikes: Vec<&Strike> = strikes.iter().step_by(stride).copied().collect();
-    let mut best = world.clone();
+    let rms = |world: &World| -> Result<f64, WorldError> {
+        Ok(Batch::launched(rig, world, &strikes, fitted.launch)?.rms(&strikes))
+    };
+    let mut best = fitted.world.clone();
     let mut simulations = 0;
     for name in candidates(rig)
         .iter()
         .filter(|name| **name == "tip_friction")
     {
-        let mut least = Batch::new(rig, world, &strikes)?.rms(&strikes) * (1.0 - BETTER);
+        let mut least = rms(&fitted.world)? * (1.0 - BETTER);
         for value in SCANNED {
-            let trial = world.clone().with(name, *value);
-            let rms = Batch::new(rig, &trial, &strikes)?.rms(&strikes);
-            if rms < least {
-                (least, best) = (rms, trial);
+            let trial = fitted.world.clone().with(name, *value);
+            let left = rms(&trial)?;
+            if left < least {
+                (least, best) = (left, trial);
             }
         }
         simulations += (strikes.len() * (SCANNED.len() + 1)) as u64;
@@ -78,25 +82,28 @@ pub(crate) fn what_can_be_told(
 ) -> Result<Told, WorldError> {
     let stride = strikes.len().div_ceil(STRIKES);
     let strikes: Vec<&Strike> = strikes.iter().step_by(stride).copied().collect();
-    let mut names = fitted.free.clone();
-    names.extend(
-        PARAMETERS
-            .iter()
-            .map(|spec| spec.name.to_string())
-            .filter(|name| !fitted.free.contains(name)),
-    );
-    let slopes = sensitivities(rig, &fitted.world, &strikes, &names)?;
-    let batch = Batch::new(rig, &fitted.world, &strikes)?;
+    let others: Vec<String> = PARAMETERS
+        .iter()
+        .map(|spec| spec.name.to_string())
+        .filter(|name| !fitted.free.contains(name))
+        .collect();
+    let slopes = |names| sensitivities(rig, &fitted.world, fitted.launch, &strikes, names);
+    let (by_free, by_others) = (slopes(&fitted.free)?, slopes(&others)?);
+    let batch = Batch::launched(rig, &fitted.world, &strikes, fitted.launch)?;
     let launch = nuisances(rig, &fitted.world, &strikes, &batch)?;
 
-    let (all, free) = (names.len(), fitted.free.len());
+    let free = fitted.free.len() + MEANS;
+    let all = free + others.len();
     let mut information = DMatrix::<f64>::zeros(all, all);
     let mut score = nalgebra::DVector::<f64>::zeros(all);
     for (i, strike) in strikes.iter().enumerate() {
-        let residual = measured(strike) - batch.track(i, &strike.track.t, 0.0);
-        let evidence = Evidence::new(residual, launch[i].clone(), &fitted.spread);
-        let weighed = evidence.weigh(&slopes[i]);
-        information += slopes[i].tr_mul(&weighed);
+        let evidence = Evidence::new(batch.residual(i, strike), &launch[i], &fitted.spread);
+        let mut slopes = beside_means(by_free[i].clone(), &launch[i]).resize_horizontally(all, 0.0);
+        slopes
+            .columns_mut(free, others.len())
+            .copy_from(&by_others[i]);
+        let weighed = evidence.weigh(&slopes);
+        information += slopes.tr_mul(&weighed);
         score += weighed.tr_mul(&evidence.residual);
     }
     let freed_inverse = information
@@ -104,7 +111,7 @@ pub(crate) fn what_can_be_told(
         .into_owned()
         .try_inverse();
     let (mut blind, mut aliased, mut worth) = (Vec::new(), Vec::new(), None::<(f64, String)>);
-    for (i, name) in names.iter().enumerate().skip(free) {
+    for (i, name) in (free..).zip(&others) {
         let cross = information.view((0, i), (free, 1)).into_owned();
         let alone = information[(i, i)];
         let (apart, pull) = freed_inverse.as_ref().map_or((alone, score[i]), |inverse| {
@@ -133,13 +140,13 @@ pub(crate) fn what_can_be_told(
     let mut notes = Vec::new();
     if !blind.is_empty() {
         notes.push(format!(
-            "these strikes say nothing of {}: kept at their nominal values",
+            "these strikes say nothing of {}: kept as they were",
             blind.join(", ")
         ));
     }
     if !aliased.is_empty() {
         notes.push(format!(
-            "these strikes cannot tell {} from {}: kept at their nominal values",
+            "these strikes cannot tell {} from {}: kept as they were",
             aliased.join(", "),
             fitted.free.join(" and ")
         ));
@@ -147,6 +154,6 @@ pub(crate) fn what_can_be_told(
     Ok(Told {
         notes,
         worth_freeing: worth.map(|(_, name)| name),
-        simulations: (strikes.len() * (2 * all + 3)) as u64,
+        simulations: (strikes.len() * (2 * (all - MEANS) + 3)) as u64,
     })
 }

@@ -9,7 +9,7 @@ use crate::{SysidError, fit::Fitted};
 /// The fitted world with intervals: the larger of the model's variance A⁻¹ and the sandwich A⁻¹·B·A⁻¹, B from each
 /// strike's own score, at Student's t with as many degrees of freedom as strikes less parameters.
 pub(crate) fn with_intervals(fitted: &Fitted) -> Result<World, SysidError> {
-    let (n, p) = (fitted.scores.len() as f64, fitted.free.len());
+    let (n, p) = (fitted.scores.len() as f64, fitted.information.ncols());
     let Some(inverse) = fitted.information.clone().try_inverse() else {
         return Err(SysidError::Singular {
             names: fitted.free.join(", "),

@@ -3,7 +3,8 @@
 //! Stop distance alone goes as (1+e)²/μ and cannot tell friction from restitution; tracks can. Each strike's launch
 //! scatters in speed and angle, so the strike is the unit of evidence: residuals are weighed by
 //! Σ = σ²I + σ_v²·J_v·J_vᵀ + σ_θ²·J_θ·J_θᵀ + …, the scatter is estimated along with the parameters (EM), and intervals come
-//! from the spread between strikes. Gauss–Newton on large-step central differences starts from a line through
+//! from the spread between strikes. What turns or delays every strike alike is fitted
+//! beside the parameters and told in a note: it is no scatter, and it does not move the world. Gauss–Newton on large-step central differences starts from a line through
 //! √(D − d(t)), which needs no simulation; NLopt's polish and the paper's Algorithm 2 are in [`algorithm2`].
 
 pub mod algorithm2;
@@ -12,8 +13,10 @@ mod fit;
 mod identify;
 mod interval;
 mod scatter;
+mod slopes;
 mod start;
 
+use compare::Launch;
 use identify::Told;
 use serde::{Deserialize, Serialize};
 use stage::{Progress, Stage};
@@ -110,7 +113,7 @@ fn after_impact(strike: &Strike, frame: f64) -> Strike {
 
 impl Stage for Sysid {
     const NAME: &'static str = "sysid";
-    const VERSION: u32 = 1;
+    const VERSION: u32 = 2;
     type Input = Input;
     type Output = Fit;
     type Error = SysidError;
@@ -143,19 +146,23 @@ impl Stage for Sysid {
             });
         }
         let begun = start::start(&input.rig, &input.world, &strikes, &free);
-        let mut fitted = fit::fit(&input.rig, &begun, &strikes, free, progress)?;
+        let begun = start::hold(&input.rig, begun, &strikes, &free);
+        let fit = |world: &World, launch, free| {
+            fit::fit(&input.rig, world, launch, &strikes, free, progress)
+        };
+        let mut fitted = fit(&begun, Launch::EXACT, free)?;
         let mut told = Told::default();
         if default {
-            let (scanned, simulations) = identify::scan(&input.rig, &fitted.world, &strikes)?;
+            let (scanned, simulations) = identify::scan(&input.rig, &fitted, &strikes)?;
             if scanned != fitted.world {
-                fitted = fit::fit(&input.rig, &scanned, &strikes, fitted.free, progress)?;
+                fitted = fit(&scanned, fitted.launch, fitted.free)?.after(fitted.simulations);
             }
             fitted.simulations += simulations;
             told = identify::what_can_be_told(&input.rig, &fitted, &strikes)?;
         }
         if let Some(more) = told.worth_freeing.take() {
             let free = fitted.free.iter().cloned().chain([more]).collect();
-            fitted = fit::fit(&input.rig, &fitted.world, &strikes, free, progress)?;
+            fitted = fit(&fitted.world, fitted.launch, free)?.after(fitted.simulations);
             let simulations = told.simulations;
             told = identify::what_can_be_told(&input.rig, &fitted, &strikes)?;
             told.simulations += simulations;
@@ -164,13 +171,15 @@ impl Stage for Sysid {
         let world = interval::with_intervals(&fitted)?;
         let mut notes = told.notes;
         notes.extend(fitted.at_bounds());
+        notes.extend(fitted.bias());
+        notes.extend(start::held(&input.world, &fitted));
         Ok(Fit {
             rms_before: nominal.rms(&strikes),
-            rms_after: fitted.rms,
+            rms_after: compare::Batch::new(&input.rig, &world, &strikes)?.rms(&strikes),
             freed: fitted.free.clone(),
             strikes: strikes.len(),
             iterations: fitted.iterations,
-            simulations: fitted.simulations + told.simulations + strikes.len() as u64,
+            simulations: fitted.simulations + told.simulations + 2 * strikes.len() as u64,
             world,
             notes,
         })

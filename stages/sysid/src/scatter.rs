@@ -1,13 +1,23 @@
-//! How repeats differ, and what that leaves of a strike's evidence.
+//! Launch scatter and camera noise, estimated along with the parameters (EM), and the weight that they give to each
+//! strike's evidence.
 //!
 //! A strike's residual is r = G·b + ε: b the scatter of its launch (speed, angle), the error of its clock and of its
-//! resting place, ε the camera's noise. With b ~ N(0, P), Σ⁻¹ = (I − G·C·Gᵀ)/σ², C = (GᵀG + σ²P⁻¹)⁻¹.
+//! resting place, ε the camera's noise. With b ~ N(0, P), Σ⁻¹ = (I − G·C·Gᵀ)/σ², C = (GᵀG + σ²P⁻¹)⁻¹. What is off in
+//! every strike alike is no scatter: the fit takes the mean angle and clock out of r, and restitution the mean speed.
 
 use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 use world::Scatter;
 
 /// Speed, angle, clock, resting x, resting y.
 pub(crate) const NUISANCES: usize = 5;
+
+type Square = SMatrix<f64, NUISANCES, NUISANCES>;
+type Column = SVector<f64, NUISANCES>;
+
+/// Most steps of expectation and maximisation, and the relative change of a standard deviation at which they end; the next
+/// iteration of the fit takes them up where they were left.
+const MOST_STEPS: u32 = 100;
+const STEADY: f64 = 1e-4;
 
 /// Standard deviations of a strike's nuisances and of the camera.
 #[derive(Clone, Copy, Debug)]
@@ -36,79 +46,129 @@ impl Spread {
             camera: self.camera,
         }
     }
+
+    /// Largest relative change of a standard deviation.
+    fn change(&self, next: &Self) -> f64 {
+        let pairs = self.nuisance.iter().zip(&next.nuisance);
+        pairs
+            .map(|(old, new)| (new / old - 1.0).abs())
+            .fold((next.camera / self.camera - 1.0).abs(), f64::max)
+    }
 }
 
 /// One strike: residual, its derivatives by the nuisances, and C.
-pub(crate) struct Evidence {
+pub(crate) struct Evidence<'a> {
     pub(crate) residual: DVector<f64>,
-    nuisances: DMatrix<f64>,
-    posterior: SMatrix<f64, NUISANCES, NUISANCES>,
+    nuisances: &'a DMatrix<f64>,
+    /// GᵀG, Gᵀr and rᵀr: all that the scatter needs of the track.
+    gram: Square,
+    projected: Column,
+    square: f64,
+    posterior: Square,
     camera: f64,
 }
 
-impl Evidence {
+impl<'a> Evidence<'a> {
     /// `nuisances`: one column for each, a row for each coordinate of the residual.
-    pub(crate) fn new(residual: DVector<f64>, nuisances: DMatrix<f64>, spread: &Spread) -> Self {
+    pub(crate) fn new(
+        residual: DVector<f64>,
+        nuisances: &'a DMatrix<f64>,
+        spread: &Spread,
+    ) -> Self {
+        let gram = nuisances.tr_mul(nuisances);
+        let projected = nuisances.tr_mul(&residual);
+        let mut evidence = Self {
+            square: residual.norm_squared(),
+            residual,
+            nuisances,
+            gram: Square::from_fn(|i, j| gram[(i, j)]),
+            projected: Column::from_fn(|i, _| projected[i]),
+            posterior: Square::zeros(),
+            camera: spread.camera,
+        };
+        evidence.reweigh(spread);
+        evidence
+    }
+
+    /// Takes another scatter for true.
+    fn reweigh(&mut self, spread: &Spread) {
         let variance = spread.camera * spread.camera;
-        let gram = nuisances.tr_mul(&nuisances);
-        let mut precision = SMatrix::<f64, NUISANCES, NUISANCES>::from_fn(|i, j| gram[(i, j)]);
+        let mut precision = self.gram;
         for (i, sd) in spread.nuisance.iter().enumerate() {
             precision[(i, i)] += variance / (sd * sd).max(1e-18);
         }
-        let posterior = precision
+        self.posterior = precision
             .cholesky()
-            .map_or_else(SMatrix::zeros, |c| c.inverse());
-        Self {
-            residual,
-            nuisances,
-            posterior,
-            camera: spread.camera,
-        }
+            .map_or_else(Square::zeros, |c| c.inverse());
+        self.camera = spread.camera;
     }
 
     /// Σ⁻¹·m for a matrix of as many rows as the residual.
     pub(crate) fn weigh(&self, m: &DMatrix<f64>) -> DMatrix<f64> {
         let projected = self.nuisances.tr_mul(m);
         let posterior = DMatrix::from_fn(NUISANCES, NUISANCES, |i, j| self.posterior[(i, j)]);
-        (m - &self.nuisances * (posterior * projected)) / (self.camera * self.camera)
+        (m - self.nuisances * (posterior * projected)) / (self.camera * self.camera)
     }
 
     /// rᵀ·Σ⁻¹·r.
     pub(crate) fn distance(&self) -> f64 {
-        let r = DMatrix::from_column_slice(self.residual.len(), 1, self.residual.as_slice());
-        self.weigh(&r).column(0).dot(&self.residual)
+        (self.square - self.projected.dot(&self.nuisance())) / (self.camera * self.camera)
     }
 
     /// Best guess of the nuisances.
-    pub(crate) fn nuisance(&self) -> SVector<f64, NUISANCES> {
-        let projected = self.nuisances.tr_mul(&self.residual);
-        self.posterior * SVector::<f64, NUISANCES>::from_fn(|i, _| projected[i])
+    fn nuisance(&self) -> Column {
+        self.posterior * self.projected
+    }
+
+    /// Sum of squares that the best guess leaves, in m².
+    fn unexplained(&self, guess: &Column) -> f64 {
+        (self.square - 2.0 * guess.dot(&self.projected) + guess.dot(&(self.gram * guess))).max(0.0)
     }
 }
 
+/// The scatter under which these residuals are most likely; each strike counts by its weight. `fitted` parameters were
+/// fitted to the same strikes, mean speed, angle and clock among them.
+pub(crate) fn settle(
+    spread: &Spread,
+    strikes: &mut [Evidence<'_>],
+    weights: &[f64],
+    fitted: usize,
+) -> Spread {
+    let mut spread = *spread;
+    for _ in 0..MOST_STEPS {
+        let next = update(&spread, strikes, weights, fitted);
+        let is_steady = spread.change(&next) < STEADY;
+        spread = next;
+        for evidence in &mut *strikes {
+            evidence.reweigh(&spread);
+        }
+        if is_steady {
+            break;
+        }
+    }
+    spread
+}
+
 /// One step of expectation and maximisation. The resting place keeps its prior: a constant shift is all but invisible.
-/// `free` parameters were fitted to the same strikes.
-pub(crate) fn update(spread: &Spread, strikes: &[Evidence], free: usize) -> Spread {
-    let n = strikes.len() as f64;
+fn update(spread: &Spread, strikes: &[Evidence<'_>], weights: &[f64], fitted: usize) -> Spread {
     let variance = spread.camera * spread.camera;
     let mut next = *spread;
-    // The mean speed was fitted to the same strikes, as the launch factor; mean angle and clock were not.
-    for (i, fitted) in [(0, 1.0), (1, 0.0), (2, 0.0)] {
-        let sum: f64 = strikes
-            .iter()
-            .map(|e| e.nuisance()[i].powi(2) + variance * e.posterior[(i, i)])
-            .sum();
-        next.nuisance[i] = (sum / (n - fitted).max(1.0)).sqrt().clamp(1e-5, 1.0);
-    }
-    let (mut sum, mut freedom) = (0.0, -(free as f64));
-    for evidence in strikes {
-        let b = evidence.nuisance();
-        let explained = &evidence.nuisances * DVector::from_column_slice(b.as_slice());
-        sum += (&evidence.residual - explained).norm_squared();
+    let (mut squares, mut count) = ([0.0; 3], -1.0);
+    let (mut sum, mut freedom) = (0.0, -(fitted as f64));
+    for (evidence, weight) in strikes.iter().zip(weights) {
+        let guess = evidence.nuisance();
+        for (i, square) in squares.iter_mut().enumerate() {
+            *square += weight * (guess[i].powi(2) + variance * evidence.posterior[(i, i)]);
+        }
+        count += weight;
+        sum += weight * evidence.unexplained(&guess);
         let shrunk: f64 = (0..NUISANCES)
             .map(|i| evidence.posterior[(i, i)] * variance / spread.nuisance[i].powi(2).max(1e-18))
             .sum();
-        freedom += evidence.residual.len() as f64 - (NUISANCES as f64 - shrunk);
+        freedom += weight * (evidence.residual.len() as f64 - (NUISANCES as f64 - shrunk));
+    }
+    for (i, square) in squares.iter().enumerate() {
+        next.nuisance[i] = (square / count.max(1.0)).sqrt().clamp(1e-5, 1.0);
     }
     next.camera = (sum / freedom.max(1.0)).sqrt().max(1e-6);
     for i in [3, 4] {

@@ -1,7 +1,11 @@
 //! Where to start, with no simulation: under constant deceleration √(D − d(t)) is a straight line.
 
+use std::f64::consts::FRAC_PI_2;
+
 use values::{Rig, Strike};
 use world::{World, parameter};
+
+use crate::fit::Fitted;
 
 const GRAVITY: f64 = 9.81;
 /// Share of the whole distance within which frames are used: noise rules the ends.
@@ -41,6 +45,50 @@ fn median(mut values: Vec<f64>) -> Option<f64> {
     values.get(values.len() / 2).copied()
 }
 
+const HOLDS: &str = "tip_friction";
+/// Share of the strikes whose bearings must lie within the tip's friction cone, and by how much the cone is wider yet.
+const HELD: (f64, f64) = (0.98, 1.1);
+/// Shorter paths, in m, have no bearing to speak of.
+const SHORT: f64 = 0.05;
+
+/// The world with a tip that holds a box as the strikes show: a tip that slips along a face cannot send it further aside
+/// than the arc tangent of its friction, so bearings are a lower bound of that. Only where it was neither freed nor set.
+pub(crate) fn hold(rig: &Rig, world: World, strikes: &[&Strike], free: &[String]) -> World {
+    let is_given = world.parameters.contains_key(HOLDS) || free.iter().any(|name| name == HOLDS);
+    if rig.object.shape != values::Shape::Box || is_given {
+        return world;
+    }
+    let mut aside: Vec<f64> = strikes
+        .iter()
+        .map(|strike| strike.path())
+        .filter(|path| path.norm() > SHORT)
+        .map(|path| {
+            // Beside the normal of the face that it leaves behind.
+            let quarter = FRAC_PI_2;
+            let bearing = path.bearing().rem_euclid(quarter);
+            bearing.min(quarter - bearing)
+        })
+        .collect();
+    aside.sort_by(f64::total_cmp);
+    let (share, wider) = HELD;
+    let last = aside.len().saturating_sub(1) as f64;
+    match (aside.get((share * last) as usize), parameter(HOLDS)) {
+        (Some(aside), Ok(spec)) if wider * aside.tan() > spec.nominal => {
+            world.with(HOLDS, (wider * aside.tan()).min(spec.high))
+        }
+        _ => world,
+    }
+}
+
+/// A sentence where the tip was given more friction.
+pub(crate) fn held(before: &World, fitted: &Fitted) -> Option<String> {
+    let (before, after) = (before.value(HOLDS).ok()?, fitted.world.value(HOLDS).ok()?);
+    let is_freed = fitted.free.iter().any(|name| name == HOLDS);
+    (!is_freed && after > before).then(|| {
+        format!("{HOLDS} was raised to {after:.2}: the strikes' bearings need a tip that holds the box at least so well")
+    })
+}
+
 /// The world with friction and restitution from the lines, where they are free and a line can be drawn.
 pub(crate) fn start(rig: &Rig, world: &World, strikes: &[&Strike], free: &[String]) -> World {
     let lines: Vec<_> = strikes
@@ -73,4 +121,46 @@ pub(crate) fn start(rig: &Rig, world: &World, strikes: &[&Strike], free: &[Strin
         }
     }
     world
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use values::{Command, Conditions, Point, Shape, Split, Track};
+
+    fn strike(bearing: f64) -> Strike {
+        let initial = Point::new(0.3, 0.0);
+        Strike {
+            id: String::new(),
+            log: String::new(),
+            index: 0,
+            t_start: 0.0,
+            initial,
+            stop: initial + Point::polar(0.2, bearing),
+            command: Command {
+                speed: 0.7,
+                angle: bearing,
+            },
+            track: Track::default(),
+            split: Split::Train,
+            conditions: Conditions::default(),
+        }
+    }
+
+    #[test]
+    fn a_tip_holds_a_box_as_far_aside_as_it_was_seen_to_go() {
+        let found = |shape, furthest: f64| {
+            let rig = Rig::demo(shape);
+            let strikes: Vec<Strike> = (0..=50)
+                .map(|i| strike(furthest * f64::from(i - 25) / 25.0))
+                .collect();
+            let strikes: Vec<&Strike> = strikes.iter().collect();
+            let world = hold(&rig, World::nominal(&rig), &strikes, &[]);
+            world.value(HOLDS).expect("known")
+        };
+        let nominal = parameter(HOLDS).expect("known").nominal;
+        assert_eq!(found(Shape::Box, 0.3), nominal);
+        assert_eq!(found(Shape::Cylinder, 0.6), nominal);
+        assert!((found(Shape::Box, 0.6) - HELD.1 * 0.6f64.tan()).abs() < 1e-9);
+    }
 }

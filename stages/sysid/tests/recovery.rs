@@ -1,9 +1,11 @@
 //! A known world must be recovered from its own strikes.
 
+use ingest::{Ingest, assemble, ingest_log};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal};
 use rayon::prelude::*;
+use rig::{Hidden, Truth};
 use stage::{Progress, Stage};
 use sysid::{Fit, Input, Sysid, algorithm2::algorithm2};
 use values::{Command, Conditions, Point, Rig, Shape, Split, Strike, Track};
@@ -199,6 +201,61 @@ fn a_box_reveals_the_friction_of_the_tip() {
     );
     let found = fit.world.value("tip_friction").expect("freed");
     assert!((found - 0.25).abs() < 0.02, "{found}");
+}
+
+/// The demo's strikes with a cylinder, with an effect too small to matter in place of its hidden mixture.
+fn demo(count: usize) -> (Truth, Vec<Strike>) {
+    let folder = tempfile::tempdir().expect("a folder");
+    let hidden = Hidden::parse(&["viscous_drag=0.001"]).expect("an effect");
+    let settings = rig::demo::Settings::new(Shape::Cylinder, count, 11, Some(hidden));
+    let written = rig::demo::write(&settings, folder.path()).expect("writes");
+    let rig = Rig::load(&written.rig).expect("the rig file is accepted");
+    let outcomes = written
+        .logs
+        .iter()
+        .map(|log| ingest_log(log, &rig, &Ingest::default()).expect("the log is read"))
+        .collect();
+    let (mut strikes, _) = assemble(outcomes);
+    for strike in &mut strikes {
+        strike.split = Split::Train;
+    }
+    (settings.truth, strikes)
+}
+
+#[test]
+fn where_nothing_is_hidden_the_scatter_is_the_rigs_in_a_few_iterations() {
+    let (truth, data) = demo(100);
+    let fit = identify(&truth.rig, World::nominal(&truth.rig), data, &[]);
+    let (found, real) = (fit.world.scatter, truth.scatter);
+    println!(
+        "{found:?} for {real:?}, {} iterations, {} simulations",
+        fit.iterations, fit.simulations
+    );
+    assert!((found.speed / real.speed - 1.0).abs() < 0.25, "{found:?}");
+    assert!((found.angle / real.angle - 1.0).abs() < 0.25, "{found:?}");
+    assert!(fit.iterations <= 5, "{} iterations", fit.iterations);
+}
+
+#[test]
+fn what_turns_every_strike_alike_is_told_and_is_no_scatter() {
+    let rig = Rig::demo(Shape::Cylinder);
+    let mut data = strikes(&rig, &truth(&rig), 60, &REALISTIC, 7);
+    for strike in &mut data {
+        strike.command.angle -= 0.15;
+    }
+    let fit = identify(&rig, World::nominal(&rig), data, &[]);
+    assert!(
+        (fit.world.scatter.angle / REALISTIC.angle - 1.0).abs() < 0.3,
+        "{:?}",
+        fit.world.scatter
+    );
+    let friction = fit.world.value("friction").expect("freed");
+    assert!((friction / FRICTION - 1.0).abs() < 0.01, "{friction}");
+    assert!(
+        fit.notes.iter().any(|note| note.contains("8.5")),
+        "{:?}",
+        fit.notes
+    );
 }
 
 #[test]
