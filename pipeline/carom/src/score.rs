@@ -2,9 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use artifacts::{Artifact, Metrics, Model, Store};
+use artifacts::{Artifact, Logged, Metrics, Model, Store};
 use evaluate::{Candidate, Evaluate, Evaluation, StopError};
 use serde::Serialize;
+use values::Strike;
 
 use crate::args::{Global, ScoreArgs};
 use crate::commands::{Said, open, to_json};
@@ -73,22 +74,26 @@ pub fn score(args: &ScoreArgs, global: Global) -> Result<Said, Error> {
     // The artifact may be a robot's copy: nothing but the score is left there.
     let scratch = tempfile::tempdir().map_err(Error::failed)?;
     let run = open(scratch.path(), global)?;
-    let read = reading::read(&run, &artifact.rig, &logs, 0)?;
+    let mut read = reading::read(&run, &artifact.rig, &logs, 0)?;
+    if let Some(known) = artifact.manifest.provenance.strikes {
+        go_on_from(known, &mut read.strikes);
+    }
+    let used = artifact.effect.as_ref().unwrap_or(&artifact.sysid);
     let input = evaluate::Input {
         rig: artifact.rig.clone(),
         candidates: candidates(&artifact),
-        noise: identified(&artifact.rig, &artifact.sysid.world),
+        noise: identified(&artifact.rig, &used.world),
         strikes: read.strikes,
     };
     let mut evaluation = run.stage(&Evaluate { split: None }, &input)?;
     // What was estimated when the residual was there to take away what repeats.
-    if let Some(published) = &artifact.manifest.noise_floor {
+    if let Some(published) = &artifact.manifest.provenance.noise_floor {
         evaluation.noise_floor = Some(of(published));
     }
 
-    let model = artifact.manifest.default_model;
+    let model = artifact.manifest.provenance.default_model;
     let drift = evaluation.models.get(model.name()).and_then(|here| {
-        let published = artifact.manifest.metrics.get(&model)?;
+        let published = artifact.manifest.provenance.metrics.get(&model)?;
         Some(Drift::between(model, published, here))
     });
     let score = Score {
@@ -117,6 +122,16 @@ pub fn score(args: &ScoreArgs, global: Global) -> Result<Said, Error> {
         json: to_json(&score)?,
         text,
     })
+}
+
+/// Strikes made after those that the version was computed from follow them in order, for effects that drift.
+fn go_on_from(known: Logged, strikes: &mut [Strike]) {
+    let later = strikes
+        .iter_mut()
+        .filter(|strike| strike.t_start > known.last);
+    for (place, strike) in later.enumerate() {
+        strike.conditions.order = (known.count + place) as f64;
+    }
 }
 
 fn candidates(artifact: &Artifact) -> Vec<Candidate> {
