@@ -164,10 +164,10 @@ fn go(run: &Run, inputs: &Inputs, last: Step) -> Result<Said, Error> {
     })
 }
 
-/// The report of a run, with its latest trial and version where there are any. Gives its path.
+/// The report of a run, with its latest trial, and its version (else the latest) where there are any. Gives its path.
 fn write_report(dir: &Path, inputs: &Inputs, results: &Results) -> Result<String, Error> {
     let trial = trial::kept(dir);
-    let provenance = store::provenance(dir)?.unwrap_or_else(Provenance::default);
+    let provenance = store::provenance(dir, results.version.as_deref())?.unwrap_or_default();
     let shown = Shown {
         inputs,
         results,

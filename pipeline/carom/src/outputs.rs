@@ -112,3 +112,89 @@ fn residual_rows(results: &Results) -> Vec<ResidualRow> {
         })
         .collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use diagnose::Found;
+    use values::{Rig, Shape};
+
+    use super::*;
+    use crate::report::found_tilt;
+    use crate::results::Learnt;
+
+    fn results(found: Option<Found>) -> Results {
+        let world = World::nominal(&Rig::demo(Shape::Cylinder));
+        Results {
+            sysid: Some(Learnt::new(world)),
+            effect: found
+                .as_ref()
+                .and_then(|found| found.world.clone())
+                .map(Learnt::new),
+            found,
+            ..Results::default()
+        }
+    }
+
+    #[test]
+    fn a_named_effect_is_in_the_world_with_the_plain_one_beside_it() {
+        let dir = tempfile::tempdir().expect("folder");
+        let world = |name: &str| World::load(&dir.path().join(name)).expect(name);
+        let found = found_tilt();
+        write(dir.path(), &results(Some(found.clone())), Step::Diagnose).expect("written");
+        assert_eq!(Some(world("world.toml")), found.world);
+        assert!(world("world_sysid.toml").effects.is_empty());
+        let text = |name: &str| fs::read_to_string(dir.path().join(name)).expect(name);
+        assert_eq!(
+            serde_json::from_str::<Diagnosis>(&text("diagnosis.json")).expect("own text"),
+            found.diagnosis
+        );
+        // Both are plans that the rig reads.
+        for name in ["diagnosis.json", NEXT_STRIKES] {
+            let plan = rig::parse_plan(&text(name)).expect("a plan");
+            assert_eq!(plan.len(), found.diagnosis.next_strikes.len(), "{name}");
+        }
+
+        // What is not found any more does not stay.
+        write(dir.path(), &results(None), Step::Diagnose).expect("written");
+        assert!(world("world.toml").effects.is_empty());
+        for name in ["world_sysid.toml", "diagnosis.json", NEXT_STRIKES] {
+            assert!(!dir.path().join(name).exists(), "{name}");
+        }
+    }
+
+    #[test]
+    fn a_diagnosis_has_the_contracts_keys() {
+        let json = serde_json::to_value(found_tilt().diagnosis).expect("plain data");
+        for pointer in [
+            "/verdict",
+            "/where/0/covariate",
+            "/where/0/description",
+            "/where/0/p_value",
+            "/where/0/share",
+            "/effects/0/name",
+            "/effects/0/parameters/tilt_x/value",
+            "/effects/0/parameters/tilt_x/low",
+            "/effects/0/parameters/tilt_x/high",
+            "/effects/0/parameters/tilt_x/unit",
+            "/effects/0/statement",
+            "/effects/0/evidence",
+            "/effects/0/equivalent",
+            "/ranking/0/name",
+            "/ranking/0/evidence",
+            "/gap/heldout_strikes",
+            "/gap/before",
+            "/gap/after",
+            "/gap/noise_floor",
+            "/gap/unit",
+            "/gap/measure",
+            "/next_strikes/0/x0",
+            "/next_strikes/0/y0",
+            "/next_strikes/0/speed",
+            "/next_strikes/0/angle",
+            "/next_strikes/0/why",
+        ] {
+            assert!(json.pointer(pointer).is_some(), "{pointer}");
+        }
+        assert_eq!(json["verdict"], "named");
+    }
+}

@@ -223,7 +223,43 @@ impl Drift {
 
 #[cfg(test)]
 mod tests {
+    use values::{Command, Conditions, Point, Split, Track};
+
     use super::*;
+
+    #[test]
+    fn later_strikes_go_on_in_the_order_of_those_that_the_version_knows() {
+        let strike = |(order, t_start): (usize, f64)| Strike {
+            id: String::new(),
+            log: String::new(),
+            index: 0,
+            t_start,
+            initial: Point::default(),
+            stop: Point::default(),
+            command: Command {
+                speed: 1.0,
+                angle: 0.0,
+            },
+            track: Track::default(),
+            split: Split::Test,
+            conditions: Conditions {
+                session: String::new(),
+                order: order as f64,
+            },
+        };
+        let stamps = [7.0, 8.0, 9.0, 10.0];
+        let mut strikes: Vec<Strike> = stamps.into_iter().enumerate().map(strike).collect();
+        let known = Logged {
+            count: 50,
+            last: 8.0,
+        };
+        go_on_from(known, &mut strikes);
+        let orders: Vec<f64> = strikes
+            .iter()
+            .map(|strike| strike.conditions.order)
+            .collect();
+        assert_eq!(orders, [0.0, 1.0, 50.0, 51.0]);
+    }
 
     #[test]
     fn only_a_difference_beyond_chance_is_called_drift() {

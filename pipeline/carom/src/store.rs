@@ -80,10 +80,10 @@ pub fn rollback(dir: &Path, version: Option<&str>) -> Told {
     Ok((json!({ "latest": version }), text))
 }
 
-/// Where the latest version comes from; none where nothing is published.
-pub fn provenance(dir: &Path) -> Result<Option<Provenance>, Error> {
+/// Where a version comes from (the latest unless named); none where nothing is published.
+pub fn provenance(dir: &Path, version: Option<&str>) -> Result<Option<Provenance>, Error> {
     let store = Store::open(dir);
-    let Ok(version) = store.latest() else {
+    let Some(version) = version.map(String::from).or_else(|| store.latest().ok()) else {
         return Ok(None);
     };
     let manifest = store.show(Some(&version)).map_err(store_error)?;

@@ -7,7 +7,7 @@
 //! and the solution simulated, until stand-in and simulation agree: two or three simulations.
 
 use artifacts::network::Network;
-use values::{Command, Point, Strike};
+use values::{Command, Conditions, Point};
 use world::Worker;
 
 use crate::{Predicted, PredictionStatus};
@@ -28,15 +28,20 @@ const LEAST_DETERMINANT: f64 = 0.05;
 /// Speeds in m/s that a simulation is given; the solve's own bounds.
 const SPEED: (f64, f64) = (0.05, 4.0);
 
-/// Finds the path for which solve + residual would have sent the strike's command to the object where it lay. Never
-/// fails: what cannot be met is a status, with the nearest path found.
-pub(crate) fn meant_by(worker: &mut Worker<'_>, network: &Network, strike: &Strike) -> Predicted {
-    let (initial, wanted) = (strike.initial, strike.command);
+/// Finds the path for which solve + residual would have sent `wanted` to an object at `initial`. Never fails: what
+/// cannot be met is a status, with the nearest path found.
+pub(crate) fn meant_by(
+    worker: &mut Worker<'_>,
+    network: &Network,
+    initial: Point,
+    wanted: Command,
+) -> Predicted {
     let mut evaluations = 0;
+    // The solve that the residual adds to knows no session either.
+    let conditions = Conditions::default();
     let mut simulate = |command: Command| {
         evaluations += 1;
-        let simulated = worker.strike(initial, command, &strike.conditions);
-        let stop = simulated.ok()?.stop;
+        let stop = worker.strike(initial, command, &conditions).ok()?.stop;
         let path = stop - initial;
         Some((evaluations, Anchor { command, path }))
     };

@@ -99,7 +99,7 @@ pub struct Evaluation {
 
 impl Stage for Evaluate {
     const NAME: &'static str = "evaluate";
-    const VERSION: u32 = 2;
+    const VERSION: u32 = 1;
     type Input = Input;
     type Output = Evaluation;
     type Error = EvaluateError;

@@ -35,7 +35,7 @@ pub struct Predicted {
 /// The stop that a model predicts for the command that was sent: the worker's world alone, or with a residual.
 pub fn predict(worker: &mut Worker<'_>, residual: Option<&Network>, strike: &Strike) -> Predicted {
     if let Some(network) = residual {
-        return inverse::meant_by(worker, network, strike);
+        return inverse::meant_by(worker, network, strike.initial, strike.command);
     }
     let simulated = worker.strike(strike.initial, strike.command, &strike.conditions);
     let status = match simulated {

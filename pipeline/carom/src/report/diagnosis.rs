@@ -11,7 +11,7 @@ use super::looks::{self, COVARIATES, ResidualOf, Seen};
 use super::page::{PageError, drawing, fill, legend, section};
 use super::plot::short;
 use crate::outputs::NEXT_STRIKES;
-use crate::summary::diagnosis::gap;
+use crate::summary::diagnosis::{gap, numbers, to_two_figures_of};
 
 /// Candidates of the ranking that are shown.
 const RANKED: usize = 12;
@@ -23,7 +23,7 @@ pub(super) fn diagnosis_section(shown: &Shown<'_>, found: &Found) -> Result<Mark
         html! {
             p.verdict { strong { (verdict(diagnosis.verdict)) } " " (diagnosis.summary) }
             @if found.world.is_some() && shown.results.effect.is_none() {
-                p { "As asked, the effect is not added to the world that is used." }
+                p { "As asked, it is not added to the world that is used." }
             }
             (effects_table(&diagnosis.effects))
             div.columns {
@@ -64,8 +64,9 @@ fn effects_table(effects: &[Named]) -> Markup {
                                     }
                                 } }
                                 td { code { (name) } }
-                                td.number { strong { (format!("{:.4}", parameter.value)) } " " (parameter.unit) }
-                                td.number { (format!("{:.4} … {:.4}", parameter.low, parameter.high)) }
+                                @let [value, low, high] = numbers(parameter);
+                                td.number { strong { (value) } " " (parameter.unit) }
+                                td.number { (low) " … " (high) }
                                 td.number { @if place == 0 { (format!("{:.1}", effect.evidence)) } }
                             }
                         }
@@ -262,7 +263,7 @@ fn details(diagnosis: &Diagnosis) -> Markup {
                         @for least in &diagnosis.detectable {
                             tr {
                                 td { code { (least.name) } } td { code { (least.parameter) } }
-                                td.number { (short(&least.least)) " " (least.unit) }
+                                td.number { (to_two_figures_of(least.least, least.least)) " " (least.unit) }
                             }
                         }
                     }

@@ -47,3 +47,8 @@ pub fn write(shown: &Shown<'_>, dir: &Path) -> Result<(), Error> {
     let page = page::page(shown).map_err(Error::failed)?;
     Ok(durable::write_bytes(&dir.join(FILE), page.as_bytes())?)
 }
+
+#[cfg(test)]
+mod testing;
+#[cfg(test)]
+pub use testing::found_tilt;

@@ -91,23 +91,34 @@ fn closed(gap: &Gap) -> Option<f64> {
     (open > 0.0 && gap.after < gap.before).then(|| 100.0 * (gap.before - gap.after) / open)
 }
 
-/// A parameter's value and interval.
-pub fn value(parameter: &Parameter) -> String {
+/// A parameter's value and the ends of its interval, to two figures of the interval's width.
+pub fn numbers(parameter: &Parameter) -> [String; 3] {
     let Parameter {
-        value,
-        low,
-        high,
-        unit,
-    } = parameter;
-    format!("{value:.4}  [{low:.4}, {high:.4}] {unit}")
-        .trim_end()
-        .into()
+        value, low, high, ..
+    } = *parameter;
+    [value, low, high].map(|number| to_two_figures_of(high - low, number))
+}
+
+/// A number with as many decimals as `scale` needs for two figures.
+pub fn to_two_figures_of(scale: f64, number: f64) -> String {
+    let decimals = (1.0 - scale.abs().log10().floor()).clamp(0.0, 8.0);
+    let decimals = if decimals.is_finite() {
+        decimals as usize
+    } else {
+        4
+    };
+    format!("{number:.decimals$}")
 }
 
 fn named(effect: &Named) -> String {
     let mut text = format!("           {}: {}\n", effect.name, effect.statement);
     for (name, parameter) in &effect.parameters {
-        let _ = writeln!(text, "             {name:<14} {}", value(parameter));
+        let [value, low, high] = numbers(parameter);
+        let line = format!(
+            "             {name:<14} {value}  [{low}, {high}] {}",
+            parameter.unit
+        );
+        let _ = writeln!(text, "{}", line.trim_end());
     }
     if !effect.equivalent.is_empty() {
         let _ = writeln!(
@@ -122,6 +133,28 @@ fn named(effect: &Named) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_value_has_the_figures_that_its_interval_bears() {
+        let parameter = |value, low, high| Parameter {
+            value,
+            low,
+            high,
+            unit: String::new(),
+        };
+        for (parameter, text) in [
+            (parameter(0.48123, 0.46, 0.5), ["0.481", "0.460", "0.500"]),
+            (
+                parameter(0.00123, 0.0011, 0.0014),
+                ["0.00123", "0.00110", "0.00140"],
+            ),
+            (parameter(42.0, 10.0, 90.0), ["42", "10", "90"]),
+            (parameter(1.0, 1.0, 1.0), ["1.00000000"; 3]),
+            (parameter(1.0, 0.0, f64::INFINITY), ["1", "0", "inf"]),
+        ] {
+            assert_eq!(numbers(&parameter), text);
+        }
+    }
 
     #[test]
     fn the_gap_is_told_with_the_share_that_is_closed() {
