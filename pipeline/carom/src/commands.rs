@@ -10,7 +10,7 @@ use crate::args::{ArtifactsCommand, Cli, Command, Global, LogsArgs, RigCommand};
 use crate::error::Outcome;
 use crate::inputs::Inputs;
 use crate::pipeline::{Step, pipeline};
-use crate::report::{self, Provenance, Shown};
+use crate::report::{self, Shown};
 use crate::results::Results;
 use crate::{Error, demo, outputs, publishing, rebuild, score, store, summary, trial};
 

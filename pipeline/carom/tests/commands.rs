@@ -189,7 +189,7 @@ fn too_few_strikes_to_diagnose_are_no_failure_of_a_run() {
     let folder = tempfile::tempdir().expect("a folder");
     let dir = folder.path().display();
     done(&format!(
-        "demo --strikes 12 --seed 2 --hide none --out {dir}/rig"
+        "demo --strikes 7 --seed 2 --hide none --out {dir}/rig"
     ));
     let said = done(&format!(
         "run {dir}/rig/logs --rig {dir}/rig/rig.toml --out {dir}"
