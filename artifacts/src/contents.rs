@@ -1,12 +1,10 @@
 //! What is published.
 
-use std::collections::BTreeMap;
-
 use serde::{Deserialize, Serialize};
 use values::Rig;
 use world::World;
 
-use crate::{InputFile, Metrics, Model, Network, StageRecord, TrainedRegion};
+use crate::{Model, Network, Provenance};
 
 /// A world, and what is to be added to its commands.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -28,25 +26,6 @@ pub struct Contents {
     pub effect: Option<Calibrated>,
     /// How it came to be and how good it is.
     pub provenance: Provenance,
-}
-
-/// How a version came to be and how good it is; see [`Manifest`](crate::Manifest) for each field.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Provenance {
-    /// The model to use unless another is asked for.
-    pub default_model: Model,
-    /// Stop errors on held-out strikes, by model.
-    pub metrics: BTreeMap<Model, Metrics>,
-    /// What repeats of one command scatter by.
-    pub noise_floor: Option<Metrics>,
-    /// Where the strikes lie that it learnt from.
-    pub trained_region: TrainedRegion,
-    /// Where everything random came from, by what it was drawn for.
-    pub seeds: BTreeMap<String, u64>,
-    /// The logs it was computed from.
-    pub inputs: Vec<InputFile>,
-    /// The stages that computed it, in order.
-    pub stages: Vec<StageRecord>,
 }
 
 impl Contents {

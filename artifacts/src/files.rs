@@ -47,13 +47,7 @@ pub(crate) fn encode(contents: &Contents) -> (Manifest, BTreeMap<&'static str, V
                 ((*name).to_string(), hash)
             })
             .collect(),
-        default_model: provenance.default_model,
-        metrics: provenance.metrics,
-        noise_floor: provenance.noise_floor,
-        trained_region: provenance.trained_region,
-        seeds: provenance.seeds,
-        inputs: provenance.inputs,
-        stages: provenance.stages,
+        provenance,
     };
     (manifest, files)
 }

@@ -17,9 +17,11 @@ mod store;
 mod version;
 
 pub use artifact::Artifact;
-pub use contents::{Calibrated, Contents, Provenance};
+pub use contents::{Calibrated, Contents};
 pub use error::ArtifactError;
-pub use manifest::{FileHash, InputFile, Manifest, Metrics, StageRecord, TrainedRegion};
+pub use manifest::{
+    FileHash, InputFile, Logged, Manifest, Metrics, Provenance, StageRecord, TrainedRegion,
+};
 pub use model::Model;
 pub use network::{Network, NetworkError};
 pub use store::{Listing, Store};

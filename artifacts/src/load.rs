@@ -265,11 +265,11 @@ fn finite(world: &World) -> Result<(), String> {
 /// Every model that the manifest speaks of is there.
 fn models(artifact: &Artifact) -> Result<(), ArtifactError> {
     let has = artifact.models();
-    let manifest = &artifact.manifest;
-    match manifest
+    let provenance = &artifact.manifest.provenance;
+    match provenance
         .metrics
         .keys()
-        .chain([&manifest.default_model])
+        .chain([&provenance.default_model])
         .find(|model| !has.contains(model))
     {
         None => Ok(()),
@@ -294,7 +294,7 @@ fn numbers(manifest: &Manifest, version: &str) -> Result<(), ArtifactError> {
             why,
         })
     };
-    for (name, interval) in manifest.trained_region.bounds() {
+    for (name, interval) in manifest.provenance.trained_region.bounds() {
         let is_interval =
             interval.low.is_finite() && interval.high.is_finite() && interval.low <= interval.high;
         if !is_interval {
@@ -313,7 +313,7 @@ fn numbers(manifest: &Manifest, version: &str) -> Result<(), ArtifactError> {
             p95,
             ..
         },
-    ) in &manifest.metrics
+    ) in &manifest.provenance.metrics
     {
         if let Some(number) = [mean, sd, median, p95]
             .into_iter()

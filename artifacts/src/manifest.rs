@@ -1,13 +1,14 @@
 //! `manifest.json`: what a version holds and how it came to be.
 
 use std::collections::BTreeMap;
+use std::f64::consts::TAU;
 
 use serde::{Deserialize, Serialize};
 use values::{Interval, Point};
 
 use crate::Model;
 
-/// What a version holds and how it came to be. It holds no time, place or machine: the same inputs, settings and
+/// What a version holds and how it came to be. It holds no time or place of its making: the same inputs, settings and
 /// programs give the same bytes.
 ///
 /// A signature, where one is wanted, is a file of its own beside it: through the hashes here it covers all files.
@@ -24,6 +25,14 @@ pub struct Manifest {
     pub rig: String,
     /// Every file of the version but this one, by name.
     pub files: BTreeMap<String, FileHash>,
+    /// How it came to be and how good it is; in the file, its keys stand beside those above.
+    #[serde(flatten)]
+    pub provenance: Provenance,
+}
+
+/// How a version came to be and how good it is.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Provenance {
     /// The model to use unless another is asked for.
     pub default_model: Model,
     /// Stop errors on held-out strikes, by model.
@@ -32,12 +41,28 @@ pub struct Manifest {
     pub noise_floor: Option<Metrics>,
     /// Where the strikes lie that it learnt from.
     pub trained_region: TrainedRegion,
+    /// The strikes that it was computed from; none in versions of before it was recorded.
+    #[serde(default)]
+    pub strikes: Option<Logged>,
+    /// Whether effects that the data name were kept out of the world on request.
+    #[serde(default)]
+    pub without_effects: bool,
     /// Where everything random came from, by what it was drawn for.
     pub seeds: BTreeMap<String, u64>,
     /// The logs it was computed from.
     pub inputs: Vec<InputFile>,
     /// The stages that computed it, with their settings, in order.
     pub stages: Vec<StageRecord>,
+}
+
+/// The strikes that a version was computed from: where the order of later ones begins.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Logged {
+    /// How many; the order of the next one, for effects that drift.
+    pub count: usize,
+    /// Stamp of the last one's first motion, in seconds since the epoch of the logs' clock.
+    pub last: f64,
 }
 
 /// What a file must be.
@@ -98,7 +123,8 @@ pub struct Metrics {
 pub struct TrainedRegion {
     /// Length of the path, in m.
     pub distance: Interval,
-    /// Bearing of the path, in rad.
+    /// Bearing of the path, in rad: the shortest arc that holds all. Its low end lies in (−π, π], its high end beyond π
+    /// where the arc passes it; see [`TrainedRegion::holds_bearing`].
     pub bearing: Interval,
     /// The stop's x, in m.
     pub stop_x: Interval,
@@ -112,10 +138,17 @@ impl TrainedRegion {
         let paths = strikes.clone().map(|(initial, stop)| stop - initial);
         Some(Self {
             distance: bounds(paths.clone().map(Point::norm))?,
-            bearing: bounds(paths.map(Point::bearing))?,
+            bearing: arc(paths.map(Point::bearing).collect())?,
             stop_x: bounds(strikes.clone().map(|(_, stop)| stop.x))?,
             stop_y: bounds(strikes.map(|(_, stop)| stop.y))?,
         })
+    }
+
+    /// Whether a bearing in (−π, π] lies among those learnt from.
+    pub fn holds_bearing(&self, bearing: f64) -> bool {
+        [bearing, bearing + TAU]
+            .into_iter()
+            .any(|bearing| self.bearing.contains(bearing))
     }
 
     /// Each bound with its name.
@@ -141,6 +174,27 @@ fn bounds(numbers: impl Iterator<Item = f64>) -> Option<Interval> {
         })
 }
 
+/// The shortest arc that holds all bearings: what it leaves out is the widest gap between neighbours.
+fn arc(mut bearings: Vec<f64>) -> Option<Interval> {
+    bearings.sort_by(f64::total_cmp);
+    let (first, last) = (*bearings.first()?, *bearings.last()?);
+    let mut arc = Interval {
+        low: first,
+        high: last,
+    };
+    let mut widest = first + TAU - last;
+    for pair in bearings.windows(2) {
+        if pair[1] - pair[0] > widest {
+            widest = pair[1] - pair[0];
+            arc = Interval {
+                low: pair[1],
+                high: pair[0] + TAU,
+            };
+        }
+    }
+    Some(arc)
+}
+
 impl Manifest {
     /// The text of `manifest.json`; the same value always gives the same bytes.
     pub fn to_json(&self) -> String {
@@ -148,5 +202,49 @@ impl Manifest {
             serde_json::to_string_pretty(self).expect("a manifest is plain data with text keys");
         text.push('\n');
         text
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn region(bearings: &[f64]) -> TrainedRegion {
+        let strike = |bearing| (Point::default(), Point::polar(0.3, bearing));
+        let strikes: Vec<_> = bearings.iter().copied().map(strike).collect();
+        TrainedRegion::of(strikes.into_iter()).expect("strikes")
+    }
+
+    #[test]
+    fn bearings_about_the_negative_axis_are_one_short_arc() {
+        let back = region(&[3.0, -3.1, 3.1, -2.9]);
+        assert!((back.bearing.low - 3.0).abs() < 1e-12);
+        assert!((back.bearing.high - (TAU - 2.9)).abs() < 1e-12);
+        for (bearing, held) in [(3.0, true), (3.13, true), (-3.13, true), (-2.91, true)]
+            .into_iter()
+            .chain([(2.9, false), (-2.8, false), (0.0, false), (f64::NAN, false)])
+        {
+            assert_eq!(back.holds_bearing(bearing), held, "{bearing}");
+        }
+    }
+
+    #[test]
+    fn every_bearing_learnt_from_is_held() {
+        for bearings in [
+            vec![0.4],
+            vec![-0.5, 0.1, 0.7],
+            vec![2.5, -2.5],
+            (0..63).map(|i| f64::from(i) * 0.1 - 3.1).collect(),
+        ] {
+            let region = region(&bearings);
+            for bearing in bearings {
+                let held = Point::polar(0.3, bearing).bearing();
+                assert!(region.holds_bearing(held), "{bearing}");
+            }
+        }
+        assert_eq!(
+            region(&[-0.5, 0.7]).bearing.low,
+            Point::polar(0.3, -0.5).bearing()
+        );
     }
 }

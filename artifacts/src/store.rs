@@ -1,5 +1,6 @@
 //! The store: `versions/` and `latest` in a run's folder.
 
+use std::collections::BTreeSet;
 use std::fs;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
@@ -11,6 +12,8 @@ use crate::{Artifact, ArtifactError, Contents, Manifest, load, version};
 
 const VERSIONS: &str = "versions";
 const LATEST: &str = "latest";
+/// Versions that a rollback took out of use, a name a line; there only after a rollback.
+const WITHDRAWN: &str = "withdrawn";
 const LOCK: &str = ".lock";
 
 /// A store. Opening it touches nothing; reading needs no lock, for what is published never changes.
@@ -91,7 +94,8 @@ impl Store {
     }
 
     /// Publishes contents as a new version and makes it the one in use; gives its name. Where a whole version has the
-    /// same contents already, that one is used and no new one made.
+    /// same contents already, that one is used and no new one made; if a rollback took that one out of use, `latest` stays
+    /// where it is until [`Store::rollback`] names it.
     ///
     /// Whatever stops it, `latest` names a whole version, and a version is whole or absent.
     pub fn publish(&self, contents: &Contents) -> Result<String, ArtifactError> {
@@ -125,11 +129,15 @@ impl Store {
                 version
             }
         };
-        self.set_latest(&version)?;
+        // A `latest` that is missing or damaged is mended in any case.
+        if self.latest().is_err() || !self.withdrawn()?.contains(&version) {
+            self.set_latest(&version)?;
+        }
         Ok(version)
     }
 
     /// Makes another version the one in use: the one named, or the whole one before the one in use. It is checked first.
+    /// Versions after it up to the one in use are withdrawn: publishing their contents again does not bring them back.
     pub fn rollback(&self, to: Option<&str>) -> Result<String, ArtifactError> {
         durable::create_dir(&self.versions())?;
         let _lock = self.lock()?;
@@ -137,8 +145,43 @@ impl Store {
             Some(version) => self.verify(Some(version))?,
             None => self.whole_before(&self.latest()?)?,
         };
+        self.withdraw_after(&version)?;
         self.set_latest(&version)?;
         Ok(version)
+    }
+
+    /// Withdraws the versions after `version` up to the one in use; it itself is withdrawn no more.
+    fn withdraw_after(&self, version: &str) -> Result<(), ArtifactError> {
+        let before = self.withdrawn()?;
+        let mut withdrawn = before.clone();
+        withdrawn.remove(version);
+        let latest = self.latest().ok().and_then(|name| version::number(&name));
+        let passed = self
+            .numbers()?
+            .into_iter()
+            .filter(|number| Some(*number) > version::number(version) && Some(*number) <= latest);
+        withdrawn.extend(passed.map(version::name));
+        if withdrawn == before {
+            return Ok(());
+        }
+        let text: String = withdrawn.iter().map(|name| format!("{name}\n")).collect();
+        Ok(durable::write_bytes(
+            &self.dir.join(WITHDRAWN),
+            text.as_bytes(),
+        )?)
+    }
+
+    /// Names of the versions that a rollback took out of use.
+    fn withdrawn(&self) -> Result<BTreeSet<String>, ArtifactError> {
+        let path = self.dir.join(WITHDRAWN);
+        match fs::read(&path) {
+            Ok(bytes) => Ok(String::from_utf8_lossy(&bytes)
+                .lines()
+                .map(String::from)
+                .collect()),
+            Err(error) if error.kind() == ErrorKind::NotFound => Ok(BTreeSet::new()),
+            Err(error) => Err(durable::Error::new("read", &path, error).into()),
+        }
     }
 
     /// The newest whole version before this one; where none is whole, what is wrong with the newest.

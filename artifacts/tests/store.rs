@@ -63,6 +63,11 @@ fn contents(friction: f64) -> Contents {
             .into(),
             noise_floor: Some(metrics(0.001)),
             trained_region: region.expect("two strikes"),
+            strikes: Some(Logged {
+                count: 2,
+                last: 1.7e9,
+            }),
+            without_effects: false,
             seeds: [("split".to_string(), 7)].into(),
             inputs: vec![InputFile {
                 name: "a.mcap".into(),
@@ -130,9 +135,12 @@ fn what_is_loaded_is_what_was_published() {
             (&artifact.rig, &artifact.sysid, &artifact.effect),
             (&contents.rig, &contents.sysid, &contents.effect)
         );
-        assert_eq!(artifact.manifest.metrics, contents.provenance.metrics);
         assert_eq!(
-            artifact.manifest.trained_region,
+            artifact.manifest.provenance.metrics,
+            contents.provenance.metrics
+        );
+        assert_eq!(
+            artifact.manifest.provenance.trained_region,
             contents.provenance.trained_region
         );
         assert_eq!(
@@ -213,7 +221,10 @@ fn the_store_lists_shows_and_rolls_back() {
             ("v0003".into(), true, true)
         ]
     );
-    assert_eq!(store.show(Some("v0002")).expect("shows").seeds["split"], 7);
+    assert_eq!(
+        store.show(Some("v0002")).expect("shows").provenance.seeds["split"],
+        7
+    );
     assert_eq!(store.rollback(None).expect("rolls back"), "v0002");
     assert_eq!(store.load(None).expect("whole").version, "v0002");
     assert_eq!(
@@ -236,6 +247,30 @@ fn the_store_lists_shows_and_rolls_back() {
         store.rollback(Some("v0009")),
         Err(ArtifactError::NoVersion { .. })
     ));
+}
+
+#[test]
+fn what_was_rolled_back_is_not_published_again_in_silence() {
+    let (_dir, store) = published(&contents(0.2));
+    store.publish(&contents(0.3)).expect("publishes");
+    store.publish(&contents(0.4)).expect("publishes");
+    let latest = || store.latest().expect("a version");
+    store.rollback(Some("v0001")).expect("rolls back");
+    for (friction, version) in [(0.4, "v0003"), (0.3, "v0002")] {
+        assert_eq!(store.publish(&contents(friction)).expect("there"), version);
+        assert_eq!(latest(), "v0001", "{version} is withdrawn");
+    }
+    // What is new is used; what was withdrawn stays so until it is named.
+    assert_eq!(store.publish(&contents(0.5)).expect("publishes"), "v0004");
+    assert_eq!(latest(), "v0004");
+    store.publish(&contents(0.3)).expect("there");
+    assert_eq!(latest(), "v0004");
+    store.rollback(Some("v0002")).expect("named");
+    assert_eq!(store.publish(&contents(0.3)).expect("there"), "v0002");
+    assert_eq!(latest(), "v0002");
+    // A version that no rollback passed is used again where its inputs are.
+    assert_eq!(store.publish(&contents(0.2)).expect("there"), "v0001");
+    assert_eq!(latest(), "v0001");
 }
 
 #[test]
@@ -738,9 +773,9 @@ proptest! {
         contents.provenance.inputs[0].name = name;
         let (_dir, store) = published(&contents);
         let manifest = store.show(None).expect("shows");
-        prop_assert_eq!(manifest.metrics, contents.provenance.metrics);
-        prop_assert_eq!(manifest.trained_region, contents.provenance.trained_region);
-        prop_assert_eq!(manifest.seeds, contents.provenance.seeds);
-        prop_assert_eq!(manifest.inputs, contents.provenance.inputs);
+        prop_assert_eq!(manifest.provenance.metrics, contents.provenance.metrics);
+        prop_assert_eq!(manifest.provenance.trained_region, contents.provenance.trained_region);
+        prop_assert_eq!(manifest.provenance.seeds, contents.provenance.seeds);
+        prop_assert_eq!(manifest.provenance.inputs, contents.provenance.inputs);
     }
 }

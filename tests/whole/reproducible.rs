@@ -4,12 +4,13 @@ use std::{fs, path::Path};
 
 use crate::carom;
 
-const FILES: [&str; 7] = [
+const FILES: [&str; 8] = [
     "strikes.parquet",
     "tracks.parquet",
     "solutions.parquet",
     "residuals.parquet",
     "world.toml",
+    "diagnosis.json",
     "evaluation.json",
     "versions/v0001/manifest.json",
 ];

@@ -55,33 +55,31 @@ pub(crate) fn points(table: &Table, from: Point, to: Point) -> Result<(), Broken
 /// Path and target lie where training strikes went.
 pub(crate) fn trained(region: &TrainedRegion, from: Point, to: Point) -> Result<(), Broken> {
     let path = to - from;
-    for (quantity, value, trained, mend) in [
+    let within = |value: f64, trained: Interval| (value, trained, trained.contains(value));
+    let bearing = path.bearing();
+    for (quantity, (value, trained, is_trained), mend) in [
         (
             "the path's length in m",
-            path.norm(),
-            region.distance,
+            within(path.norm(), region.distance),
             "lay the object nearer to or farther from its target",
         ),
         (
             "the path's bearing in rad",
-            path.bearing(),
-            region.bearing,
+            (bearing, region.bearing, region.holds_bearing(bearing)),
             "lay the object more in line with its target",
         ),
         (
             "the target's x in m",
-            to.x,
-            region.stop_x,
+            within(to.x, region.stop_x),
             "choose a target among the training strikes' stops",
         ),
         (
             "the target's y in m",
-            to.y,
-            region.stop_y,
+            within(to.y, region.stop_y),
             "choose a target among the training strikes' stops",
         ),
     ] {
-        if !trained.contains(value) {
+        if !is_trained {
             return Err((
                 Reason::OutsideTrainedRegion,
                 format!(

@@ -31,14 +31,14 @@ impl Planner {
                 version: version.clone(),
                 source,
             })?;
-        let metrics = artifact.manifest.metrics.get(&model);
+        let metrics = artifact.manifest.provenance.metrics.get(&model);
         Ok(Self {
             version: version.clone(),
             model,
             rig: artifact.rig.clone(),
             simulator,
             residual: residual.cloned(),
-            region: artifact.manifest.trained_region,
+            region: artifact.manifest.provenance.trained_region,
             expected_miss: metrics.map(|metrics| metrics.mean),
         })
     }

@@ -52,6 +52,7 @@ pub enum Command {
         "carom demo --object box --strikes 200 --out box",
         "carom demo --hide table_tilt=0.004,0.002 --hide friction_patch --out tilted",
         "carom demo --hide none --out clean",
+        "carom demo --hide table_tilt --plan runs/a/next_strikes.json --out more",
     ]))]
     Demo(DemoArgs),
     /// Begin a rig file.
@@ -63,6 +64,9 @@ pub enum Command {
     /// Identify the simulator from the strikes' tracks.
     #[command(after_help = examples(&["carom sysid --out runs/a"]))]
     Sysid(DirArgs),
+    /// Say where simulation and strikes disagree, and which effect is missing: diagnosis.json and the report.
+    #[command(after_help = examples(&["carom diagnose --out runs/a"]))]
+    Diagnose(DirArgs),
     /// Solve every strike's path backwards in the identified simulator.
     #[command(after_help = examples(&["carom solve --out runs/a"]))]
     Solve(DirArgs),
@@ -82,6 +86,7 @@ pub enum Command {
     #[command(after_help = examples(&[
         "carom run logs/ --rig rig.toml --out runs/a",
         "carom run monday.mcap tuesday.mcap --rig rig.toml --out runs/a --seed 7",
+        "carom run logs/ --rig rig.toml --out runs/plain --without-effects",
     ]))]
     Run(LogsArgs),
     /// Strike targets with each model and measure where the object stops.
@@ -182,6 +187,9 @@ pub struct LogsArgs {
     /// Deals strikes into learning and judging, and seeds training.
     #[arg(long, default_value_t = 0)]
     pub seed: u64,
+    /// Diagnose, but add no effect to the world: the residual model carries all that the identified simulator gets wrong.
+    #[arg(long)]
+    pub without_effects: bool,
 }
 
 /// A run's folder.

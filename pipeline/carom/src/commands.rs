@@ -2,14 +2,16 @@
 
 use std::path::Path;
 
+use artifacts::Store;
 use serde_json::{Value, json};
 use stage::{Options, Run};
 
 use crate::args::{ArtifactsCommand, Cli, Command, Global, LogsArgs, RigCommand};
 use crate::error::Outcome;
 use crate::inputs::Inputs;
-use crate::pipeline::{Results, Step, pipeline};
-use crate::report::{self, Provenance, Shown};
+use crate::pipeline::{Step, pipeline};
+use crate::report::{self, Shown};
+use crate::results::Results;
 use crate::{Error, demo, outputs, publishing, rebuild, score, store, summary, trial};
 
 /// What a command has to say: for machines and for people.
@@ -58,6 +60,7 @@ pub fn execute(cli: &Cli) -> Result<Said, Error> {
         Command::Ingest(args) => begin(args, Step::Ingest, global),
         Command::Run(args) => begin(args, Step::Publish, global),
         Command::Sysid(args) => proceed(&args.out, Step::Sysid, global),
+        Command::Diagnose(args) => proceed(&args.out, Step::Diagnose, global),
         Command::Solve(args) => proceed(&args.out, Step::Solve, global),
         Command::Residual(args) => proceed(&args.out, Step::Residual, global),
         Command::Train(args) => proceed(&args.out, Step::Train, global),
@@ -87,7 +90,7 @@ pub fn execute(cli: &Cli) -> Result<Said, Error> {
 
 /// A new run, or one that goes on with other logs.
 fn begin(args: &LogsArgs, last: Step, global: Global) -> Result<Said, Error> {
-    let inputs = Inputs::named(&args.logs, &args.rig, args.seed)?;
+    let inputs = Inputs::named(args)?;
     let run = open(&args.out, global)?;
     inputs.keep(&args.out)?;
     go(&run, &inputs, last)
@@ -114,16 +117,24 @@ fn go(run: &Run, inputs: &Inputs, last: Step) -> Result<Said, Error> {
     let results = pipeline(run, inputs, last)?;
     outputs::write(dir, &results, last)?;
     let report = match last {
-        Step::Publish => Some(write_report(dir, inputs, &results)?),
+        Step::Diagnose | Step::Publish => Some(write_report(dir, inputs, &results)?),
         _ => None,
     };
     let summary = run.summary();
     let mut text = format!("{summary}\n{}", summary::results(&results));
+    let latest = Store::open(dir).latest().ok();
     if let Some(version) = &results.version {
         text += &format!("\nversion    {version} in {}\n", dir.display());
+        text += &summary::rolled_back(version, latest.as_deref());
     }
     if let Some(report) = &report {
         text += &format!("report     {report}\n");
+    }
+    if last == Step::Diagnose {
+        text += &format!(
+            "           up to the diagnosis; `carom report {}` shows every step\n",
+            dir.display()
+        );
     }
     let errors = results.evaluation.as_ref().map(
         |evaluation| json!({ "models": evaluation.models, "noise_floor": evaluation.noise_floor }),
@@ -135,8 +146,11 @@ fn go(run: &Run, inputs: &Inputs, last: Step) -> Result<Said, Error> {
         "stages": summary.stages,
         "parameters": results.fit.as_ref().map(|fit| &fit.world.parameters),
         "notes": results.fit.as_ref().map(|fit| &fit.notes),
+        "diagnosis": results.found.as_ref().map(|found| &found.diagnosis),
+        "no_diagnosis": results.no_diagnosis,
         "stop_error": errors,
         "version": results.version,
+        "latest": latest,
         "report": report,
     });
     Ok(Said {
@@ -150,10 +164,10 @@ fn go(run: &Run, inputs: &Inputs, last: Step) -> Result<Said, Error> {
     })
 }
 
-/// The report of a run, with its latest trial and version where there are any. Gives its path.
+/// The report of a run, with its latest trial, and its version (else the latest) where there are any. Gives its path.
 fn write_report(dir: &Path, inputs: &Inputs, results: &Results) -> Result<String, Error> {
     let trial = trial::kept(dir);
-    let provenance = store::provenance(dir)?.unwrap_or_else(Provenance::default);
+    let provenance = store::provenance(dir, results.version.as_deref())?.unwrap_or_default();
     let shown = Shown {
         inputs,
         results,

@@ -1,4 +1,4 @@
-//! What a run works on: its rig, its logs and its seed, kept in the run's folder so that later commands go on with them.
+//! What a run works on: its rig, its logs, its seed and whether it may add effects, kept in the run's folder so that later commands go on with them.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 use values::Rig;
 
 use crate::Error;
+use crate::args::LogsArgs;
 
 /// Where a run keeps its inputs.
 const FILE: &str = "inputs.json";
@@ -21,15 +22,19 @@ pub struct Inputs {
     pub logs: Vec<PathBuf>,
     /// Deals strikes into learning and judging, and seeds training.
     pub seed: u64,
+    /// Whether effects that the data name are kept out of the world.
+    #[serde(default)]
+    pub without_effects: bool,
 }
 
 impl Inputs {
     /// Inputs as named on the command line.
-    pub fn named(logs: &[PathBuf], rig: &Path, seed: u64) -> Result<Self, Error> {
+    pub fn named(args: &LogsArgs) -> Result<Self, Error> {
         Ok(Self {
-            rig: load_rig(rig)?,
-            logs: find_logs(logs)?,
-            seed,
+            rig: load_rig(&args.rig)?,
+            logs: find_logs(&args.logs)?,
+            seed: args.seed,
+            without_effects: args.without_effects,
         })
     }
 
@@ -148,6 +153,7 @@ mod tests {
             rig: Rig::demo(values::Shape::Box),
             logs: vec!["/logs/a.mcap".into()],
             seed: 3,
+            without_effects: true,
         };
         inputs.keep(dir.path()).expect("kept");
         assert_eq!(Inputs::kept(dir.path()).expect("read"), inputs);

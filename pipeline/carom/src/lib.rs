@@ -14,6 +14,7 @@ mod publishing;
 mod reading;
 mod rebuild;
 mod report;
+mod results;
 mod robot;
 mod score;
 mod store;

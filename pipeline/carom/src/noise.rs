@@ -6,9 +6,10 @@
 
 use evaluate::Noise;
 use residual::Residual;
-use train::Trained;
 use values::{Rig, Split};
 use world::World;
+
+use crate::results::Learnt;
 
 /// Seconds of rest over which ingestion averages a position, about.
 const REST: f64 = 0.3;
@@ -19,11 +20,12 @@ const NORMAL: f64 = 1.4826;
 const LEAST_ROWS: usize = 10;
 
 /// From what the residual model leaves, where there is one and enough strikes to judge by; else as identified.
-pub fn noise(rig: &Rig, world: &World, trained: Option<&Trained>, rows: &[Residual]) -> Noise {
-    let identified = identified(rig, world);
-    let Some(trained) = trained else {
+pub fn noise(rig: &Rig, learnt: &Learnt) -> Noise {
+    let identified = identified(rig, &learnt.world);
+    let Some(trained) = &learnt.trained else {
         return identified;
     };
+    let rows = &learnt.residuals.rows;
     let judges = |row: &&Residual| row.split == Split::Validation;
     let few = rows.iter().filter(judges).count() < LEAST_ROWS;
     // A network that learnt from a few rows leaves much of them: the rows it saw tell no less than their scatter.

@@ -1,19 +1,35 @@
 //! The files that a run leaves in its folder (contract, section 4).
+//!
+//! `world.toml`, `solutions.parquet` and `residuals.parquet` are those of the world that will be used: the one with effects
+//! where they are named, and then `world_sysid.toml` is the plain one.
 
+use std::fs;
+use std::io::ErrorKind;
 use std::path::Path;
 
+use diagnose::Diagnosis;
 use serde::Serialize;
 use tables::{ResidualRow, SolutionRow};
+use world::World;
 
 use crate::Error;
-use crate::pipeline::{Results, Step};
+use crate::pipeline::Step;
+use crate::results::Results;
+
+/// Strikes that would best tell the leading candidates apart, as a plan.
+pub const NEXT_STRIKES: &str = "next_strikes.json";
 
 /// Writes what the steps up to and with `last` gave. Every file is whole or absent; the same results give the same bytes.
 pub fn write(dir: &Path, results: &Results, last: Step) -> Result<(), Error> {
     tables::write_strikes(dir, &results.strikes).map_err(Error::failed)?;
     tables::write_rejects(dir, &results.rejects).map_err(Error::failed)?;
-    if let Some(fit) = &results.fit {
-        durable::write_bytes(&dir.join("world.toml"), fit.world.to_toml().as_bytes())?;
+    if let Some((_, used)) = results.used() {
+        write_world(dir, "world.toml", Some(&used.world))?;
+        let plain = results.sysid.as_ref().filter(|_| results.effect.is_some());
+        write_world(dir, "world_sysid.toml", plain.map(|plain| &plain.world))?;
+    }
+    if last >= Step::Diagnose {
+        write_diagnosis(dir, results.found.as_ref().map(|found| &found.diagnosis))?;
     }
     if last >= Step::Solve {
         tables::write_solutions(dir, &solution_rows(results)).map_err(Error::failed)?;
@@ -27,15 +43,48 @@ pub fn write(dir: &Path, results: &Results, last: Step) -> Result<(), Error> {
     Ok(())
 }
 
+/// Writes a world; one that an earlier run left where there is none any more is removed.
+fn write_world(dir: &Path, name: &str, world: Option<&World>) -> Result<(), Error> {
+    let path = dir.join(name);
+    match world {
+        Some(world) => Ok(durable::write_bytes(&path, world.to_toml().as_bytes())?),
+        None => remove(&path),
+    }
+}
+
+/// Writes `diagnosis.json`, and its next strikes as a plan for `carom demo --plan`; what there is none of is removed.
+fn write_diagnosis(dir: &Path, diagnosis: Option<&Diagnosis>) -> Result<(), Error> {
+    let path = dir.join("diagnosis.json");
+    match diagnosis {
+        Some(diagnosis) => write_json(&path, diagnosis)?,
+        None => remove(&path)?,
+    }
+    let path = dir.join(NEXT_STRIKES);
+    match diagnosis.map_or(&[][..], |diagnosis| &diagnosis.next_strikes) {
+        [] => remove(&path),
+        strikes => write_json(&path, strikes),
+    }
+}
+
+fn remove(path: &Path) -> Result<(), Error> {
+    match fs::remove_file(path) {
+        Err(error) if error.kind() != ErrorKind::NotFound => {
+            Err(durable::Error::new("remove", path, error).into())
+        }
+        _ => Ok(()),
+    }
+}
+
 /// Writes a value as JSON that a person can read.
-pub fn write_json<T: Serialize>(path: &Path, value: &T) -> Result<(), Error> {
+pub fn write_json<T: Serialize + ?Sized>(path: &Path, value: &T) -> Result<(), Error> {
     let mut text = serde_json::to_string_pretty(value).map_err(Error::failed)?;
     text.push('\n');
     Ok(durable::write_bytes(path, text.as_bytes())?)
 }
 
 fn solution_rows(results: &Results) -> Vec<SolutionRow> {
-    let rows = results.strikes.iter().zip(&results.solutions);
+    let solutions = results.used().map_or(&[][..], |(_, used)| &used.solutions);
+    let rows = results.strikes.iter().zip(solutions);
     rows.map(|(strike, solution)| SolutionRow {
         strike_id: strike.id.clone(),
         speed_sim: solution.command.speed,
@@ -48,15 +97,104 @@ fn solution_rows(results: &Results) -> Vec<SolutionRow> {
 }
 
 fn residual_rows(results: &Results) -> Vec<ResidualRow> {
-    let rows = results.residuals.rows.iter();
-    rows.map(|row| ResidualRow {
-        strike_id: row.strike_id.clone(),
-        path: row.path,
-        speed_sim: row.speed_sim,
-        angle_sim: row.angle_sim,
-        d_speed: row.d_speed,
-        d_angle: row.d_angle,
-        split: row.split,
-    })
-    .collect()
+    let rows = results
+        .used()
+        .map_or(&[][..], |(_, used)| &used.residuals.rows);
+    rows.iter()
+        .map(|row| ResidualRow {
+            strike_id: row.strike_id.clone(),
+            path: row.path,
+            speed_sim: row.speed_sim,
+            angle_sim: row.angle_sim,
+            d_speed: row.d_speed,
+            d_angle: row.d_angle,
+            split: row.split,
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use diagnose::Found;
+    use values::{Rig, Shape};
+
+    use super::*;
+    use crate::report::found_tilt;
+    use crate::results::Learnt;
+
+    fn results(found: Option<Found>) -> Results {
+        let world = World::nominal(&Rig::demo(Shape::Cylinder));
+        Results {
+            sysid: Some(Learnt::new(world)),
+            effect: found
+                .as_ref()
+                .and_then(|found| found.world.clone())
+                .map(Learnt::new),
+            found,
+            ..Results::default()
+        }
+    }
+
+    #[test]
+    fn a_named_effect_is_in_the_world_with_the_plain_one_beside_it() {
+        let dir = tempfile::tempdir().expect("folder");
+        let world = |name: &str| World::load(&dir.path().join(name)).expect(name);
+        let found = found_tilt();
+        write(dir.path(), &results(Some(found.clone())), Step::Diagnose).expect("written");
+        assert_eq!(Some(world("world.toml")), found.world);
+        assert!(world("world_sysid.toml").effects.is_empty());
+        let text = |name: &str| fs::read_to_string(dir.path().join(name)).expect(name);
+        assert_eq!(
+            serde_json::from_str::<Diagnosis>(&text("diagnosis.json")).expect("own text"),
+            found.diagnosis
+        );
+        // Both are plans that the rig reads.
+        for name in ["diagnosis.json", NEXT_STRIKES] {
+            let plan = rig::parse_plan(&text(name)).expect("a plan");
+            assert_eq!(plan.len(), found.diagnosis.next_strikes.len(), "{name}");
+        }
+
+        // What is not found any more does not stay.
+        write(dir.path(), &results(None), Step::Diagnose).expect("written");
+        assert!(world("world.toml").effects.is_empty());
+        for name in ["world_sysid.toml", "diagnosis.json", NEXT_STRIKES] {
+            assert!(!dir.path().join(name).exists(), "{name}");
+        }
+    }
+
+    #[test]
+    fn a_diagnosis_has_the_contracts_keys() {
+        let json = serde_json::to_value(found_tilt().diagnosis).expect("plain data");
+        for pointer in [
+            "/verdict",
+            "/where/0/covariate",
+            "/where/0/description",
+            "/where/0/p_value",
+            "/where/0/share",
+            "/effects/0/name",
+            "/effects/0/parameters/tilt_x/value",
+            "/effects/0/parameters/tilt_x/low",
+            "/effects/0/parameters/tilt_x/high",
+            "/effects/0/parameters/tilt_x/unit",
+            "/effects/0/statement",
+            "/effects/0/evidence",
+            "/effects/0/equivalent",
+            "/ranking/0/name",
+            "/ranking/0/evidence",
+            "/gap/heldout_strikes",
+            "/gap/before",
+            "/gap/after",
+            "/gap/noise_floor",
+            "/gap/unit",
+            "/gap/measure",
+            "/next_strikes/0/x0",
+            "/next_strikes/0/y0",
+            "/next_strikes/0/speed",
+            "/next_strikes/0/angle",
+            "/next_strikes/0/why",
+        ] {
+            assert!(json.pointer(pointer).is_some(), "{pointer}");
+        }
+        assert_eq!(json["verdict"], "named");
+    }
 }

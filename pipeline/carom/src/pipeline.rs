@@ -1,17 +1,18 @@
 //! The pipeline: one function of straight typed calls.
 
+use diagnose::{Diagnose, DiagnoseError, Found};
 use evaluate::{Candidate, Evaluate, Evaluation};
-use ingest::LogFile;
-use residual::{ResidualTable, Residuals};
+use residual::Residuals;
 use solve::Solve;
-use stage::Run;
+use stage::{Run, RunError};
 use sysid::{Fit, Sysid};
 use train::{CurvePoint, LearningCurve, Settings, Train, Trained};
-use values::{Reject, Rig, Split, Strike};
-use world::{Solution, World};
+use values::{Rig, Split, Strike};
+use world::World;
 
 use crate::inputs::Inputs;
 use crate::noise::noise;
+use crate::results::{Learnt, Results};
 use crate::{Error, publishing, reading};
 
 /// How far to go.
@@ -21,6 +22,8 @@ pub enum Step {
     Ingest,
     /// The identified world.
     Sysid,
+    /// The effects that it lacks.
+    Diagnose,
     /// Every path solved backwards in it.
     Solve,
     /// What the world still gets wrong.
@@ -31,37 +34,6 @@ pub enum Step {
     Evaluate,
     /// A version for the executor.
     Publish,
-}
-
-/// What came of the steps that were gone.
-#[derive(Clone, Debug, Default)]
-pub struct Results {
-    /// Strikes kept, in order of time.
-    pub strikes: Vec<Strike>,
-    /// Strikes seen and not kept.
-    pub rejects: Vec<Reject>,
-    /// The logs, by name and hash.
-    pub logs: Vec<LogFile>,
-    /// Names of logs that are cut off or damaged.
-    pub damaged: Vec<String>,
-    /// What a person should know of the logs.
-    pub log_notes: Vec<String>,
-    /// From [`Step::Sysid`] on.
-    pub fit: Option<Fit>,
-    /// From [`Step::Solve`] on, one a strike.
-    pub solutions: Vec<Solution>,
-    /// From [`Step::Residual`] on.
-    pub residuals: ResidualTable,
-    /// From [`Step::Train`] on; none where there are too few strikes to train on.
-    pub trained: Option<Trained>,
-    /// From [`Step::Train`] on.
-    pub curve: Vec<CurvePoint>,
-    /// From [`Step::Evaluate`] on.
-    pub evaluation: Option<Evaluation>,
-    /// Mean stop error in m by the number of strikes learnt from; from [`Step::Evaluate`] on.
-    pub curve_errors: Vec<(usize, f64)>,
-    /// The version published; from [`Step::Publish`] on.
-    pub version: Option<String>,
 }
 
 /// Goes through the steps up to and with `last`; each answers from the run's cache where nothing changed.
@@ -83,24 +55,44 @@ pub fn pipeline(run: &Run, inputs: &Inputs, last: Step) -> Result<Results, Error
     let strikes = &results.strikes;
 
     let fit = identify(run, rig, strikes)?;
-    let world = fit.world.clone();
+    let identified = fit.world.clone();
+    results.sysid = Some(Learnt::new(identified.clone()));
     results.fit = Some(fit);
+    if last < Step::Diagnose {
+        return Ok(results);
+    }
+
+    match find_effects(run, inputs, identified, strikes) {
+        // Strikes that are too few to decide still identify, solve and learn.
+        Err(Error::Input(why)) if last > Step::Diagnose => {
+            results.no_diagnosis = Some(format!("failed to {why}"));
+        }
+        found => results.found = Some(found?),
+    }
+    if !inputs.without_effects {
+        let world = results.found.as_ref().and_then(|found| found.world.clone());
+        results.effect = world.map(Learnt::new);
+    }
     if last < Step::Solve {
         return Ok(results);
     }
 
-    let shared = solve::Shared {
-        rig: rig.clone(),
-        world: world.clone(),
-    };
     let paths: Vec<solve::Path> = strikes.iter().map(solve::Path::from).collect();
-    results.solutions = run.items(&Solve::default(), &shared, &paths)?;
+    for learnt in results.sysid.iter_mut().chain(&mut results.effect) {
+        let shared = solve::Shared {
+            rig: rig.clone(),
+            world: learnt.world.clone(),
+        };
+        learnt.solutions = run.items(&Solve::default(), &shared, &paths)?;
+    }
     if last < Step::Residual {
         return Ok(results);
     }
 
-    let solved = (strikes.clone(), results.solutions.clone());
-    results.residuals = run.stage(&Residuals::default(), &solved)?;
+    for learnt in results.sysid.iter_mut().chain(&mut results.effect) {
+        let solved = (strikes.clone(), learnt.solutions.clone());
+        learnt.residuals = run.stage(&Residuals::default(), &solved)?;
+    }
     if last < Step::Train {
         return Ok(results);
     }
@@ -109,46 +101,39 @@ pub fn pipeline(run: &Run, inputs: &Inputs, last: Step) -> Result<Results, Error
         seed: *seed,
         ..Settings::default()
     };
-    let rows = &results.residuals.rows;
     let train = Train {
         settings: settings.clone(),
     };
-    results.trained = run.stage(&train, rows)?;
+    for learnt in results.sysid.iter_mut().chain(&mut results.effect) {
+        learnt.trained = run.stage(&train, &learnt.residuals.rows)?;
+    }
     let learning_curve = LearningCurve {
         settings,
         ..LearningCurve::default()
     };
-    results.curve = run.stage(&learning_curve, rows)?;
+    if let Some((_, used)) = results.used() {
+        results.curve = run.stage(&learning_curve, &used.residuals.rows)?;
+    }
     if last < Step::Evaluate {
         return Ok(results);
     }
 
-    let judges: Vec<Strike> = strikes
-        .iter()
-        .filter(|strike| strike.split == Split::Test)
-        .cloned()
-        .collect();
-    let noise = noise(rig, &world, results.trained.as_ref(), rows);
-    let judge = |candidates: Vec<Candidate>| {
-        let input = evaluate::Input {
-            rig: rig.clone(),
-            strikes: judges.clone(),
-            candidates,
-            noise,
+    if let Some((_, used)) = results.used() {
+        let judges = |strike: &&Strike| strike.split == Split::Test;
+        let judge = |candidates: Vec<Candidate>| {
+            let input = evaluate::Input {
+                rig: rig.clone(),
+                strikes: strikes.iter().filter(judges).cloned().collect(),
+                candidates,
+                noise: noise(rig, used),
+            };
+            run.stage(&Evaluate::default(), &input)
         };
-        run.stage(&Evaluate::default(), &input)
-    };
-    let evaluation = judge(models(rig, &world, results.trained.as_ref()))?;
-    let curve = judge(curve_candidates(&world, &results.curve))?;
-    results.curve_errors = results
-        .curve
-        .iter()
-        .filter_map(|point| {
-            let error = curve.models.get(&point.strikes.to_string())?;
-            Some((point.strikes, error.mean))
-        })
-        .collect();
-    results.evaluation = Some(evaluation);
+        let evaluation = judge(models(rig, &results))?;
+        let curve = judge(curve_candidates(&used.world, &results.curve))?;
+        results.curve_errors = mean_errors(&results.curve, &curve);
+        results.evaluation = Some(evaluation);
+    }
     if last < Step::Publish {
         return Ok(results);
     }
@@ -173,26 +158,57 @@ fn identify(run: &Run, rig: &Rig, strikes: &[Strike]) -> Result<Fit, Error> {
             .collect(),
     };
     run.stage(&sysid, &input).map_err(|error| match error {
-        stage::RunError::Stage(error @ sysid::SysidError::TooFewStrikes { .. }) => {
-            Error::input(error)
-        }
+        RunError::Stage(error @ sysid::SysidError::TooFewStrikes { .. }) => Error::input(error),
+        error => error.into(),
+    })
+}
+
+/// Diagnosis, too, is given the strikes that it looks at: the earliest that fit and choose, and all that judge.
+fn find_effects(
+    run: &Run,
+    inputs: &Inputs,
+    world: World,
+    strikes: &[Strike],
+) -> Result<Found, Error> {
+    let diagnose = Diagnose {
+        seed: inputs.seed,
+        ..Diagnose::default()
+    };
+    let mut chosen = 0;
+    let looked_at = |strike: &&Strike| {
+        let is_judge = strike.split == Split::Test;
+        chosen += usize::from(!is_judge);
+        is_judge || chosen <= diagnose.most_strikes
+    };
+    let input = diagnose::Input {
+        rig: inputs.rig.clone(),
+        world,
+        strikes: strikes.iter().filter(looked_at).cloned().collect(),
+    };
+    run.stage(&diagnose, &input).map_err(|error| match error {
+        RunError::Stage(error @ DiagnoseError::TooFewStrikes { .. }) => Error::input(error),
         error => error.into(),
     })
 }
 
 /// The models that are compared, the plainest first.
-pub fn models(rig: &Rig, world: &World, trained: Option<&Trained>) -> Vec<Candidate> {
-    let candidate = |name: &str, world: &World, trained: Option<&Trained>| Candidate {
-        name: name.into(),
-        world: world.clone(),
-        residual: trained.map(|trained| trained.network.clone()),
-    };
-    let mut models = vec![
-        candidate("nominal", &World::nominal(rig), None),
-        candidate("sysid", world, None),
-    ];
-    if trained.is_some() {
-        models.push(candidate("sysid_residual", world, trained));
+fn models(rig: &Rig, results: &Results) -> Vec<Candidate> {
+    let mut models = vec![Candidate {
+        name: "nominal".into(),
+        world: World::nominal(rig),
+        residual: None,
+    }];
+    for (name, learnt) in [("sysid", &results.sysid), ("effect", &results.effect)] {
+        let Some(learnt) = learnt else { continue };
+        let candidate = |name: String, trained: Option<&Trained>| Candidate {
+            name,
+            world: learnt.world.clone(),
+            residual: trained.map(|trained| trained.network.clone()),
+        };
+        models.push(candidate(name.into(), None));
+        if let Some(trained) = &learnt.trained {
+            models.push(candidate(format!("{name}_residual"), Some(trained)));
+        }
     }
     models
 }
@@ -207,4 +223,13 @@ fn curve_candidates(world: &World, curve: &[CurvePoint]) -> Vec<Candidate> {
             residual: Some(point.trained.network.clone()),
         })
         .collect()
+}
+
+/// The curve's points by their mean stop errors in m.
+fn mean_errors(curve: &[CurvePoint], evaluation: &Evaluation) -> Vec<(usize, f64)> {
+    let point = |point: &CurvePoint| {
+        let error = evaluation.models.get(&point.strikes.to_string())?;
+        Some((point.strikes, error.mean))
+    };
+    curve.iter().filter_map(point).collect()
 }

@@ -11,7 +11,7 @@ use stage::Run;
 
 use crate::Error;
 use crate::inputs::Inputs;
-use crate::pipeline::Results;
+use crate::results::{Learnt, Results};
 
 /// Versions of what computes below the stages: part of every key, so that another engine's answers are not used.
 pub fn engine() -> String {
@@ -25,13 +25,14 @@ pub fn engine() -> String {
 /// Publishes the results as a version of the run's store; gives its name. Contents that are published already make no new
 /// version.
 pub fn publish(run: &Run, inputs: &Inputs, results: &Results) -> Result<String, Error> {
-    let (Some(fit), Some(evaluation)) = (&results.fit, &results.evaluation) else {
+    let (Some(sysid), Some(evaluation)) = (&results.sysid, &results.evaluation) else {
         return Err(Error::failed(
             "publish: identification or evaluation is missing",
         ));
     };
     let stage = Publish {
         default_model: None,
+        without_effects: inputs.without_effects,
         seeds: [SPLIT_SEED, "train"]
             .map(|name| (name.to_string(), inputs.seed))
             .into(),
@@ -41,11 +42,8 @@ pub fn publish(run: &Run, inputs: &Inputs, results: &Results) -> Result<String, 
         &publish::Input {
             rig: inputs.rig.clone(),
             strikes: results.strikes.clone(),
-            sysid: Calibrated {
-                world: fit.world.clone(),
-                residual: results.trained.as_ref().map(|t| t.network.clone()),
-            },
-            effect: None,
+            sysid: calibrated(sysid),
+            effect: results.effect.as_ref().map(calibrated),
             metrics: metrics(evaluation),
             noise_floor: evaluation.noise_floor.as_ref().map(of),
             logs: input_files(&results.logs)?,
@@ -55,6 +53,16 @@ pub fn publish(run: &Run, inputs: &Inputs, results: &Results) -> Result<String, 
     Store::open(run.dir())
         .publish(&contents)
         .map_err(store_error)
+}
+
+fn calibrated(learnt: &Learnt) -> Calibrated {
+    Calibrated {
+        world: learnt.world.clone(),
+        residual: learnt
+            .trained
+            .as_ref()
+            .map(|trained| trained.network.clone()),
+    }
 }
 
 /// Under which name a manifest records the seed of a run.

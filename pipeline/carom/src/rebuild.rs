@@ -14,7 +14,7 @@ use crate::error::Outcome;
 use crate::inputs::Inputs;
 use crate::pipeline::{Step, pipeline};
 use crate::publishing::{SPLIT_SEED, store_error};
-use crate::{Error, pipeline::Results};
+use crate::{Error, results::Results};
 
 /// Rebuilds in a folder of its own and compares.
 pub fn rebuild(args: &RebuildArgs, global: Global) -> Result<Said, Error> {
@@ -48,9 +48,9 @@ pub fn rebuild(args: &RebuildArgs, global: Global) -> Result<Said, Error> {
     })
 }
 
-/// The inputs that the version's manifest names: its rig and seed, and of the logs that the run keeps those of its hashes.
+/// The inputs that the version's manifest names: its rig, seed and whether effects were kept out, and of the logs that the run keeps those of its hashes.
 fn recorded_inputs(dir: &Path, artifact: &Artifact) -> Result<Inputs, Error> {
-    let manifest = &artifact.manifest;
+    let recorded = &artifact.manifest.provenance;
     let kept: Vec<LogFile> = Inputs::kept(dir)?
         .logs
         .iter()
@@ -69,12 +69,12 @@ fn recorded_inputs(dir: &Path, artifact: &Artifact) -> Result<Inputs, Error> {
             ))
         })
     };
-    let logs = manifest
+    let logs = recorded
         .inputs
         .iter()
         .map(|input| find(&input.name, &input.sha256))
         .collect::<Result<Vec<_>, _>>()?;
-    let seed = *manifest.seeds.get(SPLIT_SEED).ok_or_else(|| {
+    let seed = *recorded.seeds.get(SPLIT_SEED).ok_or_else(|| {
         Error::input(format!(
             "rebuild {}: its manifest names no seed `{SPLIT_SEED}`",
             artifact.version
@@ -84,6 +84,7 @@ fn recorded_inputs(dir: &Path, artifact: &Artifact) -> Result<Inputs, Error> {
         rig: artifact.rig.clone(),
         logs,
         seed,
+        without_effects: recorded.without_effects,
     })
 }
 

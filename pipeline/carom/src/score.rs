@@ -2,9 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use artifacts::{Artifact, Metrics, Model, Store};
+use artifacts::{Artifact, Logged, Metrics, Model, Store};
 use evaluate::{Candidate, Evaluate, Evaluation, StopError};
 use serde::Serialize;
+use values::Strike;
 
 use crate::args::{Global, ScoreArgs};
 use crate::commands::{Said, open, to_json};
@@ -73,22 +74,26 @@ pub fn score(args: &ScoreArgs, global: Global) -> Result<Said, Error> {
     // The artifact may be a robot's copy: nothing but the score is left there.
     let scratch = tempfile::tempdir().map_err(Error::failed)?;
     let run = open(scratch.path(), global)?;
-    let read = reading::read(&run, &artifact.rig, &logs, 0)?;
+    let mut read = reading::read(&run, &artifact.rig, &logs, 0)?;
+    if let Some(known) = artifact.manifest.provenance.strikes {
+        go_on_from(known, &mut read.strikes);
+    }
+    let used = artifact.effect.as_ref().unwrap_or(&artifact.sysid);
     let input = evaluate::Input {
         rig: artifact.rig.clone(),
         candidates: candidates(&artifact),
-        noise: identified(&artifact.rig, &artifact.sysid.world),
+        noise: identified(&artifact.rig, &used.world),
         strikes: read.strikes,
     };
     let mut evaluation = run.stage(&Evaluate { split: None }, &input)?;
     // What was estimated when the residual was there to take away what repeats.
-    if let Some(published) = &artifact.manifest.noise_floor {
+    if let Some(published) = &artifact.manifest.provenance.noise_floor {
         evaluation.noise_floor = Some(of(published));
     }
 
-    let model = artifact.manifest.default_model;
+    let model = artifact.manifest.provenance.default_model;
     let drift = evaluation.models.get(model.name()).and_then(|here| {
-        let published = artifact.manifest.metrics.get(&model)?;
+        let published = artifact.manifest.provenance.metrics.get(&model)?;
         Some(Drift::between(model, published, here))
     });
     let score = Score {
@@ -117,6 +122,16 @@ pub fn score(args: &ScoreArgs, global: Global) -> Result<Said, Error> {
         json: to_json(&score)?,
         text,
     })
+}
+
+/// Strikes made after those that the version was computed from follow them in order, for effects that drift.
+fn go_on_from(known: Logged, strikes: &mut [Strike]) {
+    let later = strikes
+        .iter_mut()
+        .filter(|strike| strike.t_start > known.last);
+    for (place, strike) in later.enumerate() {
+        strike.conditions.order = (known.count + place) as f64;
+    }
 }
 
 fn candidates(artifact: &Artifact) -> Vec<Candidate> {
@@ -208,7 +223,43 @@ impl Drift {
 
 #[cfg(test)]
 mod tests {
+    use values::{Command, Conditions, Point, Split, Track};
+
     use super::*;
+
+    #[test]
+    fn later_strikes_go_on_in_the_order_of_those_that_the_version_knows() {
+        let strike = |(order, t_start): (usize, f64)| Strike {
+            id: String::new(),
+            log: String::new(),
+            index: 0,
+            t_start,
+            initial: Point::default(),
+            stop: Point::default(),
+            command: Command {
+                speed: 1.0,
+                angle: 0.0,
+            },
+            track: Track::default(),
+            split: Split::Test,
+            conditions: Conditions {
+                session: String::new(),
+                order: order as f64,
+            },
+        };
+        let stamps = [7.0, 8.0, 9.0, 10.0];
+        let mut strikes: Vec<Strike> = stamps.into_iter().enumerate().map(strike).collect();
+        let known = Logged {
+            count: 50,
+            last: 8.0,
+        };
+        go_on_from(known, &mut strikes);
+        let orders: Vec<f64> = strikes
+            .iter()
+            .map(|strike| strike.conditions.order)
+            .collect();
+        assert_eq!(orders, [0.0, 1.0, 50.0, 51.0]);
+    }
 
     #[test]
     fn only_a_difference_beyond_chance_is_called_drift() {

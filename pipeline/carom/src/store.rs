@@ -41,9 +41,9 @@ pub fn list(dir: &Path) -> Told {
 }
 
 fn describe(manifest: &Manifest) -> String {
-    let model = manifest.default_model;
-    let logs = manifest.inputs.len();
-    match manifest.metrics.get(&model) {
+    let model = manifest.provenance.default_model;
+    let logs = manifest.provenance.inputs.len();
+    match manifest.provenance.metrics.get(&model) {
         Some(metrics) => format!(
             "{model:<15} {:.2} ± {:.2} cm on {} held-out strikes, from {logs} logs",
             metrics.mean * 100.0,
@@ -80,10 +80,10 @@ pub fn rollback(dir: &Path, version: Option<&str>) -> Told {
     Ok((json!({ "latest": version }), text))
 }
 
-/// Where the latest version comes from; none where nothing is published.
-pub fn provenance(dir: &Path) -> Result<Option<Provenance>, Error> {
+/// Where a version comes from (the latest unless named); none where nothing is published.
+pub fn provenance(dir: &Path, version: Option<&str>) -> Result<Option<Provenance>, Error> {
     let store = Store::open(dir);
-    let Ok(version) = store.latest() else {
+    let Some(version) = version.map(String::from).or_else(|| store.latest().ok()) else {
         return Ok(None);
     };
     let manifest = store.show(Some(&version)).map_err(store_error)?;
@@ -91,7 +91,11 @@ pub fn provenance(dir: &Path) -> Result<Option<Provenance>, Error> {
         .files
         .iter()
         .map(|(name, file)| (name, &file.sha256));
-    let logs = manifest.inputs.iter().map(|log| (&log.name, &log.sha256));
+    let logs = manifest
+        .provenance
+        .inputs
+        .iter()
+        .map(|log| (&log.name, &log.sha256));
     let hashes = files
         .chain(logs)
         .map(|(name, hash)| (name.clone(), hash.clone()))
@@ -101,10 +105,10 @@ pub fn provenance(dir: &Path) -> Result<Option<Provenance>, Error> {
         ("MuJoCo".to_string(), manifest.mujoco.clone()),
         (
             "default model".to_string(),
-            manifest.default_model.to_string(),
+            manifest.provenance.default_model.to_string(),
         ),
     ];
-    let stages = manifest.stages.iter();
+    let stages = manifest.provenance.stages.iter();
     made_by.extend(stages.map(|stage| {
         let name = format!("stage {}", stage.name);
         (name, format!("version {}", stage.version))

@@ -1,14 +1,17 @@
 //! What a command tells a person.
 
+pub mod diagnosis;
+
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
 use evaluate::Evaluation;
 use sysid::Fit;
+use train::Trained;
 use values::Reject;
-use world::{PARAMETERS, SolveStatus};
+use world::{PARAMETERS, Solution, SolveStatus};
 
-use crate::pipeline::Results;
+use crate::results::Results;
 use crate::trial::{Outcome, Trial};
 
 /// Models in the order of tables.
@@ -26,22 +29,26 @@ pub fn results(results: &Results) -> String {
     if let Some(fit) = &results.fit {
         text += &world(fit);
     }
-    if !results.solutions.is_empty() {
-        text += &solutions(results);
+    if let Some(found) = &results.found {
+        text += &diagnosis::diagnosis(&found.diagnosis);
+        if found.world.is_some() && results.effect.is_none() {
+            text += "           not added to the world, as asked\n";
+        }
     }
-    if let Some(trained) = &results.trained {
-        let mae = trained.validation;
-        let _ = writeln!(
-            text,
-            "residual   validation error {:.4} ({:.4} m/s, {:.4} rad), epoch {} of {}",
-            mae.raw,
-            mae.d_speed,
-            mae.d_angle,
-            trained.best_epoch,
-            trained.history.len()
-        );
-    } else if results.evaluation.is_some() {
-        text += "residual   none: too few strikes to train on\n";
+    if let Some(why) = &results.no_diagnosis {
+        let _ = writeln!(text, "diagnosis  none: {why}");
+    }
+    let learnt = [("sysid", &results.sysid), ("effect", &results.effect)];
+    for (name, learnt) in learnt {
+        let Some(learnt) = learnt else { continue };
+        if !learnt.solutions.is_empty() {
+            text += &solutions(name, &learnt.solutions);
+        }
+        if let Some(trained) = &learnt.trained {
+            text += &residual(name, trained);
+        } else if results.evaluation.is_some() {
+            text += "residual   none: too few strikes to train on\n";
+        }
     }
     if let Some(evaluation) = &results.evaluation {
         text += "\nStop error on held-out strikes\n";
@@ -116,18 +123,37 @@ fn world(fit: &Fit) -> String {
     text
 }
 
-fn solutions(results: &Results) -> String {
-    let all = results.solutions.len();
-    let solved = results
-        .solutions
-        .iter()
-        .filter(|solution| solution.status == SolveStatus::Solved)
-        .count();
-    let evaluations: u32 = results.solutions.iter().map(|s| s.evaluations).sum();
+fn solutions(model: &str, solutions: &[Solution]) -> String {
+    let all = solutions.len();
+    let is_solved = |solution: &&Solution| solution.status == SolveStatus::Solved;
+    let solved = solutions.iter().filter(is_solved).count();
+    let evaluations: u32 = solutions.iter().map(|s| s.evaluations).sum();
     format!(
-        "solve      {solved} of {all} paths, {:.2} simulations each\n",
+        "solve      {solved} of {all} paths in `{model}`, {:.2} simulations each\n",
         f64::from(evaluations) / all as f64
     )
+}
+
+fn residual(model: &str, trained: &Trained) -> String {
+    let mae = trained.validation;
+    format!(
+        "residual   on `{model}`: validation error {:.4} ({:.4} m/s, {:.4} rad), epoch {} of {}\n",
+        mae.raw,
+        mae.d_speed,
+        mae.d_angle,
+        trained.best_epoch,
+        trained.history.len()
+    )
+}
+
+/// Where a rollback took the version out of use: what is in use instead, and how to change that.
+pub fn rolled_back(version: &str, latest: Option<&str>) -> String {
+    match latest {
+        Some(latest) if latest != version => format!(
+            "           it was rolled back, and {latest} stays in use; `carom artifacts rollback {version}` takes it again\n"
+        ),
+        _ => String::new(),
+    }
 }
 
 /// One line of a table of stop errors, in m.

@@ -53,6 +53,7 @@ fn a_demo_becomes_a_version_that_strikes_and_can_be_rebuilt() {
         "tracks.parquet",
         "rejects.parquet",
         "world.toml",
+        "diagnosis.json",
         "solutions.parquet",
         "residuals.parquet",
         "evaluation.json",
@@ -110,6 +111,95 @@ fn a_demo_becomes_a_version_that_strikes_and_can_be_rebuilt() {
         done(&format!("artifacts verify --artifacts {dir}"))["whole"],
         true
     );
+
+    // What was rolled back is not brought back in silence.
+    let line = format!("publish --out {dir}");
+    let said = carom(&line).unwrap_or_else(|error| panic!("failed to {error}"));
+    assert_eq!(
+        (&said.json["version"], &said.json["latest"]),
+        (&Value::from("v0002"), &Value::from("v0001"))
+    );
+    assert!(
+        said.text.contains("v0001 stays in use")
+            && said.text.contains("carom artifacts rollback v0002"),
+        "{}",
+        said.text
+    );
+}
+
+fn json(dir: &Path, file: &str) -> Value {
+    let text = std::fs::read_to_string(dir.join(file)).expect(file);
+    serde_json::from_str(&text).expect("JSON")
+}
+
+#[test]
+fn a_hidden_effect_is_named_used_kept_out_on_request_and_struck_with() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (path, dir) = (folder.path(), folder.path().display());
+    done(&format!(
+        "demo --strikes 120 --seed 3 --hide table_tilt=0.012,0.008 --out {dir}/rig"
+    ));
+    let logs = format!("{dir}/rig/logs --rig {dir}/rig/rig.toml --out {dir}");
+    done(&format!("ingest {logs}"));
+    let diagnosis = done(&format!("diagnose --out {dir}"))["diagnosis"].clone();
+    assert_eq!(diagnosis["verdict"], "named");
+    assert_eq!(diagnosis["effects"][0]["name"], "table_tilt");
+    assert_eq!(json(path, "diagnosis.json"), diagnosis);
+    let report = std::fs::read_to_string(path.join("report.html")).expect("a report");
+    assert!(report.contains("Where simulation and strikes disagree") && only_namespaces(&report));
+
+    let said = done(&format!("run {logs}"));
+    assert!(computed(&said).contains(&("diagnose".into(), 0)));
+    let mean = |table: &Value, model: &str| table[model]["mean"].as_f64().expect("a mean");
+    let evaluation = json(path, "evaluation.json");
+    assert!(mean(&evaluation, "effect") < 0.8 * mean(&evaluation, "sysid"));
+    assert!(evaluation["effect_residual"].is_object());
+    assert!(path.join("world_sysid.toml").is_file());
+    assert!(path.join("versions/v0001/world_sysid.toml").is_file());
+    let trial = done(&format!(
+        "trial --artifacts {dir} --robot sim --targets 4 --repeats 1"
+    ));
+    let score = done(&format!("score {dir}/rig/logs --artifacts {dir}"));
+    for table in [&trial, &score] {
+        assert!(mean(table, "effect") > 0.0 && mean(table, "effect_residual") > 0.0);
+    }
+
+    // Kept out: as if nothing was named, but the diagnosis is there.
+    let said = done(&format!("run {logs} --without-effects"));
+    assert_eq!(said["version"], "v0002");
+    assert_eq!(said["diagnosis"], diagnosis);
+    assert!(json(path, "evaluation.json")["effect"].is_null());
+    assert!(!path.join("world_sysid.toml").exists());
+    for version in ["v0001", "v0002"] {
+        let again = done(&format!("rebuild {version} --artifacts {dir}"));
+        assert_eq!(again["same"], true, "{version}");
+    }
+
+    // The strikes that would tell more, where there are any, are a plan for the rig.
+    if path.join("next_strikes.json").is_file() {
+        let line =
+            format!("demo --hide table_tilt --plan {dir}/next_strikes.json --out {dir}/more");
+        let planned = json(path, "next_strikes.json").as_array().map(Vec::len);
+        assert_eq!(done(&line)["strikes"].as_u64().map(|n| n as usize), planned);
+    }
+}
+
+#[test]
+fn too_few_strikes_to_diagnose_are_no_failure_of_a_run() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let dir = folder.path().display();
+    done(&format!(
+        "demo --strikes 7 --seed 2 --hide none --out {dir}/rig"
+    ));
+    let said = done(&format!(
+        "run {dir}/rig/logs --rig {dir}/rig/rig.toml --out {dir}"
+    ));
+    let why = said["no_diagnosis"].as_str().expect("a reason");
+    assert!(why.contains("log more strikes"), "{why}");
+    assert!(!folder.path().join("diagnosis.json").exists());
+    let (outcome, text) = refusal(&format!("diagnose --out {dir}"));
+    assert_eq!(outcome, Outcome::BadInput, "{text}");
+    assert!(text.contains("log more strikes"), "{text}");
 }
 
 /// Whether every address in the page is the name of SVG's namespace, which nothing fetches.

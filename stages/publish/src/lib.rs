@@ -7,7 +7,7 @@
 use std::collections::BTreeMap;
 
 use artifacts::{
-    Calibrated, Contents, InputFile, Metrics, Model, Provenance, StageRecord, TrainedRegion,
+    Calibrated, Contents, InputFile, Logged, Metrics, Model, Provenance, StageRecord, TrainedRegion,
 };
 use serde::{Deserialize, Serialize};
 use stage::{Progress, Record, Stage};
@@ -18,6 +18,8 @@ use values::{Rig, Split, Strike};
 pub struct Publish {
     /// The model to use unless another is asked for; none means the best on held-out strikes.
     pub default_model: Option<Model>,
+    /// Whether effects that the data name were kept out of the world on request; a rebuild does the same.
+    pub without_effects: bool,
     /// Where everything random came from, by what it was drawn for.
     pub seeds: BTreeMap<String, u64>,
 }
@@ -66,7 +68,7 @@ pub enum PublishError {
 
 impl Stage for Publish {
     const NAME: &'static str = "publish";
-    const VERSION: u32 = 1;
+    const VERSION: u32 = 2;
     type Input = Input;
     type Output = Contents;
     type Error = PublishError;
@@ -81,6 +83,8 @@ impl Stage for Publish {
                 metrics: input.metrics.clone(),
                 noise_floor: input.noise_floor,
                 trained_region: trained_region(&input.strikes)?,
+                strikes: Some(logged(&input.strikes)),
+                without_effects: self.without_effects,
                 seeds: self.seeds.clone(),
                 inputs: in_order(&input.logs),
                 stages: input.stages.clone(),
@@ -133,6 +137,14 @@ fn trained_region(strikes: &[Strike]) -> Result<TrainedRegion, PublishError> {
             strikes: strikes.len(),
         },
     )
+}
+
+fn logged(strikes: &[Strike]) -> Logged {
+    let stamps = strikes.iter().map(|strike| strike.t_start);
+    Logged {
+        count: strikes.len(),
+        last: stamps.reduce(f64::max).unwrap_or(0.0),
+    }
 }
 
 fn in_order(logs: &[InputFile]) -> Vec<InputFile> {
@@ -318,13 +330,13 @@ mod tests {
         other.logs.reverse();
         assert_eq!(publish(&other), "v0001");
         assert_eq!(
-            store.load(None).expect("whole").manifest.inputs,
+            store.load(None).expect("whole").manifest.provenance.inputs,
             [log("a.mcap"), log("b.mcap")]
         );
         let records = stage_records(run.records());
         assert_eq!(
             (records[0].name.as_str(), records[0].version),
-            ("publish", 1)
+            ("publish", Publish::VERSION)
         );
     }
 }

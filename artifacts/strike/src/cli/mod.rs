@@ -27,7 +27,9 @@ const REJECTED: u8 = 3;
 /// passed every limit.
 pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     let artifact = load(args)?;
-    let model = args.model.unwrap_or(artifact.manifest.default_model);
+    let model = args
+        .model
+        .unwrap_or(artifact.manifest.provenance.default_model);
     let planner = Planner::new(&artifact, model).map_err(Failure::input)?;
     match (&args.batch, &args.to) {
         (Some(file), _) => plan_batch(args, &planner, file),

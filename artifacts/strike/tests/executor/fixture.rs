@@ -4,7 +4,8 @@ use std::path::Path;
 
 use artifacts::network::{LAYERS, Layer, SIZES};
 use artifacts::{
-    Artifact, Calibrated, Contents, Metrics, Model, Network, Provenance, Store, TrainedRegion,
+    Artifact, Calibrated, Contents, Logged, Metrics, Model, Network, Provenance, Store,
+    TrainedRegion,
 };
 use tempfile::TempDir;
 use values::{Point, Rig, Shape};
@@ -87,6 +88,11 @@ fn contents(seed: u64) -> Contents {
                 stop_x: [0.2, 0.95].into(),
                 stop_y: [-0.55, 0.55].into(),
             },
+            strikes: Some(Logged {
+                count: 500,
+                last: 1.7e9,
+            }),
+            without_effects: false,
             seeds: [("split".to_string(), seed)].into(),
             inputs: Vec::new(),
             stages: Vec::new(),

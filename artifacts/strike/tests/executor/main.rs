@@ -4,6 +4,7 @@
 
 mod batches;
 mod commands;
+mod dependencies;
 mod fixture;
 mod plans;
 mod refusals;

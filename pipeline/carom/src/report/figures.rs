@@ -146,6 +146,7 @@ pub fn slide(
 
 /// What was learnt: the residual of every strike, and what the network says for it.
 pub fn residuals(
+    model: &str,
     rows: &[Residual],
     said: &[[f64; 2]],
     quantity: usize,
@@ -176,7 +177,7 @@ pub fn residuals(
                 .map(|row| Circle::new((against(row), of(row)), 2, MEASURED.mix(0.35).filled())),
         )?;
         chart.draw_series(rows.iter().zip(said).map(|(row, said)| {
-            let hue = colour("sysid_residual").mix(0.7);
+            let hue = colour(model).mix(0.7);
             Circle::new((against(row), said[quantity]), 2, hue.filled())
         }))?;
         Ok(())
@@ -184,7 +185,7 @@ pub fn residuals(
 }
 
 /// Errors epoch by epoch.
-pub fn history(epochs: &[Epoch], best: usize) -> Result<String, PlotError> {
+pub fn history(model: &str, epochs: &[Epoch], best: usize) -> Result<String, PlotError> {
     svg((400, 300), |area| {
         let points = |value: fn(&Epoch) -> f64| -> Vec<(f64, f64)> {
             epochs
@@ -209,16 +210,14 @@ pub fn history(epochs: &[Epoch], best: usize) -> Result<String, PlotError> {
         let at = best as f64;
         chart.draw_series([line((at, 0.0), (at, y_range.1), FAINT)])?;
         chart.draw_series([PathElement::new(train, MEASURED.mix(0.6))])?;
-        chart.draw_series([PathElement::new(
-            validation,
-            colour("sysid_residual").stroke_width(2),
-        )])?;
+        chart.draw_series([PathElement::new(validation, colour(model).stroke_width(2))])?;
         Ok(())
     })
 }
 
 /// Mean stop error on held-out strikes, in m, by the number of strikes learnt from; `levels` are drawn across.
 pub fn learning_curve(
+    model: &str,
     points: &[(usize, f64)],
     levels: &[(&str, f64)],
 ) -> Result<String, PlotError> {
@@ -253,15 +252,15 @@ pub fn learning_curve(
             .y_label_formatter(&short)
             .label_style(("sans-serif", 11).into_font().color(&MEASURED))
             .draw()?;
-        for (model, level) in levels {
+        for (name, level) in levels {
             let across = [(ends.0, level * CM), (ends.1, level * CM)];
-            chart.draw_series([PathElement::new(across, colour(model).stroke_width(2))])?;
+            chart.draw_series([PathElement::new(across, colour(name).stroke_width(2))])?;
         }
         let curve: Vec<_> = points
             .iter()
             .map(|(strikes, error)| (*strikes as f64, error * CM))
             .collect();
-        let hue = colour("sysid_residual");
+        let hue = colour(model);
         chart.draw_series([PathElement::new(curve.clone(), hue.stroke_width(2))])?;
         chart.draw_series(
             curve

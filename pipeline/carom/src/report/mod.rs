@@ -1,7 +1,9 @@
 //! `report.html`: one page that holds all it shows.
 
+mod diagnosis;
 mod figure_8;
 mod figures;
+mod looks;
 mod models;
 mod page;
 mod plot;
@@ -11,7 +13,7 @@ use std::path::Path;
 
 use crate::Error;
 use crate::inputs::Inputs;
-use crate::pipeline::Results;
+use crate::results::Results;
 use crate::trial::Trial;
 
 /// Where a run keeps its report.
@@ -32,7 +34,7 @@ pub struct Provenance {
 pub struct Shown<'a> {
     /// Rig, logs and seed.
     pub inputs: &'a Inputs,
-    /// What the pipeline gave, evaluation included.
+    /// What the pipeline gave: of steps that were not gone nothing is shown.
     pub results: &'a Results,
     /// The latest trial, where one was made.
     pub trial: Option<&'a Trial>,
@@ -45,3 +47,8 @@ pub fn write(shown: &Shown<'_>, dir: &Path) -> Result<(), Error> {
     let page = page::page(shown).map_err(Error::failed)?;
     Ok(durable::write_bytes(&dir.join(FILE), page.as_bytes())?)
 }
+
+#[cfg(test)]
+mod testing;
+#[cfg(test)]
+pub use testing::found_tilt;

@@ -1,14 +1,16 @@
 //! What was identified and learnt.
 
+use evaluate::Evaluation;
 use maud::{Markup, html};
 use sysid::Fit;
 use train::Trained;
-use values::{Conditions, Split, Strike, Track};
+use values::{Split, Strike, Track};
 use world::{PARAMETERS, Simulator, World, WorldError};
 
 use super::page::{PageError, drawing, fill, legend, section};
 use super::plot::short;
 use super::{Shown, figures};
+use crate::results::Results;
 
 /// Slides that are shown in full.
 const SLIDES: usize = 3;
@@ -19,7 +21,16 @@ pub(super) fn world_section(shown: &Shown<'_>, fit: &Fit) -> Result<Markup, Page
     let freed = PARAMETERS
         .iter()
         .filter(|spec| fit.freed.iter().any(|name| name == spec.name));
-    let slides = slides(shown, &nominal, &fit.world)?;
+    let mut worlds = vec![("nominal", &nominal), ("sysid", &fit.world)];
+    worlds.extend(
+        shown
+            .results
+            .effect
+            .as_ref()
+            .map(|effect| ("effect", &effect.world)),
+    );
+    let slides = slides(shown, &worlds)?;
+    let names: Vec<&str> = worlds.iter().map(|(model, _)| *model).collect();
     Ok(section(
         "The identified simulator",
         html! {
@@ -59,17 +70,13 @@ pub(super) fn world_section(shown: &Shown<'_>, fit: &Fit) -> Result<Markup, Page
                 ul { @for note in &fit.notes { li { (note) } } }
             }
             div.three { @for slide in &slides { figure { (drawing(slide)) } } }
-            (legend(&["nominal", "sysid"], Some("● measured")))
+            (legend(&names, Some("● measured")))
         },
     ))
 }
 
-/// The way of a few held-out strikes, slow to fast, measured and simulated before and after identification.
-fn slides(
-    shown: &Shown<'_>,
-    nominal: &World,
-    identified: &World,
-) -> Result<Vec<String>, PageError> {
+/// The way of a few held-out strikes, slow to fast, measured and simulated in each world.
+fn slides(shown: &Shown<'_>, worlds: &[(&str, &World)]) -> Result<Vec<String>, PageError> {
     let mut held_out: Vec<&Strike> = shown
         .results
         .strikes
@@ -77,7 +84,6 @@ fn slides(
         .filter(|strike| strike.split == Split::Test && !strike.track.is_empty())
         .collect();
     held_out.sort_by(|a, b| a.command.speed.total_cmp(&b.command.speed));
-    let worlds = [("nominal", nominal), ("sysid", identified)];
     let simulators = worlds
         .iter()
         .map(|(model, world)| Ok((*model, Simulator::new(&shown.inputs.rig, world)?)))
@@ -89,8 +95,7 @@ fn slides(
         for (model, simulator) in &simulators {
             let mut worker = simulator.worker();
             // A world that does not come to rest has no track to show.
-            if let Ok(simulated) =
-                worker.strike(strike.initial, strike.command, &Conditions::default())
+            if let Ok(simulated) = worker.strike(strike.initial, strike.command, &strike.conditions)
             {
                 tracks.push((*model, way(strike, &simulated.track)));
             }
@@ -115,9 +120,14 @@ fn way(strike: &Strike, track: &Track) -> Vec<(f64, f64)> {
         .collect()
 }
 
-pub(super) fn learning_section(shown: &Shown<'_>) -> Result<Markup, PageError> {
-    let results = shown.results;
-    let Some(trained) = &results.trained else {
+pub(super) fn learning_section(
+    results: &Results,
+    evaluation: &Evaluation,
+) -> Result<Markup, PageError> {
+    let learnt = results.used();
+    let Some((world, learnt, trained)) =
+        learnt.and_then(|(name, learnt)| Some((name, learnt, learnt.trained.as_ref()?)))
+    else {
         return Ok(section(
             "The residual model",
             html! {
@@ -125,7 +135,8 @@ pub(super) fn learning_section(shown: &Shown<'_>) -> Result<Markup, PageError> {
             },
         ));
     };
-    let said: Vec<[f64; 2]> = results
+    let model = format!("{world}_residual");
+    let said: Vec<[f64; 2]> = learnt
         .residuals
         .rows
         .iter()
@@ -135,43 +146,36 @@ pub(super) fn learning_section(shown: &Shown<'_>) -> Result<Markup, PageError> {
                 .predict([row.path.x, row.path.y, row.speed_sim, row.angle_sim])
         })
         .collect();
-    let mut levels = Vec::new();
-    if let Some(evaluation) = &results.evaluation {
-        levels.extend(
-            evaluation
-                .models
-                .get("sysid")
-                .map(|errors| ("sysid", errors.mean)),
-        );
-        levels.extend(
-            evaluation
-                .noise_floor
-                .map(|errors| ("noise_floor", errors.mean)),
-        );
-    }
-    let rows = &results.residuals.rows;
+    let plain = evaluation.models.get(world);
+    let floor = evaluation.noise_floor.as_ref();
+    let levels: Vec<(&str, f64)> = [(world, plain), ("noise_floor", floor)]
+        .into_iter()
+        .filter_map(|(name, errors)| Some((name, errors?.mean)))
+        .collect();
+    let rows = &learnt.residuals.rows;
     Ok(section(
         "The residual model",
         html! {
+            @if world == "effect" { p { "What the identified simulator with its effects still gets wrong." } }
             div.three {
-                figure { (drawing(&figures::residuals(rows, &said, 0)?)) }
-                figure { (drawing(&figures::residuals(rows, &said, 1)?)) }
-                figure { (drawing(&figures::history(&trained.history, trained.best_epoch)?)) }
+                figure { (drawing(&figures::residuals(&model, rows, &said, 0)?)) }
+                figure { (drawing(&figures::residuals(&model, rows, &said, 1)?)) }
+                figure { (drawing(&figures::history(&model, &trained.history, trained.best_epoch)?)) }
             }
             p.legend {
                 "● what was commanded, less what the simulator would command   "
-                span style=(fill("sysid_residual")) { "●" } " what the network says   ― training   "
-                span style=(fill("sysid_residual")) { "―" } " validation"
+                span style=(fill(&model)) { "●" } " what the network says   ― training   "
+                span style=(fill(&model)) { "―" } " validation"
             }
             div.columns {
                 figure {
-                    (drawing(&figures::learning_curve(&results.curve_errors, &levels)?))
-                    (legend(&["sysid_residual", "sysid", "noise_floor"], None))
+                    (drawing(&figures::learning_curve(&model, &results.curve_errors, &levels)?))
+                    (legend(&[&model, world, "noise_floor"], None))
                 }
-                div { (errors_of_training(trained)) (curve_table(shown)) }
+                div { (errors_of_training(trained)) (curve_table(results)) }
             }
-            @if !results.residuals.excluded.is_empty() {
-                p { (results.residuals.excluded.len()) " strikes have no residual, for the simulator does not reach their path." }
+            @if !learnt.residuals.excluded.is_empty() {
+                p { (learnt.residuals.excluded.len()) " strikes have no residual, for the simulator does not reach their path." }
             }
         },
     ))
@@ -206,8 +210,7 @@ fn errors_of_training(trained: &Trained) -> Markup {
     }
 }
 
-fn curve_table(shown: &Shown<'_>) -> Markup {
-    let results = shown.results;
+fn curve_table(results: &Results) -> Markup {
     html! {
         table {
             thead { tr { th { "strikes" } th { "mean stop error" } th { "validation error" } } }

@@ -5,7 +5,7 @@ use values::{Reject, Split, Strike};
 use world::WorldError;
 
 use super::plot::{PlotError, colour};
-use super::{Shown, figures, models, stops};
+use super::{Shown, diagnosis, figures, models, stops};
 
 const STYLE: &str = include_str!("style.css");
 /// Models in the order of tables and plots.
@@ -49,8 +49,12 @@ pub fn page(shown: &Shown<'_>) -> Result<String, PageError> {
         @if let Some(trial) = shown.trial { (stops::trial_section(trial)?) }
         (strikes_section(shown)?)
         @if let Some(fit) = &results.fit { (models::world_section(shown, fit)?) }
+        @if let Some(found) = &results.found { (diagnosis::diagnosis_section(shown, found)?) }
+        @if let Some(why) = &results.no_diagnosis {
+            (section("Where simulation and strikes disagree", html! { p { "No diagnosis: " (why) "." } }))
+        }
         @if let Some(evaluation) = &results.evaluation { (stops::predictions_section(&results.strikes, evaluation)?) }
-        (models::learning_section(shown)?)
+        @if let Some(evaluation) = &results.evaluation { (models::learning_section(results, evaluation)?) }
         (rejects_section(&results.rejects))
         (provenance_section(shown))
     };
@@ -197,6 +201,8 @@ pub fn title(model: &str) -> String {
         "nominal" => "nominal simulator".into(),
         "sysid" => "identified simulator".into(),
         "sysid_residual" => "identified + residual".into(),
+        "effect" => "identified + effect".into(),
+        "effect_residual" => "identified + effect + residual".into(),
         other => other.replace('_', " "),
     }
 }

@@ -21,6 +21,8 @@ pub const FAINT: RGBColor = RGBColor(170, 178, 188);
 const NOMINAL: RGBColor = RGBColor(150, 120, 190);
 const SYSID: RGBColor = RGBColor(222, 120, 40);
 const RESIDUAL: RGBColor = RGBColor(20, 125, 120);
+const EFFECT: RGBColor = RGBColor(45, 105, 200);
+const EFFECT_RESIDUAL: RGBColor = RGBColor(165, 35, 80);
 
 /// The colour of a model, the same in every plot.
 pub fn colour(model: &str) -> RGBColor {
@@ -28,8 +30,8 @@ pub fn colour(model: &str) -> RGBColor {
         "nominal" => NOMINAL,
         "sysid" => SYSID,
         "sysid_residual" => RESIDUAL,
-        "effect" => RGBColor(190, 60, 90),
-        "effect_residual" => RGBColor(40, 90, 170),
+        "effect" => EFFECT,
+        "effect_residual" => EFFECT_RESIDUAL,
         _ => FAINT,
     }
 }

@@ -6,16 +6,21 @@ use evaluate::Evaluation;
 use maud::{Markup, html};
 use values::Strike;
 
-use super::page::{MODELS, PageError, drawing, legend, section, swatch, title};
+use super::page::{MODELS, PageError, drawing, fill, legend, section, swatch, title};
 use super::{figure_8, figures};
 use crate::trial::{Outcome, Trial};
 
 pub(super) fn headline(evaluation: &Evaluation) -> Result<Markup, PageError> {
     let mean = |model: &str| evaluation.models.get(model).map(|errors| errors.mean);
-    let saved = match (mean("sysid"), mean("sysid_residual")) {
-        (Some(sysid), Some(residual)) if sysid > 0.0 => Some(100.0 * (1.0 - residual / sysid)),
+    let saved = |model: &str| match (mean("sysid"), mean(model)) {
+        (Some(sysid), Some(error)) if sysid > 0.0 => Some(100.0 * (1.0 - error / sysid)),
         _ => None,
     };
+    let best = MODELS
+        .into_iter()
+        .filter_map(|model| Some((model, saved(model)?)))
+        .max_by(|a, b| a.1.total_cmp(&b.1))
+        .filter(|(_, saved)| *saved > 0.0);
     let mut by_model: BTreeMap<&str, Vec<f64>> = BTreeMap::new();
     for row in &evaluation.predictions {
         by_model.entry(&row.model).or_default().extend(row.error);
@@ -49,9 +54,9 @@ pub(super) fn headline(evaluation: &Evaluation) -> Result<Markup, PageError> {
             div.columns {
                 div {
                     (errors_table(&rows, "not predicted"))
-                    @if let Some(saved) = saved {
-                        p.big { (format!("{saved:.0} %")) }
-                        p { "of the identified simulator's mean stop error is taken off by the residual model." }
+                    @if let Some((model, saved)) = best {
+                        p.big style=(fill(model)) { (format!("{saved:.0} %")) }
+                        p { "of the identified simulator's mean stop error is taken off by the best model, " (title(model)) "." }
                     }
                     p.note {
                         "The distance between where a strike that took no part in fitting stopped and where the model says that it "
@@ -121,7 +126,10 @@ pub(super) fn trial_section(trial: &Trial) -> Result<Markup, PageError> {
             }))
             .collect()
     }
-    let models = ["sysid", "sysid_residual"];
+    let models: Vec<&str> = MODELS
+        .into_iter()
+        .filter(|model| *model != "nominal" && trial.figure_8.contains_key(*model))
+        .collect();
     Ok(section(
         "Closed loop: struck at targets",
         html! {

@@ -38,7 +38,7 @@ pub fn trial(args: &TrialArgs, is_quiet: bool) -> Result<Trial, Error> {
     let planners = planners(&artifact)?;
     let (_, reference) = planners
         .iter()
-        .find(|(model, _)| *model == artifact.manifest.default_model)
+        .find(|(model, _)| *model == artifact.manifest.provenance.default_model)
         .ok_or_else(|| Error::input("find the artifact's default model"))?;
     let figure_8 = region.figure_8(reference);
     let repeated: Vec<Pair> = figure_8

@@ -2,6 +2,7 @@
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use residual::wrap;
 use strike::Planner;
 use values::{Point, Strike};
 
@@ -31,7 +32,10 @@ pub struct Region {
 impl Region {
     /// Of these strikes; none where there are none.
     pub fn of(strikes: &[Strike]) -> Option<Self> {
-        let ends = |value: fn(&Strike) -> f64| {
+        // Bearings on either side of ±π are neighbours: they are taken relative to their middle.
+        let sum = |sum: Point, strike: &Strike| sum + Point::polar(1.0, strike.path().bearing());
+        let middle = strikes.iter().fold(Point::default(), sum).bearing();
+        let ends = |value: &dyn Fn(&Strike) -> f64| {
             let mut values: Vec<f64> = strikes.iter().map(value).collect();
             values.sort_by(f64::total_cmp);
             let last = values.len().checked_sub(1)?;
@@ -39,10 +43,10 @@ impl Region {
             Some((values[skipped], values[last - skipped]))
         };
         Some(Self {
-            x: ends(|strike| strike.initial.x)?,
-            y: ends(|strike| strike.initial.y)?,
-            distance: ends(|strike| strike.path().norm())?,
-            bearing: ends(|strike| strike.path().bearing())?,
+            x: ends(&|strike| strike.initial.x)?,
+            y: ends(&|strike| strike.initial.y)?,
+            distance: ends(&|strike| strike.path().norm())?,
+            bearing: ends(&|strike| middle + wrap(strike.path().bearing() - middle))?,
         })
     }
 

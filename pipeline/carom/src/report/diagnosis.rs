@@ -1,0 +1,281 @@
+//! Where simulation and strikes disagree, what is missing, and how far the gap shrinks with it.
+
+use std::collections::BTreeMap;
+
+use diagnose::{Diagnosis, Found, Gap, Named, NextStrike, Verdict};
+use maud::{Markup, html};
+use values::Strike;
+
+use super::Shown;
+use super::looks::{self, COVARIATES, ResidualOf, Seen};
+use super::page::{PageError, drawing, fill, legend, section};
+use super::plot::short;
+use crate::outputs::NEXT_STRIKES;
+use crate::summary::diagnosis::{gap, numbers, to_two_figures_of};
+
+/// Candidates of the ranking that are shown.
+const RANKED: usize = 12;
+
+pub(super) fn diagnosis_section(shown: &Shown<'_>, found: &Found) -> Result<Markup, PageError> {
+    let diagnosis = &found.diagnosis;
+    Ok(section(
+        "Where simulation and strikes disagree",
+        html! {
+            p.verdict { strong { (verdict(diagnosis.verdict)) } " " (diagnosis.summary) }
+            @if found.world.is_some() && shown.results.effect.is_none() {
+                p { "As asked, it is not added to the world that is used." }
+            }
+            (effects_table(&diagnosis.effects))
+            div.columns {
+                div { (gap_bars(&diagnosis.gap, &diagnosis.effects)) (where_table(diagnosis)) }
+                div { (ranking_bars(diagnosis)) }
+            }
+            (pictures(shown, found)?)
+            (next_strikes(&diagnosis.next_strikes))
+            (details(diagnosis))
+        },
+    ))
+}
+
+fn verdict(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::Named => "An effect is named.",
+        Verdict::Consistent => "No gap beyond noise.",
+        Verdict::Unexplained => "A gap that no candidate explains.",
+    }
+}
+
+fn effects_table(effects: &[Named]) -> Markup {
+    html! {
+        @if !effects.is_empty() {
+            table {
+                thead { tr {
+                    th { "effect" } th { "what it says" } th { "parameter" } th { "value" } th { "95 % interval" } th { "evidence" }
+                } }
+                tbody {
+                    @for effect in effects {
+                        @for (place, (name, parameter)) in effect.parameters.iter().enumerate() {
+                            tr {
+                                td { @if place == 0 { code { (effect.name) } } }
+                                td { @if place == 0 {
+                                    (effect.statement)
+                                    @if !effect.equivalent.is_empty() {
+                                        br; span.note { "These strikes cannot tell it from " (effect.equivalent.join(", ")) "." }
+                                    }
+                                } }
+                                td { code { (name) } }
+                                @let [value, low, high] = numbers(parameter);
+                                td.number { strong { (value) } " " (parameter.unit) }
+                                td.number { (low) " … " (high) }
+                                td.number { @if place == 0 { (format!("{:.1}", effect.evidence)) } }
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// A line of a chart of bars: name, colour's model, length, and what is written behind.
+struct Bar<'a> {
+    name: &'a str,
+    model: &'a str,
+    length: f64,
+    text: String,
+}
+
+fn bars(bars: &[Bar<'_>]) -> Markup {
+    let longest = bars.iter().map(|bar| bar.length).fold(0.0, f64::max);
+    let width = |length: f64| match longest > 0.0 {
+        true => 100.0 * length.max(0.0) / longest,
+        false => 0.0,
+    };
+    html! {
+        table.bars { tbody {
+            @for bar in bars {
+                tr {
+                    td { (bar.name) }
+                    td.bar { div style=(format!("width:{:.1}%;background:{}", width(bar.length), fill(bar.model).replace("color:", ""))) {} }
+                    td.number { (bar.text) }
+                }
+            }
+        } }
+    }
+}
+
+fn gap_bars(measured: &Gap, effects: &[Named]) -> Markup {
+    let bar = |name, model, length: f64| Bar {
+        name,
+        model,
+        length,
+        text: format!("{:.2} mm", length * 1e3),
+    };
+    let mut lines = vec![bar("before", "sysid", measured.before)];
+    if !effects.is_empty() {
+        lines.push(bar("with the effects", "effect", measured.after));
+    }
+    lines.push(bar("noise floor", "noise_floor", measured.noise_floor));
+    html! {
+        h3 { "The gap" }
+        (bars(&lines))
+        p.note { (gap(measured)) "." }
+    }
+}
+
+fn ranking_bars(diagnosis: &Diagnosis) -> Markup {
+    let is_named = |name: &str| diagnosis.effects.iter().any(|effect| effect.name == name);
+    let lines: Vec<Bar<'_>> = diagnosis
+        .ranking
+        .iter()
+        .take(RANKED)
+        .map(|ranked| Bar {
+            name: &ranked.name,
+            model: if is_named(&ranked.name) {
+                "effect"
+            } else {
+                "noise_floor"
+            },
+            length: ranked.evidence,
+            text: format!("{:.1}", ranked.evidence),
+        })
+        .collect();
+    html! {
+        @if !lines.is_empty() {
+            h3 { "Candidates, each alone" }
+            (bars(&lines))
+            p.note {
+                "Evidence: the gain in log-likelihood over the identified simulator, less what the candidate's parameters would gain "
+                "by chance."
+            }
+        }
+    }
+}
+
+fn where_table(diagnosis: &Diagnosis) -> Markup {
+    html! {
+        @if !diagnosis.r#where.is_empty() {
+            h3 { "What the gap depends on" }
+            table {
+                thead { tr { th { "covariate" } th { "how" } th { "p" } th { "share" } } }
+                tbody {
+                    @for place in &diagnosis.r#where {
+                        tr {
+                            td { (place.covariate) } td { (place.description) }
+                            td.number { (probability(place.p_value)) }
+                            td.number { (format!("{:.0} %", 100.0 * place.share)) }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// A probability as short as it can be said.
+fn probability(p: f64) -> String {
+    if p < 1e-3 {
+        format!("{p:.0e}")
+    } else {
+        format!("{p:.3}")
+    }
+}
+
+/// Maps of the table and small multiples against each covariate, before and with the effects.
+fn pictures(shown: &Shown<'_>, found: &Found) -> Result<Markup, PageError> {
+    let strikes: BTreeMap<&str, &Strike> = shown
+        .results
+        .strikes
+        .iter()
+        .map(|strike| (strike.id.as_str(), strike))
+        .collect();
+    let seen: Vec<Seen<'_>> = found
+        .looks
+        .iter()
+        .filter_map(|look| Some((*strikes.get(look.strike_id.as_str())?, look)))
+        .collect();
+    if seen.is_empty() {
+        return Ok(html! {});
+    }
+    let mut models: Vec<(&str, ResidualOf)> = vec![("sysid", |look| look.before)];
+    if !found.diagnosis.effects.is_empty() {
+        models.push(("effect", |look| look.after));
+    }
+    let names: Vec<&str> = models.iter().map(|(model, _)| *model).collect();
+    let magnification = looks::magnification(&seen);
+    let maps = models
+        .iter()
+        .map(|(model, residual)| {
+            looks::map(&shown.inputs.rig, model, &seen, *residual, magnification)
+        })
+        .collect::<Result<Vec<_>, _>>()?;
+    let mut multiples = Vec::new();
+    for component in [0, 1] {
+        for covariate in &COVARIATES {
+            multiples.push(looks::against(covariate, component, &seen, &models)?);
+        }
+    }
+    Ok(html! {
+        h3 { "On the table" }
+        div.columns { @for map in &maps { figure { (drawing(map)) } } }
+        p.legend {
+            "● where the simulator says that a strike stops   → to where it stopped, drawn " (short(&magnification))
+            " times as long   strong: held out, pale: took part in fit and choice"
+        }
+        h3 { "Stops, measured less simulated, along and across the way" }
+        div.multiples { @for plot in &multiples { figure { (drawing(plot)) } } }
+        (legend(&names, None))
+    })
+}
+
+fn next_strikes(strikes: &[NextStrike]) -> Markup {
+    html! {
+        @if !strikes.is_empty() {
+            h3 { "Strikes that would tell more" }
+            table {
+                thead { tr { th { "from x" } th { "from y" } th { "speed" } th { "angle" } th { "why" } } }
+                tbody {
+                    @for strike in strikes {
+                        tr {
+                            td.number { (format!("{:.3} m", strike.x0)) }
+                            td.number { (format!("{:.3} m", strike.y0)) }
+                            td.number { (format!("{:.2} m/s", strike.speed)) }
+                            td.number { (format!("{:.3} rad", strike.angle)) }
+                            td { (strike.why) }
+                        }
+                    }
+                }
+            }
+            p.note { "Ready for the rig in " code { (NEXT_STRIKES) } "." }
+        }
+    }
+}
+
+/// What these strikes could have shown, and what is to be known of the search.
+fn details(diagnosis: &Diagnosis) -> Markup {
+    html! {
+        @if !diagnosis.detectable.is_empty() {
+            details {
+                summary { "The least sizes that these " (diagnosis.strikes) " strikes would show" }
+                table {
+                    thead { tr { th { "effect" } th { "parameter" } th { "least size" } } }
+                    tbody {
+                        @for least in &diagnosis.detectable {
+                            tr {
+                                td { code { (least.name) } } td { code { (least.parameter) } }
+                                td.number { (to_two_figures_of(least.least, least.least)) " " (least.unit) }
+                            }
+                        }
+                    }
+                }
+            }
+        }
+        @if !diagnosis.notes.is_empty() {
+            ul { @for note in &diagnosis.notes { li { (note) } } }
+        }
+        p.note {
+            "Looked at " (diagnosis.strikes) " strikes; a gap like this one, or a larger, would come by chance with probability "
+            (probability(diagnosis.p_value)) "."
+        }
+    }
+}

@@ -1,0 +1,166 @@
+//! A diagnosis made by hand, and the page that shows it.
+
+use diagnose::{
+    Detectable, Diagnosis, Found, Gap, Look, Named, NextStrike, Parameter, Ranked, Verdict, Where,
+};
+use values::{Command, Conditions, Point, Rig, Shape, Split, Strike, Track};
+use world::{AddedEffect, Estimate, World};
+
+use super::{Provenance, Shown, page};
+use crate::inputs::Inputs;
+use crate::results::{Learnt, Results};
+
+/// A table tilt, named.
+pub fn found_tilt() -> Found {
+    let tilt = Parameter {
+        value: 0.0042,
+        low: 0.0040,
+        high: 0.0044,
+        unit: "rad".into(),
+    };
+    let mut world = World::nominal(&Rig::demo(Shape::Cylinder));
+    world.effects.push(AddedEffect {
+        name: "table_tilt".into(),
+        parameters: [(
+            "tilt_x".to_string(),
+            Estimate::with_interval(tilt.value, tilt.low, tilt.high),
+        )]
+        .into(),
+    });
+    let ranked = |name: &str, evidence| Ranked {
+        name: name.into(),
+        evidence,
+    };
+    let look = |index: usize| Look {
+        strike_id: index.to_string(),
+        is_heldout: index.is_multiple_of(3),
+        before: [0.02, -0.01 * index as f64],
+        after: [0.001, -0.001],
+    };
+    let diagnosis = Diagnosis {
+        verdict: Verdict::Named,
+        summary: "The table is not level.".into(),
+        p_value: 1e-12,
+        strikes: 80,
+        r#where: vec![Where {
+            covariate: "angle".into(),
+            description: "strikes to the left go too far".into(),
+            p_value: 1e-9,
+            share: 0.61,
+        }],
+        effects: vec![Named {
+            name: "table_tilt".into(),
+            parameters: [("tilt_x".to_string(), tilt)].into(),
+            statement: "the table slopes down by 4.2 mm per metre".into(),
+            evidence: 57.2,
+            equivalent: vec!["a steady draught".into()],
+        }],
+        ranking: vec![ranked("table_tilt", 57.2), ranked("table_bowl", -1.0)],
+        gap: Gap {
+            heldout_strikes: 2,
+            before: 0.0213,
+            after: 0.0012,
+            noise_floor: 0.001,
+            unit: "m".into(),
+            measure: "rms stop error".into(),
+        },
+        next_strikes: vec![NextStrike {
+            x0: 0.27,
+            y0: 0.05,
+            speed: 0.9,
+            angle: 0.2,
+            why: "tells table_tilt from table_bowl".into(),
+        }],
+        detectable: vec![Detectable {
+            name: "table_bowl".into(),
+            parameter: "curvature".into(),
+            least: 0.021,
+            unit: "/s²".into(),
+        }],
+        notes: vec!["one candidate diverged".into()],
+    };
+    Found {
+        diagnosis,
+        world: Some(world),
+        looks: (0..4).map(look).collect(),
+    }
+}
+
+fn strike(index: usize) -> Strike {
+    Strike {
+        id: index.to_string(),
+        log: "a.mcap".into(),
+        index: index as u32,
+        t_start: index as f64,
+        initial: Point::new(0.2, 0.0),
+        stop: Point::new(0.5 + 0.05 * index as f64, 0.1),
+        command: Command {
+            speed: 0.5 + 0.1 * index as f64,
+            angle: 0.2,
+        },
+        track: Track::default(),
+        split: Split::Train,
+        conditions: Conditions::default(),
+    }
+}
+
+fn text(found: Found, is_used: bool) -> String {
+    let inputs = Inputs {
+        rig: Rig::demo(Shape::Cylinder),
+        logs: Vec::new(),
+        seed: 0,
+        without_effects: !is_used,
+    };
+    let world = found.world.clone().filter(|_| is_used);
+    let results = Results {
+        strikes: (0..4).map(strike).collect(),
+        effect: world.map(Learnt::new),
+        found: Some(found),
+        ..Results::default()
+    };
+    let shown = Shown {
+        inputs: &inputs,
+        results: &results,
+        trial: None,
+        provenance: &Provenance::default(),
+    };
+    page::page(&shown).expect("a page")
+}
+
+#[test]
+fn the_page_shows_verdict_parameters_gap_pictures_and_next_strikes() {
+    let page = text(found_tilt(), true);
+    for said in [
+        "Where simulation and strikes disagree",
+        "The table is not level.",
+        "the table slopes down by 4.2 mm per metre",
+        "0.00420",
+        "0.00400 … 0.00440",
+        "cannot tell it from a steady draught",
+        "21.3 mm before, 1.2 mm after",
+        "99 % of the gap is closed",
+        "table_bowl",
+        "tells table_tilt from table_bowl",
+        "0.021 /s²",
+        "one candidate diverged",
+    ] {
+        assert!(page.contains(said), "{said}");
+    }
+    // The strikes' map; two of residuals; along and across against five covariates.
+    assert_eq!(page.matches("<svg").count(), 1 + 2 + 2 * 5);
+    assert!(!page.contains("not added"));
+    assert!(text(found_tilt(), false).contains("not added"));
+}
+
+#[test]
+fn without_a_named_effect_there_is_one_map_and_no_after() {
+    let mut found = found_tilt();
+    found.world = None;
+    found.diagnosis.effects.clear();
+    found.diagnosis.next_strikes.clear();
+    found.diagnosis.verdict = Verdict::Unexplained;
+    let page = text(found, true);
+    assert!(page.contains("A gap that no candidate explains."));
+    assert_eq!(page.matches("<svg").count(), 1 + 1 + 2 * 5);
+    assert!(!page.contains("with the effects") && !page.contains("Strikes that would tell more"));
+}

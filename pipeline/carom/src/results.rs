@@ -1,0 +1,76 @@
+//! What came of a pipeline's steps.
+
+use diagnose::Found;
+use evaluate::Evaluation;
+use ingest::LogFile;
+use residual::ResidualTable;
+use sysid::Fit;
+use train::{CurvePoint, Trained};
+use values::{Reject, Strike};
+use world::{Solution, World};
+
+/// What came of the steps that were gone.
+#[derive(Clone, Debug, Default)]
+pub struct Results {
+    /// Strikes kept, in order of time.
+    pub strikes: Vec<Strike>,
+    /// Strikes seen and not kept.
+    pub rejects: Vec<Reject>,
+    /// The logs, by name and hash.
+    pub logs: Vec<LogFile>,
+    /// Names of logs that are cut off or damaged.
+    pub damaged: Vec<String>,
+    /// What a person should know of the logs.
+    pub log_notes: Vec<String>,
+    /// From [`Step::Sysid`](crate::pipeline::Step) on.
+    pub fit: Option<Fit>,
+    /// The identified world; from sysid on.
+    pub sysid: Option<Learnt>,
+    /// What simulation and strikes disagree in; from diagnosis on.
+    pub found: Option<Found>,
+    /// Why there is no diagnosis, where one was tried.
+    pub no_diagnosis: Option<String>,
+    /// The identified world with the effects named; none where none is named, or they are to be left out.
+    pub effect: Option<Learnt>,
+    /// Networks by the number of strikes learnt from, in the world that will be used; from training on.
+    pub curve: Vec<CurvePoint>,
+    /// From evaluation on.
+    pub evaluation: Option<Evaluation>,
+    /// Mean stop error in m by the number of strikes learnt from; from evaluation on.
+    pub curve_errors: Vec<(usize, f64)>,
+    /// The version published, which is in use unless a rollback took it out; from publishing on.
+    pub version: Option<String>,
+}
+
+/// A world, and what was learnt on top of it.
+#[derive(Clone, Debug)]
+pub struct Learnt {
+    /// The world.
+    pub world: World,
+    /// Every path solved backwards in it, one a strike; from solving on.
+    pub solutions: Vec<Solution>,
+    /// What it still gets wrong; from the residual on.
+    pub residuals: ResidualTable,
+    /// A network that knows it; from training on, none where there are too few strikes.
+    pub trained: Option<Trained>,
+}
+
+impl Learnt {
+    /// A world on top of which nothing is learnt yet.
+    pub fn new(world: World) -> Self {
+        Self {
+            world,
+            solutions: Vec::new(),
+            residuals: ResidualTable::default(),
+            trained: None,
+        }
+    }
+}
+
+impl Results {
+    /// The world that will be used, with the name of its model: the one with effects where they are named.
+    pub fn used(&self) -> Option<(&'static str, &Learnt)> {
+        let effect = self.effect.as_ref().map(|learnt| ("effect", learnt));
+        effect.or_else(|| self.sysid.as_ref().map(|learnt| ("sysid", learnt)))
+    }
+}

@@ -1,0 +1,179 @@
+//! What a diagnosis tells a person on the command line.
+
+use std::fmt::Write;
+
+use diagnose::{Diagnosis, Gap, Named, Parameter, Verdict};
+
+use crate::outputs::NEXT_STRIKES;
+
+/// Candidates of the ranking that are told.
+const RANKED: usize = 3;
+
+/// Verdict, effects, gap, rivals, next strikes and notes, a line each.
+pub fn diagnosis(diagnosis: &Diagnosis) -> String {
+    let mut text = format!(
+        "diagnosis  {}: {}\n",
+        verdict(diagnosis.verdict),
+        diagnosis.summary
+    );
+    for place in &diagnosis.r#where {
+        let _ = writeln!(
+            text,
+            "           by {}: {}",
+            place.covariate, place.description
+        );
+    }
+    for effect in &diagnosis.effects {
+        text += &named(effect);
+    }
+    let _ = writeln!(text, "           {}", gap(&diagnosis.gap));
+    if !diagnosis.ranking.is_empty() && diagnosis.verdict != Verdict::Consistent {
+        let best = diagnosis.ranking.iter().take(RANKED);
+        let best: Vec<String> = best
+            .map(|ranked| format!("{} {:.1}", ranked.name, ranked.evidence))
+            .collect();
+        let _ = writeln!(
+            text,
+            "           evidence of each candidate alone: {}",
+            best.join(", ")
+        );
+    }
+    if !diagnosis.next_strikes.is_empty() {
+        let _ = writeln!(
+            text,
+            "           {} strikes that would tell more are in {NEXT_STRIKES}",
+            diagnosis.next_strikes.len()
+        );
+    }
+    for note in &diagnosis.notes {
+        let _ = writeln!(text, "           {note}");
+    }
+    text
+}
+
+/// The verdict's name in files.
+pub fn verdict(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::Named => "named",
+        Verdict::Consistent => "consistent",
+        Verdict::Unexplained => "unexplained",
+    }
+}
+
+/// How far the gap shrinks, in a sentence.
+pub fn gap(gap: &Gap) -> String {
+    if gap.heldout_strikes == 0 {
+        return "no strike was held out, so that the gap is not measured".into();
+    }
+    let millimetres = |length: f64| format!("{:.1} mm", length * 1e3);
+    let floor = millimetres(gap.noise_floor);
+    let before = millimetres(gap.before);
+    if gap.after == gap.before {
+        return format!(
+            "{} on {} strikes that took no part: {before}, where scatter alone leaves {floor}",
+            gap.measure, gap.heldout_strikes
+        );
+    }
+    let closed = closed(gap).map_or(String::new(), |share| {
+        format!(", {share:.0} % of the gap is closed")
+    });
+    format!(
+        "{} on {} strikes that took no part: {before} before, {} after, where scatter alone leaves {floor}{closed}",
+        gap.measure,
+        gap.heldout_strikes,
+        millimetres(gap.after)
+    )
+}
+
+/// (before − after)/(before − floor) in per cent; none where there was no gap above the floor, or it does not shrink.
+fn closed(gap: &Gap) -> Option<f64> {
+    let open = gap.before - gap.noise_floor;
+    (open > 0.0 && gap.after < gap.before).then(|| 100.0 * (gap.before - gap.after) / open)
+}
+
+/// A parameter's value and the ends of its interval, to two figures of the interval's width.
+pub fn numbers(parameter: &Parameter) -> [String; 3] {
+    let Parameter {
+        value, low, high, ..
+    } = *parameter;
+    [value, low, high].map(|number| to_two_figures_of(high - low, number))
+}
+
+/// A number with as many decimals as `scale` needs for two figures.
+pub fn to_two_figures_of(scale: f64, number: f64) -> String {
+    let decimals = (1.0 - scale.abs().log10().floor()).clamp(0.0, 8.0);
+    let decimals = if decimals.is_finite() {
+        decimals as usize
+    } else {
+        4
+    };
+    format!("{number:.decimals$}")
+}
+
+fn named(effect: &Named) -> String {
+    let mut text = format!("           {}: {}\n", effect.name, effect.statement);
+    for (name, parameter) in &effect.parameters {
+        let [value, low, high] = numbers(parameter);
+        let line = format!(
+            "             {name:<14} {value}  [{low}, {high}] {}",
+            parameter.unit
+        );
+        let _ = writeln!(text, "{}", line.trim_end());
+    }
+    if !effect.equivalent.is_empty() {
+        let _ = writeln!(
+            text,
+            "             these strikes cannot tell it from {}",
+            effect.equivalent.join(", ")
+        );
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_value_has_the_figures_that_its_interval_bears() {
+        let parameter = |value, low, high| Parameter {
+            value,
+            low,
+            high,
+            unit: String::new(),
+        };
+        for (parameter, text) in [
+            (parameter(0.48123, 0.46, 0.5), ["0.481", "0.460", "0.500"]),
+            (
+                parameter(0.00123, 0.0011, 0.0014),
+                ["0.00123", "0.00110", "0.00140"],
+            ),
+            (parameter(42.0, 10.0, 90.0), ["42", "10", "90"]),
+            (parameter(1.0, 1.0, 1.0), ["1.00000000"; 3]),
+            (parameter(1.0, 0.0, f64::INFINITY), ["1", "0", "inf"]),
+        ] {
+            assert_eq!(numbers(&parameter), text);
+        }
+    }
+
+    #[test]
+    fn the_gap_is_told_with_the_share_that_is_closed() {
+        let mut measured = Gap {
+            heldout_strikes: 40,
+            before: 0.021,
+            after: 0.003,
+            noise_floor: 0.001,
+            unit: "m".into(),
+            measure: "rms stop error".into(),
+        };
+        assert_eq!(
+            gap(&measured),
+            "rms stop error on 40 strikes that took no part: 21.0 mm before, 3.0 mm after, where scatter alone leaves \
+             1.0 mm, 90 % of the gap is closed"
+        );
+        measured.after = measured.before;
+        assert!(!gap(&measured).contains("closed"));
+        measured.heldout_strikes = 0;
+        assert!(gap(&measured).contains("not measured"));
+    }
+}
