@@ -21,7 +21,7 @@ pub(super) fn diagnosis_section(shown: &Shown<'_>, found: &Found) -> Result<Mark
     Ok(section(
         "Where simulation and strikes disagree",
         html! {
-            p.verdict { strong { (verdict(diagnosis.verdict)) } " " (diagnosis.summary) }
+            p.verdict { strong { (verdict(diagnosis.verdict)) ":" } " " (diagnosis.summary.trim_end_matches('.')) "." }
             @if found.world.is_some() && shown.results.effect.is_none() {
                 p { "As asked, it is not added to the world that is used." }
             }
@@ -39,9 +39,9 @@ pub(super) fn diagnosis_section(shown: &Shown<'_>, found: &Found) -> Result<Mark
 
 fn verdict(verdict: Verdict) -> &'static str {
     match verdict {
-        Verdict::Named => "An effect is named.",
-        Verdict::Consistent => "No gap beyond noise.",
-        Verdict::Unexplained => "A gap that no candidate explains.",
+        Verdict::Named => "Named",
+        Verdict::Consistent => "Consistent",
+        Verdict::Unexplained => "Unexplained",
     }
 }
 

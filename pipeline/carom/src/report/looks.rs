@@ -52,7 +52,7 @@ pub const COVARIATES: [Covariate; 5] = [
     },
 ];
 
-/// By how much arrows are drawn longer than they are: a power of ten, or two or five of it.
+/// By how much arrows are drawn longer than they are: a power of ten, or two or five of it; never shorter.
 pub fn magnification(seen: &[Seen<'_>]) -> f64 {
     let mut lengths: Vec<f64> = seen
         .iter()
@@ -61,7 +61,7 @@ pub fn magnification(seen: &[Seen<'_>]) -> f64 {
     lengths.sort_by(f64::total_cmp);
     let place = (USUAL * lengths.len() as f64) as usize;
     let usual = lengths.get(place).or(lengths.last()).copied();
-    let wanted = ARROW / usual.unwrap_or(ARROW).max(1e-6);
+    let wanted = (ARROW / usual.unwrap_or(ARROW).max(1e-6)).max(1.0);
     let power = 10f64.powf(wanted.log10().floor());
     let steps = [5.0, 2.0, 1.0];
     let step = steps.into_iter().find(|step| step * power <= wanted);
@@ -218,7 +218,7 @@ mod tests {
         };
         assert_eq!(
             [of(0.06), of(0.02), of(0.01), of(0.1)],
-            [1.0, 2.0, 5.0, 0.5]
+            [1.0, 2.0, 5.0, 1.0]
         );
     }
 }

@@ -160,7 +160,7 @@ fn without_a_named_effect_there_is_one_map_and_no_after() {
     found.diagnosis.next_strikes.clear();
     found.diagnosis.verdict = Verdict::Unexplained;
     let page = text(found, true);
-    assert!(page.contains("A gap that no candidate explains."));
+    assert!(page.contains("Unexplained:"));
     assert_eq!(page.matches("<svg").count(), 1 + 1 + 2 * 5);
     assert!(!page.contains("with the effects") && !page.contains("Strikes that would tell more"));
 }
