@@ -20,6 +20,9 @@ pub(crate) struct Spread {
     pub(crate) camera: f64,
 }
 
+/// A strike's clock is its own: first motion is seen later where the object is slow, the camera noisy or a frame lost, and a
+/// prior that pulled clocks together would turn that into speeds that depend on speed. So it is all but free, in frames.
+const CLOCK_FRAMES: f64 = 2.0;
 /// A resting place is the mean of about this many frames.
 const RESTING_FRAMES: f64 = 10.0;
 
@@ -28,7 +31,7 @@ impl Spread {
     pub(crate) fn initial(camera: f64, frame: f64) -> Self {
         let rest = camera / RESTING_FRAMES.sqrt();
         Self {
-            nuisance: [0.01, 0.01, 0.3 * frame, rest, rest],
+            nuisance: [0.01, 0.01, CLOCK_FRAMES * frame, rest, rest],
             camera,
         }
     }
@@ -202,8 +205,8 @@ fn maximise(
     let p = beta.len();
     let variance = spread.camera * spread.camera;
     let mut next = *spread;
-    // The common launch, angle and clock were fitted to the same strikes.
-    for i in 0..3 {
+    // The common launch and angle were fitted to the same strikes.
+    for i in 0..2 {
         let sum: f64 = nuisances
             .iter()
             .zip(posteriors)

@@ -9,7 +9,7 @@ use std::sync::Mutex;
 use anyhow::Context;
 use clap::Parser;
 use rayon::prelude::*;
-use tests::blind::{Outcome, cases, page, run};
+use tests::blind::{Outcome, cases, diagnosed, page, run};
 
 /// Hides effects in strikes, and grades whether the diagnosis names them.
 #[derive(Debug, Parser)]
@@ -23,6 +23,9 @@ struct Args {
     /// Only sets whose name holds this.
     #[arg(long, default_value = "")]
     only: String,
+    /// Print what is hidden and what was found of each set, in place of grading them.
+    #[arg(long)]
+    show: bool,
     /// Outcomes, one JSON object a line; sets that it holds are not run again.
     #[arg(long, default_value = "artifacts/blind.jsonl")]
     outcomes: PathBuf,
@@ -46,6 +49,20 @@ fn main() -> anyhow::Result<()> {
         .into_iter()
         .filter(|case| case.id.contains(&args.only))
         .collect();
+    if args.show {
+        for case in &all {
+            println!("{}", case.id);
+            match diagnosed(case) {
+                None => println!("the rig cannot make it"),
+                Some(Err(error)) => println!("{error}"),
+                Some(Ok((truth, found, _))) => {
+                    println!("{}", serde_json::to_string(&truth.hidden)?);
+                    println!("{}", serde_json::to_string_pretty(&found.diagnosis)?);
+                }
+            }
+        }
+        return Ok(());
+    }
     let missing: Vec<_> = all
         .iter()
         .filter(|case| !known.contains_key(&case.id))

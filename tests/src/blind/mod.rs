@@ -12,5 +12,5 @@ mod page;
 
 pub use cases::{Case, Kind, cases, slice};
 pub use grade::{Tally, is_right, tally};
-pub use outcome::{Outcome, run};
+pub use outcome::{Outcome, diagnosed, run};
 pub use page::page;

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use diagnose::{Diagnose, Diagnosis, Input, Verdict};
+use diagnose::{Diagnose, Diagnosis, Found, Input, Verdict};
 use ingest::{Ingest, assemble, ingest_log};
 use rig::{Truth, demo};
 use serde::{Deserialize, Serialize};
@@ -51,39 +51,30 @@ pub fn strikes(truth: &Truth, count: usize, folder: &Path) -> Option<(Rig, Vec<S
     Some((rig, assemble(outcomes).0))
 }
 
-/// Makes a set and diagnoses it.
-pub fn run(case: &Case) -> Outcome {
+/// Makes a set and diagnoses it; the truth, what was found, and seconds that it took. `None` where the rig cannot make it, an
+/// error where identification or diagnosis has none to give.
+pub fn diagnosed(case: &Case) -> Option<Result<(Truth, Found, f64), String>> {
     let folder = tempfile::tempdir().expect("a temporary folder can be made");
-    let made = hide::truth(case)
-        .and_then(|truth| Some((strikes(&truth, case.strikes, folder.path())?, truth)));
-    let impossible = Outcome {
-        case: case.clone(),
-        verdict: "impossible".into(),
-        named: Vec::new(),
-        p_value: 1.0,
-        gap: (0, 0.0, 0.0, 0.0),
-        covered: Vec::new(),
-        seconds: 0.0,
-    };
-    let Some(((rig, strikes), truth)) = made else {
-        return impossible;
-    };
+    let truth = hide::truth(case)?;
+    let (rig, strikes) = strikes(&truth, case.strikes, folder.path())?;
     // What a user starts from: friction as believed. Identification is part of what is measured.
     let mut world = World::nominal(&rig);
     if case.variant == "start" {
-        let factor = if case.seed % 2 == 0 { 2.0 } else { 0.5 };
+        let factor = if case.seed.is_multiple_of(2) {
+            2.0
+        } else {
+            0.5
+        };
         world = world.with("friction", truth.friction * factor);
     }
     let begun = std::time::Instant::now();
+    let input = sysid::Input {
+        rig: rig.clone(),
+        world,
+        strikes: strikes.clone(),
+    };
     let found = sysid::Sysid::default()
-        .run(
-            &sysid::Input {
-                rig: rig.clone(),
-                world,
-                strikes: strikes.clone(),
-            },
-            &Progress::hidden(),
-        )
+        .run(&input, &Progress::hidden())
         .map_err(|error| error.to_string())
         .and_then(|fit| {
             let input = Input {
@@ -99,14 +90,24 @@ pub fn run(case: &Case) -> Outcome {
                 .run(&input, &Progress::hidden())
                 .map_err(|error| error.to_string())
         });
-    let found = match found {
-        Ok(found) => found,
-        Err(error) => {
-            return Outcome {
-                verdict: format!("error: {error}"),
-                ..impossible
-            };
-        }
+    Some(found.map(|found| (truth, found, begun.elapsed().as_secs_f64())))
+}
+
+/// Makes a set, diagnoses it and keeps what grading needs.
+pub fn run(case: &Case) -> Outcome {
+    let nothing = |verdict: String| Outcome {
+        case: case.clone(),
+        verdict,
+        named: Vec::new(),
+        p_value: 1.0,
+        gap: (0, 0.0, 0.0, 0.0),
+        covered: Vec::new(),
+        seconds: 0.0,
+    };
+    let (truth, found, seconds) = match diagnosed(case) {
+        None => return nothing("impossible".into()),
+        Some(Err(error)) => return nothing(format!("error: {error}")),
+        Some(Ok(done)) => done,
     };
     let Diagnosis {
         verdict,
@@ -116,13 +117,6 @@ pub fn run(case: &Case) -> Outcome {
         ..
     } = &found.diagnosis;
     Outcome {
-        case: case.clone(),
-        verdict: match verdict {
-            Verdict::Named => "named",
-            Verdict::Consistent => "consistent",
-            Verdict::Unexplained => "unexplained",
-        }
-        .into(),
         named: effects
             .iter()
             .map(|e| (e.name.clone(), e.equivalent.clone()))
@@ -130,6 +124,14 @@ pub fn run(case: &Case) -> Outcome {
         p_value: *p_value,
         gap: (gap.heldout_strikes, gap.before, gap.after, gap.noise_floor),
         covered: covered(case, &truth, &found),
-        seconds: begun.elapsed().as_secs_f64(),
+        seconds,
+        ..nothing(
+            match verdict {
+                Verdict::Named => "named",
+                Verdict::Consistent => "consistent",
+                Verdict::Unexplained => "unexplained",
+            }
+            .into(),
+        )
     }
 }
