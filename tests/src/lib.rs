@@ -1,1 +1,3 @@
-//! Nothing of its own: the tests are in `whole/`.
+//! What proves the whole: the hidden-effect benchmark ([`blind`]); the integration tests are in `whole/`.
+
+pub mod blind;

@@ -70,6 +70,7 @@ impl Scene {
             nv_object: data.model().nv() as usize - 2,
             base_friction: self.0.pair_friction()[LOAD],
             arm,
+            pushed: Point::default(),
             data,
         }
     }
@@ -82,6 +83,8 @@ pub(crate) struct Engine {
     base_friction: [f64; 5],
     /// Length in m at which turning counts as sliding; the radius of a ball.
     arm: f64,
+    /// What the next steps push the object's centre with, in m/s².
+    pushed: Point,
 }
 
 /// How far, relative to dry friction's deceleration, MuJoCo's friction reference lies beyond the cone.
@@ -156,11 +159,27 @@ impl Engine {
         }
     }
 
-    /// Force on the object's centre, in N.
-    pub(crate) fn push(&mut self, force: Point) {
-        let applied = self.data.qfrc_applied_mut();
-        applied[0] = force.x;
-        applied[1] = force.y;
+    /// Rate at which the object turns about the vertical, in rad/s; of a ball, 0.
+    pub(crate) fn spin(&self) -> f64 {
+        match self.nv_object {
+            3 => self.data.qvel()[2],
+            _ => 0.0,
+        }
+    }
+
+    /// Force on the object's centre per unit mass in the next steps, in m/s².
+    pub(crate) fn push(&mut self, acceleration: Point) {
+        self.pushed = acceleration;
+    }
+
+    /// Half of what the push adds to the velocity in a step: before and after it, which is exact to second order.
+    /// Friction must not see the push as a force: MuJoCo's acts against the acceleration that it finds, not along the
+    /// slip, and would take two thirds of a push across the motion away.
+    fn push_half(&mut self) {
+        let half = self.pushed * (0.5 * self.data.model_opt().timestep);
+        let qvel = self.data.qvel_mut();
+        qvel[0] += half.x;
+        qvel[1] += half.y;
     }
 
     /// Whether tip and object touched in the last step. The tip is the scene's last geom.
@@ -210,8 +229,10 @@ impl Engine {
 
     /// One step of MuJoCo's: semi-implicit, which keeps the energy of a stiff contact.
     pub(crate) fn step(&mut self) {
+        self.push_half();
         self.follow_slip();
         self.data.step();
+        self.push_half();
     }
 
     /// One step of a free slide: the position moves by the mean of old and new velocity, which is exact under constant
@@ -219,10 +240,12 @@ impl Engine {
     pub(crate) fn slide(&mut self) {
         let before = self.velocity();
         self.step();
-        let gained = (self.velocity() - before) * (0.5 * self.data.model_opt().timestep);
+        let timestep = self.data.model_opt().timestep;
+        // The step moved by the velocity that it had before the second half of the push.
+        let gained = self.velocity() - before - self.pushed * timestep;
         let qpos = self.data.qpos_mut();
-        qpos[0] -= gained.x;
-        qpos[1] -= gained.y;
+        qpos[0] -= gained.x * 0.5 * timestep;
+        qpos[1] -= gained.y * 0.5 * timestep;
     }
 }
 

@@ -129,8 +129,9 @@ pub const PARAMETERS: &[ParameterSpec] = &[
         "power of the impedance's rise (solimp[4])",
     ),
     spec(
+        // Air slows a sliding body by some 0.01 per metre, far below what strikes tell: none unless it is freed.
         "fluid_blunt_drag",
-        0.5,
+        0.0,
         0.0,
         5.0,
         "",
@@ -138,7 +139,7 @@ pub const PARAMETERS: &[ParameterSpec] = &[
     ),
     spec(
         "fluid_slender_drag",
-        0.25,
+        0.0,
         0.0,
         5.0,
         "",

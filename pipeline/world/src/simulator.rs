@@ -54,7 +54,7 @@ pub struct Simulator {
     restitution: f64,
     contact_time: f64,
     arm: f64,
-    steps: Steps,
+    pub(crate) steps: Steps,
 }
 
 /// What a simulated strike did, as the camera would see it.
@@ -144,18 +144,7 @@ impl Simulator {
 
     /// Where the camera sees an object that is at `point`.
     fn observe(&self, point: Point) -> Point {
-        self.effects
-            .iter()
-            .fold(point, |seen, effect| effect.observe(seen))
-    }
-
-    /// Where an object is that the camera sees at `seen`: a fixed point, for the measurement changes little.
-    fn unobserve(&self, seen: Point) -> Point {
-        let mut point = seen;
-        for _ in 0..8 {
-            point = point + (seen - self.observe(point));
-        }
-        point
+        effects::observe(&self.effects, point)
     }
 
     /// The tip's motion for a command, as the arm would be told: towards the object seen at `initial`.
@@ -174,7 +163,7 @@ impl Simulator {
 /// One thread's model and data.
 pub struct Worker<'a> {
     pub(crate) simulator: &'a Simulator,
-    engine: Engine,
+    pub(crate) engine: Engine,
 }
 
 impl Worker<'_> {
@@ -209,9 +198,18 @@ impl Worker<'_> {
         if delivered.speed <= 0.0 {
             return Err(diverged("the arm delivers no speed"));
         }
-        let origin = sim.unobserve(initial);
+        let origin = effects::unobserve(&sim.effects, initial);
+        let blow = Blow {
+            command: delivered,
+            tip_offset: sim.effects.iter().map(|effect| effect.tip_offset()).sum(),
+            restitution_factor: sim
+                .effects
+                .iter()
+                .map(|effect| effect.restitution_factor(delivered.speed))
+                .product(),
+        };
         let mut motion = self
-            .impact(origin, delivered)
+            .impact(origin, blow)
             .ok_or_else(|| diverged("the tip passes beside the object"))?;
         let mut record = Record::new(sim, origin);
         let weight = sim.friction * GRAVITY;
@@ -278,17 +276,12 @@ impl Worker<'_> {
     }
 
     /// Places object and tip at touch.
-    fn impact(&mut self, origin: Point, delivered: Command) -> Option<TipMotion> {
+    pub(crate) fn impact(&mut self, origin: Point, blow: Blow) -> Option<TipMotion> {
         let sim = self.simulator;
+        let (delivered, offset) = (blow.command, blow.tip_offset);
         let direction = Point::polar(1.0, delivered.angle);
-        let offset: f64 = sim.effects.iter().map(|effect| effect.tip_offset()).sum();
         let standoff = touch::standoff(&sim.rig.object, &sim.rig.striker, direction, offset)?;
-        let factor: f64 = sim
-            .effects
-            .iter()
-            .map(|e| e.restitution_factor(delivered.speed))
-            .product();
-        let restitution = (1.0 + sim.restitution) * factor - factor;
+        let restitution = sim.restitution * blow.restitution_factor;
         let contact = restitution.clamp(LEAST_CONTACT_RESTITUTION, 0.99);
         let speed = delivered.speed * (1.0 + restitution) / (1.0 + contact);
         let side = Point::new(-direction.y, direction.x) * offset;
@@ -325,18 +318,33 @@ impl Worker<'_> {
             .map(|effect| effect.friction_factor(slide))
             .product();
         self.engine.scale_friction(factor);
+        let slide = &Slide {
+            dry: factor * slide.dry,
+            ..*slide
+        };
         let acceleration = sim.effects.iter().fold(Point::default(), |sum, effect| {
             sum + effect.acceleration(slide)
         });
-        self.engine.push(acceleration * sim.rig.object.mass);
+        self.engine.push(acceleration);
     }
 }
 
+/// What the tip does to the object.
+#[derive(Clone, Copy)]
+pub(crate) struct Blow {
+    /// As delivered.
+    pub(crate) command: Command,
+    /// Lateral offset of the tip's line, in m to the left.
+    pub(crate) tip_offset: f64,
+    /// Factor on the world's restitution.
+    pub(crate) restitution_factor: f64,
+}
+
 /// The tip from touch on.
-struct TipMotion {
+pub(crate) struct TipMotion {
     profile: Profile,
     /// Seconds since touch.
-    t: f64,
+    pub(crate) t: f64,
     /// Whether tip and object have been apart.
     has_parted: bool,
 }
@@ -347,14 +355,19 @@ impl TipMotion {
     }
 
     /// Whether the tip has come to rest.
-    fn is_over(&self) -> bool {
+    pub(crate) fn is_over(&self) -> bool {
         self.profile.t_strike + self.t >= self.profile.t_stop
     }
 
     /// Length in s of a step in which the object slides alone; none where the tip touches it, or may.
     ///
     /// A box that has left the tip is not struck again by a corner that swings back: whether it is hangs on a degree.
-    fn free_step(&mut self, sim: &Simulator, engine: &Engine, slowing: f64) -> Option<f64> {
+    pub(crate) fn free_step(
+        &mut self,
+        sim: &Simulator,
+        engine: &Engine,
+        slowing: f64,
+    ) -> Option<f64> {
         let (tip, tip_velocity) = self.tip();
         let (position, velocity) = (engine.position(), engine.velocity());
         let apart = position - tip;
@@ -392,7 +405,7 @@ impl TipMotion {
     }
 
     /// Moves the tip; once it is no longer near, it is taken out of the object's way.
-    fn drive(&self, engine: &mut Engine, near: bool) {
+    pub(crate) fn drive(&self, engine: &mut Engine, near: bool) {
         if near {
             let (position, velocity) = self.tip();
             engine.drive_striker(position, velocity);

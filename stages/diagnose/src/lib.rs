@@ -1,16 +1,40 @@
 //! Diagnosis: where the calibrated world and the measured strikes disagree, which physical effect is missing, and how far
 //! the gap shrinks with it.
+//!
+//! The strike is the unit of evidence: its launch scatters, so a whole track is worth far less than its frames ([`mixed`]).
+//! Worlds are tried in planar form ([`planar`]), which follows MuJoCo's to a twentieth of a millimetre, a hundred times as
+//! fast. Whether: score tests of every candidate, against residuals drawn from the fitted world ([`evidence`]). Which: fits of
+//! the best candidates, forward, replaced and dropped again ([`search`]). None of these: what smooth dependences still find
+//! beside the best model ([`smooth`]). The gap is judged in MuJoCo, on strikes that took no part ([`gap`]).
 
+mod candidates;
+mod conclude;
 mod diagnosis;
+mod evidence;
+mod fit;
+mod gap;
+mod launch;
+mod mixed;
+mod model;
+mod next;
+mod planar;
+mod score;
+mod screen;
+mod search;
+mod smooth;
+mod words;
 
 pub use diagnosis::{
     Detectable, Diagnosis, Gap, Look, Named, NextStrike, Parameter, Ranked, Verdict, Where,
 };
 
+use nalgebra::SVector;
 use serde::{Deserialize, Serialize};
 use stage::{Progress, Stage};
-use values::{Rig, Strike};
+use values::{Rig, Shape, Split, Strike};
 use world::{World, WorldError};
+
+use crate::{fit::Field, mixed::Spread, model::Model};
 
 /// How to diagnose.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -40,7 +64,7 @@ pub struct Input {
     pub rig: Rig,
     /// The identified world, without effects.
     pub world: World,
-    /// Strikes in order of time; those of [`values::Split::Test`] judge the gap and take no other part.
+    /// Strikes in order of time; those of [`Split::Test`] judge the gap and take no other part.
     pub strikes: Vec<Strike>,
 }
 
@@ -59,16 +83,44 @@ pub struct Found {
 #[derive(Debug, thiserror::Error)]
 pub enum DiagnoseError {
     /// Too few to fit anything.
-    #[error("diagnose {strikes} strikes: at least {needed} are needed; log more strikes")]
+    #[error(
+        "diagnose {strikes} strikes that may be used for it: at least {needed} are needed; log more strikes"
+    )]
     TooFewStrikes {
         /// Strikes that may be used.
         strikes: usize,
         /// Strikes needed.
         needed: usize,
     },
+    /// A ball rolls: no slide to look at.
+    #[error("diagnose a ball: effects are told from slides, and a ball rolls")]
+    Rolls,
+    /// The world without effects cannot be fitted to these strikes.
+    #[error(
+        "diagnose: the world without effects fits none of it ({why}); look at the logs and the rig file"
+    )]
+    NoFit {
+        /// What went wrong.
+        why: String,
+    },
     /// The world could not be simulated.
     #[error(transparent)]
     World(#[from] WorldError),
+}
+
+/// Strikes below which friction, launch and their scatter leave nothing to tell effects by.
+const FEWEST: usize = 8;
+/// Frames that a track must have.
+const FRAMES: usize = 6;
+
+/// The strike without its first frame: a track has a corner at the impact.
+fn after_impact(strike: &Strike, frame: f64) -> Strike {
+    let mut strike = strike.clone();
+    let keep = strike.track.t.partition_point(|&t| t < frame * 0.999);
+    strike.track.t.drain(..keep);
+    strike.track.x.drain(..keep);
+    strike.track.y.drain(..keep);
+    strike
 }
 
 impl Stage for Diagnose {
@@ -78,7 +130,85 @@ impl Stage for Diagnose {
     type Output = Found;
     type Error = DiagnoseError;
 
-    fn run(&self, _input: &Input, _progress: &Progress) -> Result<Found, DiagnoseError> {
-        todo!("the search")
+    fn run(&self, input: &Input, progress: &Progress) -> Result<Found, DiagnoseError> {
+        let rig = &input.rig;
+        if rig.object.shape == Shape::Sphere {
+            return Err(DiagnoseError::Rolls);
+        }
+        let frame = 1.0 / rig.camera.rate;
+        let usable: Vec<Strike> = input
+            .strikes
+            .iter()
+            .filter(|strike| strike.split != Split::Test)
+            .map(|strike| after_impact(strike, frame))
+            .filter(|strike| strike.track.len() >= FRAMES)
+            .take(self.most_strikes)
+            .collect();
+        if usable.len() < FEWEST {
+            return Err(DiagnoseError::TooFewStrikes {
+                strikes: usable.len(),
+                needed: FEWEST,
+            });
+        }
+        progress.set_message("how the object leaves the tip");
+        let refs: Vec<&Strike> = usable.iter().collect();
+        let (strikes, launches): (Vec<&Strike>, Vec<_>) = refs
+            .iter()
+            .zip(launch::launches(rig, &input.world, &refs)?)
+            .filter_map(|(strike, launch)| Some((*strike, launch?)))
+            .unzip();
+        let field = Field::new(rig, strikes, launches);
+        let pushed = usable.len() - field.strikes.len();
+        if field.strikes.len() < FEWEST {
+            return Err(DiagnoseError::NoFit {
+                why: format!("in {pushed} strikes the object does not leave the tip"),
+            });
+        }
+
+        progress.set_message("the world without effects");
+        let plain = Model::plain(input.world.value("friction")?, frame);
+        let kicks = vec![SVector::zeros(); field.strikes.len()];
+        let spread = Spread::initial(rig.camera.noise, frame);
+        let null = field
+            .fit(&plain, &spread, &kicks)?
+            .ok_or_else(|| DiagnoseError::NoFit {
+                why: "its fit diverges".into(),
+            })?;
+
+        progress.set_message("every candidate at a glance");
+        let candidates = candidates::candidates(rig, &field.strikes);
+        let screened = screen::screen(&field, &null, &candidates, evidence::REPLICATES, self.seed)?;
+        let chance = evidence::chance(&screened);
+        let before = smooth::dependences(&field, &null, self.seed)?;
+        let p_value = evidence::p_value(&screened, &chance).min(evidence::least(&before));
+
+        let most = if p_value < evidence::REAL {
+            self.most_effects
+        } else {
+            0
+        };
+        progress.set_message("which effects");
+        let searched = search::search(&field, &null, &screened, &candidates, &chance, most)?;
+        let after = if searched.standing.is_empty() {
+            Vec::new()
+        } else {
+            smooth::dependences(&field, &searched.fitted, self.seed)?
+        };
+
+        progress.set_message("how far the gap shrinks");
+        conclude::Case {
+            stage: self,
+            input,
+            field: &field,
+            null: &null,
+            screened: &screened,
+            chance: &chance,
+            searched: &searched,
+            before: &before,
+            after: &after,
+            p_value,
+            pushed,
+        }
+        .conclude()
     }
 }

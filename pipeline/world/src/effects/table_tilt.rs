@@ -2,9 +2,7 @@
 
 use values::{Point, Rig};
 
-use super::{Effect, EffectParameter, EffectSpec, Slide, Values};
-
-const GRAVITY: f64 = 9.81;
+use super::{Effect, EffectParameter, EffectSpec, GRAVITY, Parameters, Slide, Values};
 
 const fn tilt(name: &'static str) -> EffectParameter {
     EffectParameter {
@@ -20,7 +18,8 @@ const fn tilt(name: &'static str) -> EffectParameter {
 /// Table tilt; parameters `tilt_x`, `tilt_y`: the slope down along +x and +y.
 pub const SPEC: EffectSpec = EffectSpec {
     name: "table_tilt",
-    parameters: &[tilt("tilt_x"), tilt("tilt_y")],
+    parameters: Parameters::Listed(&[tilt("tilt_x"), tilt("tilt_y")]),
+    equivalent: &[],
     source: "weight on an inclined plane",
     build: |values: &Values, _: &Rig| {
         Box::new(TableTilt {
@@ -50,22 +49,27 @@ impl Effect for TableTilt {
 
 #[cfg(test)]
 mod tests {
+    use values::Point;
+
     use super::GRAVITY;
-    use crate::effects::tests::{assert_changes_track, slide_distance};
+    use crate::effects::tests::{Bench, DRY};
 
     #[test]
     fn it_changes_the_track() {
-        assert_changes_track("table_tilt", &[("tilt_y", 0.005)]);
+        Bench::with("table_tilt", &[("tilt_y", 0.005)]).assert_changes_track();
     }
 
     #[test]
     fn downhill_goes_further_by_its_formula() {
         let tilt: f64 = 0.01;
-        let (distance, dry, release) = slide_distance("table_tilt", &[("tilt_x", tilt)], 0.9, 0.0);
-        let expected = release * release / (2.0 * (dry - GRAVITY * tilt.sin()));
-        assert!(
-            (distance - expected).abs() < 3e-4,
-            "{distance} against {expected}"
-        );
+        let slid = Bench::with("table_tilt", &[("tilt_x", tilt)]).slide(0.9, 0.0);
+        slid.assert_distance(slid.speed().powi(2) / (2.0 * (DRY - GRAVITY * tilt.sin())));
+    }
+
+    #[test]
+    fn a_slope_across_turns_the_slide_by_its_formula() {
+        let tilt: f64 = 0.02;
+        let slid = Bench::with("table_tilt", &[("tilt_y", tilt)]).slide(0.9, 0.2);
+        slid.assert_integrates(|_, _| Point::new(0.0, GRAVITY * tilt.sin()));
     }
 }

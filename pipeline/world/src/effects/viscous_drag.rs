@@ -2,19 +2,20 @@
 
 use values::{Point, Rig};
 
-use super::{Effect, EffectParameter, EffectSpec, Slide, Values};
+use super::{Effect, EffectParameter, EffectSpec, Parameters, Slide, Values};
 
 /// Viscous drag; parameter `rate` = c.
 pub const SPEC: EffectSpec = EffectSpec {
     name: "viscous_drag",
-    parameters: &[EffectParameter {
+    parameters: Parameters::Listed(&[EffectParameter {
         name: "rate",
         unit: "1/s",
         low: -1.0,
         high: 5.0,
         neutral: 0.0,
         scale: 0.3,
-    }],
+    }]),
+    equivalent: &[],
     source: "viscous term of the Stribeck friction model (Armstrong-Hélouvry et al. 1994)",
     build: |values: &Values, _: &Rig| {
         Box::new(ViscousDrag {
@@ -41,23 +42,19 @@ impl Effect for ViscousDrag {
 
 #[cfg(test)]
 mod tests {
-    use crate::effects::tests::{assert_changes_track, slide_distance};
+    use crate::effects::tests::{Bench, DRY};
 
     #[test]
     fn it_changes_the_track() {
-        assert_changes_track("viscous_drag", &[("rate", 0.3)]);
+        Bench::with("viscous_drag", &[("rate", 0.3)]).assert_changes_track();
     }
 
     #[test]
     fn the_stop_follows_its_formula() {
         // v' = −a − c·v from v₀ to 0: d = v₀/c − a/c²·ln(1 + c·v₀/a).
-        let (rate, speed) = (0.8, 0.9);
-        let (distance, dry, release) =
-            slide_distance("viscous_drag", &[("rate", rate)], speed, 0.0);
-        let expected = release / rate - dry / (rate * rate) * (1.0 + rate * release / dry).ln();
-        assert!(
-            (distance - expected).abs() < 3e-4,
-            "{distance} against {expected}"
-        );
+        let rate = 0.8;
+        let slid = Bench::with("viscous_drag", &[("rate", rate)]).slide(0.9, 0.0);
+        let speed = slid.speed();
+        slid.assert_distance(speed / rate - DRY / (rate * rate) * (1.0 + rate * speed / DRY).ln());
     }
 }

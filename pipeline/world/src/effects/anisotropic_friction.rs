@@ -1,0 +1,138 @@
+//! Friction that differs along and across a grain: an elliptic limit curve with its associated flow rule.
+//!
+//! With μ_a = μ·(1 − k/2) along and μ_c = μ·(1 + k/2) across the grain, a slide with velocity (v_a, v_c) is decelerated by
+//! g·(μ_a²·v_a, μ_c²·v_c)/√(μ_a²·v_a² + μ_c²·v_c²). Against the velocity that is μ·g times a factor; the rest acts across
+//! it and turns the slide towards the grain.
+
+use values::{Point, Rig, Shape};
+
+use super::{Effect, EffectParameter, EffectSpec, Parameters, Slide, Values, wording};
+
+/// Anisotropic friction; parameters `contrast` = k, friction across less friction along over their mean, and `direction`:
+/// that of the grain from +x. A negative contrast is a grain at a right angle, so that a fit can pass through zero.
+pub const SPEC: EffectSpec = EffectSpec {
+    name: "anisotropic_friction",
+    parameters: Parameters::Listed(&[
+        EffectParameter {
+            name: "contrast",
+            unit: "",
+            low: -1.5,
+            high: 1.5,
+            neutral: 0.0,
+            scale: 0.1,
+        },
+        EffectParameter {
+            name: "direction",
+            unit: "rad",
+            low: -std::f64::consts::FRAC_PI_2,
+            high: std::f64::consts::FRAC_PI_2,
+            neutral: 0.0,
+            scale: 0.5,
+        },
+    ]),
+    equivalent: &[],
+    source: "limit surface of sliding friction (Goyal, Ruina and Papadopoulos 1991); seen by Ma and Rodriguez 2018",
+    build: |values: &Values, rig: &Rig| {
+        let contrast = values.get("contrast");
+        Box::new(AnisotropicFriction {
+            grain: Point::polar(1.0, values.get("direction")),
+            along: (1.0 - 0.5 * contrast).powi(2),
+            across: (1.0 + 0.5 * contrast).powi(2),
+            // The friction of a ball that rolls is not at its limit, and does not steer it.
+            turning: match rig.object.shape {
+                Shape::Sphere => 0.0,
+                Shape::Cylinder | Shape::Box => 2.0 * contrast,
+            },
+        })
+    },
+    statement: |values| {
+        let contrast = values.get("contrast");
+        let mut degrees = values.get("direction").to_degrees();
+        if contrast < 0.0 {
+            degrees += if degrees > 0.0 { -90.0 } else { 90.0 };
+        }
+        format!(
+            "friction across the grain exceeds that along it by {} of their mean; the grain runs at {degrees:.0}° from +x",
+            wording::percent(contrast)
+        )
+    },
+};
+
+struct AnisotropicFriction {
+    /// Unit vector along the grain.
+    grain: Point,
+    /// (μ_a/μ)² and (μ_c/μ)²
+    along: f64,
+    across: f64,
+    /// Their difference, where it turns the slide.
+    turning: f64,
+}
+
+impl AnisotropicFriction {
+    /// Velocity along and across the grain in m/s; `None` at rest, where friction has no direction.
+    fn split(&self, velocity: Point) -> Option<(f64, f64)> {
+        let along = self.grain.dot(velocity);
+        let across = self.grain.x * velocity.y - self.grain.y * velocity.x;
+        (velocity != Point::default()).then_some((along, across))
+    }
+}
+
+impl Effect for AnisotropicFriction {
+    fn friction_factor(&self, slide: &Slide<'_>) -> f64 {
+        self.split(slide.velocity).map_or(1.0, |(a, c)| {
+            ((self.along * a * a + self.across * c * c) / (a * a + c * c)).sqrt()
+        })
+    }
+
+    fn acceleration(&self, slide: &Slide<'_>) -> Point {
+        self.split(slide.velocity)
+            .map_or(Point::default(), |(a, c)| {
+                let tangent = self.turning * a * c / (self.along * a * a + self.across * c * c);
+                let left = Point::new(-slide.velocity.y, slide.velocity.x);
+                left * (-slide.dry * tangent / slide.velocity.norm())
+            })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use values::Point;
+
+    use crate::effects::tests::{Bench, DRY, velocity};
+
+    #[test]
+    fn it_changes_the_track() {
+        let grain = [("contrast", 0.1), ("direction", 0.5)];
+        Bench::with("anisotropic_friction", &grain).assert_changes_track();
+    }
+
+    #[test]
+    fn along_and_across_the_grain_the_stop_follows_its_formula() {
+        for (direction, factor) in [(0.3, 0.9), (0.3 - std::f64::consts::FRAC_PI_2, 1.1)] {
+            let grain = [("contrast", 0.2), ("direction", direction)];
+            let slid = Bench::with("anisotropic_friction", &grain).slide(0.9, 0.3);
+            slid.assert_distance(slid.speed().powi(2) / (2.0 * DRY * factor));
+        }
+    }
+
+    #[test]
+    fn aslant_the_velocity_turns_by_its_flow_rule() {
+        // d ln v_c / d ln v_a = (μ_c/μ_a)², whatever other effects scale the friction by.
+        let contrast = 0.3;
+        let (grain, other) = (
+            [("contrast", contrast), ("direction", -0.4)],
+            [("rise", 0.8)],
+        );
+        let simulated = Bench::with("anisotropic_friction", &grain)
+            .and("speed_weakening_friction", &other)
+            .strike(0.9, 0.3);
+        let split = |t: f64| -> Point { velocity(&simulated, t).rotated(0.4) };
+        let (early, late) = (split(0.02), split(0.35));
+        let ratio = (late.y / early.y).ln() / (late.x / early.x).ln();
+        let expected = ((1.0 + contrast / 2.0) / (1.0 - contrast / 2.0)).powi(2);
+        assert!(
+            (ratio / expected - 1.0).abs() < 5e-3,
+            "{ratio} against {expected}"
+        );
+    }
+}

@@ -1,0 +1,83 @@
+//! A lens that bends the picture: seen = c + (p − c)·(1 + k₁·r²), r the distance from the point c it looks down on.
+
+use values::{Point, Rig};
+
+use super::{Effect, EffectParameter, EffectSpec, Parameters, Values, wording};
+
+/// Distance in m from the camera's centre at which the distortion is stated.
+const STATED_AT: f64 = 0.5;
+
+/// Camera distortion; parameter `k1` = k₁, in metres of the table.
+pub const SPEC: EffectSpec = EffectSpec {
+    name: "camera_distortion",
+    parameters: Parameters::Listed(&[EffectParameter {
+        name: "k1",
+        unit: "1/m²",
+        low: -0.3,
+        high: 0.3,
+        neutral: 0.0,
+        scale: 0.05,
+    }]),
+    equivalent: &[],
+    source: "first radial term of lens distortion (Brown 1971)",
+    build: |values: &Values, rig: &Rig| {
+        Box::new(CameraDistortion {
+            centre: rig.camera.centre,
+            k1: values.get("k1"),
+        })
+    },
+    statement: |values| {
+        let share = values.get("k1") * STATED_AT * STATED_AT;
+        format!(
+            "the lens shows what is {STATED_AT} m from the camera's centre {} too {} it",
+            wording::percent(share),
+            if share < 0.0 { "near to" } else { "far from" }
+        )
+    },
+};
+
+struct CameraDistortion {
+    centre: Point,
+    k1: f64,
+}
+
+impl Effect for CameraDistortion {
+    fn observe(&self, point: Point) -> Point {
+        let apart = point - self.centre;
+        self.centre + apart * (1.0 + self.k1 * apart.dot(apart))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::effects::tests::{Bench, START, assert_near};
+
+    #[test]
+    fn it_changes_the_track() {
+        Bench::with("camera_distortion", &[("k1", 0.1)]).assert_changes_track();
+    }
+
+    #[test]
+    fn the_seen_stop_follows_its_formula_from_where_the_object_is() {
+        for k1 in [-0.3, 0.3] {
+            let bench = Bench::with("camera_distortion", &[("k1", k1)]);
+            let centre = bench.rig.camera.centre;
+            // The radius of the true start solves r·(1 + k₁·r²) = what is seen.
+            let seen = START - centre;
+            let (mut low, mut high) = (0.0, 2.0 * seen.norm());
+            for _ in 0..60 {
+                let middle = 0.5 * (low + high);
+                if middle * (1.0 + k1 * middle * middle) < seen.norm() {
+                    low = middle;
+                } else {
+                    high = middle;
+                }
+            }
+            let start = centre + seen * (low / seen.norm());
+            let plain = Bench::plain().strike(0.8, 0.2);
+            let stop = start + (plain.stop - START) - centre;
+            let expected = centre + stop * (1.0 + k1 * stop.norm().powi(2));
+            assert_near(bench.strike(0.8, 0.2).stop, expected, 1e-6);
+        }
+    }
+}

@@ -1,0 +1,68 @@
+//! A camera that is turned about its own axis: centroids are seen rotated about the point it looks down on.
+
+use values::{Point, Rig};
+
+use super::{Effect, EffectParameter, EffectSpec, Parameters, Values, wording};
+
+/// Camera rotation; parameter `angle`, by which what is seen is turned counter-clockwise.
+pub const SPEC: EffectSpec = EffectSpec {
+    name: "camera_rotation",
+    parameters: Parameters::Listed(&[EffectParameter {
+        name: "angle",
+        unit: "rad",
+        low: -0.3,
+        high: 0.3,
+        neutral: 0.0,
+        scale: 0.015,
+    }]),
+    equivalent: &["striker_angle_bias", "off_centre_contact"],
+    source: "error of a camera's extrinsic calibration about its optical axis",
+    build: |values: &Values, rig: &Rig| {
+        let (sin, cos) = values.get("angle").sin_cos();
+        Box::new(CameraRotation {
+            centre: rig.camera.centre,
+            sin,
+            cos,
+        })
+    },
+    statement: |values| {
+        let angle = values.get("angle");
+        format!(
+            "the camera sees the table turned by {:.2}° to the {} about its centre",
+            angle.abs().to_degrees(),
+            wording::side(angle)
+        )
+    },
+};
+
+struct CameraRotation {
+    centre: Point,
+    sin: f64,
+    cos: f64,
+}
+
+impl Effect for CameraRotation {
+    fn observe(&self, point: Point) -> Point {
+        let Point { x, y } = point - self.centre;
+        self.centre + Point::new(self.cos * x - self.sin * y, self.sin * x + self.cos * y)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::effects::tests::{Bench, START, assert_near};
+
+    #[test]
+    fn it_changes_the_track() {
+        Bench::with("camera_rotation", &[("angle", 0.015)]).assert_changes_track();
+    }
+
+    #[test]
+    fn the_seen_path_is_turned_and_begins_where_it_was_seen() {
+        let angle = 0.25;
+        let seen = Bench::with("camera_rotation", &[("angle", angle)]).strike(0.8, 0.2);
+        let plain = Bench::plain().strike(0.8, 0.2);
+        assert_near(seen.at(0.0), START, 1e-9);
+        assert_near(seen.stop - START, (plain.stop - START).rotated(angle), 1e-6);
+    }
+}

@@ -1,0 +1,178 @@
+//! A disc on the table with another friction: a stain, a worn spot, a sheet of tape.
+//!
+//! Friction changes by the share of the object's base that lies on the disc, both taken as circles, so that it is smooth.
+
+use std::f64::consts::PI;
+
+use values::{Point, Rig, Shape};
+
+use super::{Effect, EffectParameter, EffectSpec, Parameters, Slide, Values, wording};
+
+/// Radius in m of the spot by which a ball is taken to touch: a point would make the friction jump within a step.
+const BALL_SPOT: f64 = 0.005;
+
+const fn centre(name: &'static str, neutral: f64) -> EffectParameter {
+    EffectParameter {
+        name,
+        unit: "m",
+        low: -2.0,
+        high: 2.0,
+        neutral,
+        scale: 0.1,
+    }
+}
+
+/// Friction patch; parameters `center_x`, `center_y`, `radius` of the disc, and the relative `change` of friction on it.
+pub const SPEC: EffectSpec = EffectSpec {
+    name: "friction_patch",
+    parameters: Parameters::Listed(&[
+        centre("center_x", 0.5),
+        centre("center_y", 0.0),
+        EffectParameter {
+            name: "radius",
+            unit: "m",
+            low: 0.01,
+            high: 0.5,
+            neutral: 0.1,
+            scale: 0.05,
+        },
+        EffectParameter {
+            name: "change",
+            unit: "",
+            low: -0.9,
+            high: 3.0,
+            neutral: 0.0,
+            scale: 0.3,
+        },
+    ]),
+    equivalent: &[],
+    source: "friction varies over a table (Yu et al. 2016; Ma and Rodriguez 2018); area common to two circles",
+    build: |values: &Values, rig: &Rig| {
+        Box::new(FrictionPatch {
+            centre: Point::new(values.get("center_x"), values.get("center_y")),
+            radius: values.get("radius"),
+            change: values.get("change"),
+            base: match rig.object.shape {
+                Shape::Cylinder => rig.object.radius.unwrap_or(BALL_SPOT),
+                Shape::Box => {
+                    let [x, y, _] = rig.object.half_size.unwrap_or_default();
+                    (4.0 * x * y / PI).sqrt()
+                }
+                Shape::Sphere => BALL_SPOT,
+            },
+        })
+    },
+    statement: |values| {
+        format!(
+            "friction is {} inside a disc of {:.1} cm radius around ({:.2}, {:.2}) m",
+            wording::higher(values.get("change")),
+            100.0 * values.get("radius"),
+            values.get("center_x"),
+            values.get("center_y")
+        )
+    },
+};
+
+struct FrictionPatch {
+    centre: Point,
+    radius: f64,
+    change: f64,
+    /// Radius of the circle of the base's area, in m.
+    base: f64,
+}
+
+impl Effect for FrictionPatch {
+    fn friction_factor(&self, slide: &Slide<'_>) -> f64 {
+        let apart = slide.position - self.centre;
+        1.0 + self.change * covered(self.base, self.radius, apart.dot(apart))
+    }
+}
+
+/// Share of a circle of radius `base` that lies in one of radius `disc`, their centres `square` apart, squared.
+fn covered(base: f64, disc: f64, square: f64) -> f64 {
+    if square >= (base + disc).powi(2) {
+        return 0.0;
+    }
+    if square <= (base - disc).powi(2) {
+        return (disc / base).powi(2).min(1.0);
+    }
+    let distance = square.sqrt();
+    let (base_square, disc_square) = (base * base, disc * disc);
+    // Half angles that the common chord spans at either centre, each a segment of its circle.
+    let base_cos = (square + base_square - disc_square) / (2.0 * distance * base);
+    let disc_cos = (square + disc_square - base_square) / (2.0 * distance * disc);
+    let segment = |cos: f64| {
+        let cos = cos.clamp(-1.0, 1.0);
+        cos.acos() - cos * (1.0 - cos * cos).sqrt()
+    };
+    (base_square * segment(base_cos) + disc_square * segment(disc_cos)) / (PI * base_square)
+}
+
+#[cfg(test)]
+mod tests {
+    use values::Point;
+
+    use super::covered;
+    use crate::effects::tests::{Bench, DRY};
+
+    #[test]
+    fn it_changes_the_track() {
+        let patch = [("center_x", 0.45), ("center_y", 0.08), ("change", 0.3)];
+        Bench::with("friction_patch", &patch).assert_changes_track();
+    }
+
+    #[test]
+    fn a_slide_that_leaves_the_patch_stops_by_its_formula() {
+        // Energy: ∫ a·(1 + change·share) dx = v₀²/2 over the path, the share taken by counting.
+        let (centre, radius, change, base) = (Point::new(0.3, 0.1), 0.12, 0.5, 0.03);
+        let slid = Bench::with(
+            "friction_patch",
+            &[
+                ("center_x", centre.x),
+                ("center_y", centre.y),
+                ("radius", radius),
+                ("change", change),
+            ],
+        )
+        .slide(0.9, 0.0);
+        let (step, mut energy, mut x) = (1e-4, 0.5 * slid.speed().powi(2), slid.from.x);
+        while energy > 0.0 {
+            let share = counted(base, radius, centre.distance(Point::new(x, slid.from.y)));
+            energy -= step * DRY * (1.0 + change * share);
+            x += step;
+        }
+        slid.assert_distance(x - slid.from.x);
+    }
+
+    /// Share of the base within the disc, by strips.
+    fn counted(base: f64, disc: f64, distance: f64) -> f64 {
+        let strips = 400;
+        let width = 2.0 * base / f64::from(strips);
+        let area: f64 = (0..strips)
+            .map(|i| {
+                let x = -base + (f64::from(i) + 0.5) * width;
+                let of_base = base * base - x * x;
+                let of_disc = disc * disc - (x - distance).powi(2);
+                2.0 * width * of_base.min(of_disc).max(0.0).sqrt()
+            })
+            .sum();
+        area / (std::f64::consts::PI * base * base)
+    }
+
+    #[test]
+    fn the_covered_share_is_that_of_the_areas() {
+        for (base, disc) in [(0.03, 0.1), (0.03, 0.02), (0.05, 0.05)] {
+            for step in 0..40 {
+                let distance = 0.005 * f64::from(step);
+                let (share, expected) = (
+                    covered(base, disc, distance * distance),
+                    counted(base, disc, distance),
+                );
+                assert!(
+                    (share - expected).abs() < 1e-3,
+                    "{base} {disc} {distance}: {share} {expected}"
+                );
+            }
+        }
+    }
+}

@@ -1,0 +1,70 @@
+//! A tip whose line passes beside the object's centre: the object leaves along the line of centres, and may spin.
+
+use values::Rig;
+
+use super::{Effect, EffectParameter, EffectSpec, Parameters, Values, wording};
+
+/// Off-centre contact; parameter `offset`: of the tip's line from the object's centre, to the left of the approach.
+pub const SPEC: EffectSpec = EffectSpec {
+    name: "off_centre_contact",
+    parameters: Parameters::Listed(&[EffectParameter {
+        name: "offset",
+        unit: "m",
+        low: -0.02,
+        high: 0.02,
+        neutral: 0.0,
+        scale: 0.001,
+    }]),
+    equivalent: &["striker_angle_bias", "camera_rotation"],
+    source: "oblique impact of smooth bodies: the impulse acts along the common normal",
+    build: |values: &Values, _: &Rig| {
+        Box::new(OffCentreContact {
+            offset: values.get("offset"),
+        })
+    },
+    statement: |values| {
+        let offset = values.get("offset");
+        format!(
+            "the tip passes {:.1} mm to the {} of the object's centre",
+            1000.0 * offset.abs(),
+            wording::side(offset)
+        )
+    },
+};
+
+struct OffCentreContact {
+    offset: f64,
+}
+
+impl Effect for OffCentreContact {
+    fn tip_offset(&self) -> f64 {
+        self.offset
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::effects::tests::{Bench, START};
+
+    #[test]
+    fn it_changes_the_track() {
+        Bench::with("off_centre_contact", &[("offset", 0.001)]).assert_changes_track();
+    }
+
+    #[test]
+    fn a_smooth_tip_sends_a_round_object_along_the_line_of_centres() {
+        for offset in [-0.004, 0.004] {
+            let bench = Bench::with("off_centre_contact", &[("offset", offset)])
+                .parameter("tip_friction", 0.0);
+            let reach = bench.rig.object.radius.expect("round") + bench.rig.striker.radius;
+            let aside: f64 = -(offset / reach).asin();
+            let bearing = (bench.strike(0.9, 0.2).stop - START).bearing();
+            // While they touch, the line of centres turns a little further.
+            assert!(
+                ((bearing - 0.2) / aside - 1.0).abs() < 0.05,
+                "{} against {aside}",
+                bearing - 0.2
+            );
+        }
+    }
+}

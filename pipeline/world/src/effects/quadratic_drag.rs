@@ -1,0 +1,59 @@
+//! Drag that grows with the square of the speed: a = −k·|v|·v, as from air or from a deep film.
+
+use values::{Point, Rig};
+
+use super::{Effect, EffectParameter, EffectSpec, Parameters, Slide, Values};
+
+/// Quadratic drag; parameter `coefficient` = k.
+pub const SPEC: EffectSpec = EffectSpec {
+    name: "quadratic_drag",
+    parameters: Parameters::Listed(&[EffectParameter {
+        name: "coefficient",
+        unit: "1/m",
+        low: -0.5,
+        high: 5.0,
+        neutral: 0.0,
+        scale: 0.2,
+    }]),
+    equivalent: &[],
+    source: "the drag equation: k = ρ·c_d·A/(2·m)",
+    build: |values: &Values, _: &Rig| {
+        Box::new(QuadraticDrag {
+            coefficient: values.get("coefficient"),
+        })
+    },
+    statement: |values| {
+        format!(
+            "drag grows with the square of the speed: {:.2} m/s² at 1 m/s",
+            values.get("coefficient")
+        )
+    },
+};
+
+struct QuadraticDrag {
+    coefficient: f64,
+}
+
+impl Effect for QuadraticDrag {
+    fn acceleration(&self, slide: &Slide<'_>) -> Point {
+        slide.velocity * (-self.coefficient * slide.velocity.norm())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::effects::tests::{Bench, DRY};
+
+    #[test]
+    fn it_changes_the_track() {
+        Bench::with("quadratic_drag", &[("coefficient", 0.2)]).assert_changes_track();
+    }
+
+    #[test]
+    fn the_stop_follows_its_formula() {
+        // v·dv/dx = −a − k·v² from v₀ to 0: d = ln(1 + k·v₀²/a)/(2·k).
+        let k = 0.8;
+        let slid = Bench::with("quadratic_drag", &[("coefficient", k)]).slide(0.9, 0.0);
+        slid.assert_distance((1.0 + k * slid.speed().powi(2) / DRY).ln() / (2.0 * k));
+    }
+}

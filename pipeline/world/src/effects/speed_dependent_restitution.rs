@@ -1,0 +1,75 @@
+//! Restitution that falls with impact speed: e(v) = e·(1 − s·(v − v₀)), e being that at v₀.
+
+use values::Rig;
+
+use super::{Effect, EffectParameter, EffectSpec, Parameters, Values, wording};
+
+/// Impact speed in m/s at which restitution is the world's own: the middle of an arm's striking speeds, so that slope and
+/// restitution are fitted apart.
+const REFERENCE: f64 = 0.7;
+/// Factors beyond which the straight line no longer stands for a contact: none restores less than nothing.
+const FACTORS: [f64; 2] = [0.0, 2.0];
+
+/// Speed-dependent restitution; parameter `slope` = s: relative fall for every m/s.
+pub const SPEC: EffectSpec = EffectSpec {
+    name: "speed_dependent_restitution",
+    parameters: Parameters::Listed(&[EffectParameter {
+        name: "slope",
+        unit: "s/m",
+        low: -1.0,
+        high: 1.5,
+        neutral: 0.0,
+        scale: 0.2,
+    }]),
+    equivalent: &["striker_speed_error"],
+    source: "e = 1 − α·v at low speeds (Hunt and Crossley 1975), about a reference speed",
+    build: |values: &Values, _: &Rig| {
+        Box::new(SpeedDependentRestitution {
+            slope: values.get("slope"),
+        })
+    },
+    statement: |values| {
+        let slope = values.get("slope");
+        format!(
+            "restitution {} with impact speed: by {} of its value at {REFERENCE} m/s for every m/s",
+            if slope < 0.0 { "rises" } else { "falls" },
+            wording::percent(slope)
+        )
+    },
+};
+
+struct SpeedDependentRestitution {
+    slope: f64,
+}
+
+impl Effect for SpeedDependentRestitution {
+    fn restitution_factor(&self, impact_speed: f64) -> f64 {
+        let [least, greatest] = FACTORS;
+        (1.0 - self.slope * (impact_speed - REFERENCE)).clamp(least, greatest)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::effects::tests::{Bench, assert_near};
+
+    #[test]
+    fn it_changes_the_track() {
+        Bench::with("speed_dependent_restitution", &[("slope", 0.2)]).assert_changes_track();
+    }
+
+    #[test]
+    fn it_strikes_as_with_the_restitution_of_its_formula() {
+        let restitution = 0.5;
+        for (speed, factor) in [(0.4, 1.15), (0.7, 1.0), (1.0, 0.85)] {
+            let effect = Bench::with("speed_dependent_restitution", &[("slope", 0.5)])
+                .parameter("restitution", restitution);
+            let constant = Bench::plain().parameter("restitution", restitution * factor);
+            assert_near(
+                effect.strike(speed, 0.2).stop,
+                constant.strike(speed, 0.2).stop,
+                1e-6,
+            );
+        }
+    }
+}

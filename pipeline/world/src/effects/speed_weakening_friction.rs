@@ -1,0 +1,79 @@
+//! Friction that is higher near rest: μ(v) = μ·(1 + Δ·exp(−(v/v_s)²)), μ being that at high speed.
+
+use values::Rig;
+
+use super::{Effect, EffectParameter, EffectSpec, Parameters, Slide, Values, wording};
+
+/// Speed-weakening friction; parameters `rise` = Δ, relative to the friction at high speed, and `speed` = v_s.
+pub const SPEC: EffectSpec = EffectSpec {
+    name: "speed_weakening_friction",
+    parameters: Parameters::Listed(&[
+        EffectParameter {
+            name: "rise",
+            unit: "",
+            low: -0.9,
+            high: 3.0,
+            neutral: 0.0,
+            scale: 0.25,
+        },
+        EffectParameter {
+            name: "speed",
+            unit: "m/s",
+            low: 0.05,
+            high: 2.0,
+            neutral: 0.3,
+            scale: 0.2,
+        },
+    ]),
+    equivalent: &[],
+    source: "Stribeck term of friction in its Gaussian form (Armstrong-Hélouvry et al. 1994)",
+    build: |values: &Values, _: &Rig| {
+        Box::new(SpeedWeakeningFriction {
+            rise: values.get("rise"),
+            per_speed_squared: values.get("speed").powi(-2),
+        })
+    },
+    statement: |values| {
+        format!(
+            "friction is {} near rest than at speed; half of that is gone at {:.2} m/s",
+            wording::higher(values.get("rise")),
+            values.get("speed") * std::f64::consts::LN_2.sqrt()
+        )
+    },
+};
+
+struct SpeedWeakeningFriction {
+    rise: f64,
+    per_speed_squared: f64,
+}
+
+impl Effect for SpeedWeakeningFriction {
+    fn friction_factor(&self, slide: &Slide<'_>) -> f64 {
+        let square = slide.velocity.dot(slide.velocity);
+        1.0 + self.rise * (-square * self.per_speed_squared).exp()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::effects::tests::{Bench, DRY};
+
+    #[test]
+    fn it_changes_the_track() {
+        Bench::with("speed_weakening_friction", &[("rise", 0.25)]).assert_changes_track();
+    }
+
+    #[test]
+    fn the_stop_follows_its_formula() {
+        // v·dv/dx = −a·(1 + Δ·exp(−v²/S)), S = v_s²: d = S/(2·a)·ln((exp(v₀²/S) + Δ)/(1 + Δ)).
+        let (rise, speed): (f64, f64) = (0.5, 0.6);
+        let slid = Bench::with(
+            "speed_weakening_friction",
+            &[("rise", rise), ("speed", speed)],
+        )
+        .slide(0.9, 0.0);
+        let square = speed * speed;
+        let ratio = ((slid.speed().powi(2) / square).exp() + rise) / (1.0 + rise);
+        slid.assert_distance(square / (2.0 * DRY) * ratio.ln());
+    }
+}

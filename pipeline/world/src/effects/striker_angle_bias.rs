@@ -1,0 +1,68 @@
+//! An arm that strikes beside the direction it is told: delivered angle = commanded + δ.
+
+use values::{Command, Rig};
+
+use super::{Effect, EffectParameter, EffectSpec, Parameters, Values, wording};
+
+/// Striker angle bias; parameter `bias` = δ, counter-clockwise.
+pub const SPEC: EffectSpec = EffectSpec {
+    name: "striker_angle_bias",
+    parameters: Parameters::Listed(&[EffectParameter {
+        name: "bias",
+        unit: "rad",
+        low: -0.3,
+        high: 0.3,
+        neutral: 0.0,
+        scale: 0.02,
+    }]),
+    equivalent: &["camera_rotation", "off_centre_contact"],
+    source: "error of calibration between the arm's base and the table",
+    build: |values: &Values, _: &Rig| {
+        Box::new(StrikerAngleBias {
+            bias: values.get("bias"),
+        })
+    },
+    statement: |values| {
+        let bias = values.get("bias");
+        format!(
+            "the arm strikes {:.1}° to the {} of the commanded direction",
+            bias.abs().to_degrees(),
+            wording::side(bias)
+        )
+    },
+};
+
+struct StrikerAngleBias {
+    bias: f64,
+}
+
+impl Effect for StrikerAngleBias {
+    fn deliver(&self, command: Command) -> Command {
+        Command {
+            angle: command.angle + self.bias,
+            ..command
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::effects::tests::{Bench, START, assert_near};
+
+    #[test]
+    fn it_changes_the_track() {
+        Bench::with("striker_angle_bias", &[("bias", 0.02)]).assert_changes_track();
+    }
+
+    #[test]
+    fn the_path_is_turned_by_it() {
+        let bias = -0.03;
+        let turned = Bench::with("striker_angle_bias", &[("bias", bias)]).strike(0.8, 0.2);
+        let plain = Bench::plain().strike(0.8, 0.2);
+        assert_near(
+            turned.stop - START,
+            (plain.stop - START).rotated(bias),
+            1e-6,
+        );
+    }
+}

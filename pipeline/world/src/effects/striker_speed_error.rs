@@ -1,0 +1,100 @@
+//! An arm that does not deliver the speed it is told: min(a + b·commanded, cap).
+
+use values::{Command, Rig};
+
+use super::{Effect, EffectParameter, EffectSpec, Parameters, Values};
+
+/// The greatest cap, in m/s, stands for none.
+const NO_CAP: f64 = 5.0;
+
+/// Striker speed error; parameters `offset` = a, `slope` = b, `cap`. A cap above the speeds that were struck at changes
+/// nothing, so a fit of it starts among them.
+pub const SPEC: EffectSpec = EffectSpec {
+    name: "striker_speed_error",
+    parameters: Parameters::Listed(&[
+        EffectParameter {
+            name: "offset",
+            unit: "m/s",
+            low: -0.5,
+            high: 0.5,
+            neutral: 0.0,
+            scale: 0.04,
+        },
+        EffectParameter {
+            name: "slope",
+            unit: "",
+            low: 0.3,
+            high: 2.0,
+            neutral: 1.0,
+            scale: 0.06,
+        },
+        EffectParameter {
+            name: "cap",
+            unit: "m/s",
+            low: 0.2,
+            high: NO_CAP,
+            neutral: NO_CAP,
+            scale: 0.2,
+        },
+    ]),
+    equivalent: &["speed_dependent_restitution"],
+    source: "gain, offset and saturation of a speed-controlled axis",
+    build: |values: &Values, _: &Rig| {
+        Box::new(StrikerSpeedError {
+            offset: values.get("offset"),
+            slope: values.get("slope"),
+            cap: values.get("cap"),
+        })
+    },
+    statement: |values| {
+        let (offset, cap) = (values.get("offset"), values.get("cap"));
+        let mut text = format!(
+            "the arm delivers {:.2} times the commanded speed {} {:.3} m/s",
+            values.get("slope"),
+            if offset < 0.0 { "less" } else { "plus" },
+            offset.abs()
+        );
+        if cap < NO_CAP {
+            text += &format!(", and at most {cap:.2} m/s");
+        }
+        text
+    },
+};
+
+struct StrikerSpeedError {
+    offset: f64,
+    slope: f64,
+    cap: f64,
+}
+
+impl Effect for StrikerSpeedError {
+    fn deliver(&self, command: Command) -> Command {
+        Command {
+            speed: (self.offset + self.slope * command.speed).min(self.cap),
+            ..command
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::effects::tests::{Bench, assert_near};
+
+    #[test]
+    fn it_changes_the_track() {
+        for parameter in [("offset", 0.03), ("slope", 0.95), ("cap", 0.85)] {
+            Bench::with("striker_speed_error", &[parameter]).assert_changes_track();
+        }
+    }
+
+    #[test]
+    fn it_strikes_as_if_told_the_speed_of_its_formula() {
+        let error = [("offset", 0.05), ("slope", 0.8), ("cap", 0.75)];
+        for (told, delivered) in [(0.5, 0.45), (0.8, 0.69), (1.0, 0.75)] {
+            let stop = Bench::with("striker_speed_error", &error)
+                .strike(told, 0.2)
+                .stop;
+            assert_near(stop, Bench::plain().strike(delivered, 0.2).stop, 1e-6);
+        }
+    }
+}

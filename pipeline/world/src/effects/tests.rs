@@ -1,0 +1,345 @@
+//! What the effects' tests share, and what holds for the whole library.
+
+use values::{Command, Conditions, Point, Rig, Shape};
+
+use super::{EFFECTS, EffectSpec, GRAVITY, Parameters, effect, statement};
+use crate::{AddedEffect, Estimate, Simulated, Simulator, Steps, World};
+
+const FRICTION: f64 = 0.25;
+/// Deceleration by friction in a world without effects, in m/s².
+pub(super) const DRY: f64 = FRICTION * GRAVITY;
+/// Where the camera sees the object at rest, in m.
+pub(super) const START: Point = Point::new(0.25, 0.05);
+/// A moment, in s after touch, at which the tip has let go.
+const RELEASED: f64 = 0.02;
+
+/// The demo's cylinder in still air, in a world with one effect or none.
+pub(super) struct Bench {
+    pub(super) rig: Rig,
+    world: World,
+    conditions: Conditions,
+}
+
+/// The slide from shortly after the tip let go.
+pub(super) struct Slid {
+    /// Where it begins, in m.
+    pub(super) from: Point,
+    /// Velocity there, in m/s.
+    velocity: Point,
+    /// Where it ends, in m.
+    stop: Point,
+}
+
+fn added(name: &str, parameters: &[(&str, f64)]) -> AddedEffect {
+    AddedEffect {
+        name: name.into(),
+        parameters: parameters
+            .iter()
+            .map(|(name, value)| (name.to_string(), Estimate::fixed(*value)))
+            .collect(),
+    }
+}
+
+/// Velocity in m/s as the camera sees it, `t` seconds after touch.
+pub(super) fn velocity(simulated: &Simulated, t: f64) -> Point {
+    let half = 0.001;
+    (simulated.at(t + half) - simulated.at(t - half)) * (0.5 / half)
+}
+
+impl Bench {
+    pub(super) fn plain() -> Self {
+        let rig = Rig::demo(Shape::Cylinder);
+        let world = World::nominal(&rig)
+            .with("friction", FRICTION)
+            .with("fluid_blunt_drag", 0.0)
+            .with("fluid_slender_drag", 0.0);
+        Self {
+            rig,
+            world,
+            conditions: Conditions::default(),
+        }
+    }
+
+    pub(super) fn with(name: &str, parameters: &[(&str, f64)]) -> Self {
+        let mut bench = Self::plain();
+        bench.world.effects.push(added(name, parameters));
+        bench
+    }
+
+    /// With one more effect.
+    pub(super) fn and(mut self, name: &str, parameters: &[(&str, f64)]) -> Self {
+        self.world.effects.push(added(name, parameters));
+        self
+    }
+
+    /// With a parameter of the world.
+    pub(super) fn parameter(mut self, name: &str, value: f64) -> Self {
+        self.world = self.world.with(name, value);
+        self
+    }
+
+    pub(super) fn during(mut self, session: &str, order: f64) -> Self {
+        self.conditions = Conditions {
+            session: session.into(),
+            order,
+        };
+        self
+    }
+
+    pub(super) fn strike(&self, speed: f64, angle: f64) -> Simulated {
+        self.strike_in(Steps::default(), speed, angle)
+    }
+
+    fn strike_in(&self, steps: Steps, speed: f64, angle: f64) -> Simulated {
+        Simulator::with_steps(&self.rig, &self.world, steps)
+            .expect("a valid world")
+            .worker()
+            .strike(START, Command { speed, angle }, &self.conditions)
+            .expect("rests")
+    }
+
+    pub(super) fn slide(&self, speed: f64, angle: f64) -> Slid {
+        let simulated = self.strike(speed, angle);
+        let from = simulated.at(RELEASED);
+        Slid {
+            from,
+            velocity: velocity(&simulated, RELEASED),
+            stop: simulated.stop,
+        }
+    }
+
+    /// The effect moves the stop by more than a millimetre.
+    pub(super) fn assert_changes_track(&self) {
+        let moved = Self::plain()
+            .strike(0.9, 0.2)
+            .stop
+            .distance(self.strike(0.9, 0.2).stop);
+        assert!(moved > 1e-3, "the stop moves by {moved} m");
+    }
+}
+
+impl Slid {
+    /// Speed at which it begins, in m/s.
+    pub(super) fn speed(&self) -> f64 {
+        self.velocity.norm()
+    }
+
+    pub(super) fn assert_distance(&self, expected: f64) {
+        let distance = self.stop.distance(self.from);
+        assert!(
+            (distance - expected).abs() < 3e-4,
+            "slid {distance} m, where the formula says {expected} m",
+        );
+    }
+
+    /// The slide ends where friction and a further acceleration, a function of position and velocity, bring a point.
+    pub(super) fn assert_integrates(&self, acceleration: impl Fn(Point, Point) -> Point) {
+        let step = 1e-5;
+        let (mut position, mut velocity) = (self.from, self.velocity);
+        while velocity.norm() > 2.0 * step * DRY {
+            let braking = velocity * (-DRY / velocity.norm());
+            velocity = velocity + (braking + acceleration(position, velocity)) * step;
+            position = position + velocity * step;
+        }
+        assert_near(self.stop, position, 3e-4);
+    }
+}
+
+pub(super) fn assert_near(a: Point, b: Point, tolerance: f64) {
+    assert!(a.distance(b) < tolerance, "{a:?} is not {b:?}");
+}
+
+#[test]
+fn every_effect_is_known_by_its_name_and_neutral_does_nothing() {
+    let without = Bench::plain().strike(0.8, 0.1);
+    for spec in EFFECTS {
+        assert_eq!(effect(spec.name).expect("listed").name, spec.name);
+        let neutral = Bench::with(spec.name, &[]).strike(0.8, 0.1);
+        assert!(without.stop.distance(neutral.stop) < 1e-6, "{}", spec.name);
+    }
+    assert_eq!(EFFECTS.len(), 15);
+}
+
+#[test]
+fn halving_every_step_moves_no_stop_by_half_a_millimetre_whatever_the_effect() {
+    let Steps { contact, slide } = Steps::default();
+    let fine = Steps {
+        contact: contact / 2.0,
+        slide: slide / 2.0,
+    };
+    for spec in EFFECTS {
+        let strong: Vec<_> = match spec.parameters {
+            Parameters::Listed(listed) => listed
+                .iter()
+                .map(|p| (p.name, (p.neutral + 2.0 * p.scale).min(p.high)))
+                .collect(),
+            Parameters::BySession(p) => vec![("monday.mcap", 2.0 * p.scale)],
+        };
+        let bench = Bench::with(spec.name, &strong).during("monday.mcap", 80.0);
+        for speed in [0.4, 0.55, 0.7, 0.85, 1.0] {
+            let moved = bench
+                .strike(speed, 0.3)
+                .stop
+                .distance(bench.strike_in(fine, speed, 0.3).stop);
+            assert!(moved < 0.5e-3, "{}: {moved} m at {speed} m/s", spec.name);
+        }
+    }
+}
+
+#[test]
+fn every_parameter_has_room_on_both_sides_of_its_scale() {
+    for EffectSpec {
+        name, parameters, ..
+    } in EFFECTS
+    {
+        let one;
+        let parameters = match parameters {
+            Parameters::Listed(listed) => *listed,
+            Parameters::BySession(parameter) => {
+                one = [*parameter];
+                &one
+            }
+        };
+        for p in parameters {
+            assert!(
+                p.low < p.neutral && p.neutral <= p.high && p.low + 4.0 * p.scale <= p.high,
+                "{name}.{}",
+                p.name
+            );
+        }
+    }
+}
+
+#[test]
+fn what_cannot_be_told_apart_says_so_on_both_sides() {
+    for spec in EFFECTS {
+        for other in spec.equivalent {
+            let other = effect(other).expect("known");
+            assert!(other.equivalent.contains(&spec.name), "{}", other.name);
+        }
+    }
+}
+
+#[test]
+fn values_out_of_range_and_unknown_parameters_are_told() {
+    let error = |name: &str, parameters: &[(&str, f64)]| {
+        super::check(&added(name, parameters))
+            .expect_err("refused")
+            .to_string()
+    };
+    let unknown = error("friction_patch", &[("centre_x", 0.5)]);
+    assert!(
+        unknown.contains("`friction_patch.centre_x`") && unknown.contains("center_x, center_y"),
+        "{unknown}"
+    );
+    let jump = error("friction_by_session", &[("monday.mcap", -1.5)]);
+    assert!(
+        jump.contains("friction_by_session.monday.mcap = -1.5"),
+        "{jump}"
+    );
+    assert!(error("camera_distortion", &[("k1", f64::NAN)]).contains("must lie in"));
+}
+
+#[test]
+fn a_world_with_every_effect_reads_back_as_it_was_written() {
+    let mut world = World::nominal(&Rig::demo(Shape::Cylinder));
+    for spec in EFFECTS {
+        let parameters = match spec.parameters {
+            Parameters::Listed(listed) => listed.iter().map(|p| (p.name, p.low)).collect(),
+            Parameters::BySession(p) => vec![("monday.mcap", p.low), ("tuesday.mcap", p.high)],
+        };
+        world.effects.push(added(spec.name, &parameters));
+    }
+    assert_eq!(World::parse(&world.to_toml()).expect("valid"), world);
+}
+
+#[test]
+fn fitted_values_are_stated_in_a_sentence() {
+    for (name, parameters, expected) in [
+        (
+            "viscous_drag",
+            &[("rate", 0.3)][..],
+            "drag grows with speed: 0.30 m/s² for every m/s of speed",
+        ),
+        (
+            "quadratic_drag",
+            &[("coefficient", 0.21)],
+            "drag grows with the square of the speed: 0.21 m/s² at 1 m/s",
+        ),
+        (
+            "speed_weakening_friction",
+            &[("rise", 0.25), ("speed", 0.3)],
+            "friction is 25 % higher near rest than at speed; half of that is gone at 0.25 m/s",
+        ),
+        (
+            "anisotropic_friction",
+            &[("contrast", -0.1), ("direction", 0.5)],
+            "friction across the grain exceeds that along it by 10 % of their mean; the grain runs at -61° from +x",
+        ),
+        (
+            "friction_patch",
+            &[
+                ("center_x", 0.5),
+                ("center_y", 0.04),
+                ("radius", 0.09),
+                ("change", 0.32),
+            ],
+            "friction is 32 % higher inside a disc of 9.0 cm radius around (0.50, 0.04) m",
+        ),
+        (
+            "friction_drift",
+            &[("rate", -0.08)],
+            "friction falls by 8.0 % of its first value every 100 strikes",
+        ),
+        (
+            "friction_by_session",
+            &[("monday.mcap", 0.12), ("tuesday.mcap", -0.05)],
+            "friction is 12 % higher in monday.mcap, 5.0 % lower in tuesday.mcap",
+        ),
+        (
+            "table_tilt",
+            &[("tilt_x", 0.0), ("tilt_y", 0.005)],
+            "the table slopes down by 5.0 mm per metre towards 90° from +x",
+        ),
+        (
+            "table_bowl",
+            &[("curvature", 0.03), ("center_x", 0.4), ("center_y", 0.1)],
+            "the table is hollow: it pulls towards (0.40, 0.10) m with 0.29 m/s² for every metre from there",
+        ),
+        (
+            "striker_speed_error",
+            &[("offset", -0.02), ("slope", 0.95), ("cap", 0.85)],
+            "the arm delivers 0.95 times the commanded speed less 0.020 m/s, and at most 0.85 m/s",
+        ),
+        (
+            "striker_angle_bias",
+            &[("bias", -0.02)],
+            "the arm strikes 1.1° to the right of the commanded direction",
+        ),
+        (
+            "speed_dependent_restitution",
+            &[("slope", 0.2)],
+            "restitution falls with impact speed: by 20 % of its value at 0.7 m/s for every m/s",
+        ),
+        (
+            "off_centre_contact",
+            &[("offset", 0.0012)],
+            "the tip passes 1.2 mm to the left of the object's centre",
+        ),
+        (
+            "camera_rotation",
+            &[("angle", 0.01)],
+            "the camera sees the table turned by 0.57° to the left about its centre",
+        ),
+        (
+            "camera_distortion",
+            &[("k1", -0.08)],
+            "the lens shows what is 0.5 m from the camera's centre 2.0 % too near to it",
+        ),
+    ] {
+        assert_eq!(
+            statement(&added(name, parameters)).expect("valid"),
+            expected
+        );
+    }
+}

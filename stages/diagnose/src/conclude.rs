@@ -1,0 +1,294 @@
+//! From evidence to a verdict, a world and its gap.
+
+use std::collections::BTreeMap;
+
+use values::{Split, Strike};
+use world::{AddedEffect, Estimate, World, effects};
+
+use crate::{
+    Diagnose, DiagnoseError, Found, Input,
+    diagnosis::{Detectable, Diagnosis, Named, NextStrike, Parameter, Ranked, Verdict},
+    evidence::{self, REAL},
+    fit::{Field, Fitted},
+    gap,
+    model::{FRICTION, RESTITUTION, specification},
+    next::next_strikes,
+    screen::{Chance, Screened},
+    search::{Searched, Standing},
+    smooth::Dependence,
+    words,
+};
+
+/// A model explains a gap if it holds at least this share of the log-likelihood that it and the smooth rest gain together.
+const EXPLAINS: f64 = 0.75;
+/// Standard errors to either side of an estimate.
+const NINETY_FIVE: f64 = 1.96;
+/// Standard errors by which an effect must exceed what chance gains, to be found in four cases of five.
+const POWER: f64 = 0.84;
+
+/// All that was found, before it is judged.
+pub(crate) struct Case<'c, 'a> {
+    pub(crate) stage: &'c Diagnose,
+    pub(crate) input: &'c Input,
+    pub(crate) field: &'c Field<'a>,
+    pub(crate) null: &'c Fitted,
+    pub(crate) screened: &'c [Screened],
+    pub(crate) chance: &'c Chance,
+    pub(crate) searched: &'c Searched,
+    pub(crate) before: &'c [Dependence],
+    pub(crate) after: &'c [Dependence],
+    pub(crate) p_value: f64,
+    /// Strikes left out, for their object does not leave the tip.
+    pub(crate) pushed: usize,
+}
+
+impl Case<'_, '_> {
+    pub(crate) fn conclude(&self) -> Result<Found, DiagnoseError> {
+        let fitted = &self.searched.fitted;
+        let gained = fitted.likelihood() - self.null.likelihood();
+        let left = evidence::left(self.after);
+        let share = gained / (gained + left).max(1e-9);
+        let verdict = if self.p_value >= REAL {
+            Verdict::Consistent
+        } else if self.searched.standing.is_empty() || share < EXPLAINS {
+            Verdict::Unexplained
+        } else {
+            Verdict::Named
+        };
+        let world = (verdict == Verdict::Named)
+            .then(|| self.world(fitted))
+            .transpose()?;
+        let plain = self.world(self.null)?;
+
+        let rig = &self.input.rig;
+        let all: Vec<(&Strike, bool)> = self
+            .input
+            .strikes
+            .iter()
+            .map(|strike| (strike, strike.split == Split::Test))
+            .collect();
+        let strikes: Vec<&Strike> = all.iter().map(|(strike, _)| *strike).collect();
+        let before = gap::stop_residuals(rig, &plain, &strikes)?;
+        let after = match &world {
+            Some(world) => gap::stop_residuals(rig, world, &strikes)?,
+            None => before.clone(),
+        };
+        let judged = |residuals: &[Option<values::Point>]| {
+            all.iter()
+                .zip(residuals)
+                .filter(|((_, is_heldout), _)| *is_heldout)
+                .map(|(_, r)| *r)
+                .collect::<Vec<_>>()
+        };
+        let gap = gap::gap(
+            &judged(&before),
+            &judged(&after),
+            gap::noise_floor(self.field, fitted)?,
+        );
+        let named = match &world {
+            Some(world) => self.named(world)?,
+            None => Vec::new(),
+        };
+        let mut notes = Vec::new();
+        if self.pushed > 0 {
+            notes.push(format!(
+                "{} strikes were left out: in the identified world their object does not leave the tip",
+                self.pushed
+            ));
+        }
+        if verdict == Verdict::Named && left > 0.0 {
+            notes.push(format!(
+                "{:.0} % of the gap's evidence is left beside the effects named; the residual model carries it",
+                100.0 * (1.0 - share)
+            ));
+        }
+        if gap.heldout_strikes < 10 {
+            notes.push(format!(
+                "only {} strikes judge the gap: its figures are coarse",
+                gap.heldout_strikes
+            ));
+        }
+        Ok(Found {
+            looks: gap::looks(&all, &before, &after),
+            diagnosis: Diagnosis {
+                summary: summary(verdict, &named, self.p_value, share),
+                verdict,
+                p_value: self.p_value,
+                strikes: self.field.strikes.len(),
+                r#where: match verdict {
+                    Verdict::Consistent => Vec::new(),
+                    _ => words::r#where(self.before),
+                },
+                effects: named,
+                ranking: self.ranking(),
+                gap,
+                next_strikes: self.next(verdict)?,
+                detectable: self.detectable(),
+                notes,
+            },
+            world,
+        })
+    }
+
+    /// The identified world with the model's values and effects, each with its interval.
+    fn world(&self, fitted: &Fitted) -> Result<World, DiagnoseError> {
+        let model = &fitted.model;
+        let covariance = fitted
+            .estimated
+            .information
+            .clone()
+            .try_inverse()
+            .ok_or_else(|| DiagnoseError::NoFit {
+                why: "its parameters cannot be told apart".into(),
+            })?;
+        let estimate = |place: usize, factor: f64| {
+            let (value, error) = (
+                model.values[place],
+                covariance[(place, place)].max(0.0).sqrt(),
+            );
+            let free = &model.free[place];
+            let bound = |v: f64| factor * v.clamp(free.low, free.high);
+            Estimate::with_interval(
+                factor * value,
+                bound(value - NINETY_FIVE * error),
+                bound(value + NINETY_FIVE * error),
+            )
+        };
+        let mut world = self.input.world.clone();
+        let restitution = world.value("restitution")?;
+        let spread = &fitted.estimated.spread;
+        world.scatter.speed = spread.nuisance[0];
+        world.scatter.angle = spread.nuisance[1];
+        world.scatter.camera = spread.camera;
+        world
+            .parameters
+            .insert("friction".into(), estimate(FRICTION, 1.0));
+        world
+            .parameters
+            .insert("restitution".into(), estimate(RESTITUTION, restitution));
+        for (place, part) in model.fitted_parts(&model.values).iter().enumerate() {
+            let mut parameters: BTreeMap<String, Estimate> = part
+                .parameters
+                .iter()
+                .map(|(name, value)| (name.clone(), Estimate::fixed(*value)))
+                .collect();
+            for (i, free) in model.free.iter().enumerate() {
+                if let Some((_, name)) = free.of.as_ref().filter(|(of, _)| *of == place) {
+                    parameters.insert(name.clone(), estimate(i, 1.0));
+                }
+            }
+            world.effects.push(AddedEffect {
+                name: part.name.into(),
+                parameters,
+            });
+        }
+        world.check()?;
+        Ok(world)
+    }
+
+    fn named(&self, world: &World) -> Result<Vec<Named>, DiagnoseError> {
+        world
+            .effects
+            .iter()
+            .zip(&self.searched.standing)
+            .map(|(added, standing)| {
+                Ok(Named {
+                    name: added.name.clone(),
+                    parameters: added
+                        .parameters
+                        .iter()
+                        .map(|(name, e)| {
+                            let unit = specification(standing.name, name).unit.to_string();
+                            let parameter = Parameter {
+                                value: e.value,
+                                low: e.low.unwrap_or(e.value),
+                                high: e.high.unwrap_or(e.value),
+                                unit,
+                            };
+                            (name.clone(), parameter)
+                        })
+                        .collect(),
+                    statement: effects::statement(added)?,
+                    evidence: standing.evidence,
+                    equivalent: standing.equivalent.iter().map(|n| n.to_string()).collect(),
+                })
+            })
+            .collect()
+    }
+
+    fn ranking(&self) -> Vec<Ranked> {
+        let mut ranking: Vec<Ranked> = self
+            .screened
+            .iter()
+            .map(|s| Ranked {
+                name: s.name.into(),
+                evidence: s.gain - self.chance[s.name],
+            })
+            .collect();
+        ranking.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
+        ranking
+    }
+
+    fn detectable(&self) -> Vec<Detectable> {
+        self.screened
+            .iter()
+            .filter(|s| s.strength.1 > 0.0)
+            .map(|s| Detectable {
+                name: s.name.into(),
+                parameter: s.strength.0.clone(),
+                least: s.strength.1 * ((2.0 * self.chance[s.name]).sqrt() + POWER),
+                unit: specification(s.name, &s.strength.0).unit.into(),
+            })
+            .collect()
+    }
+
+    /// Strikes that separate the effect that stands least firmly from its rival.
+    fn next(&self, verdict: Verdict) -> Result<Vec<NextStrike>, DiagnoseError> {
+        if verdict == Verdict::Consistent {
+            return Ok(Vec::new());
+        }
+        let margin = |s: &&Standing| {
+            s.rival
+                .as_ref()
+                .map_or(f64::INFINITY, |rival| s.evidence - rival.evidence)
+        };
+        let closest = self
+            .searched
+            .standing
+            .iter()
+            .min_by(|a, b| margin(a).total_cmp(&margin(b)));
+        let Some((standing, rival)) = closest.and_then(|s| Some((s, s.rival.as_ref()?))) else {
+            return Ok(Vec::new());
+        };
+        let why = format!("{} or {}", standing.name, rival.name);
+        Ok(next_strikes(
+            &self.input.rig,
+            &self.input.world,
+            &self.searched.fitted,
+            &rival.fitted,
+            &self.field.strikes,
+            &why,
+            self.stage.seed,
+        )?)
+    }
+}
+
+fn summary(verdict: Verdict, named: &[Named], p_value: f64, share: f64) -> String {
+    match verdict {
+        Verdict::Consistent => format!(
+            "no gap beyond noise (p = {p_value:.2}); see `detectable` for the least that would have shown"
+        ),
+        Verdict::Unexplained => {
+            "a real gap that no candidate explains; see `where` for what it depends on".into()
+        }
+        Verdict::Named => format!(
+            "{}; this holds {:.0} % of the gap's evidence",
+            named
+                .iter()
+                .map(|n| n.statement.as_str())
+                .collect::<Vec<_>>()
+                .join(", and "),
+            100.0 * share
+        ),
+    }
+}

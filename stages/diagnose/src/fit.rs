@@ -1,0 +1,285 @@
+//! A model fitted to strikes: Gauss–Newton about each strike's own best launch.
+
+use nalgebra::{DMatrix, DVector, SVector};
+use rayon::prelude::*;
+use values::{Point, Rig, Strike};
+use world::{WorldError, effects::Effect};
+
+use crate::{
+    launch::Launch,
+    mixed::{self, Estimated, NUISANCES, Prior, Products, Spread},
+    model::{CLOCK, FRICTION, Model, RESTITUTION},
+    planar::{self, Frames, Kick, Planar},
+};
+
+/// Steps of a kick's differences: relative speed and angle (rad).
+const KICK: (f64, f64) = (0.004, 0.004);
+const ITERATIONS: usize = 12;
+/// The fit ends when no value moves by more than this share of its standard error.
+const SETTLED: f64 = 0.05;
+/// A step that loses more log-likelihood than this is halved.
+const LOSS: f64 = 0.05;
+
+/// The strikes, with their launches.
+pub(crate) struct Field<'a> {
+    pub(crate) rig: &'a Rig,
+    pub(crate) strikes: Vec<&'a Strike>,
+    pub(crate) launches: Vec<Launch>,
+    pub(crate) ratio: f64,
+    pub(crate) gyration: f64,
+}
+
+/// A fitted model.
+#[derive(Clone, Debug)]
+pub(crate) struct Fitted {
+    pub(crate) model: Model,
+    pub(crate) estimated: Estimated,
+    pub(crate) kicks: Vec<SVector<f64, NUISANCES>>,
+}
+
+impl Fitted {
+    /// Log-likelihood.
+    pub(crate) fn likelihood(&self) -> f64 {
+        self.estimated.likelihood_here
+    }
+}
+
+fn kick(clock: f64, b: &SVector<f64, NUISANCES>) -> Kick {
+    Kick {
+        speed: b[0],
+        angle: b[1],
+        delay: clock + b[2],
+        rest: Point::new(b[3], b[4]),
+    }
+}
+
+/// Measured coordinates: all x, then all y.
+fn measured(strike: &Strike) -> DVector<f64> {
+    DVector::from_iterator(
+        2 * strike.track.len(),
+        strike.track.x.iter().chain(&strike.track.y).copied(),
+    )
+}
+
+pub(crate) fn stack(points: &[Point]) -> DVector<f64> {
+    DVector::from_iterator(
+        2 * points.len(),
+        points.iter().map(|p| p.x).chain(points.iter().map(|p| p.y)),
+    )
+}
+
+/// The columns of one strike about a model.
+pub(crate) struct Columns {
+    /// By the nuisances.
+    pub(crate) nuisances: DMatrix<f64>,
+    /// By the model's values.
+    pub(crate) values: DMatrix<f64>,
+    /// Measured less simulated, as if the nuisances were none.
+    pub(crate) residual: DVector<f64>,
+}
+
+impl<'a> Field<'a> {
+    /// Strikes with their launches.
+    pub(crate) fn new(rig: &'a Rig, strikes: Vec<&'a Strike>, launches: Vec<Launch>) -> Self {
+        Self {
+            rig,
+            strikes,
+            launches,
+            ratio: world::turning_ratio(rig),
+            gyration: planar::gyration(rig),
+        }
+    }
+
+    /// The planar world of a model at these values.
+    pub(crate) fn planar<'e>(&self, values: &[f64], effects: &'e [Box<dyn Effect>]) -> Planar<'e> {
+        Planar {
+            friction: values[FRICTION],
+            restitution: values[RESTITUTION],
+            ratio: self.ratio,
+            gyration: self.gyration,
+            effects,
+            push: None,
+        }
+    }
+
+    /// One strike's frames.
+    pub(crate) fn frames(
+        &self,
+        planar: &Planar<'_>,
+        i: usize,
+        clock: f64,
+        b: &SVector<f64, NUISANCES>,
+    ) -> Option<Frames> {
+        planar.strike(self.strikes[i], &self.launches[i], &kick(clock, b))
+    }
+
+    /// Whether a strike's track comes this near (m) to a point.
+    pub(crate) fn passes(&self, i: usize, point: Point, radius: f64) -> bool {
+        let strike = self.strikes[i];
+        (0..strike.track.len()).any(|frame| strike.track.point(frame).distance(point) < radius)
+            || strike.initial.distance(point) < radius
+    }
+
+    /// The columns of every strike about a model; `None` where a strike does not come to rest.
+    pub(crate) fn columns(
+        &self,
+        model: &Model,
+        kicks: &[SVector<f64, NUISANCES>],
+    ) -> Result<Option<Vec<Columns>>, WorldError> {
+        // Worlds a step to either side of each value; the clock's column comes with the frames.
+        let mut beside = Vec::new();
+        for (place, free) in model.free.iter().enumerate() {
+            for sign in [-1.0, 1.0] {
+                let mut values = model.values.clone();
+                values[place] = (values[place] + sign * free.step).clamp(free.low, free.high);
+                let effects = model.effects(self.rig, &values)?;
+                beside.push((values, effects));
+            }
+        }
+        let effects = model.effects(self.rig, &model.values)?;
+        let here = self.planar(&model.values, &effects);
+        let clock = model.values[CLOCK];
+        Ok((0..self.strikes.len())
+            .into_par_iter()
+            .map(|i| {
+                let b = kicks[i];
+                let frames = self.frames(&here, i, clock, &b)?;
+                let moved = |place: usize, step: f64| -> Option<DVector<f64>> {
+                    let side = |sign: f64| {
+                        let mut b = b;
+                        b[place] += sign * step;
+                        Some(stack(&self.frames(&here, i, clock, &b)?.at))
+                    };
+                    Some((side(1.0)? - side(-1.0)?) / (2.0 * step))
+                };
+                let n = frames.at.len();
+                let delay = stack(&frames.rate);
+                let mut nuisances = DMatrix::zeros(2 * n, NUISANCES);
+                nuisances.set_column(0, &moved(0, KICK.0)?);
+                nuisances.set_column(1, &moved(1, KICK.1)?);
+                nuisances.set_column(2, &delay);
+                nuisances.view_mut((0, 3), (n, 1)).fill(1.0);
+                nuisances.view_mut((n, 4), (n, 1)).fill(1.0);
+                let mut values = DMatrix::zeros(2 * n, model.free.len());
+                for place in 0..model.free.len() {
+                    if place == CLOCK {
+                        values.set_column(place, &delay);
+                        continue;
+                    }
+                    let side = |at: usize| {
+                        let (values, effects) = &beside[2 * place + at];
+                        let planar = self.planar(values, effects);
+                        Some(stack(&self.frames(&planar, i, clock, &b)?.at))
+                    };
+                    let apart = beside[2 * place + 1].0[place] - beside[2 * place].0[place];
+                    values.set_column(place, &((side(1)? - side(0)?) / apart));
+                }
+                let residual = measured(self.strikes[i]) - stack(&frames.at) + &nuisances * b;
+                Some(Columns {
+                    nuisances,
+                    values,
+                    residual,
+                })
+            })
+            .collect())
+    }
+
+    /// The frames that a strike's columns were taken about.
+    pub(crate) fn simulated(
+        &self,
+        i: usize,
+        columns: &Columns,
+        b: &SVector<f64, NUISANCES>,
+    ) -> DVector<f64> {
+        measured(self.strikes[i]) - (&columns.residual - &columns.nuisances * b)
+    }
+
+    /// Fits a model from where it stands; `None` where it diverges.
+    pub(crate) fn fit(
+        &self,
+        model: &Model,
+        spread: &Spread,
+        kicks: &[SVector<f64, NUISANCES>],
+    ) -> Result<Option<Fitted>, WorldError> {
+        let mut best: Option<Fitted> = None;
+        let mut trial = model.clone();
+        let mut kicks = kicks.to_vec();
+        let mut share = 1.0;
+        for _ in 0..ITERATIONS {
+            let spread = best.as_ref().map_or(*spread, |b| b.estimated.spread);
+            let estimated = match self.columns(&trial, &kicks)? {
+                Some(columns) => {
+                    let products: Vec<Products> = columns.iter().map(Columns::products).collect();
+                    mixed::estimate(&products, &prior(&trial), &spread)
+                }
+                None => None,
+            };
+            let is_better = |e: &Estimated| {
+                best.as_ref()
+                    .is_none_or(|b| e.likelihood_here > b.likelihood() - LOSS)
+            };
+            match estimated.filter(is_better) {
+                Some(estimated) => {
+                    let settled = settled(&trial, &estimated);
+                    best = Some(Fitted {
+                        model: trial.clone(),
+                        kicks: kicks.clone(),
+                        estimated,
+                    });
+                    if settled {
+                        break;
+                    }
+                    share = 1.0;
+                }
+                None if best.is_none() => return Ok(None),
+                None => {
+                    share *= 0.3;
+                    if share < 0.02 {
+                        break;
+                    }
+                }
+            }
+            let Some(from) = &best else { break };
+            trial = from.model.clone();
+            for (place, free) in from.model.free.iter().enumerate() {
+                let moved = from.model.values[place] + share * from.estimated.beta[place];
+                trial.values[place] = moved.clamp(free.low, free.high);
+            }
+            kicks = from
+                .kicks
+                .iter()
+                .zip(&from.estimated.nuisances)
+                .map(|(old, new)| old + (new - old) * share)
+                .collect();
+        }
+        Ok(best)
+    }
+}
+
+impl Columns {
+    fn products(&self) -> Products {
+        let p = self.values.ncols();
+        let mut x = DMatrix::zeros(self.values.nrows(), p + 1);
+        x.columns_mut(0, p).copy_from(&self.values);
+        x.set_column(p, &self.residual);
+        Products::new(&self.nuisances, &x)
+    }
+}
+
+fn prior(model: &Model) -> Prior {
+    let p = model.free.len();
+    Prior {
+        precision: DVector::from_fn(p, |i, _| model.free[i].width.powi(-2)),
+        away: DVector::from_fn(p, |i, _| model.free[i].centre - model.values[i]),
+    }
+}
+
+fn settled(model: &Model, estimated: &Estimated) -> bool {
+    let Some(covariance) = estimated.information.clone().try_inverse() else {
+        return false;
+    };
+    model.free.iter().enumerate().all(|(i, free)| {
+        let to = (model.values[i] + estimated.beta[i]).clamp(free.low, free.high);
+        (to - model.values[i]).abs() < SETTLED * covariance[(i, i)].max(0.0).sqrt()
+    })
+}

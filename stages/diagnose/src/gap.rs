@@ -1,0 +1,111 @@
+//! The gap: stop errors in MuJoCo's world before and after, on strikes that took no part.
+
+use nalgebra::SVector;
+use rayon::prelude::*;
+use values::{Point, Rig, Strike};
+use world::{Simulator, World, WorldError};
+
+use crate::{
+    diagnosis::{Gap, Look},
+    fit::{Field, Fitted},
+    mixed::NUISANCES,
+    model::CLOCK,
+};
+
+/// A stop is the mean of about this many frames.
+const STOP_FRAMES: f64 = 10.0;
+
+/// Measured less simulated stops, in m; `None` where a strike does not rest in that world.
+pub(crate) fn stop_residuals(
+    rig: &Rig,
+    world: &World,
+    strikes: &[&Strike],
+) -> Result<Vec<Option<Point>>, WorldError> {
+    let simulator = Simulator::new(rig, world)?;
+    Ok(strikes
+        .par_iter()
+        .map_init(
+            || simulator.worker(),
+            |worker, strike| {
+                worker
+                    .strike(strike.initial, strike.command, &strike.conditions)
+                    .ok()
+                    .map(|simulated| strike.stop - simulated.stop)
+            },
+        )
+        .collect())
+}
+
+/// Root mean square, in m.
+fn rms(residuals: impl Iterator<Item = Point>) -> f64 {
+    let (mut sum, mut count) = (0.0, 0usize);
+    for r in residuals {
+        sum += r.dot(r);
+        count += 1;
+    }
+    (sum / count.max(1) as f64).sqrt()
+}
+
+/// What repeats of these strikes would scatter by: launch and camera as estimated with the best model, in m.
+pub(crate) fn noise_floor(field: &Field<'_>, fitted: &Fitted) -> Result<f64, WorldError> {
+    let model = &fitted.model;
+    let effects = model.effects(field.rig, &model.values)?;
+    let planar = field.planar(&model.values, &effects);
+    let spread = &fitted.estimated.spread;
+    let clock = model.values[CLOCK];
+    let none = SVector::<f64, NUISANCES>::zeros();
+    let variances: Vec<f64> = (0..field.strikes.len())
+        .filter_map(|i| {
+            let stop = field.frames(&planar, i, clock, &none)?.stop;
+            let mut variance = 2.0 * spread.camera.powi(2) / STOP_FRAMES;
+            for nuisance in [0, 1, 3, 4] {
+                let mut b = none;
+                b[nuisance] = spread.nuisance[nuisance];
+                let moved = field.frames(&planar, i, clock, &b)?.stop - stop;
+                variance += moved.dot(moved);
+            }
+            Some(variance)
+        })
+        .collect();
+    Ok((variances.iter().sum::<f64>() / variances.len().max(1) as f64).sqrt())
+}
+
+/// The gap over the held-out strikes.
+pub(crate) fn gap(before: &[Option<Point>], after: &[Option<Point>], noise_floor: f64) -> Gap {
+    let both: Vec<(Point, Point)> = before
+        .iter()
+        .zip(after)
+        .filter_map(|(b, a)| Some(((*b)?, (*a)?)))
+        .collect();
+    Gap {
+        heldout_strikes: both.len(),
+        before: rms(both.iter().map(|(b, _)| *b)),
+        after: rms(both.iter().map(|(_, a)| *a)),
+        noise_floor,
+        unit: "m".into(),
+        measure: "rms stop error".into(),
+    }
+}
+
+/// Each strike's residual along and across its path.
+pub(crate) fn looks(
+    strikes: &[(&Strike, bool)],
+    before: &[Option<Point>],
+    after: &[Option<Point>],
+) -> Vec<Look> {
+    strikes
+        .iter()
+        .zip(before.iter().zip(after))
+        .filter_map(|((strike, is_heldout), (before, after))| {
+            let path = strike.path();
+            let ahead = path * (1.0 / path.norm().max(1e-9));
+            let split = |r: Point| [r.dot(ahead), r.y * ahead.x - r.x * ahead.y];
+            Some(Look {
+                strike_id: strike.id.clone(),
+                is_heldout: *is_heldout,
+                before: split((*before)?),
+                after: split((*after)?),
+            })
+        })
+        .collect()
+}

@@ -1,0 +1,234 @@
+//! The linear mixed model of strikes: what a strike's residual is evidence of when its launch scatters.
+//!
+//! r = X·β + G·b + ε for each strike: β common to all, b ~ N(0, P) its own launch, clock and resting place, ε the camera's
+//! noise. All that is needed of a strike are the products of its columns, a few dozen numbers in place of its frames.
+//! Variances by expectation and maximisation (Laird and Ware 1982).
+
+use nalgebra::{DMatrix, DVector, SMatrix, SVector};
+
+/// Speed, angle, clock, resting x, resting y.
+pub(crate) const NUISANCES: usize = 5;
+
+type Small = SMatrix<f64, NUISANCES, NUISANCES>;
+
+/// Standard deviations of a strike's nuisances and of the camera.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Spread {
+    /// Relative speed, angle (rad), clock (s), resting x and y (m).
+    pub(crate) nuisance: [f64; NUISANCES],
+    /// Of a centroid's coordinate, in m.
+    pub(crate) camera: f64,
+}
+
+/// A resting place is the mean of about this many frames.
+const RESTING_FRAMES: f64 = 10.0;
+
+impl Spread {
+    /// Before anything is estimated.
+    pub(crate) fn initial(camera: f64, frame: f64) -> Self {
+        let rest = camera / RESTING_FRAMES.sqrt();
+        Self {
+            nuisance: [0.01, 0.01, 0.3 * frame, rest, rest],
+            camera,
+        }
+    }
+}
+
+/// The products of one strike's columns: those of β, then the residual.
+#[derive(Clone, Debug)]
+pub(crate) struct Products {
+    /// Gᵀ·G.
+    gg: Small,
+    /// Gᵀ·[X r].
+    gx: DMatrix<f64>,
+    /// [X r]ᵀ·[X r].
+    xx: DMatrix<f64>,
+    rows: f64,
+}
+
+impl Products {
+    /// `g`: a column for each nuisance; `x`: the columns of β, then the residual; rows are coordinates of frames.
+    pub(crate) fn new(g: &DMatrix<f64>, x: &DMatrix<f64>) -> Self {
+        let gram = g.tr_mul(g);
+        Self {
+            gg: Small::from_fn(|i, j| gram[(i, j)]),
+            gx: g.tr_mul(x),
+            xx: x.tr_mul(x),
+            rows: g.nrows() as f64,
+        }
+    }
+
+    /// C = (GᵀG + σ²P⁻¹)⁻¹, and the logarithm of Σ's determinant.
+    fn posterior(&self, spread: &Spread) -> (Small, f64) {
+        let variance = spread.camera * spread.camera;
+        let mut precision = self.gg;
+        let mut log_determinant = self.rows * variance.ln();
+        for (i, sd) in spread.nuisance.iter().enumerate() {
+            let square = (sd * sd).max(1e-18);
+            precision[(i, i)] += variance / square;
+            log_determinant += (square / variance).ln();
+        }
+        match precision.cholesky() {
+            Some(factor) => {
+                let root: f64 = factor.l_dirty().diagonal().iter().map(|d| d.ln()).sum();
+                (factor.inverse(), log_determinant + 2.0 * root)
+            }
+            None => (Small::zeros(), log_determinant),
+        }
+    }
+
+    /// [X r]ᵀ·Σ⁻¹·[X r].
+    fn weighed(&self, posterior: &Small, spread: &Spread) -> DMatrix<f64> {
+        let columns = self.gx.ncols();
+        let shrunk = posterior * self.gx.fixed_rows::<NUISANCES>(0);
+        let mut weighed = self.xx.clone();
+        for i in 0..columns {
+            for j in 0..columns {
+                let mut sum = 0.0;
+                for k in 0..NUISANCES {
+                    sum += self.gx[(k, i)] * shrunk[(k, j)];
+                }
+                weighed[(i, j)] -= sum;
+            }
+        }
+        weighed / (spread.camera * spread.camera)
+    }
+}
+
+/// A Gaussian on β, to keep what the data do not tell near where it was.
+#[derive(Clone, Debug)]
+pub(crate) struct Prior {
+    /// Precision of each.
+    pub(crate) precision: DVector<f64>,
+    /// Mean less the value about which the model is linear.
+    pub(crate) away: DVector<f64>,
+}
+
+/// What the strikes say.
+#[derive(Clone, Debug)]
+pub(crate) struct Estimated {
+    /// Change of the common parameters.
+    pub(crate) beta: DVector<f64>,
+    /// Inverse covariance of β, the prior's apart.
+    pub(crate) information: DMatrix<f64>,
+    pub(crate) spread: Spread,
+    /// Logarithm of the marginal likelihood at no change.
+    pub(crate) likelihood_here: f64,
+    /// Each strike's nuisances.
+    pub(crate) nuisances: Vec<SVector<f64, NUISANCES>>,
+}
+
+/// Iterations of expectation and maximisation at the most, and the change of a standard deviation at which it ends.
+const ITERATIONS: usize = 60;
+const SETTLED: f64 = 2e-3;
+
+/// β, the spreads and each strike's nuisances, from where `spread` stands. `None` where β is not determined.
+pub(crate) fn estimate(strikes: &[Products], prior: &Prior, start: &Spread) -> Option<Estimated> {
+    let p = prior.precision.len();
+    let mut spread = *start;
+    for iteration in 0..ITERATIONS {
+        let (information, score, square, log_determinant, posteriors) = sums(strikes, &spread, p);
+        let mut penalised = information.clone();
+        let mut pull = score.clone();
+        for i in 0..p {
+            penalised[(i, i)] += prior.precision[i];
+            pull[i] += prior.precision[i] * prior.away[i];
+        }
+        let beta = if p == 0 {
+            DVector::zeros(0)
+        } else {
+            penalised.cholesky()?.solve(&pull)
+        };
+        let nuisances: Vec<_> = strikes
+            .iter()
+            .zip(&posteriors)
+            .map(|(strike, posterior)| {
+                let mut left = SVector::<f64, NUISANCES>::zeros();
+                for k in 0..NUISANCES {
+                    left[k] = strike.gx[(k, p)]
+                        - (0..p).map(|i| strike.gx[(k, i)] * beta[i]).sum::<f64>();
+                }
+                posterior * left
+            })
+            .collect();
+        let next = maximise(strikes, &spread, &posteriors, &nuisances, &beta);
+        let change = (0..NUISANCES)
+            .map(|i| (next.nuisance[i] / spread.nuisance[i]).ln().abs())
+            .fold((next.camera / spread.camera).ln().abs(), f64::max);
+        if change < SETTLED || iteration + 1 == ITERATIONS {
+            return Some(Estimated {
+                likelihood_here: -0.5 * (log_determinant + square),
+                beta,
+                information,
+                spread,
+                nuisances,
+            });
+        }
+        spread = next;
+    }
+    None
+}
+
+type Sums = (DMatrix<f64>, DVector<f64>, f64, f64, Vec<Small>);
+
+/// XᵀΣ⁻¹X, XᵀΣ⁻¹r, rᵀΣ⁻¹r, ln det Σ over all strikes, and each strike's C.
+fn sums(strikes: &[Products], spread: &Spread, p: usize) -> Sums {
+    let mut all = DMatrix::zeros(p + 1, p + 1);
+    let mut log_determinant = 0.0;
+    let mut posteriors = Vec::with_capacity(strikes.len());
+    for strike in strikes {
+        let (posterior, determinant) = strike.posterior(spread);
+        all += strike.weighed(&posterior, spread);
+        log_determinant += determinant;
+        posteriors.push(posterior);
+    }
+    (
+        all.view((0, 0), (p, p)).into_owned(),
+        DVector::from_iterator(p, (0..p).map(|i| all[(i, p)])),
+        all[(p, p)],
+        log_determinant,
+        posteriors,
+    )
+}
+
+fn maximise(
+    strikes: &[Products],
+    spread: &Spread,
+    posteriors: &[Small],
+    nuisances: &[SVector<f64, NUISANCES>],
+    beta: &DVector<f64>,
+) -> Spread {
+    let n = strikes.len() as f64;
+    let p = beta.len();
+    let variance = spread.camera * spread.camera;
+    let mut next = *spread;
+    // The common launch, angle and clock were fitted to the same strikes.
+    for i in 0..3 {
+        let sum: f64 = nuisances
+            .iter()
+            .zip(posteriors)
+            .map(|(b, posterior)| b[i] * b[i] + variance * posterior[(i, i)])
+            .sum();
+        next.nuisance[i] = (sum / (n - 1.0).max(1.0)).sqrt().clamp(1e-6, 1.0);
+    }
+    let full = DVector::from_iterator(p + 1, beta.iter().map(|b| -b).chain([1.0]));
+    let (mut sum, mut rows) = (0.0, 0.0);
+    for ((strike, b), posterior) in strikes.iter().zip(nuisances).zip(posteriors) {
+        let residual = full.dot(&(&strike.xx * &full));
+        let cross = (&strike.gx * &full).fixed_rows::<NUISANCES>(0).dot(b);
+        let explained = b.dot(&(strike.gg * b));
+        sum += residual - 2.0 * cross + explained + variance * (posterior * strike.gg).trace();
+        rows += strike.rows;
+    }
+    next.camera = (sum / (rows - p as f64).max(1.0)).max(1e-14).sqrt();
+    for i in [3, 4] {
+        next.nuisance[i] = next.camera / RESTING_FRAMES.sqrt();
+    }
+    next
+}
+
+/// C of a strike whose nuisances have these columns.
+pub(crate) fn posterior(g: &DMatrix<f64>, spread: &Spread) -> DMatrix<f64> {
+    let (small, _) = Products::new(g, &DMatrix::zeros(g.nrows(), 0)).posterior(spread);
+    DMatrix::from_fn(NUISANCES, NUISANCES, |i, j| small[(i, j)])
+}

@@ -1,0 +1,161 @@
+//! A world in few numbers: friction, restitution, clock, and the free parameters of the effects added.
+
+use std::collections::BTreeMap;
+
+use values::Rig;
+use world::{
+    AddedEffect, Estimate, WorldError,
+    effects::{self, Effect, EffectParameter},
+};
+
+/// One number that a fit may change.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Free {
+    /// Which effect of the model, and its parameter; none for friction, restitution and clock.
+    pub(crate) of: Option<(usize, String)>,
+    /// Step of the finite differences.
+    pub(crate) step: f64,
+    /// Least and greatest value.
+    pub(crate) low: f64,
+    pub(crate) high: f64,
+    /// Where a weak prior is centred, and its standard deviation.
+    pub(crate) centre: f64,
+    pub(crate) width: f64,
+}
+
+/// Places of the numbers that every model has.
+pub(crate) const FRICTION: usize = 0;
+pub(crate) const RESTITUTION: usize = 1;
+pub(crate) const CLOCK: usize = 2;
+
+/// An effect in a model: some parameters free, the others fixed.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Part {
+    pub(crate) name: &'static str,
+    /// All of its parameters that are not neutral, by name; those that are free here start here.
+    pub(crate) parameters: BTreeMap<String, f64>,
+    /// Names of the free ones.
+    pub(crate) free: Vec<String>,
+}
+
+/// A world with effects, and what of it is free.
+#[derive(Clone, Debug)]
+pub(crate) struct Model {
+    pub(crate) parts: Vec<Part>,
+    pub(crate) free: Vec<Free>,
+    /// Friction, factor on restitution, clock (s), then the free parameters of the parts in order.
+    pub(crate) values: Vec<f64>,
+}
+
+/// How many scales wide the prior of an effect's parameter is: wide enough to move no estimate that the data tell.
+const PRIOR: f64 = 20.0;
+/// Steps of finite differences, as a share of a parameter's scale.
+const STEP: f64 = 0.05;
+
+impl Model {
+    /// No effect: friction as given, restitution as the launches have it, the clock late by half a frame.
+    pub(crate) fn plain(friction: f64, frame: f64) -> Self {
+        let base = |step, low, high, centre, width| Free {
+            of: None,
+            step,
+            low,
+            high,
+            centre,
+            width,
+        };
+        Self {
+            parts: Vec::new(),
+            free: vec![
+                base(
+                    0.01 * friction,
+                    0.2 * friction,
+                    5.0 * friction,
+                    friction,
+                    10.0,
+                ),
+                base(0.02, 0.05, 3.0, 1.0, 10.0),
+                base(0.05 * frame, -2.0 * frame, 3.0 * frame, 0.5 * frame, 10.0),
+            ],
+            values: vec![friction, 1.0, 0.5 * frame],
+        }
+    }
+
+    /// The same with one effect more.
+    pub(crate) fn with(&self, part: Part) -> Self {
+        let mut model = self.clone();
+        let place = model.parts.len();
+        for name in &part.free {
+            let spec = specification(part.name, name);
+            let value = part.parameters.get(name).copied().unwrap_or(spec.neutral);
+            model.free.push(Free {
+                of: Some((place, name.clone())),
+                step: STEP * spec.scale,
+                low: spec.low,
+                high: spec.high,
+                centre: value,
+                width: PRIOR * spec.scale,
+            });
+            model.values.push(value.clamp(spec.low, spec.high));
+        }
+        model.parts.push(part);
+        model
+    }
+
+    /// The same without one of its effects.
+    pub(crate) fn without(&self, place: usize) -> Self {
+        let mut model = Self {
+            parts: Vec::new(),
+            free: self.free[..=CLOCK].to_vec(),
+            values: self.values[..=CLOCK].to_vec(),
+        };
+        for (i, part) in self.fitted_parts(&self.values).into_iter().enumerate() {
+            if i != place {
+                model = model.with(part);
+            }
+        }
+        model
+    }
+
+    /// The parts with the free parameters at these values.
+    pub(crate) fn fitted_parts(&self, values: &[f64]) -> Vec<Part> {
+        let mut parts = self.parts.clone();
+        for (free, value) in self.free.iter().zip(values) {
+            if let Some((place, name)) = &free.of {
+                parts[*place].parameters.insert(name.clone(), *value);
+            }
+        }
+        parts
+    }
+
+    /// The effects at these values.
+    pub(crate) fn effects(
+        &self,
+        rig: &Rig,
+        values: &[f64],
+    ) -> Result<Vec<Box<dyn Effect>>, WorldError> {
+        self.fitted_parts(values)
+            .iter()
+            .map(|part| effects::build(&added(part), rig))
+            .collect()
+    }
+}
+
+/// As an effect of `world.toml`, without intervals.
+pub(crate) fn added(part: &Part) -> AddedEffect {
+    AddedEffect {
+        name: part.name.into(),
+        parameters: part
+            .parameters
+            .iter()
+            .map(|(name, value)| (name.clone(), Estimate::fixed(*value)))
+            .collect(),
+    }
+}
+
+/// Specification of an effect's parameter.
+pub(crate) fn specification(effect: &str, parameter: &str) -> EffectParameter {
+    effects::effect(effect)
+        .ok()
+        .and_then(|spec| spec.parameter(parameter).copied())
+        .expect("a candidate names an effect and a parameter of the library")
+}

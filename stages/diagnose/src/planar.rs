@@ -1,0 +1,244 @@
+//! The slide without contacts: planar motion under friction, integrated in long steps.
+//!
+//! The same world as MuJoCo's, a hundred times faster: from where the tip lets go the object is one planar body whose friction
+//! lies on an ellipsoidal limit surface (Howe and Cutkosky 1996), which MuJoCo's steps approach as well. The effects act
+//! through the same functions in both. What is found here is fitted and judged in MuJoCo afterwards.
+
+use values::{Command, Conditions, Point, Rig, Shape, Strike};
+use world::effects::{self, Effect, Slide};
+
+use crate::launch::{Blow, Launch};
+
+const GRAVITY: f64 = 9.81;
+/// Length of a step in s; the slide is smooth, and four evaluations a step follow it to a hundredth of a millimetre.
+const STEP: f64 = 0.010;
+/// No slide lasts longer, in s.
+const LONGEST: f64 = 20.0;
+
+/// A world in planar form.
+pub(crate) struct Planar<'a> {
+    /// Friction between object and table.
+    pub(crate) friction: f64,
+    /// Factor on the restitution that the launches were simulated with.
+    pub(crate) restitution: f64,
+    /// Length in m at which turning counts as sliding.
+    pub(crate) ratio: f64,
+    /// Square of the radius of gyration, in m².
+    pub(crate) gyration: f64,
+    pub(crate) effects: &'a [Box<dyn Effect>],
+    /// A small push beside the effects, to see what would follow from it.
+    pub(crate) push: Option<&'a Push<'a>>,
+}
+
+/// Acceleration in m/s² by seconds since touch, position (m) and velocity (m/s).
+pub(crate) type Push<'a> = dyn Fn(f64, Point, Point) -> Point + Sync + 'a;
+
+/// How one strike differs from what was commanded and measured.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Kick {
+    /// Relative speed.
+    pub(crate) speed: f64,
+    /// Angle in rad.
+    pub(crate) angle: f64,
+    /// Seconds from touch to the track's zero.
+    pub(crate) delay: f64,
+    /// Error of the resting place, in m.
+    pub(crate) rest: Point,
+}
+
+/// A strike's frames as simulated.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Frames {
+    /// Seen centroids, in m.
+    pub(crate) at: Vec<Point>,
+    /// Their rates of change, in m/s.
+    pub(crate) rate: Vec<Point>,
+    /// Where it is seen at rest, in m.
+    pub(crate) stop: Point,
+}
+
+/// Square of the radius of gyration about the vertical, in m².
+pub(crate) fn gyration(rig: &Rig) -> f64 {
+    match rig.object.shape {
+        Shape::Box => {
+            let [x, y, _] = rig.object.half_size.unwrap_or_default();
+            (x * x + y * y) / 3.0
+        }
+        Shape::Cylinder | Shape::Sphere => 0.5 * rig.object.radius.unwrap_or(0.0).powi(2),
+    }
+}
+
+#[derive(Clone, Copy)]
+struct Body {
+    position: Point,
+    velocity: Point,
+    spin: f64,
+}
+
+#[derive(Clone, Copy)]
+struct Rate {
+    velocity: Point,
+    acceleration: Point,
+    turning: f64,
+}
+
+impl Body {
+    fn along(self, rate: &Rate, t: f64) -> Self {
+        Self {
+            position: self.position + rate.velocity * t,
+            velocity: self.velocity + rate.acceleration * t,
+            spin: self.spin + rate.turning * t,
+        }
+    }
+}
+
+impl Planar<'_> {
+    fn observe(&self, point: Point) -> Point {
+        effects::observe(self.effects, point)
+    }
+
+    fn rate(&self, t: f64, body: &Body, conditions: &Conditions) -> Rate {
+        let mut slide = Slide {
+            position: body.position,
+            velocity: body.velocity,
+            dry: self.friction * GRAVITY,
+            conditions,
+        };
+        slide.dry *= self
+            .effects
+            .iter()
+            .map(|effect| effect.friction_factor(&slide))
+            .product::<f64>();
+        let mut acceleration = self
+            .effects
+            .iter()
+            .fold(Point::default(), |sum, effect| {
+                sum + effect.acceleration(&slide)
+            });
+        if let Some(push) = self.push {
+            acceleration = acceleration + push(t, body.position, body.velocity);
+        }
+        let slip = body.velocity.norm().hypot(self.ratio * body.spin).max(1e-9);
+        let pull = -slide.dry / slip;
+        Rate {
+            velocity: body.velocity,
+            acceleration: acceleration + body.velocity * pull,
+            turning: pull * body.spin * self.ratio * self.ratio / self.gyration,
+        }
+    }
+
+    fn step(&self, t: f64, body: &Body, first: &Rate, conditions: &Conditions) -> Body {
+        let second = self.rate(t + 0.5 * STEP, &body.along(first, 0.5 * STEP), conditions);
+        let third = self.rate(t + 0.5 * STEP, &body.along(&second, 0.5 * STEP), conditions);
+        let fourth = self.rate(t + STEP, &body.along(&third, STEP), conditions);
+        let sixth = STEP / 6.0;
+        let sum = |a: Point, b: Point, c: Point, d: Point| a + (b + c) * 2.0 + d;
+        Body {
+            position: body.position
+                + sum(
+                    first.velocity,
+                    second.velocity,
+                    third.velocity,
+                    fourth.velocity,
+                ) * sixth,
+            velocity: body.velocity
+                + sum(
+                    first.acceleration,
+                    second.acceleration,
+                    third.acceleration,
+                    fourth.acceleration,
+                ) * sixth,
+            spin: body.spin
+                + (first.turning + 2.0 * (second.turning + third.turning) + fourth.turning) * sixth,
+        }
+    }
+
+    /// One strike, seen at its own frames; `None` where it does not rest within 20 s.
+    pub(crate) fn strike(&self, strike: &Strike, launch: &Launch, kick: &Kick) -> Option<Frames> {
+        let told = self
+            .effects
+            .iter()
+            .fold(strike.command, |command, effect| effect.deliver(command));
+        let delivered = Command {
+            speed: told.speed * (1.0 + kick.speed),
+            angle: told.angle + kick.angle,
+        };
+        let blow = Blow {
+            command: delivered,
+            tip_offset: self.effects.iter().map(|e| e.tip_offset()).sum(),
+            restitution: self.restitution
+                * self
+                    .effects
+                    .iter()
+                    .map(|e| e.restitution_factor(delivered.speed))
+                    .product::<f64>(),
+        };
+        let release = launch.release(&blow);
+        let origin = effects::unobserve(self.effects, strike.initial + kick.rest);
+        let mut body = Body {
+            position: origin + release.position,
+            velocity: release.velocity,
+            spin: release.spin,
+        };
+        let mut seen = Frames::default();
+        let mut t = release.time;
+        let times = &strike.track.t;
+        let mut frame = 0;
+        // Frames before the release lie on the way there.
+        while frame < times.len() && times[frame] + kick.delay < t {
+            let share = (times[frame] + kick.delay).max(0.0) / t;
+            let at = origin + release.position * (share * share);
+            seen.push(self.observe(at), release.position * (2.0 * share / t));
+            frame += 1;
+        }
+        let conditions = &strike.conditions;
+        loop {
+            let rate = self.rate(t, &body, conditions);
+            let speed = body.velocity.norm();
+            let slowing = -rate.acceleration.dot(body.velocity) / speed.max(1e-12);
+            if slowing > 0.0 && speed <= slowing * STEP {
+                // The last step ends at rest.
+                let left = speed / slowing;
+                let stop = body.position + body.velocity * (0.5 * left);
+                while frame < times.len() {
+                    let into = (times[frame] + kick.delay - t).min(left);
+                    let at = body.position
+                        + body.velocity * (into - 0.5 * into * into / left.max(1e-12));
+                    let still = 1.0 - into / left.max(1e-12);
+                    seen.push(self.observe(at), body.velocity * still);
+                    frame += 1;
+                }
+                seen.stop = self.observe(stop);
+                return Some(seen);
+            }
+            if t > LONGEST || !speed.is_finite() {
+                return None;
+            }
+            let next = self.step(t, &body, &rate, conditions);
+            while frame < times.len() && times[frame] + kick.delay < t + STEP {
+                let s = (times[frame] + kick.delay - t) / STEP;
+                let (at, velocity) = hermite(&body, &next, s);
+                seen.push(self.observe(at), velocity);
+                frame += 1;
+            }
+            body = next;
+            t += STEP;
+        }
+    }
+}
+
+impl Frames {
+    fn push(&mut self, at: Point, rate: Point) {
+        self.at.push(at);
+        self.rate.push(rate);
+    }
+}
+
+/// Position and velocity a share `s` of a step from `a` to `b`.
+fn hermite(a: &Body, b: &Body, s: f64) -> (Point, Point) {
+    let (s2, s3) = (s * s, s * s * s);
+    let at = a.position * (2.0 * s3 - 3.0 * s2 + 1.0)
+        + b.position * (3.0 * s2 - 2.0 * s3)
+        + (a.velocity * (s3 - 2.0 * s2 + s) + b.velocity * (s3 - s2)) * STEP;
+    (at, a.velocity * (1.0 - s) + b.velocity * s)
+}

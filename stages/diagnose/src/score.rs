@@ -1,0 +1,214 @@
+//! Score tests: how much a small change would explain of what a fitted model leaves.
+//!
+//! At a fitted model a column c (the derivative of every track by some strength) gains S/2 of log-likelihood, S = u²/V, with
+//! u = cᵀΣ⁻¹r and V what is left of cᵀΣ⁻¹c beside the model's own columns. The same columns seen through residuals drawn from
+//! the fitted model tell what is gained by chance.
+
+use nalgebra::{DMatrix, DVector};
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+use rayon::prelude::*;
+use world::WorldError;
+
+use crate::{
+    fit::{Columns, Field, Fitted, stack},
+    mixed::{NUISANCES, posterior},
+    model::CLOCK,
+    planar::Planar,
+};
+
+/// A column of which less than this share is left beside the model's own differs from them by rounding.
+const APART: f64 = 1e-6;
+
+/// One strike at a fitted model.
+struct At {
+    columns: Columns,
+    frames: DVector<f64>,
+    /// Σ⁻¹·[X, r, replicates].
+    weighed: DMatrix<f64>,
+    /// C/σ² and 1/σ².
+    posterior: DMatrix<f64>,
+    precision: f64,
+}
+
+/// A fitted model, ready to be asked.
+pub(crate) struct Asked<'f, 'a> {
+    field: &'f Field<'a>,
+    fitted: &'f Fitted,
+    strikes: Vec<At>,
+    /// (XᵀΣ⁻¹X)⁻¹.
+    inverse: DMatrix<f64>,
+    /// XᵀΣ⁻¹·[r, replicates].
+    scores: DMatrix<f64>,
+}
+
+/// What a bundle of columns says.
+#[derive(Clone, Debug)]
+pub(crate) struct Score {
+    /// Gain in log-likelihood, S/2.
+    pub(crate) gain: f64,
+    /// Best coefficient of each column.
+    pub(crate) coefficients: Vec<f64>,
+    /// Standard error of the first column's coefficient.
+    pub(crate) error: f64,
+    /// The gain in each replicate.
+    pub(crate) by_chance: Vec<f64>,
+}
+
+/// Score u and information V of columns, the model's own projected off.
+pub(crate) struct Told {
+    pub(crate) information: DMatrix<f64>,
+    /// What each column's information would be alone.
+    alone: Vec<f64>,
+    /// One column for the residual, then one for each replicate.
+    pub(crate) scores: DMatrix<f64>,
+}
+
+impl<'f, 'a> Asked<'f, 'a> {
+    /// Prepares a fitted model, with this many replicates drawn from it.
+    pub(crate) fn new(
+        field: &'f Field<'a>,
+        fitted: &'f Fitted,
+        replicates: usize,
+        seed: u64,
+    ) -> Result<Option<Self>, WorldError> {
+        let spread = &fitted.estimated.spread;
+        let Some(columns) = field.columns(&fitted.model, &fitted.kicks)? else {
+            return Ok(None);
+        };
+        let p = fitted.model.free.len();
+        let strikes: Vec<At> = columns
+            .into_par_iter()
+            .enumerate()
+            .map(|(i, columns)| {
+                let g = &columns.nuisances;
+                let rows = g.nrows();
+                let mut random = ChaCha8Rng::seed_from_u64(seed);
+                random.set_stream(i as u64);
+                let mut all = DMatrix::zeros(rows, p + 1 + replicates);
+                all.columns_mut(0, p).copy_from(&columns.values);
+                all.set_column(p, &columns.residual);
+                let mut normal = || -> f64 { StandardNormal.sample(&mut random) };
+                for replicate in 0..replicates {
+                    let b = DVector::from_fn(NUISANCES, |k, _| spread.nuisance[k] * normal());
+                    let noise = DVector::from_fn(rows, |_, _| spread.camera * normal());
+                    all.set_column(p + 1 + replicate, &(g * b + noise));
+                }
+                let precision = spread.camera.powi(-2);
+                let posterior = posterior(g, spread) * precision;
+                let weighed = &all * precision - g * (&posterior * g.tr_mul(&all));
+                At {
+                    frames: field.simulated(i, &columns, &fitted.kicks[i]),
+                    columns,
+                    weighed,
+                    posterior,
+                    precision,
+                }
+            })
+            .collect();
+        let mut information = DMatrix::zeros(p, p + 1 + replicates);
+        for at in &strikes {
+            information += at.columns.values.tr_mul(&at.weighed);
+        }
+        let Some(inverse) = information.columns(0, p).into_owned().try_inverse() else {
+            return Ok(None);
+        };
+        Ok(Some(Self {
+            field,
+            fitted,
+            strikes,
+            inverse,
+            scores: information.columns(p, 1 + replicates).into_owned(),
+        }))
+    }
+
+    /// Columns as the difference that worlds beside the fitted one make, per unit of each step; a world acts on a strike only
+    /// where `touches` says so. `None` where a strike does not come to rest.
+    pub(crate) fn differences(
+        &self,
+        worlds: &[(Planar<'_>, f64)],
+        touches: &(dyn Fn(usize, usize) -> bool + Sync),
+    ) -> Option<Told> {
+        self.tell(worlds.len(), &|i, at| {
+            let clock = self.fitted.model.values[CLOCK];
+            let mut columns: Option<DMatrix<f64>> = None;
+            for (k, (planar, step)) in worlds.iter().enumerate() {
+                if !touches(k, i) {
+                    continue;
+                }
+                let frames = self.field.frames(planar, i, clock, &self.fitted.kicks[i])?;
+                let column = (stack(&frames.at) - &at.frames) / *step;
+                columns
+                    .get_or_insert_with(|| DMatrix::zeros(column.len(), worlds.len()))
+                    .set_column(k, &column);
+            }
+            Some(columns)
+        })
+    }
+
+    /// Columns as multiples of a strike's nuisances: `factors(strike)` has a row for each nuisance, a column for each column.
+    pub(crate) fn launches(
+        &self,
+        count: usize,
+        factors: &(dyn Fn(usize) -> DMatrix<f64> + Sync),
+    ) -> Option<Told> {
+        self.tell(count, &|i, at| {
+            Some(Some(&at.columns.nuisances * factors(i)))
+        })
+    }
+
+    fn tell(
+        &self,
+        count: usize,
+        columns: &(dyn Fn(usize, &At) -> Option<Option<DMatrix<f64>>> + Sync),
+    ) -> Option<Told> {
+        let p = self.inverse.nrows();
+        let mut own = DMatrix::zeros(count, count);
+        let mut cross = DMatrix::zeros(count, self.strikes[0].weighed.ncols());
+        let parts: Vec<_> = self
+            .strikes
+            .par_iter()
+            .enumerate()
+            .map(|(i, at)| {
+                Some(columns(i, at)?.map(|c| {
+                    let projected = at.columns.nuisances.tr_mul(&c);
+                    let own = c.tr_mul(&c) * at.precision
+                        - projected.tr_mul(&(&at.posterior * &projected));
+                    (own, c.tr_mul(&at.weighed))
+                }))
+            })
+            .collect::<Option<_>>()?;
+        for (mine, with) in parts.into_iter().flatten() {
+            own += mine;
+            cross += with;
+        }
+        let beside = cross.columns(0, p) * &self.inverse;
+        Some(Told {
+            alone: own.diagonal().iter().copied().collect(),
+            information: own - &beside * cross.columns(0, p).transpose(),
+            scores: cross.columns(p, cross.ncols() - p) - beside * &self.scores,
+        })
+    }
+}
+
+impl Told {
+    /// The joint score; `None` where the model's own columns leave nothing of these.
+    pub(crate) fn score(&self) -> Option<Score> {
+        let count = self.information.nrows();
+        if (0..count).any(|i| self.information[(i, i)] < APART * self.alone[i]) {
+            return None;
+        }
+        let factor = self.information.clone().cholesky()?;
+        let solved = factor.solve(&self.scores);
+        let gains: Vec<f64> = (0..self.scores.ncols())
+            .map(|k| 0.5 * self.scores.column(k).dot(&solved.column(k)))
+            .collect();
+        Some(Score {
+            gain: gains[0],
+            error: factor.inverse()[(0, 0)].max(0.0).sqrt(),
+            coefficients: solved.column(0).iter().copied().collect(),
+            by_chance: gains[1..].to_vec(),
+        })
+    }
+}

@@ -1,0 +1,206 @@
+//! Which effects: forward by evidence, replaced and dropped again where that is better.
+
+use rayon::prelude::*;
+use world::WorldError;
+
+use crate::{
+    candidates::Candidate,
+    fit::{Field, Fitted},
+    model::Part,
+    screen::{Chance, Screened, screen},
+};
+
+/// Candidates that are fitted at each step, the best by their scores, and starts of each.
+const FITTED: usize = 5;
+const STARTS: usize = 2;
+/// Gain of the score below this share of the best one's is not worth a fit.
+const HOPELESS: f64 = 0.25;
+/// A candidate whose evidence is less than this short of the best one's is not excluded: odds of a hundred to one.
+pub(crate) const EXCLUDED: f64 = 4.6;
+
+/// A model beside what it gains.
+#[derive(Clone, Debug)]
+pub(crate) struct Step {
+    pub(crate) fitted: Fitted,
+    pub(crate) name: &'static str,
+    /// Gain in log-likelihood less what the candidate would gain by chance.
+    pub(crate) evidence: f64,
+}
+
+/// The candidates worth a fit, each fitted beside a model; the best first.
+pub(crate) fn fit_best(
+    field: &Field<'_>,
+    from: &Fitted,
+    screened: &[Screened],
+    chance: &Chance,
+) -> Result<Vec<Step>, WorldError> {
+    let mut order: Vec<&Screened> = screened.iter().collect();
+    order.sort_by(|a, b| (b.gain - chance[b.name]).total_cmp(&(a.gain - chance[a.name])));
+    let Some(best) = order.first() else {
+        return Ok(Vec::new());
+    };
+    let least = HOPELESS * best.gain;
+    let tried: Vec<(&'static str, &Part)> = order
+        .iter()
+        .take(FITTED)
+        .filter(|s| s.gain >= least)
+        .flat_map(|s| s.starts.iter().take(STARTS).map(|(part, _)| (s.name, part)))
+        .collect();
+    let fits: Vec<Option<Step>> = tried
+        .par_iter()
+        .map(|(name, part)| {
+            let model = from.model.with((*part).clone());
+            let fitted = field.fit(&model, &from.estimated.spread, &from.kicks)?;
+            Ok(fitted.map(|fitted| Step {
+                evidence: fitted.likelihood() - from.likelihood() - chance[name],
+                name,
+                fitted,
+            }))
+        })
+        .collect::<Result<_, WorldError>>()?;
+    let mut steps: Vec<Step> = Vec::new();
+    for step in fits.into_iter().flatten() {
+        match steps.iter_mut().find(|other| other.name == step.name) {
+            Some(other) if other.evidence >= step.evidence => {}
+            Some(other) => *other = step,
+            None => steps.push(step),
+        }
+    }
+    steps.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
+    Ok(steps)
+}
+
+/// What a search ends with.
+pub(crate) struct Searched {
+    pub(crate) fitted: Fitted,
+    /// For each of the model's effects, its evidence beside the others, and who could stand in its place.
+    pub(crate) standing: Vec<Standing>,
+}
+
+/// How firmly an effect stands.
+#[derive(Clone, Debug)]
+pub(crate) struct Standing {
+    pub(crate) name: &'static str,
+    pub(crate) evidence: f64,
+    pub(crate) equivalent: Vec<&'static str>,
+    /// The best model with another effect in its place.
+    pub(crate) rival: Option<Step>,
+}
+
+/// Adds effects while each brings more than chance, then asks of each whether another could stand in its place.
+pub(crate) fn search(
+    field: &Field<'_>,
+    null: &Fitted,
+    first: &[Screened],
+    candidates: &[Candidate],
+    chance: &Chance,
+    most: usize,
+) -> Result<Searched, WorldError> {
+    let mut fitted = null.clone();
+    let mut screened = first.to_vec();
+    while fitted.model.parts.len() < most {
+        let Some(step) = fit_best(field, &fitted, &screened, chance)?
+            .into_iter()
+            .next()
+            .filter(|step| step.evidence > 0.0)
+        else {
+            break;
+        };
+        fitted = step.fitted;
+        if fitted.model.parts.len() > 1 {
+            fitted = improve(field, fitted, candidates, chance)?;
+        }
+        screened = screen(field, &fitted, candidates, 0, 0)?;
+    }
+    let standing = standing(field, &fitted, candidates, chance)?;
+    Ok(Searched { fitted, standing })
+}
+
+/// Replaces or drops an effect where that is better, until nothing is.
+fn improve(
+    field: &Field<'_>,
+    mut fitted: Fitted,
+    candidates: &[Candidate],
+    chance: &Chance,
+) -> Result<Fitted, WorldError> {
+    for _ in 0..fitted.model.parts.len() {
+        let mut better: Option<Fitted> = None;
+        for place in 0..fitted.model.parts.len() {
+            let name = fitted.model.parts[place].name;
+            let Some((reduced, steps)) = beside(field, &fitted, place, candidates, chance)? else {
+                continue;
+            };
+            let evidence = fitted.likelihood() - reduced.likelihood() - chance[name];
+            if evidence < 0.0 {
+                better = Some(reduced);
+                break;
+            }
+            if let Some(step) = steps
+                .into_iter()
+                .next()
+                .filter(|s| s.evidence > evidence + 0.5)
+            {
+                better = Some(step.fitted);
+                break;
+            }
+        }
+        match better {
+            Some(model) => fitted = model,
+            None => break,
+        }
+    }
+    Ok(fitted)
+}
+
+/// The model without one of its effects, and the others that could stand in its place, fitted.
+fn beside(
+    field: &Field<'_>,
+    fitted: &Fitted,
+    place: usize,
+    candidates: &[Candidate],
+    chance: &Chance,
+) -> Result<Option<(Fitted, Vec<Step>)>, WorldError> {
+    let model = fitted.model.without(place);
+    let Some(reduced) = field.fit(&model, &fitted.estimated.spread, &fitted.kicks)? else {
+        return Ok(None);
+    };
+    let name = fitted.model.parts[place].name;
+    let screened: Vec<Screened> = screen(field, &reduced, candidates, 0, 0)?
+        .into_iter()
+        .filter(|s| s.name != name)
+        .collect();
+    let steps = fit_best(field, &reduced, &screened, chance)?;
+    Ok(Some((reduced, steps)))
+}
+
+fn standing(
+    field: &Field<'_>,
+    fitted: &Fitted,
+    candidates: &[Candidate],
+    chance: &Chance,
+) -> Result<Vec<Standing>, WorldError> {
+    (0..fitted.model.parts.len())
+        .map(|place| {
+            let name = fitted.model.parts[place].name;
+            let Some((reduced, steps)) = beside(field, fitted, place, candidates, chance)? else {
+                return Ok(Standing {
+                    name,
+                    evidence: f64::INFINITY,
+                    equivalent: Vec::new(),
+                    rival: None,
+                });
+            };
+            let evidence = fitted.likelihood() - reduced.likelihood() - chance[name];
+            Ok(Standing {
+                name,
+                evidence,
+                equivalent: steps
+                    .iter()
+                    .filter(|step| step.evidence > evidence - EXCLUDED)
+                    .map(|step| step.name)
+                    .collect(),
+                rival: steps.into_iter().next(),
+            })
+        })
+        .collect()
+}

@@ -1,0 +1,148 @@
+//! Which sets of strikes are made.
+
+use serde::{Deserialize, Serialize};
+
+/// What a set is for.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Kind {
+    /// One effect of the contract.
+    Single,
+    /// Two of them.
+    Pair,
+    /// Nothing hidden.
+    Control,
+    /// An effect that no candidate has.
+    Foreign,
+}
+
+/// One set of strikes.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Case {
+    /// Says all of it; the key by which a run resumes.
+    pub id: String,
+    /// What it is for.
+    pub kind: Kind,
+    /// What is hidden, by name.
+    pub hidden: Vec<String>,
+    /// Root-mean-square shift of the stops that each effect makes, in units of the rig's noise floor.
+    pub magnitude: f64,
+    /// How many strikes.
+    pub strikes: usize,
+    /// Where everything random comes from.
+    pub seed: u64,
+    /// `plain`, `noise` (a camera three times as noisy), `dropped` (every tenth frame lost), `start` (friction believed to be
+    /// twice or half as high) or `textbook` (the effect in the library's own form, to see what intervals cover).
+    pub variant: String,
+}
+
+/// The contract's effects.
+pub const EFFECTS: [&str; 15] = [
+    "viscous_drag",
+    "quadratic_drag",
+    "speed_weakening_friction",
+    "anisotropic_friction",
+    "friction_patch",
+    "friction_drift",
+    "friction_by_session",
+    "table_tilt",
+    "table_bowl",
+    "striker_speed_error",
+    "striker_angle_bias",
+    "speed_dependent_restitution",
+    "off_centre_contact",
+    "camera_rotation",
+    "camera_distortion",
+];
+
+/// Effects that no candidate has.
+pub const FOREIGN: [&str; 3] = ["air_jet", "sticky_line", "vibration"];
+
+/// Effects that are the same by construction, or nearly so (contract, section 5): a pair of one class is one effect.
+pub const CLASSES: [&[&str]; 2] = [
+    &["striker_angle_bias", "camera_rotation", "off_centre_contact"],
+    &["striker_speed_error", "speed_dependent_restitution"],
+];
+
+/// Magnitudes in units of the noise floor.
+pub const MAGNITUDES: [f64; 4] = [0.5, 1.0, 2.0, 4.0];
+/// Numbers of strikes.
+pub const STRIKES: [usize; 2] = [40, 120];
+
+fn case(kind: Kind, hidden: &[&str], magnitude: f64, strikes: usize, seed: u64, variant: &str) -> Case {
+    let name = match kind {
+        Kind::Control => "nothing".into(),
+        _ => hidden.join("+"),
+    };
+    Case {
+        id: format!("{name}-x{magnitude}-n{strikes}-{variant}-s{seed}"),
+        kind,
+        hidden: hidden.iter().map(|h| h.to_string()).collect(),
+        magnitude,
+        strikes,
+        seed,
+        variant: variant.into(),
+    }
+}
+
+/// All sets of the benchmark; `seeds` for each combination, and seeds from `first` on.
+pub fn cases(seeds: u64, first: u64) -> Vec<Case> {
+    let mut all = Vec::new();
+    for variant in ["plain", "plain", "noise", "dropped", "start"] {
+        for strikes in STRIKES {
+            for _ in 0..10 * seeds {
+                let seed = first + all.len() as u64;
+                all.push(case(Kind::Control, &[], 0.0, strikes, seed, variant));
+            }
+        }
+    }
+    for (place, effect) in EFFECTS.iter().enumerate() {
+        for magnitude in MAGNITUDES {
+            for strikes in STRIKES {
+                for seed in 0..seeds {
+                    let variant = if seed % 2 == 0 { "plain" } else { "textbook" };
+                    let seed = first + seed + 100 * place as u64;
+                    all.push(case(Kind::Single, &[effect], magnitude, strikes, seed, variant));
+                }
+            }
+        }
+    }
+    for effect in FOREIGN {
+        for magnitude in [2.0, 4.0] {
+            for strikes in STRIKES {
+                for seed in 0..2 * seeds {
+                    all.push(case(Kind::Foreign, &[effect], magnitude, strikes, first + seed, "plain"));
+                }
+            }
+        }
+    }
+    // Every effect meets others, never one of its own class.
+    for step in 1..=seeds as usize {
+        for (i, one) in EFFECTS.iter().enumerate() {
+            let other = EFFECTS[(i + 3 * step + 1) % EFFECTS.len()];
+            let is_one_class = CLASSES
+                .iter()
+                .any(|class| class.contains(one) && class.contains(&other));
+            if !is_one_class && *one != other {
+                let seed = first + 10 * step as u64 + i as u64;
+                all.push(case(Kind::Pair, &[one, other], 2.0, 120, seed, "plain"));
+            }
+        }
+    }
+    all
+}
+
+/// The few sets that every test run makes: on other seeds than the benchmark's.
+pub fn slice() -> Vec<Case> {
+    let first = 9_000;
+    vec![
+        case(Kind::Control, &[], 0.0, 40, first, "plain"),
+        case(Kind::Control, &[], 0.0, 120, first + 1, "noise"),
+        case(Kind::Single, &["table_tilt"], 2.0, 40, first + 2, "plain"),
+        case(Kind::Single, &["friction_patch"], 4.0, 120, first + 3, "plain"),
+        case(Kind::Single, &["speed_weakening_friction"], 2.0, 120, first + 4, "plain"),
+        case(Kind::Single, &["camera_distortion"], 2.0, 120, first + 5, "plain"),
+        case(Kind::Foreign, &["vibration"], 4.0, 120, first + 6, "plain"),
+        case(Kind::Pair, &["table_tilt", "viscous_drag"], 2.0, 120, first + 7, "plain"),
+    ]
+}
