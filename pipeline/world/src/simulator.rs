@@ -16,6 +16,8 @@ use crate::{
 const GRAVITY: f64 = 9.81;
 /// A contact cannot restore less than this by its damper; below, the tip is slowed instead, to the same release speed.
 const LEAST_CONTACT_RESTITUTION: f64 = 0.2;
+/// How long the tip holds its speed after touch, in contact times.
+const HELD: f64 = 2.0;
 /// No slide lasts longer, in s.
 const LONGEST_SLIDE: f64 = 20.0;
 /// Below this speed, in m/s, MuJoCo's soft friction lets the object creep: the rest of the slide, a tenth of a millimetre,
@@ -303,6 +305,7 @@ impl Worker<'_> {
         Some(TipMotion {
             profile,
             t: 0.5 * sim.steps.contact,
+            held: HELD * sim.contact_time,
             has_parted: false,
         })
     }
@@ -345,18 +348,27 @@ pub(crate) struct TipMotion {
     profile: Profile,
     /// Seconds since touch.
     pub(crate) t: f64,
+    /// Seconds since touch until it brakes.
+    held: f64,
     /// Whether tip and object have been apart.
     has_parted: bool,
 }
 
 impl TipMotion {
+    /// The arm's brake does not bite within a contact of a millisecond or two: the tip holds its speed for as long.
     fn tip(&self) -> (Point, Point) {
-        self.profile.at(self.profile.t_strike + self.t)
+        let profile = &self.profile;
+        let (strike, velocity) = profile.at(profile.t_strike);
+        if self.t < self.held {
+            return (strike + velocity * self.t, velocity);
+        }
+        let (position, slower) = profile.at(profile.t_strike + self.t - self.held);
+        (position + velocity * self.held, slower)
     }
 
     /// Whether the tip has come to rest.
     pub(crate) fn is_over(&self) -> bool {
-        self.profile.t_strike + self.t >= self.profile.t_stop
+        self.profile.t_strike + self.t - self.held >= self.profile.t_stop
     }
 
     /// Length in s of a step in which the object slides alone; none where the tip touches it, or may.

@@ -94,7 +94,7 @@ mod tests {
             let stop = Bench::with("striker_speed_error", &error)
                 .strike(told, 0.2)
                 .stop;
-            assert_near(stop, Bench::plain().strike(delivered, 0.2).stop, 1e-9);
+            assert_near(stop, Bench::plain().strike(delivered, 0.2).stop, 1e-6);
         }
     }
 }
