@@ -16,6 +16,8 @@ pub struct Planner {
     residual: Option<Network>,
     region: TrainedRegion,
     expected_miss: Option<f64>,
+    /// Strikes that the version knows: the order of the next one.
+    order: f64,
 }
 
 impl Planner {
@@ -40,6 +42,11 @@ impl Planner {
             residual: residual.cloned(),
             region: artifact.manifest.provenance.trained_region,
             expected_miss: metrics.map(|metrics| metrics.mean),
+            order: artifact
+                .manifest
+                .provenance
+                .strikes
+                .map_or(0.0, |strikes| strikes.count as f64),
         })
     }
 
@@ -114,8 +121,11 @@ impl Planner {
     /// The world's own command. The robot's limits are those of the final command, not of this one.
     fn solve(&self, from: Point, to: Point) -> Result<Command, Broken> {
         let settings = SolveSettings::default();
-        // A strike yet to be made belongs to no session.
-        let conditions = Conditions::default();
+        // A strike yet to be made belongs to no session, and comes after all that the version knows.
+        let conditions = Conditions {
+            session: String::new(),
+            order: self.order,
+        };
         let solution = self
             .simulator
             .worker()

@@ -163,7 +163,7 @@ fn identify(run: &Run, rig: &Rig, strikes: &[Strike]) -> Result<Fit, Error> {
     })
 }
 
-/// Diagnosis, too, is given the strikes that it looks at: the earliest that fit and choose, and all that judge.
+/// Diagnosis, too, is given the strikes that it looks at and no others.
 fn find_effects(
     run: &Run,
     inputs: &Inputs,
@@ -174,16 +174,10 @@ fn find_effects(
         seed: inputs.seed,
         ..Diagnose::default()
     };
-    let mut chosen = 0;
-    let looked_at = |strike: &&Strike| {
-        let is_judge = strike.split == Split::Test;
-        chosen += usize::from(!is_judge);
-        is_judge || chosen <= diagnose.most_strikes
-    };
     let input = diagnose::Input {
         rig: inputs.rig.clone(),
         world,
-        strikes: strikes.iter().filter(looked_at).cloned().collect(),
+        strikes: diagnose.sample(strikes),
     };
     run.stage(&diagnose, &input).map_err(|error| match error {
         RunError::Stage(error @ DiagnoseError::TooFewStrikes { .. }) => Error::input(error),

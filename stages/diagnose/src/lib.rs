@@ -39,7 +39,7 @@ use crate::{fit::Field, mixed::Spread, model::Model};
 /// How to diagnose.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Diagnose {
-    /// The earliest strikes that fit and choose, at most this many.
+    /// Strikes that fit and choose, at most this many.
     pub most_strikes: usize,
     /// Effects that may be added.
     pub most_effects: usize,
@@ -57,6 +57,26 @@ impl Default for Diagnose {
             next_strikes: 12,
             seed: 0,
         }
+    }
+}
+
+impl Diagnose {
+    /// The strikes that it looks at, in their order: a sample over all sessions that fits and chooses, and all that judge. The
+    /// sample is those of the smallest ids, which are hashes: as data grows, few strikes enter it.
+    pub fn sample(&self, strikes: &[Strike]) -> Vec<Strike> {
+        let is_judge = |strike: &Strike| strike.split == Split::Test;
+        let mut ids: Vec<&str> = strikes
+            .iter()
+            .filter(|strike| !is_judge(strike))
+            .map(|strike| strike.id.as_str())
+            .collect();
+        ids.sort_unstable();
+        let last = ids.get(self.most_strikes).copied();
+        strikes
+            .iter()
+            .filter(|strike| is_judge(strike) || last.is_none_or(|last| strike.id.as_str() < last))
+            .cloned()
+            .collect()
     }
 }
 
@@ -139,13 +159,12 @@ impl Stage for Diagnose {
             return Err(DiagnoseError::Rolls);
         }
         let frame = 1.0 / rig.camera.rate;
-        let usable: Vec<Strike> = input
-            .strikes
+        let usable: Vec<Strike> = self
+            .sample(&input.strikes)
             .iter()
             .filter(|strike| strike.split != Split::Test)
             .map(|strike| after_impact(strike, frame))
             .filter(|strike| strike.track.len() >= FRAMES)
-            .take(self.most_strikes)
             .collect();
         if usable.len() < FEWEST {
             return Err(DiagnoseError::TooFewStrikes {
