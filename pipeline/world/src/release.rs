@@ -29,13 +29,13 @@ pub fn turning_ratio(rig: &Rig) -> f64 {
 }
 
 impl Worker<'_> {
-    /// The blow of a tip that is delivered with this command, its line `tip_offset` m to the left of the object's centre,
-    /// restitution scaled by a factor; effects of the world do not act. `None` where tip and object do not part, or miss.
+    /// The blow of a tip that is delivered with this command, its line `tip_offset` m to the left of the object's centre, at
+    /// this restitution; parameter and effects of the world do not act. `None` where tip and object do not part, or miss.
     pub fn release(
         &mut self,
         command: Command,
         tip_offset: f64,
-        restitution_factor: f64,
+        restitution: f64,
     ) -> Option<Release> {
         let sim = self.simulator;
         let mut motion = self.impact(
@@ -43,7 +43,7 @@ impl Worker<'_> {
             Blow {
                 command,
                 tip_offset,
-                restitution_factor,
+                restitution,
             },
         )?;
         let weight = sim.coefficients().0 * GRAVITY;

@@ -204,11 +204,11 @@ impl Worker<'_> {
         let blow = Blow {
             command: delivered,
             tip_offset: sim.effects.iter().map(|effect| effect.tip_offset()).sum(),
-            restitution_factor: sim
+            restitution: sim
                 .effects
                 .iter()
                 .map(|effect| effect.restitution_factor(delivered.speed))
-                .product(),
+                .fold(sim.restitution, |e, factor| e * factor),
         };
         let mut motion = self
             .impact(origin, blow)
@@ -283,7 +283,7 @@ impl Worker<'_> {
         let (delivered, offset) = (blow.command, blow.tip_offset);
         let direction = Point::polar(1.0, delivered.angle);
         let standoff = touch::standoff(&sim.rig.object, &sim.rig.striker, direction, offset)?;
-        let restitution = sim.restitution * blow.restitution_factor;
+        let restitution = blow.restitution;
         let contact = restitution.clamp(LEAST_CONTACT_RESTITUTION, 0.99);
         let speed = delivered.speed * (1.0 + restitution) / (1.0 + contact);
         let side = Point::new(-direction.y, direction.x) * offset;
@@ -339,8 +339,8 @@ pub(crate) struct Blow {
     pub(crate) command: Command,
     /// Lateral offset of the tip's line, in m to the left.
     pub(crate) tip_offset: f64,
-    /// Factor on the world's restitution.
-    pub(crate) restitution_factor: f64,
+    /// Speed of parting over speed of approach.
+    pub(crate) restitution: f64,
 }
 
 /// The tip from touch on.

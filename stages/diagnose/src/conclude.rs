@@ -133,39 +133,40 @@ impl Case<'_, '_> {
     /// The identified world with the model's values and effects, each with its interval.
     fn world(&self, fitted: &Fitted) -> Result<World, DiagnoseError> {
         let model = &fitted.model;
-        let covariance = fitted
-            .estimated
-            .information
-            .clone()
+        // With the priors, which keep what the data do not tell from being infinite.
+        let mut information = fitted.estimated.information.clone();
+        for (i, free) in model.free.iter().enumerate() {
+            information[(i, i)] += free.width.powi(-2);
+        }
+        let covariance = information
             .try_inverse()
             .ok_or_else(|| DiagnoseError::NoFit {
                 why: "its parameters cannot be told apart".into(),
             })?;
-        let estimate = |place: usize, factor: f64| {
+        let estimate = |place: usize| {
             let (value, error) = (
                 model.values[place],
                 covariance[(place, place)].max(0.0).sqrt(),
             );
             let free = &model.free[place];
-            let bound = |v: f64| factor * v.clamp(free.low, free.high);
+            let bound = |v: f64| v.clamp(free.low, free.high);
             Estimate::with_interval(
-                factor * value,
+                value,
                 bound(value - NINETY_FIVE * error),
                 bound(value + NINETY_FIVE * error),
             )
         };
         let mut world = self.input.world.clone();
-        let restitution = world.value("restitution")?;
         let spread = &fitted.estimated.spread;
         world.scatter.speed = spread.nuisance[0];
         world.scatter.angle = spread.nuisance[1];
         world.scatter.camera = spread.camera;
         world
             .parameters
-            .insert("friction".into(), estimate(FRICTION, 1.0));
+            .insert("friction".into(), estimate(FRICTION));
         world
             .parameters
-            .insert("restitution".into(), estimate(RESTITUTION, restitution));
+            .insert("restitution".into(), estimate(RESTITUTION));
         for (place, part) in model.fitted_parts(&model.values).iter().enumerate() {
             let mut parameters: BTreeMap<String, Estimate> = part
                 .parameters
@@ -174,7 +175,7 @@ impl Case<'_, '_> {
                 .collect();
             for (i, free) in model.free.iter().enumerate() {
                 if let Some((_, name)) = free.of.as_ref().filter(|(of, _)| *of == place) {
-                    parameters.insert(name.clone(), estimate(i, 1.0));
+                    parameters.insert(name.clone(), estimate(i));
                 }
             }
             world.effects.push(AddedEffect {

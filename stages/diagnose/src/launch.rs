@@ -8,8 +8,8 @@ use rayon::prelude::*;
 use values::{Command, Point, Rig, Shape, Strike};
 use world::{Release, Simulator, Worker, World, WorldError};
 
-/// What is changed beside a blow, and by how much: relative speed, angle (rad), offset of the tip (m), factor on restitution.
-const STEPS: [f64; 4] = [0.08, 0.04, 0.003, 0.2];
+/// What is changed beside a blow, and by how much: relative speed, angle (rad), offset of the tip (m), restitution.
+const STEPS: [f64; 4] = [0.08, 0.04, 0.003, 0.1];
 
 /// A blow, as the arm delivers it.
 #[derive(Clone, Copy, Debug)]
@@ -17,7 +17,7 @@ pub(crate) struct Blow {
     pub(crate) command: Command,
     /// Lateral offset of the tip's line, in m to the left.
     pub(crate) tip_offset: f64,
-    /// Factor on the restitution of the world that the blows were simulated in.
+    /// Speed of parting over speed of approach.
     pub(crate) restitution: f64,
 }
 
@@ -29,6 +29,7 @@ type State = [f64; 6];
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Launch {
     command: Command,
+    restitution: f64,
     base: State,
     slope: [State; 4],
     bend: [State; 4],
@@ -52,7 +53,7 @@ impl Launch {
             blow.command.speed / self.command.speed - 1.0,
             blow.command.angle - self.command.angle,
             blow.tip_offset,
-            blow.restitution - 1.0,
+            blow.restitution - self.restitution,
         ];
         let mut state = self.base;
         for ((away, slope), bend) in away.iter().zip(&self.slope).zip(&self.bend) {
@@ -80,12 +81,13 @@ pub(crate) fn launches(
     strikes: &[&Strike],
 ) -> Result<Vec<Option<Launch>>, WorldError> {
     let simulator = Simulator::new(rig, world)?;
+    let restitution = world.value("restitution")?;
     let all = |commands: &[Command]| -> Vec<Option<Launch>> {
         commands
             .par_iter()
             .map_init(
                 || simulator.worker(),
-                |worker, command| launch(worker, *command),
+                |worker, command| launch(worker, *command, restitution),
             )
             .collect()
     };
@@ -113,12 +115,12 @@ pub(crate) fn launches(
         .collect())
 }
 
-fn launch(worker: &mut Worker<'_>, command: Command) -> Option<Launch> {
+fn launch(worker: &mut Worker<'_>, command: Command, restitution: f64) -> Option<Launch> {
     let mut at = |away: [f64; 4]| {
         let speed = command.speed * (1.0 + away[0]);
         let angle = command.angle + away[1];
         worker
-            .release(Command { speed, angle }, away[2], 1.0 + away[3])
+            .release(Command { speed, angle }, away[2], restitution + away[3])
             .map(|release| state(release, speed))
     };
     let base = at([0.0; 4])?;
@@ -136,6 +138,7 @@ fn launch(worker: &mut Worker<'_>, command: Command) -> Option<Launch> {
     }
     Some(Launch {
         command,
+        restitution,
         base,
         slope,
         bend,

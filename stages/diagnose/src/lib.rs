@@ -188,7 +188,11 @@ impl Stage for Diagnose {
         }
 
         progress.set_message("the world without effects");
-        let plain = Model::plain(input.world.value("friction")?, frame);
+        let plain = Model::plain(
+            input.world.value("friction")?,
+            input.world.value("restitution")?,
+            frame,
+        );
         let kicks = vec![SVector::zeros(); field.strikes.len()];
         let spread = Spread::initial(rig.camera.noise, frame);
         let null = field

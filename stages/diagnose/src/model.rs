@@ -43,18 +43,20 @@ pub(crate) struct Part {
 pub(crate) struct Model {
     pub(crate) parts: Vec<Part>,
     pub(crate) free: Vec<Free>,
-    /// Friction, factor on restitution, clock (s), then the free parameters of the parts in order.
+    /// Friction, restitution, clock (s), then the free parameters of the parts in order.
     pub(crate) values: Vec<f64>,
 }
 
+/// Range of the world's restitution; below 0 the object leaves more slowly than the tip.
+const RESTITUTIONS: (f64, f64) = (-0.6, 0.99);
 /// How many scales wide the prior of an effect's parameter is: wide enough to move no estimate that the data tell.
 const PRIOR: f64 = 20.0;
 /// Steps of finite differences, as a share of a parameter's scale.
 const STEP: f64 = 0.05;
 
 impl Model {
-    /// No effect: friction as given, restitution as the launches have it, the clock late by half a frame.
-    pub(crate) fn plain(friction: f64, frame: f64) -> Self {
+    /// No effect: friction and restitution as given, the clock late by half a frame.
+    pub(crate) fn plain(friction: f64, restitution: f64, frame: f64) -> Self {
         let base = |step, low, high, centre, width| Free {
             of: None,
             step,
@@ -73,10 +75,10 @@ impl Model {
                     friction,
                     10.0,
                 ),
-                base(0.02, 0.05, 3.0, 1.0, 10.0),
+                base(0.01, RESTITUTIONS.0, RESTITUTIONS.1, restitution, 10.0),
                 base(0.05 * frame, -2.0 * frame, 3.0 * frame, 0.5 * frame, 10.0),
             ],
-            values: vec![friction, 1.0, 0.5 * frame],
+            values: vec![friction, restitution, 0.5 * frame],
         }
     }
 

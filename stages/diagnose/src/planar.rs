@@ -19,7 +19,7 @@ const LONGEST: f64 = 20.0;
 pub(crate) struct Planar<'a> {
     /// Friction between object and table.
     pub(crate) friction: f64,
-    /// Factor on the restitution that the launches were simulated with.
+    /// Speed of parting over speed of approach.
     pub(crate) restitution: f64,
     /// Length in m at which turning counts as sliding.
     pub(crate) ratio: f64,

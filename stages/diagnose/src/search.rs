@@ -17,10 +17,16 @@ const STARTS: usize = 2;
 const HOPELESS: f64 = 0.25;
 /// Evidence that each effect more must bring beyond chance: one missing effect is likelier than two.
 const ANOTHER: f64 = 2.0;
+/// Share of what the effects so far explain that another must bring: a real effect never has quite the library's form, and what
+/// is left of a strong one looks like a weak one.
+const FORM: f64 = 0.02;
 /// Share of the best one's evidence below which a candidate is not fitted to the end.
 const BEHIND: f64 = 0.6;
 /// A candidate whose evidence is less than this short of the best one's is not excluded: odds of a hundred to one.
-pub(crate) const EXCLUDED: f64 = 4.6;
+const EXCLUDED: f64 = 4.6;
+
+/// Share of the evidence below which an effect that is nearly the same by construction is excluded.
+const ALIKE: f64 = 0.8;
 
 /// A model beside what it gains.
 #[derive(Clone, Debug)]
@@ -156,7 +162,11 @@ pub(crate) fn search(
         let Some(step) = fit_best(field, &fitted, &screened, chance)?
             .into_iter()
             .next()
-            .filter(|step| step.evidence > ANOTHER * fitted.model.parts.len() as f64)
+            .filter(|step| {
+                let gained = fitted.likelihood() - null.likelihood();
+                let asked = ANOTHER * fitted.model.parts.len() as f64;
+                step.evidence > asked.max(FORM * gained)
+            })
         else {
             break;
         };
@@ -228,6 +238,15 @@ fn beside(
     Ok(Some((reduced, steps)))
 }
 
+/// Whether the data exclude another effect in the place of a named one. Of effects that differ in form alone, and whose form is
+/// a choice of the library's, more is asked than odds.
+fn is_excluded(name: &str, evidence: f64, rival: &Step) -> bool {
+    let is_alike =
+        world::effects::effect(name).is_ok_and(|spec| spec.equivalent.contains(&rival.name));
+    let share = if is_alike { ALIKE } else { 1.0 };
+    rival.evidence < share * (evidence - EXCLUDED)
+}
+
 fn standing(
     field: &Field<'_>,
     fitted: &Fitted,
@@ -251,7 +270,7 @@ fn standing(
                 evidence,
                 equivalent: steps
                     .iter()
-                    .filter(|step| step.evidence > evidence - EXCLUDED)
+                    .filter(|step| !is_excluded(name, evidence, step))
                     .map(|step| step.name)
                     .collect(),
                 rival: steps.into_iter().next(),

@@ -28,14 +28,15 @@ pub fn truth(case: &Case) -> Option<Truth> {
         truth.camera.dropped = DROPPED;
     }
     let probes = probes(&truth, case.strikes, &mut random);
-    let floor = floor(&truth, &probes)?;
+    let plain = truth.clone();
+    let floor = floor(&plain, &probes)?;
     for name in &case.hidden {
         let mut effect = Effect::named(name)?;
         draw(&mut effect, &mut random);
         if case.variant == "textbook" {
             textbook(&mut effect);
         }
-        let effect = scaled(&truth, &effect, &probes, case.magnitude * floor)?;
+        let effect = scaled(&plain, &effect, &probes, case.magnitude * floor)?;
         truth.hidden.0.push(effect);
     }
     Some(truth)
@@ -181,21 +182,28 @@ fn floor(truth: &Truth, probes: &[Probe]) -> Option<f64> {
 /// The effect as strong as shifts the stops by `shift` m, root mean square over the probes.
 fn scaled(truth: &Truth, effect: &Effect, probes: &[Probe], shift: f64) -> Option<Effect> {
     let without = stops(truth, probes)?;
-    let mut factor = 1.0;
-    for _ in 0..12 {
+    let moved = |factor: f64| {
         let mut with = truth.clone();
         with.hidden = Hidden(vec![effect.scaled(factor)]);
-        let moved = rms(&stops(&with, probes)?, &without);
-        if !(moved.is_finite() && moved > 0.0) {
-            return None;
-        }
-        let ratio = shift / moved;
-        if (ratio - 1.0).abs() < 0.02 {
-            // Strengths past which a friction turns negative or a jet throws the object off are no effect of a table.
-            let is_possible = factor < 12.0 || FOREIGN.contains(&effect.name());
-            return is_possible.then(|| effect.scaled(factor));
-        }
-        factor *= ratio.clamp(0.3, 3.0);
+        stops(&with, probes).map_or(f64::INFINITY, |with| rms(&with, &without))
+    };
+    // Strengths past the last are none that a table or an arm shows; of what no candidate has, any may be asked for.
+    let strongest = if FOREIGN.contains(&effect.name()) {
+        200.0
+    } else {
+        12.0
+    };
+    let (mut low, mut high) = (0.0, strongest);
+    if moved(high) < shift {
+        return None;
     }
-    None
+    for _ in 0..30 {
+        let middle = 0.5 * (low + high);
+        if moved(middle) < shift {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    Some(effect.scaled(high))
 }

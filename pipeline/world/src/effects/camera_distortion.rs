@@ -13,8 +13,8 @@ pub const SPEC: EffectSpec = EffectSpec {
     parameters: Parameters::Listed(&[EffectParameter {
         name: "k1",
         unit: "1/m²",
-        low: -0.3,
-        high: 0.3,
+        low: -0.6,
+        high: 0.6,
         neutral: 0.0,
         scale: 0.05,
     }]),
