@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use values::{Split, Strike};
+use values::{Point, Split, Strike};
 use world::{AddedEffect, Estimate, World, effects};
 
 use crate::{
@@ -68,12 +68,26 @@ impl Case<'_, '_> {
             .map(|strike| (strike, strike.split == Split::Test))
             .collect();
         let strikes: Vec<&Strike> = all.iter().map(|(strike, _)| *strike).collect();
-        let before = gap::stop_residuals(rig, &plain, &strikes)?;
+        // The identified world, or what it became in the fit here, whichever serves the strikes that were fitted better.
+        let identified = gap::stop_residuals(rig, &self.input.world, &strikes)?;
+        let refitted = gap::stop_residuals(rig, &plain, &strikes)?;
+        let fits = |residuals: &[Option<Point>]| {
+            let fitted = all
+                .iter()
+                .zip(residuals)
+                .filter(|((_, is_heldout), _)| !is_heldout);
+            gap::rms(fitted.filter_map(|(_, r)| *r))
+        };
+        let before = if fits(&identified) < fits(&refitted) {
+            identified
+        } else {
+            refitted
+        };
         let after = match &world {
             Some(world) => gap::stop_residuals(rig, world, &strikes)?,
             None => before.clone(),
         };
-        let judged = |residuals: &[Option<values::Point>]| {
+        let judged = |residuals: &[Option<Point>]| {
             all.iter()
                 .zip(residuals)
                 .filter(|((_, is_heldout), _)| *is_heldout)

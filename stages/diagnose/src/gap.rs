@@ -37,7 +37,7 @@ pub(crate) fn stop_residuals(
 }
 
 /// Root mean square, in m.
-fn rms(residuals: impl Iterator<Item = Point>) -> f64 {
+pub(crate) fn rms(residuals: impl Iterator<Item = Point>) -> f64 {
     let (mut sum, mut count) = (0.0, 0usize);
     for r in residuals {
         sum += r.dot(r);

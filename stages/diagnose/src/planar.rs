@@ -4,7 +4,7 @@
 //! lies on an ellipsoidal limit surface (Howe and Cutkosky 1996), which MuJoCo's steps approach as well. The effects act
 //! through the same functions in both. What is found here is fitted and judged in MuJoCo afterwards.
 
-use values::{Command, Conditions, Point, Rig, Shape, Strike};
+use values::{Conditions, Point, Rig, Shape, Strike};
 use world::effects::{self, Effect, Slide};
 
 use crate::launch::{Blow, Launch};
@@ -155,14 +155,10 @@ impl Planar<'_> {
 
     /// One strike, seen at its own frames; `None` where it does not rest within 20 s.
     pub(crate) fn strike(&self, strike: &Strike, launch: &Launch, kick: &Kick) -> Option<Frames> {
-        let told = self
+        let delivered = self
             .effects
             .iter()
             .fold(strike.command, |command, effect| effect.deliver(command));
-        let delivered = Command {
-            speed: told.speed * (1.0 + kick.speed),
-            angle: told.angle + kick.angle,
-        };
         let blow = Blow {
             command: delivered,
             tip_offset: self.effects.iter().map(|e| e.tip_offset()).sum(),
@@ -173,7 +169,11 @@ impl Planar<'_> {
                     .map(|e| e.restitution_factor(delivered.speed))
                     .product::<f64>(),
         };
-        let release = launch.release(&blow);
+        // A kick turns and speeds what leaves the tip, however large it is.
+        let mut release = launch.release(&blow);
+        release.position = release.position.rotated(kick.angle);
+        release.velocity = release.velocity.rotated(kick.angle) * (1.0 + kick.speed);
+        release.spin *= 1.0 + kick.speed;
         let origin = effects::unobserve(self.effects, strike.initial + kick.rest);
         let mut body = Body {
             position: origin + release.position,
