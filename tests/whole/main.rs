@@ -1,5 +1,6 @@
 //! The whole of carom, as its users run it.
 
+mod blind;
 mod end_to_end;
 mod kuka;
 mod reproducible;

@@ -242,3 +242,131 @@ fn hermite(a: &Body, b: &Body, s: f64) -> (Point, Point) {
         + (a.velocity * (s3 - 2.0 * s2 + s) + b.velocity * (s3 - s2)) * STEP;
     (at, a.velocity * (1.0 - s) + b.velocity * s)
 }
+
+#[cfg(test)]
+mod tests {
+    use values::{Command, Track};
+    use world::{AddedEffect, Estimate, Simulator, World, effects};
+
+    use super::*;
+    use crate::launch::launches;
+
+    /// Strikes over the rig's speeds and angles, with frames to compare at.
+    fn strikes(rig: &Rig) -> Vec<Strike> {
+        let times: Vec<f64> = (1..60).map(|i| f64::from(i) / rig.camera.rate).collect();
+        (0..6)
+            .map(|i| {
+                let share = f64::from(i) / 5.0;
+                let range = rig.robot.angle;
+                let command = Command {
+                    speed: 0.45 + 0.5 * share,
+                    angle: range.low + (range.high - range.low) * ((2.0 * share) % 1.0),
+                };
+                Strike {
+                    id: String::new(),
+                    log: String::new(),
+                    index: 0,
+                    t_start: 0.0,
+                    initial: Point::new(0.3, 0.05),
+                    stop: Point::default(),
+                    command,
+                    track: Track {
+                        x: vec![0.0; times.len()],
+                        y: vec![0.0; times.len()],
+                        t: times.clone(),
+                    },
+                    split: values::Split::Train,
+                    conditions: Conditions {
+                        session: "monday.mcap".into(),
+                        order: 10.0 * f64::from(i),
+                    },
+                }
+            })
+            .collect()
+    }
+
+    /// Greatest distance in m between the planar slide and MuJoCo's, over all frames and stops.
+    fn apart(shape: Shape, added: Option<(&str, &[(&str, f64)])>) -> f64 {
+        let rig = Rig::demo(shape);
+        let world = World::nominal(&rig)
+            .with("friction", 0.22)
+            .with("restitution", 0.5);
+        let mut with = world.clone();
+        with.effects.extend(added.map(|(name, parameters)| {
+            AddedEffect {
+                name: name.into(),
+                parameters: parameters
+                    .iter()
+                    .map(|(name, value)| (name.to_string(), Estimate::fixed(*value)))
+                    .collect(),
+            }
+        }));
+        let effects: Vec<_> = with
+            .effects
+            .iter()
+            .map(|added| effects::build(added, &rig).expect("an effect of the library"))
+            .collect();
+        let planar = Planar {
+            friction: 0.22,
+            restitution: 0.5,
+            ratio: world::turning_ratio(&rig),
+            gyration: gyration(&rig),
+            effects: &effects,
+            push: None,
+        };
+        let strikes = strikes(&rig);
+        let refs: Vec<&Strike> = strikes.iter().collect();
+        let launches = launches(&rig, &world, &refs).expect("a valid world");
+        let simulator = Simulator::new(&rig, &with).expect("a valid world");
+        let mut worker = simulator.worker();
+        let mut worst: f64 = 0.0;
+        for (strike, launch) in strikes.iter().zip(launches) {
+            let frames = planar
+                .strike(strike, &launch.expect("parts"), &Kick::default())
+                .expect("rests");
+            let simulated = worker
+                .strike(strike.initial, strike.command, &strike.conditions)
+                .expect("rests");
+            worst = worst.max(frames.stop.distance(simulated.stop));
+            for (t, at) in strike.track.t.iter().zip(&frames.at) {
+                worst = worst.max(at.distance(simulated.at(*t)));
+            }
+        }
+        worst
+    }
+
+    #[test]
+    fn it_follows_mujoco_whatever_the_effect() {
+        let cases: &[(&str, &[(&str, f64)])] = &[
+            ("viscous_drag", &[("rate", 0.3)]),
+            ("quadratic_drag", &[("coefficient", 0.2)]),
+            ("speed_weakening_friction", &[("rise", 0.3), ("speed", 0.3)]),
+            (
+                "anisotropic_friction",
+                &[("contrast", 0.1), ("direction", 0.5)],
+            ),
+            (
+                "friction_patch",
+                &[("center_x", 0.5), ("change", 0.3), ("radius", 0.08)],
+            ),
+            ("friction_drift", &[("rate", 0.2)]),
+            ("friction_by_session", &[("monday.mcap", 0.1)]),
+            ("table_tilt", &[("tilt_x", -0.004), ("tilt_y", 0.006)]),
+            ("table_bowl", &[("curvature", 0.04), ("center_x", 0.4)]),
+            ("striker_speed_error", &[("offset", -0.04), ("cap", 0.9)]),
+            ("striker_angle_bias", &[("bias", 0.03)]),
+            ("speed_dependent_restitution", &[("slope", 0.2)]),
+            ("off_centre_contact", &[("offset", 0.002)]),
+            ("camera_rotation", &[("angle", 0.02)]),
+            ("camera_distortion", &[("k1", 0.08)]),
+        ];
+        let plain = apart(Shape::Cylinder, None);
+        assert!(plain < 1e-4, "without effects: {plain} m");
+        for (name, parameters) in cases {
+            let apart = apart(Shape::Cylinder, Some((name, parameters)));
+            assert!(apart < 4e-4, "{name}: {apart} m");
+        }
+        let turning = apart(Shape::Box, None);
+        assert!(turning < 1e-3, "a box that turns: {turning} m");
+    }
+}

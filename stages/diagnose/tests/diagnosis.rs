@@ -1,0 +1,163 @@
+//! What a diagnosis makes of the embedded rig's strikes, whose physics it does not share.
+
+use diagnose::{Diagnose, DiagnoseError, Found, Input, Verdict};
+use ingest::{Ingest, assemble, ingest_log};
+use rig::{Hidden, demo};
+use stage::{Progress, Stage};
+use values::{Rig, Shape, Split, Strike};
+use world::World;
+
+fn input(hidden: &str, strikes: usize, seed: u64) -> Input {
+    let folder = tempfile::tempdir().expect("a folder");
+    let hidden = Hidden::parse(&[hidden]).expect("an effect");
+    let settings = demo::Settings::new(Shape::Cylinder, strikes, seed, Some(hidden));
+    let written = demo::write(&settings, folder.path()).expect("writes");
+    let rig = Rig::load(&written.rig).expect("the rig file is accepted");
+    let outcomes = written
+        .logs
+        .iter()
+        .map(|log| ingest_log(log, &rig, &Ingest::default()).expect("the log is read"))
+        .collect();
+    let (strikes, _) = assemble(outcomes);
+    let world = World::nominal(&rig)
+        .with("friction", 0.2)
+        .with("restitution", 0.45);
+    Input {
+        rig,
+        world,
+        strikes,
+    }
+}
+
+fn diagnose(input: &Input) -> Found {
+    Diagnose::default()
+        .run(input, &Progress::hidden())
+        .expect("a diagnosis")
+}
+
+#[test]
+fn with_nothing_hidden_it_says_so_and_what_it_could_have_seen() {
+    let found = diagnose(&input("none", 60, 21));
+    assert_eq!(found.diagnosis.verdict, Verdict::Consistent);
+    assert!(found.world.is_none() && found.diagnosis.effects.is_empty());
+    let tilt = found
+        .diagnosis
+        .detectable
+        .iter()
+        .find(|d| d.name == "table_tilt")
+        .expect("every candidate is listed");
+    assert!((1e-5..5e-3).contains(&tilt.least), "{tilt:?}");
+}
+
+#[test]
+fn a_tilt_is_named_measured_and_taken_away() {
+    let input = input("table_tilt=-0.003,0.006", 100, 22);
+    let found = diagnose(&input);
+    let diagnosis = &found.diagnosis;
+    assert_eq!(diagnosis.verdict, Verdict::Named, "{}", diagnosis.summary);
+    assert_eq!(diagnosis.effects.len(), 1);
+    let tilt = &diagnosis.effects[0];
+    assert_eq!(
+        (tilt.name.as_str(), tilt.equivalent.len()),
+        ("table_tilt", 0)
+    );
+    for (parameter, truth) in [("tilt_x", -0.003), ("tilt_y", 0.006)] {
+        let p = &tilt.parameters[parameter];
+        let width = p.high - p.low;
+        assert!((p.value - truth).abs() < width, "{parameter}: {p:?}");
+        assert!(width < 0.002, "{parameter}: {p:?}");
+    }
+    let gap = &diagnosis.gap;
+    assert!(
+        gap.before > 1.5 * gap.noise_floor && gap.after < 1.5 * gap.noise_floor,
+        "{gap:?}"
+    );
+    assert_eq!(diagnosis.next_strikes.len(), 12);
+    let robot = &input.rig.robot;
+    for strike in &diagnosis.next_strikes {
+        assert!((robot.speed.low..=robot.speed.high).contains(&strike.speed));
+        assert!((robot.angle.low..=robot.angle.high).contains(&strike.angle));
+    }
+    let world = found.world.expect("a world with the tilt");
+    assert_eq!(world.effects.len(), 1);
+    assert_eq!(World::parse(&world.to_toml()).expect("reads back"), world);
+}
+
+#[test]
+fn strikes_that_judge_the_gap_take_no_part() {
+    let input = input("viscous_drag=0.4", 80, 23);
+    let found = diagnose(&input);
+    let mut spoilt = input.clone();
+    for strike in spoilt.strikes.iter_mut().filter(|s| s.split == Split::Test) {
+        strike.command.speed *= 0.5;
+    }
+    let other = diagnose(&spoilt);
+    assert_eq!(found.world, other.world);
+    assert_eq!(found.diagnosis.effects, other.diagnosis.effects);
+    assert!(other.diagnosis.gap.before > 2.0 * found.diagnosis.gap.before);
+}
+
+#[test]
+fn the_answer_does_not_depend_on_threads() {
+    let input = input("friction_patch", 60, 24);
+    let run = |threads| {
+        rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .expect("a pool")
+            .install(|| diagnose(&input))
+    };
+    assert_eq!(run(1), run(2));
+}
+
+#[test]
+fn too_few_strikes_are_an_error_that_says_how_many() {
+    let mut few = input("none", 40, 25);
+    let learning: Vec<Strike> = few
+        .strikes
+        .iter()
+        .filter(|strike| strike.split != Split::Test)
+        .take(5)
+        .cloned()
+        .collect();
+    few.strikes = learning;
+    let error = Diagnose::default()
+        .run(&few, &Progress::hidden())
+        .expect_err("too few");
+    assert!(matches!(
+        error,
+        DiagnoseError::TooFewStrikes {
+            strikes: 5,
+            needed: 8
+        }
+    ));
+}
+
+#[test]
+fn friction_that_jumps_in_one_session_is_told_as_such() {
+    let mut input = input("none", 100, 26);
+    // A session on another surface: its strikes stop in half the way.
+    for strike in &mut input.strikes {
+        if strike.conditions.session.contains("002") {
+            let initial = strike.initial;
+            let stretch = |x: f64, from: f64| from + 0.5 * (x - from);
+            for i in 0..strike.track.len() {
+                strike.track.t[i] *= 0.5;
+                strike.track.x[i] = stretch(strike.track.x[i], initial.x);
+                strike.track.y[i] = stretch(strike.track.y[i], initial.y);
+            }
+            strike.stop = values::Point::new(
+                stretch(strike.stop.x, initial.x),
+                stretch(strike.stop.y, initial.y),
+            );
+        }
+    }
+    let diagnosis = diagnose(&input).diagnosis;
+    assert_eq!(diagnosis.verdict, Verdict::Named, "{}", diagnosis.summary);
+    assert!(
+        diagnosis
+            .effects
+            .iter()
+            .any(|e| e.name == "friction_by_session")
+    );
+}
