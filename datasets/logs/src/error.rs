@@ -14,7 +14,7 @@ pub enum LogError {
     /// The file does not begin as MCAP does.
     #[error(
         "read log {log}: it is no MCAP file (it does not begin with MCAP's magic bytes); record with `ros2 bag record -s mcap`, \
-         or convert it with `ros2 bag convert` or `mcap convert`"
+         or convert it with `ros2 bag convert` or `mcap convert`; unpack a bag that was compressed as a whole (`.mcap.zstd`) with `unzstd`"
     )]
     NotMcap {
         /// The file.
@@ -67,7 +67,11 @@ pub enum LogError {
     #[error(
         "decode topic {topic}: its messages are encoded as `{message}` with a `{schema}` schema; \
          cdr with ros2msg, ros1 with ros1msg, json, and protobuf are read{}",
-        if schema == "ros2idl" || schema == "omgidl" { " (record with a ros2msg schema: rosbag2 writes it for packages with .msg files)" } else { "" }
+        match (message.as_str(), schema.as_str()) {
+            ("cdr", "ros2idl" | "omgidl") => " (record with a ros2msg schema: rosbag2 writes it for packages with .msg files)",
+            ("cdr", "" | "unknown") => " (rosbag2 leaves a definition out that it does not find: record or convert where the message's package is installed)",
+            _ => "",
+        }
     )]
     Encoding {
         /// The topic.

@@ -74,6 +74,66 @@ fn the_same_bytes_have_the_hash_that_other_tools_give() {
     assert!(String::from_utf8_lossy(&output.stdout).starts_with(&summary.sha256));
 }
 
+/// A record as MCAP frames it: opcode, length, body.
+fn record(opcode: u8, body: &[u8]) -> Vec<u8> {
+    let length = (body.len() as u64).to_le_bytes();
+    [&[opcode], &length[..], body].concat()
+}
+
+/// "Records may be extended by adding new fields at the end of existing fields. Readers should ignore any unknown fields."
+/// Source: MCAP specification.
+#[test]
+fn bytes_after_the_fields_of_records_are_passed_over() {
+    let text = |text: &[u8]| [&(text.len() as u32).to_le_bytes(), text].concat();
+    let later = |fields: Vec<u8>| [fields, vec![1, 2, 3]].concat();
+    let (name, schema_encoding, message_encoding, schema) = Encoding::Cdr.schema();
+    let sample = samples(1)[0];
+    let schema = [
+        &[1, 0],
+        &text(name.as_bytes())[..],
+        &text(schema_encoding.as_bytes()),
+        &text(&schema),
+    ]
+    .concat();
+    let channel = [
+        &[0, 0, 1, 0],
+        &text(b"/p")[..],
+        &text(message_encoding.as_bytes()),
+        &text(b""),
+    ]
+    .concat();
+    let message = [&[0; 2 + 4 + 8 + 8], &Encoding::Cdr.message(&sample)[..]].concat();
+    let records = [
+        record(3, &later(schema)),
+        record(4, &later(channel)),
+        record(5, &message),
+    ]
+    .concat();
+    let length = (records.len() as u64).to_le_bytes();
+    let chunk = [
+        &[0; 16],
+        &length[..],
+        &[0; 4],
+        &text(b""),
+        &length,
+        &records,
+    ]
+    .concat();
+    for data in [records, record(6, &later(chunk))] {
+        let file = [
+            mcap::MAGIC.to_vec(),
+            record(1, &later([text(b"ros2"), text(b"")].concat())),
+            data,
+            record(15, &later(vec![0; 4])),
+            record(2, &[0; 20]),
+            mcap::MAGIC.to_vec(),
+        ]
+        .concat();
+        let (read, summary) = read(&file).expect("reads");
+        assert_eq!((read, summary.damage), (vec![sample], Vec::new()));
+    }
+}
+
 #[test]
 fn a_missing_topic_is_named_with_those_that_are_there() {
     let file = write(Encoding::Cdr, WriteOptions::new(), &samples(3));

@@ -82,6 +82,8 @@ pub(super) fn parse(name: &str, text: &str) -> Result<Vec<Definition>, String> {
             });
         } else if line.starts_with("IDL:") {
             return Err("it is written in OMG IDL, and only message definitions are read".into());
+        } else if line.starts_with("SRV:") {
+            return Err("it defines a service, and only message definitions are read".into());
         } else if let Some(member) = parse_member(line)?
             && let Some(definition) = definitions.last_mut()
         {

@@ -24,6 +24,10 @@ impl Plan {
         };
         let text = std::str::from_utf8(schema.data)
             .map_err(|_| unusable("it is not UTF-8 text".into()))?;
+        if text.trim().is_empty() {
+            let why = "it is empty: rosbag2 leaves a definition out that it does not find; record or convert where the message's package is installed";
+            return Err(unusable(why.into()));
+        }
         let definitions = ros_schema::parse(schema.name, text).map_err(unusable)?;
         let first = first_name(&topic.stamp);
         let stamped = definitions[0]
