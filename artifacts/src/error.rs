@@ -96,6 +96,40 @@ pub enum ArtifactError {
         /// MuJoCo that is loaded.
         here: String,
     },
+    /// Nobody vouches for the version.
+    #[error(
+        "load {version}: it is not signed, and a key is configured; sign it with `carom artifacts sign --key FILE` where it was published"
+    )]
+    NotSigned {
+        /// The version.
+        version: String,
+    },
+    /// The signature is damaged, of another key, or of something else.
+    #[error("load {version}: its signature does not hold ({why}); {MEND}")]
+    BadSignature {
+        /// The version.
+        version: String,
+        /// What is wrong with it.
+        why: String,
+    },
+    /// Robots that check signatures would not take what is about to be put to use.
+    #[error(
+        "change the version in use of {store}: {version} is signed, and robots that check it would refuse what is not; give the secret key, `--key FILE`"
+    )]
+    NeedsKey {
+        /// The store's folder.
+        store: String,
+        /// The version in use.
+        version: String,
+    },
+    /// The version could not be signed.
+    #[error("sign {version}: failed to {why}")]
+    Signing {
+        /// The version.
+        version: String,
+        /// Why.
+        why: String,
+    },
     /// The manifest lists other files than a version has.
     #[error("load {version}: its manifest lists [{found}], a version holds [{expected}]; {MEND}")]
     FileList {

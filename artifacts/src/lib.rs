@@ -3,7 +3,7 @@
 //! A version is a folder `versions/vNNNN/` whose `manifest.json` lists every file by hash and records all that is needed
 //! to compute it again; `latest` names the one to use. [`Store::publish`] makes a version appear whole or not at all;
 //! [`Store::load`] hands out nothing that it has not checked: every hash, size, name, shape and version, the rig's
-//! identity, and that every number is finite.
+//! identity, and that every number is finite; [`Store::load_trusted`] in addition who signed it.
 
 mod artifact;
 mod contents;
@@ -13,6 +13,7 @@ mod load;
 mod manifest;
 mod model;
 pub mod network;
+mod signature;
 mod store;
 mod version;
 
@@ -24,6 +25,7 @@ pub use manifest::{
 };
 pub use model::Model;
 pub use network::{Network, NetworkError};
+pub use signature::{Key, SIGNATURE, Signer};
 pub use store::{Listing, Store};
 
 /// Version of the store's layout and of `manifest.json`; raised when a file or key changes its name or meaning.

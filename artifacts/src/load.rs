@@ -11,7 +11,9 @@ use values::Rig;
 use world::{Estimate, World};
 
 use crate::files::{MAIN, MANIFEST, PLAIN, RIG, identity, sha256};
-use crate::{Artifact, ArtifactError, Calibrated, Manifest, Metrics, Network, SCHEMA_VERSION};
+use crate::{
+    Artifact, ArtifactError, Calibrated, Key, Manifest, Metrics, Network, SCHEMA_VERSION, SIGNATURE,
+};
 
 /// Longest manifest that is read, in bytes: one of a hundred thousand logs is shorter.
 const LONGEST_MANIFEST: u64 = 1 << 25;
@@ -20,7 +22,24 @@ type Files = BTreeMap<String, Vec<u8>>;
 
 /// The version in a folder, under the name that it has or is to have.
 pub(crate) fn load(dir: &Path, version: &str) -> Result<Artifact, ArtifactError> {
-    let manifest = manifest(dir, version)?;
+    let bytes = manifest_bytes(dir, version)?;
+    load_with(dir, version, &bytes)
+}
+
+/// The same, after checking that this key signed it, and the count of its signature. Nothing of a version is looked at
+/// before its signature holds.
+pub(crate) fn load_trusted(
+    dir: &Path,
+    version: &str,
+    key: &Key,
+) -> Result<(Artifact, u64), ArtifactError> {
+    let bytes = manifest_bytes(dir, version)?;
+    let sequence = key.check(dir, version, &bytes)?;
+    Ok((load_with(dir, version, &bytes)?, sequence))
+}
+
+fn load_with(dir: &Path, version: &str, manifest: &[u8]) -> Result<Artifact, ArtifactError> {
+    let manifest = parse(manifest, version)?;
     programs(&manifest, version)?;
     let expected = file_list(&manifest, version)?;
     no_extra(dir, version, &expected)?;
@@ -46,30 +65,40 @@ pub(crate) fn load(dir: &Path, version: &str) -> Result<Artifact, ArtifactError>
 
 /// The manifest alone, of a schema that is known.
 pub(crate) fn manifest(dir: &Path, version: &str) -> Result<Manifest, ArtifactError> {
-    let bad = |why: String| ArtifactError::BadManifest {
+    parse(&manifest_bytes(dir, version)?, version)
+}
+
+fn bad_manifest(version: &str, why: String) -> ArtifactError {
+    ArtifactError::BadManifest {
         version: version.into(),
         why,
-    };
+    }
+}
+
+/// The manifest as it lies there.
+pub(crate) fn manifest_bytes(dir: &Path, version: &str) -> Result<Vec<u8>, ArtifactError> {
     let path = dir.join(MANIFEST);
-    let bytes = match read(&path, LONGEST_MANIFEST) {
-        Err(error) if error.kind() == ErrorKind::NotFound => {
-            return Err(ArtifactError::NoManifest {
-                version: version.into(),
-            });
-        }
-        Err(error) => return Err(durable::Error::new("read", &path, error).into()),
-        Ok(bytes) if bytes.len() as u64 > LONGEST_MANIFEST => {
-            return Err(bad(format!("longer than {LONGEST_MANIFEST} bytes")));
-        }
-        Ok(bytes) => bytes,
-    };
+    match read(&path, LONGEST_MANIFEST) {
+        Err(error) if error.kind() == ErrorKind::NotFound => Err(ArtifactError::NoManifest {
+            version: version.into(),
+        }),
+        Err(error) => Err(durable::Error::new("read", &path, error).into()),
+        Ok(bytes) if bytes.len() as u64 > LONGEST_MANIFEST => Err(bad_manifest(
+            version,
+            format!("longer than {LONGEST_MANIFEST} bytes"),
+        )),
+        Ok(bytes) => Ok(bytes),
+    }
+}
+
+fn parse(bytes: &[u8], version: &str) -> Result<Manifest, ArtifactError> {
+    let bad = |error: serde_json::Error| bad_manifest(version, error.to_string());
     // First the schema alone: of another one, nothing else is known.
     #[derive(Deserialize)]
     struct Schema {
         schema: u64,
     }
-    let Schema { schema } =
-        serde_json::from_slice(&bytes).map_err(|error| bad(error.to_string()))?;
+    let Schema { schema } = serde_json::from_slice(bytes).map_err(bad)?;
     if schema != u64::from(SCHEMA_VERSION) {
         return Err(ArtifactError::UnknownSchema {
             version: version.into(),
@@ -77,7 +106,7 @@ pub(crate) fn manifest(dir: &Path, version: &str) -> Result<Manifest, ArtifactEr
             known: SCHEMA_VERSION,
         });
     }
-    serde_json::from_slice(&bytes).map_err(|error| bad(error.to_string()))
+    serde_json::from_slice(bytes).map_err(bad)
 }
 
 /// Reads at most one byte more than `most`.
@@ -145,7 +174,8 @@ fn no_extra(dir: &Path, version: &str, listed: &BTreeSet<String>) -> Result<(), 
         let name = entry.file_name().to_string_lossy().into_owned();
         // Links and folders are no files of a version, whatever their name.
         let is_file = entry.file_type().map_err(failed)?.is_file();
-        if !is_file || (name != MANIFEST && !listed.contains(&name)) {
+        let is_beside = name == MANIFEST || name == SIGNATURE;
+        if !is_file || !(is_beside || listed.contains(&name)) {
             extra.push(name);
         }
     }

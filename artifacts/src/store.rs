@@ -4,11 +4,14 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use durable::{Lock, LockError};
 
 use crate::files::{MANIFEST, encode};
-use crate::{Artifact, ArtifactError, Contents, Manifest, load, version};
+use crate::{
+    Artifact, ArtifactError, Contents, Key, Manifest, SIGNATURE, Signer, load, signature, version,
+};
 
 const VERSIONS: &str = "versions";
 const LATEST: &str = "latest";
@@ -20,6 +23,7 @@ const LOCK: &str = ".lock";
 #[derive(Clone, Debug)]
 pub struct Store {
     dir: PathBuf,
+    signer: Option<Arc<dyn Signer>>,
 }
 
 /// A version as a list shows it: its manifest was read, its files were not.
@@ -36,7 +40,18 @@ pub struct Listing {
 impl Store {
     /// The store in a run's folder, whether or not anything was published there.
     pub fn open(dir: &Path) -> Self {
-        Self { dir: dir.into() }
+        Self {
+            dir: dir.into(),
+            signer: None,
+        }
+    }
+
+    /// The same, signing what it puts to use.
+    pub fn signed_by(self, signer: Arc<dyn Signer>) -> Self {
+        Self {
+            signer: Some(signer),
+            ..self
+        }
     }
 
     /// The folder of a version.
@@ -68,6 +83,17 @@ impl Store {
         load::load(&self.version_dir(&version), &version)
     }
 
+    /// A version (the one in use unless named) that this key signed, after checking all of it, and the count of its
+    /// signature. An executor keeps the highest that it has seen, and takes no version with a lower one.
+    pub fn load_trusted(
+        &self,
+        version: Option<&str>,
+        key: &Key,
+    ) -> Result<(Artifact, u64), ArtifactError> {
+        let version = self.find(version)?;
+        load::load_trusted(&self.version_dir(&version), &version, key)
+    }
+
     /// Checks all of a version (the one in use unless named); gives its name.
     pub fn verify(&self, version: Option<&str>) -> Result<String, ArtifactError> {
         self.load(version).map(|artifact| artifact.version)
@@ -97,10 +123,12 @@ impl Store {
     /// same contents already, that one is used and no new one made; if a rollback took that one out of use, `latest` stays
     /// where it is until [`Store::rollback`] names it.
     ///
-    /// Whatever stops it, `latest` names a whole version, and a version is whole or absent.
+    /// Whatever stops it, `latest` names a whole version, and a version is whole or absent. Where the version in use is
+    /// signed, an unsigned one does not take its place.
     pub fn publish(&self, contents: &Contents) -> Result<String, ArtifactError> {
         durable::create_dir(&self.versions())?;
         let _lock = self.lock()?;
+        self.needs_no_key()?;
         durable::sweep(&self.versions())?;
         let (manifest, files) = encode(contents);
         let manifest = manifest.to_json();
@@ -124,6 +152,11 @@ impl Store {
                     durable::write_bytes(&aside.join(name), bytes)?;
                 }
                 durable::write_bytes(&aside.join(MANIFEST), manifest.as_bytes())?;
+                if let Some(signer) = &self.signer {
+                    let next = self.highest_sequence(signer.key())? + 1;
+                    let text = signature::sign(&**signer, &version, manifest.as_bytes(), next)?;
+                    durable::write_bytes(&aside.join(SIGNATURE), text.as_bytes())?;
+                }
                 load::load(&aside, &version)?;
                 durable::rename(&aside, &self.version_dir(&version))?;
                 version
@@ -131,8 +164,18 @@ impl Store {
         };
         // A `latest` that is missing or damaged is mended in any case.
         if self.latest().is_err() || !self.withdrawn()?.contains(&version) {
-            self.set_latest(&version)?;
+            self.use_version(&version)?;
         }
+        Ok(version)
+    }
+
+    /// Signs the version in use; gives its name. [`Store::rollback`] signs others, by taking them into use.
+    pub fn sign(&self) -> Result<String, ArtifactError> {
+        durable::create_dir(&self.versions())?;
+        let _lock = self.lock()?;
+        durable::sweep(&self.versions())?;
+        let version = self.verify(None)?;
+        self.sign_version(&version)?;
         Ok(version)
     }
 
@@ -141,13 +184,75 @@ impl Store {
     pub fn rollback(&self, to: Option<&str>) -> Result<String, ArtifactError> {
         durable::create_dir(&self.versions())?;
         let _lock = self.lock()?;
+        self.needs_no_key()?;
+        durable::sweep(&self.versions())?;
         let version = match to {
             Some(version) => self.verify(Some(version))?,
             None => self.whole_before(&self.latest()?)?,
         };
         self.withdraw_after(&version)?;
-        self.set_latest(&version)?;
+        self.use_version(&version)?;
         Ok(version)
+    }
+
+    /// Signs a version where there is a signer, and makes it the one in use.
+    fn use_version(&self, version: &str) -> Result<(), ArtifactError> {
+        self.sign_version(version)?;
+        self.set_latest(version)
+    }
+
+    /// Signs a version as the newest put to use, unless it is already, or there is no signer.
+    fn sign_version(&self, version: &str) -> Result<(), ArtifactError> {
+        let Some(signer) = &self.signer else {
+            return Ok(());
+        };
+        let dir = self.version_dir(version);
+        let manifest = load::manifest_bytes(&dir, version)?;
+        let highest = self.highest_sequence(signer.key())?;
+        if highest > 0
+            && signer
+                .key()
+                .check(&dir, version, &manifest)
+                .is_ok_and(|sequence| sequence == highest)
+        {
+            return Ok(());
+        }
+        let text = signature::sign(&**signer, version, &manifest, highest + 1)?;
+        // Aside in the folder above: in its own, a reader would take it for a file too many.
+        let aside = self.versions().join(format!(".{version}.minisig.partial"));
+        durable::write_bytes(&aside, text.as_bytes())?;
+        Ok(durable::rename(&aside, &dir.join(SIGNATURE))?)
+    }
+
+    /// The highest count that this key signed here; 0 where it signed nothing.
+    fn highest_sequence(&self, key: &Key) -> Result<u64, ArtifactError> {
+        let sequence = |number| {
+            let version = version::name(number);
+            let dir = self.version_dir(&version);
+            let manifest = load::manifest_bytes(&dir, &version).ok()?;
+            key.check(&dir, &version, &manifest).ok()
+        };
+        Ok(self
+            .numbers()?
+            .into_iter()
+            .filter_map(sequence)
+            .max()
+            .unwrap_or(0))
+    }
+
+    /// Errors where the version in use is signed and there is no signer.
+    fn needs_no_key(&self) -> Result<(), ArtifactError> {
+        match self.latest() {
+            Ok(version)
+                if self.signer.is_none() && signature::is_signed(&self.version_dir(&version)) =>
+            {
+                Err(ArtifactError::NeedsKey {
+                    store: self.name(),
+                    version,
+                })
+            }
+            _ => Ok(()),
+        }
     }
 
     /// Withdraws the versions after `version` up to the one in use; it itself is withdrawn no more.

@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use artifacts::network::{LAYERS, Layer, SIZES};
 use artifacts::*;
@@ -271,6 +272,105 @@ fn what_was_rolled_back_is_not_published_again_in_silence() {
     // A version that no rollback passed is used again where its inputs are.
     assert_eq!(store.publish(&contents(0.2)).expect("there"), "v0001");
     assert_eq!(latest(), "v0001");
+}
+
+/// A key pair of minisign.
+#[derive(Debug)]
+struct Signing {
+    pair: minisign::KeyPair,
+    key: Key,
+}
+
+impl Signing {
+    fn new() -> Arc<Self> {
+        let pair = minisign::KeyPair::generate_unencrypted_keypair().expect("a pair");
+        let key = Key::parse(&pair.pk.to_base64()).expect("a key");
+        Arc::new(Self { pair, key })
+    }
+}
+
+impl Signer for Signing {
+    fn key(&self) -> &Key {
+        &self.key
+    }
+
+    fn sign(&self, content: &[u8], trusted_comment: &str) -> Result<String, String> {
+        minisign::sign(None, &self.pair.sk, content, Some(trusted_comment), None)
+            .map(minisign::SignatureBox::into_string)
+            .map_err(|error| error.to_string())
+    }
+}
+
+#[test]
+fn signatures_count_what_is_put_to_use() {
+    let (dir, plain) = published(&contents(0.2));
+    let signing = Signing::new();
+    let store = plain.clone().signed_by(signing.clone());
+    let sequence = |version: &str| match store.load_trusted(Some(version), signing.key()) {
+        Ok((_, sequence)) => Some(sequence),
+        Err(ArtifactError::NotSigned { .. }) => None,
+        Err(error) => panic!("failed to {error}"),
+    };
+    // Neither the manifest's bytes nor the name change by signing.
+    let before = bytes(&store.version_dir("v0001"));
+    assert_eq!(sequence("v0001"), None);
+    assert_eq!(store.publish(&contents(0.2)).expect("signs"), "v0001");
+    assert_eq!(sequence("v0001"), Some(1));
+    let mut after = bytes(&store.version_dir("v0001"));
+    after.remove(SIGNATURE);
+    assert_eq!(before, after);
+    assert_eq!(store.sign().expect("signed already"), "v0001");
+    assert_eq!(store.publish(&contents(0.3)).expect("publishes"), "v0002");
+    assert_eq!((sequence("v0001"), sequence("v0002")), (Some(1), Some(2)));
+    assert_eq!(store.rollback(None).expect("rolls back"), "v0001");
+    assert_eq!((sequence("v0001"), sequence("v0002")), (Some(3), Some(2)));
+    // Withdrawn: not signed again.
+    store.publish(&contents(0.3)).expect("there");
+    assert_eq!(sequence("v0002"), Some(2));
+    assert_eq!(store.publish(&contents(0.4)).expect("publishes"), "v0003");
+    assert_eq!(sequence("v0003"), Some(4));
+
+    // Without the key nothing that is signed is replaced; with another key the count begins anew.
+    for changed in [plain.publish(&contents(0.5)), plain.rollback(None)] {
+        assert!(matches!(changed, Err(ArtifactError::NeedsKey { .. })));
+    }
+    assert_eq!(plain.latest().expect("a version"), "v0003");
+    let other = Signing::new();
+    let theirs = Store::open(dir.path()).signed_by(other.clone());
+    assert_eq!(theirs.publish(&contents(0.4)).expect("signs"), "v0003");
+    assert!(matches!(
+        store.load_trusted(None, signing.key()),
+        Err(ArtifactError::BadSignature { .. })
+    ));
+    assert_eq!(theirs.load_trusted(None, other.key()).expect("theirs").1, 1);
+}
+
+#[test]
+fn signing_stopped_at_any_step_leaves_a_version_that_loads() {
+    let signing = Signing::new();
+    for step in 1.. {
+        let (_dir, store) = published(&contents(0.2));
+        let store = store.signed_by(signing.clone());
+        store.publish(&contents(0.3)).expect("publishes");
+        let (_, struck) = durable::faults::after(step, || store.rollback(Some("v0001")));
+        let (artifact, sequence) = match store.load_trusted(None, signing.key()) {
+            Ok(loaded) => loaded,
+            Err(error) => panic!("step {step}: failed to {error}"),
+        };
+        let expected = if artifact.version == "v0001" { 2 } else { 1 };
+        assert_eq!(sequence, expected, "step {step}");
+        assert_eq!(store.rollback(Some("v0001")).expect("again"), "v0001");
+        let (_, sequence) = store.load_trusted(None, signing.key()).expect("signed");
+        assert_eq!(sequence, 2, "step {step}");
+        assert_eq!(
+            names(&store.version_dir("").join("")),
+            [".lock", "v0001", "v0002"].map(String::from).into()
+        );
+        if !struck {
+            assert!(step > 10, "only {step} steps");
+            break;
+        }
+    }
 }
 
 #[test]

@@ -1,10 +1,12 @@
 //! The executor: loads an artifact, plans a strike, checks every limit, strikes, and logs it.
 //!
+//! [`Trust::load`] takes a version only if a configured key signed it and none newer was seen.
 //! [`Planner::plan`] solves for a command, adds the residual and answers with a [`Plan`] or a [`Refusal`]: what breaks a
 //! limit is refused, never clamped. [`execute`] hands a plan to a [`Robot`]; [`OpenLog`] keeps what it recorded, in the
 //! form that `carom run` ingests. Polars, arrow and burn are absent on purpose: this runs on the robot's own computer.
 
 pub mod batch;
+mod config;
 mod error;
 pub mod identity;
 mod limits;
@@ -15,7 +17,9 @@ mod refusal;
 mod robot;
 #[cfg(test)]
 mod testing;
+mod trust;
 
+pub use config::{Config, ConfigError};
 pub use error::PlannerError;
 pub use log::{Destination, LogError, OpenLog, highest};
 pub use plan::Plan;
@@ -24,3 +28,4 @@ pub use refusal::{Reason, Refusal};
 pub use robot::{
     Choice, DryRun, Robot, RobotError, SimRobot, Struck, TruthSource, UnknownRobot, execute,
 };
+pub use trust::{Trust, TrustError, allows};

@@ -80,15 +80,19 @@ pub enum Command {
     #[command(after_help = examples(&["carom evaluate --out runs/a"]))]
     Evaluate(DirArgs),
     /// Publish a version for the executor.
-    #[command(after_help = examples(&["carom publish --out runs/a"]))]
-    Publish(DirArgs),
+    #[command(after_help = examples(&[
+        "carom publish --out runs/a",
+        "carom publish --out runs/a --key carom.key",
+    ]))]
+    Publish(PublishArgs),
     /// Run the whole pipeline; only what changed is computed again.
     #[command(after_help = examples(&[
         "carom run logs/ --rig rig.toml --out runs/a",
         "carom run monday.mcap tuesday.mcap --rig rig.toml --out runs/a --seed 7",
         "carom run logs/ --rig rig.toml --out runs/plain --without-effects",
+        "carom run logs/ --rig rig.toml --out runs/a --key carom.key",
     ]))]
-    Run(LogsArgs),
+    Run(RunArgs),
     /// Strike targets with each model and measure where the object stops.
     #[command(after_help = examples(&[
         "carom trial --artifacts artifacts/demo --robot sim",
@@ -101,9 +105,15 @@ pub enum Command {
         "carom score logs/ --artifacts artifacts/demo --version v0002 --json",
     ]))]
     Score(ScoreArgs),
+    /// Datasets with a version: logs pinned by hash, tables rebuilt to the same bytes.
+    #[command(subcommand)]
+    Dataset(DatasetCommand),
     /// Compute a version again from the inputs it records and compare byte by byte.
     #[command(after_help = examples(&["carom rebuild v0001 --artifacts artifacts/demo"]))]
     Rebuild(RebuildArgs),
+    /// Keys that versions are signed with.
+    #[command(subcommand)]
+    Key(KeyCommand),
     /// Look into the store of versions.
     #[command(subcommand)]
     Artifacts(ArtifactsCommand),
@@ -192,6 +202,36 @@ pub struct LogsArgs {
     pub without_effects: bool,
 }
 
+/// `carom run`.
+#[derive(Args, Debug)]
+pub struct RunArgs {
+    /// What to run on.
+    #[command(flatten)]
+    pub logs: LogsArgs,
+    /// Who signs.
+    #[command(flatten)]
+    pub sign: SignArgs,
+}
+
+/// Who signs what is put to use.
+#[derive(Args, Debug)]
+pub struct SignArgs {
+    /// Secret key that signs the version, in minisign's format; `carom key new` writes one [default: not signed].
+    #[arg(long, value_name = "FILE")]
+    pub key: Option<PathBuf>,
+}
+
+/// `carom publish`.
+#[derive(Args, Debug)]
+pub struct PublishArgs {
+    /// Folder of a run that has ingested logs.
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    /// Who signs.
+    #[command(flatten)]
+    pub sign: SignArgs,
+}
+
 /// A run's folder.
 #[derive(Args, Debug)]
 pub struct DirArgs {
@@ -238,6 +278,54 @@ pub struct ScoreArgs {
     pub version: Option<String>,
 }
 
+/// `carom dataset`.
+#[derive(Debug, Subcommand)]
+pub enum DatasetCommand {
+    /// Pin every log of a recipe by SHA-256 and record the hashes of the tables, in RECIPE's `.lock`.
+    #[command(after_help = examples(&[
+        "carom dataset lock datasets/recipes/demo.toml",
+        "carom dataset lock datasets/recipes/demo.toml --again",
+    ]))]
+    Lock {
+        /// What and where.
+        #[command(flatten)]
+        dataset: DatasetArgs,
+        /// Pin anew, though logs that were pinned have changed or are gone.
+        #[arg(long)]
+        again: bool,
+    },
+    /// Write the tables from the pinned logs.
+    #[command(after_help = examples(&["carom dataset build datasets/recipes/demo.toml --out datasets/demo"]))]
+    Build {
+        /// What and where.
+        #[command(flatten)]
+        dataset: DatasetArgs,
+        /// Folder of the tables [default: RECIPE without its `.toml`].
+        #[arg(long, value_name = "DIR")]
+        out: Option<PathBuf>,
+    },
+    /// Build again beside, and compare with the lock and with tables that are there, byte by byte.
+    #[command(after_help = examples(&["carom dataset verify datasets/recipes/demo.toml --logs /mnt/copy"]))]
+    Verify {
+        /// What and where.
+        #[command(flatten)]
+        dataset: DatasetArgs,
+        /// Folder of the tables [default: RECIPE without its `.toml`].
+        #[arg(long, value_name = "DIR")]
+        out: Option<PathBuf>,
+    },
+}
+
+/// A recipe and its logs.
+#[derive(Args, Debug)]
+pub struct DatasetArgs {
+    /// The recipe, a TOML file that names logs, rig, filters and seed.
+    pub recipe: PathBuf,
+    /// Where else logs lie, under whatever names: files or folders; repeat it for several.
+    #[arg(long, value_name = "PATH")]
+    pub logs: Vec<PathBuf>,
+}
+
 /// `carom rebuild`.
 #[derive(Args, Debug)]
 pub struct RebuildArgs {
@@ -255,16 +343,52 @@ pub enum ArtifactsCommand {
     List(StoreArgs),
     /// Show a version's manifest.
     Show(VersionArgs),
-    /// Check a version's hashes, shapes and schemas.
-    Verify(VersionArgs),
-    /// Make an earlier version the latest.
-    #[command(after_help = examples(&["carom artifacts rollback v0001 --artifacts artifacts/demo"]))]
+    /// Check a version's hashes, shapes and schemas, and its signature where a public key is given.
+    #[command(after_help = examples(&["carom artifacts verify --artifacts artifacts/demo --key carom.pub"]))]
+    Verify {
+        /// What to check.
+        #[command(flatten)]
+        version: VersionArgs,
+        /// Public key that must have signed it.
+        #[arg(long, value_name = "FILE")]
+        key: Option<PathBuf>,
+    },
+    /// Sign the latest version.
+    #[command(after_help = examples(&["carom artifacts sign --artifacts artifacts/demo --key carom.key"]))]
+    Sign {
+        /// Folder of a run.
+        #[arg(long, value_name = "DIR", default_value = "artifacts/demo")]
+        artifacts: PathBuf,
+        /// Secret key.
+        #[arg(long, value_name = "FILE")]
+        key: PathBuf,
+    },
+    /// Make an earlier version the latest; where versions are signed it is signed anew, so that robots take it.
+    #[command(after_help = examples(&[
+        "carom artifacts rollback v0001 --artifacts artifacts/demo",
+        "carom artifacts rollback --artifacts artifacts/demo --key carom.key",
+    ]))]
     Rollback {
         /// Version to go back to [default: the one before the latest].
         version: Option<String>,
         /// Folder of a run.
         #[arg(long, value_name = "DIR", default_value = "artifacts/demo")]
         artifacts: PathBuf,
+        /// Who signs.
+        #[command(flatten)]
+        sign: SignArgs,
+    },
+}
+
+/// `carom key`.
+#[derive(Debug, Subcommand)]
+pub enum KeyCommand {
+    /// Write a key pair: a secret key to sign versions with, and FILE.pub for the robots.
+    #[command(after_help = examples(&["carom key new --out carom.key"]))]
+    New {
+        /// File of the secret key, which must not be there yet; the public key's ends in `.pub`.
+        #[arg(long, value_name = "FILE")]
+        out: PathBuf,
     },
 }
 

@@ -6,13 +6,15 @@ use artifacts::Store;
 use serde_json::{Value, json};
 use stage::{Options, Run};
 
-use crate::args::{ArtifactsCommand, Cli, Command, Global, LogsArgs, RigCommand};
+use crate::args::{ArtifactsCommand, Cli, Command, Global, KeyCommand, LogsArgs, RigCommand};
 use crate::error::Outcome;
 use crate::inputs::Inputs;
 use crate::pipeline::{Step, pipeline};
 use crate::report::{self, Shown};
 use crate::results::Results;
-use crate::{Error, demo, outputs, publishing, rebuild, score, store, summary, trial};
+use crate::{
+    Error, dataset, demo, outputs, publishing, rebuild, score, signing, store, summary, trial,
+};
 
 /// What a command has to say: for machines and for people.
 pub struct Said {
@@ -25,7 +27,8 @@ pub struct Said {
 }
 
 impl Said {
-    fn done(json: Value, text: String) -> Self {
+    /// Done, with nothing to complain of.
+    pub fn done(json: Value, text: String) -> Self {
         Self {
             outcome: Outcome::Done,
             json,
@@ -57,15 +60,19 @@ pub fn execute(cli: &Cli) -> Result<Said, Error> {
             let text = demo::rig_init(out.as_deref())?;
             Ok(Said::done(json!({ "rig": out }), text))
         }
-        Command::Ingest(args) => begin(args, Step::Ingest, global),
-        Command::Run(args) => begin(args, Step::Publish, global),
+        Command::Ingest(args) => begin(args, Step::Ingest, None, global),
+        Command::Run(args) => begin(&args.logs, Step::Publish, args.sign.key.as_deref(), global),
         Command::Sysid(args) => proceed(&args.out, Step::Sysid, global),
         Command::Diagnose(args) => proceed(&args.out, Step::Diagnose, global),
         Command::Solve(args) => proceed(&args.out, Step::Solve, global),
         Command::Residual(args) => proceed(&args.out, Step::Residual, global),
         Command::Train(args) => proceed(&args.out, Step::Train, global),
         Command::Evaluate(args) => proceed(&args.out, Step::Evaluate, global),
-        Command::Publish(args) => proceed(&args.out, Step::Publish, global),
+        Command::Publish(args) => {
+            let inputs = Inputs::kept(&args.out)?;
+            let store = signing::store(&args.out, args.sign.key.as_deref())?;
+            go(&open(&args.out, global)?, &store, &inputs, Step::Publish)
+        }
         Command::Report(args) => {
             let inputs = Inputs::kept(&args.dir)?;
             let run = open(&args.dir, global)?;
@@ -83,24 +90,27 @@ pub fn execute(cli: &Cli) -> Result<Said, Error> {
             Ok(Said::done(to_json(&trial)?, text))
         }
         Command::Score(args) => score::score(args, global),
+        Command::Dataset(command) => dataset::dataset(command),
         Command::Rebuild(args) => rebuild::rebuild(args, global),
+        Command::Key(KeyCommand::New { out }) => signing::new_key(out),
         Command::Artifacts(command) => artifacts(command),
     }
 }
 
 /// A new run, or one that goes on with other logs.
-fn begin(args: &LogsArgs, last: Step, global: Global) -> Result<Said, Error> {
+fn begin(args: &LogsArgs, last: Step, key: Option<&Path>, global: Global) -> Result<Said, Error> {
     let inputs = Inputs::named(args)?;
+    let store = signing::store(&args.out, key)?;
     let run = open(&args.out, global)?;
     inputs.keep(&args.out)?;
-    go(&run, &inputs, last)
+    go(&run, &store, &inputs, last)
 }
 
 /// A run that goes on with what it was given.
 fn proceed(dir: &Path, last: Step, global: Global) -> Result<Said, Error> {
     let inputs = Inputs::kept(dir)?;
     let run = open(dir, global)?;
-    go(&run, &inputs, last)
+    go(&run, &Store::open(dir), &inputs, last)
 }
 
 /// A run in a folder; the programs below the stages are part of every key.
@@ -112,17 +122,18 @@ pub fn open(dir: &Path, global: Global) -> Result<Run, Error> {
     Ok(Run::open(dir, options)?)
 }
 
-fn go(run: &Run, inputs: &Inputs, last: Step) -> Result<Said, Error> {
+fn go(run: &Run, store: &Store, inputs: &Inputs, last: Step) -> Result<Said, Error> {
     let dir = run.dir();
-    let results = pipeline(run, inputs, last)?;
+    let mut results = pipeline(run, inputs, last)?;
     outputs::write(dir, &results, last)?;
+    results.version = publishing::publish(store, &results)?;
     let report = match last {
         Step::Diagnose | Step::Publish => Some(write_report(dir, inputs, &results)?),
         _ => None,
     };
     let summary = run.summary();
     let mut text = format!("{summary}\n{}", summary::results(&results));
-    let latest = Store::open(dir).latest().ok();
+    let latest = store.latest().ok();
     if let Some(version) = &results.version {
         text += &format!("\nversion    {version} in {}\n", dir.display());
         text += &summary::rolled_back(version, latest.as_deref());
@@ -193,9 +204,20 @@ fn artifacts(command: &ArtifactsCommand) -> Result<Said, Error> {
     let (json, text) = match command {
         ArtifactsCommand::List(args) => store::list(&args.artifacts)?,
         ArtifactsCommand::Show(args) => store::show(&args.artifacts, args.version.as_deref())?,
-        ArtifactsCommand::Verify(args) => store::verify(&args.artifacts, args.version.as_deref())?,
-        ArtifactsCommand::Rollback { version, artifacts } => {
-            store::rollback(artifacts, version.as_deref())?
+        ArtifactsCommand::Verify { version, key } => {
+            let key = key.as_deref().map(signing::public_key).transpose()?;
+            store::verify(&version.artifacts, version.version.as_deref(), key.as_ref())?
+        }
+        ArtifactsCommand::Sign { artifacts, key } => {
+            store::sign(&signing::store(artifacts, Some(key))?)?
+        }
+        ArtifactsCommand::Rollback {
+            version,
+            artifacts,
+            sign,
+        } => {
+            let store = signing::store(artifacts, sign.key.as_deref())?;
+            store::rollback(&store, version.as_deref())?
         }
     };
     Ok(Said::done(json, text))

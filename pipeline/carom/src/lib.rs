@@ -4,6 +4,7 @@
 
 mod args;
 mod commands;
+mod dataset;
 mod demo;
 mod error;
 mod inputs;
@@ -17,6 +18,7 @@ mod report;
 mod results;
 mod robot;
 mod score;
+mod signing;
 mod store;
 mod summary;
 mod trial;

@@ -32,7 +32,7 @@ pub enum Step {
     Train,
     /// Stop errors on held-out strikes.
     Evaluate,
-    /// A version for the executor.
+    /// What a version for the executor holds.
     Publish,
 }
 
@@ -138,7 +138,7 @@ pub fn pipeline(run: &Run, inputs: &Inputs, last: Step) -> Result<Results, Error
         return Ok(results);
     }
 
-    results.version = Some(publishing::publish(run, inputs, &results)?);
+    results.contents = Some(publishing::contents(run, inputs, &results)?);
     Ok(results)
 }
 

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use artifacts::{ArtifactError, Calibrated, InputFile, Metrics, Model, Store};
+use artifacts::{ArtifactError, Calibrated, Contents, InputFile, Metrics, Model, Store};
 use evaluate::{Evaluation, StopError};
 use ingest::LogFile;
 use publish::Publish;
@@ -22,9 +22,8 @@ pub fn engine() -> String {
     )
 }
 
-/// Publishes the results as a version of the run's store; gives its name. Contents that are published already make no new
-/// version.
-pub fn publish(run: &Run, inputs: &Inputs, results: &Results) -> Result<String, Error> {
+/// What a version of these results holds.
+pub fn contents(run: &Run, inputs: &Inputs, results: &Results) -> Result<Contents, Error> {
     let (Some(sysid), Some(evaluation)) = (&results.sysid, &results.evaluation) else {
         return Err(Error::failed(
             "publish: identification or evaluation is missing",
@@ -37,7 +36,7 @@ pub fn publish(run: &Run, inputs: &Inputs, results: &Results) -> Result<String, 
             .map(|name| (name.to_string(), inputs.seed))
             .into(),
     };
-    let contents = run.stage(
+    Ok(run.stage(
         &stage,
         &publish::Input {
             rig: inputs.rig.clone(),
@@ -49,10 +48,15 @@ pub fn publish(run: &Run, inputs: &Inputs, results: &Results) -> Result<String, 
             logs: input_files(&results.logs)?,
             stages: publish::stage_records(run.records()),
         },
-    )?;
-    Store::open(run.dir())
-        .publish(&contents)
-        .map_err(store_error)
+    )?)
+}
+
+/// Publishes what the results hold for that, if they do, and gives the version's name. Contents that are published already
+/// make no new version.
+pub fn publish(store: &Store, results: &Results) -> Result<Option<String>, Error> {
+    let contents = results.contents.as_ref();
+    let version = contents.map(|contents| store.publish(contents));
+    version.transpose().map_err(store_error)
 }
 
 fn calibrated(learnt: &Learnt) -> Calibrated {

@@ -2,9 +2,9 @@
 
 use std::collections::BTreeSet;
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use artifacts::{Artifact, Store};
+use artifacts::{Artifact, SIGNATURE, Store};
 use ingest::LogFile;
 use serde_json::json;
 
@@ -14,7 +14,7 @@ use crate::error::Outcome;
 use crate::inputs::Inputs;
 use crate::pipeline::{Step, pipeline};
 use crate::publishing::{SPLIT_SEED, store_error};
-use crate::{Error, results::Results};
+use crate::{Error, publishing};
 
 /// Rebuilds in a folder of its own and compares.
 pub fn rebuild(args: &RebuildArgs, global: Global) -> Result<Said, Error> {
@@ -25,7 +25,9 @@ pub fn rebuild(args: &RebuildArgs, global: Global) -> Result<Said, Error> {
     let scratch = tempfile::tempdir().map_err(Error::failed)?;
     let run = open(scratch.path(), global)?;
     let results = pipeline(&run, &inputs, Step::Publish)?;
-    let again = rebuilt_dir(scratch.path(), &results);
+    let scratch = Store::open(scratch.path());
+    let rebuilt = publishing::publish(&scratch, &results)?.unwrap_or_default();
+    let again = scratch.version_dir(&rebuilt);
     let differing = compare(&store.version_dir(&args.version), &again)?;
 
     let version = &args.version;
@@ -88,12 +90,7 @@ fn recorded_inputs(dir: &Path, artifact: &Artifact) -> Result<Inputs, Error> {
     })
 }
 
-fn rebuilt_dir(scratch: &Path, results: &Results) -> PathBuf {
-    let version = results.version.clone().unwrap_or_default();
-    Store::open(scratch).version_dir(&version)
-}
-
-/// Names of files that one folder lacks or that differ.
+/// Names of files that one folder lacks or that differ; signatures, which no rebuild can make, aside.
 fn compare(before: &Path, again: &Path) -> Result<Vec<String>, Error> {
     let mut names = BTreeSet::new();
     for dir in [before, again] {
@@ -102,6 +99,7 @@ fn compare(before: &Path, again: &Path) -> Result<Vec<String>, Error> {
             names.insert(entry.file_name().to_string_lossy().into_owned());
         }
     }
+    names.remove(SIGNATURE);
     let differs = |name: &String| match (fs::read(before.join(name)), fs::read(again.join(name))) {
         (Ok(before), Ok(again)) => before != again,
         _ => true,

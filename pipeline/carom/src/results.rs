@@ -1,5 +1,6 @@
 //! What came of a pipeline's steps.
 
+use artifacts::Contents;
 use diagnose::Found;
 use evaluate::Evaluation;
 use ingest::LogFile;
@@ -38,7 +39,9 @@ pub struct Results {
     pub evaluation: Option<Evaluation>,
     /// Mean stop error in m by the number of strikes learnt from; from evaluation on.
     pub curve_errors: Vec<(usize, f64)>,
-    /// The version published, which is in use unless a rollback took it out; from publishing on.
+    /// What is to be published; from publishing on.
+    pub contents: Option<Contents>,
+    /// The version published, which is in use unless a rollback took it out; once it is published.
     pub version: Option<String>,
 }
 

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 use std::path::Path;
 
-use artifacts::{Manifest, Store};
+use artifacts::{Key, Manifest, Store};
 use serde_json::{Value, json};
 
 use crate::Error;
@@ -60,22 +60,40 @@ pub fn show(dir: &Path, version: Option<&str>) -> Told {
     Ok((to_json(&manifest)?, manifest.to_json()))
 }
 
-/// Whether a version is whole.
-pub fn verify(dir: &Path, version: Option<&str>) -> Told {
-    let artifact = Store::open(dir).load(version).map_err(store_error)?;
+/// Whether a version is whole, and signed by a key where one is given.
+pub fn verify(dir: &Path, version: Option<&str>, key: Option<&Key>) -> Told {
+    let store = Store::open(dir);
+    let (artifact, sequence) = match key {
+        Some(key) => store
+            .load_trusted(version, key)
+            .map(|(artifact, sequence)| (artifact, Some(sequence))),
+        None => store.load(version).map(|artifact| (artifact, None)),
+    }
+    .map_err(store_error)?;
     let files = artifact.manifest.files.len();
+    let mut text = format!(
+        "{} is whole: {files} files with the hashes, shapes and versions that its manifest names\n",
+        artifact.version
+    );
+    if let Some(sequence) = sequence {
+        text += &format!("it is signed by the key, as number {sequence}\n");
+    }
     Ok((
-        json!({ "version": artifact.version, "files": files, "whole": true }),
-        format!(
-            "{} is whole: {files} files with the hashes, shapes and versions that its manifest names\n",
-            artifact.version
-        ),
+        json!({ "version": artifact.version, "files": files, "whole": true, "sequence": sequence }),
+        text,
     ))
 }
 
+/// Signs the version in use.
+pub fn sign(store: &Store) -> Told {
+    let version = store.sign().map_err(store_error)?;
+    let text = format!("{version} is signed\n");
+    Ok((json!({ "version": version }), text))
+}
+
 /// Makes another version the latest.
-pub fn rollback(dir: &Path, version: Option<&str>) -> Told {
-    let version = Store::open(dir).rollback(version).map_err(store_error)?;
+pub fn rollback(store: &Store, version: Option<&str>) -> Told {
+    let version = store.rollback(version).map_err(store_error)?;
     let text = format!("latest is {version}\n");
     Ok((json!({ "latest": version }), text))
 }

@@ -125,6 +125,36 @@ fn a_demo_becomes_a_version_that_strikes_and_can_be_rebuilt() {
         "{}",
         said.text
     );
+    signs(&dir);
+}
+
+/// What is signed stays so, and a rebuild is the same with or without it.
+fn signs(dir: &std::path::Display<'_>) {
+    done(&format!("key new --out {dir}/carom.key"));
+    let artifacts = format!("--artifacts {dir}");
+    let verify = format!("artifacts verify {artifacts} --key {dir}/carom.pub");
+    let (outcome, text) = refusal(&verify);
+    assert_eq!(outcome, Outcome::BadInput, "{text}");
+    assert!(text.contains("not signed"), "{text}");
+    done(&format!("artifacts sign {artifacts} --key {dir}/carom.key"));
+    assert_eq!(done(&verify)["sequence"], 1);
+    for line in [
+        format!("artifacts rollback v0002 {artifacts}"),
+        format!("publish --out {dir}"),
+    ] {
+        let (outcome, text) = refusal(&line);
+        assert_eq!(outcome, Outcome::BadInput, "{text}");
+        assert!(text.contains("--key FILE"), "{line}: {text}");
+    }
+    done(&format!(
+        "artifacts rollback v0002 {artifacts} --key {dir}/carom.key"
+    ));
+    let verified = done(&verify);
+    assert_eq!(
+        (&verified["version"], &verified["sequence"]),
+        (&"v0002".into(), &2.into())
+    );
+    assert_eq!(done(&format!("rebuild v0002 {artifacts}"))["same"], true);
 }
 
 fn json(dir: &Path, file: &str) -> Value {

@@ -14,6 +14,8 @@ Examples:
     strike --artifacts artifacts/demo --from 0.30 0.00 --to 0.70 0.10 --robot sim
   Check that the artifact is this robot's own, and use another model:
     strike --artifacts artifacts/demo --rig rig.toml --model sysid --to 0.70 0.10
+  Strike only with what the holder of a key signed:
+    strike --artifacts artifacts/demo --key carom.pub --rig rig.toml --to 0.70 0.10 --robot sim
   Plan many targets, a line {\"from\": [x, y], \"to\": [x, y]} each:
     strike --artifacts artifacts/demo --batch targets.jsonl > plans.jsonl
 
@@ -34,6 +36,16 @@ pub struct Args {
     /// This robot's own rig file: refuses unless the artifact was made for the same object, striker, table and arm
     #[arg(long, value_name = "FILE")]
     pub rig: Option<PathBuf>,
+    /// Public key, in minisign's format: refuses versions that it did not sign, or older ones than were loaded before
+    /// [default: as strike.toml beside this program says]
+    #[arg(long, value_name = "FILE")]
+    pub key: Option<PathBuf>,
+    /// Where the newest version loaded is kept [default: beside the key, ending in .seen]
+    #[arg(long, value_name = "FILE")]
+    pub seen: Option<PathBuf>,
+    /// What this robot trusts: key, rig, seen [default: strike.toml beside this program]
+    #[arg(long, value_name = "FILE")]
+    pub config: Option<PathBuf>,
     /// Model: nominal, sysid, sysid_residual, effect, effect_residual [default: the artifact's best]
     #[arg(long, value_name = "MODEL")]
     pub model: Option<Model>,

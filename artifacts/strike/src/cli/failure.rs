@@ -3,7 +3,8 @@
 use std::fmt::{self, Display};
 use std::process::ExitCode;
 
-use strike::{LogError, RobotError};
+use artifacts::ArtifactError;
+use strike::{LogError, RobotError, TrustError};
 
 /// What went wrong; it chooses the exit code.
 #[derive(Debug)]
@@ -60,6 +61,22 @@ impl From<RobotError> for Failure {
         match error {
             RobotError::NotReady { .. } => Self::refused(format!("not_ready: failed to {error}")),
             _ => Self::failed(error),
+        }
+    }
+}
+
+impl From<TrustError> for Failure {
+    fn from(error: TrustError) -> Self {
+        use ArtifactError::{BadSignature, NotSigned};
+        match error {
+            TrustError::Artifact(NotSigned { .. } | BadSignature { .. })
+            | TrustError::Older { .. }
+            | TrustError::Twice { .. }
+            | TrustError::NoKey => Self::refused(format!("not_trusted: failed to {error}")),
+            TrustError::Unkept(_) => Self::failed(error),
+            TrustError::Artifact(_) | TrustError::BadKey { .. } | TrustError::BadSeen { .. } => {
+                Self::input(error)
+            }
         }
     }
 }

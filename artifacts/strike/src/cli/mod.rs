@@ -4,6 +4,7 @@ mod args;
 mod failure;
 mod show;
 
+use std::env;
 use std::fs::File;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -11,8 +12,8 @@ use std::process::ExitCode;
 
 use artifacts::{Artifact, Store};
 use strike::{
-    Choice, Destination, DryRun, OpenLog, Plan, Planner, Robot, SimRobot, TruthSource, batch,
-    execute, highest, identity,
+    Choice, Config, Destination, DryRun, OpenLog, Plan, Planner, Robot, SimRobot, Trust,
+    TruthSource, allows, batch, execute, highest, identity,
 };
 use values::{Point, Rig};
 
@@ -40,17 +41,57 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     }
 }
 
+/// Nothing else is opened, and no robot, before the artifact has passed every check.
 fn load(args: &Args) -> Result<Artifact, Failure> {
-    let store = Store::open(&args.artifacts);
-    let artifact = store
-        .load(args.version.as_deref())
-        .map_err(Failure::input)?;
-    if let Some(path) = &args.rig {
-        let here = Rig::load(path).map_err(Failure::input)?;
-        identity::check(&artifact.rig, &here)
-            .map_err(|other| Failure::refused(format!("other_rig: {}: {other}", path.display())))?;
+    let config = configured(args)?;
+    let trust = config
+        .key
+        .as_deref()
+        .map(|key| Trust::open(key, config.seen.as_deref()))
+        .transpose()?;
+    allows(trust.as_ref(), args.robot.moves())?;
+    let own = |artifact: &Artifact| fits(artifact, config.rig.as_deref());
+    let (store, version) = (Store::open(&args.artifacts), args.version.as_deref());
+    if let Some(trust) = trust {
+        return trust.load(&store, version, own);
     }
+    if !args.quiet {
+        eprintln!(
+            "strike: no key is configured: the artifact is whole, but nobody vouches for it (see --key)"
+        );
+    }
+    let artifact = store.load(version).map_err(Failure::input)?;
+    own(&artifact)?;
     Ok(artifact)
+}
+
+/// What is configured, and what the command line says in its place.
+fn configured(args: &Args) -> Result<Config, Failure> {
+    let file = match &args.config {
+        Some(path) => Config::load(path),
+        None => {
+            let program = env::current_exe().map_err(|error| {
+                Failure::failed(format!("find strike.toml beside this program: {error}"))
+            })?;
+            Config::beside(&program)
+        }
+    }
+    .map_err(Failure::input)?;
+    Ok(Config {
+        key: args.key.clone().or(file.key),
+        rig: args.rig.clone().or(file.rig),
+        seen: args.seen.clone().or(file.seen),
+    })
+}
+
+/// Whether the artifact is this robot's own, where its rig file is given.
+fn fits(artifact: &Artifact, rig: Option<&Path>) -> Result<(), Failure> {
+    let Some(path) = rig else {
+        return Ok(());
+    };
+    let here = Rig::load(path).map_err(Failure::input)?;
+    identity::check(&artifact.rig, &here)
+        .map_err(|other| Failure::refused(format!("other_rig: {}: {other}", path.display())))
 }
 
 fn strike_one(

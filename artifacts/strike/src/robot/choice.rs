@@ -28,6 +28,15 @@ pub enum UnknownRobot {
 
 const KNOWN: &str = "`dry-run`, `sim` and `sim:FOLDER`";
 
+impl Choice {
+    /// Whether it can move something in this world. One that can needs an artifact that somebody vouches for.
+    pub fn moves(&self) -> bool {
+        match self {
+            Self::DryRun | Self::Sim(_) => false,
+        }
+    }
+}
+
 impl FromStr for Choice {
     type Err = UnknownRobot;
 

@@ -21,6 +21,10 @@ fn no_tables_and_no_learning_are_linked() {
         names.contains(&"strike") && names.contains(&"mujoco-rs"),
         "{tree}"
     );
+    assert!(
+        !names.contains(&"minisign"),
+        "it checks signatures and makes none"
+    );
     for absent in ["polars", "arrow", "parquet", "burn"] {
         let is_it = |name: &&&str| **name == absent || name.starts_with(&format!("{absent}-"));
         assert_eq!(names.iter().find(is_it), None);

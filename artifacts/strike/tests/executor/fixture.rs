@@ -1,11 +1,12 @@
 //! A small artifact, published and loaded as the pipeline does it.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use artifacts::network::{LAYERS, Layer, SIZES};
 use artifacts::{
-    Artifact, Calibrated, Contents, Logged, Metrics, Model, Network, Provenance, Store,
-    TrainedRegion,
+    Artifact, Calibrated, Contents, Key, Logged, Metrics, Model, Network, Provenance, Signer,
+    Store, TrainedRegion,
 };
 use tempfile::TempDir;
 use values::{Point, Rig, Shape};
@@ -103,6 +104,45 @@ fn contents(seed: u64) -> Contents {
 /// Publishes into a folder; another seed makes another version.
 pub fn publish(dir: &Path, seed: u64) {
     Store::open(dir).publish(&contents(seed)).unwrap();
+}
+
+/// A key pair of minisign, as the pipeline signs with it.
+#[derive(Debug)]
+pub struct Signing {
+    pair: minisign::KeyPair,
+    key: Key,
+}
+
+impl Signing {
+    pub fn new() -> Arc<Self> {
+        let pair = minisign::KeyPair::generate_unencrypted_keypair().unwrap();
+        let key = Key::parse(&pair.pk.to_base64()).unwrap();
+        Arc::new(Self { pair, key })
+    }
+
+    /// The text of the public key's file.
+    pub fn public(&self) -> String {
+        self.pair.pk.to_box().unwrap().into_string()
+    }
+}
+
+impl Signer for Signing {
+    fn key(&self) -> &Key {
+        &self.key
+    }
+
+    fn sign(&self, content: &[u8], trusted_comment: &str) -> Result<String, String> {
+        let (pk, sk) = (&self.pair.pk, &self.pair.sk);
+        minisign::sign(Some(pk), sk, content, Some(trusted_comment), None)
+            .map(minisign::SignatureBox::into_string)
+            .map_err(|error| error.to_string())
+    }
+}
+
+/// Publishes a signed version into a folder; gives its name.
+pub fn publish_signed(dir: &Path, seed: u64, signing: &Arc<Signing>) -> String {
+    let store = Store::open(dir).signed_by(signing.clone());
+    store.publish(&contents(seed)).unwrap()
 }
 
 /// A folder with one version.

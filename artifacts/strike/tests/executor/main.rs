@@ -9,3 +9,4 @@ mod fixture;
 mod plans;
 mod refusals;
 mod strikes;
+mod trust;

@@ -1,0 +1,99 @@
+//! What this robot trusts: a file on its own computer, not among what is copied to it.
+
+use std::path::{Path, PathBuf};
+use std::{fs, io};
+
+use serde::Deserialize;
+
+/// The configuration; paths are told from the folder of its file.
+///
+/// ```toml
+/// key = "carom.pub"     # versions must be signed by this key
+/// rig = "rig.toml"      # and be this robot's own
+/// seen = "carom.seen"   # the newest version seen is kept here
+/// ```
+#[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Config {
+    /// Public key, in minisign's format, that versions must be signed by.
+    pub key: Option<PathBuf>,
+    /// This robot's own rig file.
+    pub rig: Option<PathBuf>,
+    /// Where the newest version seen is kept; beside the key unless given.
+    pub seen: Option<PathBuf>,
+}
+
+/// A configuration that cannot be used. Texts complete "failed to …".
+#[derive(Debug, thiserror::Error)]
+pub enum ConfigError {
+    /// It cannot be read.
+    #[error("read the configuration {}: {source}", path.display())]
+    Unreadable {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// It says what is not known.
+    #[error("read the configuration {}: {why}; it may hold `key`, `rig` and `seen`", path.display())]
+    Malformed {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        why: String,
+    },
+}
+
+impl Config {
+    /// Reads a configuration.
+    pub fn load(path: &Path) -> Result<Self, ConfigError> {
+        let text = fs::read_to_string(path).map_err(|source| ConfigError::Unreadable {
+            path: path.into(),
+            source,
+        })?;
+        let config: Self = toml::from_str(&text).map_err(|error| ConfigError::Malformed {
+            path: path.into(),
+            why: error.message().into(),
+        })?;
+        let folder = path.parent().unwrap_or(Path::new(""));
+        let from_there = |path: Option<PathBuf>| path.map(|path| folder.join(path));
+        Ok(Self {
+            key: from_there(config.key),
+            rig: from_there(config.rig),
+            seen: from_there(config.seen),
+        })
+    }
+
+    /// The configuration `strike.toml` beside a program, empty where there is none.
+    pub fn beside(program: &Path) -> Result<Self, ConfigError> {
+        let path = program.with_file_name("strike.toml");
+        match Self::load(&path) {
+            Err(ConfigError::Unreadable { source, .. })
+                if source.kind() == io::ErrorKind::NotFound =>
+            {
+                Ok(Self::default())
+            }
+            loaded => loaded,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn paths_are_told_from_the_files_folder_and_what_is_not_known_is_named() {
+        let dir = tempfile::tempdir().expect("folder");
+        let program = dir.path().join("strike");
+        assert_eq!(Config::beside(&program).expect("none"), Config::default());
+        let path = dir.path().join("strike.toml");
+        fs::write(&path, "key = \"carom.pub\"\nrig = \"/etc/rig.toml\"\n").expect("writes");
+        let config = Config::beside(&program).expect("read");
+        assert_eq!(config.key, Some(dir.path().join("carom.pub")));
+        assert_eq!(config.rig, Some("/etc/rig.toml".into()));
+        fs::write(&path, "kye = \"carom.pub\"\n").expect("writes");
+        let error = Config::beside(&program).expect_err("unknown").to_string();
+        assert!(error.contains("kye") && error.contains("`key`"), "{error}");
+    }
+}

@@ -1,0 +1,189 @@
+//! Whether a version may move this robot: signed by the configured key, and none newer was seen before.
+//!
+//! Every signature counts on from the one before (see [`artifacts::Key`]). The highest count that was loaded is kept in a
+//! file of the robot's own; a version with a lower one, whatever `latest` says, is an old one passed off as new. Going back is
+//! an act of whoever holds the secret key: `carom artifacts rollback --key` signs the earlier version with the next count.
+
+use std::path::{Path, PathBuf};
+use std::{fs, io};
+
+use artifacts::{Artifact, ArtifactError, Key, Store};
+use serde::{Deserialize, Serialize};
+
+/// A key, and the newest that was seen of it.
+#[derive(Clone, Debug)]
+pub struct Trust {
+    key: Key,
+    seen: PathBuf,
+}
+
+/// What is kept of the newest version.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Seen {
+    sequence: u64,
+    version: String,
+}
+
+/// Why a version is not trusted, or that cannot be told. Texts complete "failed to …".
+#[derive(Debug, thiserror::Error)]
+pub enum TrustError {
+    /// The version is damaged, not signed, or not by the key.
+    #[error(transparent)]
+    Artifact(#[from] ArtifactError),
+    /// A newer one was seen.
+    #[error(
+        "load {version}: it is older than {newest}, which was loaded here before (signature {sequence} after {seen}); to go \
+         back, sign it anew with `carom artifacts rollback {version} --key FILE` and copy the store again"
+    )]
+    Older {
+        /// The version.
+        version: String,
+        /// Its count.
+        sequence: u64,
+        /// The newest version that was seen.
+        newest: String,
+        /// The highest count that was seen.
+        seen: u64,
+    },
+    /// Another version with the count of the newest: two stores sign with one key.
+    #[error(
+        "load {version}: its signature counts {sequence}, and so did that of {newest}, which was loaded here before; publish \
+         with one key from one store"
+    )]
+    Twice {
+        /// The version.
+        version: String,
+        /// The count of both.
+        sequence: u64,
+        /// The version that was seen.
+        newest: String,
+    },
+    /// The key cannot be used.
+    #[error("use the key {}: {why}; give the public key that `carom key new` wrote", path.display())]
+    BadKey {
+        /// Its file.
+        path: PathBuf,
+        /// What is wrong with it.
+        why: String,
+    },
+    /// What was seen cannot be told.
+    #[error(
+        "tell the newest version seen from {}: {why}; remove the file only if you know that the version to load is the newest",
+        path.display()
+    )]
+    BadSeen {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        why: String,
+    },
+    /// What was seen cannot be kept.
+    #[error(transparent)]
+    Unkept(#[from] durable::Error),
+    /// A robot that moves was chosen, and no key is configured.
+    #[error(
+        "use a robot that moves: no key is configured, so that nobody vouches for the artifact; give `--key FILE` or a strike.toml"
+    )]
+    NoKey,
+}
+
+impl Trust {
+    /// A public key's file, and where to keep what was seen of it: beside it with the ending `seen` unless given.
+    pub fn open(key: &Path, seen: Option<&Path>) -> Result<Self, TrustError> {
+        let bad = |why: String| TrustError::BadKey {
+            path: key.into(),
+            why,
+        };
+        let text = fs::read_to_string(key).map_err(|error| bad(error.to_string()))?;
+        Ok(Self {
+            key: Key::parse(&text).map_err(bad)?,
+            seen: seen.map_or_else(|| key.with_extension("seen"), Path::to_path_buf),
+        })
+    }
+
+    /// A version (the one in use unless named) after every check. `fits` says whether it is this robot's; only one that is
+    /// becomes the newest seen.
+    pub fn load<E: From<TrustError>>(
+        &self,
+        store: &Store,
+        version: Option<&str>,
+        fits: impl FnOnce(&Artifact) -> Result<(), E>,
+    ) -> Result<Artifact, E> {
+        let (artifact, sequence) = store
+            .load_trusted(version, &self.key)
+            .map_err(TrustError::from)?;
+        let seen = self.seen()?;
+        let version = &artifact.version;
+        match &seen {
+            Some(seen) if sequence < seen.sequence => {
+                return Err(TrustError::Older {
+                    version: version.clone(),
+                    sequence,
+                    newest: seen.version.clone(),
+                    seen: seen.sequence,
+                }
+                .into());
+            }
+            Some(seen) if sequence == seen.sequence && *version != seen.version => {
+                return Err(TrustError::Twice {
+                    version: version.clone(),
+                    sequence,
+                    newest: seen.version.clone(),
+                }
+                .into());
+            }
+            _ => {}
+        }
+        fits(&artifact)?;
+        let now = Seen {
+            sequence,
+            version: version.clone(),
+        };
+        if seen.as_ref() != Some(&now) {
+            self.keep(&now)?;
+        }
+        Ok(artifact)
+    }
+
+    fn seen(&self) -> Result<Option<Seen>, TrustError> {
+        let bad = |why: String| TrustError::BadSeen {
+            path: self.seen.clone(),
+            why,
+        };
+        match fs::read(&self.seen) {
+            Ok(bytes) => serde_json::from_slice(&bytes)
+                .map(Some)
+                .map_err(|error| bad(error.to_string())),
+            Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
+            Err(error) => Err(bad(error.to_string())),
+        }
+    }
+
+    fn keep(&self, seen: &Seen) -> Result<(), TrustError> {
+        let text = serde_json::to_string(seen).expect("plain data with text keys");
+        Ok(durable::write_bytes(
+            &self.seen,
+            format!("{text}\n").as_bytes(),
+        )?)
+    }
+}
+
+/// Whether a robot may be used with what is configured: without a key, only one that moves nothing.
+pub fn allows(trust: Option<&Trust>, moves: bool) -> Result<(), TrustError> {
+    match trust {
+        None if moves => Err(TrustError::NoKey),
+        _ => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn without_a_key_nothing_moves() {
+        assert!(matches!(allows(None, true), Err(TrustError::NoKey)));
+        assert!(allows(None, false).is_ok());
+    }
+}

@@ -1,0 +1,111 @@
+//! A recipe: which logs make a dataset, how they are read and what is left out.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+use values::{Interval, Rig, Strike};
+
+use crate::Error;
+use crate::inputs::{find_logs, load_rig};
+
+/// `NAME.toml`; paths are told from its folder.
+///
+/// ```toml
+/// logs = ["../../runs/june", "../../runs/july_*.mcap", "one.mcap"]   # folders, globs, files
+/// rig = "rig.toml"
+/// seed = 0                    # deals strikes into learning and judging
+///
+/// [filters]
+/// speed = [0.4, 1.0]          # commanded, m/s
+/// angle = [-0.8, 0.8]         # commanded, rad
+/// without = ["test_drive.mcap"]
+/// whole_logs = true           # none that is cut off or damaged
+/// ```
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Recipe {
+    logs: Vec<String>,
+    rig: PathBuf,
+    /// Deals strikes into learning and judging.
+    #[serde(default)]
+    pub seed: u64,
+    /// What is left out.
+    #[serde(default)]
+    pub filters: Filters,
+    #[serde(skip)]
+    folder: PathBuf,
+}
+
+/// What is left out of a dataset.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Filters {
+    /// Commanded speeds that are kept, in m/s.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub speed: Option<Interval>,
+    /// Commanded angles that are kept, in rad.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub angle: Option<Interval>,
+    /// Names of logs that are left out.
+    pub without: BTreeSet<String>,
+    /// Whether logs that are cut off or damaged are left out.
+    pub whole_logs: bool,
+}
+
+impl Recipe {
+    /// Reads a recipe.
+    pub fn load(path: &Path) -> Result<Self, Error> {
+        let text = fs::read_to_string(path).map_err(|error| Error::unreadable(path, &error))?;
+        let recipe: Self = toml::from_str(&text).map_err(|error| {
+            Error::input(format!(
+                "read the recipe {}: {}; it holds `logs`, `rig`, `seed` and `[filters]`",
+                path.display(),
+                error.to_string().trim_end()
+            ))
+        })?;
+        Ok(Self {
+            folder: path.parent().map(Path::to_path_buf).unwrap_or_default(),
+            ..recipe
+        })
+    }
+
+    /// The rig.
+    pub fn rig(&self) -> Result<Rig, Error> {
+        load_rig(&self.folder.join(&self.rig))
+    }
+
+    /// Every log that it names, and those in `elsewhere` (files, folders).
+    pub fn find_logs(&self, elsewhere: &[PathBuf]) -> Result<Vec<PathBuf>, Error> {
+        let mut paths = elsewhere.to_vec();
+        for name in &self.logs {
+            let path = self.folder.join(name);
+            if !name.contains(['*', '?', '[']) {
+                // On another machine the logs may lie elsewhere alone.
+                if path.exists() || elsewhere.is_empty() {
+                    paths.push(path);
+                }
+                continue;
+            }
+            let bad = |why: String| Error::input(format!("find the logs {name}: {why}"));
+            let before = paths.len();
+            let pattern = path.to_string_lossy();
+            for found in glob::glob(&pattern).map_err(|error| bad(error.to_string()))? {
+                paths.push(found.map_err(|error| bad(error.to_string()))?);
+            }
+            if paths.len() == before && elsewhere.is_empty() {
+                return Err(bad(format!("nothing matches {pattern}")));
+            }
+        }
+        find_logs(&paths)
+    }
+}
+
+impl Filters {
+    /// Whether a strike stays.
+    pub fn keeps(&self, strike: &Strike) -> bool {
+        let within = |bounds: Option<Interval>, value| bounds.is_none_or(|b| b.contains(value));
+        within(self.speed, strike.command.speed) && within(self.angle, strike.command.angle)
+    }
+}
