@@ -36,7 +36,7 @@ pub(crate) type Push<'a> = dyn Fn(f64, Point, Point) -> Point + Sync + 'a;
 /// How one strike differs from what was commanded and measured.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Kick {
-    /// Relative speed.
+    /// Logarithm of the factor on speed.
     pub(crate) speed: f64,
     /// Angle in rad.
     pub(crate) angle: f64,
@@ -169,11 +169,11 @@ impl Planar<'_> {
                     .map(|e| e.restitution_factor(delivered.speed))
                     .product::<f64>(),
         };
-        // A kick turns and speeds what leaves the tip, however large it is.
+        // A kick turns and speeds what leaves the tip, and never turns it back, however large it is.
         let mut release = launch.release(&blow);
         release.position = release.position.rotated(kick.angle);
-        release.velocity = release.velocity.rotated(kick.angle) * (1.0 + kick.speed);
-        release.spin *= 1.0 + kick.speed;
+        release.velocity = release.velocity.rotated(kick.angle) * kick.speed.exp();
+        release.spin *= kick.speed.exp();
         let origin = effects::unobserve(self.effects, strike.initial + kick.rest);
         let mut body = Body {
             position: origin + release.position,
