@@ -164,12 +164,11 @@ impl<'a> Field<'a> {
                 nuisances.view_mut((0, 3), (n, 1)).fill(1.0);
                 nuisances.view_mut((n, 4), (n, 1)).fill(1.0);
                 let mut values = DMatrix::zeros(2 * n, model.free.len());
-                for place in 0..model.free.len() {
+                for (place, (values_there, effects, step)) in beside.iter().enumerate() {
                     if place == CLOCK {
                         values.set_column(place, &delay);
                         continue;
                     }
-                    let (values_there, effects, step) = &beside[place];
                     let planar = self.planar(values_there, effects);
                     let there = stack(&self.frames(&planar, i, clock, &b)?.at);
                     values.set_column(place, &((there - &at) / *step));

@@ -32,6 +32,9 @@ struct At {
     precision: f64,
 }
 
+/// Columns of one strike: none where it is not touched, and no answer where it does not come to rest.
+type Columned<'c> = dyn Fn(usize, &At) -> Option<Option<DMatrix<f64>>> + Sync + 'c;
+
 /// A fitted model, ready to be asked.
 pub(crate) struct Asked<'f, 'a> {
     field: &'f Field<'a>,
@@ -158,11 +161,7 @@ impl<'f, 'a> Asked<'f, 'a> {
         })
     }
 
-    fn tell(
-        &self,
-        count: usize,
-        columns: &(dyn Fn(usize, &At) -> Option<Option<DMatrix<f64>>> + Sync),
-    ) -> Option<Told> {
+    fn tell(&self, count: usize, columns: &Columned<'_>) -> Option<Told> {
         let p = self.inverse.nrows();
         let mut own = DMatrix::zeros(count, count);
         let mut cross = DMatrix::zeros(count, self.strikes[0].weighed.ncols());
