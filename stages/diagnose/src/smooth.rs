@@ -306,16 +306,23 @@ fn weigh(covariate: Covariate, told: &Told, places: &[Place], scale: f64, seed: 
         let share = u * variance / (1.0 + l * variance);
         heights += eigenvectors.column(*i) * share;
     }
-    let mut peaks: Vec<(Point, Point)> = Vec::new();
-    for (place, height) in places.iter().zip(heights.iter()) {
-        let vector = place.1 * *height;
-        match peaks.last_mut() {
-            Some((at, sum)) if at.distance(place.0) < 1e-12 => *sum = *sum + vector,
-            _ => peaks.push((place.0, vector)),
-        }
-    }
-    let (at, peak) = peaks
-        .into_iter()
+    // Bumps overlap: what acts at the middle of one is a sum over its neighbours.
+    let spacing = places
+        .iter()
+        .map(|place| place.0.distance(places[0].0))
+        .filter(|distance| *distance > 1e-9)
+        .fold(f64::INFINITY, f64::min);
+    let sum_at = |at: Point| {
+        places
+            .iter()
+            .zip(heights.iter())
+            .fold(Point::default(), |sum, (place, height)| {
+                sum + place.1 * (*height * bump(at.distance(place.0), spacing))
+            })
+    };
+    let (at, peak) = places
+        .iter()
+        .map(|place| (place.0, sum_at(place.0)))
         .max_by(|a, b| a.1.norm().total_cmp(&b.1.norm()))
         .unwrap_or_default();
     Dependence {
