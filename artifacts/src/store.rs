@@ -128,7 +128,7 @@ impl Store {
     pub fn publish(&self, contents: &Contents) -> Result<String, ArtifactError> {
         durable::create_dir(&self.versions())?;
         let _lock = self.lock()?;
-        self.needs_no_key()?;
+        self.check_key()?;
         durable::sweep(&self.versions())?;
         let (manifest, files) = encode(contents);
         let manifest = manifest.to_json();
@@ -184,7 +184,7 @@ impl Store {
     pub fn rollback(&self, to: Option<&str>) -> Result<String, ArtifactError> {
         durable::create_dir(&self.versions())?;
         let _lock = self.lock()?;
-        self.needs_no_key()?;
+        self.check_key()?;
         durable::sweep(&self.versions())?;
         let version = match to {
             Some(version) => self.verify(Some(version))?,
@@ -240,8 +240,8 @@ impl Store {
             .unwrap_or(0))
     }
 
-    /// Errors where the version in use is signed and there is no signer.
-    fn needs_no_key(&self) -> Result<(), ArtifactError> {
+    /// Whether the version in use may be replaced: where it is signed, that takes a signer.
+    pub fn check_key(&self) -> Result<(), ArtifactError> {
         match self.latest() {
             Ok(version)
                 if self.signer.is_none() && signature::is_signed(&self.version_dir(&version)) =>
@@ -253,6 +253,25 @@ impl Store {
             }
             _ => Ok(()),
         }
+    }
+
+    /// Removes the oldest versions beyond the newest `keep`, never the one in use; gives their names.
+    pub fn retain(&self, keep: usize) -> Result<Vec<String>, ArtifactError> {
+        durable::create_dir(&self.versions())?;
+        let _lock = self.lock()?;
+        durable::sweep(&self.versions())?;
+        let latest = self.latest()?;
+        let numbers = self.numbers()?;
+        let old = &numbers[..numbers.len().saturating_sub(keep)];
+        let mut removed: Vec<String> = old.iter().map(|number| version::name(*number)).collect();
+        removed.retain(|version| *version != latest);
+        for version in &removed {
+            // Gone under its name at once; a kill leaves what the next writer sweeps.
+            let aside = self.versions().join(format!(".{version}.partial"));
+            durable::rename(&self.version_dir(version), &aside)?;
+            durable::remove_dir(&aside)?;
+        }
+        Ok(removed)
     }
 
     /// Withdraws the versions after `version` up to the one in use; it itself is withdrawn no more.

@@ -346,6 +346,35 @@ fn signatures_count_what_is_put_to_use() {
 }
 
 #[test]
+fn old_versions_are_removed_and_the_one_in_use_is_not() {
+    let (_dir, store) = published(&contents(0.2));
+    for friction in [0.3, 0.4, 0.5] {
+        store.publish(&contents(friction)).expect("publishes");
+    }
+    assert!(store.retain(4).expect("retains").is_empty());
+    store.rollback(Some("v0001")).expect("rolls back");
+    for step in 1.. {
+        let (result, struck) = durable::faults::after(step, || store.retain(2));
+        store.verify(None).expect("in use");
+        for listing in store.list().expect("lists") {
+            store.verify(Some(&listing.version)).expect("whole or gone");
+        }
+        if !struck {
+            result.expect("retains");
+            break;
+        }
+    }
+    let left: Vec<_> = store
+        .list()
+        .expect("lists")
+        .into_iter()
+        .map(|row| row.version)
+        .collect();
+    assert_eq!(left, ["v0001", "v0003", "v0004"]);
+    assert_eq!(store.publish(&contents(0.6)).expect("publishes"), "v0005");
+}
+
+#[test]
 fn signing_stopped_at_any_step_leaves_a_version_that_loads() {
     let signing = Signing::new();
     for step in 1.. {

@@ -93,6 +93,12 @@ pub enum Command {
         "carom run logs/ --rig rig.toml --out runs/a --key carom.key",
     ]))]
     Run(RunArgs),
+    /// Run on what is new, and promote the result only if it beats the version in use on held-out strikes.
+    #[command(after_help = examples(&[
+        "carom nightly logs/ --rig rig.toml --out runs/a --key carom.key",
+        "carom nightly --out runs/a --key carom.key --log-json",
+    ]))]
+    Nightly(NightlyArgs),
     /// Strike targets with each model and measure where the object stops.
     #[command(after_help = examples(&[
         "carom trial --artifacts artifacts/demo --robot sim",
@@ -208,6 +214,35 @@ pub struct RunArgs {
     /// What to run on.
     #[command(flatten)]
     pub logs: LogsArgs,
+    /// Who signs.
+    #[command(flatten)]
+    pub sign: SignArgs,
+}
+
+/// `carom nightly`.
+#[derive(Args, Debug)]
+pub struct NightlyArgs {
+    /// MCAP files, or folders that are searched for them with all below [default: those that the run was begun with].
+    #[arg(value_name = "LOGS", requires = "rig")]
+    pub logs: Vec<PathBuf>,
+    /// The rig file.
+    #[arg(long, value_name = "FILE", requires = "logs")]
+    pub rig: Option<PathBuf>,
+    /// Folder of the run.
+    #[arg(long, value_name = "DIR", default_value = "artifacts/demo")]
+    pub out: PathBuf,
+    /// Deals strikes into learning and judging, and seeds training; goes with LOGS.
+    #[arg(long, default_value_t = 0, requires = "logs")]
+    pub seed: u64,
+    /// Diagnose, but add no effect to the world; goes with LOGS.
+    #[arg(long, requires = "logs")]
+    pub without_effects: bool,
+    /// Versions to keep: older ones are removed, the one in use never.
+    #[arg(long, value_name = "N", default_value_t = 30, value_parser = clap::value_parser!(u16).range(2..))]
+    pub keep: u16,
+    /// Log as JSON, an object a line, on standard error.
+    #[arg(long)]
+    pub log_json: bool,
     /// Who signs.
     #[command(flatten)]
     pub sign: SignArgs,

@@ -13,7 +13,8 @@ use crate::pipeline::{Step, pipeline};
 use crate::report::{self, Shown};
 use crate::results::Results;
 use crate::{
-    Error, dataset, demo, outputs, publishing, rebuild, score, signing, store, summary, trial,
+    Error, dataset, demo, nightly, outputs, publishing, rebuild, score, signing, store, summary,
+    trial,
 };
 
 /// What a command has to say: for machines and for people.
@@ -83,6 +84,7 @@ pub fn execute(cli: &Cli) -> Result<Said, Error> {
                 format!("report     {path}\n"),
             ))
         }
+        Command::Nightly(args) => nightly::nightly(args, global),
         Command::Trial(args) => {
             let trial = trial::trial(args, global.quiet)?;
             let text = summary::trial(&trial);
@@ -176,14 +178,16 @@ fn go(run: &Run, store: &Store, inputs: &Inputs, last: Step) -> Result<Said, Err
 }
 
 /// The report of a run, with its latest trial, and its version (else the latest) where there are any. Gives its path.
-fn write_report(dir: &Path, inputs: &Inputs, results: &Results) -> Result<String, Error> {
+pub fn write_report(dir: &Path, inputs: &Inputs, results: &Results) -> Result<String, Error> {
     let trial = trial::kept(dir);
     let provenance = store::provenance(dir, results.version.as_deref())?.unwrap_or_default();
+    let night = nightly::kept(dir);
     let shown = Shown {
         inputs,
         results,
         trial: trial.as_ref(),
         provenance: &provenance,
+        night: night.as_ref(),
     };
     report::write(&shown, dir)?;
     Ok(dir.join(report::FILE).display().to_string())

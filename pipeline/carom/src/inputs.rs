@@ -18,6 +18,9 @@ const FILE: &str = "inputs.json";
 pub struct Inputs {
     /// The rig.
     pub rig: Rig,
+    /// Files and folders as they were named, with their whole paths: where new logs are looked for.
+    #[serde(default)]
+    pub named: Vec<PathBuf>,
     /// Every log, with its whole path, in order.
     pub logs: Vec<PathBuf>,
     /// Deals strikes into learning and judging, and seeds training.
@@ -30,11 +33,38 @@ pub struct Inputs {
 impl Inputs {
     /// Inputs as named on the command line.
     pub fn named(args: &LogsArgs) -> Result<Self, Error> {
+        Self::of(&args.logs, &args.rig, args.seed, args.without_effects)
+    }
+
+    /// Inputs from files and folders of logs, and a rig file.
+    pub fn of(
+        named: &[PathBuf],
+        rig: &Path,
+        seed: u64,
+        without_effects: bool,
+    ) -> Result<Self, Error> {
+        let whole = |path: &PathBuf| {
+            fs::canonicalize(path).map_err(|error| Error::unreadable(path, &error))
+        };
         Ok(Self {
-            rig: load_rig(&args.rig)?,
-            logs: find_logs(&args.logs)?,
-            seed: args.seed,
-            without_effects: args.without_effects,
+            rig: load_rig(rig)?,
+            logs: find_logs(named)?,
+            named: named.iter().map(whole).collect::<Result<_, _>>()?,
+            seed,
+            without_effects,
+        })
+    }
+
+    /// The same, with the logs that lie now where they were named.
+    pub fn again(self) -> Result<Self, Error> {
+        let named = if self.named.is_empty() {
+            &self.logs
+        } else {
+            &self.named
+        };
+        Ok(Self {
+            logs: find_logs(named)?,
+            ..self
         })
     }
 
@@ -150,6 +180,7 @@ mod tests {
     fn kept_inputs_read_back() {
         let dir = tempfile::tempdir().expect("folder");
         let inputs = Inputs {
+            named: vec!["/logs".into()],
             rig: Rig::demo(values::Shape::Box),
             logs: vec!["/logs/a.mcap".into()],
             seed: 3,

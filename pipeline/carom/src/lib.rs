@@ -8,6 +8,7 @@ mod dataset;
 mod demo;
 mod error;
 mod inputs;
+mod nightly;
 mod noise;
 mod outputs;
 mod pipeline;

@@ -83,6 +83,7 @@ fn recorded_inputs(dir: &Path, artifact: &Artifact) -> Result<Inputs, Error> {
         ))
     })?;
     Ok(Inputs {
+        named: Vec::new(),
         rig: artifact.rig.clone(),
         logs,
         seed,

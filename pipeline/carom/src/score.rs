@@ -4,7 +4,8 @@ use std::collections::BTreeMap;
 
 use artifacts::{Artifact, Logged, Metrics, Model, Store};
 use evaluate::{Candidate, Evaluate, Evaluation, StopError};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
+use stage::Run;
 use values::Strike;
 
 use crate::args::{Global, ScoreArgs};
@@ -48,8 +49,8 @@ struct ScoredStrike {
 }
 
 /// The default model's mean stop error here against that on the strikes held out when the version was published.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-struct Drift {
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Drift {
     model: Model,
     /// Mean stop error when published, in m.
     published: f64,
@@ -78,24 +79,8 @@ pub fn score(args: &ScoreArgs, global: Global) -> Result<Said, Error> {
     if let Some(known) = artifact.manifest.provenance.strikes {
         go_on_from(known, &mut read.strikes);
     }
-    let used = artifact.effect.as_ref().unwrap_or(&artifact.sysid);
-    let input = evaluate::Input {
-        rig: artifact.rig.clone(),
-        candidates: candidates(&artifact),
-        noise: identified(&artifact.rig, &used.world),
-        strikes: read.strikes,
-    };
-    let mut evaluation = run.stage(&Evaluate { split: None }, &input)?;
-    // What was estimated when the residual was there to take away what repeats.
-    if let Some(published) = &artifact.manifest.provenance.noise_floor {
-        evaluation.noise_floor = Some(of(published));
-    }
-
-    let model = artifact.manifest.provenance.default_model;
-    let drift = evaluation.models.get(model.name()).and_then(|here| {
-        let published = artifact.manifest.provenance.metrics.get(&model)?;
-        Some(Drift::between(model, published, here))
-    });
+    let scored = read.strikes.len();
+    let (evaluation, drift) = judge(&run, &artifact, read.strikes)?;
     let score = Score {
         artifact: artifact.version.clone(),
         rejected: read.rejects.len(),
@@ -107,12 +92,12 @@ pub fn score(args: &ScoreArgs, global: Global) -> Result<Said, Error> {
 
     let mut text = format!(
         "{} strikes, {} rejected, scored with {}\n\n{}",
-        input.strikes.len(),
+        scored,
         read.rejects.len(),
         artifact.version,
         summary::evaluation_table(&evaluation)
     );
-    text += &drift.map(|drift| drift.sentence()).unwrap_or_default();
+    text += &drift.map_or(String::new(), |drift| format!("\n{}\n", drift.sentence()));
     Ok(Said {
         outcome: if read.rejects.is_empty() && read.damaged.is_empty() {
             Outcome::Done
@@ -122,6 +107,32 @@ pub fn score(args: &ScoreArgs, global: Global) -> Result<Said, Error> {
         json: to_json(&score)?,
         text,
     })
+}
+
+/// How well every model of a version predicts strikes, and whether that is worse than when it was published.
+pub fn judge(
+    run: &Run,
+    artifact: &Artifact,
+    strikes: Vec<Strike>,
+) -> Result<(Evaluation, Option<Drift>), Error> {
+    let used = artifact.effect.as_ref().unwrap_or(&artifact.sysid);
+    let input = evaluate::Input {
+        rig: artifact.rig.clone(),
+        candidates: candidates(artifact),
+        noise: identified(&artifact.rig, &used.world),
+        strikes,
+    };
+    let mut evaluation = run.stage(&Evaluate { split: None }, &input)?;
+    // What was estimated when the residual was there to take away what repeats.
+    if let Some(published) = &artifact.manifest.provenance.noise_floor {
+        evaluation.noise_floor = Some(of(published));
+    }
+    let model = artifact.manifest.provenance.default_model;
+    let drift = evaluation.models.get(model.name()).and_then(|here| {
+        let published = artifact.manifest.provenance.metrics.get(&model)?;
+        Some(Drift::between(model, published, here))
+    });
+    Ok((evaluation, drift))
 }
 
 /// Strikes made after those that the version was computed from follow them in order, for effects that drift.
@@ -205,14 +216,15 @@ impl Drift {
         }
     }
 
-    fn sentence(&self) -> String {
+    /// For a person.
+    pub fn sentence(&self) -> String {
         let verdict = if self.beyond_chance {
             "worse than chance explains: the rig has drifted, or these strikes lie where none was learnt from"
         } else {
             "no drift beyond chance"
         };
         format!(
-            "\n{}: {:.2} cm here, {:.2} cm on the strikes held out when it was published (z = {:.1}): {verdict}\n",
+            "{}: {:.2} cm here, {:.2} cm on the strikes held out when it was published (z = {:.1}): {verdict}",
             self.model,
             self.here * 100.0,
             self.published * 100.0,

@@ -200,6 +200,23 @@ mod tests {
     }
 
     #[test]
+    fn a_step_that_fails_leaves_the_old_file_and_nothing_aside() {
+        let dir = tempfile::tempdir().expect("folder");
+        let path = dir.path().join("value");
+        for step in 1.. {
+            write_bytes(&path, b"old").expect("writes");
+            let (result, struck) = faults::once(step, || write_bytes(&path, b"newer"));
+            assert_eq!(result.is_err(), struck);
+            if !struck {
+                break;
+            }
+            let text = result.expect_err("failed").to_string();
+            assert!(text.contains("free some space"), "{text}");
+            assert_eq!(fs::read_dir(dir.path()).expect("folder").count(), 1);
+        }
+    }
+
+    #[test]
     fn a_failed_content_leaves_nothing_aside() {
         let dir = tempfile::tempdir().expect("folder");
         let path = dir.path().join("value");

@@ -13,6 +13,7 @@ use std::path::Path;
 
 use crate::Error;
 use crate::inputs::Inputs;
+use crate::nightly::Night;
 use crate::results::Results;
 use crate::trial::Trial;
 
@@ -38,6 +39,8 @@ pub struct Shown<'a> {
     pub results: &'a Results,
     /// The latest trial, where one was made.
     pub trial: Option<&'a Trial>,
+    /// What the last night decided, where there was one.
+    pub night: Option<&'a Night>,
     /// What was published.
     pub provenance: &'a Provenance,
 }

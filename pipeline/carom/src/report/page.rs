@@ -45,6 +45,12 @@ pub fn page(shown: &Shown<'_>) -> Result<String, PageError> {
             @if let Some(version) = &shown.provenance.version { ", published as " strong { (version) } }
             "."
         }
+        @if let Some(night) = shown.night {
+            (section("The last night", html! {
+                p { strong { (night.headline()) } "." }
+                ul { @for line in night.lines() { li { (line) } } }
+            }))
+        }
         @if let Some(evaluation) = &results.evaluation { (stops::headline(evaluation)?) }
         @if let Some(trial) = shown.trial { (stops::trial_section(trial)?) }
         (strikes_section(shown)?)

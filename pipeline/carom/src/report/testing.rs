@@ -106,6 +106,7 @@ fn strike(index: usize) -> Strike {
 
 fn text(found: Found, is_used: bool) -> String {
     let inputs = Inputs {
+        named: Vec::new(),
         rig: Rig::demo(Shape::Cylinder),
         logs: Vec::new(),
         seed: 0,
@@ -119,6 +120,7 @@ fn text(found: Found, is_used: bool) -> String {
         ..Results::default()
     };
     let shown = Shown {
+        night: None,
         inputs: &inputs,
         results: &results,
         trial: None,

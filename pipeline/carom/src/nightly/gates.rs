@@ -1,0 +1,274 @@
+//! The gates between a candidate and the robot.
+
+use artifacts::Artifact;
+use evaluate::{Candidate, Evaluate, Evaluation};
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+use stage::Run;
+use statrs::distribution::{ContinuousCDF, StudentsT};
+use strike::{Planner, Reason};
+use values::{Split, Strike};
+
+use crate::Error;
+use crate::noise::identified;
+
+/// Fewer strikes than these decide nothing.
+const LEAST: usize = 8;
+/// At most so many strikes are planned anew.
+const MOST_PLANS: usize = 200;
+
+/// Strikes that no version learnt from, as long as the seed stays.
+pub fn held_out(strikes: &[Strike]) -> Vec<Strike> {
+    let is_held_out = |strike: &&Strike| strike.split == Split::Test;
+    strikes.iter().filter(is_held_out).cloned().collect()
+}
+
+/// Whether the candidate's stop errors are smaller than those of the version in use, on the same held-out strikes.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Beats {
+    /// Whether it passes: the whole interval is above zero, and it predicts no fewer strikes.
+    pub passed: bool,
+    /// Version that it is compared with.
+    pub current: String,
+    /// Strikes that both predict.
+    pub strikes: usize,
+    /// Mean stop error of the version in use on them, in m.
+    pub current_mean: f64,
+    /// Mean stop error of the candidate on them, in m.
+    pub candidate_mean: f64,
+    /// By how much the candidate is better, strike by strike: mean, in m.
+    pub gain: f64,
+    /// 95 % interval of the gain, in m; none for too few strikes.
+    pub interval: Option<[f64; 2]>,
+    /// Strikes that the version in use does not predict.
+    pub current_failed: usize,
+    /// Strikes that the candidate does not predict.
+    pub candidate_failed: usize,
+}
+
+/// Compares the default models of both.
+pub fn beats(
+    run: &Run,
+    current: &Artifact,
+    candidate: &Artifact,
+    strikes: Vec<Strike>,
+) -> Result<Beats, Error> {
+    let used = candidate.effect.as_ref().unwrap_or(&candidate.sysid);
+    let input = evaluate::Input {
+        rig: candidate.rig.clone(),
+        strikes,
+        candidates: [("current", current), ("candidate", candidate)]
+            .into_iter()
+            .map(|(name, artifact)| default_model(name, artifact))
+            .collect(),
+        noise: identified(&candidate.rig, &used.world),
+    };
+    let evaluation = run.stage(&Evaluate { split: None }, &input)?;
+    let errors = |name| errors(&evaluation, name);
+    Ok(compare(
+        &current.version,
+        &errors("current"),
+        &errors("candidate"),
+    ))
+}
+
+fn default_model(name: &str, artifact: &Artifact) -> Candidate {
+    let model = artifact.manifest.provenance.default_model;
+    // Loading has checked that it is there.
+    let (world, residual) = artifact
+        .model(model)
+        .unwrap_or_else(|| (artifact.sysid.world.clone(), None));
+    Candidate {
+        name: name.into(),
+        world,
+        residual: residual.cloned(),
+    }
+}
+
+/// One model's errors, in the order of the strikes.
+fn errors(evaluation: &Evaluation, model: &str) -> Vec<Option<f64>> {
+    let rows = evaluation.predictions.iter();
+    let rows = rows.filter(|row| row.model == model);
+    rows.map(|row| row.error).collect()
+}
+
+/// Paired by strike, by Student's t: strikes differ by far more than models do.
+fn compare(version: &str, current: &[Option<f64>], candidate: &[Option<f64>]) -> Beats {
+    let pairs: Vec<(f64, f64)> = current
+        .iter()
+        .zip(candidate)
+        .filter_map(|(current, candidate)| Some(((*current)?, (*candidate)?)))
+        .collect();
+    let n = pairs.len() as f64;
+    let mean = |value: fn(&(f64, f64)) -> f64| pairs.iter().map(value).sum::<f64>() / n.max(1.0);
+    let gain = mean(|(current, candidate)| current - candidate);
+    let failed = |errors: &[Option<f64>]| errors.iter().filter(|error| error.is_none()).count();
+    let interval = (pairs.len() >= LEAST)
+        .then(|| {
+            let squares = pairs.iter().map(|(a, b)| (a - b - gain).powi(2));
+            let error = (squares.sum::<f64>() / (n - 1.0) / n).sqrt();
+            let width = StudentsT::new(0.0, 1.0, n - 1.0).ok()?.inverse_cdf(0.975) * error;
+            Some([gain - width, gain + width])
+        })
+        .flatten();
+    let (current_failed, candidate_failed) = (failed(current), failed(candidate));
+    Beats {
+        passed: interval.is_some_and(|[low, _]| low > 0.0) && candidate_failed <= current_failed,
+        current: version.into(),
+        strikes: pairs.len(),
+        current_mean: mean(|(current, _)| *current),
+        candidate_mean: mean(|(_, candidate)| *candidate),
+        gain,
+        interval,
+        current_failed,
+        candidate_failed,
+    }
+}
+
+impl Beats {
+    /// For a person.
+    pub fn sentence(&self) -> String {
+        let mm = |metres: f64| metres * 1e3;
+        let Some([low, high]) = self.interval else {
+            return format!(
+                "{} held-out strikes are too few to compare with {}: {LEAST} at the least",
+                self.strikes, self.current
+            );
+        };
+        let verdict = if self.passed {
+            "better"
+        } else if low > 0.0 {
+            "better where it predicts, but it predicts fewer strikes"
+        } else if high < 0.0 {
+            "worse"
+        } else {
+            "no better than chance"
+        };
+        format!(
+            "on {} held-out strikes it misses by {:.2} mm, {} by {:.2} mm: a gain of {:.2} mm, 95 % [{:.2}, {:.2}]: {verdict}",
+            self.strikes,
+            mm(self.candidate_mean),
+            self.current,
+            mm(self.current_mean),
+            mm(self.gain),
+            mm(low),
+            mm(high)
+        )
+    }
+}
+
+/// Whether the executor's own library loads the candidate and plans with it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Executor {
+    /// Whether it passes: at least half of the paths are planned, and no simulation diverges.
+    pub passed: bool,
+    /// Paths of logged strikes that it planned.
+    pub planned: usize,
+    /// Those that it refused.
+    pub refused: usize,
+    /// The first refusal, or why there is no plan at all.
+    pub first: Option<String>,
+}
+
+/// Plans the paths of the latest strikes, as they were struck.
+pub fn plans(candidate: &Artifact, strikes: &[Strike]) -> Executor {
+    let model = candidate.manifest.provenance.default_model;
+    let planner = match Planner::new(candidate, model) {
+        Ok(planner) => planner,
+        Err(error) => {
+            return Executor {
+                passed: false,
+                planned: 0,
+                refused: 0,
+                first: Some(format!("failed to {error}")),
+            };
+        }
+    };
+    let answers: Vec<_> = strikes
+        .par_iter()
+        .rev()
+        .take(MOST_PLANS)
+        .map(|strike| planner.plan(strike.initial, strike.stop))
+        .collect();
+    let refusals: Vec<_> = answers
+        .iter()
+        .filter_map(|answer| answer.as_ref().err())
+        .collect();
+    let planned = answers.len() - refusals.len();
+    let diverged = refusals
+        .iter()
+        .any(|refusal| refusal.refused == Reason::Diverged);
+    Executor {
+        passed: planned > 0 && planned >= refusals.len() && !diverged,
+        planned,
+        refused: refusals.len(),
+        first: refusals.first().map(ToString::to_string),
+    }
+}
+
+impl Executor {
+    /// For a person.
+    pub fn sentence(&self) -> String {
+        let mut text = format!(
+            "the executor loads it and plans {} of the latest {} paths",
+            self.planned,
+            self.planned + self.refused
+        );
+        if let (false, Some(first)) = (self.passed, &self.first) {
+            text += &format!(": too few ({first})");
+        }
+        text
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn errors(of: impl Fn(usize) -> f64) -> Vec<Option<f64>> {
+        (0..40).map(|strike| Some(of(strike))).collect()
+    }
+
+    /// Strikes that differ by far more than models do.
+    fn hard(strike: usize) -> f64 {
+        0.001 * (strike % 10) as f64
+    }
+
+    #[test]
+    fn a_small_gain_on_every_strike_passes_and_chance_does_not() {
+        let current = errors(|strike| 0.002 + hard(strike));
+        let better = errors(|strike| 0.0018 + hard(strike) + 0.0001 * (strike % 3) as f64);
+        let beats = compare("v0001", &current, &better);
+        assert!(beats.passed, "{beats:?}");
+        assert!(beats.sentence().ends_with("better"), "{}", beats.sentence());
+        let worse = compare("v0001", &better, &current);
+        assert!(!worse.passed && worse.sentence().ends_with("worse"));
+        // Better on the mean, by chance: half of the strikes gain, half lose.
+        let chance = errors(|strike| {
+            let sign = if strike % 2 == 0 { -1.1 } else { 1.0 };
+            0.002 + hard(strike) + 0.001 * sign
+        });
+        let beats = compare("v0001", &current, &chance);
+        assert!(beats.gain > 0.0 && !beats.passed, "{beats:?}");
+        let same = compare("v0001", &current, &current);
+        assert!(!same.passed, "{same:?}");
+    }
+
+    #[test]
+    fn few_strikes_and_strikes_that_are_not_predicted_do_not_pass() {
+        let (current, better) = (
+            errors(|_| 0.01),
+            errors(|strike| 0.001 + 0.1 * hard(strike)),
+        );
+        let few = compare("v0001", &current[..LEAST - 1], &better[..LEAST - 1]);
+        assert!(!few.passed && few.interval.is_none());
+        assert!(few.sentence().contains("too few"));
+        let mut failing = better.clone();
+        failing[3] = None;
+        let beats = compare("v0001", &current, &failing);
+        assert!(!beats.passed && beats.candidate_failed == 1);
+        assert!(beats.sentence().contains("predicts fewer"));
+        let none = compare("v0001", &[], &[]);
+        assert!(!none.passed && none.gain == 0.0);
+    }
+}

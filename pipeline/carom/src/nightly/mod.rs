@@ -1,0 +1,237 @@
+//! `carom nightly`: run on what is new, and promote what came out only if it passes two gates.
+//!
+//! Nobody watches. Until the very end the version in use stays in use, whatever stops the program; a candidate that fails a gate
+//! is published nowhere. `nightly.json` and the report say what was decided and why.
+
+mod gates;
+mod log;
+mod night;
+
+use std::collections::BTreeSet;
+
+use artifacts::{Artifact, ArtifactError, Contents, Store};
+use ingest::LogFile;
+use rayon::prelude::*;
+use serde_json::json;
+use sha2::{Digest, Sha256};
+use stage::Run;
+
+use crate::args::{Global, NightlyArgs};
+use crate::commands::{Said, open, to_json, write_report};
+use crate::inputs::Inputs;
+use crate::outputs;
+use crate::pipeline::{Step, pipeline};
+use crate::publishing::{self, store_error};
+use crate::results::Results;
+use crate::{Error, score, signing};
+use log::Log;
+pub use night::{Night, Status, kept};
+
+/// The night's work in one folder.
+pub fn nightly(args: &NightlyArgs, global: Global) -> Result<Said, Error> {
+    let dir = &args.out;
+    let log = Log::new(args.log_json);
+    let worked = begin(args, global, &log).and_then(|(run, store, inputs)| {
+        let night = work(&run, &store, &inputs, args, &log);
+        if let Err(error) = &night
+            && !durable::faults::dead()
+        {
+            // The error is the one to tell.
+            let _ = night::keep(dir, &Night::failed(error));
+        }
+        night
+    });
+    match worked {
+        Ok(night) => {
+            log.line(
+                "info",
+                "end",
+                &json!({ "status": night.status, "latest": night.latest }),
+            );
+            Ok(Said {
+                outcome: night.outcome(),
+                json: to_json(&night)?,
+                text: night.text(),
+            })
+        }
+        Err(error) => {
+            let outcome = error.outcome() as u8;
+            log.line(
+                "error",
+                "end",
+                &json!({ "exit": outcome, "error": error.to_string() }),
+            );
+            Err(error)
+        }
+    }
+}
+
+/// The run, locked; its store; and the logs as they are tonight.
+fn begin(args: &NightlyArgs, global: Global, log: &Log) -> Result<(Run, Store, Inputs), Error> {
+    let dir = &args.out;
+    let inputs = match &args.rig {
+        Some(rig) => Inputs::of(&args.logs, rig, args.seed, args.without_effects)?,
+        None => Inputs::kept(dir)?.again()?,
+    };
+    let store = signing::store(dir, args.sign.key.as_deref())?;
+    let run = open(dir, global)?;
+    // Better now than after hours.
+    store.check_key().map_err(store_error)?;
+    inputs.keep(dir)?;
+    log.line(
+        "info",
+        "begin",
+        &json!({ "out": dir, "logs": inputs.logs.len() }),
+    );
+    Ok((run, store, inputs))
+}
+
+fn work(
+    run: &Run,
+    store: &Store,
+    inputs: &Inputs,
+    args: &NightlyArgs,
+    log: &Log,
+) -> Result<Night, Error> {
+    let dir = run.dir();
+    let open_log = |path| LogFile::open(path).map_err(Error::input);
+    let logs = inputs.logs.par_iter().map(|path| open_log(path));
+    let logs = logs.collect::<Result<Vec<_>, _>>()?;
+    let before = in_use(store)?;
+    if kept(dir).is_some_and(|last| last.basis == basis(inputs, &logs, store)) {
+        let night = Night {
+            why: vec!["no log is new since last night".into()],
+            ..Night::new(&logs, before.as_ref(), basis(inputs, &logs, store))
+        };
+        night::keep(dir, &night)?;
+        return Ok(night);
+    }
+
+    let results = pipeline(run, inputs, Step::Publish)?;
+    outputs::write(dir, &results, Step::Publish)?;
+    let contents = results
+        .contents
+        .as_ref()
+        .ok_or_else(|| Error::failed("publish: nothing came out"))?;
+    let mut night = Night::new(&logs, before.as_ref(), String::new());
+    night.of(&results);
+    log.line("info", "run", &json!({ "strikes": night.strikes, "rejected": night.rejected, "new_logs": night.new_logs }));
+    if let Some(before) = &before {
+        tell_drift(run, before, &results, &mut night)?;
+        night.tell_missing(before, &results);
+        log.line(
+            "info",
+            "score",
+            &json!({ "drift": night.drift, "missing": night.missing }),
+        );
+    }
+
+    let is_passed = pass_gates(run, before.as_ref(), contents, &results, &mut night)?;
+    log.line("info", "gates", &json!({ "status": night.status, "why": night.why, "beats": night.beats, "executor": night.executor }));
+    if is_passed {
+        promote(store, contents, &mut night)?;
+        night.removed = store.retain(usize::from(args.keep)).map_err(store_error)?;
+    }
+    night.latest = store.latest().ok();
+    night.basis = basis(inputs, &logs, store);
+    night::keep(dir, &night)?;
+    let results = Results {
+        version: night.latest.clone(),
+        ..results
+    };
+    write_report(dir, inputs, &results)?;
+    Ok(night)
+}
+
+/// The version in use, checked; none where nothing was published yet.
+fn in_use(store: &Store) -> Result<Option<Artifact>, Error> {
+    match store.load(None) {
+        Ok(artifact) => Ok(Some(artifact)),
+        Err(ArtifactError::NoLatest { .. }) => Ok(None),
+        Err(error) => Err(store_error(error)),
+    }
+}
+
+/// What a decision hangs on: where nothing of it changed, there is nothing to decide.
+fn basis(inputs: &Inputs, logs: &[LogFile], store: &Store) -> String {
+    let logs: BTreeSet<&str> = logs.iter().map(|log| log.sha256.as_str()).collect();
+    let (seed, without_effects) = (inputs.seed, inputs.without_effects);
+    let all = json!([
+        logs,
+        inputs.rig.to_toml(),
+        seed,
+        without_effects,
+        publishing::engine(),
+        store.latest().ok(),
+    ]);
+    let digest = Sha256::digest(all.to_string().as_bytes());
+    digest.iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// How well the version in use predicts the strikes that are new to it.
+fn tell_drift(
+    run: &Run,
+    before: &Artifact,
+    results: &Results,
+    night: &mut Night,
+) -> Result<(), Error> {
+    let strikes = night::new_strikes(before, &results.logs, &results.strikes);
+    night.new_strikes = strikes.len();
+    if !strikes.is_empty() {
+        (_, night.drift) = score::judge(run, before, strikes)?;
+    }
+    Ok(())
+}
+
+/// Both gates. What came out is published in a folder that is thrown away, and loaded from there as a robot would.
+fn pass_gates(
+    run: &Run,
+    before: Option<&Artifact>,
+    contents: &Contents,
+    results: &Results,
+    night: &mut Night,
+) -> Result<bool, Error> {
+    let scratch = tempfile::tempdir().map_err(Error::failed)?;
+    let store = Store::open(scratch.path());
+    store.publish(contents).map_err(store_error)?;
+    let candidate = store.load(None).map_err(store_error)?;
+    if before.is_some_and(|before| before.manifest == candidate.manifest) {
+        night.why.push("what came out is the version in use".into());
+        return Ok(false);
+    }
+    let executor = gates::plans(&candidate, &results.strikes);
+    night.why.push(executor.sentence());
+    let mut is_passed = executor.passed;
+    night.executor = Some(executor);
+    match before {
+        Some(before) => {
+            let strikes = gates::held_out(&results.strikes);
+            let beats = gates::beats(run, before, &candidate, strikes)?;
+            night.why.push(beats.sentence());
+            is_passed &= beats.passed;
+            night.beats = Some(beats);
+        }
+        None => night
+            .why
+            .push("nothing was published before that it could be compared with".into()),
+    }
+    night.status = if is_passed {
+        Status::Promoted
+    } else {
+        Status::Refused
+    };
+    Ok(is_passed)
+}
+
+/// Publishes the candidate. One that a person rolled back stays out of use.
+fn promote(store: &Store, contents: &Contents, night: &mut Night) -> Result<(), Error> {
+    let version = store.publish(contents).map_err(store_error)?;
+    if store.latest().is_ok_and(|latest| latest == version) {
+        return Ok(());
+    }
+    night.status = Status::Refused;
+    night.why.push(format!(
+        "it is {version}, which was rolled back: `carom artifacts rollback {version}` takes it again"
+    ));
+    Ok(())
+}

@@ -1,0 +1,243 @@
+//! What came of a night: `nightly.json`, and its words for a person.
+
+use std::collections::BTreeSet;
+use std::fmt::Write;
+use std::fs;
+use std::path::Path;
+
+use artifacts::Artifact;
+use ingest::LogFile;
+use serde::{Deserialize, Serialize};
+use values::Strike;
+
+use super::gates::{Beats, Executor};
+use crate::Error;
+use crate::error::Outcome;
+use crate::outputs::write_json;
+use crate::results::Results;
+use crate::score::Drift;
+
+/// Where a night is kept.
+const FILE: &str = "nightly.json";
+
+/// What came of a night.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Night {
+    /// How it ended.
+    pub status: Status,
+    /// Why, a sentence each.
+    pub why: Vec<String>,
+    /// The version in use when it began.
+    pub before: Option<String>,
+    /// The version in use from now on.
+    pub latest: Option<String>,
+    /// Logs in all.
+    pub logs: usize,
+    /// Names of those that the version in use had not seen.
+    pub new_logs: Vec<String>,
+    /// Strikes kept, over all logs.
+    pub strikes: usize,
+    /// Those of them that are new to the version in use.
+    pub new_strikes: usize,
+    /// Strikes rejected.
+    pub rejected: usize,
+    /// Names of logs that are cut off or damaged.
+    pub damaged: Vec<String>,
+    /// The gate of held-out strikes.
+    pub beats: Option<Beats>,
+    /// The gate of the executor.
+    pub executor: Option<Executor>,
+    /// Whether the version in use does worse on the new strikes than on those that it was published with.
+    pub drift: Option<Drift>,
+    /// Effects that the data name now and that the version in use lacks.
+    pub missing: Vec<Missing>,
+    /// Old versions that were removed.
+    pub removed: Vec<String>,
+    /// Hash of all that the decision hangs on.
+    pub basis: String,
+}
+
+/// How a night ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Status {
+    /// A new version is in use.
+    Promoted,
+    /// A gate refused the candidate; the version before stays in use.
+    Refused,
+    /// There was nothing to decide.
+    NothingNew,
+    /// The work failed; the version before stays in use.
+    Failed,
+}
+
+/// An effect that the data name.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Missing {
+    /// Its name.
+    pub name: String,
+    /// What it is, for a person.
+    pub statement: String,
+}
+
+impl Night {
+    /// A night in which nothing was decided yet.
+    pub fn new(logs: &[LogFile], before: Option<&Artifact>, basis: String) -> Self {
+        let version = before.map(|before| before.version.clone());
+        Self {
+            status: Status::NothingNew,
+            why: Vec::new(),
+            before: version.clone(),
+            latest: version,
+            logs: logs.len(),
+            new_logs: new_logs(before, logs).map(|log| log.name.clone()).collect(),
+            strikes: 0,
+            new_strikes: 0,
+            rejected: 0,
+            damaged: Vec::new(),
+            beats: None,
+            executor: None,
+            drift: None,
+            missing: Vec::new(),
+            removed: Vec::new(),
+            basis,
+        }
+    }
+
+    /// A night that failed. It has no basis: the next one tries again.
+    pub fn failed(error: &Error) -> Self {
+        Self {
+            status: Status::Failed,
+            why: vec![format!("failed to {error}")],
+            ..Self::new(&[], None, String::new())
+        }
+    }
+
+    /// What was read.
+    pub fn of(&mut self, results: &Results) {
+        self.strikes = results.strikes.len();
+        self.new_strikes = results.strikes.len();
+        self.rejected = results.rejects.len();
+        self.damaged = results.damaged.clone();
+    }
+
+    /// Effects that the data name and the version in use lacks.
+    pub fn tell_missing(&mut self, before: &Artifact, results: &Results) {
+        let known = before.effect.as_ref().map(|effect| &effect.world.effects);
+        let is_known = |name: &str| known.is_some_and(|all| all.iter().any(|one| one.name == name));
+        let named = results
+            .found
+            .iter()
+            .flat_map(|found| &found.diagnosis.effects);
+        self.missing = named
+            .filter(|effect| !is_known(&effect.name))
+            .map(|effect| Missing {
+                name: effect.name.clone(),
+                statement: effect.statement.clone(),
+            })
+            .collect();
+    }
+
+    /// How the program ends.
+    pub fn outcome(&self) -> Outcome {
+        match self.status {
+            Status::Failed => Outcome::Failed,
+            Status::Refused => Outcome::Refused,
+            Status::Promoted | Status::NothingNew
+                if self.rejected > 0 || !self.damaged.is_empty() =>
+            {
+                Outcome::Rejected
+            }
+            Status::Promoted | Status::NothingNew => Outcome::Done,
+        }
+    }
+
+    /// What was decided, in a line.
+    pub fn headline(&self) -> String {
+        let latest = self.latest.as_deref().unwrap_or("no version");
+        match self.status {
+            Status::Promoted => format!("{latest} is in use from now on"),
+            Status::Refused => format!("a gate refused what came out: {latest} stays in use"),
+            Status::NothingNew => format!("nothing to decide: {latest} stays in use"),
+            Status::Failed => "the work failed: what was in use stays in use".into(),
+        }
+    }
+
+    /// All that a person should know, a line each.
+    pub fn lines(&self) -> Vec<String> {
+        let mut lines = self.why.clone();
+        lines.extend(self.drift.map(|drift| drift.sentence()));
+        lines.extend(
+            self.missing.iter().map(|missing| {
+                format!("the data now name {}: {}", missing.name, missing.statement)
+            }),
+        );
+        if self.rejected > 0 || !self.damaged.is_empty() {
+            lines.push(format!(
+                "{} strikes were rejected, {} logs are cut off or damaged",
+                self.rejected,
+                self.damaged.len()
+            ));
+        }
+        if !self.removed.is_empty() {
+            lines.push(format!("removed: {}", self.removed.join(", ")));
+        }
+        lines
+    }
+
+    /// For a person.
+    pub fn text(&self) -> String {
+        let mut text = format!("nightly    {}\n", self.headline());
+        let _ = writeln!(
+            text,
+            "           {} logs, {} of them new; {} strikes, {} of them new",
+            self.logs,
+            self.new_logs.len(),
+            self.strikes,
+            self.new_strikes
+        );
+        for line in self.lines() {
+            let _ = writeln!(text, "           {line}");
+        }
+        text
+    }
+}
+
+/// The last night in a folder; none where there was none, or it cannot be read.
+pub fn kept(dir: &Path) -> Option<Night> {
+    serde_json::from_slice(&fs::read(dir.join(FILE)).ok()?).ok()
+}
+
+/// Keeps a night.
+pub fn keep(dir: &Path, night: &Night) -> Result<(), Error> {
+    write_json(&dir.join(FILE), night)
+}
+
+/// Logs that a version was not computed from, by their content.
+fn new_logs<'a>(
+    before: Option<&Artifact>,
+    logs: &'a [LogFile],
+) -> impl Iterator<Item = &'a LogFile> {
+    let known: BTreeSet<String> = before
+        .iter()
+        .flat_map(|before| &before.manifest.provenance.inputs)
+        .map(|input| input.sha256.clone())
+        .collect();
+    logs.iter().filter(move |log| !known.contains(&log.sha256))
+}
+
+/// Strikes that a version was not computed from: those of new logs; of a log that has grown, those after all that it knew.
+pub fn new_strikes(before: &Artifact, logs: &[LogFile], strikes: &[Strike]) -> Vec<Strike> {
+    let provenance = &before.manifest.provenance;
+    let new: BTreeSet<&str> = new_logs(Some(before), logs)
+        .map(|log| log.name.as_str())
+        .collect();
+    let grown = |name: &str| provenance.inputs.iter().any(|input| input.name == name);
+    let last = provenance
+        .strikes
+        .map_or(f64::NEG_INFINITY, |known| known.last);
+    let is_new = |strike: &&Strike| {
+        new.contains(strike.log.as_str()) && (!grown(&strike.log) || strike.t_start > last)
+    };
+    strikes.iter().filter(is_new).cloned().collect()
+}
