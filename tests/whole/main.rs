@@ -1,6 +1,7 @@
 //! The whole of carom, as its users run it.
 
 mod end_to_end;
+mod faults;
 mod kuka;
 mod reproducible;
 
