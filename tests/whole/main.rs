@@ -2,6 +2,7 @@
 
 mod blind;
 mod end_to_end;
+mod faults;
 mod kuka;
 mod reproducible;
 

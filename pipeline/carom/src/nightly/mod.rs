@@ -37,7 +37,7 @@ pub fn nightly(args: &NightlyArgs, global: Global) -> Result<Said, Error> {
             && !durable::faults::dead()
         {
             // The error is the one to tell.
-            let _ = night::keep(dir, &Night::failed(error));
+            let _ = night::keep(dir, &Night::failed(error, store.latest().ok()));
         }
         night
     });

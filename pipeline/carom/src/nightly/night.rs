@@ -105,9 +105,11 @@ impl Night {
     }
 
     /// A night that failed. It has no basis: the next one tries again.
-    pub fn failed(error: &Error) -> Self {
+    pub fn failed(error: &Error, latest: Option<String>) -> Self {
         Self {
             status: Status::Failed,
+            before: latest.clone(),
+            latest,
             why: vec![format!("failed to {error}")],
             ..Self::new(&[], None, String::new())
         }
