@@ -179,7 +179,7 @@ fn is_sound(dir: &Path, what: &str) {
 fn killed_at_any_step(nights: &Nights, whole: &BTreeMap<String, Vec<u8>>) {
     let line = nights.line("killed", "");
     // All of some 160 steps take minutes, and hold; those within a store are all gone through in the store's own tests.
-    for step in (1..).step_by(7) {
+    for step in (1..).step_by(31) {
         let dir = nights.ready("killed", "second");
         let (result, struck) = durable::faults::after(step, || attempt(&line));
         is_sound(&dir, &format!("killed at step {step}"));
@@ -199,7 +199,7 @@ fn killed_at_any_step(nights: &Nights, whole: &BTreeMap<String, Vec<u8>>) {
 /// As on a full disk, or where a sync fails.
 fn failing_at_any_step(nights: &Nights) {
     let line = nights.line("full", "");
-    for step in (1..).step_by(13) {
+    for step in (1..).step_by(47) {
         let dir = nights.ready("full", "second");
         let (result, struck) = durable::faults::once(step, || attempt(&line));
         is_sound(&dir, &format!("step {step} failed"));

@@ -25,6 +25,8 @@ const STICKING: f64 = 1.5;
 const LONGEST: [f64; 2] = [1.0, 0.7];
 /// A row is given up when this many simulations on end do not come to rest.
 const MOST_DIVERGED: u32 = 4;
+/// How many times the miss of a solved row may be left at the end of reach for the search to go on.
+const NEARLY: f64 = 3.0;
 /// What the corrections bring within this many tolerances is solved; what is further off at a bound is out of reach.
 const SOLVED: f64 = 2.0;
 
@@ -227,7 +229,14 @@ impl Worker<'_> {
         match correct(&mut search, first) {
             Ending::Open if search.is_solved() => {}
             Ending::Open => fall_back(&mut search),
-            Ending::OutOfReach => come_near(&mut search),
+            Ending::OutOfReach => {
+                come_near(&mut search);
+                // Close to where the face ends a few more simulations decide.
+                let limit = NEARLY * SOLVED * settings.tolerance;
+                if !search.is_solved() && search.best.is_some_and(|best| best.miss < limit) {
+                    fall_back(&mut search);
+                }
+            }
             Ending::Solved | Ending::Diverged => {}
         }
         let evaluations = search.evaluations;

@@ -371,8 +371,10 @@ fn an_object_that_brakes_harder_than_the_tip_is_pushed_and_ends_at_rest() {
         .strike(ORIGIN, command, &Conditions::default())
         .expect("rests")
         .stop;
-    // The tip runs on over v²/(2a) from touch to its own rest, at the speed that stands for the low restitution.
+    // The tip holds its speed for two contact times and runs on over v²/(2a) to its own rest, at the speed that stands for the
+    // low restitution.
     let tip_speed: f64 = 0.8 * (1.0 - 0.6) / 1.2;
-    let pushed = tip_speed.powi(2) / (2.0 * rig.robot.acceleration);
+    let held = 2.0 * world.value("contact_time").expect("a parameter");
+    let pushed = tip_speed * held + tip_speed.powi(2) / (2.0 * rig.robot.acceleration);
     assert!((stop.x - ORIGIN.x - pushed).abs() < 0.5e-3, "{stop:?}");
 }
