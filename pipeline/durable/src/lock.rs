@@ -8,7 +8,7 @@ use crate::Error;
 /// Held while it lives. The system frees it when the program ends, however it ends: no lock is ever stale.
 #[derive(Debug)]
 pub struct Lock {
-    _file: File,
+    file: File,
 }
 
 /// Why a lock was not had. Texts complete "failed to …".
@@ -35,10 +35,19 @@ impl Lock {
             .open(path)
             .map_err(|source| Error::new("open the lock", path, source))?;
         match file.try_lock() {
-            Ok(()) => Ok(Self { _file: file }),
+            Ok(()) => Ok(Self { file }),
             Err(TryLockError::WouldBlock) => Err(LockError::Busy { path: path.into() }),
             Err(TryLockError::Error(source)) => Err(Error::new("lock", path, source).into()),
         }
+    }
+}
+
+impl Drop for Lock {
+    /// Unlocks outright: closing alone would leave it to a program that is just being started from here, which holds copies of
+    /// all open files until it runs.
+    fn drop(&mut self) {
+        // A lock that cannot be freed here is freed when the file is closed.
+        let _ = self.file.unlock();
     }
 }
 
