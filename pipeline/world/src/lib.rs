@@ -2,13 +2,17 @@
 //!
 //! A [`World`] is plain data (`world.toml`): parameters with 95 % intervals, launch scatter, and the effects added to it.
 //! A [`Simulator`] is a world compiled for one rig, shared between threads; each thread strikes with a [`Worker`] of its own.
+//! Where thousands of worlds or commands must be tried, the slide is integrated without contacts ([`planar`]), from MuJoCo's
+//! blow ([`launch`]).
 //! Nothing here knows of logs, tables, files of a run, or the artifact store.
 
 pub mod effects;
 mod engine;
 mod error;
+pub mod launch;
 mod measured;
 mod parameter;
+pub mod planar;
 mod profile;
 mod release;
 mod restitution;
@@ -23,7 +27,7 @@ pub use error::WorldError;
 pub use measured::Estimate;
 pub use parameter::{PARAMETERS, ParameterSpec, parameter};
 pub use profile::Profile;
-pub use release::{Release, turning_ratio};
+pub use release::{Blow, Release, turning_ratio};
 pub use restitution::contact_solref;
 pub use simulator::{Simulated, Simulator, Steps, Worker};
 pub use solve::{Solution, SolveSettings, SolveStatus};

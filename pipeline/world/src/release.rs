@@ -4,9 +4,20 @@
 
 use values::{Command, Point, Rig};
 
-use crate::{Worker, scene, simulator::Blow};
+use crate::{Worker, scene};
 
 const GRAVITY: f64 = 9.81;
+
+/// What the tip does to the object, as the arm delivers it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Blow {
+    /// Speed in m/s and angle in rad.
+    pub command: Command,
+    /// Lateral offset of the tip's line, in m to the left of the object's centre.
+    pub tip_offset: f64,
+    /// Speed of parting over speed of approach.
+    pub restitution: f64,
+}
 
 /// The object as it leaves the tip, in the frame of the blow: x along the tip's velocity, y to its left, the object at rest
 /// in the origin.
@@ -29,23 +40,12 @@ pub fn turning_ratio(rig: &Rig) -> f64 {
 }
 
 impl Worker<'_> {
-    /// The blow of a tip that is delivered with this command, its line `tip_offset` m to the left of the object's centre, at
-    /// this restitution; parameter and effects of the world do not act. `None` where tip and object do not part, or miss.
-    pub fn release(
-        &mut self,
-        command: Command,
-        tip_offset: f64,
-        restitution: f64,
-    ) -> Option<Release> {
+    /// How the object leaves the tip; parameters of the slide and effects of the world do not act. `None` where tip and
+    /// object do not part, or miss.
+    pub fn release(&mut self, blow: Blow) -> Option<Release> {
         let sim = self.simulator;
-        let mut motion = self.impact(
-            Point::default(),
-            Blow {
-                command,
-                tip_offset,
-                restitution,
-            },
-        )?;
+        let angle = blow.command.angle;
+        let mut motion = self.impact(Point::default(), blow)?;
         let weight = sim.coefficients().0 * GRAVITY;
         let mut touched = false;
         self.engine.set_timestep(sim.steps.contact);
@@ -54,8 +54,8 @@ impl Worker<'_> {
             if touched && motion.free_step(sim, &self.engine, weight).is_some() {
                 return Some(Release {
                     time: motion.t,
-                    position: self.engine.position().rotated(-command.angle),
-                    velocity: self.engine.velocity().rotated(-command.angle),
+                    position: self.engine.position().rotated(-angle),
+                    velocity: self.engine.velocity().rotated(-angle),
                     spin: self.engine.spin(),
                 });
             }

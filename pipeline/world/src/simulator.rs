@@ -7,7 +7,7 @@
 use values::{Command, Conditions, Point, Rig, Shape, Track};
 
 use crate::{
-    Profile, World, WorldError, contact_solref,
+    Blow, Profile, World, WorldError, contact_solref,
     effects::{self, Effect, Slide},
     engine::{Engine, Scene},
     scene, touch,
@@ -330,17 +330,6 @@ impl Worker<'_> {
         });
         self.engine.push(acceleration);
     }
-}
-
-/// What the tip does to the object.
-#[derive(Clone, Copy)]
-pub(crate) struct Blow {
-    /// As delivered.
-    pub(crate) command: Command,
-    /// Lateral offset of the tip's line, in m to the left.
-    pub(crate) tip_offset: f64,
-    /// Speed of parting over speed of approach.
-    pub(crate) restitution: f64,
 }
 
 /// The tip from touch on.

@@ -3,13 +3,16 @@
 use nalgebra::{DMatrix, DVector, SVector};
 use rayon::prelude::*;
 use values::{Point, Rig, Strike};
-use world::{WorldError, effects::Effect};
+use world::{
+    WorldError,
+    effects::Effect,
+    launch::Launch,
+    planar::{self, Frames, Kick, Planar},
+};
 
 use crate::{
-    launch::Launch,
     mixed::{self, Estimated, NUISANCES, Prior, Products, Spread},
     model::{CLOCK, FRICTION, Model, RESTITUTION},
-    planar::{self, Frames, Kick, Planar},
 };
 
 /// Steps of a kick's differences: relative speed and angle (rad).
@@ -112,7 +115,7 @@ impl<'a> Field<'a> {
         clock: f64,
         b: &SVector<f64, NUISANCES>,
     ) -> Option<Frames> {
-        planar.strike(self.strikes[i], &self.launches[i], &kick(clock, b))
+        planar.strike(&self.strikes[i].into(), &self.launches[i], &kick(clock, b))
     }
 
     /// Whether a strike's track comes this near (m) to a point.

@@ -2,7 +2,7 @@
 //! the gap shrinks with it.
 //!
 //! The strike is the unit of evidence: its launch scatters, so a whole track is worth far less than its frames ([`mixed`]).
-//! Worlds are tried in planar form ([`planar`]), which follows MuJoCo's to a twentieth of a millimetre, a hundred times as
+//! Worlds are tried in planar form ([`world::planar`]), which follows MuJoCo's to a twentieth of a millimetre, a hundred times as
 //! fast. Whether: score tests of every candidate, against residuals drawn from the fitted world ([`evidence`]). Which: fits of
 //! the best candidates, forward, replaced and dropped again ([`search`]). None of these: what smooth dependences still find
 //! beside the best model ([`smooth`]). The gap is judged in MuJoCo, on strikes that took no part ([`gap`]).
@@ -13,11 +13,9 @@ mod diagnosis;
 mod evidence;
 mod fit;
 mod gap;
-mod launch;
 mod mixed;
 mod model;
 mod next;
-mod planar;
 mod score;
 mod screen;
 mod search;
@@ -31,8 +29,8 @@ pub use diagnosis::{
 use nalgebra::SVector;
 use serde::{Deserialize, Serialize};
 use stage::{Progress, Stage};
-use values::{Rig, Shape, Split, Strike};
-use world::{World, WorldError};
+use values::{Command, Rig, Shape, Split, Strike};
+use world::{World, WorldError, launch::launches};
 
 use crate::{fit::Field, mixed::Spread, model::Model};
 
@@ -173,11 +171,11 @@ impl Stage for Diagnose {
             });
         }
         progress.set_message("how the object leaves the tip");
-        let refs: Vec<&Strike> = usable.iter().collect();
-        let (strikes, launches): (Vec<&Strike>, Vec<_>) = refs
+        let commands: Vec<Command> = usable.iter().map(|strike| strike.command).collect();
+        let (strikes, launches): (Vec<&Strike>, Vec<_>) = usable
             .iter()
-            .zip(launch::launches(rig, &input.world, &refs)?)
-            .filter_map(|(strike, launch)| Some((*strike, launch?)))
+            .zip(launches(rig, &input.world, &commands)?)
+            .filter_map(|(strike, launch)| Some((strike, launch?)))
             .unzip();
         let field = Field::new(rig, strikes, launches);
         let pushed = usable.len() - field.strikes.len();

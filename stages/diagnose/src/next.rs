@@ -8,13 +8,12 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use values::{Command, Conditions, Point, Rig, Split, Strike, Track};
-use world::{World, WorldError};
+use world::{World, WorldError, launch::launches};
 
 use crate::{
     Diagnose,
     diagnosis::NextStrike,
     fit::{Field, Fitted, stack},
-    launch::launches,
     mixed::{NUISANCES, posterior},
     model::CLOCK,
 };
@@ -44,11 +43,11 @@ pub(crate) fn next_strikes(
     settings: &Diagnose,
 ) -> Result<Vec<NextStrike>, WorldError> {
     let pool = pool(rig, seen, settings.seed);
-    let refs: Vec<&Strike> = pool.iter().collect();
-    let (strikes, launches): (Vec<&Strike>, Vec<_>) = refs
+    let commands: Vec<Command> = pool.iter().map(|strike| strike.command).collect();
+    let (strikes, launches): (Vec<&Strike>, Vec<_>) = pool
         .iter()
-        .zip(launches(rig, world, &refs)?)
-        .filter_map(|(strike, launch)| Some((*strike, launch?)))
+        .zip(launches(rig, world, &commands)?)
+        .filter_map(|(strike, launch)| Some((strike, launch?)))
         .unzip();
     let field = Field::new(rig, strikes, launches);
     let forth = tells(&field, named, rival)?;

@@ -9,13 +9,12 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
-use world::WorldError;
+use world::{WorldError, planar::Planar};
 
 use crate::{
     fit::{Columns, Field, Fitted, stack},
     mixed::{NUISANCES, posterior},
     model::CLOCK,
-    planar::Planar,
 };
 
 /// A column of which less than this share is left beside the model's own differs from them by rounding.

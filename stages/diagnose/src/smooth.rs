@@ -9,13 +9,12 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use values::Point;
-use world::WorldError;
+use world::{WorldError, planar::Push};
 
 use crate::{
     candidates::cells,
     fit::{Field, Fitted},
     mixed::NUISANCES,
-    planar::Push,
     score::{Asked, Told},
 };
 

@@ -5,21 +5,12 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use rayon::prelude::*;
-use values::{Command, Point, Rig, Shape, Strike};
-use world::{Release, Simulator, Worker, World, WorldError};
+use values::{Command, Point, Rig, Shape};
+
+use crate::{Blow, Release, Simulator, Worker, World, WorldError};
 
 /// What is changed beside a blow, and by how much: relative speed, angle (rad), offset of the tip (m), restitution.
 const STEPS: [f64; 4] = [0.08, 0.04, 0.003, 0.1];
-
-/// A blow, as the arm delivers it.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Blow {
-    pub(crate) command: Command,
-    /// Lateral offset of the tip's line, in m to the left.
-    pub(crate) tip_offset: f64,
-    /// Speed of parting over speed of approach.
-    pub(crate) restitution: f64,
-}
 
 /// What varies of a release: time, position and velocity in the frame of the blow, spin; positions per m, speeds and spin
 /// per m/s of the tip's speed.
@@ -27,7 +18,7 @@ type State = [f64; 6];
 
 /// One strike's release around its command: a parabola in each of four directions.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Launch {
+pub struct Launch {
     command: Command,
     restitution: f64,
     base: State,
@@ -48,7 +39,7 @@ fn state(release: Release, speed: f64) -> State {
 
 impl Launch {
     /// The release of this strike for a blow near its command.
-    pub(crate) fn release(&self, blow: &Blow) -> Release {
+    pub fn release(&self, blow: &Blow) -> Release {
         let away = [
             blow.command.speed / self.command.speed - 1.0,
             blow.command.angle - self.command.angle,
@@ -72,13 +63,13 @@ impl Launch {
     }
 }
 
-/// The launches of all strikes in a world without effects; `None` for a strike whose object does not leave the tip.
+/// The launches around these commands in a world, its effects left out; `None` where the object does not leave the tip.
 ///
 /// How a round object leaves the tip depends on no angle: a few speeds then serve all strikes.
-pub(crate) fn launches(
+pub fn launches(
     rig: &Rig,
     world: &World,
-    strikes: &[&Strike],
+    commands: &[Command],
 ) -> Result<Vec<Option<Launch>>, WorldError> {
     let simulator = Simulator::new(rig, world)?;
     let restitution = world.value("restitution")?;
@@ -91,9 +82,8 @@ pub(crate) fn launches(
             )
             .collect()
     };
-    let commands: Vec<Command> = strikes.iter().map(|strike| strike.command).collect();
     if rig.object.shape == Shape::Box {
-        return Ok(all(&commands));
+        return Ok(all(commands));
     }
     let rung = |speed: f64| (speed.ln() / STEPS[0]).round();
     let rungs: BTreeSet<i64> = commands.iter().map(|c| rung(c.speed) as i64).collect();
@@ -120,7 +110,11 @@ fn launch(worker: &mut Worker<'_>, command: Command, restitution: f64) -> Option
         let speed = command.speed * (1.0 + away[0]);
         let angle = command.angle + away[1];
         worker
-            .release(Command { speed, angle }, away[2], restitution + away[3])
+            .release(Blow {
+                command: Command { speed, angle },
+                tip_offset: away[2],
+                restitution: restitution + away[3],
+            })
             .map(|release| state(release, speed))
     };
     let base = at([0.0; 4])?;

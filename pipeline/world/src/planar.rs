@@ -4,10 +4,13 @@
 //! lies on an ellipsoidal limit surface (Howe and Cutkosky 1996), which MuJoCo's steps approach as well. The effects act
 //! through the same functions in both. What is found here is fitted and judged in MuJoCo afterwards.
 
-use values::{Conditions, Point, Rig, Shape, Strike};
-use world::effects::{self, Effect, Slide};
+use values::{Command, Conditions, Point, Rig, Shape, Strike};
 
-use crate::launch::{Blow, Launch};
+use crate::{
+    Blow,
+    effects::{self, Effect, Slide},
+    launch::Launch,
+};
 
 const GRAVITY: f64 = 9.81;
 /// Length of a step in s; the slide is smooth, and four evaluations a step follow it to a hundredth of a millimetre.
@@ -16,49 +19,75 @@ const STEP: f64 = 0.0125;
 const LONGEST: f64 = 20.0;
 
 /// A world in planar form.
-pub(crate) struct Planar<'a> {
+pub struct Planar<'a> {
     /// Friction between object and table.
-    pub(crate) friction: f64,
+    pub friction: f64,
     /// Speed of parting over speed of approach.
-    pub(crate) restitution: f64,
+    pub restitution: f64,
     /// Length in m at which turning counts as sliding.
-    pub(crate) ratio: f64,
+    pub ratio: f64,
     /// Square of the radius of gyration, in m².
-    pub(crate) gyration: f64,
-    pub(crate) effects: &'a [Box<dyn Effect>],
+    pub gyration: f64,
+    /// What acts beside friction.
+    pub effects: &'a [Box<dyn Effect>],
     /// A small push beside the effects, to see what would follow from it.
-    pub(crate) push: Option<&'a Push<'a>>,
+    pub push: Option<&'a Push<'a>>,
 }
 
 /// Acceleration in m/s² by seconds since touch, position (m) and velocity (m/s).
-pub(crate) type Push<'a> = dyn Fn(f64, Point, Point) -> Point + Sync + 'a;
+pub type Push<'a> = dyn Fn(f64, Point, Point) -> Point + Sync + 'a;
+
+/// What one strike is simulated from, and when it is looked at.
+#[derive(Clone, Copy, Debug)]
+pub struct Shot<'a> {
+    /// Where the camera sees the object at rest, in m.
+    pub initial: Point,
+    /// What the arm is told.
+    pub command: Command,
+    /// Session and order.
+    pub conditions: &'a Conditions,
+    /// Seconds at which the object is looked at, rising, by the track's clock.
+    pub times: &'a [f64],
+}
+
+impl<'a> From<&'a Strike> for Shot<'a> {
+    /// A logged strike, at its own frames.
+    fn from(strike: &'a Strike) -> Self {
+        Self {
+            initial: strike.initial,
+            command: strike.command,
+            conditions: &strike.conditions,
+            times: &strike.track.t,
+        }
+    }
+}
 
 /// How one strike differs from what was commanded and measured.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Kick {
+pub struct Kick {
     /// Logarithm of the factor on speed.
-    pub(crate) speed: f64,
+    pub speed: f64,
     /// Angle in rad.
-    pub(crate) angle: f64,
+    pub angle: f64,
     /// Seconds from touch to the track's zero.
-    pub(crate) delay: f64,
+    pub delay: f64,
     /// Error of the resting place, in m.
-    pub(crate) rest: Point,
+    pub rest: Point,
 }
 
 /// A strike's frames as simulated.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Frames {
+pub struct Frames {
     /// Seen centroids, in m.
-    pub(crate) at: Vec<Point>,
+    pub at: Vec<Point>,
     /// Their rates of change, in m/s.
-    pub(crate) rate: Vec<Point>,
+    pub rate: Vec<Point>,
     /// Where it is seen at rest, in m.
-    pub(crate) stop: Point,
+    pub stop: Point,
 }
 
 /// Square of the radius of gyration about the vertical, in m².
-pub(crate) fn gyration(rig: &Rig) -> f64 {
+pub fn gyration(rig: &Rig) -> f64 {
     match rig.object.shape {
         Shape::Box => {
             let [x, y, _] = rig.object.half_size.unwrap_or_default();
@@ -153,12 +182,13 @@ impl Planar<'_> {
         }
     }
 
-    /// One strike, seen at its own frames; `None` where it does not rest within 20 s.
-    pub(crate) fn strike(&self, strike: &Strike, launch: &Launch, kick: &Kick) -> Option<Frames> {
+    /// One strike, seen at its own frames; `None` where it does not rest within 20 s. `launch` is that of a command near
+    /// the strike's ([`crate::launch::launches`]).
+    pub fn strike(&self, shot: &Shot<'_>, launch: &Launch, kick: &Kick) -> Option<Frames> {
         let delivered = self
             .effects
             .iter()
-            .fold(strike.command, |command, effect| effect.deliver(command));
+            .fold(shot.command, |command, effect| effect.deliver(command));
         let blow = Blow {
             command: delivered,
             tip_offset: self.effects.iter().map(|e| e.tip_offset()).sum(),
@@ -174,7 +204,7 @@ impl Planar<'_> {
         release.position = release.position.rotated(kick.angle);
         release.velocity = release.velocity.rotated(kick.angle) * kick.speed.exp();
         release.spin *= kick.speed.exp();
-        let origin = effects::unobserve(self.effects, strike.initial + kick.rest);
+        let origin = effects::unobserve(self.effects, shot.initial + kick.rest);
         let mut body = Body {
             position: origin + release.position,
             velocity: release.velocity,
@@ -182,7 +212,7 @@ impl Planar<'_> {
         };
         let mut seen = Frames::default();
         let mut t = release.time;
-        let times = &strike.track.t;
+        let times = shot.times;
         let mut frame = 0;
         // Frames before the release lie on the way there.
         while frame < times.len() && times[frame] + kick.delay < t {
@@ -191,7 +221,7 @@ impl Planar<'_> {
             seen.push(self.observe(at), release.position * (2.0 * share / t));
             frame += 1;
         }
-        let conditions = &strike.conditions;
+        let conditions = shot.conditions;
         loop {
             let rate = self.rate(t, &body, conditions);
             let speed = body.velocity.norm();
@@ -245,11 +275,10 @@ fn hermite(a: &Body, b: &Body, s: f64) -> (Point, Point) {
 
 #[cfg(test)]
 mod tests {
-    use values::{Command, Track};
-    use world::{AddedEffect, Estimate, Simulator, World, effects};
+    use values::Track;
 
     use super::*;
-    use crate::launch::launches;
+    use crate::{AddedEffect, Estimate, Simulator, World, launch::launches};
 
     /// Strikes over the rig's speeds and angles, with frames to compare at.
     fn strikes(rig: &Rig) -> Vec<Strike> {
@@ -309,20 +338,20 @@ mod tests {
         let planar = Planar {
             friction: 0.22,
             restitution: 0.5,
-            ratio: world::turning_ratio(&rig),
+            ratio: crate::turning_ratio(&rig),
             gyration: gyration(&rig),
             effects: &effects,
             push: None,
         };
         let strikes = strikes(&rig);
-        let refs: Vec<&Strike> = strikes.iter().collect();
-        let launches = launches(&rig, &world, &refs).expect("a valid world");
+        let commands: Vec<Command> = strikes.iter().map(|strike| strike.command).collect();
+        let launches = launches(&rig, &world, &commands).expect("a valid world");
         let simulator = Simulator::new(&rig, &with).expect("a valid world");
         let mut worker = simulator.worker();
         let mut worst: f64 = 0.0;
         for (strike, launch) in strikes.iter().zip(launches) {
             let frames = planar
-                .strike(strike, &launch.expect("parts"), &Kick::default())
+                .strike(&strike.into(), &launch.expect("parts"), &Kick::default())
                 .expect("rests");
             let simulated = worker
                 .strike(strike.initial, strike.command, &strike.conditions)
