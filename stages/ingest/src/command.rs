@@ -1,9 +1,12 @@
 //! Strikes in the stream of commands: speed rises from rest, holds a plateau, and falls back.
 
+use std::ops::Range;
+
 use logs::Sample;
 use values::{Command, RejectReason, Rig};
 
 use crate::robust::median;
+use crate::segment::seconds;
 
 /// Below this part of the robot's slowest strike the arm is idle.
 const IDLE: f64 = 0.05;
@@ -15,8 +18,10 @@ const SILENCE: i64 = 500_000_000;
 const MOST_COMMANDS: usize = 200_000;
 /// Speeds on a plateau differ by no more than this part.
 const PLATEAU_TOLERANCE: f64 = 0.01;
-/// A plateau has at least this many commands.
+/// This many commands that are alike are a plateau.
 const PLATEAU_COMMANDS: usize = 3;
+/// Of a plateau that is hardly sampled the speed is known if a peak in its place would be higher by no more than this part.
+const PEAK_TOLERANCE: f64 = 0.03;
 /// A speed this many times the robot's fastest strike is in another unit.
 const IMPLAUSIBLE: f64 = 10.0;
 
@@ -78,23 +83,19 @@ impl Episode {
             return Err(Rejection::new(reason, detail));
         }
         let speeds: Vec<f64> = self.commands.iter().map(speed).collect();
-        // The highest speed that is held for as many commands as a plateau has: no single spike counts.
-        let held = speeds
-            .windows(PLATEAU_COMMANDS)
-            .map(|window| window.iter().copied().fold(f64::INFINITY, f64::min))
-            .fold(0.0, f64::max);
-        let on = |speed: &f64| (speed - held).abs() <= PLATEAU_TOLERANCE * held;
-        let (first, count) = longest_run(&speeds, on);
-        if count < PLATEAU_COMMANDS {
-            let peak = speeds.iter().copied().fold(0.0, f64::max);
-            let detail = format!(
-                "of {} commands up to {peak:.3} m/s, no {PLATEAU_COMMANDS} in a row are alike within {} %",
-                speeds.len(),
-                100.0 * PLATEAU_TOLERANCE
-            );
-            return Err(Rejection::new(RejectReason::NoPlateau, detail));
-        }
-        let plateau = first..first + count;
+        let plateau = held(&speeds)
+            .or_else(|| self.clipped(&speeds))
+            .ok_or_else(|| {
+                let detail = format!(
+                    "of {} commands in {:.2} s up to {:.3} m/s, no {PLATEAU_COMMANDS} in a row are alike within {} %, and those at the top \
+                     are not told from the ramps: hold the speed longer, or log the command more often",
+                    speeds.len(),
+                    seconds(self.end() - self.start()),
+                    speeds.iter().copied().fold(0.0, f64::max),
+                    100.0 * PLATEAU_TOLERANCE
+                );
+                Rejection::new(RejectReason::NoPlateau, detail)
+            })?;
         let speed = median(speeds[plateau.clone()].iter().copied());
         if speed > IMPLAUSIBLE * rig.robot.speed.high {
             let detail = format!(
@@ -111,15 +112,53 @@ impl Episode {
             angle: f64::atan2(y, x),
         })
     }
+
+    /// One or two commands at the top of a plateau that is short beside the time between commands (the paper's, 10 mm long, lasts
+    /// 10 ms at 1 m/s): the ramps on both sides, continued, pass above it, or a peak in its place would hardly be higher.
+    fn clipped(&self, speeds: &[f64]) -> Option<Range<usize>> {
+        let top = speeds.iter().copied().fold(0.0, f64::max);
+        let plateau = longest_run(speeds, |speed| alike(*speed, top));
+        let (first, last) = (plateau.start, plateau.end - 1);
+        if first < 2 || last + 2 >= speeds.len() {
+            return None;
+        }
+        let time = |i: usize| seconds(self.commands[i].stamp - self.start());
+        // Slope of a ramp, and its height at the plateau's end.
+        let ramp = |near: usize, far: usize, end: usize| {
+            let slope = (speeds[near] - speeds[far]) / (time(near) - time(far));
+            (slope, speeds[near] + slope * (time(end) - time(near)))
+        };
+        let (rise, before) = ramp(first - 1, first - 2, first);
+        let (fall, after) = ramp(last + 1, last + 2, last);
+        let (lower, upper) = (before.min(after), before.max(after));
+        let above = (1.0 + PLATEAU_TOLERANCE) * top;
+        let peak = (rise * after - fall * before) / (rise - fall);
+        let is_known = plateau.len() > 1 || lower > above || peak < (1.0 + PEAK_TOLERANCE) * top;
+        (lower > (1.0 - PLATEAU_TOLERANCE) * top && upper > above && is_known).then_some(plateau)
+    }
 }
 
-/// First index and length of the longest run of values that satisfy a condition.
-fn longest_run(values: &[f64], is_in: impl Fn(&f64) -> bool) -> (usize, usize) {
-    let (mut best, mut length) = ((0, 0), 0);
+/// The longest plateau at the highest speed that is held for as many commands as a plateau has: no single spike counts.
+fn held(speeds: &[f64]) -> Option<Range<usize>> {
+    let held = speeds
+        .windows(PLATEAU_COMMANDS)
+        .map(|window| window.iter().copied().fold(f64::INFINITY, f64::min))
+        .fold(0.0, f64::max);
+    let plateau = longest_run(speeds, |speed| alike(*speed, held));
+    (plateau.len() >= PLATEAU_COMMANDS).then_some(plateau)
+}
+
+fn alike(speed: f64, other: f64) -> bool {
+    (speed - other).abs() <= PLATEAU_TOLERANCE * other
+}
+
+/// The longest run of values that satisfy a condition.
+fn longest_run(values: &[f64], is_in: impl Fn(&f64) -> bool) -> Range<usize> {
+    let (mut best, mut length) = (0..0, 0);
     for (index, value) in values.iter().enumerate() {
         length = if is_in(value) { length + 1 } else { 0 };
-        if length > best.1 {
-            best = (index + 1 - length, length);
+        if length > best.len() {
+            best = index + 1 - length..index + 1;
         }
     }
     best
@@ -257,6 +296,19 @@ mod tests {
         assert_eq!(
             plateau(&[0.0, 700.0, 700.0, 700.0, 0.0]),
             Err(RejectReason::UnitsImplausible)
+        );
+    }
+
+    #[test]
+    fn a_plateau_of_one_or_two_commands_is_told_from_a_peak_by_its_ramps() {
+        for top in [&[1.0][..], &[1.0, 1.0]] {
+            let (up, down) = ([0.0, 0.9, 0.95], [0.97, 0.92, 0.0]);
+            let command = plateau(&[&up[..], top, &down].concat()).expect("a plateau");
+            assert!((command.speed - 1.0).abs() < 1e-12);
+        }
+        assert_eq!(
+            plateau(&[0.0, 0.9, 0.95, 1.0, 1.0, 0.95, 0.9, 0.0]),
+            Err(RejectReason::NoPlateau)
         );
     }
 
