@@ -132,9 +132,15 @@ impl Episode {
         let (fall, after) = ramp(last + 1, last + 2, last);
         let (lower, upper) = (before.min(after), before.max(after));
         let above = (1.0 + PLATEAU_TOLERANCE) * top;
-        let peak = (rise * after - fall * before) / (rise - fall);
-        let is_known = plateau.len() > 1 || lower > above || peak < (1.0 + PEAK_TOLERANCE) * top;
-        (lower > (1.0 - PLATEAU_TOLERANCE) * top && upper > above && is_known).then_some(plateau)
+        let held = time(last) - time(first);
+        let peak = (rise * (after - fall * held) - fall * before) / (rise - fall);
+        let is_known = peak < (1.0 + PEAK_TOLERANCE) * top;
+        let is_told = if plateau.len() > 1 {
+            upper > above || is_known
+        } else {
+            lower > above || (upper > above && is_known)
+        };
+        (lower > (1.0 - PLATEAU_TOLERANCE) * top && is_told).then_some(plateau)
     }
 }
 
@@ -301,13 +307,16 @@ mod tests {
 
     #[test]
     fn a_plateau_of_one_or_two_commands_is_told_from_a_peak_by_its_ramps() {
-        for top in [&[1.0][..], &[1.0, 1.0]] {
-            let (up, down) = ([0.0, 0.9, 0.95], [0.97, 0.92, 0.0]);
+        for (top, down) in [
+            (&[1.0][..], [0.97, 0.92, 0.0]),
+            (&[1.0, 1.0], [0.95, 0.9, 0.0]),
+        ] {
+            let up = [0.0, 0.9, 0.95];
             let command = plateau(&[&up[..], top, &down].concat()).expect("a plateau");
             assert!((command.speed - 1.0).abs() < 1e-12);
         }
         assert_eq!(
-            plateau(&[0.0, 0.9, 0.95, 1.0, 1.0, 0.95, 0.9, 0.0]),
+            plateau(&[0.0, 0.8, 0.9, 1.0, 1.0, 0.9, 0.8, 0.0]),
             Err(RejectReason::NoPlateau)
         );
     }
