@@ -21,7 +21,7 @@ const PLATEAU_TOLERANCE: f64 = 0.01;
 /// This many commands that are alike are a plateau.
 const PLATEAU_COMMANDS: usize = 3;
 /// Of a plateau that is hardly sampled the speed is known if a peak in its place would be higher by no more than this part.
-const PEAK_TOLERANCE: f64 = 0.03;
+const PEAK_TOLERANCE: f64 = 0.06;
 /// A speed this many times the robot's fastest strike is in another unit.
 const IMPLAUSIBLE: f64 = 10.0;
 
@@ -316,7 +316,7 @@ mod tests {
             assert!((command.speed - 1.0).abs() < 1e-12);
         }
         assert_eq!(
-            plateau(&[0.0, 0.8, 0.9, 1.0, 1.0, 0.9, 0.8, 0.0]),
+            plateau(&[0.0, 0.6, 0.8, 1.0, 1.0, 0.8, 0.6, 0.0]),
             Err(RejectReason::NoPlateau)
         );
     }

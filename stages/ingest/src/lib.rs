@@ -84,7 +84,7 @@ pub struct LogOutcome {
 
 impl ItemStage for Ingest {
     const NAME: &'static str = "ingest";
-    const VERSION: u32 = 3;
+    const VERSION: u32 = 4;
     type Shared = Rig;
     type Item = LogFile;
     type Output = LogOutcome;
