@@ -122,6 +122,18 @@ pub enum ArtifactError {
         /// The version in use.
         version: String,
     },
+    /// Robots that check the one key would not take what the other signs.
+    #[error(
+        "change the version in use of {store}: {version} is signed by another key, and robots that check that one would refuse \
+         what this one signs; give that key, or hand over to this one with `carom artifacts sign --key FILE` and give the robots \
+         its public key"
+    )]
+    OtherKey {
+        /// The store's folder.
+        store: String,
+        /// The version in use.
+        version: String,
+    },
     /// The version could not be signed.
     #[error("sign {version}: failed to {why}")]
     Signing {

@@ -33,6 +33,7 @@ pub(crate) fn encode(contents: &Contents) -> (Manifest, BTreeMap<&'static str, V
         stage.settings.sort_all_objects();
     }
     let manifest = Manifest {
+        sha256: String::new(),
         schema: SCHEMA_VERSION,
         carom: env!("CARGO_PKG_VERSION").into(),
         mujoco: world::mujoco_version(),
@@ -49,7 +50,7 @@ pub(crate) fn encode(contents: &Contents) -> (Manifest, BTreeMap<&'static str, V
             .collect(),
         provenance,
     };
-    (manifest, files)
+    (manifest.sealed(), files)
 }
 
 fn insert(

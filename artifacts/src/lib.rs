@@ -29,4 +29,4 @@ pub use signature::{Key, SIGNATURE, Signer};
 pub use store::{Listing, Store};
 
 /// Version of the store's layout and of `manifest.json`; raised when a file or key changes its name or meaning.
-pub const SCHEMA_VERSION: u32 = 1;
+pub const SCHEMA_VERSION: u32 = 2;

@@ -106,7 +106,18 @@ fn parse(bytes: &[u8], version: &str) -> Result<Manifest, ArtifactError> {
             known: SCHEMA_VERSION,
         });
     }
-    serde_json::from_slice(bytes).map_err(bad)
+    let manifest: Manifest = serde_json::from_slice(bytes).map_err(bad)?;
+    let found = manifest.seal(bytes);
+    if found == manifest.sha256 {
+        Ok(manifest)
+    } else {
+        Err(ArtifactError::WrongHash {
+            version: version.into(),
+            file: MANIFEST.into(),
+            found,
+            expected: manifest.sha256,
+        })
+    }
 }
 
 /// Reads at most one byte more than `most`.

@@ -7,14 +7,18 @@ use serde::{Deserialize, Serialize};
 use values::{Interval, Point};
 
 use crate::Model;
+use crate::files::sha256;
 
 /// What a version holds and how it came to be. It holds no time or place of its making: the same inputs, settings and
 /// programs give the same bytes.
 ///
-/// A signature, where one is wanted, is a file of its own beside it: through the hashes here it covers all files.
+/// Its first key is its own hash, so that a changed digit shows without a key, too. Anybody can compute a hash: it tells damage,
+/// not who wrote it. That is what a signature is for, a file of its own beside it; through the hashes here it covers all files.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Manifest {
+    /// SHA-256 of this file's bytes with zeros in the place of these 64 hex digits.
+    pub sha256: String,
     /// Version of the layout, [`SCHEMA_VERSION`](crate::SCHEMA_VERSION).
     pub schema: u32,
     /// Version of carom that wrote it.
@@ -195,7 +199,26 @@ fn arc(mut bearings: Vec<f64>) -> Option<Interval> {
     Some(arc)
 }
 
+/// What stands for a manifest's own hash while it is taken.
+const UNSEALED: &str = "0000000000000000000000000000000000000000000000000000000000000000";
+
 impl Manifest {
+    /// The same, with its own hash.
+    pub(crate) fn sealed(self) -> Self {
+        let mut sealed = Self {
+            sha256: UNSEALED.into(),
+            ..self
+        };
+        sealed.sha256 = sha256(sealed.to_json().as_bytes());
+        sealed
+    }
+
+    /// The hash that this manifest, read from these bytes, must hold.
+    pub(crate) fn seal(&self, bytes: &[u8]) -> String {
+        let text = String::from_utf8_lossy(bytes);
+        sha256(text.replacen(&self.sha256, UNSEALED, 1).as_bytes())
+    }
+
     /// The text of `manifest.json`; the same value always gives the same bytes.
     pub fn to_json(&self) -> String {
         let mut text =

@@ -47,6 +47,14 @@ impl Key {
             .map_err(|error| format!("it holds no public key of minisign ({error})"))
     }
 
+    /// Whether a version's signature is another key's, going by what it says of itself.
+    pub(crate) fn is_anothers(&self, dir: &Path) -> bool {
+        let signature = read(&dir.join(SIGNATURE)).ok().flatten();
+        let signature = signature.and_then(|text| Signature::decode(&text).ok());
+        let said = signature.map(|signature| self.0.verify(&[], &signature, false));
+        matches!(said, Some(Err(minisign_verify::Error::UnexpectedKeyId)))
+    }
+
     /// The count of a version's signature, if this key made it for this version and these bytes of its manifest.
     pub(crate) fn check(
         &self,

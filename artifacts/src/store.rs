@@ -169,7 +169,8 @@ impl Store {
         Ok(version)
     }
 
-    /// Signs the version in use; gives its name. [`Store::rollback`] signs others, by taking them into use.
+    /// Signs the version in use, also where another key did: so a store is handed over. Gives its name. [`Store::rollback`]
+    /// signs others, by taking them into use.
     pub fn sign(&self) -> Result<String, ArtifactError> {
         durable::create_dir(&self.versions())?;
         let _lock = self.lock()?;
@@ -240,16 +241,16 @@ impl Store {
             .unwrap_or(0))
     }
 
-    /// Whether the version in use may be replaced: where it is signed, that takes a signer.
+    /// Whether the version in use may be replaced: where it is signed, that takes a signer with the same key.
     pub fn check_key(&self) -> Result<(), ArtifactError> {
-        match self.latest() {
-            Ok(version)
-                if self.signer.is_none() && signature::is_signed(&self.version_dir(&version)) =>
-            {
-                Err(ArtifactError::NeedsKey {
-                    store: self.name(),
-                    version,
-                })
+        let Ok(version) = self.latest() else {
+            return Ok(());
+        };
+        let (store, dir) = (self.name(), self.version_dir(&version));
+        match &self.signer {
+            None if signature::is_signed(&dir) => Err(ArtifactError::NeedsKey { store, version }),
+            Some(signer) if signer.key().is_anothers(&dir) => {
+                Err(ArtifactError::OtherKey { store, version })
             }
             _ => Ok(()),
         }

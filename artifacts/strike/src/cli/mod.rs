@@ -55,13 +55,14 @@ fn load(args: &Args) -> Result<Artifact, Failure> {
     if let Some(trust) = trust {
         return trust.load(&store, version, own);
     }
-    if !args.quiet {
-        eprintln!(
-            "strike: no key is configured: the artifact is whole, but nobody vouches for it (see --key)"
-        );
-    }
     let artifact = store.load(version).map_err(Failure::input)?;
     own(&artifact)?;
+    if !args.quiet {
+        eprintln!(
+            "strike: no key is configured: {} is whole, but nobody vouches for it (see --key)",
+            artifact.version
+        );
+    }
     Ok(artifact)
 }
 

@@ -161,30 +161,32 @@ fn a_named_version_is_used_in_place_of_the_latest() {
 
 #[test]
 fn a_tampered_artifact_is_refused_before_any_robot_is_touched() {
-    for file in [
-        "world.toml",
-        "residual.safetensors",
-        "rig.toml",
-        "manifest.json",
+    for (file, after) in [
+        ("world.toml", ""),
+        ("residual.safetensors", ""),
+        ("rig.toml", ""),
+        ("manifest.json", "\"sha256\":"),
+        ("manifest.json", "\"trained_region\":"),
+        ("manifest.json", "\"metrics\":"),
+        ("manifest.json", "\"strikes\":"),
     ] {
         let dir = fixture::published();
         let path = dir.path().join("versions/v0001").join(file);
         let mut bytes = fs::read(&path).unwrap();
-        // A digit for another: still a file of its format. In the manifest it is one of a hash.
-        let hash = bytes.windows(9).position(|text| text == b"\"sha256\":");
-        let after = hash.unwrap_or(0);
-        let at = after
-            + 9
-            + bytes[after + 9..]
-                .iter()
-                .position(u8::is_ascii_digit)
-                .unwrap();
+        // A digit for another: still a file of its format.
+        let after = String::from_utf8_lossy(&bytes).find(after).unwrap() + after.len();
+        let digit = bytes[after..].iter().position(u8::is_ascii_digit).unwrap();
+        let at = after + digit;
         bytes[at] = if bytes[at] == b'1' { b'2' } else { b'1' };
         fs::write(&path, bytes).unwrap();
         let output = strike(dir.path(), &good_and(&["--robot", "sim"]));
         assert_eq!(output.status.code(), Some(2), "{file}: {}", stderr(&output));
         assert_eq!(stdout(&output), "", "{file}");
-        assert!(stderr(&output).contains("v0001"), "{}", stderr(&output));
+        let told = stderr(&output);
+        assert!(
+            told.contains("v0001") && !told.contains("is whole"),
+            "{told}"
+        );
         assert!(!dir.path().join("strikes").exists(), "{file}");
     }
 }
