@@ -30,6 +30,8 @@ pub struct Limits {
     pub open_chunk: usize,
     /// All schemas and channels together.
     pub schemas: usize,
+    /// Damaged places that are told.
+    pub damage: usize,
 }
 
 impl Default for Limits {
@@ -40,6 +42,7 @@ impl Default for Limits {
             chunk: 64 << 20,
             open_chunk: 96 << 20,
             schemas: 16 << 20,
+            damage: 1000,
         }
     }
 }
@@ -121,7 +124,7 @@ pub struct Summary {
     pub undecodable: Vec<(u64, String)>,
     /// For each wanted topic, whether its schema lacks the stamp, so that log times were taken.
     pub unstamped: Vec<bool>,
-    /// Where the file is not whole; empty for a whole one.
+    /// Where the file is not whole; empty for a whole one, and of very many places the first ones and the end.
     pub damage: Vec<Damage>,
 }
 
@@ -229,15 +232,17 @@ impl Reading<'_> {
     }
 
     fn lose(&mut self, offset: u64, extent: Extent, why: String) {
-        self.damage.push(Damage {
+        let damage = Damage {
             offset,
             extent,
             why,
-        });
-        if let Some(damage) = self.damage.last()
-            && extent != Extent::Index
-        {
-            (self.sink)(Event::Lost(damage));
+        };
+        if extent != Extent::Index {
+            (self.sink)(Event::Lost(&damage));
+        }
+        // A file made of damage must not fill the memory with it.
+        if extent != Extent::Part || self.damage.len() < self.limits.damage {
+            self.damage.push(damage);
         }
     }
 

@@ -29,6 +29,13 @@ pub struct Cli {
     pub command: Command,
 }
 
+impl Cli {
+    /// Whether standard error is for a machine, an object a line and nothing else.
+    pub fn logs_json(&self) -> bool {
+        matches!(&self.command, Command::Nightly(args) if args.log_json)
+    }
+}
+
 /// What every command takes.
 #[derive(Args, Clone, Copy, Debug)]
 pub struct Global {
@@ -240,7 +247,7 @@ pub struct NightlyArgs {
     /// Versions to keep: older ones are removed, the one in use never.
     #[arg(long, value_name = "N", default_value_t = 30, value_parser = clap::value_parser!(u16).range(2..))]
     pub keep: u16,
-    /// Log as JSON, an object a line, on standard error.
+    /// Log as JSON, an object a line, on standard error, and nothing else there.
     #[arg(long)]
     pub log_json: bool,
     /// Who signs.

@@ -155,6 +155,7 @@ fn go(run: &Run, store: &Store, inputs: &Inputs, last: Step) -> Result<Said, Err
     let json = json!({
         "strikes": results.strikes.len(),
         "rejects": results.rejects,
+        "left_out": results.left_out,
         "log_notes": results.log_notes,
         "stages": summary.stages,
         "parameters": results.fit.as_ref().map(|fit| &fit.world.parameters),
@@ -167,11 +168,7 @@ fn go(run: &Run, store: &Store, inputs: &Inputs, last: Step) -> Result<Said, Err
         "report": report,
     });
     Ok(Said {
-        outcome: if results.rejects.is_empty() && results.damaged.is_empty() {
-            Outcome::Done
-        } else {
-            Outcome::Rejected
-        },
+        outcome: results.outcome(),
         json,
         text,
     })
@@ -180,7 +177,7 @@ fn go(run: &Run, store: &Store, inputs: &Inputs, last: Step) -> Result<Said, Err
 /// The report of a run, with its latest trial, and its version (else the latest) where there are any. Gives its path.
 pub fn write_report(dir: &Path, inputs: &Inputs, results: &Results) -> Result<String, Error> {
     let trial = trial::kept(dir);
-    let provenance = store::provenance(dir, results.version.as_deref())?.unwrap_or_default();
+    let provenance = store::provenance(dir, results)?.unwrap_or_default();
     let night = nightly::kept(dir);
     let shown = Shown {
         inputs,

@@ -122,10 +122,9 @@ pub fn find_logs(paths: &[PathBuf]) -> Result<Vec<PathBuf>, Error> {
             logs.push(path.clone());
         }
     }
-    let mut logs = logs
-        .iter()
-        .map(|path| fs::canonicalize(path).map_err(|error| Error::unreadable(path, &error)))
-        .collect::<Result<Vec<_>, _>>()?;
+    // A dead link stays as it is named: reading tells what is wrong with it.
+    let whole = |path: PathBuf| fs::canonicalize(&path).unwrap_or(path);
+    let mut logs: Vec<PathBuf> = logs.into_iter().map(whole).collect();
     logs.sort();
     logs.dedup();
     Ok(logs)

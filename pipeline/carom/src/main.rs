@@ -28,7 +28,9 @@ fn main() -> ExitCode {
             code(said.outcome)
         }
         Err(error) => {
-            eprintln!("carom: failed to {error}");
+            if !cli.logs_json() {
+                eprintln!("carom: failed to {error}");
+            }
             code(error.outcome())
         }
     }

@@ -45,6 +45,7 @@ pub fn pipeline(run: &Run, inputs: &Inputs, last: Step) -> Result<Results, Error
         strikes: read.strikes,
         rejects: read.rejects,
         logs: read.logs,
+        left_out: read.left_out,
         damaged: read.damaged,
         log_notes: read.notes,
         ..Results::default()

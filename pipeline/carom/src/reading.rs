@@ -3,7 +3,9 @@
 use std::path::PathBuf;
 
 use ingest::{Ingest, IngestError, LogFile, assemble};
+use rayon::iter::Either;
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 use stage::{Run, RunError};
 use values::{Reject, Rig, Strike};
 
@@ -15,31 +17,74 @@ pub struct Read {
     pub strikes: Vec<Strike>,
     /// Strikes seen and not kept.
     pub rejects: Vec<Reject>,
-    /// The logs, by name and hash.
+    /// The logs that were read, by name and hash.
     pub logs: Vec<LogFile>,
+    /// The others.
+    pub left_out: Vec<LeftOut>,
     /// Names of logs that are cut off or damaged.
     pub damaged: Vec<String>,
     /// What a person should know of the logs, each with the log's name.
     pub notes: Vec<String>,
 }
 
-/// Reads the logs; each is read once, until its content changes.
-pub fn read(run: &Run, rig: &Rig, logs: &[PathBuf], seed: u64) -> Result<Read, Error> {
-    let logs = logs
+/// A log of which nothing could be read.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct LeftOut {
+    /// File name, without folder.
+    pub log: String,
+    /// Why; completes "failed to …".
+    pub why: String,
+}
+
+/// Files that can be read, with their hashes, and those that cannot.
+pub fn open(paths: &[PathBuf]) -> (Vec<LogFile>, Vec<LeftOut>) {
+    let left_out = |path: &PathBuf, error: IngestError| LeftOut {
+        log: path
+            .file_name()
+            .unwrap_or(path.as_os_str())
+            .to_string_lossy()
+            .into_owned(),
+        why: error.to_string(),
+    };
+    paths
         .par_iter()
-        .map(|path| LogFile::open(path).map_err(Error::input))
-        .collect::<Result<Vec<_>, _>>()?;
-    let outcomes = run
+        .partition_map(|path| match LogFile::open(path) {
+            Ok(log) => Either::Left(log),
+            Err(error) => Either::Right(left_out(path, error)),
+        })
+}
+
+/// Reads the logs; each is read once, until its content changes. One that cannot be is left out, if another can.
+pub fn read(run: &Run, rig: &Rig, logs: &[PathBuf], seed: u64) -> Result<Read, Error> {
+    let (mut logs, mut left_out) = open(logs);
+    let mut outcomes = run
         .items(&Ingest { seed }, rig, &logs)
         .map_err(|error| match error {
             RunError::Stage(error @ IngestError::Log(_)) => Error::input(error),
             error => error.into(),
         })?;
+    for outcome in &outcomes {
+        let log = &outcome.log;
+        left_out.extend(outcome.left_out.clone().map(|why| LeftOut {
+            log: log.clone(),
+            why,
+        }));
+    }
+    let mut is_read = outcomes.iter().map(|outcome| outcome.left_out.is_none());
+    logs.retain(|_| is_read.next().unwrap_or(false));
+    outcomes.retain(|outcome| outcome.left_out.is_none());
+    if let (true, Some(first)) = (logs.is_empty(), left_out.first()) {
+        return Err(Error::input(first.why.clone()));
+    }
     let notes = outcomes.iter().flat_map(|outcome| {
         let note = |note| format!("{}: {note}", outcome.log);
         outcome.notes.iter().map(note)
     });
-    let notes = notes.collect();
+    let notes = left_out
+        .iter()
+        .map(LeftOut::sentence)
+        .chain(notes)
+        .collect();
     let damaged = outcomes.iter().filter(|outcome| !outcome.whole);
     let damaged = damaged.map(|outcome| outcome.log.clone()).collect();
     let (strikes, rejects) = assemble(outcomes);
@@ -58,7 +103,15 @@ pub fn read(run: &Run, rig: &Rig, logs: &[PathBuf], seed: u64) -> Result<Read, E
         strikes,
         rejects,
         logs,
+        left_out,
         damaged,
         notes,
     })
+}
+
+impl LeftOut {
+    /// For a person.
+    pub fn sentence(&self) -> String {
+        format!("{} is left out: failed to {}", self.log, self.why)
+    }
 }

@@ -10,6 +10,9 @@ use train::{CurvePoint, Trained};
 use values::{Reject, Strike};
 use world::{Solution, World};
 
+use crate::error::Outcome;
+use crate::reading::LeftOut;
+
 /// What came of the steps that were gone.
 #[derive(Clone, Debug, Default)]
 pub struct Results {
@@ -17,8 +20,10 @@ pub struct Results {
     pub strikes: Vec<Strike>,
     /// Strikes seen and not kept.
     pub rejects: Vec<Reject>,
-    /// The logs, by name and hash.
+    /// The logs that were read, by name and hash.
     pub logs: Vec<LogFile>,
+    /// Logs that could not be read.
+    pub left_out: Vec<LeftOut>,
     /// Names of logs that are cut off or damaged.
     pub damaged: Vec<String>,
     /// What a person should know of the logs.
@@ -71,6 +76,15 @@ impl Learnt {
 }
 
 impl Results {
+    /// How the program ends, by what was read.
+    pub fn outcome(&self) -> Outcome {
+        if self.rejects.is_empty() && self.damaged.is_empty() && self.left_out.is_empty() {
+            Outcome::Done
+        } else {
+            Outcome::Rejected
+        }
+    }
+
     /// The world that will be used, with the name of its model: the one with effects where they are named.
     pub fn used(&self) -> Option<(&'static str, &Learnt)> {
         let effect = self.effect.as_ref().map(|learnt| ("effect", learnt));

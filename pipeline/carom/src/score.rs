@@ -6,6 +6,7 @@ use artifacts::{Artifact, Logged, Metrics, Model, Store};
 use evaluate::{Candidate, Evaluate, Evaluation, StopError};
 use serde::{Deserialize, Serialize};
 use stage::Run;
+use statrs::distribution::{ContinuousCDF, Gamma};
 use values::Strike;
 
 use crate::args::{Global, ScoreArgs};
@@ -56,14 +57,14 @@ pub struct Drift {
     published: f64,
     /// Mean stop error here, in m.
     here: f64,
-    /// Their difference in units of its standard error.
+    /// Their difference in units of its standard error, by the scatter when published.
     z: f64,
-    /// Whether it is beyond [`BEYOND_CHANCE`].
+    /// Whether chance gives as much less often than [`CHANCE`].
     beyond_chance: bool,
 }
 
-/// One-sided standard errors that chance passes once in a thousand scores.
-const BEYOND_CHANCE: f64 = 3.1;
+/// Chance is called drift once in so many scores.
+const CHANCE: f64 = 1e-3;
 
 /// Scores the logs, writes `score.json`.
 pub fn score(args: &ScoreArgs, global: Global) -> Result<Said, Error> {
@@ -97,9 +98,12 @@ pub fn score(args: &ScoreArgs, global: Global) -> Result<Said, Error> {
         artifact.version,
         summary::evaluation_table(&evaluation)
     );
+    for note in &read.notes {
+        text += &format!("{note}\n");
+    }
     text += &drift.map_or(String::new(), |drift| format!("\n{}\n", drift.sentence()));
     Ok(Said {
-        outcome: if read.rejects.is_empty() && read.damaged.is_empty() {
+        outcome: if read.rejects.is_empty() && read.damaged.is_empty() && read.left_out.is_empty() {
             Outcome::Done
         } else {
             Outcome::Rejected
@@ -202,17 +206,21 @@ fn of(metrics: &Metrics) -> StopError {
 }
 
 impl Drift {
-    /// Welch's statistic of the two means.
+    /// By the scatter of single strikes when published: by that of the strikes here, a wild miss would be its own excuse. Means of
+    /// a few errors, which are never negative, are skewed: they follow a gamma distribution.
     fn between(model: Model, published: &Metrics, here: &StopError) -> Self {
-        let error = |sd: f64, n: usize| sd * sd / n.max(1) as f64;
-        let both = (error(published.sd, published.n) + error(here.sd, here.n)).sqrt();
-        let z = (here.mean - published.mean) / both.max(1e-9);
+        let each = |n: usize| 1.0 / n.max(1) as f64;
+        let variance = published.sd.powi(2) * (each(published.n) + each(here.n));
+        let variance = variance.max(1e-18);
+        let mean = published.mean;
+        let chance =
+            Gamma::new(mean * mean / variance, mean / variance).map(|gamma| gamma.sf(here.mean));
         Self {
             model,
-            published: published.mean,
+            published: mean,
             here: here.mean,
-            z,
-            beyond_chance: z > BEYOND_CHANCE,
+            z: (here.mean - mean) / variance.sqrt(),
+            beyond_chance: chance.unwrap_or(0.0) < CHANCE && here.mean > mean,
         }
     }
 
@@ -296,5 +304,29 @@ mod tests {
         assert!(!drift(0.001).beyond_chance, "better is no drift");
         assert!(drift(0.009).beyond_chance);
         assert!((drift(0.0056).z - 1.0).abs() < 1e-9);
+
+        // One strike that misses wildly makes the scatter here, and is told all the same.
+        let wild = StopError {
+            mean: 0.030,
+            sd: 0.080,
+            n: 10,
+            ..here(0.030)
+        };
+        assert!(Drift::between(Model::Sysid, &published, &wild).beyond_chance);
+        let single = |mean| StopError {
+            sd: 0.0,
+            n: 1,
+            ..here(mean)
+        };
+        // A normal distribution would call a single strike of 3.2 standard errors drift; of errors one in 200 is so large.
+        let drift = |mean| Drift::between(Model::Sysid, &published, &single(mean));
+        assert!(!drift(0.0147).beyond_chance && drift(0.0147).z > 3.1);
+        assert!(drift(0.025).beyond_chance);
+        let perfect = Metrics {
+            mean: 0.0,
+            sd: 0.0,
+            ..published
+        };
+        assert!(Drift::between(Model::Sysid, &perfect, &single(0.01)).beyond_chance);
     }
 }

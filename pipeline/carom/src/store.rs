@@ -1,5 +1,6 @@
 //! `carom artifacts`: a look into the store.
 
+use std::collections::BTreeSet;
 use std::fmt::Write;
 use std::path::Path;
 
@@ -10,6 +11,7 @@ use crate::Error;
 use crate::commands::to_json;
 use crate::publishing::store_error;
 use crate::report::Provenance;
+use crate::results::Results;
 
 /// For machines, and for people.
 type Told = Result<(Value, String), Error>;
@@ -98,13 +100,28 @@ pub fn rollback(store: &Store, version: Option<&str>) -> Told {
     Ok((json!({ "latest": version }), text))
 }
 
-/// Where a version comes from (the latest unless named); none where nothing is published.
-pub fn provenance(dir: &Path, version: Option<&str>) -> Result<Option<Provenance>, Error> {
+/// Where a version of results comes from (the latest unless they name theirs); none where nothing is published. Of a version
+/// that was computed from other logs there is its name alone: the results are not its.
+pub fn provenance(dir: &Path, results: &Results) -> Result<Option<Provenance>, Error> {
     let store = Store::open(dir);
-    let Some(version) = version.map(String::from).or_else(|| store.latest().ok()) else {
+    let version = results.version.clone();
+    let Some(version) = version.or_else(|| store.latest().ok()) else {
         return Ok(None);
     };
     let manifest = store.show(Some(&version)).map_err(store_error)?;
+    let learnt_from: BTreeSet<&str> = manifest
+        .provenance
+        .inputs
+        .iter()
+        .map(|log| log.sha256.as_str())
+        .collect();
+    let shown: BTreeSet<&str> = results.logs.iter().map(|log| log.sha256.as_str()).collect();
+    if learnt_from != shown {
+        return Ok(Some(Provenance {
+            in_use: Some(version),
+            ..Provenance::default()
+        }));
+    }
     let files = manifest
         .files
         .iter()
@@ -133,6 +150,7 @@ pub fn provenance(dir: &Path, version: Option<&str>) -> Result<Option<Provenance
     }));
     Ok(Some(Provenance {
         version: Some(version),
+        in_use: None,
         made_by,
         hashes,
     }))

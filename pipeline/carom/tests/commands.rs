@@ -281,6 +281,62 @@ fn a_cut_off_log_gives_what_is_whole_and_says_so() {
 }
 
 #[test]
+fn logs_that_are_none_are_left_out_and_told_and_the_others_are_read() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let dir = folder.path().display();
+    done(&format!("demo --strikes 12 --hide none --out {dir}/rig"));
+    let line = format!("ingest {dir}/rig/logs --rig {dir}/rig/rig.toml --out {dir}");
+    let before = done(&line);
+    let logs = folder.path().join("rig/logs");
+    let whole = std::fs::read(logs.join("session_000.mcap")).expect("a log");
+    std::fs::write(logs.join("empty.mcap"), "").expect("written");
+    std::fs::write(logs.join("text.mcap"), "no log").expect("written");
+    std::fs::write(logs.join("magic.mcap"), &whole[..8]).expect("written");
+    // The first chunk holds the schemas: without it no message makes sense.
+    let mut damaged = whole.clone();
+    damaged[4000] ^= 1;
+    std::fs::write(logs.join("damaged.mcap"), damaged).expect("written");
+    std::os::unix::fs::symlink("nowhere", logs.join("dead.mcap")).expect("a link");
+    let pipe = std::process::Command::new("mkfifo")
+        .arg(logs.join("pipe.mcap"))
+        .status();
+    assert!(pipe.expect("mkfifo").success());
+
+    let said = carom(&line).unwrap_or_else(|error| panic!("failed to {error}"));
+    assert_eq!(said.outcome, Outcome::Rejected);
+    assert_eq!(said.json["strikes"], before["strikes"]);
+    let left_out: Vec<_> = said.json["left_out"]
+        .as_array()
+        .expect("a list")
+        .iter()
+        .collect();
+    let mut names: Vec<_> = left_out
+        .iter()
+        .filter_map(|log| log["log"].as_str())
+        .collect();
+    names.sort_unstable();
+    assert_eq!(names, ["dead.mcap", "empty.mcap", "pipe.mcap", "text.mcap"]);
+    for name in names.iter().chain(&["damaged.mcap", "magic.mcap"]) {
+        let line = said.text.lines().find(|line| line.contains(name));
+        assert!(
+            line.is_some_and(|line| line.len() > 40),
+            "{name}: {}",
+            said.text
+        );
+    }
+
+    // Where none can be read, that is bad input.
+    let (outcome, text) = refusal(&format!(
+        "ingest {dir}/rig/logs/empty.mcap --rig {dir}/rig/rig.toml --out {dir}/none"
+    ));
+    assert_eq!(outcome, Outcome::BadInput, "{text}");
+    assert!(
+        text.contains("empty.mcap") && text.contains("no MCAP"),
+        "{text}"
+    );
+}
+
+#[test]
 fn a_second_run_in_a_folder_is_told_to_try_again() {
     let folder = tempfile::tempdir().expect("a folder");
     let dir = folder.path().display();

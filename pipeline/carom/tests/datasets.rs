@@ -200,6 +200,23 @@ fn a_flipped_bit_a_lost_log_and_a_changed_recipe_are_told() {
         true
     );
 
+    // A table that was changed is written again from the logs.
+    json(&format!("dataset build {dir}/set.toml"));
+    fs::write(path.join("set/strikes.parquet"), "").expect("written");
+    let said = carom(&format!("dataset verify {dir}/set.toml"))
+        .unwrap_or_else(|error| panic!("failed to {error}"));
+    assert_eq!(said.outcome, Outcome::Failed);
+    assert!(
+        said.text.contains("strikes.parquet") && said.text.contains("dataset build"),
+        "{}",
+        said.text
+    );
+    json(&format!("dataset build {dir}/set.toml"));
+    assert_eq!(
+        json(&format!("dataset verify {dir}/set.toml"))["same"],
+        true
+    );
+
     // Filters are a part of what is locked; globs name what they match.
     recipe(
         path,

@@ -27,6 +27,10 @@ pub(crate) fn hash_file(path: &Path) -> Result<String, IngestError> {
         log: path.display().to_string(),
         source,
     };
+    // A pipe would be waited for without end.
+    if !std::fs::metadata(path).map_err(io)?.is_file() {
+        return Err(io(std::io::Error::other("it is no file")).into());
+    }
     let mut file = std::fs::File::open(path).map_err(io)?;
     let mut hasher = Sha256::new();
     let mut buffer = vec![0; 256 << 10];

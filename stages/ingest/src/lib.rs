@@ -18,6 +18,7 @@ mod slide;
 
 use std::path::{Path, PathBuf};
 
+use logs::LogError;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use stage::{ItemStage, Progress};
@@ -61,6 +62,17 @@ impl LogFile {
             path: path.into(),
         })
     }
+
+    /// Answers are kept by the content that was hashed before.
+    fn check(&self, read: LogOutcome) -> Result<LogOutcome, IngestError> {
+        if read.sha256 == self.sha256 {
+            Ok(read)
+        } else {
+            Err(IngestError::Changed {
+                log: self.path.display().to_string(),
+            })
+        }
+    }
 }
 
 /// What came out of one log.
@@ -74,12 +86,27 @@ pub struct LogOutcome {
     pub messages: u64,
     /// Whether the file is whole: neither cut off nor damaged.
     pub whole: bool,
+    /// Why nothing could be read of it, as what completes "failed to …"; none where it was read, be it in part.
+    #[serde(default)]
+    pub left_out: Option<String>,
     /// Strikes that were kept, by index; their order among all logs is not yet known.
     pub strikes: Vec<Strike>,
     /// Strikes that were not, by index.
     pub rejects: Vec<Reject>,
     /// What a person should know of the log: damage, messages that could not be decoded, frames left out.
     pub notes: Vec<String>,
+}
+
+impl LogOutcome {
+    /// A log of which nothing could be read.
+    fn left_out(log: &LogFile, error: &IngestError) -> Self {
+        Self {
+            log: log.name.clone(),
+            sha256: log.sha256.clone(),
+            left_out: Some(error.to_string()),
+            ..Self::default()
+        }
+    }
 }
 
 impl ItemStage for Ingest {
@@ -98,15 +125,14 @@ impl ItemStage for Ingest {
     ) -> Result<Vec<LogOutcome>, IngestError> {
         logs.par_iter()
             .map(|log| {
-                let outcome = ingest_log(&log.path, rig, self)?;
+                let read = ingest_log(&log.path, rig, self).and_then(|read| log.check(read));
                 progress.inc(1);
-                // Answers are kept by the content that was hashed before.
-                if outcome.sha256 == log.sha256 {
-                    Ok(outcome)
-                } else {
-                    Err(IngestError::Changed {
-                        log: log.path.display().to_string(),
-                    })
+                match read {
+                    // A disk may do better the next time: that answer is not one to keep.
+                    Err(error @ IngestError::Log(LogError::Io { .. })) => Err(error),
+                    // One log that is none does not take the others with it.
+                    Err(error) => Ok(LogOutcome::left_out(log, &error)),
+                    read => read,
                 }
             })
             .collect()

@@ -40,6 +40,7 @@ pub fn ingest_log(path: &Path, rig: &Rig, settings: &Ingest) -> Result<LogOutcom
     segmenter.close(Closing::End);
     let segmented = segmenter.finish();
     let mut outcome = LogOutcome {
+        left_out: None,
         whole: summary
             .damage
             .iter()
@@ -76,10 +77,14 @@ fn distrust(outcome: &mut LogOutcome, why: &str) {
     outcome.rejects.sort_by_key(|reject| reject.index);
 }
 
+/// So many damaged places of a log are told one by one.
+const PLACES: usize = 10;
+
 fn notes(summary: &Summary, rig: &Rig) -> Vec<String> {
     let mut notes: Vec<String> = summary
         .damage
         .iter()
+        .take(PLACES)
         .map(|damage| match damage.extent {
             Extent::Rest => format!("truncated at byte {}: {}", damage.offset, damage.why),
             Extent::Part => format!("damaged at byte {}: {}", damage.offset, damage.why),
@@ -90,6 +95,18 @@ fn notes(summary: &Summary, rig: &Rig) -> Vec<String> {
             ),
         })
         .collect();
+    if summary.damage.len() > PLACES {
+        let more = summary.damage.len() - PLACES;
+        notes.push(format!("damaged in {more} more places"));
+    }
+    for topic in [&rig.topics.centroid, &rig.topics.command] {
+        if summary.topics.iter().all(|there| there.name != topic.name) {
+            notes.push(format!(
+                "nothing tells of topic {}: it may be in what is damaged",
+                topic.name
+            ));
+        }
+    }
     for (index, topic) in [
         (CENTROID, &rig.topics.centroid),
         (COMMAND, &rig.topics.command),

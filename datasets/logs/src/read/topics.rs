@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use mcap::records::{MessageHeader, Record, op};
 
-use super::{Damage, Event, Sample, Summary, TopicCount, Wanted};
+use super::{Damage, Event, Extent, Sample, Summary, TopicCount, Wanted};
 use crate::decode::DecodeError;
 use crate::{Decoder, LogError, SchemaText};
 
@@ -216,7 +216,7 @@ impl<'a> Topics<'a> {
         })
     }
 
-    /// What was in the file; an error where a required topic is not, unless the file is cut off.
+    /// What was in the file; an error where a required topic is not, unless it may have been in what is damaged or cut off.
     pub(super) fn summary(self, sha256: String, damage: Vec<Damage>) -> Result<Summary, LogError> {
         let mut topics = BTreeMap::new();
         for channel in self.channels.values() {
@@ -262,7 +262,8 @@ impl<'a> Topics<'a> {
                 .topics
                 .iter()
                 .any(|topic| topic.name == wanted.topic.name);
-            if wanted.required && !there && !summary.truncated() {
+            let is_whole = |damage: &Damage| damage.extent == Extent::Index;
+            if wanted.required && !there && summary.damage.iter().all(is_whole) {
                 let images = ["Image", "CompressedImage"];
                 let kind =
                     |topic: &TopicCount| topic.schema.rsplit(['/', '.']).next().map(str::to_string);

@@ -111,7 +111,7 @@ fn build(args: &DatasetArgs, out: &Path) -> Result<Said, Error> {
     let scratch = tempfile::tempdir().map_err(Error::failed)?;
     let differing = differing(&lock, &rows.write(&rig, scratch.path())?);
     if !differing.is_empty() {
-        return Err(Error::failed(other_bytes(&differing)));
+        return Err(Error::failed(rebuilt_otherwise(&differing)));
     }
     rows.write(&rig, out)?;
     let text = format!("{} in {}\n", counts(&lock).trim_end(), out.display());
@@ -121,17 +121,25 @@ fn build(args: &DatasetArgs, out: &Path) -> Result<Said, Error> {
 fn verify(args: &DatasetArgs, out: &Path) -> Result<Said, Error> {
     let (lock, rig, rows) = rebuild(args)?;
     let scratch = tempfile::tempdir().map_err(Error::failed)?;
-    let mut differing = differing(&lock, &rows.write(&rig, scratch.path())?);
+    let rebuilt = differing(&lock, &rows.write(&rig, scratch.path())?);
+    let mut built = Vec::new();
     if out.is_dir() {
-        differing.extend(
-            self::differing(&lock, &hashes(out)?)
-                .into_iter()
-                .map(|name| out.join(name).display().to_string()),
-        );
+        let names = differing(&lock, &hashes(out)?).into_iter();
+        built.extend(names.map(|name| out.join(name).display().to_string()));
     }
-    if !differing.is_empty() {
+    if !(rebuilt.is_empty() && built.is_empty()) {
+        let why = if rebuilt.is_empty() {
+            format!(
+                "find the locked bytes in {}: the logs still give them, `carom dataset build {}` writes them again",
+                built.join(", "),
+                args.recipe.display()
+            )
+        } else {
+            rebuilt_otherwise(&rebuilt)
+        };
+        let differing = [rebuilt, built].concat();
         let json = json!({ "same": false, "differing": differing });
-        let text = format!("failed to {}\n", other_bytes(&differing));
+        let text = format!("failed to {why}\n");
         return Ok(Said {
             outcome: Outcome::Failed,
             json,
@@ -264,7 +272,7 @@ fn differing(lock: &Lock, files: &BTreeMap<String, String>) -> Vec<String> {
     names.map(String::from).collect()
 }
 
-fn other_bytes(differing: &[String]) -> String {
+fn rebuilt_otherwise(differing: &[String]) -> String {
     format!(
         "rebuild the dataset: other bytes in {}; use the carom that locked it, or lock it again",
         differing.join(", ")

@@ -11,7 +11,6 @@ use std::collections::BTreeSet;
 
 use artifacts::{Artifact, ArtifactError, Contents, Store};
 use ingest::LogFile;
-use rayon::prelude::*;
 use serde_json::json;
 use sha2::{Digest, Sha256};
 use stage::Run;
@@ -22,6 +21,7 @@ use crate::inputs::Inputs;
 use crate::outputs;
 use crate::pipeline::{Step, pipeline};
 use crate::publishing::{self, store_error};
+use crate::reading::{self, LeftOut};
 use crate::results::Results;
 use crate::{Error, score, signing};
 use log::Log;
@@ -31,6 +31,10 @@ pub use night::{Night, Status, kept};
 pub fn nightly(args: &NightlyArgs, global: Global) -> Result<Said, Error> {
     let dir = &args.out;
     let log = Log::new(args.log_json);
+    let global = Global {
+        quiet: global.quiet || args.log_json,
+        ..global
+    };
     let worked = begin(args, global, &log).and_then(|(run, store, inputs)| {
         let night = work(&run, &store, &inputs, args, &log);
         if let Err(error) = &night
@@ -94,17 +98,12 @@ fn work(
     log: &Log,
 ) -> Result<Night, Error> {
     let dir = run.dir();
-    let open_log = |path| LogFile::open(path).map_err(Error::input);
-    let logs = inputs.logs.par_iter().map(|path| open_log(path));
-    let logs = logs.collect::<Result<Vec<_>, _>>()?;
+    let logs = reading::open(&inputs.logs);
     let before = in_use(store)?;
-    if kept(dir).is_some_and(|last| last.basis == basis(inputs, &logs, store)) {
-        let night = Night {
-            why: vec!["no log is new since last night".into()],
-            ..Night::new(&logs, before.as_ref(), basis(inputs, &logs, store))
-        };
-        night::keep(dir, &night)?;
-        return Ok(night);
+    let last = kept(dir).filter(|last| last.basis == basis(inputs, &logs, store));
+    if let Some(last) = last {
+        // What was decided then stays to be read; what is wrong with the logs is told again.
+        return Ok(last.again(&logs.0, before.as_ref()));
     }
 
     let results = pipeline(run, inputs, Step::Publish)?;
@@ -113,9 +112,9 @@ fn work(
         .contents
         .as_ref()
         .ok_or_else(|| Error::failed("publish: nothing came out"))?;
-    let mut night = Night::new(&logs, before.as_ref(), String::new());
+    let mut night = Night::new(&results.logs, before.as_ref(), String::new());
     night.of(&results);
-    log.line("info", "run", &json!({ "strikes": night.strikes, "rejected": night.rejected, "new_logs": night.new_logs }));
+    log.line("info", "run", &json!({ "strikes": night.strikes, "rejected": night.rejected, "new_logs": night.new_logs, "left_out": night.left_out, "damaged": night.damaged }));
     if let Some(before) = &before {
         tell_drift(run, before, &results, &mut night)?;
         night.tell_missing(before, &results);
@@ -135,10 +134,6 @@ fn work(
     night.latest = store.latest().ok();
     night.basis = basis(inputs, &logs, store);
     night::keep(dir, &night)?;
-    let results = Results {
-        version: night.latest.clone(),
-        ..results
-    };
     write_report(dir, inputs, &results)?;
     Ok(night)
 }
@@ -153,11 +148,16 @@ fn in_use(store: &Store) -> Result<Option<Artifact>, Error> {
 }
 
 /// What a decision hangs on: where nothing of it changed, there is nothing to decide.
-fn basis(inputs: &Inputs, logs: &[LogFile], store: &Store) -> String {
+fn basis(
+    inputs: &Inputs,
+    (logs, left_out): &(Vec<LogFile>, Vec<LeftOut>),
+    store: &Store,
+) -> String {
     let logs: BTreeSet<&str> = logs.iter().map(|log| log.sha256.as_str()).collect();
     let (seed, without_effects) = (inputs.seed, inputs.without_effects);
     let all = json!([
         logs,
+        left_out,
         inputs.rig.to_toml(),
         seed,
         without_effects,

@@ -14,6 +14,7 @@ use super::gates::{Beats, Executor};
 use crate::Error;
 use crate::error::Outcome;
 use crate::outputs::write_json;
+use crate::reading::LeftOut;
 use crate::results::Results;
 use crate::score::Drift;
 
@@ -31,7 +32,7 @@ pub struct Night {
     pub before: Option<String>,
     /// The version in use from now on.
     pub latest: Option<String>,
-    /// Logs in all.
+    /// Logs that were read.
     pub logs: usize,
     /// Names of those that the version in use had not seen.
     pub new_logs: Vec<String>,
@@ -43,6 +44,8 @@ pub struct Night {
     pub rejected: usize,
     /// Names of logs that are cut off or damaged.
     pub damaged: Vec<String>,
+    /// Logs that could not be read.
+    pub left_out: Vec<LeftOut>,
     /// The gate of held-out strikes.
     pub beats: Option<Beats>,
     /// The gate of the executor.
@@ -95,6 +98,7 @@ impl Night {
             new_strikes: 0,
             rejected: 0,
             damaged: Vec::new(),
+            left_out: Vec::new(),
             beats: None,
             executor: None,
             drift: None,
@@ -115,12 +119,25 @@ impl Night {
         }
     }
 
+    /// A night after this one that has nothing to decide; what is wrong with its logs is what was.
+    pub fn again(self, logs: &[LogFile], before: Option<&Artifact>) -> Self {
+        Self {
+            why: vec!["no log is new since last night".into()],
+            strikes: self.strikes,
+            rejected: self.rejected,
+            damaged: self.damaged,
+            left_out: self.left_out,
+            ..Self::new(logs, before, self.basis)
+        }
+    }
+
     /// What was read.
     pub fn of(&mut self, results: &Results) {
         self.strikes = results.strikes.len();
         self.new_strikes = results.strikes.len();
         self.rejected = results.rejects.len();
         self.damaged = results.damaged.clone();
+        self.left_out = results.left_out.clone();
     }
 
     /// Effects that the data name and the version in use lacks.
@@ -146,7 +163,7 @@ impl Night {
             Status::Failed => Outcome::Failed,
             Status::Refused => Outcome::Refused,
             Status::Promoted | Status::NothingNew
-                if self.rejected > 0 || !self.damaged.is_empty() =>
+                if self.rejected > 0 || !self.damaged.is_empty() || !self.left_out.is_empty() =>
             {
                 Outcome::Rejected
             }
@@ -174,13 +191,13 @@ impl Night {
                 format!("the data now name {}: {}", missing.name, missing.statement)
             }),
         );
-        if self.rejected > 0 || !self.damaged.is_empty() {
-            lines.push(format!(
-                "{} strikes were rejected, {} logs are cut off or damaged",
-                self.rejected,
-                self.damaged.len()
-            ));
+        if self.rejected > 0 {
+            lines.push(format!("{} strikes were rejected", self.rejected));
         }
+        if !self.damaged.is_empty() {
+            lines.push(format!("cut off or damaged: {}", self.damaged.join(", ")));
+        }
+        lines.extend(self.left_out.iter().map(LeftOut::sentence));
         if !self.removed.is_empty() {
             lines.push(format!("removed: {}", self.removed.join(", ")));
         }

@@ -25,6 +25,8 @@ pub const FILE: &str = "report.html";
 pub struct Provenance {
     /// Version; none where nothing is published.
     pub version: Option<String>,
+    /// The version in use, where that is not what is shown.
+    pub in_use: Option<String>,
     /// Programs and their versions, seeds.
     pub made_by: Vec<(String, String)>,
     /// Files and their hashes.

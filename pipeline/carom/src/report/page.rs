@@ -43,6 +43,7 @@ pub fn page(shown: &Shown<'_>) -> Result<String, PageError> {
             (results.strikes.len()) " strikes of a " (shown.inputs.rig.object.shape.name()) " from "
             (shown.inputs.logs.len()) " log" (plural(shown.inputs.logs.len()))
             @if let Some(version) = &shown.provenance.version { ", published as " strong { (version) } }
+            @if let Some(version) = &shown.provenance.in_use { ", not in use: " strong { (version) } " is" }
             "."
         }
         @if let Some(night) = shown.night {
