@@ -20,6 +20,8 @@ const LEAST_CONTACT_RESTITUTION: f64 = 0.2;
 const HELD: f64 = 2.0;
 /// No slide lasts longer, in s.
 const LONGEST_SLIDE: f64 = 20.0;
+/// No slide leads farther, in m: what runs away downhill gains speed, and would take ever more and shorter steps.
+const FARTHEST: f64 = 100.0;
 /// Below this speed, in m/s, MuJoCo's soft friction lets the object creep: the rest of the slide, a tenth of a millimetre,
 /// is solved exactly from the deceleration seen above it.
 const CREEP: f64 = 0.025;
@@ -256,6 +258,9 @@ impl Worker<'_> {
                     slowing = -acceleration.dot(now) / now.norm();
                 } else if slowing > 0.0 {
                     let left = now.norm() / slowing;
+                    if motion.t + left > LONGEST_SLIDE {
+                        return Err(diverged("it has not come to rest within 20 s"));
+                    }
                     let braking = now * (-1.0 / left.max(1e-12));
                     record.arc(motion.t, left, end, now, braking);
                     let stop = end + now * (0.5 * left);
@@ -270,6 +275,9 @@ impl Worker<'_> {
                 if motion.is_over() && now.norm() <= CREEP.min(velocity.norm()) {
                     return Ok(record.end(motion.t, end));
                 }
+            }
+            if end.distance(origin) > FARTHEST {
+                return Err(diverged("it runs away"));
             }
             if motion.t > LONGEST_SLIDE {
                 return Err(diverged("it has not come to rest within 20 s"));

@@ -3,7 +3,9 @@
 use std::time::Instant;
 
 use values::{Command, Conditions, Point, Rig, Shape};
-use world::{AddedEffect, Estimate, Simulator, SolveSettings, SolveStatus, Steps, Worker, World};
+use world::{
+    AddedEffect, Estimate, Simulator, SolveSettings, SolveStatus, Steps, Worker, World, WorldError,
+};
 
 const ORIGIN: Point = Point::new(0.3, 0.0);
 const GRAVITY: f64 = 9.81;
@@ -353,6 +355,39 @@ fn what_never_comes_to_rest_is_given_up_soon() {
     );
     assert_eq!(solution.status, SolveStatus::Diverged);
     assert!(solution.evaluations <= 4, "{solution:?}");
+}
+
+/// A slope that all but takes friction away, and steeper ones: the track is as short as any, or there is none.
+#[test]
+fn what_runs_away_downhill_takes_no_memory() {
+    let rig = Rig::demo(Shape::Cylinder);
+    let tilt = |tilt_x: f64| AddedEffect {
+        name: "table_tilt".into(),
+        parameters: [("tilt_x", tilt_x), ("tilt_y", 0.0)]
+            .map(|(name, value)| (name.to_string(), Estimate::fixed(value)))
+            .into(),
+    };
+    let command = Command {
+        speed: 0.8,
+        angle: 0.0,
+    };
+    for steeper in [-1e-3, -1e-6, -1e-9, -1e-12, 0.0, 1e-12, 1e-6, 1e-3, 0.1] {
+        let mut world = still_air(&rig).with("friction", 0.02);
+        world.effects.push(tilt(0.02_f64.asin() + steeper));
+        let Ok(simulator) = Simulator::new(&rig, &world) else {
+            continue;
+        };
+        let begun = std::time::Instant::now();
+        let struck =
+            simulator
+                .worker()
+                .strike(Point::new(0.3, 0.0), command, &Conditions::default());
+        match struck {
+            Ok(simulated) => assert!(simulated.track.len() < 50_000, "{steeper}"),
+            Err(error) => assert!(matches!(error, WorldError::Diverged { .. }), "{error}"),
+        }
+        assert!(begun.elapsed().as_secs() < 5, "{steeper}");
+    }
 }
 
 #[test]
