@@ -14,12 +14,10 @@ pub struct Output(File);
 
 impl Write for Output {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        if let Err(fault) = faults::step() {
-            // A kill in the middle of a write leaves a part of it.
-            self.0.write_all(&bytes[..bytes.len() / 2])?;
-            return Err(fault);
-        }
-        self.0.write(bytes)
+        let file = &mut self.0;
+        // A kill in the middle of a write leaves a part of it.
+        faults::step_torn(|| file.write_all(&bytes[..bytes.len() / 2]))?;
+        file.write(bytes)
     }
 
     fn flush(&mut self) -> io::Result<()> {
