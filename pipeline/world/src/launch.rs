@@ -5,36 +5,21 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use rayon::prelude::*;
-use values::{Command, Point, Rig, Shape};
+use values::{Command, Rig, Shape};
 
-use crate::{Blow, Release, Simulator, Worker, World, WorldError};
+use crate::{Blow, Release, Simulator, Worker, World, WorldError, release::Scaled};
 
 /// What is changed beside a blow, and by how much: relative speed, angle (rad), offset of the tip (m), restitution.
 const STEPS: [f64; 4] = [0.08, 0.04, 0.003, 0.1];
-
-/// What varies of a release: time, position and velocity in the frame of the blow, spin; positions per m, speeds and spin
-/// per m/s of the tip's speed.
-type State = [f64; 6];
 
 /// One strike's release around its command: a parabola in each of four directions.
 #[derive(Clone, Copy, Debug)]
 pub struct Launch {
     command: Command,
     restitution: f64,
-    base: State,
-    slope: [State; 4],
-    bend: [State; 4],
-}
-
-fn state(release: Release, speed: f64) -> State {
-    [
-        release.time,
-        release.position.x,
-        release.position.y,
-        release.velocity.x / speed,
-        release.velocity.y / speed,
-        release.spin / speed,
-    ]
+    base: Scaled,
+    slope: [Scaled; 4],
+    bend: [Scaled; 4],
 }
 
 impl Launch {
@@ -52,14 +37,7 @@ impl Launch {
                 state[i] += away * (slope[i] + away * bend[i]);
             }
         }
-        let [time, x, y, vx, vy, spin] = state;
-        let (angle, speed) = (blow.command.angle, blow.command.speed);
-        Release {
-            time,
-            position: Point::new(x, y).rotated(angle),
-            velocity: Point::new(vx, vy).rotated(angle) * speed,
-            spin: spin * speed,
-        }
+        Release::of(state, blow.command)
     }
 }
 
@@ -115,7 +93,7 @@ fn launch(worker: &mut Worker<'_>, command: Command, restitution: f64) -> Option
                 tip_offset: away[2],
                 restitution: restitution + away[3],
             })
-            .map(|release| state(release, speed))
+            .map(|release| release.scaled(speed))
     };
     let base = at([0.0; 4])?;
     let (mut slope, mut bend) = ([[0.0; 6]; 4], [[0.0; 6]; 4]);

@@ -7,7 +7,7 @@
 use values::{Command, Conditions, Point, Rig, Shape, Strike};
 
 use crate::{
-    Blow,
+    Blow, Release,
     effects::{self, Effect, Slide},
     launch::Launch,
 };
@@ -185,22 +185,15 @@ impl Planar<'_> {
     /// One strike, seen at its own frames; `None` where it does not rest within 20 s. `launch` is that of a command near
     /// the strike's ([`crate::launch::launches`]).
     pub fn strike(&self, shot: &Shot<'_>, launch: &Launch, kick: &Kick) -> Option<Frames> {
-        let delivered = self
-            .effects
-            .iter()
-            .fold(shot.command, |command, effect| effect.deliver(command));
-        let blow = Blow {
-            command: delivered,
-            tip_offset: self.effects.iter().map(|e| e.tip_offset()).sum(),
-            restitution: self.restitution
-                * self
-                    .effects
-                    .iter()
-                    .map(|e| e.restitution_factor(delivered.speed))
-                    .product::<f64>(),
-        };
+        let delivered = effects::deliver(self.effects, shot.command);
+        let blow = Blow::of(self.effects, self.restitution, delivered);
+        self.slide(shot, launch.release(&blow), kick)
+    }
+
+    /// The slide alone, from where the tip lets go of the object.
+    pub fn slide(&self, shot: &Shot<'_>, release: Release, kick: &Kick) -> Option<Frames> {
         // A kick turns and speeds what leaves the tip, and never turns it back, however large it is.
-        let mut release = launch.release(&blow);
+        let mut release = release;
         release.position = release.position.rotated(kick.angle);
         release.velocity = release.velocity.rotated(kick.angle) * kick.speed.exp();
         release.spin *= kick.speed.exp();

@@ -4,7 +4,7 @@
 
 use values::{Command, Point, Rig};
 
-use crate::{Worker, scene};
+use crate::{Worker, effects::Effect, scene};
 
 const GRAVITY: f64 = 9.81;
 
@@ -19,6 +19,20 @@ pub struct Blow {
     pub restitution: f64,
 }
 
+impl Blow {
+    /// The blow of a tip that the arm leads with this speed and angle, under these effects, in a world of this restitution.
+    pub(crate) fn of(effects: &[Box<dyn Effect>], restitution: f64, delivered: Command) -> Self {
+        Self {
+            command: delivered,
+            tip_offset: effects.iter().map(|effect| effect.tip_offset()).sum(),
+            restitution: effects
+                .iter()
+                .map(|effect| effect.restitution_factor(delivered.speed))
+                .fold(restitution, |e, factor| e * factor),
+        }
+    }
+}
+
 /// The object as it leaves the tip, in the frame of the blow: x along the tip's velocity, y to its left, the object at rest
 /// in the origin.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -31,6 +45,36 @@ pub struct Release {
     pub velocity: Point,
     /// Its rate of turning in rad/s.
     pub spin: f64,
+}
+
+/// What varies of a release from blow to blow: time, position and velocity in the frame of the blow, spin; positions per m,
+/// velocities and spin per m/s of the tip's speed.
+pub(crate) type Scaled = [f64; 6];
+
+impl Release {
+    /// By the tip's speed in m/s.
+    pub(crate) fn scaled(&self, speed: f64) -> Scaled {
+        [
+            self.time,
+            self.position.x,
+            self.position.y,
+            self.velocity.x / speed,
+            self.velocity.y / speed,
+            self.spin / speed,
+        ]
+    }
+
+    /// After a blow with this command, on the table.
+    pub(crate) fn of(scaled: Scaled, command: Command) -> Self {
+        let [time, x, y, vx, vy, spin] = scaled;
+        let Command { speed, angle } = command;
+        Self {
+            time,
+            position: Point::new(x, y).rotated(angle),
+            velocity: Point::new(vx, vy).rotated(angle) * speed,
+            spin: spin * speed,
+        }
+    }
 }
 
 /// Length in m at which turning counts as sliding, the world's torsional friction at 1: friction resists

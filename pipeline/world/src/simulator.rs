@@ -10,7 +10,9 @@ use crate::{
     Blow, Profile, World, WorldError, contact_solref,
     effects::{self, Effect, Slide},
     engine::{Engine, Scene},
-    scene, touch,
+    planar::{self, Planar},
+    releases::Releases,
+    scene, touch, turning_ratio,
 };
 
 const GRAVITY: f64 = 9.81;
@@ -58,6 +60,9 @@ pub struct Simulator {
     restitution: f64,
     contact_time: f64,
     arm: f64,
+    /// Length in m at which turning counts as sliding, and the square of the radius of gyration in m², of the planar form.
+    turning: (f64, f64),
+    pub(crate) releases: Releases,
     pub(crate) steps: Steps,
 }
 
@@ -113,6 +118,11 @@ impl Simulator {
                 Shape::Sphere => rig.object.radius.unwrap_or(0.0),
                 Shape::Cylinder | Shape::Box => scene::turning_arm(&rig.object),
             },
+            turning: (
+                turning_ratio(rig) * world.value("torsional_friction")?,
+                planar::gyration(rig) * world.value("inertia_z")?,
+            ),
+            releases: Releases::default(),
             scene,
             steps,
         })
@@ -138,12 +148,30 @@ impl Simulator {
 
     /// By how much (rad) the arm turns this command, and the lateral offset (m) of its tip.
     pub(crate) fn aim(&self, command: Command) -> (f64, f64) {
-        let delivered = self
-            .effects
-            .iter()
-            .fold(command, |command, effect| effect.deliver(command));
-        let offset = self.effects.iter().map(|effect| effect.tip_offset()).sum();
-        (delivered.angle - command.angle, offset)
+        let blow = self.blow(command);
+        (blow.command.angle - command.angle, blow.tip_offset)
+    }
+
+    /// What the arm makes of a command.
+    pub(crate) fn blow(&self, command: Command) -> Blow {
+        self.struck(effects::deliver(&self.effects, command))
+    }
+
+    /// The blow of a tip with this speed and angle, as delivered.
+    pub(crate) fn struck(&self, delivered: Command) -> Blow {
+        Blow::of(&self.effects, self.restitution, delivered)
+    }
+
+    /// The world's planar form; none for a ball, which rolls.
+    pub(crate) fn planar(&self) -> Option<Planar<'_>> {
+        (self.rig.object.shape != Shape::Sphere).then_some(Planar {
+            friction: self.friction,
+            restitution: self.restitution,
+            ratio: self.turning.0,
+            gyration: self.turning.1,
+            effects: &self.effects,
+            push: None,
+        })
     }
 
     /// Where the camera sees an object that is at `point`.
@@ -195,23 +223,11 @@ impl Worker<'_> {
             ));
         }
         let sim = self.simulator;
-        let delivered = sim
-            .effects
-            .iter()
-            .fold(command, |command, effect| effect.deliver(command));
-        if delivered.speed <= 0.0 {
+        let blow = sim.blow(command);
+        if blow.command.speed <= 0.0 {
             return Err(diverged("the arm delivers no speed"));
         }
         let origin = effects::unobserve(&sim.effects, initial);
-        let blow = Blow {
-            command: delivered,
-            tip_offset: sim.effects.iter().map(|effect| effect.tip_offset()).sum(),
-            restitution: sim
-                .effects
-                .iter()
-                .map(|effect| effect.restitution_factor(delivered.speed))
-                .fold(sim.restitution, |e, factor| e * factor),
-        };
         let mut motion = self
             .impact(origin, blow)
             .ok_or_else(|| diverged("the tip passes beside the object"))?;

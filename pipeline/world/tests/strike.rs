@@ -180,8 +180,8 @@ fn what_cannot_be_struck_is_told() {
 }
 
 #[test]
-fn every_reachable_target_is_solved_in_about_two_simulations() {
-    for (shape, most) in [(Shape::Cylinder, 2.5), (Shape::Box, 4.0)] {
+fn every_reachable_target_is_solved_in_about_one_simulation() {
+    for (shape, most) in [(Shape::Cylinder, 1.05), (Shape::Box, 1.2)] {
         let rig = Rig::demo(shape);
         let simulator = Simulator::new(&rig, &World::nominal(&rig)).expect("valid");
         let mut worker = simulator.worker();

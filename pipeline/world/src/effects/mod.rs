@@ -226,6 +226,13 @@ pub fn statement(added: &AddedEffect) -> Result<String, WorldError> {
     Ok((effect(&added.name)?.statement)(&values(added)?))
 }
 
+/// What the arm makes of a command with these effects.
+pub fn deliver(effects: &[Box<dyn Effect>], command: Command) -> Command {
+    effects
+        .iter()
+        .fold(command, |command, effect| effect.deliver(command))
+}
+
 /// Where the camera sees an object that is at `point` (m), with these effects.
 pub fn observe(effects: &[Box<dyn Effect>], point: Point) -> Point {
     effects
