@@ -1,6 +1,8 @@
 //! Whether two rig files describe the same set-up.
 
-use serde::Serialize;
+use std::collections::BTreeSet;
+
+use serde_json::Value;
 use values::Rig;
 
 /// Two rig files that do not describe one set-up. Its text stands after a colon.
@@ -10,50 +12,48 @@ use values::Rig;
     differences.join(", ")
 )]
 pub struct OtherRig {
-    /// What differs, such as `[object] mass = 0.1 in the artifact, 0.2 here`.
+    /// What differs, such as `[object] mass is 0.1 in the artifact, 0.2 here`.
     pub differences: Vec<String>,
 }
 
-/// Compares what a strike depends on: object, striker, table and robot. Camera and topics may differ: they say how it
-/// is seen and logged.
-pub fn check(artifact: &Rig, here: &Rig) -> Result<(), OtherRig> {
-    let mut differences = Vec::new();
-    compare("object", &artifact.object, &here.object, &mut differences);
-    compare(
-        "striker",
-        &artifact.striker,
-        &here.striker,
-        &mut differences,
-    );
-    compare("table", &artifact.table, &here.table, &mut differences);
-    compare("robot", &artifact.robot, &here.robot, &mut differences);
-    if differences.is_empty() {
-        Ok(())
-    } else {
-        Err(OtherRig { differences })
-    }
+/// Whether a robot's own rig file is that of the artifact, or stricter: same object and striker; table and limits of the
+/// arm the same or within the artifact's. Camera and topics may differ: they say how a strike is seen and logged.
+pub fn check(artifact: &Rig, own: &Rig) -> Result<(), OtherRig> {
+    compare(artifact, own, |theirs, ours| is_within(ours, theirs))
 }
 
-fn compare<T: Serialize + PartialEq>(
-    section: &str,
-    artifact: &T,
-    here: &T,
-    differences: &mut Vec<String>,
-) {
-    if artifact == here {
-        return;
-    }
-    let keys = |value: &T| match serde_json::to_value(value) {
-        Ok(serde_json::Value::Object(keys)) => keys,
-        _ => serde_json::Map::new(),
-    };
-    let (artifact, here) = (keys(artifact), keys(here));
-    let names: std::collections::BTreeSet<_> = artifact.keys().chain(here.keys()).collect();
-    for name in names {
-        let (theirs, ours) = (artifact.get(name), here.get(name));
-        if theirs != ours {
-            let text = |value: Option<&serde_json::Value>| {
-                value.map_or("none".to_owned(), ToString::to_string)
+/// Whether what is planned for one rig file may be struck in another: that one's table and arm allow all that the plan's do.
+pub fn allows(planned: &Rig, there: &Rig) -> Result<(), OtherRig> {
+    compare(planned, there, is_within)
+}
+
+/// Differences of two rigs in what a strike depends on; `may_differ` says which limits may.
+fn compare(
+    artifact: &Rig,
+    here: &Rig,
+    may_differ: impl Fn(&Value, &Value) -> bool,
+) -> Result<(), OtherRig> {
+    let (theirs, ours) = (sections(artifact), sections(here));
+    let mut differences = Vec::new();
+    for (section, is_limit) in [
+        ("object", false),
+        ("striker", false),
+        ("table", true),
+        ("robot", true),
+    ] {
+        let keys = |rig: &Value| rig[section].as_object().cloned().unwrap_or_default();
+        let names: BTreeSet<String> = [&theirs, &ours]
+            .into_iter()
+            .flat_map(|rig| keys(rig).into_iter().map(|(name, _)| name))
+            .collect();
+        for name in names {
+            let (theirs, ours) = (&theirs[section][&name], &ours[section][&name]);
+            if theirs == ours || (is_limit && may_differ(theirs, ours)) {
+                continue;
+            }
+            let text = |value: &Value| match value {
+                Value::Null => "none".to_owned(),
+                value => value.to_string(),
             };
             differences.push(format!(
                 "[{section}] {name} is {} in the artifact, {} here",
@@ -61,6 +61,27 @@ fn compare<T: Serialize + PartialEq>(
                 text(ours)
             ));
         }
+    }
+    if differences.is_empty() {
+        Ok(())
+    } else {
+        Err(OtherRig { differences })
+    }
+}
+
+fn sections(rig: &Rig) -> Value {
+    serde_json::to_value(rig).unwrap_or_default()
+}
+
+/// Whether an interval lies within another, or a number is no larger than another.
+fn is_within(inner: &Value, outer: &Value) -> bool {
+    let ends = |value: &Value| match value {
+        Value::Array(ends) => Some((ends.first()?.as_f64()?, ends.get(1)?.as_f64()?)),
+        value => Some((0.0, value.as_f64()?)),
+    };
+    match (ends(inner), ends(outer)) {
+        (Some((low, high)), Some((lowest, highest))) => lowest <= low && high <= highest,
+        _ => false,
     }
 }
 
@@ -78,15 +99,31 @@ mod tests {
 
         let mut heavier = rig.clone();
         heavier.object.mass = 0.2;
-        heavier.robot.speed.high = 0.9;
+        heavier.robot.speed.high = 1.1;
         let text = check(&rig, &heavier).expect_err("differs").to_string();
         assert!(
             text.contains("[object] mass is 0.1 in the artifact, 0.2 here"),
             "{text}"
         );
         assert!(
-            text.contains("[robot] speed is [0.4,1.0] in the artifact, [0.4,0.9] here"),
+            text.contains("[robot] speed is [0.4,1.0] in the artifact, [0.4,1.1] here"),
             "{text}"
+        );
+    }
+
+    #[test]
+    fn a_robot_may_be_stricter_than_its_artifact_and_never_wider() {
+        let rig = Rig::demo(Shape::Cylinder);
+        let mut strict = rig.clone();
+        strict.robot.speed.high = 0.7;
+        strict.robot.acceleration = 3.0;
+        strict.table.y.low = -0.3;
+        assert_eq!(check(&rig, &strict), Ok(()));
+        assert!(check(&strict, &rig).is_err(), "wider");
+        assert_eq!(allows(&strict, &rig), Ok(()));
+        assert!(
+            allows(&rig, &strict).is_err(),
+            "the plan may go where this rig must not"
         );
     }
 }

@@ -14,30 +14,40 @@ const BASE: f64 = 0.0;
 /// A limit that would be broken.
 pub(crate) type Broken = (Reason, String);
 
+/// A point is of numbers, and on the table.
+pub(crate) fn point(table: &Table, name: &str, point: Point) -> Result<(), Broken> {
+    let name = if name.contains(' ') {
+        name.to_owned()
+    } else {
+        format!("`{name}`")
+    };
+    if !point.is_finite() {
+        return Err((
+            Reason::NotFinite,
+            format!(
+                "{name} is ({}, {}); both coordinates must be finite numbers, in m",
+                point.x, point.y
+            ),
+        ));
+    }
+    if !table.contains(point) {
+        return Err((
+            Reason::OffTable,
+            format!(
+                "{name} {} is off the table, x in {} and y in {} m; choose a point on it",
+                place(point),
+                range(table.x),
+                range(table.y)
+            ),
+        ));
+    }
+    Ok(())
+}
+
 /// Both points are numbers, on the table, and apart.
 pub(crate) fn points(table: &Table, from: Point, to: Point) -> Result<(), Broken> {
-    for (name, point) in [("from", from), ("to", to)] {
-        if !point.is_finite() {
-            return Err((
-                Reason::NotFinite,
-                format!(
-                    "`{name}` is ({}, {}); both coordinates must be finite numbers, in m",
-                    point.x, point.y
-                ),
-            ));
-        }
-        if !table.contains(point) {
-            return Err((
-                Reason::OffTable,
-                format!(
-                    "`{name}` {} is off the table, x in {} and y in {} m; choose a point on it",
-                    place(point),
-                    range(table.x),
-                    range(table.y)
-                ),
-            ));
-        }
-    }
+    point(table, "from", from)?;
+    point(table, "to", to)?;
     let distance = from.distance(to);
     if distance < SHORTEST_PATH {
         return Err((
@@ -55,41 +65,70 @@ pub(crate) fn points(table: &Table, from: Point, to: Point) -> Result<(), Broken
 /// Path and target lie where training strikes went.
 pub(crate) fn trained(region: &TrainedRegion, from: Point, to: Point) -> Result<(), Broken> {
     let path = to - from;
-    let within = |value: f64, trained: Interval| (value, trained, trained.contains(value));
-    let bearing = path.bearing();
-    for (quantity, (value, trained, is_trained), mend) in [
-        (
-            "the path's length in m",
-            within(path.norm(), region.distance),
-            "lay the object nearer to or farther from its target",
-        ),
-        (
-            "the path's bearing in rad",
-            (bearing, region.bearing, region.holds_bearing(bearing)),
-            "lay the object more in line with its target",
-        ),
-        (
-            "the target's x in m",
-            within(to.x, region.stop_x),
-            "choose a target among the training strikes' stops",
-        ),
-        (
-            "the target's y in m",
-            within(to.y, region.stop_y),
-            "choose a target among the training strikes' stops",
-        ),
-    ] {
-        if !is_trained {
-            return Err((
-                Reason::OutsideTrainedRegion,
-                format!(
-                    "{quantity} is {value:.4}, trained is {}; {mend}, or train on strikes that go there",
-                    range(trained)
-                ),
-            ));
+    let (distance, bearing) = (path.norm(), path.bearing());
+    let told = [
+        Told {
+            quantity: "the path's length in m",
+            value: distance,
+            trained: region.distance,
+            is_trained: region.distance.contains(distance),
+            mend: "lay the object nearer to or farther from its target",
+        },
+        Told {
+            quantity: "the path's bearing in rad",
+            value: bearing,
+            trained: region.bearing,
+            is_trained: region.holds_bearing(bearing),
+            mend: "lay the object more in line with its target",
+        },
+    ];
+    told.iter().try_for_each(Told::check)?;
+    trained_stop(region, to)
+}
+
+/// The target lies where training strikes stopped.
+pub(crate) fn trained_stop(region: &TrainedRegion, to: Point) -> Result<(), Broken> {
+    let axes = [
+        ("the target's x in m", to.x, region.stop_x),
+        ("the target's y in m", to.y, region.stop_y),
+    ];
+    axes.into_iter().try_for_each(|(quantity, value, trained)| {
+        let told = Told {
+            quantity,
+            value,
+            trained,
+            is_trained: trained.contains(value),
+            mend: "choose a target among the training strikes' stops",
+        };
+        told.check()
+    })
+}
+
+/// A quantity beside the interval that training strikes covered.
+struct Told {
+    quantity: &'static str,
+    value: f64,
+    trained: Interval,
+    is_trained: bool,
+    mend: &'static str,
+}
+
+impl Told {
+    fn check(&self) -> Result<(), Broken> {
+        if self.is_trained {
+            return Ok(());
         }
+        Err((
+            Reason::OutsideTrainedRegion,
+            format!(
+                "{} is {:.4}, trained is {}; {}, or train on strikes that go there",
+                self.quantity,
+                self.value,
+                range(self.trained),
+                self.mend
+            ),
+        ))
     }
-    Ok(())
 }
 
 /// The command is one that the arm may be told. `simulated` is the part of it that the world gave.

@@ -7,6 +7,9 @@ use world::{Simulator, SolveSettings, SolveStatus};
 use crate::limits::{self, Broken};
 use crate::{Plan, PlannerError, Reason, Refusal};
 
+/// How a start is named that was chosen here.
+const CHOSEN_START: &str = "the start in the middle of the trained paths (no --from was given)";
+
 /// One model of an artifact, ready to plan. Shared between threads.
 pub struct Planner {
     version: String,
@@ -21,23 +24,27 @@ pub struct Planner {
 }
 
 impl Planner {
-    /// The planner of one of the artifact's models. Errors if the artifact does not hold the model, or its world does
-    /// not compile.
+    /// The planner of one of the artifact's models, within the limits of the artifact's rig. Errors if the artifact does
+    /// not hold the model, or its world does not compile.
     pub fn new(artifact: &Artifact, model: Model) -> Result<Self, PlannerError> {
+        Self::within(artifact, model, &artifact.rig)
+    }
+
+    /// The same, within the limits of a robot's own rig file, which must pass [`crate::identity::check`].
+    pub fn within(artifact: &Artifact, model: Model, rig: &Rig) -> Result<Self, PlannerError> {
         let version = &artifact.version;
         let (world, residual) = artifact
             .model(model)
             .ok_or_else(|| no_model(artifact, model))?;
-        let simulator =
-            Simulator::new(&artifact.rig, &world).map_err(|source| PlannerError::World {
-                version: version.clone(),
-                source,
-            })?;
+        let simulator = Simulator::new(rig, &world).map_err(|source| PlannerError::World {
+            version: version.clone(),
+            source,
+        })?;
         let metrics = artifact.manifest.provenance.metrics.get(&model);
         Ok(Self {
             version: version.clone(),
             model,
-            rig: artifact.rig.clone(),
+            rig: rig.clone(),
             simulator,
             residual: residual.cloned(),
             region: artifact.manifest.provenance.trained_region,
@@ -56,12 +63,22 @@ impl Planner {
     }
 
     /// Where an object lies whose path to `to` (m) is the middle of the trained paths, to a tenth of a millimetre: for a
-    /// try without a camera.
-    pub fn usual_start(&self, to: Point) -> Point {
+    /// try without a camera. Refuses a target that no start would mend.
+    pub fn usual_start(&self, to: Point) -> Result<Point, Refusal> {
         let middle = |interval: Interval| 0.5 * (interval.low + interval.high);
         let start = to - Point::polar(middle(self.region.distance), middle(self.region.bearing));
         let round = |coordinate: f64| (coordinate * 1e4).round() / 1e4;
-        Point::new(round(start.x), round(start.y))
+        let start = Point::new(round(start.x), round(start.y));
+        limits::point(&self.rig.table, "to", to)
+            .and_then(|()| limits::trained_stop(&self.region, to))
+            .and_then(|()| limits::point(&self.rig.table, CHOSEN_START, start))
+            .map_err(|(refused, detail)| Refusal {
+                from: None,
+                to: Some(to),
+                refused,
+                detail,
+            })?;
+        Ok(start)
     }
 
     /// The strike that brings an object at rest at `from` to rest at `to` (m), or why it is not made: no value is ever

@@ -25,11 +25,13 @@ pub enum Reason {
     Reach,
     /// A line of a batch is not `{"from": [x, y], "to": [x, y]}`.
     Malformed,
+    /// This version has no driver for the robot that was named.
+    NoDriver,
 }
 
 impl Reason {
     /// Every reason.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 10] = [
         Self::NotFinite,
         Self::OffTable,
         Self::OutsideTrainedRegion,
@@ -39,6 +41,7 @@ impl Reason {
         Self::AngleLimit,
         Self::Reach,
         Self::Malformed,
+        Self::NoDriver,
     ];
 
     /// The name in files, such as `off_table`.
@@ -53,6 +56,7 @@ impl Reason {
             Self::AngleLimit => "angle_limit",
             Self::Reach => "reach",
             Self::Malformed => "malformed",
+            Self::NoDriver => "no_driver",
         }
     }
 }

@@ -21,7 +21,7 @@ Examples:
 
 Exit codes: 0 done; 1 failed; 2 wrong usage or bad input; 3 done, but a line of the batch was refused; 4 refused.
 A refusal tells its reason: not_finite, off_table, outside_trained_region, unreachable, diverged, speed_limit,
-angle_limit, reach, malformed (a line of a batch). Nothing is ever moved into a limit.";
+angle_limit, reach, malformed (a line of a batch), no_driver (the robot). Nothing is ever moved into a limit.";
 
 /// Strikes an object so that it comes to rest at a target.
 #[derive(Debug, Parser)]
@@ -33,7 +33,8 @@ pub struct Args {
     /// Version to use in place of the latest
     #[arg(long, value_name = "vNNNN")]
     pub version: Option<String>,
-    /// This robot's own rig file: refuses unless the artifact was made for the same object, striker, table and arm
+    /// This robot's own rig file: refuses unless the artifact was made for the same object and striker; its table and the
+    /// arm's limits may be stricter than the artifact's, and are then the ones that count
     #[arg(long, value_name = "FILE")]
     pub rig: Option<PathBuf>,
     /// Public key, in minisign's format: refuses versions that it did not sign, or older ones than were loaded before
@@ -55,16 +56,17 @@ pub struct Args {
     /// Where the object rests, in m [default: so that its path is the middle of the trained ones]
     #[arg(long, num_args = 2, value_names = ["X", "Y"], allow_negative_numbers = true, requires = "to")]
     pub from: Option<Vec<f64>>,
-    /// Robot: dry-run, sim (the rig whose truth.json lies in DIR, else the demo's), sim:FOLDER (the one of FOLDER's)
+    /// Robot: dry-run, sim (the rig whose truth.json lies in DIR or DIR/rig, else the demo's), sim:FOLDER (the one of
+    /// FOLDER's); xarm:HOST has no driver yet and is refused
     #[arg(long, value_name = "ROBOT", default_value = "dry-run")]
     pub robot: Choice,
     /// Log of the strike [default: the next strike_NNNNNN.mcap in DIR/strikes]; never overwrites
     #[arg(long, value_name = "FILE")]
     pub log: Option<PathBuf>,
     /// Plan every line of a file, or of standard input (`-`), and strike none
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["to", "from", "robot", "log", "json"])]
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["to", "from", "robot", "log"])]
     pub batch: Option<PathBuf>,
-    /// Answer with one JSON object
+    /// Answer with one JSON object; a batch always answers with one a line
     #[arg(long)]
     pub json: bool,
     /// Tell results and errors only

@@ -12,8 +12,8 @@ use std::process::ExitCode;
 
 use artifacts::{Artifact, Store};
 use strike::{
-    Choice, Config, Destination, DryRun, OpenLog, Plan, Planner, Robot, SimRobot, Trust,
-    TruthSource, allows, batch, execute, highest, identity,
+    Choice, Config, Destination, DryRun, OpenLog, Plan, Planner, Reason, Refusal, Robot, SimRobot,
+    Trust, TruthSource, allows, batch, execute, highest, identity,
 };
 use values::{Point, Rig};
 
@@ -27,43 +27,69 @@ const REJECTED: u8 = 3;
 /// Does what is asked. The artifact is verified whole before anything else, and no robot is opened before a plan has
 /// passed every limit.
 pub fn run(args: &Args) -> Result<ExitCode, Failure> {
-    let artifact = load(args)?;
+    if let Some(why) = args.robot.lacks_driver() {
+        return refuse(
+            args,
+            &Refusal {
+                from: args.from.as_deref().map(point),
+                to: args.to.as_deref().map(point),
+                refused: Reason::NoDriver,
+                detail: why,
+            },
+        );
+    }
+    let (artifact, rig) = load(args)?;
     let model = args
         .model
         .unwrap_or(artifact.manifest.provenance.default_model);
-    let planner = Planner::new(&artifact, model).map_err(Failure::input)?;
+    let planner = Planner::within(&artifact, model, &rig).map_err(Failure::input)?;
     match (&args.batch, &args.to) {
         (Some(file), _) => plan_batch(args, &planner, file),
-        (None, Some(to)) => strike_one(args, &artifact, &planner, point(to)),
+        (None, Some(to)) => strike_one(args, &planner, point(to)),
         (None, None) => Err(Failure::usage(
             "give a target, `--to X Y`, or `--batch FILE`",
         )),
     }
 }
 
-/// Nothing else is opened, and no robot, before the artifact has passed every check.
-fn load(args: &Args) -> Result<Artifact, Failure> {
+/// The artifact, and the rig within whose limits it is used: this robot's own where its file is given. Nothing else is
+/// opened, and no robot, before the artifact has passed every check.
+fn load(args: &Args) -> Result<(Artifact, Rig), Failure> {
     let config = configured(args)?;
+    let own = match &config.rig {
+        None => None,
+        Some(path) => Some((path, load_rig(path)?)),
+    };
     let trust = config
         .key
         .as_deref()
         .map(|key| Trust::open(key, config.seen.as_deref()))
         .transpose()?;
     allows(trust.as_ref(), args.robot.moves())?;
-    let own = |artifact: &Artifact| fits(artifact, config.rig.as_deref());
+    let is_own = |artifact: &Artifact| match &own {
+        None => Ok(()),
+        Some((path, rig)) => identity::check(&artifact.rig, rig)
+            .map_err(|other| Failure::refused(format!("other_rig: {}: {other}", path.display()))),
+    };
     let (store, version) = (Store::open(&args.artifacts), args.version.as_deref());
-    if let Some(trust) = trust {
-        return trust.load(&store, version, own);
-    }
-    let artifact = store.load(version).map_err(Failure::input)?;
-    own(&artifact)?;
-    if !args.quiet {
-        eprintln!(
-            "strike: no key is configured: {} is whole, but nobody vouches for it (see --key)",
-            artifact.version
-        );
-    }
-    Ok(artifact)
+    let artifact = if let Some(trust) = trust {
+        trust.load(&store, version, is_own)?
+    } else {
+        let artifact = store.load(version).map_err(Failure::input)?;
+        is_own(&artifact)?;
+        if !args.quiet {
+            eprintln!(
+                "strike: no key is configured: {} is whole, but nobody vouches for it (see --key)",
+                artifact.version
+            );
+        }
+        artifact
+    };
+    let rig = match own {
+        Some((_, rig)) => rig,
+        None => artifact.rig.clone(),
+    };
+    Ok((artifact, rig))
 }
 
 /// What is configured, and what the command line says in its place.
@@ -85,39 +111,28 @@ fn configured(args: &Args) -> Result<Config, Failure> {
     })
 }
 
-/// Whether the artifact is this robot's own, where its rig file is given.
-fn fits(artifact: &Artifact, rig: Option<&Path>) -> Result<(), Failure> {
-    let Some(path) = rig else {
-        return Ok(());
-    };
-    let here = Rig::load(path).map_err(Failure::input)?;
-    identity::check(&artifact.rig, &here)
-        .map_err(|other| Failure::refused(format!("other_rig: {}: {other}", path.display())))
+fn load_rig(path: &Path) -> Result<Rig, Failure> {
+    Rig::load(path).map_err(|error| {
+        Failure::input(format!(
+            "use the rig file {}: failed to {error}",
+            path.display()
+        ))
+    })
 }
 
-fn strike_one(
-    args: &Args,
-    artifact: &Artifact,
-    planner: &Planner,
-    to: Point,
-) -> Result<ExitCode, Failure> {
-    let from = args
-        .from
-        .as_ref()
-        .map_or_else(|| planner.usual_start(to), |from| point(from));
-    let plan = match planner.plan(from, to) {
+fn strike_one(args: &Args, planner: &Planner, to: Point) -> Result<ExitCode, Failure> {
+    let from = match &args.from {
+        Some(from) => Ok(point(from)),
+        None => planner.usual_start(to),
+    };
+    let plan = match from.and_then(|from| planner.plan(from, to)) {
         Ok(plan) => plan,
-        Err(refusal) => {
-            if args.json {
-                show::json(&refusal)?;
-            }
-            return Err(Failure::refused(refusal.to_string()));
-        }
+        Err(refusal) => return refuse(args, &refusal),
     };
     if !args.json {
         show::plan(&plan, args.from.is_none())?;
     }
-    let answer = strike_plan(args, artifact, &plan);
+    let answer = strike_plan(args, planner.rig(), &plan);
     if args.json {
         // The plan is told even where the robot fails.
         let told = answer.as_ref().ok().cloned();
@@ -128,23 +143,30 @@ fn strike_one(
     answer.map(|_| ExitCode::SUCCESS)
 }
 
-fn strike_plan(args: &Args, artifact: &Artifact, plan: &Plan) -> Result<Answer, Failure> {
+/// A refusal is an answer too, where a machine asks.
+fn refuse(args: &Args, refusal: &Refusal) -> Result<ExitCode, Failure> {
+    if args.json {
+        show::json(refusal)?;
+    }
+    Err(Failure::refused(refusal))
+}
+
+fn strike_plan(args: &Args, rig: &Rig, plan: &Plan) -> Result<Answer, Failure> {
     let strikes = args.artifacts.join("strikes");
     let Choice::Sim(folder) = &args.robot else {
-        return strike_with(&mut DryRun, plan, None, &artifact.rig);
+        return strike_with(&mut DryRun, plan, None, rig);
     };
     let truth = truth(folder.as_deref(), &args.artifacts);
     let source = truth
         .as_deref()
         .map_or(TruthSource::Demo, TruthSource::File);
-    let mut robot =
-        SimRobot::open(&artifact.rig, source, highest(&strikes)).map_err(Failure::input)?;
+    let mut robot = SimRobot::open(rig, source, highest(&strikes)).map_err(Failure::input)?;
     let destination = args
         .log
         .clone()
         .map_or(Destination::Next(strikes), Destination::File);
     let log = OpenLog::open(destination)?;
-    strike_with(&mut robot, plan, Some(log), &artifact.rig)
+    strike_with(&mut robot, plan, Some(log), rig)
 }
 
 fn strike_with(
@@ -161,12 +183,14 @@ fn strike_with(
     Ok(answer)
 }
 
-/// The truth of the folder that is named; else the one beside the artifact, whose logs the rig wrote; else none.
+/// The truth of the folder that is named; else the one where `carom demo` wrote it for this run; else none.
 fn truth(folder: Option<&Path>, artifacts: &Path) -> Option<PathBuf> {
-    let beside = artifacts.join("truth.json");
     match folder {
         Some(folder) => Some(folder.join("truth.json")),
-        None => beside.exists().then_some(beside),
+        None => ["truth.json", "rig/truth.json"]
+            .map(|file| artifacts.join(file))
+            .into_iter()
+            .find(|path| path.is_file()),
     }
 }
 

@@ -10,6 +10,8 @@ pub enum Choice {
     DryRun,
     /// `sim` or `sim:FOLDER`: the embedded rig, of the folder's `truth.json` where one is given.
     Sim(Option<PathBuf>),
+    /// `xarm:HOST`: an arm for which there is no driver yet.
+    XArm(String),
 }
 
 /// A robot that is not there.
@@ -18,22 +20,35 @@ pub enum UnknownRobot {
     /// No robot has the name.
     #[error("there is no robot `{0}`; robots are {KNOWN}")]
     Name(String),
-    /// A driver that this version lacks.
-    #[error("robot `{0}` is not available in this version; robots are {KNOWN}")]
-    Unavailable(String),
+    /// `xarm` without its host.
+    #[error("`xarm:` needs the arm's host after the colon, such as `xarm:192.168.1.10`")]
+    NoHost,
     /// `sim:` without its folder.
     #[error("`sim:` needs a folder with a truth.json after the colon; or leave the colon out")]
     NoFolder,
 }
 
-const KNOWN: &str = "`dry-run`, `sim` and `sim:FOLDER`";
+/// What can be struck with.
+pub(crate) const KNOWN: &str = "`dry-run`, `sim` and `sim:FOLDER`";
 
 impl Choice {
     /// Whether it can move something in this world. One that can needs an artifact that somebody vouches for.
     pub fn moves(&self) -> bool {
         match self {
             Self::DryRun | Self::Sim(_) => false,
+            Self::XArm(_) => true,
         }
+    }
+}
+
+impl Choice {
+    /// Why nothing can strike with it: this version has no driver for it.
+    pub fn lacks_driver(&self) -> Option<String> {
+        let Self::XArm(host) = self else { return None };
+        Some(format!(
+            "there is no driver for the xArm at {host} in this version, and nothing was sent to it; plan with `dry-run` and hand \
+             the plan (--json) to the arm's own program; robots are {KNOWN}"
+        ))
     }
 }
 
@@ -46,8 +61,9 @@ impl FromStr for Choice {
             None if text == "sim" => Ok(Self::Sim(None)),
             Some(("sim", "")) => Err(UnknownRobot::NoFolder),
             Some(("sim", folder)) => Ok(Self::Sim(Some(folder.into()))),
-            Some(("xarm", _)) => Err(UnknownRobot::Unavailable(text.into())),
-            _ if text == "xarm" => Err(UnknownRobot::Unavailable(text.into())),
+            Some(("xarm", "")) => Err(UnknownRobot::NoHost),
+            Some(("xarm", host)) => Ok(Self::XArm(host.into())),
+            None if text == "xarm" => Err(UnknownRobot::NoHost),
             _ => Err(UnknownRobot::Name(text.into())),
         }
     }
@@ -62,7 +78,11 @@ mod tests {
         assert_eq!("dry-run".parse(), Ok(Choice::DryRun));
         assert_eq!("sim".parse(), Ok(Choice::Sim(None)));
         assert_eq!("sim:a/b".parse(), Ok(Choice::Sim(Some("a/b".into()))));
-        for text in ["xarm:10.0.0.2", "xarm", "kuka", ""] {
+        assert_eq!("xarm:10.0.0.2".parse(), Ok(Choice::XArm("10.0.0.2".into())));
+        for text in ["xarm", "xarm:"] {
+            assert_eq!(text.parse::<Choice>(), Err(UnknownRobot::NoHost));
+        }
+        for text in ["kuka", ""] {
             let error = text.parse::<Choice>().expect_err(text).to_string();
             assert!(
                 error.contains(text) && error.contains("`sim:FOLDER`"),

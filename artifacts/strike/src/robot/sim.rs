@@ -58,7 +58,7 @@ impl Robot for SimRobot {
     }
 
     fn check(&mut self, _: &Plan) -> Result<(), RobotError> {
-        identity::check(&self.planned_for, &self.sim.truth().rig).map_err(|difference| {
+        identity::allows(&self.planned_for, &self.sim.truth().rig).map_err(|difference| {
             RobotError::NotReady {
                 robot: self.name(),
                 why: difference.to_string(),

@@ -124,7 +124,7 @@ fn wrong_usage_exits_2_and_tells_how_to_mend_it() {
         (vec!["--to", "a", "b"], "invalid"),
         (vec!["--from", "0.3", "0.0"], "--to"),
         (good_and(&["--model", "magic"]), "sysid_residual"),
-        (good_and(&["--robot", "xarm:10.0.0.2"]), "not available"),
+        (good_and(&["--robot", "xarm"]), "host"),
         (good_and(&["--robot", "toaster"]), "`dry-run`"),
         (good_and(&["--batch", "-"]), "cannot be used with"),
         (good_and(&["--version", "v0009"]), "v0009"),
@@ -134,6 +134,68 @@ fn wrong_usage_exits_2_and_tells_how_to_mend_it() {
         assert_eq!((exit, out.as_str()), (2, ""), "{arguments:?}: {err}");
         assert!(err.contains(said), "{arguments:?}: {err}");
     }
+}
+
+#[test]
+fn an_arm_without_a_driver_is_refused_before_anything_is_opened() {
+    let arguments = good_and(&["--robot", "xarm:10.0.0.2", "--json"]);
+    let output = strike(Path::new("/none/such"), &arguments);
+    assert_eq!(output.status.code(), Some(4));
+    let refusal: Value = serde_json::from_str(stdout(&output)).unwrap();
+    assert_eq!(refusal["refused"], "no_driver");
+    assert_eq!(refusal["to"][1], 0.1);
+    assert!(stderr(&output).contains("nothing was sent to it"));
+}
+
+#[test]
+fn a_bad_target_without_a_start_is_blamed_on_the_target() {
+    for (to, said) in [
+        (["nan", "0.1"], "not_finite: `to` is (NaN, 0.1)"),
+        (["3", "0.1"], "off_table: `to` (3.0000, 0.1000)"),
+        (
+            ["0.97", "0.0"],
+            "outside_trained_region: the target's x in m is 0.9700",
+        ),
+        (
+            ["0.25", "0.0"],
+            "off_table: the start in the middle of the trained paths (no --from was given)",
+        ),
+    ] {
+        let (exit, out, err) = code(&["--to", to[0], to[1]]);
+        assert_eq!((exit, out.as_str()), (4, ""), "{to:?}: {err}");
+        assert!(err.contains(said), "{to:?}: {err}");
+    }
+}
+
+#[test]
+fn a_robots_own_rig_file_may_be_stricter_and_then_counts() {
+    let dir = fixture::published();
+    let path = dir.path().join("robot.toml");
+    let plan = |rig: &Rig| {
+        fs::write(&path, rig.to_toml()).unwrap();
+        let own = ["--rig", path.to_str().unwrap(), "--robot", "sim"];
+        strike(dir.path(), &[GOOD.as_slice(), &own].concat())
+    };
+    let mut strict = fixture::rig();
+    strict.robot.acceleration = 4.0;
+    let output = plan(&strict);
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    assert!(stdout(&output).contains("acceleration 4.000"));
+
+    strict.robot.speed.high = 0.45;
+    let output = plan(&strict);
+    assert_eq!(output.status.code(), Some(4));
+    let err = stderr(&output);
+    assert!(
+        err.contains("speed_limit") && err.contains("[0.4000, 0.4500]"),
+        "{err}"
+    );
+
+    let mut wide = fixture::rig();
+    wide.robot.speed.high = 1.2;
+    let output = plan(&wide);
+    assert_eq!(output.status.code(), Some(4));
+    assert!(stderr(&output).contains("other_rig"), "{}", stderr(&output));
 }
 
 #[test]
