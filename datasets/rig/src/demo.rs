@@ -54,7 +54,8 @@ pub struct Written {
     pub strikes: usize,
 }
 
-/// Writes a demo into a folder, which it creates, replacing files of the same names. The same settings give the same bytes.
+/// Writes a demo into a folder, which it creates. Of a demo that an earlier call wrote there nothing is left. The same settings
+/// give the same bytes.
 pub fn write(settings: &Settings, out: &Path) -> Result<Written, RigSimError> {
     let mut sim = Sim::from(settings.truth.clone())?;
     if settings.log_state {
@@ -81,6 +82,9 @@ pub fn write(settings: &Settings, out: &Path) -> Result<Written, RigSimError> {
 
     let folder = out.join("logs");
     std::fs::create_dir_all(&folder).map_err(|source| file_error(&folder, source))?;
+    if out.join("truth.json").exists() {
+        remove_sessions(&folder)?;
+    }
     let mut written = Written {
         rig: out.join("rig.toml"),
         logs: Vec::new(),
@@ -92,7 +96,7 @@ pub fn write(settings: &Settings, out: &Path) -> Result<Written, RigSimError> {
         if session > 0 {
             sim.next_session();
         }
-        let path = folder.join(format!("session_{session:03}.mcap"));
+        let path = folder.join(format!("{SESSION}{session:03}{MCAP}"));
         let mut writer = RecordingWriter::create(&path, &truth.rig.topics)?;
         for strike in strikes {
             let recording = sim.strike(strike.initial(), strike.command());
@@ -112,6 +116,26 @@ pub fn write(settings: &Settings, out: &Path) -> Result<Written, RigSimError> {
 
 const RIG_HEADER: &str = "# The embedded rig of `carom demo`: what is known of it before anything is measured.\n\
     # SI units. Frame `table`: x away from the robot, y to its left, angles from +x, counter-clockwise.\n\n";
+
+const SESSION: &str = "session_";
+const MCAP: &str = ".mcap";
+
+/// Removes the logs of an earlier demo: its sessions would be read as some of this one's.
+fn remove_sessions(folder: &Path) -> Result<(), RigSimError> {
+    let is_session = |name: &str| {
+        let number = name.strip_prefix(SESSION)?.strip_suffix(MCAP)?;
+        number.parse::<u32>().ok()
+    };
+    let entries = std::fs::read_dir(folder).map_err(|source| file_error(folder, source))?;
+    for entry in entries {
+        let entry = entry.map_err(|source| file_error(folder, source))?;
+        if entry.file_name().to_str().and_then(is_session).is_some() {
+            let path = entry.path();
+            std::fs::remove_file(&path).map_err(|source| file_error(&path, source))?;
+        }
+    }
+    Ok(())
+}
 
 fn sessions(strikes: usize) -> usize {
     strikes

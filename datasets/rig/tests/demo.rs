@@ -36,6 +36,27 @@ fn the_same_seed_gives_the_same_bytes_and_another_does_not() {
 }
 
 #[test]
+fn of_an_earlier_demo_nothing_is_left_and_what_is_no_session_stays() {
+    let folder = tempfile::tempdir().unwrap();
+    let logs = |strikes| {
+        write(
+            &Settings::new(Shape::Cylinder, strikes, 1, Some(Hidden::none())),
+            folder.path(),
+        )
+        .unwrap();
+        let mut names: Vec<_> = std::fs::read_dir(folder.path().join("logs"))
+            .unwrap()
+            .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+            .collect();
+        names.sort();
+        names
+    };
+    assert_eq!(logs(20), ["session_000.mcap", "session_001.mcap"]);
+    std::fs::write(folder.path().join("logs/session_of_mine.mcap"), "").unwrap();
+    assert_eq!(logs(3), ["session_000.mcap", "session_of_mine.mcap"]);
+}
+
+#[test]
 fn a_log_reads_back_with_every_frame_and_command() {
     let folder = tempfile::tempdir().unwrap();
     let settings = Settings {

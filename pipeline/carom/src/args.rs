@@ -382,8 +382,10 @@ pub struct RebuildArgs {
 #[derive(Debug, Subcommand)]
 pub enum ArtifactsCommand {
     /// List the versions.
+    #[command(after_help = examples(&["carom artifacts list --artifacts artifacts/demo"]))]
     List(StoreArgs),
     /// Show a version's manifest.
+    #[command(after_help = examples(&["carom artifacts show v0001 --artifacts artifacts/demo"]))]
     Show(VersionArgs),
     /// Check a version's hashes, shapes and schemas, and its signature where a public key is given.
     #[command(after_help = examples(&["carom artifacts verify --artifacts artifacts/demo --key carom.pub"]))]
@@ -474,6 +476,20 @@ mod tests {
     #[test]
     fn the_command_line_is_consistent() {
         Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn every_command_shows_examples() {
+        fn without(command: &clap::Command, found: &mut Vec<String>) {
+            let mut subs = command.get_subcommands().peekable();
+            if subs.peek().is_none() && command.get_after_help().is_none() {
+                found.push(command.get_name().into());
+            }
+            subs.for_each(|sub| without(sub, found));
+        }
+        let mut found = Vec::new();
+        without(&Cli::command(), &mut found);
+        assert!(found.is_empty(), "{found:?}");
     }
 
     #[test]

@@ -84,7 +84,17 @@ pub fn execute(cli: &Cli) -> Result<Said, Error> {
                 format!("report     {path}\n"),
             ))
         }
-        Command::Nightly(args) => nightly::nightly(args, global),
+        Command::Nightly(args) => {
+            // A log of objects has no other lines in it.
+            let is_quiet = global.quiet || args.log_json;
+            nightly::nightly(
+                args,
+                Global {
+                    quiet: is_quiet,
+                    ..global
+                },
+            )
+        }
         Command::Trial(args) => {
             let trial = trial::trial(args, global.quiet)?;
             let text = summary::trial(&trial);

@@ -18,6 +18,12 @@ type Told = Result<(Value, String), Error>;
 
 /// All versions, oldest first.
 pub fn list(dir: &Path) -> Told {
+    if !dir.is_dir() {
+        return Err(Error::input(format!(
+            "list the versions in {}: there is no such folder; `--artifacts` names the folder of a run",
+            dir.display()
+        )));
+    }
     let versions = Store::open(dir).list().map_err(store_error)?;
     let mut rows = Vec::new();
     let mut text = String::new();

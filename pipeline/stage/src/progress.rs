@@ -1,12 +1,15 @@
-//! How far long work has come, on stderr where a person looks.
+//! How far long work has come, on stderr: a bar where a person looks, a line a stage where a file does.
 
-use std::time::Duration;
+use std::io::{self, IsTerminal, Write};
+use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
-/// A bar on stderr, or nothing where none is wanted or stderr is no terminal. Usable from any thread.
+/// A bar on stderr, two lines where stderr is no terminal, or nothing where none is wanted. Usable from any thread.
 pub struct Progress {
     bar: ProgressBar,
+    /// The stage that is told in lines, and when it began.
+    lines: Option<(&'static str, Instant)>,
     /// Whether the runner counts over many batches, so that a stage cannot set the number of items.
     is_counted: bool,
 }
@@ -19,18 +22,27 @@ impl Progress {
     pub fn hidden() -> Self {
         Self {
             bar: ProgressBar::hidden(),
+            lines: None,
             is_counted: false,
         }
     }
 
     /// Shows the stage's name and a spinner until the number of items is told.
     pub(crate) fn shown(stage: &'static str) -> Self {
+        if !io::stderr().is_terminal() {
+            tell(&format!("{stage} …"));
+            return Self {
+                lines: Some((stage, Instant::now())),
+                ..Self::hidden()
+            };
+        }
         let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr());
         bar.set_style(style("{prefix:>10} {spinner} {elapsed} {msg}"));
         bar.set_prefix(stage);
         bar.enable_steady_tick(TICK);
         Self {
             bar,
+            lines: None,
             is_counted: false,
         }
     }
@@ -71,7 +83,18 @@ impl Progress {
 impl Drop for Progress {
     fn drop(&mut self) {
         self.bar.finish_and_clear();
+        if let Some((stage, began)) = self.lines {
+            tell(&format!(
+                "{stage} ended after {:.1} s",
+                began.elapsed().as_secs_f64()
+            ));
+        }
     }
+}
+
+/// A line on stderr; that nobody reads it stops no work.
+fn tell(line: &str) {
+    drop(writeln!(io::stderr(), "{line}"));
 }
 
 fn style(template: &str) -> ProgressStyle {

@@ -25,7 +25,7 @@ const BATCH_TIME: Duration = Duration::from_secs(2);
 pub struct Options {
     /// Versions of what computes below the stages (carom, MuJoCo): another engine's answers are not used.
     pub engine: String,
-    /// Whether to show no progress. Without a terminal none is shown in any case.
+    /// Whether to show no progress.
     pub is_quiet: bool,
 }
 

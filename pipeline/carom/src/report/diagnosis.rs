@@ -11,7 +11,7 @@ use super::looks::{self, COVARIATES, ResidualOf, Seen};
 use super::page::{PageError, drawing, fill, legend, section};
 use super::plot::short;
 use crate::outputs::NEXT_STRIKES;
-use crate::summary::diagnosis::{gap, numbers, to_two_figures_of};
+use crate::summary::diagnosis::{gap, numbers, sentence, to_two_figures_of};
 
 /// Candidates of the ranking that are shown.
 const RANKED: usize = 12;
@@ -21,7 +21,7 @@ pub(super) fn diagnosis_section(shown: &Shown<'_>, found: &Found) -> Result<Mark
     Ok(section(
         "Where simulation and strikes disagree",
         html! {
-            p.verdict { strong { (verdict(diagnosis.verdict)) ":" } " " (diagnosis.summary.trim_end_matches('.')) "." }
+            p.verdict { strong { (verdict(diagnosis.verdict)) ":" } " " (sentence(diagnosis)) "." }
             @if found.world.is_some() && shown.results.effect.is_none() {
                 p { "As asked, it is not added to the world that is used." }
             }

@@ -14,7 +14,7 @@ pub fn diagnosis(diagnosis: &Diagnosis) -> String {
     let mut text = format!(
         "diagnosis  {}: {}\n",
         verdict(diagnosis.verdict),
-        diagnosis.summary
+        sentence(diagnosis)
     );
     for place in &diagnosis.r#where {
         let _ = writeln!(
@@ -60,6 +60,22 @@ pub fn verdict(verdict: Verdict) -> &'static str {
     }
 }
 
+/// The summary; where these strikes cannot tell an effect from others, it says so with the name.
+pub fn sentence(diagnosis: &Diagnosis) -> String {
+    let mut text = diagnosis.summary.trim_end_matches('.').to_owned();
+    for effect in &diagnosis.effects {
+        if !effect.equivalent.is_empty() {
+            let _ = write!(
+                text,
+                "; {} is one name of several: {} would fit these strikes as well",
+                effect.name,
+                effect.equivalent.join(" or ")
+            );
+        }
+    }
+    text
+}
+
 /// How far the gap shrinks, in a sentence.
 pub fn gap(gap: &Gap) -> String {
     if gap.heldout_strikes == 0 {
@@ -74,9 +90,13 @@ pub fn gap(gap: &Gap) -> String {
             gap.measure, gap.heldout_strikes
         );
     }
-    let closed = closed(gap).map_or(String::new(), |share| {
-        format!(", {share:.0} % of the gap is closed")
-    });
+    let closed = if gap.after < gap.noise_floor {
+        ", all of the gap beyond scatter is closed".into()
+    } else {
+        closed(gap).map_or(String::new(), |share| {
+            format!(", {share:.0} % of the gap is closed")
+        })
+    };
     format!(
         "{} on {} strikes that took no part: {before} before, {} after, where scatter alone leaves {floor}{closed}",
         gap.measure,
@@ -171,6 +191,8 @@ mod tests {
             "rms stop error on 40 strikes that took no part: 21.0 mm before, 3.0 mm after, where scatter alone leaves \
              1.0 mm, 90 % of the gap is closed"
         );
+        measured.noise_floor = 0.004;
+        assert!(gap(&measured).ends_with("leaves 4.0 mm, all of the gap beyond scatter is closed"));
         measured.after = measured.before;
         assert!(!gap(&measured).contains("closed"));
         measured.heldout_strikes = 0;
