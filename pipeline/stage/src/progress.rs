@@ -31,10 +31,9 @@ impl Progress {
     pub(crate) fn shown(stage: &'static str) -> Self {
         if !io::stderr().is_terminal() {
             tell(&format!("{stage} …"));
-            return Self {
-                lines: Some((stage, Instant::now())),
-                ..Self::hidden()
-            };
+            let mut progress = Self::hidden();
+            progress.lines = Some((stage, Instant::now()));
+            return progress;
         }
         let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr());
         bar.set_style(style("{prefix:>10} {spinner} {elapsed} {msg}"));
