@@ -2,7 +2,7 @@
 //!
 //! A candidate that changes the command, the tip's line or restitution then needs no simulation of contact at all.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 use values::{Command, Rig, Shape};
@@ -15,8 +15,7 @@ const STEPS: [f64; 4] = [0.08, 0.04, 0.003, 0.1];
 /// One strike's release around its command: a parabola in each of four directions.
 #[derive(Clone, Copy, Debug)]
 pub struct Launch {
-    command: Command,
-    restitution: f64,
+    about: Blow,
     base: Scaled,
     slope: [Scaled; 4],
     bend: [Scaled; 4],
@@ -26,10 +25,10 @@ impl Launch {
     /// The release of this strike for a blow near its command.
     pub fn release(&self, blow: &Blow) -> Release {
         let away = [
-            blow.command.speed / self.command.speed - 1.0,
-            blow.command.angle - self.command.angle,
-            blow.tip_offset,
-            blow.restitution - self.restitution,
+            blow.command.speed / self.about.command.speed - 1.0,
+            blow.command.angle - self.about.command.angle,
+            blow.tip_offset - self.about.tip_offset,
+            blow.restitution - self.about.restitution,
         ];
         let mut state = self.base;
         for ((away, slope), bend) in away.iter().zip(&self.slope).zip(&self.bend) {
@@ -42,56 +41,77 @@ impl Launch {
 }
 
 /// The launches around these commands in a world, its effects left out; `None` where the object does not leave the tip.
-///
-/// How a round object leaves the tip depends on no angle: a few speeds then serve all strikes.
 pub fn launches(
     rig: &Rig,
     world: &World,
     commands: &[Command],
 ) -> Result<Vec<Option<Launch>>, WorldError> {
-    let simulator = Simulator::new(rig, world)?;
     let restitution = world.value("restitution")?;
-    let all = |commands: &[Command]| -> Vec<Option<Launch>> {
-        commands
+    let blows: Vec<Blow> = commands
+        .iter()
+        .map(|command| Blow {
+            command: *command,
+            tip_offset: 0.0,
+            restitution,
+        })
+        .collect();
+    launches_about(rig, world, &blows)
+}
+
+/// The launches around these blows; effects of the world do not act.
+///
+/// How a round object leaves the tip depends on no angle: a few speeds then serve all blows, whose tip offset is one, and whose
+/// restitution depends on their speed at the most.
+pub fn launches_about(
+    rig: &Rig,
+    world: &World,
+    blows: &[Blow],
+) -> Result<Vec<Option<Launch>>, WorldError> {
+    let simulator = Simulator::new(rig, world)?;
+    let all = |blows: &[Blow]| -> Vec<Option<Launch>> {
+        blows
             .par_iter()
             .map_init(
                 || simulator.worker(),
-                |worker, command| launch(worker, *command, restitution),
+                |worker, about| launch(worker, *about),
             )
             .collect()
     };
     if rig.object.shape == Shape::Box {
-        return Ok(all(commands));
+        return Ok(all(blows));
     }
-    let rung = |speed: f64| (speed.ln() / STEPS[0]).round();
-    let rungs: BTreeSet<i64> = commands.iter().map(|c| rung(c.speed) as i64).collect();
-    let speeds: Vec<Command> = rungs
+    let rung = |blow: &Blow| (blow.command.speed.ln() / STEPS[0]).round() as i64;
+    let rungs: BTreeMap<i64, Blow> = blows
         .iter()
-        .map(|rung| Command {
-            speed: (*rung as f64 * STEPS[0]).exp(),
-            angle: 0.0,
+        .map(|blow| {
+            let command = Command {
+                speed: (rung(blow) as f64 * STEPS[0]).exp(),
+                angle: 0.0,
+            };
+            (rung(blow), Blow { command, ..*blow })
         })
         .collect();
-    let ladder: BTreeMap<i64, Option<Launch>> = rungs.into_iter().zip(all(&speeds)).collect();
-    Ok(commands
+    let middles: Vec<Blow> = rungs.values().copied().collect();
+    let ladder: BTreeMap<i64, Option<Launch>> = rungs.into_keys().zip(all(&middles)).collect();
+    Ok(blows
         .iter()
-        .map(|command| {
-            let mut launch = ladder[&(rung(command.speed) as i64)]?;
-            launch.command.angle = command.angle;
+        .map(|blow| {
+            let mut launch = ladder[&rung(blow)]?;
+            launch.about.command.angle = blow.command.angle;
             Some(launch)
         })
         .collect())
 }
 
-fn launch(worker: &mut Worker<'_>, command: Command, restitution: f64) -> Option<Launch> {
+fn launch(worker: &mut Worker<'_>, about: Blow) -> Option<Launch> {
     let mut at = |away: [f64; 4]| {
-        let speed = command.speed * (1.0 + away[0]);
-        let angle = command.angle + away[1];
+        let speed = about.command.speed * (1.0 + away[0]);
+        let angle = about.command.angle + away[1];
         worker
             .release(Blow {
                 command: Command { speed, angle },
-                tip_offset: away[2],
-                restitution: restitution + away[3],
+                tip_offset: about.tip_offset + away[2],
+                restitution: about.restitution + away[3],
             })
             .map(|release| release.scaled(speed))
     };
@@ -109,8 +129,7 @@ fn launch(worker: &mut Worker<'_>, command: Command, restitution: f64) -> Option
         }
     }
     Some(Launch {
-        command,
-        restitution,
+        about,
         base,
         slope,
         bend,

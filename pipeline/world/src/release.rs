@@ -21,7 +21,7 @@ pub struct Blow {
 
 impl Blow {
     /// The blow of a tip that the arm leads with this speed and angle, under these effects, in a world of this restitution.
-    pub(crate) fn of(effects: &[Box<dyn Effect>], restitution: f64, delivered: Command) -> Self {
+    pub fn of(effects: &[Box<dyn Effect>], restitution: f64, delivered: Command) -> Self {
         Self {
             command: delivered,
             tip_offset: effects.iter().map(|effect| effect.tip_offset()).sum(),

@@ -16,6 +16,8 @@ pub(crate) struct Column {
     pub(crate) strength: (String, f64),
     /// Where it acts on the table, if not everywhere: middle and radius in m.
     pub(crate) region: Option<(Point, f64)>,
+    /// Whether it acts all or nothing: its strength stays as it is.
+    pub(crate) is_kept: bool,
 }
 
 /// How coefficients of a bundle's columns become parameters.
@@ -23,12 +25,12 @@ pub(crate) struct Column {
 pub(crate) enum Join {
     /// Each column's strength, times its coefficient.
     Scale,
-    /// The strength as it is: what acts all or nothing.
-    Keep,
     /// A sum of paraboloids is one.
     Bowl,
     /// Grains along x and along the diagonal make one in between.
     Grain,
+    /// A cap at a commanded speed and an offset: min(v, knee) + offset is min(v + offset, knee + offset).
+    Knee,
 }
 
 /// Columns that are tried together.
@@ -38,6 +40,8 @@ pub(crate) struct Bundle {
     pub(crate) join: Join,
     /// Parameters that a fit from here frees.
     pub(crate) free: Vec<String>,
+    /// Ranges that a fit keeps them in, where narrower than the library's.
+    pub(crate) within: BTreeMap<String, (f64, f64)>,
 }
 
 /// One effect.
@@ -53,6 +57,7 @@ impl Column {
             form: form.iter().map(|(n, v)| (n.to_string(), *v)).collect(),
             strength: (strength.0.to_string(), strength.1),
             region: None,
+            is_kept: false,
         }
     }
 
@@ -62,6 +67,7 @@ impl Column {
             name,
             parameters: self.form.iter().chain([&self.strength]).cloned().collect(),
             free: Vec::new(),
+            within: BTreeMap::new(),
         }
     }
 }
@@ -72,7 +78,32 @@ impl Bundle {
             columns,
             join: Join::Scale,
             free: free.iter().map(|name| name.to_string()).collect(),
+            within: BTreeMap::new(),
         }
+    }
+
+    /// Its middle stays about where strikes went: one far away is a slope by another name.
+    fn about(mut self, strikes: &[&Strike]) -> Self {
+        let points = || {
+            strikes.iter().flat_map(|strike| {
+                let track = (0..strike.track.len()).map(|i| strike.track.point(i));
+                track.chain([strike.initial])
+            })
+        };
+        for (name, along) in [
+            ("center_x", (|p: Point| p.x) as fn(Point) -> f64),
+            ("center_y", |p: Point| p.y),
+        ] {
+            let (low, high) = points()
+                .map(along)
+                .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| {
+                    (l.min(v), h.max(v))
+                });
+            let beyond = BEYOND * (high - low);
+            self.within
+                .insert(name.into(), (low - beyond, high + beyond));
+        }
+        self
     }
 
     /// Where a fit starts, given the coefficients of the columns.
@@ -82,15 +113,16 @@ impl Bundle {
             parameters.extend(column.form.iter().cloned());
             let (strength, value) = &column.strength;
             let neutral = specification(name, strength).neutral;
-            let scaled = match self.join {
-                Join::Keep => *value,
-                _ => neutral + coefficient * (value - neutral),
+            let scaled = if column.is_kept {
+                *value
+            } else {
+                neutral + coefficient * (value - neutral)
             };
             parameters.insert(strength.clone(), scaled);
         }
         let strength = |i: usize| coefficients[i] * self.columns[i].strength.1;
         match self.join {
-            Join::Scale | Join::Keep => {}
+            Join::Scale => {}
             Join::Bowl => {
                 let total: f64 = (0..self.columns.len()).map(strength).sum();
                 let safe = if total.abs() < 1e-6 { 1e-6 } else { total };
@@ -108,6 +140,9 @@ impl Bundle {
                 }
                 parameters.insert("curvature".into(), total);
             }
+            Join::Knee => {
+                parameters.insert("cap".into(), self.columns[0].strength.1 + strength(1));
+            }
             Join::Grain => {
                 let (along, diagonal) = (strength(0), strength(1));
                 parameters.insert("contrast".into(), along.hypot(diagonal));
@@ -116,15 +151,24 @@ impl Bundle {
         }
         for (parameter, value) in &mut parameters {
             let spec = specification(name, parameter);
-            *value = value.clamp(spec.low, spec.high);
+            let (low, high) = self
+                .within
+                .get(parameter)
+                .copied()
+                .unwrap_or((spec.low, spec.high));
+            *value = value.clamp(low, high);
         }
         Part {
             name,
             parameters,
             free: self.free.clone(),
+            within: self.within.clone(),
         }
     }
 }
+
+/// How far a middle may lie beyond the strikes, as a share of their extent.
+const BEYOND: f64 = 0.25;
 
 /// Width in m of the cells on which patches are tried, and their radii.
 const CELL: f64 = 0.05;
@@ -155,6 +199,7 @@ fn patches(rig: &Rig, strikes: &[&Strike]) -> Vec<Bundle> {
         let [x, y, _] = rig.object.half_size.unwrap_or_default();
         x.hypot(y)
     });
+    let within = Bundle::new(Vec::new(), &[]).about(strikes).within;
     let mut bundles = Vec::new();
     for centre in cells(strikes, CELL, FRAMES) {
         for radius in RADII {
@@ -167,10 +212,10 @@ fn patches(rig: &Rig, strikes: &[&Strike]) -> Vec<Bundle> {
                 ("change", 0.1),
             );
             column.region = Some((centre, radius + reach));
-            bundles.push(Bundle::new(
-                vec![column],
-                &["center_x", "center_y", "radius", "change"],
-            ));
+            let mut bundle =
+                Bundle::new(vec![column], &["center_x", "center_y", "radius", "change"]);
+            bundle.within = within.clone();
+            bundles.push(bundle);
         }
     }
     bundles
@@ -201,20 +246,20 @@ fn speed_at(strikes: &[&Strike], share: f64) -> f64 {
     speeds[((speeds.len() - 1) as f64 * share) as usize]
 }
 
+/// Shares of the commanded speeds at which a cap is tried: a start a little beside it shows none of its sharp bend.
+const CAPS: [f64; 8] = [0.3, 0.45, 0.58, 0.68, 0.76, 0.84, 0.9, 0.95];
+
 fn speed_errors(strikes: &[&Strike]) -> Vec<Bundle> {
     // The slope is restitution's by another name.
     let offset = || Column::new(&[], ("offset", 0.01));
     let mut bundles = vec![Bundle::new(vec![offset()], &["offset"])];
-    for share in [0.5, 0.65, 0.8, 0.9] {
-        let cap = Column::new(&[], ("cap", speed_at(strikes, share)));
-        for (columns, free) in [
-            (vec![cap.clone()], vec!["cap"]),
-            (vec![cap, offset()], vec!["cap", "offset"]),
-        ] {
-            let mut bundle = Bundle::new(columns, &free);
-            bundle.join = Join::Keep;
-            bundles.push(bundle);
-        }
+    for share in CAPS {
+        let mut cap = Column::new(&[], ("cap", speed_at(strikes, share)));
+        cap.is_kept = true;
+        bundles.push(Bundle::new(vec![cap.clone()], &["cap"]));
+        let mut knee = Bundle::new(vec![cap, offset()], &["cap", "offset"]);
+        knee.join = Join::Knee;
+        bundles.push(knee);
     }
     bundles
 }
@@ -231,7 +276,8 @@ pub(crate) fn candidates(rig: &Rig, strikes: &[&Strike]) -> Vec<Candidate> {
             .map(|(x, y)| Column::new(&[("center_x", *x), ("center_y", *y)], ("curvature", 0.02)))
             .collect(),
         &["curvature", "center_x", "center_y"],
-    );
+    )
+    .about(strikes);
     bowl.join = Join::Bowl;
     let mut grain = Bundle::new(
         [0.0, std::f64::consts::FRAC_PI_4]

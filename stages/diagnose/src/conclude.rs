@@ -14,7 +14,7 @@ use crate::{
     model::{FRICTION, RESTITUTION, specification},
     next::next_strikes,
     screen::{Chance, Screened},
-    search::{Searched, Standing},
+    search::{Searched, Standing, Step},
     smooth::Dependence,
     words,
 };
@@ -226,6 +226,14 @@ impl Case<'_, '_> {
                     statement: effects::statement(added)?,
                     evidence: standing.evidence,
                     equivalent: standing.equivalent.iter().map(|n| n.to_string()).collect(),
+                    rivals: standing
+                        .rivals
+                        .iter()
+                        .map(|rival| Ranked {
+                            name: rival.name.into(),
+                            evidence: rival.evidence,
+                        })
+                        .collect(),
                 })
             })
             .collect()
@@ -237,7 +245,7 @@ impl Case<'_, '_> {
             .iter()
             .map(|s| Ranked {
                 name: s.name.into(),
-                evidence: s.gain - self.chance[s.name],
+                evidence: s.gain() - self.chance[s.name],
             })
             .collect();
         ranking.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
@@ -263,24 +271,33 @@ impl Case<'_, '_> {
             return Ok(Vec::new());
         }
         let margin = |s: &&Standing| {
-            s.rival
-                .as_ref()
-                .map_or(f64::INFINITY, |rival| s.evidence - rival.evidence)
+            let rival = s.rivals.first();
+            rival.map_or(f64::INFINITY, |rival| s.evidence - rival.evidence)
         };
         let closest = self
             .searched
             .standing
             .iter()
             .min_by(|a, b| margin(a).total_cmp(&margin(b)));
-        let Some((standing, rival)) = closest.and_then(|s| Some((s, s.rival.as_ref()?))) else {
+        let Some(standing) = closest.filter(|s| !s.rivals.is_empty()) else {
             return Ok(Vec::new());
         };
-        let why = format!("{} or {}", standing.name, rival.name);
+        // All that could stand in its place, or else who comes nearest.
+        let rivals: Vec<&Step> = standing
+            .rivals
+            .iter()
+            .enumerate()
+            .filter(|(i, rival)| *i == 0 || standing.equivalent.contains(&rival.name))
+            .map(|(_, rival)| rival)
+            .collect();
+        let names: Vec<&str> = rivals.iter().map(|rival| rival.name).collect();
+        let why = format!("{} or {}", standing.name, names.join(" or "));
+        let fitted: Vec<&Fitted> = rivals.iter().map(|rival| &rival.fitted).collect();
         Ok(next_strikes(
             &self.input.rig,
             &self.input.world,
             &self.searched.fitted,
-            &rival.fitted,
+            &fitted,
             &self.field.strikes,
             &why,
             self.stage,

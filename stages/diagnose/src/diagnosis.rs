@@ -69,6 +69,9 @@ pub struct Named {
     pub evidence: f64,
     /// Candidates that these data cannot tell from it.
     pub equivalent: Vec<String>,
+    /// What other candidates bring in its place, the best first.
+    #[serde(default)]
+    pub rivals: Vec<Ranked>,
 }
 
 /// A fitted parameter with its 95 % interval.
@@ -84,12 +87,12 @@ pub struct Parameter {
     pub unit: String,
 }
 
-/// A candidate alone.
+/// A candidate and what it brings.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Ranked {
     /// Name in the library.
     pub name: String,
-    /// Gain in log-likelihood over the world without it, less what its parameters would gain by chance.
+    /// Gain in log-likelihood over the world without it, less what it would gain by chance.
     pub evidence: f64,
 }
 

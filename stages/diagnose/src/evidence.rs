@@ -34,7 +34,7 @@ pub(crate) fn p_value(screened: &[Screened], chance: &Chance) -> f64 {
     let over = |gain: f64, s: &Screened| gain - chance[s.name];
     let best = screened
         .iter()
-        .map(|s| over(s.gain, s))
+        .map(|s| over(s.score, s))
         .fold(f64::NEG_INFINITY, f64::max);
     let replicates: Vec<f64> = (0..REPLICATES)
         .map(|k| {

@@ -4,9 +4,9 @@ use nalgebra::{DMatrix, DVector, SVector};
 use rayon::prelude::*;
 use values::{Point, Rig, Strike};
 use world::{
-    WorldError,
+    Blow, World, WorldError,
     effects::Effect,
-    launch::Launch,
+    launch::{Launch, launches_about},
     planar::{self, Frames, Kick, Planar},
 };
 
@@ -93,6 +93,29 @@ impl<'a> Field<'a> {
             ratio: world::turning_ratio(rig),
             gyration: planar::gyration(rig),
         }
+    }
+
+    /// The same strikes, their launches taken around the blows of a fitted model: far from a launch's own blow its parabola
+    /// leaves MuJoCo. As it stands where an object would not leave the tip.
+    pub(crate) fn about(&self, world: &World, fitted: &Fitted) -> Result<Self, WorldError> {
+        let model = &fitted.model;
+        let effects = model.effects(self.rig, &model.values)?;
+        let blows: Vec<Blow> = self
+            .strikes
+            .iter()
+            .map(|strike| {
+                let delivered = world::effects::deliver(&effects, strike.command);
+                Blow::of(&effects, model.values[RESTITUTION], delivered)
+            })
+            .collect();
+        let launches: Option<Vec<Launch>> = launches_about(self.rig, world, &blows)?
+            .into_iter()
+            .collect();
+        Ok(Self::new(
+            self.rig,
+            self.strikes.clone(),
+            launches.unwrap_or_else(|| self.launches.clone()),
+        ))
     }
 
     /// The planar world of a model at these values.
@@ -208,12 +231,13 @@ impl<'a> Field<'a> {
         let mut trial = model.clone();
         let mut kicks = kicks.to_vec();
         let mut share = 1.0;
-        for _ in 0..iterations {
+        let mut accepted = 0;
+        while accepted < iterations {
             let spread = best.as_ref().map_or(*spread, |b| b.estimated.spread);
             let estimated = match self.columns(&trial, &kicks)? {
                 Some(columns) => {
                     let products: Vec<Products> = columns.iter().map(Columns::products).collect();
-                    mixed::estimate(&products, &prior(&trial), &spread)
+                    held(&trial, &products, &spread)
                 }
                 None => None,
             };
@@ -233,6 +257,7 @@ impl<'a> Field<'a> {
                         break;
                     }
                     share = 1.0;
+                    accepted += 1;
                 }
                 None if best.is_none() => return Ok(None),
                 None => {
@@ -269,11 +294,35 @@ impl Columns {
     }
 }
 
-fn prior(model: &Model) -> Prior {
+/// A Gaussian about where each value began, wide enough to move none that the data tell.
+pub(crate) fn prior(model: &Model) -> Prior {
     let p = model.free.len();
     Prior {
         precision: DVector::from_fn(p, |i, _| model.free[i].width.powi(-2)),
         away: DVector::from_fn(p, |i, _| model.free[i].centre - model.values[i]),
+    }
+}
+
+/// Precision by which a value is held.
+const HELD: f64 = 1e15;
+
+/// Estimates, with values held that stand at a bound and would go beyond.
+fn held(model: &Model, products: &[Products], spread: &Spread) -> Option<Estimated> {
+    let mut prior = prior(model);
+    loop {
+        let estimated = mixed::estimate(products, &prior, spread)?;
+        let mut is_new = false;
+        for (i, free) in model.free.iter().enumerate() {
+            let (value, by) = (model.values[i], estimated.beta[i]);
+            let is_beyond = (value <= free.low && by < 0.0) || (value >= free.high && by > 0.0);
+            if is_beyond && prior.precision[i] < HELD {
+                (prior.precision[i], prior.away[i]) = (HELD, 0.0);
+                is_new = true;
+            }
+        }
+        if !is_new {
+            return Some(estimated);
+        }
     }
 }
 

@@ -32,7 +32,11 @@ use stage::{Progress, Stage};
 use values::{Command, Rig, Shape, Split, Strike};
 use world::{World, WorldError, launch::launches};
 
-use crate::{fit::Field, mixed::Spread, model::Model};
+use crate::{
+    fit::{Field, Fitted},
+    mixed::Spread,
+    model::Model,
+};
 
 /// How to diagnose.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -51,7 +55,7 @@ impl Default for Diagnose {
     fn default() -> Self {
         Self {
             most_strikes: 120,
-            most_effects: 3,
+            most_effects: 5,
             next_strikes: 12,
             seed: 0,
         }
@@ -146,7 +150,7 @@ fn after_impact(strike: &Strike, frame: f64) -> Strike {
 
 impl Stage for Diagnose {
     const NAME: &'static str = "diagnose";
-    const VERSION: u32 = 1;
+    const VERSION: u32 = 2;
     type Input = Input;
     type Output = Found;
     type Error = DiagnoseError;
@@ -224,10 +228,21 @@ impl Stage for Diagnose {
         }
 
         progress.set_message("how far the gap shrinks");
+        let about = field.about(&input.world, &searched.fitted)?;
+        if !searched.standing.is_empty() {
+            let Fitted {
+                model,
+                estimated,
+                kicks,
+            } = &searched.fitted;
+            if let Some(fitted) = about.fit(model, &estimated.spread, kicks, fit::ITERATIONS)? {
+                searched.fitted = fitted;
+            }
+        }
         conclude::Case {
             stage: self,
             input,
-            field: &field,
+            field: &about,
             null: &null,
             screened: &screened,
             chance: &chance,

@@ -117,6 +117,8 @@ pub(crate) struct Estimated {
     pub(crate) spread: Spread,
     /// Logarithm of the marginal likelihood at no change.
     pub(crate) likelihood_here: f64,
+    /// The same at β, if all is as linear as its columns.
+    pub(crate) likelihood_there: f64,
     /// Each strike's nuisances.
     pub(crate) nuisances: Vec<SVector<f64, NUISANCES>>,
 }
@@ -159,8 +161,10 @@ pub(crate) fn estimate(strikes: &[Products], prior: &Prior, start: &Spread) -> O
             .map(|i| (next.nuisance[i] / spread.nuisance[i]).ln().abs())
             .fold((next.camera / spread.camera).ln().abs(), f64::max);
         if change < SETTLED || iteration + 1 == ITERATIONS {
+            let there = square - 2.0 * beta.dot(&score) + beta.dot(&(&information * &beta));
             return Some(Estimated {
                 likelihood_here: -0.5 * (log_determinant + square),
+                likelihood_there: -0.5 * (log_determinant + there),
                 beta,
                 information,
                 spread,

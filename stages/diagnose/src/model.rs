@@ -36,6 +36,8 @@ pub(crate) struct Part {
     pub(crate) parameters: BTreeMap<String, f64>,
     /// Names of the free ones.
     pub(crate) free: Vec<String>,
+    /// Ranges narrower than the library's, where these strikes say nothing beyond.
+    pub(crate) within: BTreeMap<String, (f64, f64)>,
 }
 
 /// A world with effects, and what of it is free.
@@ -50,7 +52,7 @@ pub(crate) struct Model {
 /// Range of the world's restitution; below 0 the object leaves more slowly than the tip.
 const RESTITUTIONS: (f64, f64) = (-0.6, 0.99);
 /// How many scales wide the prior of an effect's parameter is: wide enough to move no estimate that the data tell.
-const PRIOR: f64 = 20.0;
+pub(crate) const PRIOR: f64 = 20.0;
 /// Steps of finite differences, as a share of a parameter's scale.
 const STEP: f64 = 0.05;
 
@@ -89,15 +91,20 @@ impl Model {
         for name in &part.free {
             let spec = specification(part.name, name);
             let value = part.parameters.get(name).copied().unwrap_or(spec.neutral);
+            let (low, high) = part
+                .within
+                .get(name)
+                .copied()
+                .unwrap_or((spec.low, spec.high));
             model.free.push(Free {
                 of: Some((place, name.clone())),
                 step: STEP * spec.scale,
-                low: spec.low,
-                high: spec.high,
+                low,
+                high,
                 centre: value,
                 width: PRIOR * spec.scale,
             });
-            model.values.push(value.clamp(spec.low, spec.high));
+            model.values.push(value.clamp(low, high));
         }
         model.parts.push(part);
         model

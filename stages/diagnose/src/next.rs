@@ -4,8 +4,6 @@
 //! projected off, with all that it has learnt from the strikes at hand; strikes are added one by one, then exchanged.
 
 use nalgebra::{DMatrix, DVector, SVector};
-use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use values::{Command, Conditions, Point, Rig, Split, Strike, Track};
 use world::{World, WorldError, launch::launches};
@@ -18,12 +16,16 @@ use crate::{
     model::CLOCK,
 };
 
-/// Strikes drawn to choose from.
-const POOL: usize = 160;
+/// Speeds, angles and places along each side from which strikes are chosen, the ends of each range among them.
+const SPEEDS: usize = 5;
+const ANGLES: usize = 9;
+const PLACES: usize = 5;
 /// Distance in m that stops keep from the table's edge.
 const MARGIN: f64 = 0.03;
 /// Frames of a proposed strike.
 const FRAMES: usize = 40;
+/// T from which a pair is told apart in 95 of 100 cases: Φ(√T/2).
+const ENOUGH: f64 = 10.8;
 
 /// How much one strike tells two models apart, and what of it the rival could follow.
 struct Tells {
@@ -32,63 +34,91 @@ struct Tells {
     information: DMatrix<f64>,
 }
 
-/// Strikes within the robot's limits that best separate `named` from `rival`.
+/// What each strike of a pool tells of a model against a rival.
+struct Against<'r> {
+    rival: &'r Fitted,
+    tells: Vec<Option<Tells>>,
+}
+
+/// Strikes within the robot's limits that best separate `named` from its rivals, the most telling first.
 pub(crate) fn next_strikes(
     rig: &Rig,
     world: &World,
     named: &Fitted,
-    rival: &Fitted,
+    rivals: &[&Fitted],
     seen: &[&Strike],
     why: &str,
     settings: &Diagnose,
 ) -> Result<Vec<NextStrike>, WorldError> {
-    let pool = pool(rig, seen, settings.seed);
-    let commands: Vec<Command> = pool.iter().map(|strike| strike.command).collect();
+    let pool = pool(rig, seen);
+    let commands: Vec<Command> = commands(rig);
+    let launches = launches(rig, world, &commands)?;
+    let launch_of = |command: &Command| {
+        let place = commands.iter().position(|c| c == command)?;
+        launches[place]
+    };
     let (strikes, launches): (Vec<&Strike>, Vec<_>) = pool
         .iter()
-        .zip(launches(rig, world, &commands)?)
-        .filter_map(|(strike, launch)| Some((strike, launch?)))
+        .filter_map(|strike| Some((strike, launch_of(&strike.command)?)))
         .unzip();
     let field = Field::new(rig, strikes, launches);
-    let forth = tells(&field, named, rival)?;
-    let back = tells(&field, rival, named)?;
-    let total =
-        |chosen: &[usize]| separation(&forth, rival, chosen).min(separation(&back, named, chosen));
+    let pairs = rivals
+        .iter()
+        .map(|rival| {
+            let forth = Against::new(&field, named, rival)?;
+            let back = Against::new(&field, rival, named)?;
+            Ok((forth, back))
+        })
+        .collect::<Result<Vec<_>, WorldError>>()?;
+    // Concave, so that the pair that is told least counts most; what nothing here can tell apart adds nothing.
+    let total = |chosen: &[usize]| -> f64 {
+        let each = pairs.iter().map(|(forth, back)| {
+            let apart = forth.separation(chosen).min(back.separation(chosen));
+            (apart.max(0.0) / ENOUGH).ln_1p()
+        });
+        each.sum()
+    };
     let possible: Vec<usize> = (0..field.strikes.len())
-        .filter(|i| forth[*i].is_some() && back[*i].is_some())
+        .filter(|i| {
+            pairs
+                .iter()
+                .all(|(forth, back)| forth.tells[*i].is_some() && back.tells[*i].is_some())
+        })
         .collect();
-    let mut chosen: Vec<usize> = Vec::new();
-    while chosen.len() < settings.next_strikes.min(possible.len()) {
-        let best = possible
-            .par_iter()
+    let best = |chosen: &[usize], from: &[usize], place: Option<usize>| -> Option<(f64, usize)> {
+        from.par_iter()
             .filter(|i| !chosen.contains(i))
             .map(|i| {
-                let mut with = chosen.clone();
-                with.push(*i);
+                let mut with = chosen.to_vec();
+                match place {
+                    Some(place) => with[place] = *i,
+                    None => with.push(*i),
+                }
                 (total(&with), *i)
             })
-            .max_by(|a, b| a.0.total_cmp(&b.0).then(b.1.cmp(&a.1)));
-        let Some((_, best)) = best else { break };
-        chosen.push(best);
-    }
+            .max_by(|a, b| a.0.total_cmp(&b.0).then(b.1.cmp(&a.1)))
+    };
+    let grow = |from: &[usize]| {
+        let mut chosen: Vec<usize> = Vec::new();
+        while chosen.len() < settings.next_strikes.min(from.len()) {
+            let Some((_, next)) = best(&chosen, from, None) else {
+                break;
+            };
+            chosen.push(next);
+        }
+        chosen
+    };
+    let mut chosen = grow(&possible);
     for place in 0..chosen.len() {
         let now = total(&chosen);
-        let better = possible
-            .par_iter()
-            .filter(|i| !chosen.contains(i))
-            .map(|i| {
-                let mut with = chosen.clone();
-                with[place] = *i;
-                (total(&with), *i)
-            })
-            .max_by(|a, b| a.0.total_cmp(&b.0).then(b.1.cmp(&a.1)));
-        if let Some((value, other)) = better
-            && value > now
+        if let Some((_, other)) =
+            best(&chosen, &possible, Some(place)).filter(|(value, _)| *value > now)
         {
             chosen[place] = other;
         }
     }
-    Ok(chosen
+    // In the order in which they tell: who makes only some makes the best.
+    Ok(grow(&chosen)
         .iter()
         .map(|i| {
             let strike = field.strikes[*i];
@@ -103,13 +133,28 @@ pub(crate) fn next_strikes(
         .collect())
 }
 
-/// Strikes drawn from where the robot has struck before, over all of its speeds and angles; rounded as a person would type.
-fn pool(rig: &Rig, seen: &[&Strike], seed: u64) -> Vec<Strike> {
-    let mut random = ChaCha8Rng::seed_from_u64(seed);
-    let mut between = |low: f64, high: f64| {
-        let value = low + (high - low) * random.random::<f64>();
-        (value * 1e3).round() / 1e3
-    };
+/// So many values over a range, its ends among them; rounded as a person would type.
+fn over(low: f64, high: f64, count: usize) -> impl Iterator<Item = f64> {
+    (0..count).map(move |i| {
+        let value = low + (high - low) * i as f64 / (count - 1) as f64;
+        // Inwards, so that no end is passed.
+        let rounded = (value * 1e4).round() / 1e4;
+        rounded.clamp(low, high)
+    })
+}
+
+/// Commands over all of the robot's speeds and angles.
+fn commands(rig: &Rig) -> Vec<Command> {
+    let (speed, angle) = (rig.robot.speed, rig.robot.angle);
+    over(speed.low, speed.high, SPEEDS)
+        .flat_map(|speed| {
+            over(angle.low, angle.high, ANGLES).map(move |angle| Command { speed, angle })
+        })
+        .collect()
+}
+
+/// Every command from places all over where the robot has struck before.
+fn pool(rig: &Rig, seen: &[&Strike]) -> Vec<Strike> {
     let range = |value: fn(&Strike) -> f64| {
         seen.iter()
             .map(|s| value(s))
@@ -118,33 +163,34 @@ fn pool(rig: &Rig, seen: &[&Strike], seed: u64) -> Vec<Strike> {
             })
     };
     let (x, y) = (range(|s| s.initial.x), range(|s| s.initial.y));
+    let places: Vec<Point> = over(x.0, x.1, PLACES)
+        .flat_map(|x| over(y.0, y.1, PLACES).map(move |y| Point::new(x, y)))
+        .collect();
     let times: Vec<f64> = (1..=FRAMES).map(|i| i as f64 / rig.camera.rate).collect();
-    (0..POOL)
-        .map(|i| {
-            let initial = Point::new(between(x.0, x.1), between(y.0, y.1));
-            let command = Command {
-                speed: between(rig.robot.speed.low, rig.robot.speed.high),
-                angle: between(rig.robot.angle.low, rig.robot.angle.high),
-            };
-            Strike {
-                id: format!("{i}"),
-                log: String::new(),
-                index: 0,
-                t_start: 0.0,
-                initial,
-                stop: initial,
-                command,
-                track: Track {
-                    x: vec![0.0; times.len()],
-                    y: vec![0.0; times.len()],
-                    t: times.clone(),
-                },
-                split: Split::Train,
-                conditions: Conditions {
-                    session: String::new(),
-                    order: seen.len() as f64,
-                },
-            }
+    // Those of the session and time that strikes made next belong to.
+    let last = seen.last().map(|strike| strike.conditions.clone());
+    let conditions = last.unwrap_or(Conditions {
+        session: String::new(),
+        order: 0.0,
+    });
+    commands(rig)
+        .into_iter()
+        .flat_map(|command| places.iter().map(move |place| (*place, command)))
+        .map(|(initial, command)| Strike {
+            id: String::new(),
+            log: String::new(),
+            index: 0,
+            t_start: 0.0,
+            initial,
+            stop: initial,
+            command,
+            track: Track {
+                x: vec![0.0; times.len()],
+                y: vec![0.0; times.len()],
+                t: times.clone(),
+            },
+            split: Split::Train,
+            conditions: conditions.clone(),
         })
         .collect()
 }
@@ -194,18 +240,27 @@ fn tells(
         .collect())
 }
 
-/// T of a set of strikes, beside all that the rival has learnt.
-fn separation(tells: &[Option<Tells>], rival: &Fitted, chosen: &[usize]) -> f64 {
-    let mut square = 0.0;
-    let mut slope = DVector::zeros(rival.model.free.len());
-    let mut information = rival.estimated.information.clone();
-    for told in chosen.iter().filter_map(|i| tells[*i].as_ref()) {
-        square += told.square;
-        slope += &told.slope;
-        information += &told.information;
+impl<'r> Against<'r> {
+    fn new(field: &Field<'_>, model: &Fitted, rival: &'r Fitted) -> Result<Self, WorldError> {
+        Ok(Self {
+            rival,
+            tells: tells(field, model, rival)?,
+        })
     }
-    match information.cholesky() {
-        Some(factor) => square - slope.dot(&factor.solve(&slope)),
-        None => 0.0,
+
+    /// T of a set of strikes, beside all that the rival has learnt.
+    fn separation(&self, chosen: &[usize]) -> f64 {
+        let mut square = 0.0;
+        let mut slope = DVector::zeros(self.rival.model.free.len());
+        let mut information = self.rival.estimated.information.clone();
+        for told in chosen.iter().filter_map(|i| self.tells[*i].as_ref()) {
+            square += told.square;
+            slope += &told.slope;
+            information += &told.information;
+        }
+        match information.cholesky() {
+            Some(factor) => square - slope.dot(&factor.solve(&slope)),
+            None => 0.0,
+        }
     }
 }

@@ -9,11 +9,12 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
+use values::Point;
 use world::{WorldError, planar::Planar};
 
 use crate::{
-    fit::{Columns, Field, Fitted, stack},
-    mixed::{NUISANCES, posterior},
+    fit::{Columns, Field, Fitted, prior, stack},
+    mixed::{self, Estimated, NUISANCES, posterior},
     model::CLOCK,
 };
 
@@ -62,9 +63,11 @@ pub(crate) struct Score {
 pub(crate) struct Told {
     pub(crate) information: DMatrix<f64>,
     /// What each column's information would be alone.
-    alone: Vec<f64>,
+    pub(crate) alone: Vec<f64>,
     /// One column for the residual, then one for each replicate.
     pub(crate) scores: DMatrix<f64>,
+    /// How far each of the model's own values (columns) makes up for each of these (rows).
+    pub(crate) made_up: DMatrix<f64>,
 }
 
 impl<'f, 'a> Asked<'f, 'a> {
@@ -132,21 +135,78 @@ impl<'f, 'a> Asked<'f, 'a> {
         worlds: &[(Planar<'_>, f64)],
         touches: &(dyn Fn(usize, usize) -> bool + Sync),
     ) -> Option<Told> {
-        self.tell(worlds.len(), &|i, at| {
-            let clock = self.fitted.model.values[CLOCK];
-            let mut columns: Option<DMatrix<f64>> = None;
-            for (k, (planar, step)) in worlds.iter().enumerate() {
-                if !touches(k, i) {
-                    continue;
-                }
-                let frames = self.field.frames(planar, i, clock, &self.fitted.kicks[i])?;
-                let column = (stack(&frames.at) - &at.frames) / *step;
-                columns
-                    .get_or_insert_with(|| DMatrix::zeros(column.len(), worlds.len()))
-                    .set_column(k, &column);
+        self.tell(worlds.len(), &|i, at| self.moved(worlds, touches, i, at))
+    }
+
+    /// What those worlds change of one strike.
+    fn moved(
+        &self,
+        worlds: &[(Planar<'_>, f64)],
+        touches: &(dyn Fn(usize, usize) -> bool + Sync),
+        i: usize,
+        at: &At,
+    ) -> Option<Option<DMatrix<f64>>> {
+        let clock = self.fitted.model.values[CLOCK];
+        let mut columns: Option<DMatrix<f64>> = None;
+        for (k, (planar, step)) in worlds.iter().enumerate() {
+            if !touches(k, i) {
+                continue;
             }
-            Some(columns)
-        })
+            let frames = self.field.frames(planar, i, clock, &self.fitted.kicks[i])?;
+            let column = (stack(&frames.at) - &at.frames) / *step;
+            columns
+                .get_or_insert_with(|| DMatrix::zeros(column.len(), worlds.len()))
+                .set_column(k, &column);
+        }
+        Some(columns)
+    }
+
+    /// A whole linear step with those columns beside the model's own, the scatter estimated anew: where the scatter is of the
+    /// effect's own making, its score at that scatter says little. A column that is kept stands as it is; the others have a
+    /// weak prior of this `precision`. β is the model's values, then the columns that are not kept.
+    pub(crate) fn step(
+        &self,
+        worlds: &[(Planar<'_>, f64)],
+        touches: &(dyn Fn(usize, usize) -> bool + Sync),
+        is_kept: &[bool],
+        precision: &[f64],
+    ) -> Option<Estimated> {
+        let p = self.inverse.nrows();
+        let free: Vec<usize> = (0..worlds.len()).filter(|k| !is_kept[*k]).collect();
+        let products = self
+            .strikes
+            .par_iter()
+            .enumerate()
+            .map(|(i, at)| {
+                let columns = self.moved(worlds, touches, i, at)?;
+                let mut x = DMatrix::zeros(at.frames.len(), p + free.len() + 1);
+                x.columns_mut(0, p).copy_from(&at.columns.values);
+                let mut residual = at.columns.residual.clone();
+                if let Some(columns) = columns {
+                    for (place, k) in free.iter().enumerate() {
+                        x.set_column(p + place, &columns.column(*k));
+                    }
+                    for k in (0..worlds.len()).filter(|k| is_kept[*k]) {
+                        residual -= columns.column(k);
+                    }
+                }
+                x.set_column(p + free.len(), &residual);
+                Some(mixed::Products::new(&at.columns.nuisances, &x))
+            })
+            .collect::<Option<Vec<_>>>()?;
+        let own = prior(&self.fitted.model);
+        let more = free.iter().map(|k| precision[*k]);
+        let prior = mixed::Prior {
+            precision: own
+                .precision
+                .iter()
+                .copied()
+                .chain(more)
+                .collect::<Vec<_>>()
+                .into(),
+            away: own.away.resize_vertically(p + free.len(), 0.0),
+        };
+        mixed::estimate(&products, &prior, &self.fitted.estimated.spread)
     }
 
     /// Columns as multiples of a strike's nuisances: `factors(strike)` has a row for each nuisance, a column for each column.
@@ -158,6 +218,19 @@ impl<'f, 'a> Asked<'f, 'a> {
         self.tell(count, &|i, at| {
             Some(Some(&at.columns.nuisances * factors(i)))
         })
+    }
+
+    /// What a change of the model's values does to each strike, as far as it looks like another launch: relative speed and
+    /// angle (rad).
+    pub(crate) fn as_launches(&self, change: &DVector<f64>) -> Vec<Point> {
+        self.strikes
+            .iter()
+            .map(|at| {
+                let seen = at.columns.nuisances.tr_mul(&(&at.columns.values * change));
+                let launch = &at.posterior * seen / at.precision;
+                Point::new(launch[0], launch[1])
+            })
+            .collect()
     }
 
     fn tell(&self, count: usize, columns: &Columned<'_>) -> Option<Told> {
@@ -185,28 +258,46 @@ impl<'f, 'a> Asked<'f, 'a> {
         Some(Told {
             alone: own.diagonal().iter().copied().collect(),
             information: own - &beside * cross.columns(0, p).transpose(),
-            scores: cross.columns(p, cross.ncols() - p) - beside * &self.scores,
+            scores: cross.columns(p, cross.ncols() - p) - &beside * &self.scores,
+            made_up: beside,
         })
     }
 }
 
 impl Told {
-    /// The joint score; `None` where the model's own columns leave nothing of these.
-    pub(crate) fn score(&self) -> Option<Score> {
+    /// The joint score, columns that are kept at a coefficient of 1; `None` where the model's own columns leave nothing of these.
+    pub(crate) fn score(&self, is_kept: &[bool]) -> Option<Score> {
         let count = self.information.nrows();
         if (0..count).any(|i| self.information[(i, i)] < APART * self.alone[i]) {
             return None;
         }
-        let factor = self.information.clone().cholesky()?;
-        let solved = factor.solve(&self.scores);
-        let gains: Vec<f64> = (0..self.scores.ncols())
-            .map(|k| 0.5 * self.scores.column(k).dot(&solved.column(k)))
-            .collect();
+        let errors = self.information.clone().cholesky()?.inverse();
+        let at =
+            |kept: bool| -> Vec<usize> { (0..count).filter(|i| is_kept[*i] == kept).collect() };
+        let (kept, free) = (at(true), at(false));
+        let between = |a: &[usize], b: &[usize]| self.information.select_rows(a).select_columns(b);
+        let ones = DVector::repeat(kept.len(), 1.0);
+        let all_or_nothing = -0.5 * ones.dot(&(between(&kept, &kept) * &ones));
+        let moved = between(&free, &kept) * ones;
+        let factor = between(&free, &free).cholesky()?;
+        let gained = |k: usize| {
+            let u = self.scores.column(k);
+            let left = DVector::from_fn(free.len(), |i, _| u[free[i]] - moved[i]);
+            let coefficients = factor.solve(&left);
+            let by_kept: f64 = kept.iter().map(|i| u[*i]).sum();
+            let gain = all_or_nothing + by_kept + 0.5 * left.dot(&coefficients);
+            (gain, coefficients)
+        };
+        let (gain, found) = gained(0);
+        let mut coefficients = vec![1.0; count];
+        for (i, place) in free.iter().enumerate() {
+            coefficients[*place] = found[i];
+        }
         Some(Score {
-            gain: gains[0],
-            error: factor.inverse()[(0, 0)].max(0.0).sqrt(),
-            coefficients: solved.column(0).iter().copied().collect(),
-            by_chance: gains[1..].to_vec(),
+            gain,
+            error: errors[(0, 0)].max(0.0).sqrt(),
+            coefficients,
+            by_chance: (1..self.scores.ncols()).map(|k| gained(k).0).collect(),
         })
     }
 }

@@ -1,32 +1,59 @@
-//! Every candidate at a glance: the score of each of its starts, less what it would gain by chance.
+//! Every candidate at a glance: the score of each of its starts, and a whole linear step from the best of them.
 
 use std::collections::BTreeMap;
 
+use nalgebra::SVector;
 use rayon::prelude::*;
-use world::WorldError;
+use world::{WorldError, effects::Effect, planar::Planar};
 
 use crate::{
     candidates::{Bundle, Candidate},
     fit::{Field, Fitted},
-    model::{Part, added, specification},
+    mixed::{Estimated, NUISANCES, Spread},
+    model::{Model, PRIOR, Part, added, specification},
     score::{Asked, Score},
 };
 
 /// What each candidate gains by chance where it is not: the quantile of its replicates, by name.
 pub(crate) type Chance = BTreeMap<&'static str, f64>;
 
+/// Starts of a candidate, the best by their scores, from which a whole step is taken.
+const STEPS: usize = 4;
+
+/// Bundles that are remembered.
+const SHORT: usize = 16;
+
+/// Where a fit may begin.
+#[derive(Clone, Debug)]
+pub(crate) struct Start {
+    pub(crate) model: Model,
+    pub(crate) spread: Spread,
+    pub(crate) kicks: Vec<SVector<f64, NUISANCES>>,
+    /// Gain in log-likelihood, were all linear.
+    pub(crate) gain: f64,
+}
+
 /// A candidate beside a fitted model.
 #[derive(Clone, Debug)]
 pub(crate) struct Screened {
     pub(crate) name: &'static str,
-    /// Greatest gain in log-likelihood over its starts.
-    pub(crate) gain: f64,
-    /// Starts, the best first, each with its gain.
-    pub(crate) starts: Vec<(Part, f64)>,
+    /// Greatest score over its starts, at the scatter of the fitted model: what chance is known of.
+    pub(crate) score: f64,
+    /// Its best bundles.
+    pub(crate) bundles: Vec<Bundle>,
+    /// Where fits may begin, the best first.
+    pub(crate) starts: Vec<Start>,
     /// Its parameter of strength, and the least standard error of it over the starts.
     pub(crate) strength: (String, f64),
-    /// The greatest gain in each replicate.
+    /// The greatest score in each replicate.
     pub(crate) by_chance: Vec<f64>,
+}
+
+impl Screened {
+    /// Gain in log-likelihood of its best start.
+    pub(crate) fn gain(&self) -> f64 {
+        self.starts.first().map_or(0.0, |start| start.gain)
+    }
 }
 
 /// Screens all candidates that the model does not hold.
@@ -42,38 +69,51 @@ pub(crate) fn screen(
     };
     let held = |name: &str| fitted.model.parts.iter().any(|part| part.name == name);
     candidates
-        .iter()
+        .par_iter()
         .filter(|candidate| !held(candidate.name))
         .map(|candidate| {
-            let scored: Vec<Scored> = candidate
+            let name = candidate.name;
+            let mut scored: Vec<(&Bundle, Score)> = candidate
                 .bundles
                 .par_iter()
-                .map(|bundle| score(field, fitted, &asked, candidate.name, bundle))
-                .collect::<Result<Vec<_>, _>>()?
+                .map(|bundle| Ok(Beside::new(field, fitted, name, bundle)?.score(&asked)))
+                .collect::<Result<Vec<_>, WorldError>>()?
                 .into_iter()
-                .flatten()
+                .zip(&candidate.bundles)
+                .filter_map(|(score, bundle)| Some((bundle, score?)))
                 .collect();
+            scored.sort_by(|a, b| b.1.gain.total_cmp(&a.1.gain));
             let by_chance = (0..replicates)
                 .map(|k| {
-                    scored
-                        .iter()
-                        .map(|(_, score, _)| score.by_chance[k])
-                        .fold(0.0, f64::max)
+                    let gains = scored.iter().map(|(_, score)| score.by_chance[k]);
+                    gains.fold(0.0, f64::max)
                 })
                 .collect();
             let strength = scored
                 .iter()
-                .map(|(_, score, strength)| (strength.0.clone(), score.error * strength.1.abs()))
+                .map(|(bundle, score)| {
+                    let (strength, value) = &bundle.columns[0].strength;
+                    let size = value - specification(name, strength).neutral;
+                    (strength.clone(), score.error * size.abs())
+                })
                 .min_by(|a, b| a.1.total_cmp(&b.1))
                 .unwrap_or_default();
-            let mut starts: Vec<(Part, f64)> = scored
-                .into_iter()
-                .map(|(part, score, _)| (part, score.gain))
-                .collect();
-            starts.sort_by(|a, b| b.1.total_cmp(&a.1));
+            let mut starts: Vec<Start> = scored
+                .par_iter()
+                .take(STEPS)
+                .map(|(bundle, score)| {
+                    Ok(Beside::new(field, fitted, name, bundle)?.start(&asked, score))
+                })
+                .collect::<Result<_, WorldError>>()?;
+            starts.sort_by(|a, b| b.gain.total_cmp(&a.gain));
             Ok(Screened {
-                name: candidate.name,
-                gain: starts.first().map_or(0.0, |(_, gain)| *gain),
+                name,
+                score: scored.first().map_or(0.0, |(_, score)| score.gain),
+                bundles: scored
+                    .iter()
+                    .take(SHORT)
+                    .map(|(b, _)| (*b).clone())
+                    .collect(),
                 starts,
                 strength,
                 by_chance,
@@ -82,42 +122,117 @@ pub(crate) fn screen(
         .collect()
 }
 
-/// A start, its score, and the parameter of strength of its first column with its size there.
-type Scored = (Part, Score, (String, f64));
-
-fn score(
-    field: &Field<'_>,
-    fitted: &Fitted,
-    asked: &Asked<'_, '_>,
+/// A fitted model, and worlds with a little of an effect beside it.
+struct Beside<'b, 'a> {
+    field: &'b Field<'a>,
+    fitted: &'b Fitted,
     name: &'static str,
-    bundle: &Bundle,
-) -> Result<Option<Scored>, WorldError> {
-    let model = &fitted.model;
-    let mut effects = Vec::new();
-    for column in &bundle.columns {
-        let mut all = model.effects(field.rig, &model.values)?;
-        all.push(world::effects::build(
-            &added(&column.part(name)),
-            field.rig,
-        )?);
-        effects.push(all);
+    bundle: &'b Bundle,
+    effects: Vec<Vec<Box<dyn Effect>>>,
+}
+
+impl<'b, 'a> Beside<'b, 'a> {
+    fn new(
+        field: &'b Field<'a>,
+        fitted: &'b Fitted,
+        name: &'static str,
+        bundle: &'b Bundle,
+    ) -> Result<Self, WorldError> {
+        let model = &fitted.model;
+        let effects = bundle
+            .columns
+            .iter()
+            .map(|column| {
+                let mut all = model.effects(field.rig, &model.values)?;
+                let part = added(&column.part(name));
+                all.push(world::effects::build(&part, field.rig)?);
+                Ok(all)
+            })
+            .collect::<Result<_, WorldError>>()?;
+        Ok(Self {
+            field,
+            fitted,
+            name,
+            bundle,
+            effects,
+        })
     }
-    let worlds: Vec<_> = effects
-        .iter()
-        .map(|effects| (field.planar(&model.values, effects), 1.0))
-        .collect();
-    let touches = |column: usize, strike: usize| {
-        bundle.columns[column]
+
+    fn worlds(&self) -> Vec<(Planar<'_>, f64)> {
+        self.effects
+            .iter()
+            .map(|effects| (self.field.planar(&self.fitted.model.values, effects), 1.0))
+            .collect()
+    }
+
+    fn touches(&self, column: usize, strike: usize) -> bool {
+        self.bundle.columns[column]
             .region
-            .is_none_or(|(centre, radius)| field.passes(strike, centre, radius))
-    };
-    let score = asked
-        .differences(&worlds, &touches)
-        .and_then(|told| told.score());
-    Ok(score.map(|score| {
-        let first = &bundle.columns[0].strength;
-        let neutral = specification(name, &first.0).neutral;
-        let strength = (first.0.clone(), first.1 - neutral);
-        (bundle.start(name, &score.coefficients), score, strength)
-    }))
+            .is_none_or(|(centre, radius)| self.field.passes(strike, centre, radius))
+    }
+
+    fn score(&self, asked: &Asked<'_, '_>) -> Option<Score> {
+        asked
+            .differences(&self.worlds(), &|column, strike| {
+                self.touches(column, strike)
+            })?
+            .score(&self.is_kept())
+    }
+
+    fn is_kept(&self) -> Vec<bool> {
+        let columns = &self.bundle.columns;
+        columns.iter().map(|column| column.is_kept).collect()
+    }
+
+    /// A whole step from here, or what the score says where that has no answer.
+    fn start(&self, asked: &Asked<'_, '_>, score: &Score) -> Start {
+        let columns = &self.bundle.columns;
+        let is_kept = self.is_kept();
+        let precision: Vec<f64> = columns
+            .iter()
+            .map(|column| {
+                let (name, value) = &column.strength;
+                let spec = specification(self.name, name);
+                ((value - spec.neutral) / (PRIOR * spec.scale)).powi(2)
+            })
+            .collect();
+        let touches = |column, strike| self.touches(column, strike);
+        match asked.step(&self.worlds(), &touches, &is_kept, &precision) {
+            Some(stepped) => self.stepped(&stepped, &is_kept),
+            None => Start {
+                model: self.model(&score.coefficients),
+                spread: self.fitted.estimated.spread,
+                kicks: self.fitted.kicks.clone(),
+                gain: score.gain,
+            },
+        }
+    }
+
+    fn model(&self, coefficients: &[f64]) -> Model {
+        let part: Part = self.bundle.start(self.name, coefficients);
+        self.fitted.model.with(part)
+    }
+
+    fn stepped(&self, stepped: &Estimated, is_kept: &[bool]) -> Start {
+        let own = self.fitted.model.free.len();
+        let mut found = stepped.beta.iter().skip(own);
+        let coefficients: Vec<f64> = is_kept
+            .iter()
+            .map(|kept| match kept {
+                true => 1.0,
+                false => found.next().copied().unwrap_or_default(),
+            })
+            .collect();
+        let mut model = self.model(&coefficients);
+        for (place, free) in self.fitted.model.free.iter().enumerate() {
+            let moved = model.values[place] + stepped.beta[place];
+            model.values[place] = moved.clamp(free.low, free.high);
+        }
+        Start {
+            model,
+            spread: stepped.spread,
+            kicks: stepped.nuisances.clone(),
+            gain: stepped.likelihood_there - self.fitted.estimated.likelihood_there,
+        }
+    }
 }

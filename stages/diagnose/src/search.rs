@@ -6,8 +6,7 @@ use world::WorldError;
 use crate::{
     candidates::Candidate,
     fit::{Field, Fitted, GLANCE, ITERATIONS},
-    model::{Model, Part},
-    screen::{Chance, Screened, screen},
+    screen::{Chance, Screened, Start, screen},
 };
 
 /// Candidates that are fitted at each step, the best by their scores, and starts of each.
@@ -24,7 +23,8 @@ const FORM: f64 = 0.02;
 const BEHIND: f64 = 0.6;
 /// A candidate whose evidence is less than this short of the best one's is not excluded: odds of a hundred to one.
 const EXCLUDED: f64 = 4.6;
-
+/// Evidence by which another effect in an effect's place is better.
+const BETTER: f64 = 0.5;
 /// Share of the evidence below which an effect that is nearly the same by construction is excluded.
 const ALIKE: f64 = 0.8;
 
@@ -45,28 +45,45 @@ pub(crate) fn fit_best(
     chance: &Chance,
 ) -> Result<Vec<Step>, WorldError> {
     let mut order: Vec<&Screened> = screened.iter().collect();
-    order.sort_by(|a, b| (b.gain - chance[b.name]).total_cmp(&(a.gain - chance[a.name])));
+    order.sort_by(|a, b| (b.gain() - chance[b.name]).total_cmp(&(a.gain() - chance[a.name])));
     let Some(best) = order.first() else {
         return Ok(Vec::new());
     };
-    let least = HOPELESS * best.gain;
-    let tried: Vec<(&'static str, &Part)> = order
+    let least = HOPELESS * best.gain();
+    let tried: Vec<(&'static str, &Start)> = order
         .iter()
         .take(FITTED)
-        .filter(|s| s.gain >= least)
-        .flat_map(|s| s.starts.iter().take(STARTS).map(|(part, _)| (s.name, part)))
+        .filter(|s| s.gain() >= least)
+        .flat_map(|s| s.starts.iter().take(STARTS).map(|start| (s.name, start)))
         .collect();
-    let fit = |name: &'static str, model: &Model, at: &Fitted, iterations| {
-        let fitted = field.fit(model, &at.estimated.spread, &at.kicks, iterations)?;
-        Ok(fitted.map(|fitted| Step {
+    let step = |name: &'static str, fitted: Option<Fitted>| {
+        fitted.map(|fitted| Step {
             evidence: fitted.likelihood() - from.likelihood() - chance[name],
             name,
             fitted,
-        }))
+        })
     };
     let glanced: Vec<Option<Step>> = tried
         .par_iter()
-        .map(|(name, part)| fit(name, &from.model.with((*part).clone()), from, GLANCE))
+        .map(|(name, start)| {
+            let Start {
+                model,
+                spread,
+                kicks,
+                ..
+            } = start;
+            let fitted = field.fit(model, spread, kicks, GLANCE)?;
+            let is_better = |f: &Fitted| f.likelihood() > from.likelihood();
+            if fitted.as_ref().is_some_and(is_better) {
+                return Ok(step(name, fitted));
+            }
+            // A whole step was too long: from where the model stands.
+            let own = from.model.values.len();
+            let mut model = model.clone();
+            model.values[..own].copy_from_slice(&from.model.values);
+            let fitted = field.fit(&model, &from.estimated.spread, &from.kicks, GLANCE)?;
+            Ok(step(name, fitted))
+        })
         .collect::<Result<_, WorldError>>()?;
     let best = glanced
         .iter()
@@ -76,17 +93,18 @@ pub(crate) fn fit_best(
     let fits: Vec<Option<Step>> = glanced
         .into_par_iter()
         .flatten()
-        .map(|step| {
+        .map(|glanced| {
             // Far behind after a glance, it is left there: a rival all the same, if a poor one.
-            if step.evidence < BEHIND * best {
-                return Ok(Some(step));
+            if glanced.evidence < BEHIND * best {
+                return Ok(Some(glanced));
             }
-            fit(
-                step.name,
-                &step.fitted.model,
-                &step.fitted,
-                ITERATIONS - GLANCE,
-            )
+            let Fitted {
+                model,
+                estimated,
+                kicks,
+            } = &glanced.fitted;
+            let fitted = field.fit(model, &estimated.spread, kicks, ITERATIONS - GLANCE)?;
+            Ok(step(glanced.name, fitted))
         })
         .collect::<Result<_, WorldError>>()?;
     let mut steps: Vec<Step> = Vec::new();
@@ -133,8 +151,7 @@ pub(crate) fn without(
     let fitted = field
         .fit(&model, &from.estimated.spread, &from.kicks, ITERATIONS)?
         .unwrap_or_else(|| from.clone());
-    let standing = standing(field, &fitted, candidates, chance)?;
-    Ok(Searched { fitted, standing })
+    settle(field, fitted, candidates, chance, 0)
 }
 
 /// How firmly an effect stands.
@@ -143,11 +160,11 @@ pub(crate) struct Standing {
     pub(crate) name: &'static str,
     pub(crate) evidence: f64,
     pub(crate) equivalent: Vec<&'static str>,
-    /// The best model with another effect in its place.
-    pub(crate) rival: Option<Step>,
+    /// Models with another effect in its place, the best first.
+    pub(crate) rivals: Vec<Step>,
 }
 
-/// Adds effects while each brings more than chance, then asks of each whether another could stand in its place.
+/// Adds effects while each brings more than chance, and asks of each whether another could stand in its place.
 pub(crate) fn search(
     field: &Field<'_>,
     null: &Fitted,
@@ -156,86 +173,122 @@ pub(crate) fn search(
     chance: &Chance,
     most: usize,
 ) -> Result<Searched, WorldError> {
-    let mut fitted = null.clone();
+    let mut searched = Searched {
+        fitted: null.clone(),
+        standing: Vec::new(),
+    };
     let mut screened = first.to_vec();
-    while fitted.model.parts.len() < most {
-        let Some(step) = fit_best(field, &fitted, &screened, chance)?
+    let mut short = shortlist(candidates, &screened);
+    for _ in 0..2 * most {
+        let fitted = &searched.fitted;
+        let held = fitted.model.parts.len();
+        let gained = fitted.likelihood() - null.likelihood();
+        let asked = (ANOTHER * held as f64).max(FORM * gained);
+        let Some(step) = fit_best(field, fitted, &screened, chance)?
             .into_iter()
             .next()
-            .filter(|step| {
-                let gained = fitted.likelihood() - null.likelihood();
-                let asked = ANOTHER * fitted.model.parts.len() as f64;
-                step.evidence > asked.max(FORM * gained)
-            })
+            .filter(|step| held < most && step.evidence > asked)
         else {
             break;
         };
-        fitted = step.fitted;
-        if fitted.model.parts.len() > 1 {
-            fitted = improve(field, fitted, candidates, chance)?;
-        }
-        screened = screen(field, &fitted, candidates, 0, 0)?;
+        searched = settle(field, step.fitted, &short, chance, held)?;
+        screened = screen(field, &searched.fitted, candidates, 0, 0)?;
+        short = shortlist(&short, &screened);
     }
-    let standing = standing(field, &fitted, candidates, chance)?;
-    Ok(Searched { fitted, standing })
+    Ok(searched)
 }
 
-/// Replaces or drops an effect where that is better, until nothing is.
-fn improve(
+/// Bundles of each candidate that are tried in another's place: the best where it was last screened.
+fn shortlist(candidates: &[Candidate], screened: &[Screened]) -> Vec<Candidate> {
+    candidates
+        .iter()
+        .map(|candidate| {
+            let found = screened.iter().find(|s| s.name == candidate.name);
+            Candidate {
+                name: candidate.name,
+                bundles: found.map_or_else(|| candidate.bundles.clone(), |s| s.bundles.clone()),
+            }
+        })
+        .collect()
+}
+
+/// Replaces or drops an effect where that is better, at most so many times, then says how firmly each stands.
+fn settle(
     field: &Field<'_>,
     mut fitted: Fitted,
     candidates: &[Candidate],
     chance: &Chance,
-) -> Result<Fitted, WorldError> {
-    for _ in 0..fitted.model.parts.len() {
-        let mut better: Option<Fitted> = None;
+    mut changes: usize,
+) -> Result<Searched, WorldError> {
+    loop {
+        let mut better = None;
+        let mut all = Vec::new();
         for place in 0..fitted.model.parts.len() {
-            let name = fitted.model.parts[place].name;
-            let Some((reduced, steps)) = beside(field, &fitted, place, candidates, chance)? else {
-                continue;
-            };
-            let evidence = fitted.likelihood() - reduced.likelihood() - chance[name];
-            if evidence < 0.0 {
-                better = Some(reduced);
-                break;
+            let (standing, reduced) = standing(field, &fitted, place, candidates, chance)?;
+            if changes > 0 {
+                let rival = standing.rivals.first();
+                better = if standing.evidence < 0.0 {
+                    reduced
+                } else {
+                    rival
+                        .filter(|rival| rival.evidence > standing.evidence + BETTER)
+                        .map(|rival| rival.fitted.clone())
+                };
+                if better.is_some() {
+                    break;
+                }
             }
-            if let Some(step) = steps
-                .into_iter()
-                .next()
-                .filter(|s| s.evidence > evidence + 0.5)
-            {
-                better = Some(step.fitted);
-                break;
-            }
+            all.push(standing);
         }
         match better {
-            Some(model) => fitted = model,
-            None => break,
+            Some(model) => (fitted, changes) = (model, changes - 1),
+            None => {
+                return Ok(Searched {
+                    fitted,
+                    standing: all,
+                });
+            }
         }
     }
-    Ok(fitted)
 }
 
-/// The model without one of its effects, and the others that could stand in its place, fitted.
-fn beside(
+/// How firmly one effect stands beside the others, and the model without it.
+fn standing(
     field: &Field<'_>,
     fitted: &Fitted,
     place: usize,
     candidates: &[Candidate],
     chance: &Chance,
-) -> Result<Option<(Fitted, Vec<Step>)>, WorldError> {
+) -> Result<(Standing, Option<Fitted>), WorldError> {
+    let name = fitted.model.parts[place].name;
     let model = fitted.model.without(place);
     let spread = &fitted.estimated.spread;
     let Some(reduced) = field.fit(&model, spread, &fitted.kicks, ITERATIONS)? else {
-        return Ok(None);
+        let firm = Standing {
+            name,
+            evidence: f64::INFINITY,
+            equivalent: Vec::new(),
+            rivals: Vec::new(),
+        };
+        return Ok((firm, None));
     };
-    let name = fitted.model.parts[place].name;
+    let evidence = fitted.likelihood() - reduced.likelihood() - chance[name];
     let screened: Vec<Screened> = screen(field, &reduced, candidates, 0, 0)?
         .into_iter()
         .filter(|s| s.name != name)
         .collect();
     let steps = fit_best(field, &reduced, &screened, chance)?;
-    Ok(Some((reduced, steps)))
+    let standing = Standing {
+        name,
+        evidence,
+        equivalent: steps
+            .iter()
+            .filter(|step| !is_excluded(name, evidence, step))
+            .map(|step| step.name)
+            .collect(),
+        rivals: steps,
+    };
+    Ok((standing, Some(reduced)))
 }
 
 /// Whether the data exclude another effect in the place of a named one. Of effects that differ in form alone, and whose form is
@@ -245,36 +298,4 @@ fn is_excluded(name: &str, evidence: f64, rival: &Step) -> bool {
         world::effects::effect(name).is_ok_and(|spec| spec.equivalent.contains(&rival.name));
     let share = if is_alike { ALIKE } else { 1.0 };
     rival.evidence < share * (evidence - EXCLUDED)
-}
-
-fn standing(
-    field: &Field<'_>,
-    fitted: &Fitted,
-    candidates: &[Candidate],
-    chance: &Chance,
-) -> Result<Vec<Standing>, WorldError> {
-    (0..fitted.model.parts.len())
-        .map(|place| {
-            let name = fitted.model.parts[place].name;
-            let Some((reduced, steps)) = beside(field, fitted, place, candidates, chance)? else {
-                return Ok(Standing {
-                    name,
-                    evidence: f64::INFINITY,
-                    equivalent: Vec::new(),
-                    rival: None,
-                });
-            };
-            let evidence = fitted.likelihood() - reduced.likelihood() - chance[name];
-            Ok(Standing {
-                name,
-                evidence,
-                equivalent: steps
-                    .iter()
-                    .filter(|step| !is_excluded(name, evidence, step))
-                    .map(|step| step.name)
-                    .collect(),
-                rival: steps.into_iter().next(),
-            })
-        })
-        .collect()
 }

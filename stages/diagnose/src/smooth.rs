@@ -3,18 +3,20 @@
 //! Each is a set of small bumps (over the table, over speed, over strikes …) whose heights are Gaussian with one common
 //! standard deviation; the gain in marginal likelihood says how much of the gap goes with that covariate, and what the same
 //! heights gain under noise says whether it is real. What is left here after the best effects is what no candidate explains.
+//! What is told of a dependence is net of what the model's own values (friction, restitution …) make up for.
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
-use values::Point;
+use values::{Point, Strike};
 use world::{WorldError, planar::Push};
 
 use crate::{
     candidates::cells,
     fit::{Field, Fitted},
     mixed::NUISANCES,
+    model::FRICTION,
     score::{Asked, Told},
 };
 
@@ -73,6 +75,10 @@ const PUSH: f64 = 0.02;
 const DRAWS: usize = 2000;
 const HEIGHTS: [f64; 7] = [0.03, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0];
 
+/// A bump that these strikes see less than this share of the best seen is not spoken of.
+const SEEN: f64 = 0.1;
+const GRAVITY: f64 = 9.81;
+
 fn bump(distance: f64, spacing: f64) -> f64 {
     (-0.5 * (distance / (WIDTH * spacing)).powi(2)).exp()
 }
@@ -106,7 +112,15 @@ pub(crate) fn dependences(
             asked: &asked,
         };
         if let Some((told, places, scale)) = sets.columns(covariate)? {
-            found.push(weigh(covariate, &told, &places, scale, seed));
+            let weighed = weigh(covariate, &told, scale, seed);
+            let (at, peak) = sets.strongest(covariate, &told, &places, &weighed.heights);
+            found.push(Dependence {
+                covariate,
+                gain: weighed.gain,
+                p_value: weighed.p_value,
+                at,
+                peak,
+            });
         }
     }
     Ok(found)
@@ -239,6 +253,77 @@ impl Sets<'_, '_, '_> {
     }
 }
 
+impl Sets<'_, '_, '_> {
+    /// Where a covariate's bumps act most strongly, and how strongly there, net of what the model's own values make up for.
+    fn strongest(
+        &self,
+        covariate: Covariate,
+        told: &Told,
+        places: &[Place],
+        heights: &DVector<f64>,
+    ) -> (Point, Point) {
+        let change = -told.made_up.tr_mul(heights);
+        let spacing = places
+            .iter()
+            .map(|place| place.0.distance(places[0].0))
+            .filter(|distance| *distance > 1e-9)
+            .fold(f64::INFINITY, f64::min);
+        // Bumps overlap: what acts at the middle of one is a sum over its neighbours.
+        let bumps = |at: Point| {
+            let each = places.iter().zip(heights.iter());
+            each.fold(Point::default(), |sum, (place, height)| {
+                sum + place.1 * (*height * bump(at.distance(place.0), spacing))
+            })
+        };
+        let strikes = &self.field.strikes;
+        let launched = |of: &dyn Fn(&Strike) -> f64| {
+            let made_up = self.asked.as_launches(&change);
+            let by_strike: Vec<(f64, Point)> = strikes
+                .iter()
+                .zip(made_up)
+                .map(|(strike, made_up)| {
+                    let at = of(strike);
+                    (at, bumps(Point::new(at, 0.0)) + made_up)
+                })
+                .collect();
+            move |at: Point| {
+                let near = by_strike
+                    .iter()
+                    .map(|(x, net)| (bump(x - at.x, spacing), *net));
+                let (weights, sum) = near.fold((0.0, Point::default()), |(w, s), (weight, net)| {
+                    (w + weight, s + net * weight)
+                });
+                sum * (1.0 / f64::max(weights, 1e-9))
+            }
+        };
+        let slower = GRAVITY * change[FRICTION];
+        let ahead = strikes
+            .iter()
+            .map(|strike| strike.path())
+            .map(|path| path * (1.0 / path.norm().max(1e-9)))
+            .fold(Point::default(), |sum, p| {
+                sum + p * (1.0 / strikes.len() as f64)
+            });
+        let net: Box<dyn Fn(Point) -> Point> = match covariate {
+            Covariate::Position | Covariate::Phase => Box::new(|at| bumps(at) + ahead * -slower),
+            Covariate::Surface | Covariate::SlidingSpeed => {
+                Box::new(|at| bumps(at) + Point::new(slower, 0.0))
+            }
+            Covariate::Order => Box::new(launched(&|strike| strike.conditions.order)),
+            Covariate::Speed => Box::new(launched(&|strike| strike.command.speed)),
+            Covariate::Angle => Box::new(launched(&|strike| strike.command.angle)),
+        };
+        let seen = told.alone.iter().copied().fold(0.0, f64::max);
+        places
+            .iter()
+            .zip(&told.alone)
+            .filter(|(_, alone)| **alone > SEEN * seen)
+            .map(|(place, _)| (place.0, net(place.0)))
+            .max_by(|a, b| a.1.norm().total_cmp(&b.1.norm()))
+            .unwrap_or_default()
+    }
+}
+
 /// Ahead or to the left on the table; or against the motion.
 fn push(is_friction: bool, direction: Point, velocity: Point) -> Point {
     if is_friction {
@@ -248,8 +333,15 @@ fn push(is_friction: bool, direction: Point, velocity: Point) -> Point {
     }
 }
 
+/// What a covariate's bumps gain together.
+struct Weighed {
+    gain: f64,
+    p_value: f64,
+    heights: DVector<f64>,
+}
+
 /// The best common height, its gain, and what chance would gain.
-fn weigh(covariate: Covariate, told: &Told, places: &[Place], scale: f64, seed: u64) -> Dependence {
+fn weigh(covariate: Covariate, told: &Told, scale: f64, seed: u64) -> Weighed {
     let SymmetricEigen {
         eigenvalues,
         eigenvectors,
@@ -300,35 +392,14 @@ fn weigh(covariate: Covariate, told: &Told, places: &[Place], scale: f64, seed: 
             gain(&|k| squares[k]).0 >= best
         })
         .count();
-    let mut heights = DVector::zeros(places.len());
+    let mut heights = DVector::zeros(told.alone.len());
     for (l, u, i) in &modes {
         let share = u * variance / (1.0 + l * variance);
         heights += eigenvectors.column(*i) * share;
     }
-    // Bumps overlap: what acts at the middle of one is a sum over its neighbours.
-    let spacing = places
-        .iter()
-        .map(|place| place.0.distance(places[0].0))
-        .filter(|distance| *distance > 1e-9)
-        .fold(f64::INFINITY, f64::min);
-    let sum_at = |at: Point| {
-        places
-            .iter()
-            .zip(heights.iter())
-            .fold(Point::default(), |sum, (place, height)| {
-                sum + place.1 * (*height * bump(at.distance(place.0), spacing))
-            })
-    };
-    let (at, peak) = places
-        .iter()
-        .map(|place| (place.0, sum_at(place.0)))
-        .max_by(|a, b| a.1.norm().total_cmp(&b.1.norm()))
-        .unwrap_or_default();
-    Dependence {
-        covariate,
+    Weighed {
         gain: best,
         p_value: (1.0 + more as f64) / (1.0 + DRAWS as f64),
-        at,
-        peak,
+        heights,
     }
 }

@@ -84,6 +84,52 @@ fn a_tilt_is_named_measured_and_taken_away() {
 }
 
 #[test]
+fn a_mixture_is_taken_apart_though_its_largest_error_looks_like_scatter() {
+    // Three effects turn every launch by 8.7° together: at the scatter that this makes by itself, the turn is no news.
+    let found = diagnose(&input("demo", 240, 1));
+    let diagnosis = &found.diagnosis;
+    assert_eq!(diagnosis.verdict, Verdict::Named, "{}", diagnosis.summary);
+    let turns = [
+        "striker_angle_bias",
+        "off_centre_contact",
+        "camera_rotation",
+    ];
+    for class in [
+        &turns[..],
+        &["speed_weakening_friction"],
+        &["table_tilt"],
+        &["striker_speed_error"],
+    ] {
+        let names = || diagnosis.effects.iter().map(|effect| effect.name.as_str());
+        assert!(
+            names().any(|name| class.contains(&name)),
+            "{class:?}: {}",
+            diagnosis.summary
+        );
+    }
+    // The arm saturates at 1.02 m/s of 1.2 times the command, which restitution makes up for.
+    let arm = diagnosis
+        .effects
+        .iter()
+        .find(|e| e.name == "striker_speed_error");
+    let cap = arm.expect("named").parameters["cap"].value;
+    assert!((0.82..0.88).contains(&cap), "{cap}");
+    let gap = &diagnosis.gap;
+    assert!(
+        gap.before > 6.0 * gap.noise_floor && gap.after < 1.5 * gap.noise_floor,
+        "{gap:?}"
+    );
+    // The arm is 10 % slow at its slowest, once friction and restitution have made up for the rest.
+    let speed = diagnosis.r#where.iter().find(|w| w.covariate == "speed");
+    let text = &speed.expect("launches depend on speed").description;
+    let off: f64 = text
+        .split_whitespace()
+        .find_map(|word| word.parse().ok())
+        .expect("a number");
+    assert!(off.abs() < 20.0, "{text}");
+}
+
+#[test]
 fn strikes_that_judge_the_gap_take_no_part() {
     let input = input("viscous_drag=0.4", 80, 23);
     let found = diagnose(&input);

@@ -54,6 +54,7 @@ pub fn found_tilt() -> Found {
             statement: "the table slopes down by 4.2 mm per metre".into(),
             evidence: 57.2,
             equivalent: vec!["a steady draught".into()],
+            rivals: Vec::new(),
         }],
         ranking: vec![ranked("table_tilt", 57.2), ranked("table_bowl", -1.0)],
         gap: Gap {
