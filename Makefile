@@ -1,6 +1,6 @@
 # Everything that carom needs beside rustup's stable Rust, Python 3 with pip and a C compiler is set up here,
 # under .native/. A second run of any target does nothing that is done.
-.PHONY: build run test lint blind setup clean
+.PHONY: build run test lint blind bench setup clean
 .DEFAULT_GOAL := build
 
 DEMO := artifacts/demo
@@ -31,6 +31,18 @@ SEEDS := 2
 FIRST := 20000
 blind: build
 	$(BIN)/blind --seeds $(SEEDS) --first $(FIRST) --outcomes artifacts/runs/blind_$(FIRST).jsonl --page tests/BLIND.md
+
+# Carom beside its peers, and the page that is committed: an hour on two idle cores. `make bench PARTS="solve step"` measures
+# these anew, `SMALL=1` tries the harness in minutes.
+PEERS := artifacts/runs/bench/peers
+PARTS :=
+SMALL :=
+$(PEERS)/done: tests/peers/requirements.txt
+	python3 -m venv $(PEERS)
+	$(PEERS)/bin/python -m pip install --quiet --disable-pip-version-check --requirement $<
+	touch $@
+bench: build $(PEERS)/done
+	$(PEERS)/bin/python tests/peers/bench.py $(if $(SMALL),--small) $(PARTS)
 
 clean:
 	cargo clean

@@ -71,8 +71,18 @@ impl Scene {
             base_friction: self.0.pair_friction()[LOAD],
             arm,
             pushed: Point::default(),
+            steps: [0; 2],
             data,
         }
+    }
+
+    /// The model in MuJoCo's binary format.
+    pub(crate) fn to_mjb(&self) -> Vec<u8> {
+        let mut bytes = vec![0; self.0.size()];
+        self.0
+            .save_to_buffer(&mut bytes)
+            .expect("the buffer has the model's size");
+        bytes
     }
 }
 
@@ -85,6 +95,8 @@ pub(crate) struct Engine {
     arm: f64,
     /// What the next steps push the object's centre with, in m/s².
     pushed: Point,
+    /// Steps taken: all, and those of free slides.
+    steps: [u64; 2],
 }
 
 /// How far, relative to dry friction's deceleration, MuJoCo's friction reference lies beyond the cone.
@@ -95,6 +107,12 @@ impl Engine {
     /// Back to the scene's initial state, all at rest.
     pub(crate) fn reset(&mut self) {
         self.data.reset();
+    }
+
+    /// Steps taken since it was made: while tip and object are close, and while the object slides alone.
+    pub(crate) fn steps(&self) -> [u64; 2] {
+        let [all, slides] = self.steps;
+        [all - slides, slides]
     }
 
     /// Length of the next steps, in s.
@@ -233,6 +251,7 @@ impl Engine {
         self.follow_slip();
         self.data.step();
         self.push_half();
+        self.steps[0] += 1;
     }
 
     /// One step of a free slide: the position moves by the mean of old and new velocity, which is exact under constant
@@ -240,6 +259,7 @@ impl Engine {
     pub(crate) fn slide(&mut self) {
         let before = self.velocity();
         self.step();
+        self.steps[1] += 1;
         let timestep = self.data.model_opt().timestep;
         // The step moved by the velocity that it had before the second half of the push.
         let gained = self.velocity() - before - self.pushed * timestep;

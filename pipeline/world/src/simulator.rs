@@ -136,6 +136,12 @@ impl Simulator {
         }
     }
 
+    /// The compiled model in MuJoCo's binary format (.mjb), for other programs that load the same release's. Its tip and
+    /// object have no spring and damper yet, nor does friction follow the slip: a strike sets both ([`Worker::strike`]).
+    pub fn to_mjb(&self) -> Vec<u8> {
+        self.scene.to_mjb()
+    }
+
     /// The rig that it was compiled for.
     pub fn rig(&self) -> &Rig {
         &self.rig
@@ -199,6 +205,11 @@ pub struct Worker<'a> {
 }
 
 impl Worker<'_> {
+    /// MuJoCo's steps so far, over all strikes: fine ones, and those of slides.
+    pub fn steps(&self) -> [u64; 2] {
+        self.engine.steps()
+    }
+
     /// Strikes the object that the camera sees at rest at `initial` (m) and follows it to its rest.
     ///
     /// Errors: a strike that misses the object, or does not come to a finite rest within 20 s.
