@@ -18,6 +18,13 @@ const SILENCE: i64 = 500_000_000;
 const MOST_COMMANDS: usize = 200_000;
 /// Speeds on a plateau differ by no more than this part.
 const PLATEAU_TOLERANCE: f64 = 0.01;
+/// Those of one that ripples, or that the speed overshoots before, by no more than this one.
+const RIPPLE_TOLERANCE: f64 = 0.05;
+/// So many commands the other way are a motion of their own, though none between was idle.
+const REVERSED: usize = 3;
+/// An arm that moves for fewer commands or a shorter time, in ns, has not struck: a blip.
+const BLIP_COMMANDS: usize = 3;
+const BLIP_TIME: i64 = 20_000_000;
 /// This many commands that are alike are a plateau.
 const PLATEAU_COMMANDS: usize = 3;
 /// Of a plateau that is hardly sampled the speed is known if a peak in its place would be higher by no more than this part.
@@ -83,7 +90,8 @@ impl Episode {
             return Err(Rejection::new(reason, detail));
         }
         let speeds: Vec<f64> = self.commands.iter().map(speed).collect();
-        let plateau = held(&speeds)
+        let plateau = rippling(&speeds)
+            .or_else(|| held(&speeds))
             .or_else(|| self.clipped(&speeds))
             .ok_or_else(|| {
                 let detail = format!(
@@ -111,6 +119,18 @@ impl Episode {
             speed,
             angle: f64::atan2(y, x),
         })
+    }
+
+    /// Whether it is too short to be a strike.
+    pub(crate) fn is_blip(&self) -> bool {
+        self.commands.len() < BLIP_COMMANDS || self.end() - self.start() < BLIP_TIME
+    }
+
+    /// Whether it goes where the arm may strike: going back, or sideways to the next start, it does not.
+    pub(crate) fn is_towards_strikes(&self, rig: &Rig) -> bool {
+        let commands = self.commands.iter().filter(|command| is_finite(command));
+        let (x, y) = commands.fold((0.0, 0.0), |(x, y), c| (x + c.x, y + c.y));
+        rig.robot.angle.contains(f64::atan2(y, x))
     }
 
     /// One or two commands at the top of a plateau that is short beside the time between commands (the paper's, 10 mm long, lasts
@@ -144,14 +164,34 @@ impl Episode {
     }
 }
 
+/// A plateau that ripples: the longest run within the wider tolerance of the highest held speed, without the ramps at its ends;
+/// from its first crest to its last, so that the median is that of whole ripples. None where it hardly differs from a ramp's end.
+fn rippling(speeds: &[f64]) -> Option<Range<usize>> {
+    let top = highest_held(speeds);
+    let near = |speed: f64| (speed - top).abs() <= RIPPLE_TOLERANCE * top;
+    let mut run = longest_run(speeds, |speed| near(*speed));
+    while run.len() > 1 && speeds[run.start] < speeds[run.start + 1] {
+        run.start += 1;
+    }
+    while run.len() > 1 && speeds[run.end - 1] < speeds[run.end - 2] {
+        run.end -= 1;
+    }
+    (run.len() >= PLATEAU_COMMANDS).then_some(run)
+}
+
 /// The longest plateau at the highest speed that is held for as many commands as a plateau has: no single spike counts.
 fn held(speeds: &[f64]) -> Option<Range<usize>> {
-    let held = speeds
+    let top = highest_held(speeds);
+    let plateau = longest_run(speeds, |speed| alike(*speed, top));
+    (plateau.len() >= PLATEAU_COMMANDS).then_some(plateau)
+}
+
+/// The highest speed that is held for as many commands as a plateau has.
+fn highest_held(speeds: &[f64]) -> f64 {
+    speeds
         .windows(PLATEAU_COMMANDS)
         .map(|window| window.iter().copied().fold(f64::INFINITY, f64::min))
-        .fold(0.0, f64::max);
-    let plateau = longest_run(speeds, |speed| alike(*speed, held));
-    (plateau.len() >= PLATEAU_COMMANDS).then_some(plateau)
+        .fold(0.0, f64::max)
 }
 
 fn alike(speed: f64, other: f64) -> bool {
@@ -183,8 +223,12 @@ fn is_finite(command: &Sample) -> bool {
 pub(crate) struct Episodes {
     idle_below: f64,
     current: Option<Episode>,
-    /// Idle commands since the last active one, which are part of the episode if it goes on.
+    /// Sum of the current episode's commands: the direction that it goes in.
+    towards: (f64, f64),
+    /// Commands since the last active one that are idle or go the other way, which are part of the episode if it goes on.
     idle: Vec<Sample>,
+    /// How many of them, the last ones, go the other way.
+    against: usize,
     seen: u32,
 }
 
@@ -193,7 +237,9 @@ impl Episodes {
         Self {
             idle_below: IDLE * rig.robot.speed.low,
             current: None,
+            towards: (0.0, 0.0),
             idle: Vec::new(),
+            against: 0,
             seen: 0,
         }
     }
@@ -206,34 +252,57 @@ impl Episodes {
             let since = command.stamp.saturating_sub(episode.end());
             since > SILENCE || (!active && since > IDLE_TIME)
         });
-        let ended = if silent { self.finish() } else { None };
+        let mut ended = if silent { self.finish() } else { None };
+        let opposes = active && command.x * self.towards.0 + command.y * self.towards.1 < 0.0;
         match &mut self.current {
-            Some(episode) if active => {
-                episode.commands.append(&mut self.idle);
-                if episode.commands.len() < MOST_COMMANDS {
-                    episode.commands.push(command);
-                } else if let Some(last) = episode.commands.last_mut() {
-                    *last = command;
-                    episode.fault.get_or_insert_with(|| {
-                        let detail = format!(
-                            "the command does not fall back to rest within {MOST_COMMANDS} messages"
-                        );
-                        Rejection::new(RejectReason::NoPlateau, detail)
-                    });
+            Some(_) if opposes && self.against + 1 == REVERSED => {
+                let back = self.idle.split_off(self.idle.len() - self.against);
+                ended = self.finish();
+                for command in back.into_iter().chain([command]) {
+                    self.add(command);
                 }
             }
-            Some(_) if self.idle.len() < MOST_COMMANDS => self.idle.push(command),
-            None if active => {
-                self.current = Some(Episode {
-                    index: self.seen,
-                    commands: vec![command],
-                    fault: None,
-                });
-                self.seen += 1;
+            Some(_) if active && !opposes => self.add(command),
+            Some(_) => {
+                self.against = if opposes { self.against + 1 } else { 0 };
+                if self.idle.len() < MOST_COMMANDS {
+                    self.idle.push(command);
+                }
             }
-            Some(_) | None => {}
+            None if active => self.add(command),
+            None => {}
         }
         ended
+    }
+
+    /// Adds a command to the current episode, with those that were set aside before it; begins one where there is none.
+    fn add(&mut self, command: Sample) {
+        if is_finite(&command) {
+            self.towards.0 += command.x;
+            self.towards.1 += command.y;
+        }
+        self.against = 0;
+        let Some(episode) = &mut self.current else {
+            self.current = Some(Episode {
+                index: self.seen,
+                commands: vec![command],
+                fault: None,
+            });
+            self.seen += 1;
+            return;
+        };
+        episode.commands.append(&mut self.idle);
+        if episode.commands.len() < MOST_COMMANDS {
+            episode.commands.push(command);
+        } else if let Some(last) = episode.commands.last_mut() {
+            *last = command;
+            episode.fault.get_or_insert_with(|| {
+                let detail = format!(
+                    "the command does not fall back to rest within {MOST_COMMANDS} messages"
+                );
+                Rejection::new(RejectReason::NoPlateau, detail)
+            });
+        }
     }
 
     /// The episode that has not ended.
@@ -244,6 +313,8 @@ impl Episodes {
     /// Ends the episode that has not ended.
     pub(crate) fn finish(&mut self) -> Option<Episode> {
         self.idle.clear();
+        self.against = 0;
+        self.towards = (0.0, 0.0);
         self.current.take()
     }
 }
@@ -286,6 +357,26 @@ mod tests {
         assert!((command.speed - 0.7).abs() < 1e-12 && (command.angle - 0.5).abs() < 1e-12);
         let spiked = plateau(&[0.0, 0.5, 0.7, 0.7, 3.0, 0.7, 0.7, 0.7, 0.0]).expect("a plateau");
         assert!((spiked.speed - 0.7).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_plateau_that_ripples_or_begins_with_an_overshoot_is_known_by_its_middle() {
+        let ripple = |i: i32| 0.7 * (1.0 + 0.03 * (0.9 * f64::from(i)).sin());
+        let ramps = [0.2, 0.5];
+        let rippling: Vec<f64> = [0.0]
+            .into_iter()
+            .chain(ramps)
+            .chain((0..40).map(ripple))
+            .chain(ramps.into_iter().rev())
+            .chain([0.0])
+            .collect();
+        let command = plateau(&rippling).expect("a plateau");
+        assert!((command.speed - 0.7).abs() < 0.003, "{}", command.speed);
+        let overshot = [
+            0.0, 0.4, 0.73, 0.73, 0.73, 0.7, 0.7, 0.7, 0.7, 0.7, 0.3, 0.0,
+        ];
+        let command = plateau(&overshot).expect("a plateau");
+        assert!((command.speed - 0.7).abs() < 1e-9, "{}", command.speed);
     }
 
     #[test]

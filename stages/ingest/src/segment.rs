@@ -10,6 +10,7 @@ use values::{Conditions, Reject, RejectReason, Rig, Strike, split_of};
 
 use crate::command::{Episode, Episodes, Rejection};
 use crate::identity::strike_id;
+use crate::robust::median;
 use crate::slide::{self, Frames};
 
 /// Centroids are held this long before a strike, in ns.
@@ -18,6 +19,8 @@ const BEFORE: i64 = 3_000_000_000;
 const HORIZON: i64 = 20_000_000_000;
 /// At most this many centroids wait for commands to come (48 MB).
 const MOST_WAITING: usize = 2_000_000;
+/// Frames whose rate differs from the rig file's by more than this part come from another camera, or the file is wrong.
+const OTHER_RATE: f64 = 0.1;
 /// Held centroids are looked through this often.
 const TRIM_EVERY: u32 = 512;
 
@@ -56,6 +59,8 @@ pub(crate) struct Segmenter<'a> {
     repeated: u64,
     outliers: usize,
     unheld: usize,
+    /// Seconds from frame to frame around each command.
+    periods: Vec<f64>,
 }
 
 impl<'a> Segmenter<'a> {
@@ -75,6 +80,7 @@ impl<'a> Segmenter<'a> {
             repeated: 0,
             outliers: 0,
             unheld: 0,
+            periods: Vec::new(),
         }
     }
 
@@ -124,17 +130,15 @@ impl<'a> Segmenter<'a> {
     /// Judges the episodes whose centroids have all come, and lets go of what no episode needs.
     fn advance(&mut self) {
         while let Some(first) = self.waiting.front() {
-            let next = self
-                .waiting
-                .get(1)
-                .map(Episode::start)
-                .or_else(|| self.episodes.current().map(|e| e.start()));
-            let until = next
-                .unwrap_or(i64::MAX)
-                .min(first.end().saturating_add(HORIZON));
+            let horizon = first.end().saturating_add(HORIZON);
+            let current = self.episodes.current();
+            // One that has just begun may become a strike.
+            let is_open = current.is_some_and(|e| e.is_blip() && e.start() < horizon);
+            let next = self.next_strike();
+            let until = next.unwrap_or(i64::MAX).min(horizon);
             let commands_came =
                 next.is_some() || self.last_command.is_some_and(|last| last >= until);
-            if !commands_came || self.last_centroid.is_none_or(|last| last < until) {
+            if is_open || !commands_came || self.last_centroid.is_none_or(|last| last < until) {
                 break;
             }
             self.judge_first(until, next.is_some(), None);
@@ -144,6 +148,18 @@ impl<'a> Segmenter<'a> {
             self.since_trim = 0;
             self.trim();
         }
+    }
+
+    /// When the next command after the first one that waits strikes. Blips do not, nor does an arm that goes back while the
+    /// object still slides: what the first one did goes on beyond them.
+    fn next_strike(&mut self) -> Option<i64> {
+        let rig = self.rig;
+        let strikes = |episode: &&Episode| !episode.is_blip() && episode.is_towards_strikes(rig);
+        let ended = self.waiting.iter().skip(1).find(strikes);
+        ended.map(Episode::start).or_else(|| {
+            let current = self.episodes.current().map(|current| &*current);
+            current.filter(strikes).map(Episode::start)
+        })
     }
 
     fn trim(&mut self) {
@@ -193,7 +209,7 @@ impl<'a> Segmenter<'a> {
             Closing::End => self.waiting.extend(self.episodes.finish()),
         }
         while !self.waiting.is_empty() {
-            let next = self.waiting.get(1).map(Episode::start);
+            let next = self.next_strike();
             self.judge_first(next.unwrap_or(i64::MAX), next.is_some(), Some(&closing));
         }
         self.centroids.clear();
@@ -245,6 +261,15 @@ impl<'a> Segmenter<'a> {
         }
     }
 
+    /// What is to be said of frames that come at another rate than the rig file's.
+    fn other_rate(&self) -> Option<String> {
+        let rate = 1.0 / median(self.periods.iter().copied());
+        let said = self.rig.camera.rate;
+        ((rate / said).ln().abs() > OTHER_RATE).then(|| {
+            format!("frames come at {rate:.0} Hz, and the rig file says camera.rate = {said}: set it to what the camera does")
+        })
+    }
+
     fn judge(&mut self, episode: &Episode, until: i64) -> Result<Strike, Rejection> {
         if let Some(fault) = &episode.fault {
             return Err(fault.clone());
@@ -264,6 +289,7 @@ impl<'a> Segmenter<'a> {
             ));
         }
         let frames = Frames::new(&seen, episode, self.rig)?;
+        self.periods.push(frames.period);
         let slide = slide::find(&frames)?;
         self.outliers += slide.outliers;
         let id = strike_id(&episode.commands, &seen);
@@ -286,6 +312,7 @@ impl<'a> Segmenter<'a> {
 
     /// All that was found, by index.
     pub(crate) fn finish(mut self) -> Segmented {
+        let other_rate = self.other_rate();
         let mut note = |count: u64, text: &str| {
             if count > 0 {
                 self.found.notes.push(format!("{count} {text}"));
@@ -303,6 +330,7 @@ impl<'a> Segmenter<'a> {
             self.unheld as u64,
             "centroids came too long before the commands of their time and were let go",
         );
+        self.found.notes.extend(other_rate);
         self.found.strikes.sort_by_key(|strike| strike.index);
         self.found.rejects.sort_by_key(|reject| reject.index);
         self.found

@@ -8,8 +8,8 @@ use crate::command::{Episode, Rejection};
 use crate::robust::{median, median_point};
 use crate::segment::seconds;
 
-/// A camera this many times slower than the rig file says is another one.
-const SLOWER: f64 = 3.0;
+/// Frames that come slower than this, in s, show no slide.
+const SLOWEST: f64 = 1.0 / 15.0;
 
 pub(super) struct Frame {
     pub(super) stamp: i64,
@@ -32,7 +32,7 @@ pub(crate) struct Frames<'a> {
     /// When the command fell back, in s since it rose.
     pub(super) fall: f64,
     /// Seconds from frame to frame.
-    pub(super) period: f64,
+    pub(crate) period: f64,
 }
 impl<'a> Frames<'a> {
     pub(crate) fn new(seen: &[Sample], episode: &Episode, rig: &'a Rig) -> Result<Self, Rejection> {
@@ -56,12 +56,11 @@ impl<'a> Frames<'a> {
             return Err(Rejection::new(RejectReason::NoRestBefore, detail));
         }
         let period = median(near.windows(2).map(|pair| pair[1].t - pair[0].t));
-        if period > SLOWER * nominal {
+        if period > SLOWEST {
             let detail = format!(
-                "frames come every {:.1} ms, at {} Hz they should every {:.1} ms",
+                "frames come every {:.1} ms, too seldom for a slide; the rig file says camera.rate = {}",
                 1e3 * period,
-                rig.camera.rate,
-                1e3 * nominal
+                rig.camera.rate
             );
             return Err(Rejection::new(RejectReason::FramesMissing, detail));
         }

@@ -1,6 +1,6 @@
 //! A made-up session: an arm that strikes, an object that slides to rest, a camera that watches.
 
-#![expect(dead_code, reason = "each test uses a part")]
+#![allow(dead_code, reason = "each test uses a part")]
 
 use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
@@ -83,6 +83,25 @@ pub fn noise(seed: u64) -> f64 {
     (-2.0 * uniform(2 * seed).max(1e-300).ln()).sqrt() * (TAU * uniform(2 * seed + 1)).cos()
 }
 
+/// What the arm is told at a time of the session: rise in 0.15 s, plateau until 0.25 s, fall in 0.15 s.
+pub fn velocity(truths: &[Truth], t: f64) -> Point {
+    truths.iter().fold(Point::default(), |velocity, truth| {
+        let s = t - truth.start;
+        let part = (s / 0.15).min((0.4 - s) / 0.15).clamp(0.0, 1.0);
+        velocity + Point::polar(part * truth.speed, truth.angle)
+    })
+}
+
+/// Where the object is at a time of the session: it stands for a strike from 1.5 s before its command.
+pub fn place(truths: &[Truth], t: f64) -> Point {
+    truths
+        .iter()
+        .rev()
+        .find(|truth| truth.start - 1.5 <= t)
+        .or(truths.first())
+        .map_or(Point::default(), |truth| truth.place(t))
+}
+
 /// What is logged of these strikes: commands at 200 Hz, centroids at the camera's rate with its noise, frames that come up to
 /// 2 ms late, and 3 % of them dropped.
 pub fn session(truths: &[Truth]) -> Samples {
@@ -91,13 +110,7 @@ pub fn session(truths: &[Truth]) -> Samples {
     let mut samples = Samples::default();
     for i in 0..(end * 200.0) as u64 {
         let t = i as f64 / 200.0;
-        let mut velocity = Point::default();
-        for truth in truths {
-            // Rise in 0.15 s, plateau until 0.25 s, fall in 0.15 s.
-            let s = t - truth.start;
-            let part = (s / 0.15).min((0.4 - s) / 0.15).clamp(0.0, 1.0);
-            velocity = velocity + Point::polar(part * truth.speed, truth.angle);
-        }
+        let velocity = velocity(truths, t);
         samples.commands.push(Stamped {
             stamp: stamp(t),
             x: velocity.x,
@@ -109,14 +122,8 @@ pub fn session(truths: &[Truth]) -> Samples {
             continue;
         }
         let t = i as f64 / rig.camera.rate + 0.001 * noise(9_000_000 + i).clamp(-2.0, 2.0).abs();
-        // The object stands for a strike from 1.5 s before its command.
-        let truth = truths
-            .iter()
-            .rev()
-            .find(|truth| truth.start - 1.5 <= t)
-            .or(truths.first());
-        let place = truth.map_or(Point::default(), |truth| truth.place(t));
-        let place = place + Point::new(noise(2 * i), noise(2 * i + 1)) * rig.camera.noise;
+        let place =
+            place(truths, t) + Point::new(noise(2 * i), noise(2 * i + 1)) * rig.camera.noise;
         samples.centroids.push(Stamped {
             stamp: stamp(t),
             x: place.x,
