@@ -27,7 +27,7 @@ pub(super) fn diagnosis_section(shown: &Shown<'_>, found: &Found) -> Result<Mark
             }
             (effects_table(&diagnosis.effects))
             div.columns {
-                div { (gap_bars(&diagnosis.gap, &diagnosis.effects)) (where_table(diagnosis)) }
+                div { (gap_bars(&diagnosis.gap, &diagnosis.effects, repeats(shown))) (where_table(diagnosis)) }
                 div { (ranking_bars(diagnosis)) }
             }
             (pictures(shown, found)?)
@@ -104,7 +104,13 @@ fn bars(bars: &[Bar<'_>]) -> Markup {
     }
 }
 
-fn gap_bars(measured: &Gap, effects: &[Named]) -> Markup {
+/// What repeats of a command scatter by in the evaluation, root mean square in m: the measure of the gap.
+fn repeats(shown: &Shown<'_>) -> Option<f64> {
+    let floor = shown.results.evaluation.as_ref()?.noise_floor?;
+    Some(floor.mean.hypot(floor.sd))
+}
+
+fn gap_bars(measured: &Gap, effects: &[Named], repeats: Option<f64>) -> Markup {
     let bar = |name, model, length: f64| Bar {
         name,
         model,
@@ -115,7 +121,11 @@ fn gap_bars(measured: &Gap, effects: &[Named]) -> Markup {
     if !effects.is_empty() {
         lines.push(bar("with the effects", "effect", measured.after));
     }
-    lines.push(bar("noise floor", "noise_floor", measured.noise_floor));
+    let floor = "all that this fit counts as scatter";
+    lines.push(bar(floor, "noise_floor", measured.noise_floor));
+    if let Some(repeats) = repeats {
+        lines.push(bar("repeats of one command", "noise_floor", repeats));
+    }
     html! {
         h3 { "The gap" }
         (bars(&lines))
@@ -172,9 +182,14 @@ fn where_table(diagnosis: &Diagnosis) -> Markup {
     }
 }
 
+/// Smaller probabilities mean no more than that they are.
+const SMALLEST_P: f64 = 1e-12;
+
 /// A probability as short as it can be said.
 fn probability(p: f64) -> String {
-    if p < 1e-3 {
+    if p < SMALLEST_P {
+        format!("below {SMALLEST_P:.0e}")
+    } else if p < 1e-3 {
         format!("{p:.0e}")
     } else {
         format!("{p:.3}")
@@ -219,8 +234,9 @@ fn pictures(shown: &Shown<'_>, found: &Found) -> Result<Markup, PageError> {
         h3 { "On the table" }
         div.columns { @for map in &maps { figure { (drawing(map)) } } }
         p.legend {
-            "● where the simulator says that a strike stops   → to where it stopped, drawn " (short(&magnification))
-            " times as long   strong: held out, pale: took part in fit and choice"
+            "● where the simulator says that a strike stops   → to where it stopped, drawn "
+            @if magnification > 1.0 { (short(&magnification)) " times as long" } @else { "to scale" }
+            "   strong: held out, pale: took part in fit and choice"
         }
         h3 { "Stops, measured less simulated, along and across the way" }
         div.multiples { @for plot in &multiples { figure { (drawing(plot)) } } }

@@ -71,6 +71,7 @@ pub fn predictions(
     predictions: &[Prediction],
 ) -> Result<String, PlotError> {
     let size = (400, 380);
+    let title = super::page::title(model);
     let pairs: Vec<(Point, Point)> = predictions
         .iter()
         .filter(|row| row.model == model)
@@ -86,7 +87,7 @@ pub fn predictions(
         let mut chart = axes(
             area,
             &Axes {
-                title: model,
+                title: &title,
                 x: "x in m",
                 y: "y in m",
                 x_range,

@@ -19,6 +19,9 @@ pub const MODELS: [&str; 5] = [
 /// Rejected strikes listed at the most; the table holds all.
 const REJECTS: usize = 50;
 
+/// More hashes than these are folded away.
+const HASHES: usize = 20;
+
 /// Why the page could not be made. Texts complete "failed to …".
 #[derive(Debug, thiserror::Error)]
 pub enum PageError {
@@ -168,9 +171,12 @@ fn provenance_section(shown: &Shown<'_>) -> Markup {
                     @for (name, value) in &provenance.made_by { tr { td { (name) } td { (value) } } }
                     tr { td { "seed" } td { (shown.inputs.seed) } }
                 } }
-                table.hashes { tbody {
-                    @for (name, hash) in &provenance.hashes { tr { td { (name) } td { code { (hash) } } } }
-                } }
+                details open[provenance.hashes.len() <= HASHES] {
+                    summary { "SHA-256 of " (provenance.hashes.len()) " files and logs" }
+                    table.hashes { tbody {
+                        @for (name, hash) in &provenance.hashes { tr { td { (name) } td { code { (hash) } } } }
+                    } }
+                }
             }
         },
     )
@@ -187,7 +193,7 @@ pub(super) fn drawing(svg: &str) -> Markup {
 pub(super) fn legend(models: &[&str], more: Option<&str>) -> Markup {
     html! {
         p.legend {
-            @for model in models { (swatch(model)) (title(model)) "   " }
+            @for model in models { span.entry { (swatch(model)) (title(model)) } "   " }
             @if let Some(more) = more { (more) }
         }
     }

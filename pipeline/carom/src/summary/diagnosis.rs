@@ -91,7 +91,7 @@ pub fn gap(gap: &Gap) -> String {
         );
     }
     let closed = if gap.after < gap.noise_floor {
-        ", all of the gap beyond scatter is closed".into()
+        ", within the scatter that the fit allows for".into()
     } else {
         closed(gap).map_or(String::new(), |share| {
             format!(", {share:.0} % of the gap is closed")
@@ -192,7 +192,9 @@ mod tests {
              1.0 mm, 90 % of the gap is closed"
         );
         measured.noise_floor = 0.004;
-        assert!(gap(&measured).ends_with("leaves 4.0 mm, all of the gap beyond scatter is closed"));
+        assert!(
+            gap(&measured).ends_with("leaves 4.0 mm, within the scatter that the fit allows for")
+        );
         measured.after = measured.before;
         assert!(!gap(&measured).contains("closed"));
         measured.heldout_strikes = 0;
