@@ -1,6 +1,6 @@
 # Everything that carom needs beside rustup's stable Rust, Python 3 with pip and a C compiler is set up here,
 # under .native/. A second run of any target does nothing that is done.
-.PHONY: build run test lint blind bench setup clean
+.PHONY: build run test lint blind bench fuzz soak setup clean
 .DEFAULT_GOAL := build
 
 DEMO := artifacts/demo
@@ -43,6 +43,18 @@ $(PEERS)/done: tests/peers/requirements.txt
 	touch $@
 bench: build $(PEERS)/done
 	$(PEERS)/bin/python tests/peers/bench.py $(if $(SMALL),--small) $(PARTS)
+
+# Ten minutes of changed inputs for everything that is read from outside, side by side.
+FUZZ_SECONDS := 600
+FUZZ_SEED := 1
+fuzz: build
+	@for target in mcap cdr json protobuf rig world manifest weights; do \
+		nice -n 19 $(BIN)/fuzz $$target --seconds $(FUZZ_SECONDS) --seed $(FUZZ_SEED) & pids="$$pids $$!"; \
+	done; for pid in $$pids; do wait $$pid || exit 1; done
+
+# A hundred nights on growing data, a fault in each: some twenty minutes.
+soak: build
+	nice -n 19 $(BIN)/soak --nights 100 --strikes 2 --seed 7
 
 clean:
 	cargo clean

@@ -3,8 +3,10 @@
 mod blind;
 mod end_to_end;
 mod faults;
+mod fuzz;
 mod kuka;
 mod reproducible;
+mod soak;
 
 use carom::{Cli, Said, execute};
 use clap::Parser;

@@ -63,6 +63,8 @@ pub struct Drift {
     beyond_chance: bool,
 }
 
+/// Fewer held-out strikes when published tell no scatter to judge by.
+const LEAST: usize = 8;
 /// Chance is called drift once in so many scores.
 const CHANCE: f64 = 1e-3;
 
@@ -134,7 +136,7 @@ pub fn judge(
     let model = artifact.manifest.provenance.default_model;
     let drift = evaluation.models.get(model.name()).and_then(|here| {
         let published = artifact.manifest.provenance.metrics.get(&model)?;
-        Some(Drift::between(model, published, here))
+        (published.n >= LEAST).then(|| Drift::between(model, published, here))
     });
     Ok((evaluation, drift))
 }

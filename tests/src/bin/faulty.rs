@@ -1,6 +1,6 @@
 //! `carom` with a fault set on purpose: `faulty FAULT STEP COMMAND…` runs a command of carom whose STEP-th step on the disk is
 //! struck. `kill` ends the program there by SIGKILL, in the middle of a write; `full` and `io` fail that step as a full disk or
-//! a broken one does. The last line on standard error tells how many steps were taken.
+//! a broken one does. The last line on standard error tells how many steps were taken, and the peak memory.
 
 use std::io;
 use std::process::{Command, ExitCode};
@@ -41,7 +41,8 @@ fn main() -> ExitCode {
             error.outcome()
         }
     };
-    eprintln!("{} steps", durable::faults::taken());
+    let memory = tests::soak::peak_memory().unwrap_or(0);
+    eprintln!("{} steps, {memory} bytes", durable::faults::taken());
     ExitCode::from(outcome as u8)
 }
 

@@ -1,0 +1,117 @@
+//! Fuzzing of all that is read from outside: bytes that are changed at random must be read or refused, never panic, hang or fill
+//! the memory.
+//!
+//! Seeds are made, not kept. An input that is answered as none before it was joins them, so that later ones go on from there:
+//! the kinds of answers stand in for the coverage that stable Rust does not tell.
+
+mod mutate;
+mod seeds;
+mod targets;
+
+use std::collections::HashSet;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::time::{Duration, Instant};
+
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+pub use targets::{Target, targets};
+
+/// Inputs that are gone on from, at the most.
+const LARGEST_CORPUS: usize = 500;
+/// Longest input, in bytes.
+const LONGEST: usize = 64 << 10;
+/// No input may take longer.
+const SLOWEST: Duration = Duration::from_secs(10);
+
+/// How long to go on.
+#[derive(Clone, Copy, Debug)]
+pub struct Budget {
+    /// Until so many inputs were tried.
+    pub tries: u64,
+    /// Or so much time has passed.
+    pub time: Duration,
+}
+
+/// What came of a target.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Tally {
+    /// Inputs tried.
+    pub tries: u64,
+    /// Those of them that were read.
+    pub read: u64,
+    /// Different answers.
+    pub kinds: usize,
+}
+
+/// An input that must not be.
+#[derive(Debug)]
+pub struct Finding {
+    /// The input.
+    pub input: Vec<u8>,
+    /// What it did.
+    pub what: String,
+}
+
+/// Tries inputs on a target until the budget is spent, or one does harm. The same seed tries the same ones.
+pub fn fuzz(target: &Target, seed: u64, budget: Budget) -> Result<Tally, Box<Finding>> {
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let mut corpus = target.seeds.clone();
+    let mut kinds = HashSet::new();
+    let mut tally = Tally::default();
+    let begun = Instant::now();
+    while tally.tries < budget.tries && begun.elapsed() < budget.time {
+        let at = usize::try_from(tally.tries).unwrap_or(usize::MAX);
+        // Each seed as it is, first.
+        let input = match corpus.get(at).filter(|_| at < target.seeds.len()) {
+            Some(seed) => seed.clone(),
+            None => {
+                // What is read as often as what is refused.
+                let from = if random.random() {
+                    &target.seeds
+                } else {
+                    &corpus
+                };
+                let mut input = from[random.random_range(0..from.len())].clone();
+                mutate::mutate(&mut input, &corpus, target.words, &mut random);
+                input.truncate(LONGEST);
+                input
+            }
+        };
+        let answer = answer(target, &input)?;
+        tally.tries += 1;
+        tally.read += u64::from(answer.is_ok());
+        if kinds.insert(kind(&answer)) && corpus.len() < LARGEST_CORPUS {
+            corpus.push(input);
+        }
+    }
+    Ok(Tally {
+        kinds: kinds.len(),
+        ..tally
+    })
+}
+
+/// What the target says of one input.
+pub fn answer(target: &Target, input: &[u8]) -> Result<Result<(), String>, Box<Finding>> {
+    let found = |what: String| {
+        Box::new(Finding {
+            input: input.to_vec(),
+            what,
+        })
+    };
+    let begun = Instant::now();
+    let answer = catch_unwind(AssertUnwindSafe(|| (target.read)(input)))
+        .map_err(|_| found("it panics".into()))?;
+    let took = begun.elapsed();
+    if took > SLOWEST {
+        return Err(found(format!("it takes {:.0} s", took.as_secs_f64())));
+    }
+    Ok(answer)
+}
+
+/// An answer without its numbers and names.
+fn kind(answer: &Result<(), String>) -> String {
+    let text = answer.as_ref().err().map_or("read", String::as_str);
+    let plain = text.split('`').step_by(2).flat_map(str::chars);
+    plain.filter(|c| c.is_ascii_lowercase()).take(160).collect()
+}

@@ -1,0 +1,248 @@
+//! What is read from outside.
+
+use std::fs;
+use std::io::Cursor;
+use std::sync::Arc;
+
+use artifacts::{Network, Store};
+use logs::{Decoder, Limits, SchemaText, Wanted};
+use sha2::{Digest, Sha256};
+use values::{Command, Conditions, FieldTopic, Point, Rig, Shape};
+use world::{Simulator, World};
+
+use super::seeds;
+
+/// Something that reads bytes.
+pub struct Target {
+    /// Its name.
+    pub name: &'static str,
+    /// Inputs that it reads.
+    pub seeds: Vec<Vec<u8>>,
+    /// Words that mean something to it.
+    pub words: &'static [&'static str],
+    /// Reads an input, or says why not.
+    pub read: Reads,
+}
+
+/// Reads an input, or says why not.
+pub type Reads = Box<dyn Fn(&[u8]) -> Result<(), String> + Send + Sync>;
+
+/// All of them.
+pub fn targets() -> Vec<Target> {
+    vec![
+        Target {
+            name: "mcap",
+            seeds: seeds::logs(),
+            words: &[],
+            read: Box::new(read_log),
+        },
+        Target {
+            name: "cdr",
+            seeds: seeds::cdr(),
+            words: &[
+                "[]",
+                "[<=3]",
+                "[3]",
+                "wstring ",
+                "string<=4 ",
+                "Point ",
+                "\n===\nMSG: ",
+                "float64 ",
+                "bool ",
+            ],
+            read: Box::new(|input| read_message(input, "cdr", "ros2msg")),
+        },
+        Target {
+            name: "json",
+            seeds: seeds::json(),
+            words: &[
+                "{",
+                "[",
+                "\"\\ud800\"",
+                "null",
+                "1e999",
+                "\"x\":",
+                "\"header\":{\"stamp\":",
+            ],
+            read: Box::new(|input| read_message(input, "json", "jsonschema")),
+        },
+        Target {
+            name: "protobuf",
+            seeds: seeds::protobuf(),
+            words: &[".demo.Point", "google.protobuf.Timestamp", "\u{3}\u{4}"],
+            read: Box::new(|input| read_message(input, "protobuf", "protobuf")),
+        },
+        Target {
+            name: "rig",
+            seeds: seeds::rigs(),
+            words: &[
+                "[object]\n",
+                "shape = \"sphere\"\n",
+                "= [",
+                "half_size = [1.0, 1.0, 1.0]\n",
+                "\"\"\"",
+                "[[topics]]\n",
+            ],
+            read: Box::new(read_rig),
+        },
+        Target {
+            name: "world",
+            seeds: seeds::worlds(),
+            words: &[
+                "[[effects]]\n",
+                "name = \"table_tilt\"\n",
+                "friction",
+                "restitution",
+                "value = ",
+                "low = ",
+                "rolling_friction",
+            ],
+            read: Box::new(world_reader()),
+        },
+        Target {
+            name: "manifest",
+            seeds: vec![seeds::manifest().into_bytes()],
+            words: &[
+                "null",
+                "[",
+                "{",
+                "\"effect\"",
+                "18446744073709551616",
+                "\"schema\": 2,",
+            ],
+            read: Box::new(manifest_reader()),
+        },
+        Target {
+            name: "weights",
+            seeds: vec![seeds::weights()],
+            words: &[
+                "\"F64\"",
+                "\"data_offsets\":[0,",
+                "layer0.weight",
+                "\"__metadata__\":{",
+                "\"shape\":[",
+            ],
+            read: Box::new(|input| {
+                Network::from_safetensors(input)
+                    .map(drop)
+                    .map_err(|error| error.to_string())
+            }),
+        },
+    ]
+}
+
+/// The topics of the demo's rig.
+fn topic() -> FieldTopic {
+    Rig::demo(Shape::Cylinder).topics.centroid
+}
+
+fn read_log(input: &[u8]) -> Result<(), String> {
+    let topics = Rig::demo(Shape::Cylinder).topics;
+    let wanted = [&topics.centroid, &topics.command].map(|topic| Wanted {
+        topic,
+        required: true,
+    });
+    logs::read_from(
+        "a.mcap",
+        Cursor::new(input),
+        &wanted,
+        Limits::default(),
+        &mut |_| (),
+    )
+    .map_err(|error| error.to_string())
+    .and_then(|summary| {
+        // What damage there is takes part in the kind of the answer.
+        match summary.damage.first() {
+            None => Ok(()),
+            Some(damage) => Err(damage.why.clone()),
+        }
+    })
+}
+
+/// A schema and a message: two bytes tell how long the schema is.
+fn read_message(input: &[u8], message: &str, encoding: &str) -> Result<(), String> {
+    let (length, rest) = input.split_first_chunk::<2>().ok_or("too short")?;
+    let length = usize::from(u16::from_le_bytes(*length)).min(rest.len());
+    let (schema, data) = rest.split_at(length);
+    let schema = SchemaText {
+        name: if encoding == "protobuf" {
+            "demo.PointStamped"
+        } else {
+            "geometry_msgs/msg/PointStamped"
+        },
+        encoding,
+        data: schema,
+    };
+    let decoder =
+        Decoder::compile(message, Some(schema), &topic()).map_err(|error| error.to_string())?;
+    decoder
+        .decode(data)
+        .map(drop)
+        .map_err(|error| error.to_string())
+}
+
+/// A rig that is read is written and read again as the same.
+fn read_rig(input: &[u8]) -> Result<(), String> {
+    let text = std::str::from_utf8(input).map_err(|error| error.to_string())?;
+    let rig = Rig::parse(text).map_err(|error| error.to_string())?;
+    let again = Rig::parse(&rig.to_toml());
+    assert_eq!(again.as_ref().ok(), Some(&rig), "{again:?}");
+    Ok(())
+}
+
+/// A world that is read is written and read again as the same; a strike in it ends.
+fn world_reader() -> impl Fn(&[u8]) -> Result<(), String> {
+    let rig = Rig::demo(Shape::Cylinder);
+    move |input| {
+        let text = std::str::from_utf8(input).map_err(|error| error.to_string())?;
+        let world = World::parse(text).map_err(|error| error.to_string())?;
+        let again = World::parse(&world.to_toml());
+        assert_eq!(again.as_ref().ok(), Some(&world), "{again:?}");
+        let simulator = Simulator::new(&rig, &world).map_err(|error| error.to_string())?;
+        let command = Command {
+            speed: 0.8,
+            angle: 0.1,
+        };
+        let struck =
+            simulator
+                .worker()
+                .strike(Point::new(0.3, 0.0), command, &Conditions::default());
+        struck.map(drop).map_err(|error| error.to_string())
+    }
+}
+
+/// A manifest in the place of a whole version's own, with its true hash: what its hash does not find.
+fn manifest_reader() -> impl Fn(&[u8]) -> Result<(), String> {
+    let folder = Arc::new(tempfile::tempdir().expect("a folder"));
+    let store = Store::open(folder.path());
+    let version = store.publish(&seeds::contents()).expect("a version");
+    let path = store.version_dir(&version).join("manifest.json");
+    move |input| {
+        let _kept = &folder;
+        fs::write(&path, resealed(input)).map_err(|error| error.to_string())?;
+        store
+            .load(None)
+            .map(drop)
+            .map_err(|error| error.to_string())
+    }
+}
+
+/// The same bytes with the hash of the rest where a manifest holds its own.
+fn resealed(manifest: &[u8]) -> Vec<u8> {
+    let key = b"\"sha256\": \"";
+    let own = manifest.windows(key.len()).position(|bytes| bytes == key);
+    let Some(own) = own.map(|at| at + key.len()..at + key.len() + 64) else {
+        return manifest.to_vec();
+    };
+    let mut sealed = manifest.to_vec();
+    if own.end > sealed.len() {
+        return sealed;
+    }
+    sealed[own.clone()].fill(b'0');
+    let hash: String = Sha256::digest(&sealed)
+        .iter()
+        .map(|byte| format!("{byte:02x}"))
+        .collect();
+    sealed[own].copy_from_slice(hash.as_bytes());
+    sealed
+}

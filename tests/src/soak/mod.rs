@@ -1,0 +1,148 @@
+//! Many nights on data that grow, with a fault in each, drawn at random: what was logged is not lost, the version in use is the
+//! right one after every night, and the memory does not grow.
+//!
+//! A night is struck by its fault, in a program of its own; the next morning what a person would mend is mended (a log that was
+//! still being copied, a version restored from the robot's copy), and the night is run again, undisturbed.
+
+mod fault;
+mod folder;
+
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use anyhow::{Context, ensure};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+pub use fault::Fault;
+pub use folder::{Ended, Folder, ended, peak_memory};
+
+/// Exit codes of a night that did its work: done, with input rejected, refused by a gate.
+const WORKED: [i32; 3] = [0, 3, 4];
+/// Nights at either end whose memory is compared.
+const COMPARED: usize = 10;
+
+/// How long to go on.
+#[derive(Clone, Copy, Debug)]
+pub struct Settings {
+    /// Nights.
+    pub nights: usize,
+    /// Strikes of the first night.
+    pub first: usize,
+    /// Strikes of each night after it.
+    pub strikes: usize,
+    /// Draws strikes and faults.
+    pub seed: u64,
+}
+
+/// What came of it.
+#[derive(Clone, Debug)]
+pub struct Soaked {
+    /// Strikes at the end, all of them in the tables.
+    pub strikes: usize,
+    /// Nights by the fault that struck them, in the order of their names.
+    pub faults: Vec<(&'static str, usize)>,
+    /// Undisturbed nights that promoted a version.
+    pub promoted: usize,
+    /// Nights that promoted one though a fault struck them.
+    pub promoted_after_fault: usize,
+    /// The version in use at the end.
+    pub latest: String,
+    /// Peak memory of the nights that computed, in bytes, in their order.
+    pub memory: Vec<u64>,
+}
+
+impl Soaked {
+    /// Mean peak memory of the first and the last nights, in bytes.
+    pub fn memory_ends(&self) -> [u64; 2] {
+        let count = COMPARED.min(self.memory.len()).max(1);
+        let mean = |part: &[u64]| part.iter().sum::<u64>() / part.len().max(1) as u64;
+        let memory = &self.memory;
+        [
+            mean(&memory[..count.min(memory.len())]),
+            mean(&memory[memory.len().saturating_sub(count)..]),
+        ]
+    }
+}
+
+/// Goes through the nights; `faulty` is that program, and `tell` hears of each night. An error says what did not hold.
+pub fn soak(
+    faulty: &Path,
+    settings: Settings,
+    tell: &mut dyn FnMut(String),
+) -> anyhow::Result<Soaked> {
+    let mut random = ChaCha8Rng::seed_from_u64(settings.seed);
+    let mut folder = Folder::new(faulty, settings.seed)?;
+    folder.log_strikes(0, settings.first)?;
+    let mut last = folder.night()?;
+    ensure!(last.status() == "promoted", "the first night: {last:?}");
+    let mut soaked = Soaked {
+        strikes: 0,
+        faults: Vec::new(),
+        promoted: 1,
+        promoted_after_fault: 0,
+        latest: folder.latest()?,
+        memory: Vec::new(),
+    };
+    let mut counts = std::collections::BTreeMap::new();
+    for night in 1..=settings.nights {
+        folder.log_strikes(night, settings.strikes)?;
+        let fault = Fault::draw(&mut random);
+        *counts.entry(fault.name()).or_insert(0) += 1;
+        let before = soaked.latest.clone();
+        let begun = Instant::now();
+        let named = || format!("night {night}, {}", fault.name());
+
+        fault
+            .strike(&mut folder, &last, &mut random)
+            .with_context(named)?;
+        let after_fault = folder.latest().with_context(named)?;
+        ensure!(
+            after_fault == before || folder.is_next(&after_fault, &before)?,
+            "{}: {after_fault} is in use after {before}",
+            named()
+        );
+        soaked.promoted_after_fault += usize::from(after_fault != before);
+
+        let ended = folder.night().with_context(named)?;
+        ensure!(WORKED.contains(&ended.code), "{}: {ended:?}", named());
+        folder.holds_every_strike().with_context(named)?;
+        soaked.latest = folder.latest().with_context(named)?;
+        let is_promoted = ended.status() == "promoted";
+        ensure!(
+            (soaked.latest != after_fault) == is_promoted && ended.json["latest"] == *soaked.latest,
+            "{}: {} is in use after {after_fault}: {ended:?}",
+            named(),
+            soaked.latest
+        );
+        soaked.promoted += usize::from(is_promoted);
+        if ended.status() != "nothing_new" {
+            soaked.memory.push(ended.memory);
+        }
+        tell(format!(
+            "{night:>4} {:<22} {:<11} {} in use, {} strikes, {} MiB, {:.1} s",
+            fault.name(),
+            ended.status(),
+            soaked.latest,
+            ended.json["strikes"],
+            ended.memory >> 20,
+            begun.elapsed().as_secs_f64()
+        ));
+        if ended.status() != "nothing_new" {
+            last = ended;
+        }
+    }
+    soaked.strikes = folder.holds_every_strike()?;
+    soaked.faults = counts.into_iter().collect();
+    let [first, end] = soaked.memory_ends();
+    ensure!(
+        end < first + first / 4,
+        "the memory grows: {first} bytes at first, {end} at the end"
+    );
+    Ok(soaked)
+}
+
+/// A moment within a night that took so long.
+fn moment(took: Duration, random: &mut ChaCha8Rng) -> Duration {
+    took.mul_f64(random.random_range(0.0..1.1))
+}

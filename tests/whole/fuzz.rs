@@ -1,0 +1,31 @@
+//! A short run of every fuzz target; `make fuzz` goes on for ten minutes each.
+
+use std::time::Duration;
+
+use tests::fuzz::{Budget, fuzz, targets};
+
+#[test]
+fn what_is_read_from_outside_is_read_or_refused() {
+    let budget = Budget {
+        tries: 3000,
+        time: Duration::from_secs(10),
+    };
+    for target in targets() {
+        let tally = match fuzz(&target, 7, budget) {
+            Ok(tally) => tally,
+            Err(finding) => panic!("{}: {}: {:?}", target.name, finding.what, finding.input),
+        };
+        println!("{}: {tally:?}", target.name);
+        let seeds = target.seeds.len() as u64;
+        assert!(
+            tally.tries > seeds && tally.kinds > 5,
+            "{}: {tally:?}",
+            target.name
+        );
+        assert!(
+            tally.read > 0,
+            "{}: no input was read: {tally:?}",
+            target.name
+        );
+    }
+}

@@ -1,0 +1,19 @@
+//! A few nights of the soak; `soak --nights 100` is the whole of it.
+
+use std::path::Path;
+
+use tests::soak::{Settings, soak};
+
+#[test]
+fn nights_with_faults_lose_no_strike_and_keep_the_right_version_in_use() {
+    let settings = Settings {
+        nights: 8,
+        first: 8,
+        strikes: 2,
+        seed: 3,
+    };
+    let faulty = Path::new(env!("CARGO_BIN_EXE_faulty"));
+    let soaked = soak(faulty, settings, &mut |line| println!("{line}"))
+        .unwrap_or_else(|error| panic!("{error:#}"));
+    assert!(soaked.strikes > 20 && soaked.faults.len() > 3, "{soaked:?}");
+}
