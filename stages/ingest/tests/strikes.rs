@@ -247,6 +247,22 @@ fn the_stage_answers_by_content_and_tells_a_log_that_changed() {
 }
 
 #[test]
+fn a_stamp_that_no_message_has_is_told_and_the_log_time_taken() {
+    let folder = Folder::new();
+    let path = folder.path("a.mcap");
+    std::fs::write(&path, as_json(&session(&truths(2)), false)).expect("writes");
+    let mut rig = common::rig();
+    rig.topics.command.stamp = "header.time".into();
+    rig.topics.centroid.stamp = "header.time".into();
+    let outcome = ingest::ingest_log(&path, &rig, &Ingest::default()).expect("the log is read");
+    assert_eq!(outcome.strikes.len(), 2);
+    for topic in ["/object/centroid", "/striker/command"] {
+        let note = format!("{topic} has no `header.time`: log times were taken");
+        assert!(outcome.notes.contains(&note), "{:?}", outcome.notes);
+    }
+}
+
+#[test]
 fn topics_that_are_not_there_are_named() {
     let folder = Folder::new();
     let path = folder.write("a.mcap", &session(&truths(1)));

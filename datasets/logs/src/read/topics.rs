@@ -174,6 +174,8 @@ impl<'a> Topics<'a> {
             }
         };
         let sample = decoder.decode(data).and_then(|fields| {
+            // Known only now where there is no schema.
+            tally.unstamped |= fields.stamp.is_none();
             let log_time = || i64::try_from(header.log_time).map_err(|_| DecodeError::Stamp);
             Ok(Sample {
                 stamp: fields.stamp.map_or_else(log_time, Ok)?,
