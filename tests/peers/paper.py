@@ -88,8 +88,7 @@ def parameters(model):
         for i, bound in enumerate([(0.0, 5.0), (0.0, 5.0), (0.0, 10.0), (0.0, 5.0), (0.0, 5.0)])
     ]
     entries += [
-        (model.body_inertia, (body, i), (0.5 * model.body_inertia[body, i], 2.0 * model.body_inertia[body, i]))
-        for i in range(3)
+        (model.body_inertia, (body, i), (0.5 * model.body_inertia[body, i], 2.0 * model.body_inertia[body, i])) for i in range(3)
     ]
     return entries
 
@@ -110,15 +109,11 @@ def identify(shared, striker, strikes, evaluations):
         count += 1
         put(low + x * (high - low))
         return sum(
-            float(
-                np.linalg.norm(striker.strike(np.array(s["initial"]), s["command"]["speed"], s["command"]["angle"]) - s["stop"])
-            )
+            float(np.linalg.norm(striker.strike(np.array(s["initial"]), s["command"]["speed"], s["command"]["angle"]) - s["stop"]))
             for s in chosen
         )
 
-    start = [
-        float(np.clip((np.mean(array[place]) - l) / (h - l), 0.0, 1.0)) for (array, place, _), l, h in zip(entries, low, high)
-    ]
+    start = [float(np.clip((np.mean(array[place]) - l) / (h - l), 0.0, 1.0)) for (array, place, _), l, h in zip(entries, low, high)]
     start[0] = (0.30 - low[0]) / (high[0] - low[0])  # Carom's nominal friction.
     optimizer = nlopt.opt(nlopt.LN_BOBYQA, len(entries))
     optimizer.set_lower_bounds(0.0)

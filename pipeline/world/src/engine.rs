@@ -273,3 +273,21 @@ impl Engine {
 pub fn mujoco_version() -> String {
     mujoco_rs::mujoco_version().to_string()
 }
+
+#[cfg(test)]
+mod tests {
+    use values::{Rig, Shape};
+
+    use super::*;
+    use crate::{World, scene::mjcf};
+
+    #[test]
+    fn a_model_loads_from_its_binary_as_it_was_compiled() {
+        let rig = Rig::demo(Shape::Cylinder);
+        let world = World::nominal(&rig).with("friction", 0.21);
+        let scene = Scene::compile(&mjcf(&rig, &world).expect("valid"), 1.0).expect("compiles");
+        let loaded = MjModel::from_buffer(&scene.to_mjb()).expect("loads");
+        assert_eq!(loaded.pair_friction(), scene.0.pair_friction());
+        assert_eq!(loaded.pair_solref(), scene.0.pair_solref());
+    }
+}

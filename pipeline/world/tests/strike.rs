@@ -413,3 +413,24 @@ fn an_object_that_brakes_harder_than_the_tip_is_pushed_and_ends_at_rest() {
     let pushed = tip_speed * held + tip_speed.powi(2) / (2.0 * rig.robot.acceleration);
     assert!((stop.x - ORIGIN.x - pushed).abs() < 0.5e-3, "{stop:?}");
 }
+
+#[test]
+fn a_worker_counts_its_steps_over_all_strikes() {
+    let rig = Rig::demo(Shape::Cylinder);
+    let simulator = Simulator::new(&rig, &World::nominal(&rig)).expect("valid");
+    let mut worker = simulator.worker();
+    let command = Command {
+        speed: 0.7,
+        angle: 0.1,
+    };
+    let mut counts = vec![worker.steps()];
+    for _ in 0..2 {
+        worker
+            .strike(ORIGIN, command, &Conditions::default())
+            .expect("rests");
+        counts.push(worker.steps());
+    }
+    assert_eq!(counts[0], [0, 0]);
+    assert!(counts[1][0] > 0 && counts[1][1] > 0, "{counts:?}");
+    assert_eq!(counts[2], counts[1].map(|steps| 2 * steps));
+}
