@@ -6,7 +6,7 @@ use sha2::{Digest, Sha256};
 use crate::error::hex;
 
 /// Centroids count until this long after the command fell back, in ns.
-const AFTER: i64 = 250_000_000;
+pub(crate) const AFTER: i64 = 250_000_000;
 
 /// The id of a strike (16 hex digits): a hash of the stamps and values of its command, from rise to fall, and of the
 /// centroids from its rise until a quarter second after its fall.

@@ -111,7 +111,7 @@ impl LogOutcome {
 
 impl ItemStage for Ingest {
     const NAME: &'static str = "ingest";
-    const VERSION: u32 = 5;
+    const VERSION: u32 = 6;
     type Shared = Rig;
     type Item = LogFile;
     type Output = LogOutcome;

@@ -9,7 +9,7 @@ use logs::Sample;
 use values::{Conditions, Reject, RejectReason, Rig, Strike, split_of};
 
 use crate::command::{Episode, Episodes, Rejection};
-use crate::identity::strike_id;
+use crate::identity::{AFTER, strike_id};
 use crate::robust::median;
 use crate::slide::{self, Frames};
 
@@ -222,7 +222,10 @@ impl<'a> Segmenter<'a> {
         let Some(episode) = self.waiting.pop_front() else {
             return;
         };
-        match self.judge(&episode, until) {
+        let judged = self.judge(&episode, until);
+        let judged =
+            judged.and_then(|strike| self.is_identified(&episode, closing).map(|()| strike));
+        match judged {
             Ok(strike) => self.found.strikes.push(strike),
             Err(rejection) => {
                 let rejection = if is_next_strike {
@@ -240,6 +243,19 @@ impl<'a> Segmenter<'a> {
             }
         }
         self.since_trim = TRIM_EVERY;
+    }
+
+    /// Whether all that a strike's id is made of is there: one that is cut off before would be another strike than the whole one.
+    fn is_identified(&self, episode: &Episode, closing: Option<&Closing>) -> Result<(), Rejection> {
+        let needed = episode.end().saturating_add(AFTER);
+        match closing {
+            Some(Closing::Lost(why)) if self.last_centroid.is_none_or(|last| last <= needed) => {
+                let after = seconds(AFTER);
+                let detail = format!("the log is cut within {after} s after its command: {why}");
+                Err(Rejection::new(RejectReason::Truncated, detail))
+            }
+            _ => Ok(()),
+        }
     }
 
     /// What has not been seen to its end is the fault of what ended it.
