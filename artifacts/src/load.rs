@@ -8,7 +8,7 @@ use std::path::Path;
 use semver::{Version, VersionReq};
 use serde::Deserialize;
 use values::Rig;
-use world::{Estimate, World};
+use world::World;
 
 use crate::files::{MAIN, MANIFEST, PLAIN, RIG, identity, sha256};
 use crate::{
@@ -274,7 +274,6 @@ fn calibrated(
     let parsed = text(files, world)
         .and_then(|text| World::parse(text).map_err(|error| format!("failed to {error}")))
         .map_err(bad)?;
-    finite(&parsed).map_err(bad)?;
     let network = files.get(residual).map(|bytes| {
         Network::from_safetensors(bytes).map_err(|source| ArtifactError::BadNetwork {
             version: version.into(),
@@ -286,21 +285,6 @@ fn calibrated(
         world: parsed,
         residual: network.transpose()?,
     })
-}
-
-/// Whether the intervals, too, are numbers; [`World::parse`] sees to the values.
-fn finite(world: &World) -> Result<(), String> {
-    let effects = world.effects.iter().flat_map(|effect| &effect.parameters);
-    let is_finite = |end: Option<f64>| end.is_none_or(f64::is_finite);
-    match world
-        .parameters
-        .iter()
-        .chain(effects)
-        .find(|(_, Estimate { low, high, .. })| !(is_finite(*low) && is_finite(*high)))
-    {
-        None => Ok(()),
-        Some((name, _)) => Err(format!("the interval of {name} is not finite")),
-    }
 }
 
 /// Every model that the manifest speaks of is there.

@@ -76,7 +76,7 @@ impl World {
         toml::to_string(self).expect("a world is plain data")
     }
 
-    /// Whether every name is known and every value lies in its range.
+    /// Whether every name is known, every value lies in its range and every interval is one of numbers.
     pub fn check(&self) -> Result<(), WorldError> {
         for (name, estimate) in &self.parameters {
             let spec = parameter(name)?;
@@ -91,6 +91,14 @@ impl World {
         }
         for effect in &self.effects {
             effects::check(effect)?;
+        }
+        let added = self.effects.iter().flat_map(|effect| &effect.parameters);
+        for (name, estimate) in self.parameters.iter().chain(added) {
+            let mut ends = [estimate.low, estimate.high].into_iter().flatten();
+            if !ends.all(f64::is_finite) {
+                let why = format!("the interval of {name} is not finite");
+                return Err(WorldError::Parse(why));
+            }
         }
         Ok(())
     }
