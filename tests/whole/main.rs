@@ -6,6 +6,7 @@ mod faults;
 mod fuzz;
 mod kuka;
 mod reproducible;
+mod rows;
 mod soak;
 
 use carom::{Cli, Said, execute};
