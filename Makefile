@@ -1,6 +1,6 @@
 # Everything that carom needs beside rustup's stable Rust, Python 3 with pip and a C compiler is set up here,
 # under .native/. A second run of any target does nothing that is done.
-.PHONY: build run test lint blind bench fuzz soak setup clean
+.PHONY: build run test lint blind kuka bench fuzz soak setup clean
 .DEFAULT_GOAL := build
 
 DEMO := artifacts/demo
@@ -25,12 +25,23 @@ lint: setup
 test: lint
 	cargo test --workspace --locked
 
-# The hidden-effect benchmark: every effect at four magnitudes, pairs, controls, effects that no candidate has. Half an hour on
-# two cores; it resumes where it stopped, and writes the page that is committed.
+# The hidden-effect benchmark: every effect at four magnitudes, pairs, controls, effects that no candidate has, a box; peers on the
+# same sets, and strikes chosen against strikes at random. Some 25 minutes of processor time; it resumes where it stopped, and
+# writes the page that is committed.
 SEEDS := 2
-FIRST := 20000
-blind: build
-	$(BIN)/blind --seeds $(SEEDS) --first $(FIRST) --outcomes artifacts/runs/blind_$(FIRST).jsonl --page tests/BLIND.md
+FIRST := 40000
+REGRESSION := artifacts/runs/blind/peers
+$(REGRESSION)/done: tests/peers/requirements_sindy.txt
+	python3 -m venv $(REGRESSION)
+	$(REGRESSION)/bin/python -m pip install --quiet --disable-pip-version-check --requirement $<
+	touch $@
+blind: build $(REGRESSION)/done
+	$(BIN)/blind --seeds $(SEEDS) --first $(FIRST) --outcomes artifacts/runs/blind/from_$(FIRST).jsonl \
+		--page tests/BLIND.md --peers $(REGRESSION)/bin/python --chosen
+
+# The real strikes beside this checkout, and the page of what was found in them.
+kuka: build
+	$(BIN)/kuka
 
 # Carom beside its peers, and the page that is committed: an hour on two idle cores. `make bench PARTS="solve step"` measures
 # these anew, `SMALL=1` tries the harness in minutes.

@@ -67,6 +67,7 @@ impl Column {
             name,
             parameters: self.form.iter().chain([&self.strength]).cloned().collect(),
             free: Vec::new(),
+            strengths: Vec::new(),
             within: BTreeMap::new(),
         }
     }
@@ -162,6 +163,12 @@ impl Bundle {
             name,
             parameters,
             free: self.free.clone(),
+            strengths: self
+                .columns
+                .iter()
+                .filter(|column| !column.is_kept)
+                .map(|column| column.strength.0.clone())
+                .collect(),
             within: self.within.clone(),
         }
     }

@@ -26,6 +26,9 @@ const NINETY_FIVE: f64 = 1.96;
 /// Standard errors by which an effect must exceed what chance gains, to be found in four cases of five.
 const POWER: f64 = 0.84;
 
+/// Scatter of launches that no arm has: relative speed, angle (rad).
+const WILD: (f64, f64) = (0.15, 0.15);
+
 /// All that was found, before it is judged.
 pub(crate) struct Case<'c, 'a> {
     pub(crate) stage: &'c Diagnose,
@@ -114,6 +117,14 @@ impl Case<'_, '_> {
             notes.push(format!(
                 "{:.0} % of the gap's evidence is left beside the effects named; the residual model carries it",
                 100.0 * (1.0 - share)
+            ));
+        }
+        let [speed, angle, ..] = self.null.estimated.spread.nuisance;
+        if verdict != Verdict::Consistent && (speed > WILD.0 || angle > WILD.1) {
+            notes.push(format!(
+                "launches scatter by {:.0} % of speed and {:.0}° without effects, more than an arm does: look at how it delivers its blows",
+                100.0 * speed,
+                angle.to_degrees()
             ));
         }
         if gap.heldout_strikes < 10 {

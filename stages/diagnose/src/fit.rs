@@ -279,6 +279,7 @@ impl<'a> Field<'a> {
                 .zip(&from.estimated.nuisances)
                 .map(|(old, new)| old + (new - old) * share)
                 .collect();
+            centre(&mut trial, &mut kicks);
         }
         Ok(best)
     }
@@ -301,6 +302,23 @@ pub(crate) fn prior(model: &Model) -> Prior {
         precision: DVector::from_fn(p, |i, _| model.free[i].width.powi(-2)),
         away: DVector::from_fn(p, |i, _| model.free[i].centre - model.values[i]),
     }
+}
+
+/// Mean of the kicks on speed, as a logarithm, that restitution takes over: Gauss–Newton creeps along the line on which both do the
+/// same.
+const COMMON: f64 = 0.05;
+
+fn centre(model: &mut Model, kicks: &mut [SVector<f64, NUISANCES>]) {
+    let mean = kicks.iter().map(|b| b[0]).sum::<f64>() / kicks.len() as f64;
+    if mean.abs() < COMMON {
+        return;
+    }
+    let free = &model.free[RESTITUTION];
+    let was = model.values[RESTITUTION];
+    let is = ((1.0 + was) * mean.exp() - 1.0).clamp(free.low, free.high);
+    model.values[RESTITUTION] = is;
+    let taken = ((1.0 + is) / (1.0 + was)).ln();
+    kicks.iter_mut().for_each(|b| b[0] -= taken);
 }
 
 /// Precision by which a value is held.

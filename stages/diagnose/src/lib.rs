@@ -35,7 +35,7 @@ use world::{World, WorldError, launch::launches};
 use crate::{
     fit::{Field, Fitted},
     mixed::Spread,
-    model::Model,
+    model::{Model, RESTITUTION},
 };
 
 /// How to diagnose.
@@ -138,6 +138,16 @@ const FEWEST: usize = 8;
 /// Frames that a track must have.
 const FRAMES: usize = 6;
 
+/// Change of restitution from which launches are taken again about the fit, and how often at the most.
+const FAR: f64 = 0.1;
+const REBASED: usize = 4;
+
+fn diverges() -> DiagnoseError {
+    DiagnoseError::NoFit {
+        why: "its fit diverges".into(),
+    }
+}
+
 /// The strike without its first frame: a track has a corner at the impact.
 fn after_impact(strike: &Strike, frame: f64) -> Strike {
     let mut strike = strike.clone();
@@ -181,7 +191,7 @@ impl Stage for Diagnose {
             .zip(launches(rig, &input.world, &commands)?)
             .filter_map(|(strike, launch)| Some((strike, launch?)))
             .unzip();
-        let field = Field::new(rig, strikes, launches);
+        let mut field = Field::new(rig, strikes, launches);
         let pushed = usable.len() - field.strikes.len();
         if field.strikes.len() < FEWEST {
             return Err(DiagnoseError::NoFit {
@@ -197,11 +207,26 @@ impl Stage for Diagnose {
         );
         let kicks = vec![SVector::zeros(); field.strikes.len()];
         let spread = Spread::initial(rig.camera.noise, frame);
-        let null = field
+        let mut null = field
             .fit(&plain, &spread, &kicks, fit::ITERATIONS)?
-            .ok_or_else(|| DiagnoseError::NoFit {
-                why: "its fit diverges".into(),
-            })?;
+            .ok_or_else(diverges)?;
+        let mut about = input.world.value("restitution")?;
+        for _ in 0..REBASED {
+            let Fitted {
+                model,
+                estimated,
+                kicks,
+            } = &null;
+            if (model.values[RESTITUTION] - about).abs() < FAR {
+                break;
+            }
+            // Far from the blows that launches were taken about, they are taken again.
+            about = model.values[RESTITUTION];
+            field = field.about(&input.world, &null)?;
+            null = field
+                .fit(model, &estimated.spread, kicks, fit::ITERATIONS)?
+                .ok_or_else(diverges)?;
+        }
 
         progress.set_message("every candidate at a glance");
         let candidates = candidates::candidates(rig, &field.strikes);

@@ -13,6 +13,8 @@ use world::{
 pub(crate) struct Free {
     /// Which effect of the model, and its parameter; none for friction, restitution and clock.
     pub(crate) of: Option<(usize, String)>,
+    /// Whether it says how strong an effect is.
+    pub(crate) is_strength: bool,
     /// Step of the finite differences.
     pub(crate) step: f64,
     /// Least and greatest value.
@@ -36,6 +38,8 @@ pub(crate) struct Part {
     pub(crate) parameters: BTreeMap<String, f64>,
     /// Names of the free ones.
     pub(crate) free: Vec<String>,
+    /// Those of them that say how strong it is.
+    pub(crate) strengths: Vec<String>,
     /// Ranges narrower than the library's, where these strikes say nothing beyond.
     pub(crate) within: BTreeMap<String, (f64, f64)>,
 }
@@ -53,6 +57,8 @@ pub(crate) struct Model {
 const RESTITUTIONS: (f64, f64) = (-0.6, 0.99);
 /// How many scales wide the prior of an effect's parameter is: wide enough to move no estimate that the data tell.
 pub(crate) const PRIOR: f64 = 20.0;
+/// Share of a range within which its end is reached.
+const EDGE: f64 = 1e-3;
 /// Steps of finite differences, as a share of a parameter's scale.
 const STEP: f64 = 0.05;
 
@@ -61,6 +67,7 @@ impl Model {
     pub(crate) fn plain(friction: f64, restitution: f64, frame: f64) -> Self {
         let base = |step, low, high, centre, width| Free {
             of: None,
+            is_strength: false,
             step,
             low,
             high,
@@ -98,6 +105,7 @@ impl Model {
                 .unwrap_or((spec.low, spec.high));
             model.free.push(Free {
                 of: Some((place, name.clone())),
+                is_strength: part.strengths.contains(name),
                 step: STEP * spec.scale,
                 low,
                 high,
@@ -134,6 +142,14 @@ impl Model {
             }
         }
         parts
+    }
+
+    /// Whether no effect is as strong as its range allows: one that would be stronger still stands for something else.
+    pub(crate) fn is_possible(&self) -> bool {
+        self.free.iter().zip(&self.values).all(|(free, value)| {
+            let edge = EDGE * (free.high - free.low);
+            !free.is_strength || (free.low + edge..=free.high - edge).contains(value)
+        })
     }
 
     /// The effects at these values.

@@ -133,13 +133,13 @@ pub(crate) fn next_strikes(
         .collect())
 }
 
-/// So many values over a range, its ends among them; rounded as a person would type.
+/// So many values over a range, its ends among them; rounded as a person would type, the ends inwards.
 fn over(low: f64, high: f64, count: usize) -> impl Iterator<Item = f64> {
+    const DIGITS: f64 = 1e4;
+    let ends = ((low * DIGITS - 1e-6).ceil(), (high * DIGITS + 1e-6).floor());
     (0..count).map(move |i| {
-        let value = low + (high - low) * i as f64 / (count - 1) as f64;
-        // Inwards, so that no end is passed.
-        let rounded = (value * 1e4).round() / 1e4;
-        rounded.clamp(low, high)
+        let value = ends.0 + (ends.1 - ends.0) * i as f64 / (count - 1) as f64;
+        value.round() / DIGITS
     })
 }
 

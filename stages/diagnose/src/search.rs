@@ -108,7 +108,8 @@ pub(crate) fn fit_best(
         })
         .collect::<Result<_, WorldError>>()?;
     let mut steps: Vec<Step> = Vec::new();
-    for step in fits.into_iter().flatten() {
+    let possible = |step: &Step| step.fitted.model.is_possible();
+    for step in fits.into_iter().flatten().filter(possible) {
         match steps.iter_mut().find(|other| other.name == step.name) {
             Some(other) if other.evidence >= step.evidence => {}
             Some(other) => *other = step,

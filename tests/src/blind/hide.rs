@@ -16,7 +16,12 @@ const NOISY: f64 = 3.0;
 /// The rig of a case, its effects drawn and scaled; `None` where no strength makes a shift that large.
 pub fn truth(case: &Case) -> Option<Truth> {
     let mut random = ChaCha8Rng::seed_from_u64(case.seed);
-    let mut rig = Truth::demo_rig(Shape::Cylinder);
+    let shape = if case.is_box() {
+        Shape::Box
+    } else {
+        Shape::Cylinder
+    };
+    let mut rig = Truth::demo_rig(shape);
     if case.variant == "noise" {
         rig.camera.noise *= NOISY;
     }

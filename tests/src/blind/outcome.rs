@@ -4,7 +4,7 @@ use std::path::Path;
 
 use diagnose::{Diagnose, Diagnosis, Found, Input, Verdict};
 use ingest::{Ingest, assemble, ingest_log};
-use rig::{Truth, demo};
+use rig::{PlannedStrike, Truth, demo};
 use serde::{Deserialize, Serialize};
 use stage::{Progress, Stage};
 use values::{Rig, Strike};
@@ -33,12 +33,17 @@ pub struct Outcome {
     pub seconds: f64,
 }
 
-/// Strikes of a truth, through its logs; `None` where they cannot be made.
-pub fn strikes(truth: &Truth, count: usize, folder: &Path) -> Option<(Rig, Vec<Strike>)> {
+/// Strikes of a truth, of a plan or at random, through its logs; `None` where they cannot be made.
+pub fn strikes(
+    truth: &Truth,
+    count: usize,
+    plan: Option<Vec<PlannedStrike>>,
+    folder: &Path,
+) -> Option<(Rig, Vec<Strike>)> {
     let settings = demo::Settings {
         strikes: count,
         truth: truth.clone(),
-        plan: None,
+        plan,
         log_state: false,
     };
     let written = demo::write(&settings, folder).ok()?;
@@ -51,14 +56,14 @@ pub fn strikes(truth: &Truth, count: usize, folder: &Path) -> Option<(Rig, Vec<S
     Some((rig, assemble(outcomes).0))
 }
 
-/// Makes a set and diagnoses it; the truth, what was found, and seconds that it took. `None` where the rig cannot make it, an
-/// error where identification or diagnosis has none to give.
-pub fn diagnosed(case: &Case) -> Option<Result<(Truth, Found, f64), String>> {
-    let folder = tempfile::tempdir().expect("a temporary folder can be made");
-    let truth = hide::truth(case)?;
-    let (rig, strikes) = strikes(&truth, case.strikes, folder.path())?;
-    // What a user starts from: friction as believed. Identification is part of what is measured.
-    let mut world = World::nominal(&rig);
+/// The identified world that a user has, from friction as believed; or why there is none.
+pub fn identified(
+    case: &Case,
+    truth: &Truth,
+    rig: &Rig,
+    strikes: &[Strike],
+) -> Result<World, String> {
+    let mut world = World::nominal(rig);
     if case.variant == "start" {
         let factor = if case.seed.is_multiple_of(2) {
             2.0
@@ -67,30 +72,56 @@ pub fn diagnosed(case: &Case) -> Option<Result<(Truth, Found, f64), String>> {
         };
         world = world.with("friction", truth.friction * factor);
     }
-    let begun = std::time::Instant::now();
     let input = sysid::Input {
         rig: rig.clone(),
         world,
-        strikes: strikes.clone(),
+        strikes: strikes.to_vec(),
     };
-    let found = sysid::Sysid::default()
+    let fit = sysid::Sysid::default()
         .run(&input, &Progress::hidden())
-        .map_err(|error| error.to_string())
-        .and_then(|fit| {
-            let input = Input {
-                rig,
-                world: fit.world,
-                strikes,
-            };
-            let diagnose = Diagnose {
-                next_strikes: 0,
-                ..Diagnose::default()
-            };
-            diagnose
-                .run(&input, &Progress::hidden())
-                .map_err(|error| error.to_string())
-        });
-    Some(found.map(|found| (truth, found, begun.elapsed().as_secs_f64())))
+        .map_err(|error| error.to_string())?;
+    Ok(fit.world)
+}
+
+/// A set as it was made and what was found in it.
+pub struct Diagnosed {
+    /// What is hidden.
+    pub truth: Truth,
+    /// What the diagnosis was given.
+    pub input: Input,
+    /// What it found.
+    pub found: Found,
+    /// Seconds that identification and diagnosis took.
+    pub seconds: f64,
+}
+
+/// Makes a set and diagnoses it. `None` where the rig cannot make it, an error where identification or diagnosis has none to
+/// give.
+pub fn diagnosed(case: &Case) -> Option<Result<Diagnosed, String>> {
+    let folder = tempfile::tempdir().expect("a temporary folder can be made");
+    let truth = hide::truth(case)?;
+    let (rig, strikes) = strikes(&truth, case.strikes, None, folder.path())?;
+    let begun = std::time::Instant::now();
+    Some(identified(case, &truth, &rig, &strikes).and_then(|world| {
+        let input = Input {
+            rig,
+            world,
+            strikes,
+        };
+        let settings = Diagnose {
+            next_strikes: 0,
+            ..Diagnose::default()
+        };
+        let found = settings
+            .run(&input, &Progress::hidden())
+            .map_err(|error| error.to_string())?;
+        Ok(Diagnosed {
+            truth,
+            input,
+            found,
+            seconds: begun.elapsed().as_secs_f64(),
+        })
+    }))
 }
 
 /// Makes a set, diagnoses it and keeps what grading needs.
@@ -104,7 +135,7 @@ pub fn run(case: &Case) -> Outcome {
         covered: Vec::new(),
         seconds: 0.0,
     };
-    let (truth, found, seconds) = match diagnosed(case) {
+    let done = match diagnosed(case) {
         None => return nothing("impossible".into()),
         Some(Err(error)) => return nothing(format!("error: {error}")),
         Some(Ok(done)) => done,
@@ -115,7 +146,7 @@ pub fn run(case: &Case) -> Outcome {
         gap,
         p_value,
         ..
-    } = &found.diagnosis;
+    } = &done.found.diagnosis;
     Outcome {
         named: effects
             .iter()
@@ -123,8 +154,8 @@ pub fn run(case: &Case) -> Outcome {
             .collect(),
         p_value: *p_value,
         gap: (gap.heldout_strikes, gap.before, gap.after, gap.noise_floor),
-        covered: covered(case, &truth, &found),
-        seconds,
+        covered: covered(case, &done.truth, &done.found),
+        seconds: done.seconds,
         ..nothing(
             match verdict {
                 Verdict::Named => "named",

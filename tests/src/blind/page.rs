@@ -3,9 +3,13 @@
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
+mod beside;
+
 use super::cases::{EFFECTS, FOREIGN, Kind, MAGNITUDES, STRIKES};
+use super::chosen::{Pair, Struck};
 use super::grade::{Tally, can_be_told, is_exact, is_right, tally};
 use super::outcome::Outcome;
+use super::peers::Peers;
 
 fn percent(tally: Tally) -> String {
     let (low, high) = tally.interval();
@@ -20,17 +24,29 @@ fn percent(tally: Tally) -> String {
 }
 
 /// The page in Markdown, and the command that made it.
-pub fn page(outcomes: &[Outcome], command: &str) -> String {
+pub fn page(
+    outcomes: &[Outcome],
+    peers: Option<&[Peers]>,
+    struck: Option<&[Struck]>,
+    command: &str,
+) -> String {
     let made: Vec<&Outcome> = outcomes
         .iter()
         .filter(|o| o.verdict != "impossible")
         .collect();
-    let of = |kind: Kind| made.iter().copied().filter(move |o| o.case.kind == kind);
+    let of = |kind: Kind| {
+        let mine = move |o: &&Outcome| o.case.kind == kind && !o.case.is_box();
+        made.iter().copied().filter(mine)
+    };
+    let boxes = |kind: Kind| {
+        let mine = move |o: &&Outcome| o.case.kind == kind && o.case.is_box();
+        made.iter().copied().filter(mine)
+    };
     let strong = |o: &&Outcome| o.case.magnitude >= 2.0;
     let mut text = format!(
         "# The hidden-effect benchmark\n\nMade by `{command}`. Each set is logged by the embedded rig, with its own physics and \
          random friction, restitution, and form of the effect; an effect's magnitude is the root mean square shift of the stops \
-         that it makes, in units of the rig's noise floor. {} sets, {} that the rig could not make.\n\n\
+         that it makes, in units of the rig's noise floor. The object is a cylinder where no box is spoken of. {} sets, {} that the rig could not make.\n\n\
          | measured | to reach | got |\n|---|---|---|\n",
         outcomes.len(),
         outcomes.len() - made.len()
@@ -66,6 +82,16 @@ pub fn page(outcomes: &[Outcome], command: &str) -> String {
         "≥ 90 %",
         percent(tally(of(Kind::Foreign), is_right)),
     );
+    row(
+        "a box: false alarms with nothing hidden",
+        "",
+        percent(tally(boxes(Kind::Control), |o| !is_right(o))),
+    );
+    row(
+        "a box: right name or class at 2× the floor, 120 strikes",
+        "",
+        percent(tally(boxes(Kind::Single), is_right)),
+    );
     let covered = made.iter().flat_map(|o| &o.covered);
     let (inside, all) = covered.fold((0, 0), |(inside, all), c| {
         (
@@ -83,6 +109,13 @@ pub fn page(outcomes: &[Outcome], command: &str) -> String {
         "≥ 0.9",
         closed(of(Kind::Single).filter(strong).filter(|o| is_right(o))),
     );
+    if let Some(struck) = struck {
+        row(
+            "strikes needed to separate a pair, chosen against random",
+            "≥ 5 times fewer",
+            fewer(struck),
+        );
+    }
     row(
         "one diagnosis, median and longest",
         "≤ 20 s",
@@ -91,8 +124,29 @@ pub fn page(outcomes: &[Outcome], command: &str) -> String {
     power(&mut text, &made);
     confusion(&mut text, &made);
     controls(&mut text, &made);
+    if let Some(peers) = peers {
+        beside::peers(&mut text, &made, peers);
+    }
+    if let Some(struck) = struck {
+        beside::struck(&mut text, struck);
+    }
     wrong(&mut text, &made);
     text
+}
+
+/// Median of random strikes for each chosen one, over the pairs that either told.
+fn fewer(struck: &[Struck]) -> String {
+    let pairs = || struck.iter().flat_map(|s| &s.pairs);
+    let mut times: Vec<f64> = pairs().filter_map(Pair::times).collect();
+    times.sort_by(f64::total_cmp);
+    match times.get(times.len() / 2) {
+        Some(median) => format!(
+            "{median:.1} times (median of {} pairs; {} more were told by neither)",
+            times.len(),
+            pairs().count() - times.len()
+        ),
+        None => "–".into(),
+    }
 }
 
 /// (before − after)/(before − floor), of root mean squares over all strikes of all sets.
@@ -126,7 +180,7 @@ fn seconds(outcomes: &[&Outcome]) -> String {
     seconds.sort_by(f64::total_cmp);
     match (seconds.get(seconds.len() / 2), seconds.last()) {
         (Some(median), Some(longest)) => format!(
-            "{median:.1} s, {longest:.1} s, identification included, each set on one thread beside others"
+            "{median:.1} s, {longest:.1} s, identification included, each set on one thread beside others, on whatever else the machine did"
         ),
         _ => "–".into(),
     }
@@ -152,6 +206,7 @@ fn power(text: &mut String, outcomes: &[&Outcome]) {
             for magnitude in MAGNITUDES {
                 let sets = outcomes.iter().copied().filter(|o| {
                     o.case.kind != Kind::Pair
+                        && !o.case.is_box()
                         && o.case.hidden == [effect.to_string()]
                         && o.case.strikes == strikes
                         && o.case.magnitude == magnitude
@@ -177,6 +232,7 @@ fn confusion(text: &mut String, outcomes: &[&Outcome]) {
         let mut said: BTreeMap<String, usize> = BTreeMap::new();
         for outcome in outcomes.iter().filter(|o| {
             o.case.kind != Kind::Pair
+                && !o.case.is_box()
                 && o.case.magnitude >= 2.0
                 && o.case.hidden == [effect.to_string()]
         }) {

@@ -1,0 +1,250 @@
+//! Strikes needed to tell a pair apart: those that the diagnosis asks for, against more of the same.
+//!
+//! A set whose diagnosis leaves the hidden effect and others standing is struck on in the embedded rig, once as `next_strikes` says
+//! and once at random, and diagnosed again each time: until the hidden effect is named, and T, twice the logarithm of the odds,
+//! exceeds 10.8 against that other (95 %: Φ(√T/2)).
+
+use diagnose::{Diagnose, Diagnosis, Input};
+use rig::{PlannedStrike, Truth};
+use serde::{Deserialize, Serialize};
+use stage::{Progress, Stage};
+use values::{Rig, Split, Strike};
+use world::World;
+
+use super::cases::{Case, Kind};
+use super::hide;
+use super::outcome::{identified, strikes};
+
+/// Numbers of strikes after which it is diagnosed again.
+const LOOKS: [usize; 8] = [1, 2, 4, 8, 12, 24, 64, 192];
+/// Strikes beyond which no chosen one is made: they are asked for a dozen at a time.
+const MOST_CHOSEN: usize = 24;
+
+/// Strikes of a set that is struck on, and what is hidden in it: effects of the table and the camera, which strikes elsewhere, faster
+/// or at another angle can tell.
+const FEW: usize = 20;
+const STARTS: [&str; 6] = [
+    "speed_weakening_friction",
+    "anisotropic_friction",
+    "friction_patch",
+    "table_tilt",
+    "table_bowl",
+    "camera_distortion",
+];
+/// Odds in log-likelihood at which a pair is told: half of T.
+const TOLD: f64 = 5.4;
+
+/// A set that was struck on, both ways.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Struck {
+    /// The set.
+    pub id: String,
+    /// What stood beside the hidden effect; empty where the first diagnosis left nothing to tell apart.
+    pub pairs: Vec<Pair>,
+}
+
+/// How many strikes told a pair apart.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Pair {
+    /// What is hidden.
+    pub hidden: String,
+    /// What stood beside it.
+    pub rival: String,
+    /// Strikes that were needed, as asked for; none where those made were not enough.
+    pub chosen: Option<usize>,
+    /// The same at random.
+    pub random: Option<usize>,
+}
+
+impl Pair {
+    /// Random strikes for each chosen one, at the least; none where neither told. Where chosen ones did not, they count as of
+    /// no use.
+    pub fn times(&self) -> Option<f64> {
+        let most = LOOKS[LOOKS.len() - 1];
+        match (self.chosen, self.random) {
+            (None, None) => None,
+            (None, Some(_)) => Some(0.0),
+            (Some(chosen), random) => Some(random.unwrap_or(most) as f64 / chosen as f64),
+        }
+    }
+}
+
+/// Sets that are struck on: few strikes of weak effects that stand for one another while strikes are few.
+pub fn starts(seeds: u64, first: u64) -> Vec<Case> {
+    let mut all = Vec::new();
+    for effect in STARTS {
+        for magnitude in [0.5, 1.0] {
+            for _ in 0..seeds {
+                let seed = first + 5_000 + all.len() as u64;
+                all.push(Case {
+                    id: format!("{effect}-x{magnitude}-n{FEW}-s{seed}"),
+                    kind: Kind::Single,
+                    hidden: vec![effect.to_string()],
+                    magnitude,
+                    strikes: FEW,
+                    seed,
+                    variant: "plain".into(),
+                });
+            }
+        }
+    }
+    all
+}
+
+struct Bench {
+    truth: Truth,
+    rig: Rig,
+    world: World,
+    base: Vec<Strike>,
+    name: String,
+}
+
+impl Bench {
+    fn diagnose(&self, more: &[Strike], next_strikes: usize) -> Option<Diagnosis> {
+        let strikes: Vec<Strike> = self.base.iter().chain(more).cloned().collect();
+        let settings = Diagnose {
+            most_strikes: strikes.len(),
+            next_strikes,
+            ..Diagnose::default()
+        };
+        let input = Input {
+            rig: self.rig.clone(),
+            world: self.world.clone(),
+            strikes,
+        };
+        let found = settings.run(&input, &Progress::hidden()).ok()?;
+        Some(found.diagnosis)
+    }
+
+    /// Others that odds do not exclude in the place of the hidden effect; none where it does not stand itself.
+    fn rivals(&self, diagnosis: &Diagnosis) -> Option<Vec<String>> {
+        let [effect] = diagnosis.effects.as_slice() else {
+            return None;
+        };
+        let best = &effect.name;
+        let all = effect.rivals.iter().map(|r| (&r.name, r.evidence));
+        let all: Vec<_> = [(best, effect.evidence)].into_iter().chain(all).collect();
+        let (_, hidden) = all.iter().find(|(name, _)| **name == self.name)?;
+        let others = all
+            .iter()
+            .filter(|(name, evidence)| **name != self.name && *evidence > hidden - TOLD);
+        Some(others.map(|(name, _)| name.to_string()).collect())
+    }
+
+    /// Notes at how many strikes each rival is gone, and whether all are.
+    fn note(
+        &self,
+        told: &mut [Option<usize>],
+        among: &[String],
+        found: &Diagnosis,
+        at: usize,
+    ) -> bool {
+        let left = self.rivals(found);
+        for (told, rival) in told.iter_mut().zip(among) {
+            // Told at one look and not at the next was luck.
+            let is_gone = left.as_ref().is_some_and(|left| !left.contains(rival));
+            *told = told.filter(|_| is_gone).or(is_gone.then_some(at));
+        }
+        told.iter().all(Option::is_some)
+    }
+
+    /// Strikes of a plan, or at random, in the rig as it is; none of them judges.
+    fn strike(
+        &self,
+        plan: Option<Vec<PlannedStrike>>,
+        count: usize,
+        round: u64,
+    ) -> Option<Vec<Strike>> {
+        let mut truth = self.truth.clone();
+        truth.seed += 1_000_000 * (1 + round);
+        let folder = tempfile::tempdir().ok()?;
+        let (_, mut made) = strikes(&truth, count, plan, folder.path())?;
+        for (i, strike) in made.iter_mut().enumerate() {
+            strike.id = format!("{round}-{i:04}");
+            strike.split = Split::Train;
+            strike.conditions = self.base.last()?.conditions.clone();
+        }
+        Some(made)
+    }
+
+    fn at_random(&self, among: &[String]) -> Option<Vec<Option<usize>>> {
+        let all = self.strike(None, LOOKS[LOOKS.len() - 1], 0)?;
+        let mut told = vec![None; among.len()];
+        for look in LOOKS {
+            let found = self.diagnose(&all[..look.min(all.len())], 0)?;
+            if self.note(&mut told, among, &found, look) {
+                break;
+            }
+        }
+        Some(told)
+    }
+
+    fn as_asked(&self, among: &[String], first: &Diagnosis) -> Option<Vec<Option<usize>>> {
+        let mut asked = first.next_strikes.clone();
+        let mut made: Vec<Strike> = Vec::new();
+        let mut told = vec![None; among.len()];
+        while !asked.is_empty() && made.len() < MOST_CHOSEN {
+            let plan: Vec<PlannedStrike> = asked
+                .iter()
+                .map(|next| PlannedStrike {
+                    x0: next.x0,
+                    y0: next.y0,
+                    speed: next.speed,
+                    angle: next.angle,
+                })
+                .collect();
+            let before = made.len();
+            made.extend(self.strike(Some(plan), asked.len(), 1 + before as u64)?);
+            for look in LOOKS
+                .into_iter()
+                .filter(|look| (before + 1..=made.len()).contains(look))
+            {
+                let found = self.diagnose(&made[..look], 12)?;
+                if self.note(&mut told, among, &found, look) {
+                    return Some(told);
+                }
+                asked = found.next_strikes;
+            }
+        }
+        Some(told)
+    }
+}
+
+/// Strikes a case on, both ways.
+pub fn struck(case: &Case) -> Struck {
+    Struck {
+        id: case.id.clone(),
+        pairs: struck_on(case).unwrap_or_default(),
+    }
+}
+
+fn struck_on(case: &Case) -> Option<Vec<Pair>> {
+    let folder = tempfile::tempdir().ok()?;
+    let truth = hide::truth(case)?;
+    let (rig, base) = strikes(&truth, case.strikes, None, folder.path())?;
+    let world = identified(case, &truth, &rig, &base).ok()?;
+    let bench = Bench {
+        truth,
+        rig,
+        world,
+        base,
+        name: case.hidden.first()?.clone(),
+    };
+    let first = bench.diagnose(&[], 12)?;
+    let among = bench.rivals(&first)?;
+    if among.is_empty() {
+        return None;
+    }
+    let chosen = bench.as_asked(&among, &first)?;
+    let random = bench.at_random(&among)?;
+    let each = among.into_iter().zip(chosen.into_iter().zip(random));
+    Some(
+        each.map(|(rival, (chosen, random))| Pair {
+            hidden: bench.name.clone(),
+            rival,
+            chosen,
+            random,
+        })
+        .collect(),
+    )
+}
