@@ -116,7 +116,12 @@ impl<'f, 'a> Asked<'f, 'a> {
         for at in &strikes {
             information += at.columns.values.tr_mul(&at.weighed);
         }
-        let Some(inverse) = information.columns(0, p).into_owned().try_inverse() else {
+        // What the strikes say nothing of, such as a cap above all speeds, is left to its prior.
+        let mut known = information.columns(0, p).into_owned();
+        for (i, free) in fitted.model.free.iter().enumerate() {
+            known[(i, i)] += free.width.powi(-2);
+        }
+        let Some(inverse) = known.try_inverse() else {
             return Ok(None);
         };
         Ok(Some(Self {

@@ -33,6 +33,12 @@ pub(crate) struct Start {
     pub(crate) gain: f64,
 }
 
+impl Start {
+    fn worth(&self) -> f64 {
+        self.gain - self.model.free.len() as f64
+    }
+}
+
 /// A candidate beside a fitted model.
 #[derive(Clone, Debug)]
 pub(crate) struct Screened {
@@ -82,7 +88,9 @@ pub(crate) fn screen(
                 .zip(&candidate.bundles)
                 .filter_map(|(score, bundle)| Some((bundle, score?)))
                 .collect();
-            scored.sort_by(|a, b| b.1.gain.total_cmp(&a.1.gain));
+            // As Akaike would have it: a parameter more must be worth it.
+            let worth = |(bundle, score): &(&Bundle, Score)| score.gain - bundle.free.len() as f64;
+            scored.sort_by(|a, b| worth(b).total_cmp(&worth(a)));
             let by_chance = (0..replicates)
                 .map(|k| {
                     let gains = scored.iter().map(|(_, score)| score.by_chance[k]);
@@ -105,10 +113,13 @@ pub(crate) fn screen(
                     Ok(Beside::new(field, fitted, name, bundle)?.start(&asked, score))
                 })
                 .collect::<Result<_, WorldError>>()?;
-            starts.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+            starts.sort_by(|a, b| b.worth().total_cmp(&a.worth()));
             Ok(Screened {
                 name,
-                score: scored.first().map_or(0.0, |(_, score)| score.gain),
+                score: scored
+                    .iter()
+                    .map(|(_, score)| score.gain)
+                    .fold(0.0, f64::max),
                 bundles: scored
                     .iter()
                     .take(SHORT)

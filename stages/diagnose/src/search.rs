@@ -37,12 +37,19 @@ pub(crate) struct Step {
     pub(crate) evidence: f64,
 }
 
-/// The candidates worth a fit, each fitted beside a model; the best first.
+impl Step {
+    fn worth(&self) -> f64 {
+        self.evidence - self.fitted.model.free.len() as f64
+    }
+}
+
+/// The candidates worth a fit, and those that are `asked` for in any case, each fitted beside a model; the best first.
 pub(crate) fn fit_best(
     field: &Field<'_>,
     from: &Fitted,
     screened: &[Screened],
     chance: &Chance,
+    asked: &[&str],
 ) -> Result<Vec<Step>, WorldError> {
     let mut order: Vec<&Screened> = screened.iter().collect();
     order.sort_by(|a, b| (b.gain() - chance[b.name]).total_cmp(&(a.gain() - chance[a.name])));
@@ -52,9 +59,9 @@ pub(crate) fn fit_best(
     let least = HOPELESS * best.gain();
     let tried: Vec<(&'static str, &Start)> = order
         .iter()
-        .take(FITTED)
-        .filter(|s| s.gain() >= least)
-        .flat_map(|s| s.starts.iter().take(STARTS).map(|start| (s.name, start)))
+        .enumerate()
+        .filter(|(rank, s)| (*rank < FITTED && s.gain() >= least) || asked.contains(&s.name))
+        .flat_map(|(_, s)| s.starts.iter().take(STARTS).map(|start| (s.name, start)))
         .collect();
     let step = |name: &'static str, fitted: Option<Fitted>| {
         fitted.map(|fitted| Step {
@@ -95,7 +102,7 @@ pub(crate) fn fit_best(
         .flatten()
         .map(|glanced| {
             // Far behind after a glance, it is left there: a rival all the same, if a poor one.
-            if glanced.evidence < BEHIND * best {
+            if glanced.evidence < BEHIND * best && !asked.contains(&glanced.name) {
                 return Ok(Some(glanced));
             }
             let Fitted {
@@ -111,7 +118,7 @@ pub(crate) fn fit_best(
     let possible = |step: &Step| step.fitted.model.is_possible();
     for step in fits.into_iter().flatten().filter(possible) {
         match steps.iter_mut().find(|other| other.name == step.name) {
-            Some(other) if other.evidence >= step.evidence => {}
+            Some(other) if other.worth() >= step.worth() => {}
             Some(other) => *other = step,
             None => steps.push(step),
         }
@@ -185,7 +192,7 @@ pub(crate) fn search(
         let held = fitted.model.parts.len();
         let gained = fitted.likelihood() - null.likelihood();
         let asked = (ANOTHER * held as f64).max(FORM * gained);
-        let Some(step) = fit_best(field, fitted, &screened, chance)?
+        let Some(step) = fit_best(field, fitted, &screened, chance, &[])?
             .into_iter()
             .next()
             .filter(|step| held < most && step.evidence > asked)
@@ -278,7 +285,7 @@ fn standing(
         .into_iter()
         .filter(|s| s.name != name)
         .collect();
-    let steps = fit_best(field, &reduced, &screened, chance)?;
+    let steps = fit_best(field, &reduced, &screened, chance, alike(name))?;
     let standing = Standing {
         name,
         evidence,
@@ -295,8 +302,15 @@ fn standing(
 /// Whether the data exclude another effect in the place of a named one. Of effects that differ in form alone, and whose form is
 /// a choice of the library's, more is asked than odds.
 fn is_excluded(name: &str, evidence: f64, rival: &Step) -> bool {
-    let is_alike =
-        world::effects::effect(name).is_ok_and(|spec| spec.equivalent.contains(&rival.name));
-    let share = if is_alike { ALIKE } else { 1.0 };
+    let share = if alike(name).contains(&rival.name) {
+        ALIKE
+    } else {
+        1.0
+    };
     rival.evidence < share * (evidence - EXCLUDED)
+}
+
+/// Effects that do the same by construction, or nearly so.
+fn alike(name: &str) -> &'static [&'static str] {
+    world::effects::effect(name).map_or(&[], |spec| spec.equivalent)
 }
