@@ -347,6 +347,7 @@ fn refused_by_a_gate(nights: &Nights) {
         let night = carom(&line);
         assert_eq!(night.json["status"], status, "{}", night.text);
         assert_eq!(night.json["left_out"][0]["log"], "empty.mcap");
+        assert_eq!(night.json["logs"], again.json["logs"]);
         assert!(
             night.text.contains("empty.mcap is left out: failed to"),
             "{}",

@@ -103,7 +103,7 @@ fn work(
     let last = kept(dir).filter(|last| last.basis == basis(inputs, &logs, store));
     if let Some(last) = last {
         // What was decided then stays to be read; what is wrong with the logs is told again.
-        return Ok(last.again(&logs.0, before.as_ref()));
+        return Ok(last.again(logs.0, before.as_ref()));
     }
 
     let results = pipeline(run, inputs, Step::Publish)?;
@@ -153,7 +153,8 @@ fn basis(
     (logs, left_out): &(Vec<LogFile>, Vec<LeftOut>),
     store: &Store,
 ) -> String {
-    let logs: BTreeSet<&str> = logs.iter().map(|log| log.sha256.as_str()).collect();
+    // By their names, too, for tables name them: a copy that was taken away is no longer told of.
+    let logs: BTreeSet<_> = logs.iter().map(|log| (&log.name, &log.sha256)).collect();
     let (seed, without_effects) = (inputs.seed, inputs.without_effects);
     let all = json!([
         logs,

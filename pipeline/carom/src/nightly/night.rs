@@ -120,14 +120,15 @@ impl Night {
     }
 
     /// A night after this one that has nothing to decide; what is wrong with its logs is what was.
-    pub fn again(self, logs: &[LogFile], before: Option<&Artifact>) -> Self {
+    pub fn again(self, mut logs: Vec<LogFile>, before: Option<&Artifact>) -> Self {
+        logs.retain(|log| self.left_out.iter().all(|left| left.log != log.name));
         Self {
             why: vec!["no log is new since last night".into()],
             strikes: self.strikes,
             rejected: self.rejected,
             damaged: self.damaged,
             left_out: self.left_out,
-            ..Self::new(logs, before, self.basis)
+            ..Self::new(&logs, before, self.basis)
         }
     }
 
