@@ -59,20 +59,23 @@ def main():
     if unknown := [name for name in args.parts if name not in PARTS]:
         parser.error(f"no part is called {', '.join(unknown)}; there are {', '.join(PARTS)}")
     kept = ROOT / OUT / ("small.json" if args.small else "outcomes.json")
-    results = json.loads(kept.read_text()) if kept.exists() else {}
-    for name in args.parts or [name for name in PARTS if name not in results]:
+
+    def known():
+        return json.loads(kept.read_text()) if kept.exists() else {}
+
+    for name in args.parts or [name for name in PARTS if name not in known()]:
         print(f"bench: {name}", file=sys.stderr, flush=True)
         load, commit = os.getloadavg()[0], output("git", "rev-parse", "--short", "HEAD")
         rows = PARTS[name](lambda full, small: small if args.small else full)
         command = f"make bench PARTS={name}" + " SMALL=1" * args.small
-        results[name] = {"rows": rows, "command": command, "commit": commit, "load": load}
-        kept.write_text(json.dumps(results, indent=1))
+        part = {"rows": rows, "command": command, "commit": commit, "load": load}
+        kept.write_text(json.dumps(known() | {name: part}, indent=1))
         for line in rows:
             print(
                 "  " + "; ".join(filter(None, (line["what"], line["carom"], line["peer"], line["ratio"], line["reach"]))),
                 file=sys.stderr,
             )
-    (ROOT / (OUT / "small.md" if args.small else "tests/BENCH.md")).write_text(page(results))
+    (ROOT / (OUT / "small.md" if args.small else "tests/BENCH.md")).write_text(page(known()))
 
 
 if __name__ == "__main__":

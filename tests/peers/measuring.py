@@ -15,7 +15,7 @@ CORES = os.cpu_count()
 
 
 def run(*command):
-    """The JSON object on a process's last line, with its `wall` time (s) and peak `memory` (bytes, the kernel's count)."""
+    """The JSON object on a process's last line, with its `wall` and `cpu` time (s) and peak `memory` (bytes), as the kernel counts."""
     command = [str(word) for word in command]
     with tempfile.TemporaryFile() as errors:
         begun = time.perf_counter()
@@ -31,7 +31,7 @@ def run(*command):
             sys.exit(f"failed to measure: `{' '.join(command)}` ended with {child.returncode}: {told}")
     last = (output.strip().splitlines() or [""])[-1]
     answer = json.loads(last) if last.startswith("{") else {}
-    return {**answer, "wall": wall, "memory": usage.ru_maxrss * 1024}
+    return {**answer, "wall": wall, "cpu": usage.ru_utime + usage.ru_stime, "memory": usage.ru_maxrss * 1024}
 
 
 def peer(name, *words):
@@ -89,7 +89,8 @@ def compared(what, mine, name, theirs, cost, unit, scale=1.0, least=1.0, accurac
     )
 
 
-def limited(what, values, unit, scale, most, accuracy="", memory=""):
-    """A line whose median must be at most `most`, in the unit shown."""
+def limited(what, values, cpu, unit, scale, most, accuracy="", memory=""):
+    """A line whose median must be at most `most`, in the unit shown; `cpu` is the processor time of the same, whatever ran beside."""
     met = statistics.median(values) * scale <= most
-    return row(what, spread(values, unit, scale), met, reach=f"≤ {most:g} {unit}", accuracy=accuracy, memory=memory)
+    beside = f"processor time {spread(cpu, unit, scale)}"
+    return row(what, spread(values, unit, scale), met, ratio=beside, reach=f"≤ {most:g} {unit}", accuracy=accuracy, memory=memory)
