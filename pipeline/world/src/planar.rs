@@ -7,9 +7,10 @@
 use values::{Command, Conditions, Point, Rig, Shape, Strike};
 
 use crate::{
-    Blow, Release,
+    Blow, Release, World, WorldError,
     effects::{self, Effect, Slide},
     launch::Launch,
+    turning_ratio,
 };
 
 const GRAVITY: f64 = 9.81;
@@ -118,6 +119,24 @@ impl Body {
             velocity: self.velocity + rate.acceleration * t,
             spin: self.spin + rate.turning * t,
         }
+    }
+}
+
+impl<'a> Planar<'a> {
+    /// The planar form of a world with these effects in place of its own; of a cylinder or a box, for a ball rolls.
+    pub fn new(
+        rig: &Rig,
+        world: &World,
+        effects: &'a [Box<dyn Effect>],
+    ) -> Result<Self, WorldError> {
+        Ok(Self {
+            friction: world.value("friction")?,
+            restitution: world.value("restitution")?,
+            ratio: turning_ratio(rig) * world.value("torsional_friction")?,
+            gyration: gyration(rig) * world.value("inertia_z")?,
+            effects,
+            push: None,
+        })
     }
 }
 
@@ -271,7 +290,7 @@ mod tests {
     use values::Track;
 
     use super::*;
-    use crate::{AddedEffect, Estimate, Simulator, World, launch::launches};
+    use crate::{AddedEffect, Estimate, Simulator, launch::launches};
 
     /// Strikes over the rig's speeds and angles, with frames to compare at.
     fn strikes(rig: &Rig) -> Vec<Strike> {
@@ -328,14 +347,7 @@ mod tests {
             .iter()
             .map(|added| effects::build(added, &rig).expect("an effect of the library"))
             .collect();
-        let planar = Planar {
-            friction: 0.22,
-            restitution: 0.5,
-            ratio: crate::turning_ratio(&rig),
-            gyration: gyration(&rig),
-            effects: &effects,
-            push: None,
-        };
+        let planar = Planar::new(&rig, &world, &effects).expect("known parameters");
         let strikes = strikes(&rig);
         let commands: Vec<Command> = strikes.iter().map(|strike| strike.command).collect();
         let launches = launches(&rig, &world, &commands).expect("a valid world");

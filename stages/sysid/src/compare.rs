@@ -2,13 +2,119 @@
 
 use nalgebra::DVector;
 use rayon::prelude::*;
-use values::{Command, Rig, Strike};
-use world::{Simulated, Simulator, World, WorldError};
+use values::{Command, Point, Rig, Shape, Strike};
+use world::{
+    Simulated, Simulator, World, WorldError,
+    launch::{self, launches},
+    planar::{Frames, Kick, Planar, Shot},
+};
 
-/// The simulated strikes of one world, in the order of the strikes.
-pub(crate) struct Batch {
-    simulated: Vec<Simulated>,
-    launch: Launch,
+/// Parameters that planar form knows; the blow depends on the others, or they are the air's.
+const PLANAR: &[&str] = &["friction", "restitution", "torsional_friction", "inertia_z"];
+
+/// Where strikes are simulated: in MuJoCo, or in planar form, which follows it to a tenth of a millimetre in a twentieth of
+/// the time.
+pub(crate) struct Lab<'a> {
+    pub(crate) rig: &'a Rig,
+    pub(crate) strikes: &'a [&'a Strike],
+    /// How each object leaves the tip around its command; none in MuJoCo.
+    launches: Option<Vec<launch::Launch>>,
+}
+
+impl<'a> Lab<'a> {
+    /// MuJoCo.
+    pub(crate) fn mujoco(rig: &'a Rig, strikes: &'a [&'a Strike]) -> Self {
+        Self {
+            rig,
+            strikes,
+            launches: None,
+        }
+    }
+
+    /// Planar form, near a world. `None` where it does not know what is free, for a ball, for a world with effects, and where
+    /// an object does not leave the tip.
+    pub(crate) fn planar(
+        rig: &'a Rig,
+        world: &World,
+        strikes: &'a [&'a Strike],
+        free: &[String],
+    ) -> Result<Option<Self>, WorldError> {
+        let is_known = free.iter().all(|name| PLANAR.contains(&name.as_str()));
+        if !is_known || rig.object.shape == Shape::Sphere || !world.effects.is_empty() {
+            return Ok(None);
+        }
+        let commands: Vec<Command> = strikes.iter().map(|strike| strike.command).collect();
+        let launches: Option<Vec<_>> = launches(rig, world, &commands)?.into_iter().collect();
+        Ok(launches.map(|launches| Self {
+            rig,
+            strikes,
+            launches: Some(launches),
+        }))
+    }
+
+    /// MuJoCo's simulations that one pass over the strikes takes.
+    pub(crate) fn simulations(&self) -> u64 {
+        match self.launches {
+            Some(_) => 0,
+            None => self.strikes.len() as u64,
+        }
+    }
+
+    /// Every strike in this world, launched so.
+    pub(crate) fn simulate(&self, world: &World, launch: Launch) -> Result<Batch, WorldError> {
+        let tracks = match &self.launches {
+            None => self.in_mujoco(world, launch)?,
+            Some(launches) => self.in_planar_form(world, launch, launches)?,
+        };
+        Ok(Batch { tracks, launch })
+    }
+
+    fn in_mujoco(&self, world: &World, launch: Launch) -> Result<Vec<Seen>, WorldError> {
+        let simulator = Simulator::new(self.rig, world)?;
+        self.strikes
+            .par_iter()
+            .map_init(
+                || simulator.worker(),
+                |worker, strike| {
+                    let command = launch.of(strike.command);
+                    let simulated = worker.strike(strike.initial, command, &strike.conditions)?;
+                    Ok(Seen::Whole(simulated))
+                },
+            )
+            .collect()
+    }
+
+    fn in_planar_form(
+        &self,
+        world: &World,
+        launch: Launch,
+        launches: &[launch::Launch],
+    ) -> Result<Vec<Seen>, WorldError> {
+        let planar = Planar::new(self.rig, world, &[])?;
+        let kick = Kick {
+            delay: launch.delay,
+            ..Kick::default()
+        };
+        self.strikes
+            .par_iter()
+            .zip(launches)
+            .map(|(strike, near)| {
+                let command = launch.of(strike.command);
+                let shot = Shot {
+                    command,
+                    ..Shot::from(*strike)
+                };
+                planar
+                    .strike(&shot, near, &kick)
+                    .map(Seen::Frames)
+                    .ok_or(WorldError::Diverged {
+                        speed: command.speed,
+                        angle: command.angle,
+                        why: "it has not come to rest within 20 s",
+                    })
+            })
+            .collect()
+    }
 }
 
 /// How every launch differs from its command: factor on speed, turn in rad, and how late its clock starts in s.
@@ -26,49 +132,47 @@ impl Launch {
         turn: 0.0,
         delay: 0.0,
     };
+
+    /// A command as it is delivered so.
+    fn of(self, command: Command) -> Command {
+        Command {
+            speed: command.speed * self.speed_factor,
+            angle: command.angle + self.turn,
+        }
+    }
+}
+
+/// One simulated strike.
+enum Seen {
+    /// From touch to rest.
+    Whole(Simulated),
+    /// At the measured frames, the launch's delay in them.
+    Frames(Frames),
+}
+
+/// The simulated strikes of one world, in the order of the strikes.
+pub(crate) struct Batch {
+    tracks: Vec<Seen>,
+    launch: Launch,
 }
 
 impl Batch {
-    /// Simulates every strike as commanded.
-    pub(crate) fn new(rig: &Rig, world: &World, strikes: &[&Strike]) -> Result<Self, WorldError> {
-        Self::launched(rig, world, strikes, Launch::EXACT)
-    }
-
-    /// Simulates every strike with another launch.
-    pub(crate) fn launched(
-        rig: &Rig,
-        world: &World,
-        strikes: &[&Strike],
-        launch: Launch,
-    ) -> Result<Self, WorldError> {
-        let simulator = Simulator::new(rig, world)?;
-        let simulated = strikes
-            .par_iter()
-            .map_init(
-                || simulator.worker(),
-                |worker, strike| {
-                    let command = Command {
-                        speed: strike.command.speed * launch.speed_factor,
-                        angle: strike.command.angle + launch.turn,
-                    };
-                    worker.strike(strike.initial, command, &strike.conditions)
-                },
-            )
-            .collect::<Result<_, _>>()?;
-        Ok(Self { simulated, launch })
-    }
-
     /// How every strike was launched.
     pub(crate) fn launch(&self) -> Launch {
         self.launch
     }
 
-    /// Simulated centroids at the measured times, `later` s beyond the launch's delay: all x, then all y, in m.
-    pub(crate) fn track(&self, strike: usize, times: &[f64], later: f64) -> DVector<f64> {
+    /// Simulated centroids at a strike's frames, `later` s (of a millisecond or so) beyond the launch's delay: all x, then
+    /// all y, in m.
+    pub(crate) fn track(&self, index: usize, strike: &Strike, later: f64) -> DVector<f64> {
+        let times = &strike.track.t;
         let n = times.len();
         let mut track = DVector::zeros(2 * n);
         for (i, t) in times.iter().enumerate() {
-            let point = self.simulated[strike].at(t + self.launch.delay + later);
+            let point: Point = match &self.tracks[index] {
+                Seen::Whole(simulated) => simulated.at(t + self.launch.delay + later),
+                Seen::Frames(frames) => frames.at[i] + frames.rate[i] * later,
+            };
             track[i] = point.x;
             track[n + i] = point.y;
         }
@@ -77,7 +181,7 @@ impl Batch {
 
     /// Measured minus simulated coordinates of one strike, in m.
     pub(crate) fn residual(&self, index: usize, strike: &Strike) -> DVector<f64> {
-        measured(strike) - self.track(index, &strike.track.t, 0.0)
+        measured(strike) - self.track(index, strike, 0.0)
     }
 
     /// Root mean square of measured minus simulated coordinates, in m.

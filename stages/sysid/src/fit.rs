@@ -3,12 +3,12 @@
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use stage::Progress;
-use values::{Rig, Strike};
+use values::Strike;
 use world::{ParameterSpec, World, WorldError, parameter};
 
 use crate::{
     SysidError,
-    compare::{Batch, Launch},
+    compare::{Batch, Lab, Launch},
     scatter::{self, Evidence, Spread},
     slopes::{DIFFERENCE, LAUNCH_STEP, nuisances, sensitivities},
 };
@@ -96,8 +96,8 @@ impl Place {
         Ok(Self { world, launch })
     }
 
-    fn simulate(&self, rig: &Rig, strikes: &[&Strike]) -> Result<Batch, WorldError> {
-        Batch::launched(rig, &self.world, strikes, self.launch)
+    fn simulate(&self, lab: &Lab<'_>) -> Result<Batch, WorldError> {
+        lab.simulate(&self.world, self.launch)
     }
 
     /// Whether a parameter lies at the bound of its range that this step would take it beyond.
@@ -116,15 +116,9 @@ struct Slopes {
 }
 
 impl Slopes {
-    fn new(
-        rig: &Rig,
-        place: &Place,
-        strikes: &[&Strike],
-        batch: &Batch,
-        free: &[String],
-    ) -> Result<Self, WorldError> {
-        let by_nuisance = nuisances(rig, &place.world, strikes, batch)?;
-        let by_free = sensitivities(rig, &place.world, place.launch, strikes, free)?;
+    fn new(lab: &Lab<'_>, place: &Place, free: &[String]) -> Result<Self, WorldError> {
+        let by_nuisance = nuisances(lab, &place.world, &place.simulate(lab)?)?;
+        let by_free = sensitivities(lab, &place.world, place.launch, free)?;
         let by_fitted = by_free
             .into_iter()
             .zip(&by_nuisance)
@@ -244,12 +238,13 @@ fn newton(
     }
 }
 
-/// Fits the named parameters, and the mean launch, from where `world` and `launch` stand.
+/// Fits the named parameters, and the mean launch, from where `world` and `launch` stand. What counts is simulated in `lab`;
+/// derivatives are taken in `beside`.
 pub(crate) fn fit(
-    rig: &Rig,
+    lab: &Lab<'_>,
+    beside: &Lab<'_>,
     world: &World,
     launch: Launch,
-    strikes: &[&Strike],
     free: Vec<String>,
     progress: &Progress,
 ) -> Result<Fitted, SysidError> {
@@ -257,14 +252,14 @@ pub(crate) fn fit(
         .iter()
         .map(|name| parameter(name))
         .collect::<Result<_, _>>()?;
-    let count = strikes.len() as u64;
-    let a_slope = count * (2 + 2 * free.len() as u64);
+    let (rig, strikes, count) = (lab.rig, lab.strikes, lab.simulations());
+    let a_slope = beside.simulations() * (3 + 2 * free.len() as u64);
     let mut place = Place {
         world: world.clone(),
         launch,
     };
-    let mut batch = place.simulate(rig, strikes)?;
-    let mut slopes = Slopes::new(rig, &place, strikes, &batch, &free)?;
+    let mut batch = place.simulate(lab)?;
+    let mut slopes = Slopes::new(beside, &place, &free)?;
     let mut spread = Spread::initial(rig.camera.noise, 1.0 / rig.camera.rate);
     let mut weights_now = vec![1.0; strikes.len()];
     let mut simulations = count + a_slope;
@@ -310,7 +305,7 @@ pub(crate) fn fit(
             while moved.is_none() && share > 0.01 {
                 let trial = place.moved(&specs, &(&step * share))?;
                 simulations += count;
-                if let Ok(tried) = trial.simulate(rig, strikes) {
+                if let Ok(tried) = trial.simulate(lab) {
                     let then = evidence(strikes, &tried, &slopes, &spread);
                     if objective(&then, &weights_now) <= now * (1.0 + 1e-9) {
                         moved = Some((trial, tried));
@@ -335,7 +330,7 @@ pub(crate) fn fit(
         };
         (place, batch) = next;
         if !slopes.hold_at(&place, &specs)? {
-            slopes = Slopes::new(rig, &place, strikes, &batch, &free)?;
+            slopes = Slopes::new(beside, &place, &free)?;
             simulations += a_slope;
         }
     }

@@ -5,7 +5,7 @@ use values::{Rig, Shape, Strike};
 use world::{PARAMETERS, World, WorldError};
 
 use crate::{
-    compare::Batch,
+    compare::Lab,
     fit::{Fitted, MEANS, beside_means},
     scatter::Evidence,
     slopes::{nuisances, sensitivities},
@@ -52,8 +52,9 @@ pub(crate) fn scan(
 ) -> Result<(World, u64), WorldError> {
     let stride = strikes.len().div_ceil(STRIKES);
     let strikes: Vec<&Strike> = strikes.iter().step_by(stride).copied().collect();
+    let lab = Lab::mujoco(rig, &strikes);
     let rms = |world: &World| -> Result<f64, WorldError> {
-        Ok(Batch::launched(rig, world, &strikes, fitted.launch)?.rms(&strikes))
+        Ok(lab.simulate(world, fitted.launch)?.rms(&strikes))
     };
     let mut best = fitted.world.clone();
     let mut simulations = 0;
@@ -87,10 +88,11 @@ pub(crate) fn what_can_be_told(
         .map(|spec| spec.name.to_string())
         .filter(|name| !fitted.free.contains(name))
         .collect();
-    let slopes = |names| sensitivities(rig, &fitted.world, fitted.launch, &strikes, names);
+    let lab = Lab::mujoco(rig, &strikes);
+    let slopes = |names| sensitivities(&lab, &fitted.world, fitted.launch, names);
     let (by_free, by_others) = (slopes(&fitted.free)?, slopes(&others)?);
-    let batch = Batch::launched(rig, &fitted.world, &strikes, fitted.launch)?;
-    let launch = nuisances(rig, &fitted.world, &strikes, &batch)?;
+    let batch = lab.simulate(&fitted.world, fitted.launch)?;
+    let launch = nuisances(&lab, &fitted.world, &batch)?;
 
     let free = fitted.free.len() + MEANS;
     let all = free + others.len();

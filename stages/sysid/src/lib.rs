@@ -16,7 +16,7 @@ mod scatter;
 mod slopes;
 mod start;
 
-use compare::Launch;
+use compare::{Lab, Launch};
 use identify::Told;
 use serde::{Deserialize, Serialize};
 use stage::{Progress, Stage};
@@ -66,9 +66,9 @@ pub struct Fit {
     pub rms_before: f64,
     /// The same after.
     pub rms_after: f64,
-    /// Gauss–Newton iterations.
+    /// Gauss–Newton iterations in MuJoCo; those in planar form, before, are not counted.
     pub iterations: u32,
-    /// Simulated strikes.
+    /// Strikes that MuJoCo simulated; those in planar form are not counted.
     pub simulations: u64,
     /// Sentences for a person: what the data cannot tell, and what went to a bound.
     pub notes: Vec<String>,
@@ -113,7 +113,7 @@ fn after_impact(strike: &Strike, frame: f64) -> Strike {
 
 impl Stage for Sysid {
     const NAME: &'static str = "sysid";
-    const VERSION: u32 = 2;
+    const VERSION: u32 = 3;
     type Input = Input;
     type Output = Fit;
     type Error = SysidError;
@@ -147,8 +147,19 @@ impl Stage for Sysid {
         }
         let begun = start::start(&input.rig, &input.world, &strikes, &free);
         let begun = start::hold(&input.rig, begun, &strikes, &free);
-        let fit = |world: &World, launch, free| {
-            fit::fit(&input.rig, world, launch, &strikes, free, progress)
+        let mujoco = Lab::mujoco(&input.rig, &strikes);
+        let fit = |world: &World, launch, free: Vec<String>| {
+            let Some(planar) = Lab::planar(&input.rig, world, &strikes, &free)? else {
+                return fit::fit(&mujoco, &mujoco, world, launch, free, progress);
+            };
+            // Where the planar form goes astray the fit goes on in MuJoCo from where it began.
+            let near = fit::fit(&planar, &planar, world, launch, free.clone(), progress);
+            let (world, launch) = near
+                .as_ref()
+                .map_or((world, launch), |near| (&near.world, near.launch));
+            let beside = Lab::planar(&input.rig, world, &strikes, &free)?;
+            let beside = beside.as_ref().unwrap_or(&mujoco);
+            fit::fit(&mujoco, beside, world, launch, free, progress)
         };
         let mut fitted = fit(&begun, Launch::EXACT, free)?;
         let mut told = Told::default();
@@ -167,15 +178,15 @@ impl Stage for Sysid {
             told = identify::what_can_be_told(&input.rig, &fitted, &strikes)?;
             told.simulations += simulations;
         }
-        let nominal = compare::Batch::new(&input.rig, &input.world, &strikes)?;
+        let rms = |world| Ok::<_, WorldError>(mujoco.simulate(world, Launch::EXACT)?.rms(&strikes));
         let world = interval::with_intervals(&fitted)?;
         let mut notes = told.notes;
         notes.extend(fitted.at_bounds());
         notes.extend(fitted.bias());
         notes.extend(start::held(&input.world, &fitted));
         Ok(Fit {
-            rms_before: nominal.rms(&strikes),
-            rms_after: compare::Batch::new(&input.rig, &world, &strikes)?.rms(&strikes),
+            rms_before: rms(&input.world)?,
+            rms_after: rms(&world)?,
             freed: fitted.free.clone(),
             strikes: strikes.len(),
             iterations: fitted.iterations,

@@ -1,11 +1,10 @@
 //! Derivatives of tracks, by large-step differences: small steps read the noise of the contact.
 
 use nalgebra::DMatrix;
-use values::{Rig, Strike};
 use world::{World, WorldError, parameter};
 
 use crate::{
-    compare::{Batch, Launch},
+    compare::{Batch, Lab, Launch},
     scatter::NUISANCES,
 };
 
@@ -16,14 +15,13 @@ pub(crate) const LAUNCH_STEP: (f64, f64, f64) = (0.01, 0.01, 1e-3);
 
 /// Derivatives of every strike's track by the nuisances; they change little as parameters do.
 pub(crate) fn nuisances(
-    rig: &Rig,
+    lab: &Lab<'_>,
     world: &World,
-    strikes: &[&Strike],
     base: &Batch,
 ) -> Result<Vec<DMatrix<f64>>, WorldError> {
     let (speed, turn, delay) = LAUNCH_STEP;
     let launch = base.launch();
-    let changed = |launch| Batch::launched(rig, world, strikes, launch);
+    let changed = |launch| lab.simulate(world, launch);
     let faster = changed(Launch {
         speed_factor: launch.speed_factor + speed,
         ..launch
@@ -32,18 +30,19 @@ pub(crate) fn nuisances(
         turn: launch.turn + turn,
         ..launch
     })?;
-    Ok(strikes
+    Ok(lab
+        .strikes
         .iter()
         .enumerate()
         .map(|(i, strike)| {
-            let (t, n) = (&strike.track.t, strike.track.len());
-            let here = base.track(i, t, 0.0);
+            let n = strike.track.len();
+            let here = base.track(i, strike, 0.0);
             let mut columns = DMatrix::zeros(2 * n, NUISANCES);
-            columns.set_column(0, &((faster.track(i, t, 0.0) - &here) / speed));
-            columns.set_column(1, &((turned.track(i, t, 0.0) - &here) / turn));
+            columns.set_column(0, &((faster.track(i, strike, 0.0) - &here) / speed));
+            columns.set_column(1, &((turned.track(i, strike, 0.0) - &here) / turn));
             columns.set_column(
                 2,
-                &((base.track(i, t, delay) - base.track(i, t, -delay)) / (2.0 * delay)),
+                &((base.track(i, strike, delay) - base.track(i, strike, -delay)) / (2.0 * delay)),
             );
             columns.view_mut((0, 3), (n, 1)).fill(1.0);
             columns.view_mut((n, 4), (n, 1)).fill(1.0);
@@ -54,13 +53,13 @@ pub(crate) fn nuisances(
 
 /// Derivatives of every strike's track by the named parameters, by central differences kept within their ranges.
 pub(crate) fn sensitivities(
-    rig: &Rig,
+    lab: &Lab<'_>,
     world: &World,
     launch: Launch,
-    strikes: &[&Strike],
     names: &[String],
 ) -> Result<Vec<DMatrix<f64>>, WorldError> {
-    let mut columns: Vec<DMatrix<f64>> = strikes
+    let mut columns: Vec<DMatrix<f64>> = lab
+        .strikes
         .iter()
         .map(|strike| DMatrix::zeros(2 * strike.track.len(), names.len()))
         .collect();
@@ -68,11 +67,10 @@ pub(crate) fn sensitivities(
         let spec = parameter(name)?;
         let (value, step) = (world.value(name)?, DIFFERENCE * (spec.high - spec.low));
         let (low, high) = ((value - step).max(spec.low), (value + step).min(spec.high));
-        let at = |value| Batch::launched(rig, &world.clone().with(name, value), strikes, launch);
+        let at = |value| lab.simulate(&world.clone().with(name, value), launch);
         let (below, above) = (at(low)?, at(high)?);
-        for (i, strike) in strikes.iter().enumerate() {
-            let t = &strike.track.t;
-            let slope = (above.track(i, t, 0.0) - below.track(i, t, 0.0)) / (high - low);
+        for (i, strike) in lab.strikes.iter().enumerate() {
+            let slope = (above.track(i, strike, 0.0) - below.track(i, strike, 0.0)) / (high - low);
             columns[i].set_column(column, &slope);
         }
     }
