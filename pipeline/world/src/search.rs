@@ -18,8 +18,12 @@ use crate::{SolveSettings, solve::SOLVED};
 
 /// Less than this much bearing for an angle: the tip slips along the face.
 const SLIPPING: f64 = 0.25;
+/// Less than this much of a step's faster speed in the distance's logarithm, twice which a free arm gives: it saturates.
+const SATURATED: f64 = 0.1;
 /// Angle per bearing for a step back to where it sticks.
 const STICKING: f64 = 1.5;
+/// Step in the logarithm of the speed that tells a slope.
+const LEAST_STEP: f64 = 1e-3;
 /// Longest step in the logarithm of the speed, and in rad.
 const LONGEST: [f64; 2] = [1.0, 0.7];
 /// A path is given up when this many trials on end do not come to rest.
@@ -129,13 +133,15 @@ impl<'a> Search<'a> {
             if self.is_beyond(&trial) {
                 return Ending::OutOfReach;
             }
-            let mut is_slipping = false;
+            let (mut is_slipping, mut is_saturated) = (false, false);
             if let Some(last) = last {
                 let step = trial.step_from(&last);
                 let change = [0, 1].map(|i| last.error[i] - trial.error[i]);
                 is_slipping = self.face.is_some()
                     && self.astray(&trial) > 1.0
                     && change[1].abs() < SLIPPING * step[1].abs();
+                is_saturated =
+                    trial.error[0] > 0.0 && step[0] > LEAST_STEP && change[0] < SATURATED * step[0];
                 if is_slipping {
                     // A slope of nothing would lead anywhere: back to where the tip sticks, with some to spare.
                     self.inverse = [[0.5, 0.0], [0.0, STICKING]];
@@ -167,6 +173,10 @@ impl<'a> Search<'a> {
                 speed: best.command.speed * step[0].exp(),
                 angle: best.command.angle + step[1],
             });
+            if is_saturated {
+                // An arm that delivers no more, whatever it is told: its fastest command tells what is out of reach.
+                command.speed = self.settings.speed.high;
+            }
             if is_slipping && let Some(edge) = self.edge(&trial) {
                 command.angle = edge;
             }

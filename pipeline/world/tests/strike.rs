@@ -217,6 +217,42 @@ fn every_reachable_target_is_solved_in_about_one_simulation() {
 }
 
 #[test]
+fn what_lies_beyond_an_arm_that_saturates_is_told_in_a_few_simulations() {
+    let rig = Rig::demo(Shape::Cylinder);
+    let mut world = World::nominal(&rig);
+    world.effects.push(AddedEffect {
+        name: "striker_speed_error".into(),
+        parameters: [("cap".to_string(), Estimate::fixed(0.8))].into(),
+    });
+    let simulator = Simulator::new(&rig, &world).expect("valid");
+    let mut worker = simulator.worker();
+    let mut reach = |command| {
+        let strike = worker.strike(ORIGIN, command, &Conditions::default());
+        (strike.expect("rests").stop - ORIGIN).norm()
+    };
+    let furthest = reach(Command {
+        speed: 1.0,
+        angle: 0.1,
+    });
+    for (share, status) in [
+        (0.95, SolveStatus::Solved),
+        (1.05, SolveStatus::Unreachable),
+        (1.5, SolveStatus::Unreachable),
+    ] {
+        let target = ORIGIN + Point::polar(share * furthest, 0.1);
+        let settings = SolveSettings::default();
+        let solution = worker.solve(ORIGIN, target, &Conditions::default(), &settings, None);
+        assert_eq!(solution.status, status, "{share}: {solution:?}");
+        assert!(solution.evaluations <= 6, "{share}: {solution:?}");
+        let beyond = (share - 1.0).max(0.0) * furthest;
+        assert!(
+            (solution.miss - beyond).abs() < 1e-3,
+            "{share}: {solution:?}"
+        );
+    }
+}
+
+#[test]
 fn an_unreachable_target_is_a_status() {
     let rig = Rig::demo(Shape::Cylinder);
     let simulator = Simulator::new(&rig, &World::nominal(&rig)).expect("valid");
