@@ -7,6 +7,7 @@ mod commands;
 mod dataset;
 mod demo;
 mod error;
+mod growth;
 mod inputs;
 mod nightly;
 mod noise;

@@ -1,15 +1,18 @@
 //! The pipeline: one function of straight typed calls.
 
+use std::collections::HashSet;
+
 use diagnose::{Diagnose, DiagnoseError, Found};
-use evaluate::{Candidate, Evaluate, Evaluation};
-use residual::Residuals;
+use evaluate::{Candidate, Evaluation, Judge, Model, Noise, Predict, Repeat};
+use residual::{Residual, Residuals};
 use solve::Solve;
 use stage::{Run, RunError};
 use sysid::{Fit, Sysid};
-use train::{CurvePoint, LearningCurve, Settings, Train, Trained};
+use train::{CurvePoint, Settings, Train, Trained, curve_sizes};
 use values::{Rig, Split, Strike};
 use world::World;
 
+use crate::growth::learners;
 use crate::inputs::Inputs;
 use crate::noise::noise;
 use crate::results::{Learnt, Results};
@@ -98,38 +101,21 @@ pub fn pipeline(run: &Run, inputs: &Inputs, last: Step) -> Result<Results, Error
         return Ok(results);
     }
 
-    let settings = Settings {
-        seed: *seed,
-        ..Settings::default()
-    };
-    let train = Train {
-        settings: settings.clone(),
-    };
-    for learnt in results.sysid.iter_mut().chain(&mut results.effect) {
-        learnt.trained = run.stage(&train, &learnt.residuals.rows)?;
+    let (trained, curve) = learn(run, *seed, &results)?;
+    let worlds = results.sysid.iter_mut().chain(&mut results.effect);
+    for (learnt, trained) in worlds.zip(trained) {
+        learnt.trained = trained;
     }
-    let learning_curve = LearningCurve {
-        settings,
-        ..LearningCurve::default()
-    };
-    if let Some((_, used)) = results.used() {
-        results.curve = run.stage(&learning_curve, &used.residuals.rows)?;
-    }
+    results.curve = curve;
     if last < Step::Evaluate {
         return Ok(results);
     }
 
     if let Some((_, used)) = results.used() {
-        let judges = |strike: &&Strike| strike.split == Split::Test;
-        let judge = |candidates: Vec<Candidate>| {
-            let input = evaluate::Input {
-                rig: rig.clone(),
-                strikes: strikes.iter().filter(judges).cloned().collect(),
-                candidates,
-                noise: noise(rig, used),
-            };
-            run.stage(&Evaluate::default(), &input)
-        };
+        let judges = strikes.iter().filter(|strike| strike.split == Split::Test);
+        let judges: Vec<Judge> = judges.map(Judge::from).collect();
+        let judge =
+            |candidates: Vec<Candidate>| judge(run, rig, &judges, &candidates, &noise(rig, used));
         let evaluation = judge(models(rig, &results))?;
         let curve = judge(curve_candidates(&used.world, &results.curve))?;
         results.curve_errors = mean_errors(&results.curve, &curve);
@@ -164,6 +150,11 @@ fn identify(run: &Run, rig: &Rig, strikes: &[Strike]) -> Result<Fit, Error> {
     })
 }
 
+/// The strikes that diagnosis and training look at: the earliest ([`learners`]).
+fn learning(strikes: &[Strike]) -> &[Strike] {
+    &strikes[..learners(strikes.len())]
+}
+
 /// Diagnosis, too, is given the strikes that it looks at and no others.
 fn find_effects(
     run: &Run,
@@ -178,12 +169,80 @@ fn find_effects(
     let input = diagnose::Input {
         rig: inputs.rig.clone(),
         world,
-        strikes: diagnose.sample(strikes),
+        strikes: diagnose.sample(learning(strikes)),
     };
     run.stage(&diagnose, &input).map_err(|error| match error {
         RunError::Stage(error @ DiagnoseError::TooFewStrikes { .. }) => Error::input(error),
         error => error.into(),
     })
+}
+
+/// Trains in each world on the strikes that learn, and on the first of them for the learning curve of the world
+/// that will be used.
+fn learn(run: &Run, seed: u64, results: &Results) -> Result<Taught, Error> {
+    let settings = Settings {
+        seed,
+        ..Settings::default()
+    };
+    let worlds: Vec<&Learnt> = results.sysid.iter().chain(&results.effect).collect();
+    // The identified world outlives the one with effects: networks are kept with it.
+    let family = worlds
+        .first()
+        .map_or(String::new(), |learnt| learnt.world.to_toml());
+    let learning: HashSet<&str> = learning(&results.strikes)
+        .iter()
+        .map(|s| s.id.as_str())
+        .collect();
+    let learns = |row: &&Residual| learning.contains(row.strike_id.as_str());
+    let rows = |learnt: &Learnt| {
+        learnt
+            .residuals
+            .rows
+            .iter()
+            .filter(learns)
+            .cloned()
+            .collect()
+    };
+    let mut sets: Vec<Vec<Residual>> = worlds.iter().map(|learnt| rows(learnt)).collect();
+    let mut sizes = Vec::new();
+    if let Some((_, used)) = results.used() {
+        let rows: Vec<Residual> = rows(used);
+        sizes = curve_sizes(rows.len());
+        sets.extend(sizes.iter().map(|size| rows[..*size].to_vec()));
+    }
+    let mut trained = run.items(&Train { settings }, family.as_str(), &sets)?;
+    let points = trained.split_off(worlds.len());
+    let points = sizes.into_iter().zip(points);
+    let curve = points.filter_map(|(strikes, trained)| {
+        Some(CurvePoint {
+            strikes,
+            trained: trained?,
+        })
+    });
+    Ok((trained, curve.collect()))
+}
+
+/// A network for each world, and those of the learning curve.
+type Taught = (Vec<Option<Trained>>, Vec<CurvePoint>);
+
+/// The candidates' stop errors on the judges; what a strike said of a model is kept.
+fn judge(
+    run: &Run,
+    rig: &Rig,
+    judges: &[Judge],
+    candidates: &[Candidate],
+    noise: &Noise,
+) -> Result<Evaluation, Error> {
+    let mut predicted = Vec::new();
+    for candidate in candidates {
+        let answers = run.items(&Predict, &Model::of(rig, candidate), judges)?;
+        predicted.push((candidate.name.clone(), answers));
+    }
+    let repeats = match candidates.last() {
+        Some(last) => run.items(&Repeat, &Model::of(rig, last).world_alone(), judges)?,
+        None => Vec::new(),
+    };
+    evaluate::evaluation(judges, &predicted, &repeats, noise).map_err(Error::failed)
 }
 
 /// The models that are compared, the plainest first.

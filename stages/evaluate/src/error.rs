@@ -7,13 +7,8 @@ use world::WorldError;
 #[derive(Debug, thiserror::Error)]
 pub enum EvaluateError {
     /// A model's world does not compile.
-    #[error("evaluate model `{model}`: {source}")]
-    World {
-        /// The model.
-        model: String,
-        /// Why.
-        source: WorldError,
-    },
+    #[error("evaluate in a model's world: {0}")]
+    World(#[from] WorldError),
     /// Two models of one name cannot be told apart.
     #[error("evaluate: the model `{model}` is given twice")]
     Twice {

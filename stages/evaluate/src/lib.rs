@@ -6,27 +6,27 @@
 
 mod error;
 mod inverse;
+mod items;
 mod noise;
 mod predict;
 mod statistics;
-#[cfg(test)]
-mod tests;
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use artifacts::network::Network;
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use stage::{Progress, Stage};
+use stage::{ItemStage, Progress, Stage};
 use values::{Point, Rig, Split, Strike};
-use world::{Simulator, World};
+use world::World;
 
 pub use error::EvaluateError;
-pub use noise::Noise;
-pub use predict::{Predicted, PredictionStatus, predict};
+pub use items::{Model, Predict, Repeat};
+pub use noise::{Noise, Slopes};
+pub use predict::{Judge, Predicted, PredictionStatus, predict};
 pub use statistics::StopError;
 
-/// The stage.
+/// The stage that judges models as a whole; for strikes that come night by night, [`Predict`] and [`Repeat`] keep what each
+/// strike said.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Evaluate {
     /// Which strikes judge; none means all.
@@ -99,7 +99,7 @@ pub struct Evaluation {
 
 impl Stage for Evaluate {
     const NAME: &'static str = "evaluate";
-    const VERSION: u32 = 2;
+    const VERSION: u32 = 3;
     type Input = Input;
     type Output = Evaluation;
     type Error = EvaluateError;
@@ -116,83 +116,80 @@ impl Stage for Evaluate {
             });
         }
         let judges = |strike: &&Strike| self.split.is_none_or(|split| strike.split == split);
-        let strikes: Vec<&Strike> = input.strikes.iter().filter(judges).collect();
-        progress.items(strikes.len() * (input.candidates.len() + 1));
+        let judges: Vec<Judge> = input
+            .strikes
+            .iter()
+            .filter(judges)
+            .map(Judge::from)
+            .collect();
+        let all: Vec<&Judge> = judges.iter().collect();
+        progress.items(judges.len() * (input.candidates.len() + 1));
 
-        let mut predictions = Vec::new();
+        let mut predicted = Vec::new();
         for candidate in &input.candidates {
-            predictions.extend(predict_all(&input.rig, candidate, &strikes, progress)?);
+            let model = Model::of(&input.rig, candidate);
+            let answers = Predict.run_items(&model, &all, progress)?;
+            predicted.push((candidate.name.clone(), answers));
         }
-        let models: Vec<&str> = predictions.iter().map(|row| row.model.as_str()).collect();
-        let errors: Vec<Option<f64>> = predictions.iter().map(|row| row.error).collect();
-        Ok(Evaluation {
-            models: statistics::summarise(&models, &errors)?,
-            noise_floor: noise_floor(input, &strikes, progress)?,
-            predictions,
-        })
+        let repeats = match input.candidates.last() {
+            Some(last) => {
+                let world = Model::of(&input.rig, last).world_alone();
+                Repeat.run_items(&world, &all, progress)?
+            }
+            None => Vec::new(),
+        };
+        evaluation(&judges, &predicted, &repeats, &input.noise)
     }
 }
 
-fn simulator(rig: &Rig, candidate: &Candidate) -> Result<Simulator, EvaluateError> {
-    Simulator::new(rig, &candidate.world).map_err(|source| EvaluateError::World {
-        model: candidate.name.clone(),
-        source,
+/// Sums up each model's predictions of the judges, and what launches that scatter so do to each; all in the judges' order.
+pub fn evaluation(
+    judges: &[Judge],
+    predicted: &[(String, Vec<Predicted>)],
+    repeats: &[Option<Slopes>],
+    noise: &Noise,
+) -> Result<Evaluation, EvaluateError> {
+    let mut predictions = Vec::new();
+    for (model, answers) in predicted {
+        for (judge, answer) in judges.iter().zip(answers) {
+            predictions.push(Prediction {
+                model: model.clone(),
+                strike_id: judge.strike_id.clone(),
+                stop: answer.stop,
+                error: answer.stop.map(|stop| stop.distance(judge.stop)),
+                evaluations: answer.evaluations,
+                status: answer.status,
+            });
+        }
+    }
+    let models: Vec<&str> = predictions.iter().map(|row| row.model.as_str()).collect();
+    let errors: Vec<Option<f64>> = predictions.iter().map(|row| row.error).collect();
+    Ok(Evaluation {
+        models: statistics::summarise(&models, &errors)?,
+        noise_floor: noise_floor(repeats, noise)?,
+        predictions,
     })
-}
-
-/// One model's predictions, in the strikes' order.
-fn predict_all(
-    rig: &Rig,
-    candidate: &Candidate,
-    strikes: &[&Strike],
-    progress: &Progress,
-) -> Result<Vec<Prediction>, EvaluateError> {
-    let simulator = simulator(rig, candidate)?;
-    let rows = strikes.par_iter().map_init(
-        || simulator.worker(),
-        |worker, strike| {
-            let predicted = predict(worker, candidate.residual.as_ref(), strike);
-            progress.inc(1);
-            Prediction {
-                model: candidate.name.clone(),
-                strike_id: strike.id.clone(),
-                stop: predicted.stop,
-                error: predicted.stop.map(|stop| stop.distance(strike.stop)),
-                evaluations: predicted.evaluations,
-                status: predicted.status,
-            }
-        },
-    );
-    Ok(rows.collect())
 }
 
 /// The stop error that scatter alone leaves on these strikes.
 fn noise_floor(
-    input: &Input,
-    strikes: &[&Strike],
-    progress: &Progress,
+    repeats: &[Option<Slopes>],
+    noise: &Noise,
 ) -> Result<Option<StopError>, EvaluateError> {
-    let Some(last) = input.candidates.last() else {
-        return Ok(None);
-    };
-    let simulator = simulator(&input.rig, last)?;
-    let samples: Vec<Option<Vec<f64>>> = strikes
-        .par_iter()
-        .map_init(
-            || simulator.worker(),
-            |worker, strike| {
-                progress.inc(1);
-                noise::distances(worker, strike, &input.noise)
-            },
-        )
+    let known = repeats.iter().flatten();
+    let distances: Vec<Option<f64>> = known
+        .flat_map(|slopes| slopes.distances(noise))
+        .map(Some)
         .collect();
-    let failed = samples.iter().filter(|sample| sample.is_none()).count();
-    let distances: Vec<Option<f64>> = samples.into_iter().flatten().flatten().map(Some).collect();
     let summary = statistics::summarise(&vec!["noise_floor"; distances.len()], &distances)?;
+    let failed = repeats.iter().filter(|scatter| scatter.is_none()).count();
     let floor = |of_samples: &StopError| StopError {
-        n: strikes.len() - failed,
+        n: repeats.len() - failed,
         failed,
         ..*of_samples
     };
     Ok(summary.get("noise_floor").map(floor))
 }
+
+#[cfg(test)]
+mod tests;

@@ -1,8 +1,10 @@
 //! What repeats of the same command would scatter by: the least stop error that any model can show.
 
 use serde::{Deserialize, Serialize};
-use values::{Command, Point, Strike};
+use values::{Command, Point};
 use world::{Scatter, Worker};
+
+use crate::Judge;
 
 /// How repeats differ and how well the camera sees them; standard deviations, as identified.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -34,35 +36,42 @@ const DIFFERENCE: f64 = 0.03;
 const RADII: usize = 32;
 const DIRECTIONS: usize = 12;
 
-/// Distances between prediction and measurement, in m, that a perfect model would show over many repeats of this
-/// strike: evenly weighted points of the scatter's distribution. None where the world cannot simulate it.
-pub(crate) fn distances(
-    worker: &mut Worker<'_>,
-    strike: &Strike,
-    noise: &Noise,
-) -> Option<Vec<f64>> {
-    let mut stop = |speed: f64, angle: f64| {
-        let command = Command {
-            speed: strike.command.speed * (1.0 + speed),
-            angle: strike.command.angle + angle,
+/// Where a strike's stop moves to as its launch changes, in m: by relative speed, and by angle in rad.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Slopes {
+    by_speed: Point,
+    by_angle: Point,
+}
+
+impl Slopes {
+    /// None where the world cannot simulate the strike.
+    pub(crate) fn of(worker: &mut Worker<'_>, strike: &Judge) -> Option<Self> {
+        let mut stop = |speed: f64, angle: f64| {
+            let command = Command {
+                speed: strike.command.speed * (1.0 + speed),
+                angle: strike.command.angle + angle,
+            };
+            let simulated = worker.strike(strike.initial, command, &strike.conditions);
+            Some(simulated.ok()?.stop)
         };
-        Some(
-            worker
-                .strike(strike.initial, command, &strike.conditions)
-                .ok()?
-                .stop,
-        )
-    };
-    let by_speed = (stop(DIFFERENCE, 0.0)? - stop(-DIFFERENCE, 0.0)?) * (0.5 / DIFFERENCE);
-    let by_angle = (stop(0.0, DIFFERENCE)? - stop(0.0, -DIFFERENCE)?) * (0.5 / DIFFERENCE);
-    let scatter = Ellipse::of(&[
-        by_speed * noise.speed,
-        by_angle * noise.angle,
-        // Where it rested before and after is measured with the same error each.
-        Point::new(noise.position * std::f64::consts::SQRT_2, 0.0),
-        Point::new(0.0, noise.position * std::f64::consts::SQRT_2),
-    ]);
-    Some(scatter.distances())
+        Some(Self {
+            by_speed: (stop(DIFFERENCE, 0.0)? - stop(-DIFFERENCE, 0.0)?) * (0.5 / DIFFERENCE),
+            by_angle: (stop(0.0, DIFFERENCE)? - stop(0.0, -DIFFERENCE)?) * (0.5 / DIFFERENCE),
+        })
+    }
+
+    /// Distances between prediction and measurement, in m, that a perfect model would show over many repeats of the strike:
+    /// evenly weighted points of the scatter's distribution.
+    pub(crate) fn distances(&self, noise: &Noise) -> Vec<f64> {
+        let scatter = Ellipse::of(&[
+            self.by_speed * noise.speed,
+            self.by_angle * noise.angle,
+            // Where it rested before and after is measured with the same error each.
+            Point::new(noise.position * std::f64::consts::SQRT_2, 0.0),
+            Point::new(0.0, noise.position * std::f64::consts::SQRT_2),
+        ]);
+        scatter.distances()
+    }
 }
 
 /// A normal distribution in the plane, as the lower factor of its covariance.
@@ -86,7 +95,7 @@ impl Ellipse {
         }
     }
 
-    /// Distances from the centre of points of equal weight: middles of rings and sectors of equal probability.
+    /// Distances in m from the centre of points of equal weight: middles of rings and sectors of equal probability.
     fn distances(&self) -> Vec<f64> {
         let radius = |ring: usize| (-2.0 * (1.0 - (ring as f64 + 0.5) / RADII as f64).ln()).sqrt();
         let bearing =

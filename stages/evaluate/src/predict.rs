@@ -2,7 +2,7 @@
 
 use artifacts::network::Network;
 use serde::{Deserialize, Serialize};
-use values::{Point, Strike};
+use values::{Command, Conditions, Point, Strike};
 use world::Worker;
 
 use crate::inverse;
@@ -22,7 +22,7 @@ pub enum PredictionStatus {
 }
 
 /// A predicted stop.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Predicted {
     /// Where the object comes to rest, in m; none when the simulation diverged.
     pub stop: Option<Point>,
@@ -32,18 +32,45 @@ pub struct Predicted {
     pub status: PredictionStatus,
 }
 
-/// The stop that a model predicts for the command that was sent: the worker's world alone, or with a residual.
-pub fn predict(worker: &mut Worker<'_>, residual: Option<&Network>, strike: &Strike) -> Predicted {
-    if let Some(network) = residual {
-        return inverse::meant_by(
-            worker,
-            network,
-            strike.initial,
-            strike.command,
-            &strike.conditions,
-        );
+/// What of a logged strike a model is judged by.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Judge {
+    /// The strike.
+    pub strike_id: String,
+    /// Where the object rested before, in m.
+    pub initial: Point,
+    /// Where it came to rest, in m.
+    pub stop: Point,
+    /// What was commanded.
+    pub command: Command,
+    /// When and in which session.
+    pub conditions: Conditions,
+}
+
+impl From<&Strike> for Judge {
+    fn from(strike: &Strike) -> Self {
+        Self {
+            strike_id: strike.id.clone(),
+            initial: strike.initial,
+            stop: strike.stop,
+            command: strike.command,
+            conditions: strike.conditions.clone(),
+        }
     }
-    let simulated = worker.strike(strike.initial, strike.command, &strike.conditions);
+}
+
+/// The stop that a model predicts for the command that was sent: the worker's world alone, or with a residual.
+pub fn predict(worker: &mut Worker<'_>, residual: Option<&Network>, judge: &Judge) -> Predicted {
+    let Judge {
+        initial,
+        command,
+        conditions,
+        ..
+    } = judge;
+    if let Some(network) = residual {
+        return inverse::meant_by(worker, network, *initial, *command, conditions);
+    }
+    let simulated = worker.strike(*initial, *command, conditions);
     let status = match simulated {
         Ok(_) => PredictionStatus::Simulated,
         Err(_) => PredictionStatus::Diverged,

@@ -89,7 +89,7 @@ fn predicting_a_planned_command_gives_the_path_it_was_planned_for() {
         let simulator = Simulator::new(&rig, &world).expect("a world");
         let mut worker = simulator.worker();
         for strike in &strikes {
-            let predicted = predict(&mut worker, Some(&residual()), strike);
+            let predicted = predict(&mut worker, Some(&residual()), &strike.into());
             assert_eq!(
                 predicted.status,
                 PredictionStatus::Converged,

@@ -18,11 +18,11 @@ mod schedule;
 mod settings;
 mod stages;
 
-pub use curve::{CurvePoint, learning_curve};
+pub use curve::{CurvePoint, curve_sizes};
 pub use error::TrainError;
 pub use fit::{Epoch, Mae, Trained, fit};
 pub use settings::Settings;
-pub use stages::{LearningCurve, Train};
+pub use stages::Train;
 
 #[cfg(test)]
 mod tests;

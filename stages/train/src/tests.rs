@@ -6,7 +6,8 @@ use rand_distr::{Distribution, Normal};
 use residual::Residual;
 use values::{Point, split_of};
 
-use crate::{Settings, TrainError, Trained, fit, learning_curve};
+use crate::{Settings, Train, TrainError, Trained, fit};
+use stage::{ItemStage, Progress};
 
 /// Deviation of the labels' noise, in m/s and rad.
 const NOISE: f64 = 0.005;
@@ -154,26 +155,16 @@ fn training_stops_early_and_keeps_the_best_weights() {
 }
 
 #[test]
-fn more_strikes_make_a_better_model() {
-    let curve = learning_curve(
-        &synthetic(500, 5),
-        &[25, 100, 500, 900],
-        &Settings::default(),
-        &mut |_| {},
-    )
-    .expect("sound rows");
-    let sizes: Vec<usize> = curve.iter().map(|point| point.strikes).collect();
-    assert_eq!(sizes, [25, 100, 500]);
-    let errors: Vec<f64> = curve
-        .iter()
-        .map(|point| truth_error(&point.trained))
-        .collect();
+fn more_strikes_make_a_better_model_and_sets_trained_side_by_side_are_as_if_alone() {
+    let rows = synthetic(500, 5);
+    let sets: Vec<Vec<Residual>> = [25, 100, 500].map(|count| rows[..count].to_vec()).to_vec();
+    let curve = Train::default()
+        .run_items("", &sets.iter().collect::<Vec<_>>(), &Progress::hidden())
+        .expect("sound rows");
+    let curve: Vec<Trained> = curve.into_iter().flatten().collect();
+    let errors: Vec<f64> = curve.iter().map(truth_error).collect();
     assert!(errors[0] > errors[1] && errors[1] > errors[2], "{errors:?}");
-    let judges: Vec<_> = curve
-        .iter()
-        .map(|point| point.trained.test.map(|test| test.rows))
-        .collect();
-    assert!(judges.iter().all(|rows| *rows == judges[0]), "{judges:?}");
+    assert_eq!(curve[1], train(&sets[1], &Settings::default()));
 }
 
 #[test]

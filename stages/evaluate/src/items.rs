@@ -1,0 +1,103 @@
+//! Strike by strike: a strike that judged a model once need not again.
+
+use artifacts::network::Network;
+use rayon::prelude::*;
+use serde::Serialize;
+use stage::{ItemStage, Progress};
+use values::Rig;
+use world::{Simulator, Worker, World};
+
+use crate::{Candidate, EvaluateError, Judge, Predicted, Slopes, predict};
+
+/// A model without its name.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Model {
+    rig: Rig,
+    world: World,
+    residual: Option<Network>,
+}
+
+impl Model {
+    /// A candidate on this rig.
+    pub fn of(rig: &Rig, candidate: &Candidate) -> Self {
+        Self {
+            rig: rig.clone(),
+            world: candidate.world.clone(),
+            residual: candidate.residual.clone(),
+        }
+    }
+
+    /// The same without its residual.
+    pub fn world_alone(self) -> Self {
+        Self {
+            residual: None,
+            ..self
+        }
+    }
+}
+
+/// A model's prediction of each strike.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Predict;
+
+impl ItemStage for Predict {
+    const NAME: &'static str = "predict";
+    const VERSION: u32 = 1;
+    type Shared = Model;
+    type Item = Judge;
+    type Output = Predicted;
+    type Error = EvaluateError;
+
+    fn run_items(
+        &self,
+        model: &Model,
+        judges: &[&Judge],
+        progress: &Progress,
+    ) -> Result<Vec<Predicted>, EvaluateError> {
+        let residual = model.residual.as_ref();
+        each(model, judges, progress, |worker, judge| {
+            predict(worker, residual, judge)
+        })
+    }
+}
+
+/// How each strike's stop moves with its launch in a model's world; none where that cannot simulate it. The noise floor
+/// follows.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Repeat;
+
+impl ItemStage for Repeat {
+    const NAME: &'static str = "repeat";
+    const VERSION: u32 = 1;
+    type Shared = Model;
+    type Item = Judge;
+    type Output = Option<Slopes>;
+    type Error = EvaluateError;
+
+    fn run_items(
+        &self,
+        model: &Model,
+        judges: &[&Judge],
+        progress: &Progress,
+    ) -> Result<Vec<Option<Slopes>>, EvaluateError> {
+        each(model, judges, progress, Slopes::of)
+    }
+}
+
+fn each<T: Send>(
+    model: &Model,
+    judges: &[&Judge],
+    progress: &Progress,
+    answer: impl Fn(&mut Worker<'_>, &Judge) -> T + Sync,
+) -> Result<Vec<T>, EvaluateError> {
+    let simulator = Simulator::new(&model.rig, &model.world)?;
+    let answers = judges.par_iter().map_init(
+        || simulator.worker(),
+        |worker, judge| {
+            let answer = answer(worker, judge);
+            progress.inc(1);
+            answer
+        },
+    );
+    Ok(answers.collect())
+}
