@@ -67,7 +67,7 @@ pub fn pipeline(run: &Run, inputs: &Inputs, last: Step) -> Result<Results, Error
     }
 
     match find_effects(run, inputs, identified, strikes) {
-        // Strikes that are too few to decide still identify, solve and learn.
+        // A ball, and strikes that are too few to decide, still identify, solve and learn.
         Err(Error::Input(why)) if last > Step::Diagnose => {
             results.no_diagnosis = Some(format!("failed to {why}"));
         }
@@ -172,7 +172,9 @@ fn find_effects(
         strikes: diagnose.sample(learning(strikes)),
     };
     run.stage(&diagnose, &input).map_err(|error| match error {
-        RunError::Stage(error @ DiagnoseError::TooFewStrikes { .. }) => Error::input(error),
+        RunError::Stage(error @ (DiagnoseError::TooFewStrikes { .. } | DiagnoseError::Rolls)) => {
+            Error::input(error)
+        }
         error => error.into(),
     })
 }

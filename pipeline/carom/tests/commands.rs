@@ -232,6 +232,23 @@ fn too_few_strikes_to_diagnose_are_no_failure_of_a_run() {
     assert!(text.contains("log more strikes"), "{text}");
 }
 
+#[test]
+fn a_ball_is_identified_and_learnt_though_nothing_diagnoses_it() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let dir = folder.path().display();
+    done(&format!(
+        "demo --object sphere --strikes 30 --hide none --out {dir}/rig"
+    ));
+    let said = done(&format!(
+        "run {dir}/rig/logs --rig {dir}/rig/rig.toml --out {dir}"
+    ));
+    assert_eq!(said["version"], "v0001");
+    let why = said["no_diagnosis"].as_str().expect("a reason");
+    assert!(why.contains("a ball rolls"), "{why}");
+    let (outcome, why) = refusal(&format!("diagnose --out {dir}"));
+    assert_eq!(outcome, Outcome::BadInput, "{why}");
+}
+
 /// Whether every address in the page is the name of SVG's namespace, which nothing fetches.
 fn only_namespaces(page: &str) -> bool {
     page.match_indices("http")
