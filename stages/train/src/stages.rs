@@ -5,7 +5,7 @@ use residual::Residual;
 use serde::Serialize;
 use stage::{ItemStage, Progress};
 
-use crate::{Settings, TrainError, Trained, fit};
+use crate::{Epoch, Settings, TrainError, Trained, fit};
 
 /// Trains the residual model on each set of residuals. The answer to a set is none where its rows are too few to train on
 /// ([`TrainError::TooFewRows`]): the world then serves without a residual.
@@ -32,7 +32,17 @@ impl ItemStage for Train {
     ) -> Result<Vec<Self::Output>, TrainError> {
         sets.par_iter()
             .map(|rows| {
-                let answer = match fit(rows, &self.settings, &mut |_| {}) {
+                let mut show = |epoch: &Epoch| {
+                    progress.set_message(format!(
+                        "{} rows: epoch {} loss {:.4} validation {:.4} rate {:.1e}",
+                        rows.len(),
+                        epoch.epoch,
+                        epoch.train_loss,
+                        epoch.validation_mae,
+                        epoch.rate
+                    ));
+                };
+                let answer = match fit(rows, &self.settings, &mut show) {
                     Ok(trained) => Ok(Some(trained)),
                     Err(TrainError::TooFewRows { .. }) => Ok(None),
                     Err(error) => Err(error),

@@ -151,8 +151,8 @@ fn page(input: &Input, diagnosis: &Diagnosis) -> anyhow::Result<String> {
     };
     let mut text = format!(
         "# Real strikes of a KUKA arm\n\nMade by `make kuka`. {} strikes that another lab recorded, of a light box and an arm told 0.5 to \
-         2.75 m/s, in two sessions; {} of them fit and choose, {} judge. Nothing in the diagnosis was set by them. The strikes \
-         themselves are not part of this repository.\n\n**`{said}`**: {}.\n\n",
+         2.75 m/s, in two sessions; {} of them fit and choose, {} judge. No threshold was set by them; one rule came \
+         of looking at them: an effect at the end of its range is not named. The strikes themselves are not part of this repository.\n\n**`{said}`**: {}.\n\n",
         input.strikes.len(),
         diagnosis.strikes,
         diagnosis.gap.heldout_strikes,
