@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use artifacts::Model;
-use clap::Parser;
+use clap::{ArgAction, Parser};
 use strike::Choice;
 
 const EXAMPLES: &str = "\
@@ -51,10 +51,10 @@ pub struct Args {
     #[arg(long, value_name = "MODEL")]
     pub model: Option<Model>,
     /// Where the object shall come to rest, in m
-    #[arg(long, num_args = 2, value_names = ["X", "Y"], allow_negative_numbers = true)]
+    #[arg(long, action = ArgAction::Set, num_args = 2, value_names = ["X", "Y"], allow_negative_numbers = true)]
     pub to: Option<Vec<f64>>,
     /// Where the object rests, in m [default: so that its path is the middle of the trained ones]
-    #[arg(long, num_args = 2, value_names = ["X", "Y"], allow_negative_numbers = true, requires = "to")]
+    #[arg(long, action = ArgAction::Set, num_args = 2, value_names = ["X", "Y"], allow_negative_numbers = true, requires = "to")]
     pub from: Option<Vec<f64>>,
     /// Robot: dry-run, sim (the rig whose truth.json lies in DIR or DIR/rig, else the demo's), sim:FOLDER (the one of
     /// FOLDER's); xarm:HOST has no driver yet and is refused

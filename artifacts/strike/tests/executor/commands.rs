@@ -48,6 +48,14 @@ fn good_and(more: &[&'static str]) -> Vec<&'static str> {
 }
 
 #[test]
+fn a_second_target_is_not_passed_over() {
+    for more in [["--to", "0.7", "0.0"], ["--from", "0.3", "0.0"]] {
+        let (code, _, err) = code(&good_and(&more));
+        assert_eq!(code, 2, "{err}");
+    }
+}
+
+#[test]
 fn a_plan_is_told_to_a_person_with_positions_and_times() {
     let (code, out, err) = code(&GOOD);
     assert_eq!(code, 0);

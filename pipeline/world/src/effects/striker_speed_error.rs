@@ -47,10 +47,15 @@ pub const SPEC: EffectSpec = EffectSpec {
         })
     },
     statement: |values| {
-        let (offset, cap) = (values.get("offset"), values.get("cap"));
+        let (slope, offset, cap) = (values.get("slope"), values.get("offset"), values.get("cap"));
+        // A constant factor is restitution's by another name, and stays there unless it is set.
+        let factor = if slope == 1.0 {
+            "but for a constant factor that restitution holds, the arm delivers".into()
+        } else {
+            format!("the arm delivers {slope:.2} times")
+        };
         let mut text = format!(
-            "the arm delivers {:.2} times the commanded speed {} {:.3} m/s",
-            values.get("slope"),
+            "{factor} the commanded speed {} {:.3} m/s",
             if offset < 0.0 { "less" } else { "plus" },
             offset.abs()
         );
