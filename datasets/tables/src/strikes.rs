@@ -1,5 +1,6 @@
 //! `strikes.parquet` and `tracks.parquet`: a row a strike, and a row a frame.
 
+use std::borrow::Borrow;
 use std::collections::HashMap;
 use std::path::Path;
 
@@ -8,7 +9,7 @@ use values::{Command, Conditions, Point, Split, Strike, Track};
 use crate::TableError;
 use crate::layout::{Table, count, real, text};
 use crate::read::{Batch, read};
-use crate::write::{Cell, write};
+use crate::write::{Cell, write_with};
 
 /// After the columns of the public interface, two that the conditions of a strike need.
 const STRIKES: Table<16> = Table {
@@ -45,20 +46,36 @@ const TRACKS: Table<4> = Table {
 
 /// Writes both tables of these strikes, in their order.
 pub fn write_strikes(dir: &Path, strikes: &[Strike]) -> Result<(), TableError> {
-    let frames = strikes.iter().flat_map(|strike| {
-        let Track { t, x, y } = &strike.track;
-        let points = t.iter().zip(x).zip(y);
-        points.map(|((t, x), y)| {
-            [
-                Cell::Text(&strike.id),
-                Cell::Real(*t),
-                Cell::Real(*x),
-                Cell::Real(*y),
-            ]
+    stream_strikes(dir, strikes.iter().map(Ok::<_, TableError>))
+}
+
+/// Writes both tables of strikes that come one by one; where one does not come, neither table is written.
+pub fn stream_strikes<S: Borrow<Strike>, E: From<TableError> + From<durable::Error>>(
+    dir: &Path,
+    mut strikes: impl Iterator<Item = Result<S, E>>,
+) -> Result<(), E> {
+    write_with(dir, &STRIKES, |rows| {
+        write_with(dir, &TRACKS, |frames| {
+            strikes.try_for_each(|strike| {
+                let strike = strike?;
+                let strike = strike.borrow();
+                rows.push(&cells(strike))?;
+                Ok(track(strike).try_for_each(|frame| frames.push(&frame))?)
+            })
         })
-    });
-    write(dir, &TRACKS, frames)?;
-    write(dir, &STRIKES, strikes.iter().map(cells))
+    })
+}
+
+fn track(strike: &Strike) -> impl Iterator<Item = [Cell<'_>; 4]> {
+    let Track { t, x, y } = &strike.track;
+    t.iter().zip(x).zip(y).map(|((t, x), y)| {
+        [
+            Cell::Text(&strike.id),
+            Cell::Real(*t),
+            Cell::Real(*x),
+            Cell::Real(*y),
+        ]
+    })
 }
 
 fn cells(strike: &Strike) -> [Cell<'_>; 16] {

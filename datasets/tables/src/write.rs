@@ -1,9 +1,11 @@
 //! Rows to Parquet, a row group at a time.
 
-use std::path::Path;
+use std::io::BufWriter;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use arrow::array::{ArrayRef, Float64Builder, RecordBatch, StringBuilder, UInt32Builder};
+use durable::Output;
 use parquet::arrow::ArrowWriter;
 use parquet::basic::{Compression, ZstdLevel};
 use parquet::errors::ParquetError;
@@ -11,7 +13,7 @@ use parquet::file::metadata::KeyValue;
 use parquet::file::properties::WriterProperties;
 
 use crate::TableError;
-use crate::layout::{GROUP_ROWS, Kind, SCHEMA_VERSION, Table, VERSION_KEY};
+use crate::layout::{Column, GROUP_ROWS, Kind, SCHEMA_VERSION, Table, VERSION_KEY};
 
 /// One value of a row.
 pub(crate) enum Cell<'a> {
@@ -24,27 +26,97 @@ pub(crate) enum Cell<'a> {
 pub(crate) fn write<'a, const N: usize>(
     dir: &Path,
     table: &Table<N>,
-    rows: impl Iterator<Item = [Cell<'a>; N]>,
+    mut rows: impl Iterator<Item = [Cell<'a>; N]>,
 ) -> Result<(), TableError> {
-    let path = table.path(dir);
-    durable::create_dir(dir)?;
-    durable::write(&path, |file| {
-        let encode = |source| TableError::Encode {
-            path: path.clone(),
-            source,
-        };
-        let properties = properties().map_err(encode)?;
-        let mut writer =
-            ArrowWriter::try_new(file, table.shared_schema(), Some(properties)).map_err(encode)?;
-        let mut rows = rows.peekable();
-        while rows.peek().is_some() {
-            let batch = batch(table, rows.by_ref().take(GROUP_ROWS)).map_err(encode)?;
-            writer.write(&batch).map_err(encode)?;
-            writer.flush().map_err(encode)?;
-        }
-        writer.close().map_err(encode)?;
-        Ok(())
+    write_with(dir, table, |writer| {
+        rows.try_for_each(|row| writer.push(&row))
     })
+}
+
+/// Writes a table into a folder, whole or not at all: `fill` gives its rows.
+pub(crate) fn write_with<const N: usize, E: From<TableError> + From<durable::Error>>(
+    dir: &Path,
+    table: &Table<N>,
+    fill: impl FnOnce(&mut Rows<'_, N>) -> Result<(), E>,
+) -> Result<(), E> {
+    durable::create_dir(dir)?;
+    durable::write(&table.path(dir), |file| {
+        let mut rows = Rows::new(table, table.path(dir), file)?;
+        fill(&mut rows)?;
+        Ok(rows.finish()?)
+    })
+}
+
+/// A table being written; no more than one row group of it is held.
+pub(crate) struct Rows<'a, const N: usize> {
+    table: &'a Table<N>,
+    path: PathBuf,
+    writer: ArrowWriter<&'a mut BufWriter<Output>>,
+    group: [Builder; N],
+    /// Rows in `group`.
+    held: usize,
+}
+
+impl<'a, const N: usize> Rows<'a, N> {
+    fn new(
+        table: &'a Table<N>,
+        path: PathBuf,
+        file: &'a mut BufWriter<Output>,
+    ) -> Result<Self, TableError> {
+        let schema = table.shared_schema();
+        let writer = properties()
+            .and_then(|properties| ArrowWriter::try_new(file, schema, Some(properties)));
+        match writer {
+            Ok(writer) => Ok(Self {
+                table,
+                path,
+                writer,
+                group: table.builders(),
+                held: 0,
+            }),
+            Err(source) => Err(TableError::Encode { path, source }),
+        }
+    }
+
+    /// Adds a row.
+    pub fn push(&mut self, row: &[Cell<'_>; N]) -> Result<(), TableError> {
+        for (column, cell) in self.group.iter_mut().zip(row) {
+            column.push(cell);
+        }
+        self.held += 1;
+        if self.held < GROUP_ROWS {
+            return Ok(());
+        }
+        self.end_group()
+    }
+
+    fn end_group(&mut self) -> Result<(), TableError> {
+        self.held = 0;
+        let columns = self.group.iter_mut().map(Builder::finish).collect();
+        RecordBatch::try_new(self.table.shared_schema(), columns)
+            .map_err(ParquetError::from)
+            .and_then(|batch| self.writer.write(&batch))
+            .and_then(|()| self.writer.flush())
+            .map_err(|source| self.failed(source))
+    }
+
+    fn finish(mut self) -> Result<(), TableError> {
+        if self.held > 0 {
+            self.end_group()?;
+        }
+        let Self { path, writer, .. } = self;
+        match writer.close() {
+            Ok(_) => Ok(()),
+            Err(source) => Err(TableError::Encode { path, source }),
+        }
+    }
+
+    fn failed(&self, source: ParquetError) -> TableError {
+        TableError::Encode {
+            path: self.path.clone(),
+            source,
+        }
+    }
 }
 
 /// Nothing in them depends on the machine, the clock, or the version of the writer.
@@ -56,6 +128,13 @@ fn properties() -> Result<WriterProperties, ParquetError> {
         .set_max_row_group_row_count(Some(GROUP_ROWS))
         .set_key_value_metadata(Some(vec![version]))
         .build())
+}
+
+impl<const N: usize> Table<N> {
+    fn builders(&self) -> [Builder; N] {
+        let column = |column: &Column| Builder::new(column.kind());
+        self.columns.each_ref().map(column)
+    }
 }
 
 enum Builder {
@@ -83,28 +162,12 @@ impl Builder {
         }
     }
 
-    fn finish(self) -> ArrayRef {
+    /// The column so far; the next one begins.
+    fn finish(&mut self) -> ArrayRef {
         match self {
-            Self::Real(mut column) => Arc::new(column.finish()),
-            Self::Count(mut column) => Arc::new(column.finish()),
-            Self::Text(mut column) => Arc::new(column.finish()),
+            Self::Real(column) => Arc::new(column.finish()),
+            Self::Count(column) => Arc::new(column.finish()),
+            Self::Text(column) => Arc::new(column.finish()),
         }
     }
-}
-
-fn batch<'a, const N: usize>(
-    table: &Table<N>,
-    rows: impl Iterator<Item = [Cell<'a>; N]>,
-) -> Result<RecordBatch, ParquetError> {
-    let mut builders = table
-        .columns
-        .each_ref()
-        .map(|column| Builder::new(column.kind()));
-    for row in rows {
-        for (builder, cell) in builders.iter_mut().zip(&row) {
-            builder.push(cell);
-        }
-    }
-    let columns = builders.map(Builder::finish).to_vec();
-    Ok(RecordBatch::try_new(table.shared_schema(), columns)?)
 }

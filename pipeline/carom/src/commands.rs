@@ -163,7 +163,7 @@ fn go(run: &Run, store: &Store, inputs: &Inputs, last: Step) -> Result<Said, Err
         |evaluation| json!({ "models": evaluation.models, "noise_floor": evaluation.noise_floor }),
     );
     let json = json!({
-        "strikes": results.strikes.len(),
+        "strikes": results.kept.len(),
         "rejects": results.rejects,
         "left_out": results.left_out,
         "log_notes": results.log_notes,

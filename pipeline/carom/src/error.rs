@@ -4,6 +4,7 @@ use std::error::Error as StdError;
 use std::path::Path;
 
 use stage::{RunError, StageError};
+use tables::TableError;
 
 /// Any error of a crate below.
 pub type Source = Box<dyn StdError + Send + Sync>;
@@ -67,6 +68,12 @@ impl<E: StdError + Send + Sync + 'static> From<RunError<E>> for Error {
             RunError::Stage(error) => Self::failed(error),
             RunError::Store(error) => error.into(),
         }
+    }
+}
+
+impl From<TableError> for Error {
+    fn from(error: TableError) -> Self {
+        Self::failed(error)
     }
 }
 

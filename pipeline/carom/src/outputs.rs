@@ -21,7 +21,10 @@ pub const NEXT_STRIKES: &str = "next_strikes.json";
 
 /// Writes what the steps up to and with `last` gave. Every file is whole or absent; the same results give the same bytes.
 pub fn write(dir: &Path, results: &Results, last: Step) -> Result<(), Error> {
-    tables::write_strikes(dir, &results.strikes).map_err(Error::failed)?;
+    tables::stream_strikes(
+        dir,
+        results.kept.iter().map(|read| read.map_err(Error::from)),
+    )?;
     tables::write_rejects(dir, &results.rejects).map_err(Error::failed)?;
     if let Some((_, used)) = results.used() {
         write_world(dir, "world.toml", Some(&used.world))?;

@@ -45,7 +45,7 @@ pub fn pipeline(run: &Run, inputs: &Inputs, last: Step) -> Result<Results, Error
 
     let read = reading::read(run, rig, &inputs.logs, *seed)?;
     let mut results = Results {
-        strikes: read.strikes,
+        kept: read.strikes,
         rejects: read.rejects,
         logs: read.logs,
         left_out: read.left_out,
@@ -56,6 +56,8 @@ pub fn pipeline(run: &Run, inputs: &Inputs, last: Step) -> Result<Results, Error
     if last < Step::Sysid {
         return Ok(results);
     }
+    // From here on all are held.
+    results.strikes = results.kept.iter().collect::<Result<_, _>>()?;
     let strikes = &results.strikes;
 
     let fit = identify(run, rig, strikes)?;

@@ -2,19 +2,19 @@
 
 use std::path::PathBuf;
 
-use ingest::{Ingest, IngestError, LogFile, assemble};
+use ingest::{Ingest, IngestError, LogFile, Strikes};
 use rayon::iter::Either;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use stage::{Run, RunError};
-use values::{Reject, Rig, Strike};
+use values::{Reject, Rig};
 
 use crate::Error;
 
 /// What the logs held.
 pub struct Read {
     /// Strikes kept, in order of time.
-    pub strikes: Vec<Strike>,
+    pub strikes: Strikes,
     /// Strikes seen and not kept.
     pub rejects: Vec<Reject>,
     /// The logs that were read, by name and hash.
@@ -57,26 +57,26 @@ pub fn open(paths: &[PathBuf]) -> (Vec<LogFile>, Vec<LeftOut>) {
 /// Reads the logs; each is read once, until its content changes. One that cannot be is left out, if another can.
 pub fn read(run: &Run, rig: &Rig, logs: &[PathBuf], seed: u64) -> Result<Read, Error> {
     let (mut logs, mut left_out) = open(logs);
-    let mut outcomes = run
-        .items(&Ingest { seed }, rig, &logs)
+    let mut read = run
+        .lists(&Ingest { seed }, rig, &logs)
         .map_err(|error| match error {
             RunError::Stage(error @ IngestError::Log(_)) => Error::input(error),
             error => error.into(),
         })?;
-    for outcome in &outcomes {
+    for (outcome, _) in &read {
         let log = &outcome.log;
         left_out.extend(outcome.left_out.clone().map(|why| LeftOut {
             log: log.clone(),
             why,
         }));
     }
-    let mut is_read = outcomes.iter().map(|outcome| outcome.left_out.is_none());
+    let mut is_read = read.iter().map(|(outcome, _)| outcome.left_out.is_none());
     logs.retain(|_| is_read.next().unwrap_or(false));
-    outcomes.retain(|outcome| outcome.left_out.is_none());
+    read.retain(|(outcome, _)| outcome.left_out.is_none());
     if let (true, Some(first)) = (logs.is_empty(), left_out.first()) {
         return Err(Error::input(first.why.clone()));
     }
-    let notes = outcomes.iter().flat_map(|outcome| {
+    let notes = read.iter().flat_map(|(outcome, _)| {
         let note = |note| format!("{}: {note}", outcome.log);
         outcome.notes.iter().map(note)
     });
@@ -85,9 +85,9 @@ pub fn read(run: &Run, rig: &Rig, logs: &[PathBuf], seed: u64) -> Result<Read, E
         .map(LeftOut::sentence)
         .chain(notes)
         .collect();
-    let damaged = outcomes.iter().filter(|outcome| !outcome.whole);
-    let damaged = damaged.map(|outcome| outcome.log.clone()).collect();
-    let (strikes, rejects) = assemble(outcomes);
+    let damaged = read.iter().filter(|(outcome, _)| !outcome.whole);
+    let damaged = damaged.map(|(outcome, _)| outcome.log.clone()).collect();
+    let (strikes, rejects) = Strikes::join(read);
     if strikes.is_empty() {
         return Err(Error::input(format!(
             "find strikes: none was kept in {} logs ({}); check the topics and the table's bounds in the rig file",

@@ -3,7 +3,7 @@
 use artifacts::Contents;
 use diagnose::Found;
 use evaluate::Evaluation;
-use ingest::LogFile;
+use ingest::{LogFile, Strikes};
 use residual::ResidualTable;
 use sysid::Fit;
 use train::{CurvePoint, Trained};
@@ -16,7 +16,9 @@ use crate::reading::LeftOut;
 /// What came of the steps that were gone.
 #[derive(Clone, Debug, Default)]
 pub struct Results {
-    /// Strikes kept, in order of time.
+    /// Strikes kept, in order of time, as they lie in the cache.
+    pub kept: Strikes,
+    /// The same, read; from sysid on.
     pub strikes: Vec<Strike>,
     /// Strikes seen and not kept.
     pub rejects: Vec<Reject>,

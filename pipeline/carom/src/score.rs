@@ -78,12 +78,13 @@ pub fn score(args: &ScoreArgs, global: Global) -> Result<Said, Error> {
     // The artifact may be a robot's copy: nothing but the score is left there.
     let scratch = tempfile::tempdir().map_err(Error::failed)?;
     let run = open(scratch.path(), global)?;
-    let mut read = reading::read(&run, &artifact.rig, &logs, 0)?;
+    let read = reading::read(&run, &artifact.rig, &logs, 0)?;
+    let mut strikes = read.strikes.iter().collect::<Result<Vec<_>, _>>()?;
     if let Some(known) = artifact.manifest.provenance.strikes {
-        go_on_from(known, &mut read.strikes);
+        go_on_from(known, &mut strikes);
     }
-    let scored = read.strikes.len();
-    let (evaluation, drift) = judge(&run, &artifact, read.strikes)?;
+    let scored = strikes.len();
+    let (evaluation, drift) = judge(&run, &artifact, strikes)?;
     let score = Score {
         artifact: artifact.version.clone(),
         rejected: read.rejects.len(),

@@ -58,7 +58,7 @@ pub fn results(results: &Results) -> String {
 }
 
 fn strikes(results: &Results) -> String {
-    let mut text = format!("strikes    {} kept", results.strikes.len());
+    let mut text = format!("strikes    {} kept", results.kept.len());
     if results.rejects.is_empty() {
         text += ", none rejected\n";
     } else {

@@ -10,13 +10,13 @@ use std::time::SystemTime;
 use crate::StageError;
 use crate::key::Key;
 
-/// Answers and packs that no current input asks for: so many are kept for each stage, the newest.
+/// Answers, packs and folders of lists that no current input asks for: so many are kept for each stage, the newest.
 const SPARE: usize = 8;
 
 /// The cache's folder.
 pub(crate) struct Answers {
     dir: PathBuf,
-    /// Files that this run wrote or used.
+    /// Files, and folders of lists, that this run wrote or used.
     used: Mutex<HashSet<PathBuf>>,
 }
 
@@ -38,7 +38,7 @@ impl Answers {
         })
     }
 
-    /// The file of a key, in its stage's folder, which is made.
+    /// The place of a key, in its stage's folder, which is made.
     pub fn path(&self, stage: &str, key: Key, extension: &str) -> Result<PathBuf, StageError> {
         let folder = self.dir.join(stage);
         durable::create_dir(&folder)?;
@@ -97,7 +97,12 @@ impl Answers {
         spare.sort();
         let surplus = spare.len().saturating_sub(SPARE);
         for (_, path) in &spare[..surplus] {
-            fs::remove_file(path).map_err(|source| durable::Error::new("remove", path, source))?;
+            if path.is_dir() {
+                durable::remove_dir(path)?;
+            } else {
+                fs::remove_file(path)
+                    .map_err(|source| durable::Error::new("remove", path, source))?;
+            }
         }
         Ok(())
     }

@@ -1,4 +1,4 @@
-//! The two shapes a stage can have.
+//! The three shapes a stage can have.
 
 use serde::{Serialize, de::DeserializeOwned};
 
@@ -48,4 +48,31 @@ pub trait ItemStage: Serialize + Sync {
         items: &[&Self::Item],
         progress: &Progress,
     ) -> Result<Vec<Self::Output>, Self::Error>;
+}
+
+/// A stage whose answer to one item is a list that may be larger than memory, and what is told of it as a whole.
+pub trait ListStage: Serialize + Sync {
+    /// Its name: of its folder in the cache, in the summary and in the manifest.
+    const NAME: &'static str;
+    /// Raised when the meaning of its output, or how it is computed, changes.
+    const VERSION: u32;
+    /// What every item is computed with, such as a rig.
+    type Shared: Serialize + Sync + ?Sized;
+    /// One item.
+    type Item: Serialize + Sync;
+    /// One of a list.
+    type Entry: Serialize + DeserializeOwned + Send;
+    /// What is told of one list as a whole.
+    type Output: Serialize + DeserializeOwned + Send;
+    /// Why it could not answer.
+    type Error: std::error::Error + Send + Sync + 'static;
+
+    /// Computes the list of one item: hands over each entry when it is found, then tells of the whole. Items are computed
+    /// side by side.
+    fn run_item(
+        &self,
+        shared: &Self::Shared,
+        item: &Self::Item,
+        keep: &mut dyn FnMut(Self::Entry),
+    ) -> Result<Self::Output, Self::Error>;
 }

@@ -52,3 +52,9 @@ pub enum RunError<E: std::error::Error + 'static> {
     #[error(transparent)]
     Store(#[from] StageError),
 }
+
+impl<E: std::error::Error + 'static> From<durable::Error> for RunError<E> {
+    fn from(error: durable::Error) -> Self {
+        Self::Store(error.into())
+    }
+}

@@ -1,6 +1,7 @@
 //! What a stage is, and how its answers are kept.
 //!
-//! A [`Stage`] is its settings plus `run`; an [`ItemStage`] answers item by item. [`Run`] hashes name, version,
+//! A [`Stage`] is its settings plus `run`; an [`ItemStage`] answers item by item; a [`ListStage`] answers each item with a
+//! list that is never all held. [`Run`] hashes name, version,
 //! settings and input into a key and answers from the folder's cache, or computes and stores the answer. Nothing in
 //! the cache is trusted that its hash does not prove: a damaged answer is computed again. One run at a time works in a
 //! folder; one that is killed loses at most the batch of items it was computing.
@@ -12,13 +13,15 @@ mod codec;
 mod contract;
 mod error;
 mod key;
+mod list;
 mod pack;
 mod progress;
 mod run;
 mod summary;
 
-pub use contract::{ItemStage, Stage};
+pub use contract::{ItemStage, ListStage, Stage};
 pub use error::{RunError, StageError};
+pub use list::{Entries, Listed, Reader};
 pub use progress::Progress;
 pub use run::{Options, Run};
 pub use summary::{Record, StageSummary, Summary};

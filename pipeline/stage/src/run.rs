@@ -6,13 +6,16 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use durable::{Lock, LockError};
+use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::answers::{Answers, Kept};
 use crate::key::Key;
+use crate::list::{self, Listed};
 use crate::pack::{KeptAnswer, Pack};
 use crate::{
-    ItemStage, Progress, Record, RunError, Stage, StageError, StageSummary, Summary, codec,
+    ItemStage, ListStage, Progress, Record, RunError, Stage, StageError, StageSummary, Summary,
+    codec,
 };
 
 /// Items of the first batch; later batches grow or shrink towards [`BATCH_TIME`].
@@ -187,6 +190,58 @@ impl Run {
             }
             .into())
         }
+    }
+
+    /// The lists of the items, in their order: each kept, or computed now and kept. Calls follow one another, as those of
+    /// [`Run::items`] do.
+    pub fn lists<S: ListStage>(
+        &self,
+        stage: &S,
+        shared: &S::Shared,
+        items: &[S::Item],
+    ) -> Result<Vec<Listed<S>>, RunError<S::Error>> {
+        let started = Instant::now();
+        self.record(S::NAME, S::VERSION, stage)?;
+        let group = Key::of(S::NAME, S::VERSION, &self.options.engine, stage, shared)?;
+        let folder = self.answers.path(S::NAME, group, "lists")?;
+        durable::create_dir(&folder)?;
+        self.answers.mark_used(&folder);
+        let paths = items
+            .iter()
+            .map(|item| Ok(folder.join(format!("{}.list", Key::of_item(S::NAME, item)?))))
+            .collect::<Result<Vec<_>, StageError>>()?;
+        // Items that are equal have one file.
+        let distinct: BTreeMap<&PathBuf, &S::Item> = paths.iter().zip(items).collect();
+
+        let _guard = lock(&self.packs);
+        let kept = distinct
+            .par_iter()
+            .map(|(path, _)| Ok((*path, list::load::<S>(path)?)))
+            .collect::<Result<BTreeMap<&PathBuf, list::Kept<S>>, StageError>>()?;
+        let is_missing = |path: &&PathBuf| !matches!(kept[*path], list::Kept::List(..));
+        let missing: Vec<&PathBuf> = distinct.keys().copied().filter(is_missing).collect();
+        let is_damaged = |kept: &&list::Kept<S>| matches!(kept, list::Kept::Damaged);
+        let damaged = kept.values().filter(is_damaged).count();
+        if !missing.is_empty() {
+            let progress = self.progress(S::NAME).counted(missing.len());
+            missing.par_iter().try_for_each(|path| {
+                list::write(path, stage, shared, distinct[*path])?;
+                progress.inc(1);
+                Ok::<_, RunError<S::Error>>(())
+            })?;
+            self.answers.prune(S::NAME)?;
+        }
+        let computed = missing.len();
+        let mut kept = kept;
+        let lists = paths
+            .iter()
+            .map(|path| match kept.remove(path) {
+                Some(list::Kept::List(whole, entries)) => Ok((whole, entries)),
+                _ => list::written::<S>(path),
+            })
+            .collect::<Result<Vec<_>, StageError>>()?;
+        self.tell(S::NAME, computed, items.len() - computed, damaged, started);
+        Ok(lists)
     }
 
     /// Computes one batch and keeps it.

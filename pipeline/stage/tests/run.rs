@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use rayon::prelude::*;
 use serde::Serialize;
-use stage::{ItemStage, Options, Progress, Run, RunError, Stage, StageError};
+use stage::{ItemStage, ListStage, Options, Progress, Run, RunError, Stage, StageError};
 
 /// Sums its input, times a factor; counts how often it is run.
 #[derive(Serialize)]
@@ -69,6 +69,62 @@ impl ItemStage for Times<'_> {
         };
         Ok(items.par_iter().map(answer).collect())
     }
+}
+
+/// Lists the numbers below each item, and tells their sum; counts the items.
+#[derive(Serialize)]
+struct Below<'a> {
+    #[serde(skip)]
+    items: &'a AtomicUsize,
+}
+
+impl ListStage for Below<'_> {
+    const NAME: &'static str = "below";
+    const VERSION: u32 = 1;
+    type Shared = ();
+    type Item = u32;
+    type Entry = f64;
+    type Output = f64;
+    type Error = TimesError;
+
+    fn run_item(&self, (): &(), item: &u32, keep: &mut dyn FnMut(f64)) -> Result<f64, TimesError> {
+        self.items.fetch_add(1, Ordering::Relaxed);
+        (0..*item).for_each(|number| keep(number.into()));
+        Ok((0..*item).map(f64::from).sum())
+    }
+}
+
+/// What is told of each list, its entries read backwards, and how many lists were computed.
+type Lists = (Vec<(f64, Vec<f64>)>, usize);
+
+fn below(dir: &Path, items: &[u32]) -> Result<Lists, StageError> {
+    let options = Options {
+        engine: "test 1".into(),
+        is_quiet: true,
+    };
+    let run = Run::open(dir, options)?;
+    let count = AtomicUsize::new(0);
+    let lists = match run.lists(&Below { items: &count }, &(), items) {
+        Ok(lists) => lists,
+        Err(RunError::Store(error)) => return Err(error),
+        Err(RunError::Stage(error)) => panic!("{error}"),
+    };
+    let read = items.iter().zip(lists).map(|(item, (sum, entries))| {
+        let mut entries = entries.open()?;
+        let backwards = (0..*item as usize).rev().map(|index| entries.entry(index));
+        Ok((sum, backwards.collect::<Result<Vec<f64>, _>>()?))
+    });
+    let read = read.collect::<Result<Vec<_>, StageError>>()?;
+    Ok((read, count.into_inner()))
+}
+
+/// What [`below`] must give.
+fn listed(items: &[u32]) -> Vec<(f64, Vec<f64>)> {
+    let list = |item: &u32| {
+        let backwards: Vec<f64> = (0..*item).rev().map(f64::from).collect();
+        (backwards.iter().sum(), backwards)
+    };
+    items.iter().map(list).collect()
 }
 
 fn open(dir: &Path) -> Run {
@@ -463,4 +519,54 @@ fn fifty_thousand_items_are_kept_in_seconds() {
     assert_eq!(times(dir.path(), 1.0, &items).1, 50_000);
     assert_eq!(times(dir.path(), 1.0, &items), (expected(1.0, &items), 0));
     assert!(started.elapsed().as_secs() < 20, "{:?}", started.elapsed());
+}
+
+#[test]
+fn lists_are_computed_once_and_their_entries_read_in_any_order() {
+    let dir = tempfile::tempdir().expect("folder");
+    let read = |items: &[u32]| below(dir.path(), items).expect("lists");
+    assert_eq!(read(&[5, 0, 3, 5]), (listed(&[5, 0, 3, 5]), 3));
+    assert_eq!(read(&[3, 2000, 5]), (listed(&[3, 2000, 5]), 1));
+    assert_eq!(read(&[]), (vec![], 0));
+}
+
+#[test]
+fn every_damaged_byte_of_a_list_is_seen_and_the_list_computed_again() {
+    let dir = tempfile::tempdir().expect("folder");
+    below(dir.path(), &[3]).expect("lists");
+    let folder = files(dir.path(), "lists").pop().expect("one folder");
+    let list = fs::read_dir(folder).expect("folder").next();
+    let path = list.expect("one list").expect("entry").path();
+    let whole = fs::read(&path).expect("is there");
+    for at in 0..whole.len() {
+        let mut bytes = whole.clone();
+        bytes[at] ^= 0x40;
+        for damaged in [&bytes, &whole[..at]] {
+            fs::write(&path, damaged).expect("writes");
+            let again = below(dir.path(), &[3]).expect("lists");
+            assert_eq!(again, (listed(&[3]), 1), "byte {at}");
+        }
+    }
+    assert_eq!(fs::read(&path).expect("is there"), whole);
+}
+
+#[test]
+fn lists_of_a_run_killed_at_any_step_are_resumed() {
+    // Faults are set for one thread.
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build();
+    pool.expect("a thread").install(|| {
+        for step in 1.. {
+            let dir = tempfile::tempdir().expect("folder");
+            let items = [40, 2, 3000];
+            let (killed, struck) = durable::faults::after(step, || below(dir.path(), &items));
+            assert_eq!(killed.is_err(), struck, "step {step}");
+            let (lists, computed) = below(dir.path(), &items).expect("resumes");
+            assert_eq!(lists, listed(&items), "step {step}");
+            assert!(computed <= 3, "step {step}");
+            if !struck {
+                assert!(computed == 0 && step > 15, "only {step} steps");
+                break;
+            }
+        }
+    });
 }

@@ -1,10 +1,8 @@
 //! All logs together: one row for each strike, in order of time.
 
-use std::collections::BTreeMap;
-
 use values::{Reject, RejectReason, Strike};
 
-use crate::LogOutcome;
+use crate::{Found, LogOutcome};
 
 /// Joins what came out of the logs, in whatever order they come: strikes by time, then id, each with its rank in
 /// `conditions.order`; rejects by log, then index.
@@ -12,46 +10,83 @@ use crate::LogOutcome;
 /// Of a strike that several logs hold, the one with most frames is kept (logs may be cut differently), then that of the
 /// first log by name; the others are rejected as duplicates.
 pub fn assemble(outcomes: Vec<LogOutcome>) -> (Vec<Strike>, Vec<Reject>) {
-    let mut by_id: BTreeMap<String, Vec<(Strike, String)>> = BTreeMap::new();
-    let mut rejects = Vec::new();
-    for outcome in outcomes {
-        rejects.extend(outcome.rejects);
-        for strike in outcome.strikes {
-            by_id
-                .entry(strike.id.clone())
-                .or_default()
-                .push((strike, outcome.sha256.clone()));
-        }
-    }
-    let mut strikes = Vec::new();
-    for (_, mut same) in by_id {
-        same.sort_by(|(a, a_hash), (b, b_hash)| {
-            let frames = b.track.len().cmp(&a.track.len());
-            frames.then_with(|| (&a.log, a.index, a_hash).cmp(&(&b.log, b.index, b_hash)))
-        });
-        let mut same = same.into_iter().map(|(strike, _)| strike);
-        let Some(kept) = same.next() else {
-            continue;
-        };
-        rejects.extend(same.map(|strike| Reject {
-            detail: format!("it is strike {} of {} ({})", kept.index, kept.log, kept.id),
-            log: strike.log,
-            index: strike.index,
-            t_start: strike.t_start,
-            reason: RejectReason::Duplicate,
-        }));
-        strikes.push(kept);
-    }
-    strikes.sort_by(|a, b| {
-        a.t_start
-            .total_cmp(&b.t_start)
-            .then_with(|| a.id.cmp(&b.id))
+    let (found, mut held): (Vec<_>, Vec<Vec<_>>) = outcomes
+        .into_iter()
+        .map(|mut outcome| {
+            let strikes = std::mem::take(&mut outcome.strikes);
+            let found =
+                outcome.with_strikes(|_: Vec<Strike>| strikes.iter().map(Found::from).collect());
+            (found, strikes.into_iter().map(Some).collect())
+        })
+        .unzip();
+    let (places, rejects) = join(found);
+    let strikes = places.iter().zip(0_u32..).filter_map(|(place, order)| {
+        let mut strike = held[place.log][place.strike].take()?;
+        strike.conditions.order = order.into();
+        Some(strike)
     });
-    let mut order = 0.0;
-    for strike in &mut strikes {
-        strike.conditions.order = order;
-        order += 1.0;
-    }
+    (strikes.collect(), rejects)
+}
+
+/// Where a strike lies: its log's place among all logs, and its own among the strikes kept of that log.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Place {
+    pub(crate) log: usize,
+    pub(crate) strike: usize,
+}
+
+/// The places of all strikes in order of time, and all rejects.
+pub(crate) fn join(mut outcomes: Vec<LogOutcome<Found>>) -> (Vec<Place>, Vec<Reject>) {
+    let mut rejects: Vec<Reject> = outcomes
+        .iter_mut()
+        .flat_map(|outcome| std::mem::take(&mut outcome.rejects))
+        .collect();
+    let strike = |place: &Place| &outcomes[place.log].strikes[place.strike];
+    let log = |place: &Place| &outcomes[place.log];
+
+    let mut places: Vec<Place> = outcomes
+        .iter()
+        .enumerate()
+        .flat_map(|(log, outcome)| {
+            (0..outcome.strikes.len()).map(move |strike| Place { log, strike })
+        })
+        .collect();
+    places.sort_by(|a, b| {
+        let (one, other) = (strike(a), strike(b));
+        let by_log = (&log(a).log, one.index, &log(a).sha256).cmp(&(
+            &log(b).log,
+            other.index,
+            &log(b).sha256,
+        ));
+        one.id
+            .cmp(&other.id)
+            .then(other.frames.cmp(&one.frames))
+            .then(by_log)
+    });
+    places.dedup_by(|place, kept| {
+        let (again, first) = (strike(place), strike(kept));
+        let is_same = again.id == first.id;
+        if is_same {
+            rejects.push(Reject {
+                log: log(place).log.clone(),
+                index: again.index,
+                t_start: again.t_start,
+                reason: RejectReason::Duplicate,
+                detail: format!(
+                    "it is strike {} of {} ({})",
+                    first.index,
+                    log(kept).log,
+                    first.id
+                ),
+            });
+        }
+        is_same
+    });
+    places.sort_by(|a, b| {
+        let (one, other) = (strike(a), strike(b));
+        let by_time = one.t_start.total_cmp(&other.t_start);
+        by_time.then_with(|| one.id.cmp(&other.id))
+    });
     rejects.sort_by(|a, b| {
         (&a.log, a.index, a.reason.name(), &a.detail).cmp(&(
             &b.log,
@@ -60,5 +95,5 @@ pub fn assemble(outcomes: Vec<LogOutcome>) -> (Vec<Strike>, Vec<Reject>) {
             &b.detail,
         ))
     });
-    (strikes, rejects)
+    (places, rejects)
 }

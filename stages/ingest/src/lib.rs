@@ -4,8 +4,9 @@
 //! around it (module `slide`); both come from the log as a stream, of which no more is held than the strikes in hand need.
 //! Every command that rises and falls is a [`Strike`] or a [`Reject`] with a reason: nothing is dropped in silence.
 //!
-//! Each log is ingested on its own ([`Ingest`], an item stage); [`assemble`] then joins all logs: one row for a strike that
-//! several logs hold, in the order of time.
+//! Each log is ingested on its own ([`Ingest`], a list stage): its strikes go to the cache while they are found. [`Strikes`]
+//! then joins all logs, one row for a strike that several logs hold, in the order of time, and reads them one by one; what is
+//! held of a strike is what tells it from others ([`Found`]). [`assemble`] does the same with logs that are held whole.
 
 mod assemble;
 mod command;
@@ -15,18 +16,21 @@ mod log;
 mod robust;
 mod segment;
 mod slide;
+mod strikes;
 
 use std::path::{Path, PathBuf};
 
 use logs::LogError;
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use stage::{ItemStage, Progress};
+use stage::ListStage;
 use values::{Reject, Rig, Strike};
 
 pub use assemble::assemble;
 pub use error::IngestError;
 pub use log::ingest_log;
+pub use strikes::Strikes;
+
+use log::read_log;
 
 /// The stage and its settings.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -64,7 +68,7 @@ impl LogFile {
     }
 
     /// Answers are kept by the content that was hashed before.
-    fn check(&self, read: LogOutcome) -> Result<LogOutcome, IngestError> {
+    fn check(&self, read: LogOutcome<Found>) -> Result<LogOutcome<Found>, IngestError> {
         if read.sha256 == self.sha256 {
             Ok(read)
         } else {
@@ -75,9 +79,9 @@ impl LogFile {
     }
 }
 
-/// What came out of one log.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct LogOutcome {
+/// What came out of one log; its strikes are held whole, or what tells them from others.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LogOutcome<S = Strike> {
     /// File name, without folder.
     pub log: String,
     /// SHA-256 of its bytes, in hex.
@@ -90,51 +94,88 @@ pub struct LogOutcome {
     #[serde(default)]
     pub left_out: Option<String>,
     /// Strikes that were kept, by index; their order among all logs is not yet known.
-    pub strikes: Vec<Strike>,
+    pub strikes: Vec<S>,
     /// Strikes that were not, by index.
     pub rejects: Vec<Reject>,
     /// What a person should know of the log: damage, messages that could not be decoded, frames left out.
     pub notes: Vec<String>,
 }
 
-impl LogOutcome {
+impl<S> LogOutcome<S> {
     /// A log of which nothing could be read.
     fn left_out(log: &LogFile, error: &IngestError) -> Self {
         Self {
             log: log.name.clone(),
             sha256: log.sha256.clone(),
+            messages: 0,
+            whole: false,
             left_out: Some(error.to_string()),
-            ..Self::default()
+            strikes: Vec::new(),
+            rejects: Vec::new(),
+            notes: Vec::new(),
+        }
+    }
+
+    /// The same with other strikes.
+    fn with_strikes<T>(self, with: impl FnOnce(Vec<S>) -> Vec<T>) -> LogOutcome<T> {
+        LogOutcome {
+            log: self.log,
+            sha256: self.sha256,
+            messages: self.messages,
+            whole: self.whole,
+            left_out: self.left_out,
+            strikes: with(self.strikes),
+            rejects: self.rejects,
+            notes: self.notes,
         }
     }
 }
 
-impl ItemStage for Ingest {
+/// What tells a strike of a log from others.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Found {
+    /// Hash of what was measured, as the strike's.
+    pub id: String,
+    /// Its place among the strikes seen in the log, from 0.
+    pub index: u32,
+    /// Stamp of first motion, in s.
+    pub t_start: f64,
+    /// Frames of its track.
+    pub frames: usize,
+}
+
+impl From<&Strike> for Found {
+    fn from(strike: &Strike) -> Self {
+        Self {
+            id: strike.id.clone(),
+            index: strike.index,
+            t_start: strike.t_start,
+            frames: strike.track.len(),
+        }
+    }
+}
+
+impl ListStage for Ingest {
     const NAME: &'static str = "ingest";
     const VERSION: u32 = 6;
     type Shared = Rig;
     type Item = LogFile;
-    type Output = LogOutcome;
+    type Entry = Strike;
+    type Output = LogOutcome<Found>;
     type Error = IngestError;
 
-    fn run_items(
+    fn run_item(
         &self,
         rig: &Rig,
-        logs: &[&LogFile],
-        progress: &Progress,
-    ) -> Result<Vec<LogOutcome>, IngestError> {
-        logs.par_iter()
-            .map(|log| {
-                let read = ingest_log(&log.path, rig, self).and_then(|read| log.check(read));
-                progress.inc(1);
-                match read {
-                    // A disk may do better the next time: that answer is not one to keep.
-                    Err(error @ IngestError::Log(LogError::Io { .. })) => Err(error),
-                    // One log that is none does not take the others with it.
-                    Err(error) => Ok(LogOutcome::left_out(log, &error)),
-                    read => read,
-                }
-            })
-            .collect()
+        log: &LogFile,
+        keep: &mut dyn FnMut(Strike),
+    ) -> Result<LogOutcome<Found>, IngestError> {
+        match read_log(&log.path, rig, self, keep).and_then(|read| log.check(read)) {
+            // A disk may do better the next time: that answer is not one to keep.
+            Err(error @ IngestError::Log(LogError::Io { .. })) => Err(error),
+            // One log that is none does not take the others with it.
+            Err(error) => Ok(LogOutcome::left_out(log, &error)),
+            read => read,
+        }
     }
 }

@@ -4,10 +4,10 @@ use std::path::Path;
 
 use logs::read::Extent;
 use logs::{Event, Limits, Summary, Wanted};
-use values::{Reject, RejectReason, Rig};
+use values::{Reject, RejectReason, Rig, Strike};
 
 use crate::segment::{Closing, Segmenter};
-use crate::{Ingest, IngestError, LogOutcome};
+use crate::{Found, Ingest, IngestError, LogOutcome};
 
 const CENTROID: usize = 0;
 const COMMAND: usize = 1;
@@ -18,6 +18,20 @@ const COMMAND: usize = 1;
 /// A file that cannot be read or is no MCAP; topics or fields of the rig file that it does not have. What is merely
 /// cut off or damaged is no error: strikes that are whole are kept, those that are not are rejected as truncated.
 pub fn ingest_log(path: &Path, rig: &Rig, settings: &Ingest) -> Result<LogOutcome, IngestError> {
+    let mut strikes = Vec::new();
+    let outcome = read_log(path, rig, settings, &mut |strike| strikes.push(strike))?;
+    // Of a log that is not to be trusted none is kept.
+    strikes.truncate(outcome.strikes.len());
+    Ok(outcome.with_strikes(|_| strikes))
+}
+
+/// The same; each strike is handed over when it is found, and what stays of it is what tells it from others.
+pub(crate) fn read_log(
+    path: &Path,
+    rig: &Rig,
+    settings: &Ingest,
+    keep: &mut dyn FnMut(Strike),
+) -> Result<LogOutcome<Found>, IngestError> {
     let log = path
         .file_name()
         .map_or_else(String::new, |name| name.to_string_lossy().into_owned());
@@ -31,7 +45,7 @@ pub fn ingest_log(path: &Path, rig: &Rig, settings: &Ingest) -> Result<LogOutcom
             required: true,
         },
     ];
-    let mut segmenter = Segmenter::new(&log, rig, settings.seed);
+    let mut segmenter = Segmenter::new(&log, rig, settings.seed, keep);
     let summary = logs::read(path, &wanted, Limits::default(), &mut |event| match event {
         Event::Sample(CENTROID, sample) => segmenter.centroid(sample),
         Event::Sample(_, sample) => segmenter.command(sample),
@@ -64,11 +78,12 @@ pub fn ingest_log(path: &Path, rig: &Rig, settings: &Ingest) -> Result<LogOutcom
 }
 
 /// Somewhere in the log a message is wrong, and nothing tells where: no strike of it is kept.
-fn distrust(outcome: &mut LogOutcome, why: &str) {
+fn distrust(outcome: &mut LogOutcome<Found>, why: &str) {
+    let log = &outcome.log;
     outcome
         .rejects
         .extend(outcome.strikes.drain(..).map(|strike| Reject {
-            log: strike.log,
+            log: log.clone(),
             index: strike.index,
             t_start: strike.t_start,
             reason: RejectReason::Truncated,

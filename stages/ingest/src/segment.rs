@@ -8,6 +8,7 @@ use std::collections::VecDeque;
 use logs::Sample;
 use values::{Conditions, Reject, RejectReason, Rig, Strike, split_of};
 
+use crate::Found;
 use crate::command::{Episode, Episodes, Rejection};
 use crate::identity::{AFTER, strike_id};
 use crate::robust::median;
@@ -34,10 +35,10 @@ pub(crate) enum Closing {
     Clock(String),
 }
 
-/// What was found in a log.
+/// What was found in a log, beside the strikes that were handed over.
 #[derive(Default)]
 pub(crate) struct Segmented {
-    pub(crate) strikes: Vec<Strike>,
+    pub(crate) strikes: Vec<Found>,
     pub(crate) rejects: Vec<Reject>,
     pub(crate) notes: Vec<String>,
 }
@@ -46,6 +47,8 @@ pub(crate) struct Segmenter<'a> {
     log: &'a str,
     rig: &'a Rig,
     seed: u64,
+    /// Takes each strike when it is found.
+    keep: &'a mut dyn FnMut(Strike),
     episodes: Episodes,
     /// Episodes whose centroids have not all come.
     waiting: VecDeque<Episode>,
@@ -64,11 +67,17 @@ pub(crate) struct Segmenter<'a> {
 }
 
 impl<'a> Segmenter<'a> {
-    pub(crate) fn new(log: &'a str, rig: &'a Rig, seed: u64) -> Self {
+    pub(crate) fn new(
+        log: &'a str,
+        rig: &'a Rig,
+        seed: u64,
+        keep: &'a mut dyn FnMut(Strike),
+    ) -> Self {
         Self {
             log,
             rig,
             seed,
+            keep,
             episodes: Episodes::new(rig),
             waiting: VecDeque::new(),
             centroids: VecDeque::new(),
@@ -226,7 +235,10 @@ impl<'a> Segmenter<'a> {
         let judged =
             judged.and_then(|strike| self.is_identified(&episode, closing).map(|()| strike));
         match judged {
-            Ok(strike) => self.found.strikes.push(strike),
+            Ok(strike) => {
+                self.found.strikes.push(Found::from(&strike));
+                (self.keep)(strike);
+            }
             Err(rejection) => {
                 let rejection = if is_next_strike {
                     rejection
@@ -326,7 +338,7 @@ impl<'a> Segmenter<'a> {
         })
     }
 
-    /// All that was found, by index.
+    /// All that was found, by index: episodes are judged in their order.
     pub(crate) fn finish(mut self) -> Segmented {
         let other_rate = self.other_rate();
         let mut note = |count: u64, text: &str| {
@@ -347,8 +359,6 @@ impl<'a> Segmenter<'a> {
             "centroids came too long before the commands of their time and were let go",
         );
         self.found.notes.extend(other_rate);
-        self.found.strikes.sort_by_key(|strike| strike.index);
-        self.found.rejects.sort_by_key(|reject| reject.index);
         self.found
     }
 }

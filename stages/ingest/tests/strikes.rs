@@ -10,9 +10,9 @@
 mod common;
 
 use common::{EPOCH, Folder, IMPACT, ingest, ingest_samples, session, truths};
-use ingest::{Ingest, LogFile, LogOutcome, assemble};
+use ingest::{Found, Ingest, LogFile, LogOutcome, assemble};
 use logs::write::{Samples, Stamped};
-use stage::{ItemStage, Progress};
+use stage::ListStage;
 use values::split_of;
 
 #[test]
@@ -231,19 +231,22 @@ fn the_stage_answers_by_content_and_tells_a_log_that_changed() {
     let folder = Folder::new();
     let path = folder.write("a.mcap", &session(&truths(2)));
     let log = LogFile::open(&path).expect("hashes");
-    let stage = Ingest { seed: 1 };
-    let answers = stage
-        .run_items(&common::rig(), &[&log, &log], &Progress::hidden())
-        .expect("ingests");
-    assert_eq!(answers, vec![ingest(&path); 2]);
-    assert_eq!(answers[0].sha256, log.sha256);
+    let mut kept = Vec::new();
+    let mut run =
+        || Ingest { seed: 1 }.run_item(&common::rig(), &log, &mut |strike| kept.push(strike));
+    let answer = run().expect("ingests");
+    assert_eq!(answer.sha256, log.sha256);
     folder.write("a.mcap", &session(&truths(3)));
-    let changed = stage
-        .run_items(&common::rig(), &[&log], &Progress::hidden())
-        .expect("told");
-    let why = changed[0].left_out.as_deref().expect("is left out");
+    let changed = run().expect("told");
+    let why = changed.left_out.as_deref().expect("is left out");
     assert!(why.contains("changes"), "{why}");
-    assert_eq!(changed[0].strikes, []);
+    assert_eq!(changed.strikes, []);
+
+    kept.truncate(2);
+    assert_eq!(
+        answer.strikes,
+        kept.iter().map(Found::from).collect::<Vec<_>>()
+    );
 }
 
 #[test]

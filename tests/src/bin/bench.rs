@@ -8,7 +8,7 @@ use std::time::Instant;
 
 use clap::{Parser, Subcommand};
 use diagnose::Diagnose;
-use ingest::{Ingest, LogFile, assemble};
+use ingest::{Ingest, assemble, ingest_log};
 use rayon::prelude::*;
 use residual::Residual;
 use rig::{RecordingWriter, Sim};
@@ -100,12 +100,10 @@ fn main() -> anyhow::Result<()> {
 }
 
 fn prepare(dir: &Path, rig: &Rig, logs: &[PathBuf]) -> anyhow::Result<Value> {
-    let files = logs
+    let read = logs
         .iter()
-        .map(|path| LogFile::open(path))
+        .map(|log| ingest_log(log, rig, &Ingest::default()))
         .collect::<Result<Vec<_>, _>>()?;
-    let read =
-        Ingest::default().run_items(rig, &files.iter().collect::<Vec<_>>(), &Progress::hidden())?;
     let (strikes, _) = assemble(read);
     let given = sysid::Input {
         rig: rig.clone(),
