@@ -22,7 +22,7 @@ mod trust;
 pub use config::{Config, ConfigError};
 pub use error::PlannerError;
 pub use log::{Destination, LogError, OpenLog, highest};
-pub use plan::Plan;
+pub use plan::{FEW, Plan};
 pub use planner::Planner;
 pub use refusal::{Reason, Refusal};
 pub use robot::{

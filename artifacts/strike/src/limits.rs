@@ -196,9 +196,18 @@ pub(crate) fn reach(table: &Table, profile: &Profile) -> Result<(), Broken> {
     Ok(())
 }
 
+/// A number for a person: beyond any table's size by its digits and power of ten.
+fn number(value: f64) -> String {
+    if value.abs() < 1e4 {
+        format!("{value:.4}")
+    } else {
+        format!("{value:e}")
+    }
+}
+
 /// A point for a person, in m.
 pub(crate) fn place(point: Point) -> String {
-    format!("({:.4}, {:.4})", point.x, point.y)
+    format!("({}, {})", number(point.x), number(point.y))
 }
 
 fn range(interval: Interval) -> String {

@@ -5,6 +5,9 @@ use serde::Serialize;
 use values::{Command, Point};
 use world::Profile;
 
+/// A mean of fewer strikes than this says little: at ten it is known to a fifth or so.
+pub const FEW: usize = 10;
+
 /// One strike, planned and within every limit. Serialised it is the contract's plan.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Plan {
@@ -43,6 +46,8 @@ pub struct Plan {
     /// Mean stop error of this model on the strikes held out when the artifact was made, in m; none where it was not
     /// evaluated.
     pub expected_miss: Option<f64>,
+    /// On how many strikes that mean stands: below [`FEW`] the miss is hardly known.
+    pub expected_miss_strikes: Option<usize>,
 }
 
 impl Plan {

@@ -1,6 +1,6 @@
 //! From a target to a plan: solve, add the residual, check every limit.
 
-use artifacts::{Artifact, Model, Network, TrainedRegion};
+use artifacts::{Artifact, Metrics, Model, Network, TrainedRegion};
 use values::{Command, Conditions, Interval, Point, Rig};
 use world::{Simulator, SolveSettings, SolveStatus};
 
@@ -18,7 +18,8 @@ pub struct Planner {
     simulator: Simulator,
     residual: Option<Network>,
     region: TrainedRegion,
-    expected_miss: Option<f64>,
+    /// Of the model on held-out strikes.
+    metrics: Option<Metrics>,
     /// Strikes that the version knows: the order of the next one.
     order: f64,
 }
@@ -48,7 +49,7 @@ impl Planner {
             simulator,
             residual: residual.cloned(),
             region: artifact.manifest.provenance.trained_region,
-            expected_miss: metrics.map(|metrics| metrics.mean),
+            metrics: metrics.copied(),
             order: artifact
                 .manifest
                 .provenance
@@ -131,7 +132,8 @@ impl Planner {
             strike: profile.strike,
             stop: profile.stop,
             acceleration: self.rig.robot.acceleration,
-            expected_miss: self.expected_miss,
+            expected_miss: self.metrics.map(|metrics| metrics.mean),
+            expected_miss_strikes: self.metrics.map(|metrics| metrics.n),
         })
     }
 

@@ -32,5 +32,6 @@ pub(crate) fn plan() -> Plan {
         stop: profile.stop,
         acceleration: 5.0,
         expected_miss: None,
+        expected_miss_strikes: None,
     }
 }

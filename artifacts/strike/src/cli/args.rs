@@ -21,7 +21,9 @@ Examples:
 
 Exit codes: 0 done; 1 failed; 2 wrong usage or bad input; 3 done, but a line of the batch was refused; 4 refused.
 A refusal tells its reason: not_finite, off_table, outside_trained_region, unreachable, diverged, speed_limit,
-angle_limit, reach, malformed (a line of a batch), no_driver (the robot). Nothing is ever moved into a limit.";
+angle_limit, reach, malformed (a line of a batch), no_driver or not_ready (the robot), other_rig (the artifact was made
+for another object or striker), not_trusted (not signed by the key, or older than what was loaded before). Nothing is ever
+moved into a limit. A damaged artifact is bad input: exit code 2.";
 
 /// Strikes an object so that it comes to rest at a target.
 #[derive(Debug, Parser)]

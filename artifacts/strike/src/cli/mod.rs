@@ -157,6 +157,13 @@ fn strike_plan(args: &Args, rig: &Rig, plan: &Plan) -> Result<Answer, Failure> {
         return strike_with(&mut DryRun, plan, None, rig);
     };
     let truth = truth(folder.as_deref(), &args.artifacts);
+    if truth.is_none() && !args.quiet {
+        eprintln!(
+            "strike: there is no truth.json in {0} or {0}/rig: the demo's default rig is struck, with hidden effects of its own; \
+             name another with --robot sim:FOLDER",
+            args.artifacts.display()
+        );
+    }
     let source = truth
         .as_deref()
         .map_or(TruthSource::Demo, TruthSource::File);

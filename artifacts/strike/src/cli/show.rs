@@ -4,7 +4,7 @@ use std::io::{self, Write};
 use std::path::PathBuf;
 
 use serde::Serialize;
-use strike::Plan;
+use strike::{FEW, Plan};
 use values::Point;
 
 use super::Failure;
@@ -55,18 +55,16 @@ pub fn plan(plan: &Plan, laid: bool) -> Result<(), Failure> {
     let mut out = io::stdout().lock();
     let place = |point: Point| format!("{:8.4} {:8.4} m", point.x, point.y);
     let degrees = |angle: f64| format!("{:+.2}°", angle.to_degrees());
-    let expected = plan.expected_miss.map_or(String::new(), |miss| {
-        format!(", mean miss {:.1} mm on held-out strikes", miss * 1e3)
-    });
     let laid = if laid {
         "  (lay it there: no --from was given)"
     } else {
         ""
     };
     let mut text = format!(
-        "plan        {}, {}{expected}\n",
+        "plan        {}, {}{}\n",
         plan.artifact,
-        plan.model.name()
+        plan.model.name(),
+        expected(plan)
     );
     text += &format!("from        {}{laid}\n", place(plan.from));
     text += &format!("to          {}\n", place(plan.to));
@@ -94,6 +92,23 @@ pub fn plan(plan: &Plan, laid: bool) -> Result<(), Failure> {
     out.write_all(text.as_bytes()).map_err(failed)
 }
 
+/// What miss to expect, and how well that is known.
+fn expected(plan: &Plan) -> String {
+    let Some((miss, strikes)) = plan.expected_miss.zip(plan.expected_miss_strikes) else {
+        return String::new();
+    };
+    let miss = miss * 1e3;
+    match strikes {
+        1 => format!(", expected miss hardly known ({miss:.1} mm on the only held-out strike)"),
+        2..FEW => {
+            format!(
+                ", expected miss hardly known ({miss:.1} mm, mean of only {strikes} held-out strikes)"
+            )
+        }
+        _ => format!(", expected miss {miss:.1} mm (mean of {strikes} held-out strikes)"),
+    }
+}
+
 /// What became of the plan.
 pub fn struck(answer: Option<&Answer>) -> Result<(), Failure> {
     let Some(Answer {
@@ -118,4 +133,45 @@ pub fn struck(answer: Option<&Answer>) -> Result<(), Failure> {
 
 fn failed(error: impl std::fmt::Display) -> Failure {
     Failure::failed(format!("write the answer: {error}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use artifacts::Model;
+
+    use super::*;
+
+    #[test]
+    fn an_expected_miss_tells_on_how_many_strikes_it_stands() {
+        let place = Point::new(0.3, 0.0);
+        let plan = |expected_miss_strikes: Option<usize>| Plan {
+            artifact: "v0001".into(),
+            model: Model::Sysid,
+            from: place,
+            to: place,
+            path: Point::default(),
+            speed_sim: 0.8,
+            angle_sim: 0.0,
+            d_speed: 0.0,
+            d_angle: 0.0,
+            speed: 0.8,
+            angle: 0.0,
+            start: place,
+            pre_strike: place,
+            strike: place,
+            stop: place,
+            acceleration: 5.0,
+            expected_miss: expected_miss_strikes.map(|_| 0.0046),
+            expected_miss_strikes,
+        };
+        let told = |strikes| expected(&plan(strikes));
+        assert_eq!(told(None), "");
+        assert_eq!(
+            told(Some(62)),
+            ", expected miss 4.6 mm (mean of 62 held-out strikes)"
+        );
+        for few in [1, 2, FEW - 1] {
+            assert!(told(Some(few)).contains("hardly known"), "{few}");
+        }
+    }
 }

@@ -81,6 +81,7 @@ fn a_plan_and_a_refusal_have_the_contracts_keys() {
         "stop",
         "acceleration",
         "expected_miss",
+        "expected_miss_strikes",
     ];
     plan.sort_unstable();
     assert_eq!(keys(&answers[0]), plan);

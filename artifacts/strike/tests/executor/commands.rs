@@ -7,6 +7,7 @@ use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
 use serde_json::Value;
+use strike::Reason;
 use values::Rig;
 
 use crate::fixture;
@@ -84,7 +85,7 @@ fn a_plan_is_told_to_a_machine_as_one_object() {
     let plan: Value = serde_json::from_str(&out).unwrap();
     assert_eq!(plan["artifact"], "v0001");
     assert_eq!(plan["model"], "sysid");
-    assert_eq!(plan.as_object().unwrap().len(), 17);
+    assert_eq!(plan.as_object().unwrap().len(), 18);
 }
 
 #[test]
@@ -343,9 +344,14 @@ fn help_shows_examples_and_exit_codes() {
         "Examples:",
         "--batch",
         "Exit codes:",
-        "outside_trained_region",
+        "other_rig",
+        "not_trusted",
+        "not_ready",
     ] {
         assert!(stdout(&output).contains(said), "{said}");
+    }
+    for reason in Reason::ALL {
+        assert!(stdout(&output).contains(reason.name()), "{reason:?}");
     }
 }
 

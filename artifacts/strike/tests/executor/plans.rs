@@ -92,6 +92,8 @@ fn a_plan_tells_its_artifact_and_what_to_expect() {
     let plan = plan(Model::Sysid);
     assert_eq!(plan.artifact, "v0001");
     assert_eq!(plan.expected_miss, Some(fixture::SYSID_MEAN));
+    let metrics = fixture::artifact().manifest.provenance.metrics;
+    assert_eq!(plan.expected_miss_strikes, Some(metrics[&Model::Sysid].n));
 }
 
 #[test]

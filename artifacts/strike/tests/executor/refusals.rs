@@ -47,7 +47,12 @@ fn object_and_target_must_be_on_the_table() {
         Reason::OffTable,
         "[-0.6000, 0.6000]",
     );
-    check(FROM, Point::new(1e300, 0.0), Reason::OffTable, "`to`");
+    check(
+        FROM,
+        Point::new(1e300, 0.0),
+        Reason::OffTable,
+        "`to` (1e300, 0.0000) is",
+    );
 }
 
 #[test]

@@ -55,6 +55,17 @@ fn the_next_run_ingests_a_strike_as_it_was_commanded_and_seen() {
 }
 
 #[test]
+fn the_demos_default_rig_is_not_struck_in_silence() {
+    let dir = fixture::published();
+    let told = |more: &[&str]| {
+        let output = strike(dir.path(), &[&STRIKE, more].concat());
+        stderr(&output).to_owned()
+    };
+    assert!(told(&[]).contains("no truth.json"));
+    assert!(!told(&["--quiet"]).contains("no truth.json"));
+}
+
+#[test]
 fn each_strike_has_a_log_and_a_scatter_of_its_own() {
     let dir = fixture::published();
     let folder = dir.path().join("strikes");
