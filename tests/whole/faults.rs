@@ -338,6 +338,9 @@ fn refused_by_a_gate(nights: &Nights) {
     let line = format!("nightly --out {out} --key {}", nights.path("carom.key"));
     let again = carom(&line);
     assert_eq!(again.json["status"], "nothing_new", "{}", again.text);
+    for new in ["new_logs", "new_strikes"] {
+        assert_eq!(again.json[new], night.json[new], "{}", again.text);
+    }
     let kept = fs::read_to_string(folder.join("second/nightly.json")).expect("kept");
     assert_eq!(kept, text);
 

@@ -11,6 +11,14 @@ pub enum LogError {
         /// What the system said.
         source: std::io::Error,
     },
+    /// The file has no bytes.
+    #[error(
+        "read log {log}: it is empty (0 bytes); its recording never began, or it was not copied: record or copy it again, or take it away"
+    )]
+    Empty {
+        /// The file.
+        log: String,
+    },
     /// The file does not begin as MCAP does.
     #[error(
         "read log {log}: it is no MCAP file (it does not begin with MCAP's magic bytes); record with `ros2 bag record -s mcap`, \

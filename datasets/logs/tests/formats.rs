@@ -205,9 +205,10 @@ fn a_schema_without_a_stamp_leaves_the_log_time() {
 
 #[test]
 fn what_is_no_mcap_is_said_so() {
-    for bytes in [&b""[..], b"\x89MCAP", b"SQLite format 3\0 and more of it"] {
+    for bytes in [&b"\x89MCAP"[..], b"SQLite format 3\0 and more of it"] {
         assert!(matches!(read(bytes), Err(LogError::NotMcap { .. })));
     }
+    assert!(matches!(read(b""), Err(LogError::Empty { .. })));
 }
 
 /// Files that the mcap crate ships in its tests, recorded on a real robot (ROS 1) by the Go writer.

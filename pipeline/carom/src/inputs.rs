@@ -97,8 +97,13 @@ impl Inputs {
 /// A rig file; the error names it.
 pub fn load_rig(path: &Path) -> Result<Rig, Error> {
     Rig::load(path).map_err(|error| {
+        let mend = if path.exists() {
+            ""
+        } else {
+            "; `carom rig init --out rig.toml` writes one to be filled in"
+        };
         Error::input(format!(
-            "use the rig file {}: failed to {error}",
+            "use the rig file {}: failed to {error}{mend}",
             path.display()
         ))
     })

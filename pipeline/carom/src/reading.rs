@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use stage::{Run, RunError};
 use values::{Reject, Rig};
 
-use crate::Error;
+use crate::{Error, summary};
 
 /// What the logs held.
 pub struct Read {
@@ -95,7 +95,8 @@ pub fn read(run: &Run, rig: &Rig, logs: &[PathBuf], seed: u64) -> Result<Read, E
             if rejects.is_empty() {
                 "no command rises and falls".into()
             } else {
-                crate::summary::reasons(&rejects)
+                let examples = summary::examples(&rejects).join("; ");
+                format!("{}; {examples}", summary::reasons(&rejects))
             }
         )));
     }

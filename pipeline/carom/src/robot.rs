@@ -36,8 +36,19 @@ impl FromStr for RobotChoice {
 pub struct Embedded {
     /// The rig.
     pub sim: Sim,
-    /// Such as `artifacts/demo/rig/truth.json`.
-    pub origin: String,
+    /// Its truth, such as `artifacts/demo/rig/truth.json`; none for the demo's own mixture.
+    pub truth: Option<PathBuf>,
+}
+
+impl Embedded {
+    /// Which rig it is.
+    pub fn origin(&self) -> String {
+        self.truth
+            .as_ref()
+            .map_or("the demo's mixture".into(), |path| {
+                path.display().to_string()
+            })
+    }
 }
 
 impl RobotChoice {
@@ -56,7 +67,7 @@ impl RobotChoice {
         let Some(path) = truth else {
             return Ok(Embedded {
                 sim: Sim::default_for(rig, seed).map_err(Error::input)?,
-                origin: "the demo's mixture".into(),
+                truth: None,
             });
         };
         let truth = Truth::load(&path).map_err(Error::input)?;
@@ -71,7 +82,7 @@ impl RobotChoice {
         let sim = Sim::from(Truth { seed, ..truth }).map_err(Error::input)?;
         Ok(Embedded {
             sim: sim.after(strikes),
-            origin: path.display().to_string(),
+            truth: Some(path),
         })
     }
 }

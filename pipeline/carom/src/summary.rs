@@ -68,6 +68,9 @@ fn strikes(results: &Results) -> String {
             results.rejects.len(),
             reasons(&results.rejects)
         );
+        for example in examples(&results.rejects) {
+            let _ = writeln!(text, "           {example}");
+        }
     }
     for note in &results.log_notes {
         let _ = writeln!(text, "           {note}");
@@ -86,6 +89,21 @@ pub fn reasons(rejects: &[Reject]) -> String {
         .map(|(reason, count)| format!("{count} {reason}"))
         .collect();
     counts.join(", ")
+}
+
+/// The first of each reason, in words.
+pub fn examples(rejects: &[Reject]) -> Vec<String> {
+    let mut firsts: BTreeMap<&str, &Reject> = BTreeMap::new();
+    for reject in rejects {
+        firsts.entry(reject.reason.name()).or_insert(reject);
+    }
+    let example = |(reason, first): (&str, &Reject)| {
+        let Reject {
+            log, index, detail, ..
+        } = first;
+        format!("{reason}, such as strike {index} of {log}: {detail}")
+    };
+    firsts.into_iter().map(example).collect()
 }
 
 fn world(fit: &Fit) -> String {

@@ -298,6 +298,28 @@ fn a_cut_off_log_gives_what_is_whole_and_says_so() {
 }
 
 #[test]
+fn strikes_that_are_rejected_are_told_with_an_example_of_each_reason() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let dir = folder.path().display();
+    done(&format!("demo --strikes 12 --hide none --out {dir}/rig"));
+    let rig = std::fs::read_to_string(folder.path().join("rig/rig.toml")).expect("a rig file");
+    let ingest = |x: &str| {
+        let other = rig.replace("x = [0.1, 1.0]", x);
+        assert_ne!(other, rig);
+        std::fs::write(folder.path().join("other.toml"), other).expect("written");
+        carom(&format!(
+            "ingest {dir}/rig/logs --rig {dir}/other.toml --out {dir}"
+        ))
+    };
+    let some = ingest("x = [0.1, 0.6]").unwrap_or_else(|error| panic!("failed to {error}"));
+    let told = "off_table, such as strike ";
+    assert!(some.text.contains(told), "{}", some.text);
+    let none = ingest("x = [2.0, 3.0]").err().expect("no strike is left");
+    assert!(none.to_string().contains(told), "{none}");
+    assert_eq!(none.outcome(), Outcome::BadInput);
+}
+
+#[test]
 fn logs_that_are_none_are_left_out_and_told_and_the_others_are_read() {
     let folder = tempfile::tempdir().expect("a folder");
     let dir = folder.path().display();
@@ -348,7 +370,7 @@ fn logs_that_are_none_are_left_out_and_told_and_the_others_are_read() {
     ));
     assert_eq!(outcome, Outcome::BadInput, "{text}");
     assert!(
-        text.contains("empty.mcap") && text.contains("no MCAP"),
+        text.contains("empty.mcap") && text.contains("0 bytes"),
         "{text}"
     );
 }

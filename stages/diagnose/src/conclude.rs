@@ -135,10 +135,11 @@ impl Case<'_, '_> {
             );
         }
         if gap.heldout_strikes < 10 {
-            notes.push(format!(
-                "only {} strikes judge the gap: its figures are coarse",
-                gap.heldout_strikes
-            ));
+            let judges = match gap.heldout_strikes {
+                1 => "only one strike judges".into(),
+                count => format!("only {count} strikes judge"),
+            };
+            notes.push(format!("{judges} the gap: its figures are coarse"));
         }
         Ok(Found {
             looks: gap::looks(&all, &before, &after),

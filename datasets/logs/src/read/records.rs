@@ -76,6 +76,11 @@ impl<'a, R: Read + Seek> Records<'a, R> {
             match reader.next_event() {
                 None => return Ok(Ending::Whole),
                 Some(Ok(LinearReadEvent::ReadRequest(need))) => {
+                    if self.size == 0 {
+                        return Err(LogError::Empty {
+                            log: self.log.into(),
+                        });
+                    }
                     if self.taken == 0 && self.size < mcap::MAGIC.len() as u64 {
                         return Err(LogError::NotMcap {
                             log: self.log.into(),

@@ -123,8 +123,9 @@ impl Night {
     pub fn again(self, mut logs: Vec<LogFile>, before: Option<&Artifact>) -> Self {
         logs.retain(|log| self.left_out.iter().all(|left| left.log != log.name));
         Self {
-            why: vec!["no log is new since last night".into()],
+            why: vec!["nothing has changed since last night".into()],
             strikes: self.strikes,
+            new_strikes: self.new_strikes,
             rejected: self.rejected,
             damaged: self.damaged,
             left_out: self.left_out,
@@ -208,9 +209,10 @@ impl Night {
     /// For a person.
     pub fn text(&self) -> String {
         let mut text = format!("nightly    {}\n", self.headline());
+        let new_to = self.before.as_deref().unwrap_or("carom");
         let _ = writeln!(
             text,
-            "           {} logs, {} of them new; {} strikes, {} of them new",
+            "           {} logs, {} of them new to {new_to}; {} strikes, {} of them new to {new_to}",
             self.logs,
             self.new_logs.len(),
             self.strikes,

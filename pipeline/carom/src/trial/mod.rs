@@ -34,6 +34,13 @@ pub fn trial(args: &TrialArgs, is_quiet: bool) -> Result<Trial, Error> {
     let region = Region::of(&strikes)
         .ok_or_else(|| Error::input("choose targets: the run's strikes.parquet is empty"))?;
     let robot = args.robot.open(dir, &artifact.rig, args.seed)?;
+    if robot.truth.is_none() && !is_quiet {
+        eprintln!(
+            "carom: there is no truth.json in {0} or {0}/rig: the demo's default rig is struck, with hidden effects of its own; \
+             name another with --robot sim:FOLDER",
+            dir.display()
+        );
+    }
 
     let planners = planners(&artifact)?;
     let (_, reference) = planners
@@ -59,7 +66,7 @@ pub fn trial(args: &TrialArgs, is_quiet: bool) -> Result<Trial, Error> {
         .after(robot.sim.when().order + random.len());
     let mut trial = Trial {
         artifact: artifact.version.clone(),
-        robot: robot.origin,
+        robot: robot.origin(),
         drawn,
         figure_8: BTreeMap::new(),
         noise_floor: noise_floor(reference, &later, &figure_8),
