@@ -127,6 +127,20 @@ impl Engine {
         model.pair_solref_mut()[STRIKE] = solref;
     }
 
+    /// Spring and damper between tip and object, per unit mass (1/s², 1/s).
+    pub(crate) fn strike_solref(&self) -> [f64; 2] {
+        self.data.model().pair_solref()[STRIKE].map(|direct| -direct)
+    }
+
+    /// Rate in 1/s at which friction pulls the tip's slip on the object towards zero.
+    pub(crate) fn set_grip(&mut self, rate: f64) {
+        // SAFETY: as above.
+        let model = unsafe { self.data.model_mut() };
+        // MuJoCo divides a direct damping by the greatest impedance.
+        let impedance = model.pair_solimp()[STRIKE][1];
+        model.pair_solreffriction_mut()[STRIKE] = [-1.0, -rate * impedance];
+    }
+
     /// Scales the friction between object and table.
     pub(crate) fn scale_friction(&mut self, factor: f64) {
         let scaled = self

@@ -9,6 +9,7 @@
 pub mod effects;
 mod engine;
 mod error;
+mod grip;
 pub mod launch;
 mod measured;
 mod parameter;

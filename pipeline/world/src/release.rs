@@ -106,7 +106,7 @@ impl Worker<'_> {
             if motion.is_over() {
                 return None;
             }
-            motion.drive(&mut self.engine, true);
+            motion.drive(sim, &mut self.engine, true);
             self.engine.step();
             motion.t += sim.steps.contact;
             touched |= self.engine.tip_touches();

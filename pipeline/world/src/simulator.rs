@@ -10,9 +10,12 @@ use crate::{
     Blow, Profile, World, WorldError, contact_solref,
     effects::{self, Effect, Slide},
     engine::{Engine, Scene},
+    grip::Grip,
     planar::{self, Planar},
     releases::Releases,
-    scene, touch, turning_ratio,
+    scene,
+    touch::{self, Nearest},
+    turning_ratio,
 };
 
 const GRAVITY: f64 = 9.81;
@@ -59,6 +62,7 @@ pub struct Simulator {
     friction: f64,
     restitution: f64,
     contact_time: f64,
+    tip_friction: f64,
     arm: f64,
     /// Length in m at which turning counts as sliding, and the square of the radius of gyration in m², of the planar form.
     turning: (f64, f64),
@@ -114,6 +118,7 @@ impl Simulator {
             friction: world.value("friction")?,
             restitution: world.value("restitution")?,
             contact_time: world.value("contact_time")?,
+            tip_friction: world.value("tip_friction")?,
             arm: match rig.object.shape {
                 Shape::Sphere => rig.object.radius.unwrap_or(0.0),
                 Shape::Cylinder | Shape::Box => scene::turning_arm(&rig.object),
@@ -156,6 +161,12 @@ impl Simulator {
     pub(crate) fn aim(&self, command: Command) -> (f64, f64) {
         let blow = self.blow(command);
         (blow.command.angle - command.angle, blow.tip_offset)
+    }
+
+    /// Where a tip at this position and the object are nearest.
+    fn nearest(&self, engine: &Engine, tip: Point) -> Nearest {
+        let (object, striker) = (&self.rig.object, &self.rig.striker);
+        touch::nearest(object, striker, engine.position(), engine.yaw(), tip)
     }
 
     /// What the arm makes of a command.
@@ -264,7 +275,7 @@ impl Worker<'_> {
                 conditions,
             };
             self.apply_effects(&slide);
-            motion.drive(&mut self.engine, free.is_none());
+            motion.drive(sim, &mut self.engine, free.is_none());
             if free.is_some() {
                 self.engine.slide();
             } else {
@@ -408,13 +419,7 @@ impl TipMotion {
         let (position, velocity) = (engine.position(), engine.velocity());
         let apart = position - tip;
         let opening = (velocity - tip_velocity).dot(apart) / apart.norm().max(1e-12);
-        let gap = touch::gap(
-            &sim.rig.object,
-            &sim.rig.striker,
-            position,
-            engine.yaw(),
-            tip,
-        );
+        let gap = sim.nearest(engine, tip).gap;
         if gap <= 0.0 && !(self.has_parted && opening > 0.0) {
             return None;
         }
@@ -441,10 +446,18 @@ impl TipMotion {
     }
 
     /// Moves the tip; once it is no longer near, it is taken out of the object's way.
-    pub(crate) fn drive(&self, engine: &mut Engine, near: bool) {
+    pub(crate) fn drive(&self, sim: &Simulator, engine: &mut Engine, near: bool) {
         if near {
             let (position, velocity) = self.tip();
             engine.drive_striker(position, velocity);
+            let touch = sim.nearest(engine, position);
+            let grip = Grip {
+                gyration: sim.turning.1,
+                friction: sim.tip_friction,
+                solref: engine.strike_solref(),
+            };
+            let velocity = engine.velocity() - velocity;
+            engine.set_grip(grip.rate(&touch, velocity, engine.spin(), sim.steps.contact));
         } else {
             engine.drive_striker(Point::new(-10.0, 0.0), Point::default());
         }

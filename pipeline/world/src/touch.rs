@@ -104,22 +104,46 @@ pub(crate) fn face(
         })
 }
 
-/// Width in m of the gap between a tip whose centre is at `tip` and an object at `centre`, turned by `yaw` (rad); below
-/// zero where they overlap.
-pub(crate) fn gap(object: &Object, striker: &Striker, centre: Point, yaw: f64, tip: Point) -> f64 {
+/// Where tip and object are nearest.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Nearest {
+    /// Width of the gap in m; below zero where they overlap.
+    pub(crate) gap: f64,
+    /// From the object's centre to its point next to the tip, in m.
+    pub(crate) arm: Point,
+    /// Unit vector from the tip into the object.
+    pub(crate) normal: Point,
+}
+
+/// Where a tip whose centre is at `tip` and an object at `centre`, turned by `yaw` (rad), are nearest. A tip's centre inside
+/// the object has no normal: zero.
+pub(crate) fn nearest(
+    object: &Object,
+    striker: &Striker,
+    centre: Point,
+    yaw: f64,
+    tip: Point,
+) -> Nearest {
     let away = (tip - centre).rotated(-yaw);
-    let outside = match object.shape {
-        Shape::Cylinder | Shape::Sphere => away.norm() - object.radius.unwrap_or(0.0),
+    let arm = match object.shape {
+        Shape::Cylinder | Shape::Sphere => {
+            away * (object.radius.unwrap_or(0.0) / away.norm().max(1e-12))
+        }
         Shape::Box => {
-            let [half_x, half_y, _] = object.half_size.unwrap_or_default();
-            Point::new(
-                (away.x.abs() - half_x).max(0.0),
-                (away.y.abs() - half_y).max(0.0),
-            )
-            .norm()
+            let [x, y, _] = object.half_size.unwrap_or_default();
+            Point::new(away.x.clamp(-x, x), away.y.clamp(-y, y))
         }
     };
-    outside - striker.radius
+    let outwards = away - arm;
+    let outside = match object.shape {
+        Shape::Cylinder | Shape::Sphere => away.norm() - arm.norm(),
+        Shape::Box => outwards.norm(),
+    };
+    Nearest {
+        gap: outside - striker.radius,
+        arm: arm.rotated(yaw),
+        normal: (outwards * (-1.0 / outside.abs().max(1e-12))).rotated(yaw),
+    }
 }
 
 #[cfg(test)]
@@ -174,7 +198,9 @@ mod tests {
         let yaw = std::f64::consts::FRAC_PI_4;
         let reach = half_x.hypot(half_y);
         let tip = centre - Point::new(reach + rig.striker.radius + 0.003, 0.0);
-        let gap = gap(&rig.object, &rig.striker, centre, yaw, tip);
+        let Nearest { gap, arm, normal } = nearest(&rig.object, &rig.striker, centre, yaw, tip);
         assert!((gap - 0.003).abs() < 1e-9, "{gap}");
+        assert!(arm.distance(Point::new(-reach, 0.0)) < 1e-9, "{arm:?}");
+        assert!(normal.distance(Point::new(1.0, 0.0)) < 1e-9, "{normal:?}");
     }
 }

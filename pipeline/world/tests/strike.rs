@@ -13,7 +13,8 @@ const GRAVITY: f64 = 9.81;
 fn commands() -> impl Iterator<Item = Command> {
     (0..=12).map(|i| Command {
         speed: 0.4 + 0.05 * f64::from(i),
-        angle: -0.6 + 0.1 * f64::from(i),
+        // Nearer to a box's corner a tip that moves on strikes it twice, and both blows hang on a hair.
+        angle: -0.48 + 0.08 * f64::from(i),
     })
 }
 
@@ -347,29 +348,30 @@ fn what_is_reported_unreachable_no_strike_on_the_face_reaches_and_nothing_else_i
                 grid.push((command, strike.stop));
             }
         }
-        let (mut solved, mut evaluations) = (0, 0);
+        let (mut solved, mut evaluations, mut in_vain) = (0, 0, 0);
         for i in 0..6 {
             for j in 0..8 {
                 let target =
                     ORIGIN + Point::polar(0.09 + 0.07 * f64::from(i), 0.05 + 0.07 * f64::from(j));
                 let solution =
                     worker.solve(ORIGIN, target, &Conditions::default(), &settings, None);
-                evaluations += solution.evaluations;
                 if solution.status == SolveStatus::Solved {
                     solved += 1;
+                    evaluations += solution.evaluations;
                     assert!(solution.miss < 1e-3);
                 } else {
+                    in_vain += solution.evaluations;
                     let miss = nearest(&mut worker, &grid, target, step, edge);
                     assert!(miss >= 1e-3, "{target:?}: {solution:?} but {miss}");
                 }
             }
         }
         println!(
-            "tip friction {tip_friction}: {solved} of 48 solved, {:.2} simulations a row",
-            f64::from(evaluations) / 48.0
+            "tip friction {tip_friction}: {solved} of 48 solved in {evaluations} simulations, the others given up in {in_vain}"
         );
         assert!((10..48).contains(&solved), "{solved}");
-        assert!(evaluations <= 4 * 48, "{evaluations}");
+        assert!(evaluations <= 2 * solved, "{evaluations}");
+        assert!(in_vain <= 12 * (48 - solved), "{in_vain}");
     }
 }
 
