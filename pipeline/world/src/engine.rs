@@ -12,7 +12,7 @@ use mujoco_rs::{
 };
 use values::Point;
 
-use crate::{WorldError, scene::LOAD_IMPEDANCE};
+use crate::{Base, WorldError, scene::LOAD_IMPEDANCE};
 
 /// The pair of table and object, and that of tip and object, in the order that MuJoCo sorts them: by body.
 const LOAD: usize = 0;
@@ -63,13 +63,14 @@ impl Scene {
         Ok(Self(model))
     }
 
-    /// A worker's own copy of model and data. `arm` (m) is the length at which turning counts as sliding.
-    pub(crate) fn engine(&self, arm: f64) -> Engine {
+    /// A worker's own copy of model and data.
+    pub(crate) fn engine(&self, rubbing: Rubbing) -> Engine {
         let data = MjData::new(Box::new(self.0.clone()));
         Engine {
             nv_object: data.model().nv() as usize - 2,
             base_friction: self.0.pair_friction()[LOAD],
-            arm,
+            rubbing,
+            friction: 1.0,
             pushed: Point::default(),
             steps: [0; 2],
             data,
@@ -91,12 +92,22 @@ pub(crate) struct Engine {
     data: MjData<Box<MjModel>>,
     nv_object: usize,
     base_friction: [f64; 5],
-    /// Length in m at which turning counts as sliding; the radius of a ball.
-    arm: f64,
+    rubbing: Rubbing,
+    /// What scales the friction on the table in the next steps.
+    friction: f64,
     /// What the next steps push the object's centre with, in m/s².
     pushed: Point,
     /// Steps taken: all, and those of free slides.
     steps: [u64; 2],
+}
+
+/// What of the object rubs on the table.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Rubbing {
+    /// A base, and the square of the radius of gyration in m².
+    Flat(Base, f64),
+    /// A ball's lowest point: its radius in m.
+    Ball(f64),
 }
 
 /// How far, relative to dry friction's deceleration, MuJoCo's friction reference lies beyond the cone.
@@ -141,14 +152,9 @@ impl Engine {
         model.pair_solreffriction_mut()[STRIKE] = [-1.0, -rate * impedance];
     }
 
-    /// Scales the friction between object and table.
+    /// Scales the friction between object and table in the next steps.
     pub(crate) fn scale_friction(&mut self, factor: f64) {
-        let scaled = self
-            .base_friction
-            .map(|friction| (friction * factor).max(LEAST_FRICTION));
-        // SAFETY: as above.
-        let model = unsafe { self.data.model_mut() };
-        model.pair_friction_mut()[LOAD] = scaled;
+        self.friction = factor;
     }
 
     /// Places the object.
@@ -223,38 +229,50 @@ impl Engine {
             .any(|contact| contact.geom.contains(&tip))
     }
 
-    /// Speed in m/s with which the base slides on the table, turning included.
-    fn slip(&self) -> f64 {
-        let velocity = self.velocity();
-        let (qpos, qvel) = (self.data.qpos(), self.data.qvel());
-        if self.nv_object == 5 {
-            // A ball: its lowest point slides by what it does not roll. MuJoCo gives its rate of turning in its own frame.
-            let (w, x, y, z) = (qpos[2], qpos[3], qpos[4], qpos[5]);
-            let (a, b, c) = (qvel[2], qvel[3], qvel[4]);
-            let rate_x = (1.0 - 2.0 * (y * y + z * z)) * a
-                + 2.0 * (x * y - w * z) * b
-                + 2.0 * (x * z + w * y) * c;
-            let rate_y = 2.0 * (x * y + w * z) * a
-                + (1.0 - 2.0 * (x * x + z * z)) * b
-                + 2.0 * (y * z - w * x) * c;
-            return Point::new(
-                velocity.x - rate_y * self.arm,
-                velocity.y + rate_x * self.arm,
-            )
-            .norm();
-        }
-        velocity.norm().hypot(self.arm * qvel[2])
+    /// Speed in m/s with which a ball's lowest point slides: by what it does not roll.
+    fn ball_slip(&self, radius: f64) -> f64 {
+        let (velocity, qpos, qvel) = (self.velocity(), self.data.qpos(), self.data.qvel());
+        // MuJoCo gives its rate of turning in its own frame.
+        let (w, x, y, z) = (qpos[2], qpos[3], qpos[4], qpos[5]);
+        let (a, b, c) = (qvel[2], qvel[3], qvel[4]);
+        let rate_x = (1.0 - 2.0 * (y * y + z * z)) * a
+            + 2.0 * (x * y - w * z) * b
+            + 2.0 * (x * z + w * y) * c;
+        let rate_y = 2.0 * (x * y + w * z) * a
+            + (1.0 - 2.0 * (x * x + z * z)) * b
+            + 2.0 * (y * z - w * x) * c;
+        Point::new(velocity.x - rate_y * radius, velocity.y + rate_x * radius).norm()
     }
 
     /// MuJoCo's soft friction pulls what slides towards rest at a rate b, and its convex cone loads a contact in
     /// proportion to how far that pull lies beyond the cone: at a fixed b friction would grow with speed. So b follows
-    /// the slip, and the pull is always the same little beyond the cone.
+    /// the slip, and the pull is always the same little beyond the cone. The cone's semi-axes follow it too: so that its
+    /// friction, which is along the pull less what it brakes, is the base's.
     fn follow_slip(&mut self) {
-        let timestep = self.data.model_opt().timestep;
-        let pull = BEYOND_CONE * self.data.model().pair_friction()[LOAD][0] * GRAVITY;
-        let rate = (pull / self.slip().max(1e-9)).min(0.9 / timestep);
+        let weight = (self.friction * self.base_friction[0]).max(LEAST_FRICTION) * GRAVITY;
+        let fastest = 0.9 / self.data.model_opt().timestep;
+        let rate = |slip: f64| (BEYOND_CONE * weight / slip.max(1e-9)).min(fastest);
+        let (rate, axes) = match self.rubbing {
+            Rubbing::Ball(radius) => (rate(self.ball_slip(radius)), [1.0; 2]),
+            Rubbing::Flat(base, gyration) => {
+                let (v, w) = (self.velocity().norm().max(1e-9), base.arm * self.spin());
+                let rate = rate(v.hypot(w));
+                let [pull, turning] = base.pull(v, w);
+                let left = |braked: f64| (rate - weight * braked).max(0.1 * rate);
+                let share = left(turning * base.arm * base.arm / gyration) / left(pull);
+                let (along, around) = (pull * v * v, turning * w * w);
+                let axes = [
+                    pull * (along + around * share),
+                    turning * (along / share + around),
+                ];
+                (rate, axes.map(f64::sqrt))
+            }
+        };
+        let [slide, _, turn, roll, _] = self.base_friction.map(|mu| mu * self.friction);
+        let friction = [slide * axes[0], slide * axes[0], turn * axes[1], roll, roll];
         // SAFETY: as above.
         let model = unsafe { self.data.model_mut() };
+        model.pair_friction_mut()[LOAD] = friction.map(|mu| mu.max(LEAST_FRICTION));
         // MuJoCo divides a direct damping by the impedance.
         model.pair_solreffriction_mut()[LOAD] = [-1.0, -rate * LOAD_IMPEDANCE];
     }

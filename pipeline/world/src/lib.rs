@@ -6,6 +6,7 @@
 //! blow ([`launch`]).
 //! Nothing here knows of logs, tables, files of a run, or the artifact store.
 
+mod base;
 pub mod effects;
 mod engine;
 mod error;
@@ -25,12 +26,13 @@ mod solve;
 mod touch;
 mod world;
 
+pub use base::Base;
 pub use engine::mujoco_version;
 pub use error::WorldError;
 pub use measured::Estimate;
 pub use parameter::{PARAMETERS, ParameterSpec, parameter};
 pub use profile::Profile;
-pub use release::{Blow, Release, turning_ratio};
+pub use release::{Blow, Release};
 pub use restitution::contact_solref;
 pub use simulator::{Simulated, Simulator, Steps, Worker};
 pub use solve::{Solution, SolveSettings, SolveStatus};

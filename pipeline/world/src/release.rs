@@ -2,9 +2,9 @@
 //!
 //! After it the slide is planar and smooth, and can be integrated without contacts where thousands of worlds must be tried.
 
-use values::{Command, Point, Rig};
+use values::{Command, Point};
 
-use crate::{Worker, effects::Effect, scene};
+use crate::{Worker, effects::Effect};
 
 const GRAVITY: f64 = 9.81;
 
@@ -75,12 +75,6 @@ impl Release {
             spin: spin * speed,
         }
     }
-}
-
-/// Length in m at which turning counts as sliding, the world's torsional friction at 1: friction resists
-/// √(v² + (length·spin)²).
-pub fn turning_ratio(rig: &Rig) -> f64 {
-    scene::turning_arm(&rig.object)
 }
 
 impl Worker<'_> {

@@ -8,7 +8,7 @@
 
 use values::{Object, Rig, Shape, Tip};
 
-use crate::{World, WorldError};
+use crate::{Base, World, WorldError};
 
 /// Mass of the striker in kg: its motion is prescribed, so any mass far above the object's does.
 const STRIKER_MASS: f64 = 1000.0;
@@ -24,21 +24,6 @@ pub(crate) const LOAD_IMPEDANCE: f64 = 0.001;
 const IMPEDANCE_RATIO: f64 = 1e4;
 /// Density in kg/m³ and viscosity in Pa·s of air at 20 °C.
 const AIR: (f64, f64) = (1.2, 1.8e-5);
-
-/// Arm in m at which friction on the base resists turning: τ = μ·(weight)·arm for an even pressure.
-pub(crate) fn turning_arm(object: &Object) -> f64 {
-    match object.shape {
-        // The mean distance from the centre of a disc is two thirds of its radius.
-        Shape::Cylinder => object.radius.unwrap_or(0.0) * 2.0 / 3.0,
-        // Of a square of half size h it is 0.7652 h; an oblong is taken as the square of the same diagonal.
-        Shape::Box => {
-            let [x, y, _] = object.half_size.unwrap_or_default();
-            0.7652 * x.hypot(y) / std::f64::consts::SQRT_2
-        }
-        // A ball touches the table at a point; a small patch keeps it from spinning for ever.
-        Shape::Sphere => 0.05 * object.radius.unwrap_or(0.0),
-    }
-}
 
 /// Height of the object's centre above the table, in m.
 pub(crate) fn centre_height(object: &Object) -> f64 {
@@ -112,12 +97,8 @@ pub(crate) fn mjcf(rig: &Rig, world: &World) -> Result<String, WorldError> {
         value("solimp_midpoint")?,
         value("solimp_power")?
     );
-    let (slide, turning, rolling) = (
-        value("friction")?,
-        value("torsional_friction")?,
-        value("rolling_friction")?,
-    );
-    let torsion = (slide * turning_arm(&rig.object) * turning).max(LEAST_FRICTION);
+    let (slide, rolling) = (value("friction")?, value("rolling_friction")?);
+    let torsion = (slide * Base::new(rig, world)?.arm).max(LEAST_FRICTION);
     let (foot, condim, foot_radius) = match rig.object.shape {
         Shape::Sphere => ("object", 6, 0.0),
         Shape::Cylinder | Shape::Box => ("foot", 4, FOOT),

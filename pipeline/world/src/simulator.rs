@@ -7,15 +7,14 @@
 use values::{Command, Conditions, Point, Rig, Shape, Track};
 
 use crate::{
-    Blow, Profile, World, WorldError, contact_solref,
+    Base, Blow, Profile, World, WorldError, contact_solref,
     effects::{self, Effect, Slide},
-    engine::{Engine, Scene},
+    engine::{Engine, Rubbing, Scene},
     grip::Grip,
     planar::{self, Planar},
     releases::Releases,
     scene,
     touch::{self, Nearest},
-    turning_ratio,
 };
 
 const GRAVITY: f64 = 9.81;
@@ -63,9 +62,9 @@ pub struct Simulator {
     restitution: f64,
     contact_time: f64,
     tip_friction: f64,
-    arm: f64,
-    /// Length in m at which turning counts as sliding, and the square of the radius of gyration in m², of the planar form.
-    turning: (f64, f64),
+    base: Base,
+    /// Square of the radius of gyration about the vertical in m².
+    gyration: f64,
     pub(crate) releases: Releases,
     pub(crate) steps: Steps,
 }
@@ -119,14 +118,8 @@ impl Simulator {
             restitution: world.value("restitution")?,
             contact_time: world.value("contact_time")?,
             tip_friction: world.value("tip_friction")?,
-            arm: match rig.object.shape {
-                Shape::Sphere => rig.object.radius.unwrap_or(0.0),
-                Shape::Cylinder | Shape::Box => scene::turning_arm(&rig.object),
-            },
-            turning: (
-                turning_ratio(rig) * world.value("torsional_friction")?,
-                planar::gyration(rig) * world.value("inertia_z")?,
-            ),
+            base: Base::new(rig, world)?,
+            gyration: planar::gyration(rig) * world.value("inertia_z")?,
             releases: Releases::default(),
             scene,
             steps,
@@ -137,7 +130,7 @@ impl Simulator {
     pub fn worker(&self) -> Worker<'_> {
         Worker {
             simulator: self,
-            engine: self.scene.engine(self.arm),
+            engine: self.scene.engine(self.rubbing()),
         }
     }
 
@@ -163,6 +156,14 @@ impl Simulator {
         (blow.command.angle - command.angle, blow.tip_offset)
     }
 
+    /// What of the object rubs on the table.
+    fn rubbing(&self) -> Rubbing {
+        match self.rig.object.shape {
+            Shape::Sphere => Rubbing::Ball(self.rig.object.radius.unwrap_or(0.0)),
+            Shape::Cylinder | Shape::Box => Rubbing::Flat(self.base, self.gyration),
+        }
+    }
+
     /// Where a tip at this position and the object are nearest.
     fn nearest(&self, engine: &Engine, tip: Point) -> Nearest {
         let (object, striker) = (&self.rig.object, &self.rig.striker);
@@ -184,8 +185,8 @@ impl Simulator {
         (self.rig.object.shape != Shape::Sphere).then_some(Planar {
             friction: self.friction,
             restitution: self.restitution,
-            ratio: self.turning.0,
-            gyration: self.turning.1,
+            base: self.base,
+            gyration: self.gyration,
             effects: &self.effects,
             push: None,
         })
@@ -452,7 +453,7 @@ impl TipMotion {
             engine.drive_striker(position, velocity);
             let touch = sim.nearest(engine, position);
             let grip = Grip {
-                gyration: sim.turning.1,
+                gyration: sim.gyration,
                 friction: sim.tip_friction,
                 solref: engine.strike_solref(),
             };

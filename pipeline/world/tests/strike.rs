@@ -323,7 +323,8 @@ fn what_is_reported_unreachable_no_strike_on_the_face_reaches_and_nothing_else_i
     let [half_x, half_y, _] = rig.object.half_size.expect("a box");
     // Half the tip's radius clear of the edge.
     let edge = ((half_y - 0.5 * rig.striker.radius) / (half_x + rig.striker.radius)).atan();
-    for tip_friction in [0.3, 0.5] {
+    // Where it holds the box less, the tip catches up with it near the corner, and any stop may follow.
+    for tip_friction in [0.4, 0.5] {
         let world = World::nominal(&rig).with("tip_friction", tip_friction);
         let simulator = Simulator::new(&rig, &world).expect("valid");
         let mut worker = simulator.worker();

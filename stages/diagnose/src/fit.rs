@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector, SVector};
 use rayon::prelude::*;
 use values::{Point, Rig, Strike};
 use world::{
-    Blow, World, WorldError,
+    Base, Blow, World, WorldError,
     effects::Effect,
     launch::{Launch, launches_about},
     planar::{self, Frames, Kick, Planar},
@@ -30,7 +30,7 @@ pub(crate) struct Field<'a> {
     pub(crate) rig: &'a Rig,
     pub(crate) strikes: Vec<&'a Strike>,
     pub(crate) launches: Vec<Launch>,
-    pub(crate) ratio: f64,
+    pub(crate) base: Base,
     pub(crate) gyration: f64,
 }
 
@@ -90,7 +90,7 @@ impl<'a> Field<'a> {
             rig,
             strikes,
             launches,
-            ratio: world::turning_ratio(rig),
+            base: Base::of(&rig.object),
             gyration: planar::gyration(rig),
         }
     }
@@ -123,7 +123,7 @@ impl<'a> Field<'a> {
         Planar {
             friction: values[FRICTION],
             restitution: values[RESTITUTION],
-            ratio: self.ratio,
+            base: self.base,
             gyration: self.gyration,
             effects,
             push: None,

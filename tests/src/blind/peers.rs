@@ -176,7 +176,7 @@ impl Bench<'_> {
         let planar = Planar {
             friction: base[0],
             restitution: base[1],
-            ratio: world::turning_ratio(self.rig),
+            base: world::Base::of(&self.rig.object),
             gyration: gyration(self.rig),
             effects: &effects,
             push: None,
