@@ -74,9 +74,9 @@ pub const PARAMETERS: &[ParameterSpec] = &[
     ),
     spec(
         "contact_time",
-        0.002,
-        0.0015,
-        0.006,
+        0.0005,
+        0.0004,
+        0.005,
         "s",
         "how long tip and object touch (half period of the undamped contact)",
     ),

@@ -44,10 +44,10 @@ pub struct Steps {
 }
 
 impl Default for Steps {
-    /// 0.05 ms and 8 ms: halving both moves no stop by 0.5 mm (tested).
+    /// 0.0125 ms and 8 ms: halving both moves no stop by 0.5 mm (tested).
     fn default() -> Self {
         Self {
-            contact: 0.05e-3,
+            contact: 0.0125e-3,
             slide: 8e-3,
         }
     }

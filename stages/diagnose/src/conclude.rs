@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use values::{Point, Shape, Split, Strike};
+use values::{Point, Split, Strike};
 use world::{AddedEffect, Estimate, World, effects};
 
 use crate::{
@@ -126,13 +126,6 @@ impl Case<'_, '_> {
                 100.0 * speed,
                 angle.to_degrees()
             ));
-        }
-        if verdict == Verdict::Named && rig.object.shape == Shape::Box {
-            notes.push(
-                "a box leaves the tip as their friction has it, which this world holds to a degree and a few per cent of speed: an \
-                 effect named of launches may stand for that alone"
-                    .into(),
-            );
         }
         if gap.heldout_strikes < 10 {
             let judges = match gap.heldout_strikes {

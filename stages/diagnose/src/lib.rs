@@ -160,7 +160,7 @@ fn after_impact(strike: &Strike, frame: f64) -> Strike {
 
 impl Stage for Diagnose {
     const NAME: &'static str = "diagnose";
-    const VERSION: u32 = 2;
+    const VERSION: u32 = 3;
     type Input = Input;
     type Output = Found;
     type Error = DiagnoseError;

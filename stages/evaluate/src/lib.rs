@@ -99,7 +99,7 @@ pub struct Evaluation {
 
 impl Stage for Evaluate {
     const NAME: &'static str = "evaluate";
-    const VERSION: u32 = 3;
+    const VERSION: u32 = 4;
     type Input = Input;
     type Output = Evaluation;
     type Error = EvaluateError;

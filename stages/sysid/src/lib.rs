@@ -113,7 +113,7 @@ fn after_impact(strike: &Strike, frame: f64) -> Strike {
 
 impl Stage for Sysid {
     const NAME: &'static str = "sysid";
-    const VERSION: u32 = 3;
+    const VERSION: u32 = 4;
     type Input = Input;
     type Output = Fit;
     type Error = SysidError;
