@@ -55,11 +55,14 @@ pub struct Reader<'a, E> {
 }
 
 impl<E: DeserializeOwned> Reader<'_, E> {
-    /// The entry that was found as the `index`-th, from 0.
+    /// The entry that was found as the `index`-th, from 0; an error where the list has no such entry.
     pub fn entry(&mut self, index: usize) -> Result<E, StageError> {
         let Entries { stage, path, .. } = self.entries;
-        let place = self.entries.places[index];
-        self.read(place).map_err(|error| unread(path, error))?;
+        let place = self.entries.places.get(index).copied();
+        place
+            .ok_or_else(|| ErrorKind::UnexpectedEof.into())
+            .and_then(|place| self.read(place))
+            .map_err(|error| unread(path, error))?;
         codec::decode(&self.bytes, stage)
     }
 

@@ -214,14 +214,19 @@ impl Run {
         let distinct: BTreeMap<&PathBuf, &S::Item> = paths.iter().zip(items).collect();
 
         let _guard = lock(&self.packs);
-        let kept = distinct
+        let mut kept = distinct
             .par_iter()
             .map(|(path, _)| Ok((*path, list::load::<S>(path)?)))
             .collect::<Result<BTreeMap<&PathBuf, list::Kept<S>>, StageError>>()?;
-        let is_missing = |path: &&PathBuf| !matches!(kept[*path], list::Kept::List(..));
-        let missing: Vec<&PathBuf> = distinct.keys().copied().filter(is_missing).collect();
-        let is_damaged = |kept: &&list::Kept<S>| matches!(kept, list::Kept::Damaged);
-        let damaged = kept.values().filter(is_damaged).count();
+        let missing: Vec<&PathBuf> = distinct
+            .keys()
+            .copied()
+            .filter(|path| !matches!(kept[*path], list::Kept::List(..)))
+            .collect();
+        let damaged = kept
+            .values()
+            .filter(|kept| matches!(kept, list::Kept::Damaged))
+            .count();
         if !missing.is_empty() {
             let progress = self.progress(S::NAME).counted(missing.len());
             missing.par_iter().try_for_each(|path| {
@@ -232,7 +237,6 @@ impl Run {
             self.answers.prune(S::NAME)?;
         }
         let computed = missing.len();
-        let mut kept = kept;
         let lists = paths
             .iter()
             .map(|path| match kept.remove(path) {
