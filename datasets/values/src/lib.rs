@@ -6,6 +6,7 @@
 
 mod geometry;
 mod rig;
+mod slide;
 mod split;
 mod strike;
 

@@ -43,6 +43,8 @@ pub(crate) struct Case<'c, 'a> {
     pub(crate) p_value: f64,
     /// Strikes left out, for their object does not leave the tip.
     pub(crate) pushed: usize,
+    /// Strikes left out, for their object is pushed a second time.
+    pub(crate) again: usize,
 }
 
 impl Case<'_, '_> {
@@ -107,6 +109,12 @@ impl Case<'_, '_> {
             None => Vec::new(),
         };
         let mut notes = Vec::new();
+        if self.again > 0 {
+            notes.push(format!(
+                "strikes left out, for the object speeds up again after it slowed down, as if the arm went on behind it: {}",
+                self.again
+            ));
+        }
         if self.pushed > 0 {
             notes.push(format!(
                 "{} strikes were left out: in the identified world their object does not leave the tip",

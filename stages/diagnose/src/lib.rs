@@ -148,19 +148,9 @@ fn diverges() -> DiagnoseError {
     }
 }
 
-/// The strike without its first frame: a track has a corner at the impact.
-fn after_impact(strike: &Strike, frame: f64) -> Strike {
-    let mut strike = strike.clone();
-    let keep = strike.track.t.partition_point(|&t| t < frame * 0.999);
-    strike.track.t.drain(..keep);
-    strike.track.x.drain(..keep);
-    strike.track.y.drain(..keep);
-    strike
-}
-
 impl Stage for Diagnose {
     const NAME: &'static str = "diagnose";
-    const VERSION: u32 = 3;
+    const VERSION: u32 = 4;
     type Input = Input;
     type Output = Found;
     type Error = DiagnoseError;
@@ -171,13 +161,16 @@ impl Stage for Diagnose {
             return Err(DiagnoseError::Rolls);
         }
         let frame = 1.0 / rig.camera.rate;
-        let usable: Vec<Strike> = self
+        let mut usable: Vec<Strike> = self
             .sample(&input.strikes)
             .iter()
             .filter(|strike| strike.split != Split::Test)
-            .map(|strike| after_impact(strike, frame))
+            .map(|strike| strike.after_impact(frame))
             .filter(|strike| strike.track.len() >= FRAMES)
             .collect();
+        let tracks = usable.len();
+        usable.retain(|strike| !strike.track.is_pushed_again());
+        let again = tracks - usable.len();
         if usable.len() < FEWEST {
             return Err(DiagnoseError::TooFewStrikes {
                 strikes: usable.len(),
@@ -276,6 +269,7 @@ impl Stage for Diagnose {
             after: &after,
             p_value,
             pushed,
+            again,
         }
         .conclude()
     }

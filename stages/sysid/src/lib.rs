@@ -100,20 +100,21 @@ pub enum SysidError {
     },
 }
 
-/// The strike without its first `frame` seconds: a track has a corner at the impact, and a clock that is off by a part of
-/// a frame would bend the fit there.
-fn after_impact(strike: &Strike, frame: f64) -> Strike {
-    let mut strike = strike.clone();
-    let keep = strike.track.t.partition_point(|&t| t < frame * 0.999);
-    strike.track.t.drain(..keep);
-    strike.track.x.drain(..keep);
-    strike.track.y.drain(..keep);
-    strike
+fn pushed_again(count: usize, are_left_out: bool) -> String {
+    let strikes = if count == 1 { "strike" } else { "strikes" };
+    let end = if are_left_out {
+        "left out"
+    } else {
+        "kept, for too few others are there"
+    };
+    format!(
+        "in {count} {strikes} the object speeds up again after it slowed down, as if the arm went on behind it: {end}"
+    )
 }
 
 impl Stage for Sysid {
     const NAME: &'static str = "sysid";
-    const VERSION: u32 = 4;
+    const VERSION: u32 = 5;
     type Input = Input;
     type Output = Fit;
     type Error = SysidError;
@@ -123,11 +124,11 @@ impl Stage for Sysid {
             .strikes
             .iter()
             .filter(|strike| strike.split == Split::Train)
-            .map(|strike| after_impact(strike, 1.0 / input.rig.camera.rate))
+            .map(|strike| strike.after_impact(1.0 / input.rig.camera.rate))
             .filter(|strike| strike.track.len() >= 4)
             .take(self.most_strikes)
             .collect();
-        let strikes: Vec<&Strike> = sliding.iter().collect();
+        let mut strikes: Vec<&Strike> = sliding.iter().collect();
         for name in &self.free {
             parameter(name)?;
         }
@@ -144,6 +145,12 @@ impl Stage for Sysid {
                 parameters: free.len(),
                 needed,
             });
+        }
+        // What is pushed twice is no slide, and says nothing of one.
+        let pushed = |strike: &&&Strike| strike.track.is_pushed_again();
+        let again = strikes.iter().filter(pushed).count();
+        if strikes.len() - again >= needed {
+            strikes.retain(|strike| !strike.track.is_pushed_again());
         }
         let begun = start::start(&input.rig, &input.world, &strikes, &free);
         let begun = start::hold(&input.rig, begun, &strikes, &free);
@@ -181,6 +188,9 @@ impl Stage for Sysid {
         let rms = |world| Ok::<_, WorldError>(mujoco.simulate(world, Launch::EXACT)?.rms(&strikes));
         let world = interval::with_intervals(&fitted)?;
         let mut notes = told.notes;
+        if again > 0 {
+            notes.push(pushed_again(again, strikes.len() < sliding.len()));
+        }
         notes.extend(fitted.at_bounds());
         notes.extend(fitted.bias());
         notes.extend(start::held(&input.world, &fitted));
