@@ -6,6 +6,7 @@ use statrs::statistics::{Data, OrderStatistics};
 
 use crate::{
     screen::{Chance, Screened},
+    search::EXCLUDED,
     smooth::Dependence,
 };
 
@@ -28,9 +29,20 @@ pub(crate) fn chance(screened: &[Screened]) -> Chance {
         .collect::<BTreeMap<_, _>>()
 }
 
-/// Probability that chance gains as much as the best candidate does, over all candidates: the rank among the replicates, and
-/// beyond them an exponential tail, which gains in log-likelihood have.
+/// Probability that chance gains as much as the best candidate does, over all candidates: by scores, or by the gain of a whole
+/// step, which sees what a score at the scatter that an effect itself makes is blind to.
 pub(crate) fn p_value(screened: &[Screened], chance: &Chance) -> f64 {
+    let gained = screened
+        .iter()
+        .map(|s| s.gain() - chance[s.name])
+        .fold(f64::NEG_INFINITY, f64::max);
+    // What chance gains of a whole step is not drawn: so odds of a hundred to one come on top of its scores' quantile.
+    let by_gain = REAL * (EXCLUDED - gained).exp();
+    by_score(screened, chance).min(by_gain)
+}
+
+/// The rank among the replicates, and beyond them an exponential tail, which gains in log-likelihood have.
+fn by_score(screened: &[Screened], chance: &Chance) -> f64 {
     let over = |gain: f64, s: &Screened| gain - chance[s.name];
     let best = screened
         .iter()

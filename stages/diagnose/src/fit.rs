@@ -22,8 +22,11 @@ pub(crate) const ITERATIONS: usize = 12;
 pub(crate) const GLANCE: usize = 3;
 /// The fit ends when no value moves by more than this share of its standard error.
 const SETTLED: f64 = 0.05;
-/// A step that loses more log-likelihood than this is halved.
+/// A step that loses more log-likelihood than this is taken back.
 const LOSS: f64 = 0.05;
+/// Damping (Marquardt 1963), relative to what the strikes tell of each value: its factors after a step that was good and one that
+/// was not, and where the fit gives up.
+const DAMPING: (f64, f64, f64) = (0.1, 10.0, 1e4);
 
 /// The strikes, with their launches.
 pub(crate) struct Field<'a> {
@@ -227,61 +230,60 @@ impl<'a> Field<'a> {
         kicks: &[SVector<f64, NUISANCES>],
         iterations: usize,
     ) -> Result<Option<Fitted>, WorldError> {
-        let mut best: Option<Fitted> = None;
+        let mut best: Option<(Fitted, Vec<Products>)> = None;
         let mut trial = model.clone();
         let mut kicks = kicks.to_vec();
-        let mut share = 1.0;
+        let mut damping = 0.0;
         let mut accepted = 0;
         while accepted < iterations {
-            let spread = best.as_ref().map_or(*spread, |b| b.estimated.spread);
-            let estimated = match self.columns(&trial, &kicks)? {
-                Some(columns) => {
-                    let products: Vec<Products> = columns.iter().map(Columns::products).collect();
-                    held(&trial, &products, &spread)
-                }
-                None => None,
-            };
-            let is_better = |e: &Estimated| {
+            let spread = best.as_ref().map_or(*spread, |(b, _)| b.estimated.spread);
+            let products: Option<Vec<Products>> = self
+                .columns(&trial, &kicks)?
+                .map(|columns| columns.iter().map(Columns::products).collect());
+            let found = products.and_then(|p| Some((held(&trial, &p, &spread, damping)?, p)));
+            let is_better = |(e, _): &(Estimated, _)| {
                 best.as_ref()
-                    .is_none_or(|b| e.likelihood_here > b.likelihood() - LOSS)
+                    .is_none_or(|(b, _)| e.likelihood_here > b.likelihood() - LOSS)
             };
-            match estimated.filter(is_better) {
-                Some(estimated) => {
+            match (found.filter(is_better), &mut best) {
+                (Some((estimated, products)), _) => {
                     let settled = settled(&trial, &estimated);
-                    best = Some(Fitted {
+                    let fitted = Fitted {
                         model: trial.clone(),
                         kicks: kicks.clone(),
                         estimated,
-                    });
+                    };
+                    best = Some((fitted, products));
                     if settled {
                         break;
                     }
-                    share = 1.0;
+                    damping *= DAMPING.0;
                     accepted += 1;
                 }
-                None if best.is_none() => return Ok(None),
-                None => {
-                    share *= 0.3;
-                    if share < 0.02 {
+                (None, None) => return Ok(None),
+                // The columns mislead so far away: nearer, and the scatter with it.
+                (None, Some((best, products))) => {
+                    damping = f64::max(1.0, damping * DAMPING.1);
+                    let spread = best.estimated.spread;
+                    let Some(nearer) = held(&best.model, products, &spread, damping) else {
+                        break;
+                    };
+                    best.estimated = nearer;
+                    if damping > DAMPING.2 {
                         break;
                     }
                 }
             }
-            let Some(from) = &best else { break };
+            let Some((from, _)) = &best else { break };
             trial = from.model.clone();
             for (place, free) in from.model.free.iter().enumerate() {
-                let moved = from.model.values[place] + share * from.estimated.beta[place];
+                let moved = from.model.values[place] + from.estimated.beta[place];
                 trial.values[place] = moved.clamp(free.low, free.high);
             }
-            kicks = from
-                .kicks
-                .iter()
-                .zip(&from.estimated.nuisances)
-                .map(|(old, new)| old + (new - old) * share)
-                .collect();
+            kicks.clone_from(&from.estimated.nuisances);
             centre(&mut trial, &mut kicks);
         }
-        Ok(best)
+        Ok(best.map(|(best, _)| best))
     }
 }
 
@@ -324,9 +326,16 @@ fn centre(model: &mut Model, kicks: &mut [SVector<f64, NUISANCES>]) {
 /// Precision by which a value is held.
 const HELD: f64 = 1e15;
 
-/// Estimates, with values held that stand at a bound and would go beyond.
-fn held(model: &Model, products: &[Products], spread: &Spread) -> Option<Estimated> {
+/// Estimates, with values held that stand at a bound and would go beyond, and all of them damped.
+fn held(model: &Model, products: &[Products], spread: &Spread, damping: f64) -> Option<Estimated> {
     let mut prior = prior(model);
+    if damping > 0.0 {
+        let free = mixed::estimate(products, &prior, spread)?;
+        for i in 0..model.free.len() {
+            prior.precision[i] += damping * free.information[(i, i)];
+            prior.away[i] *= prior.precision[i].recip() * model.free[i].width.powi(-2);
+        }
+    }
     loop {
         let estimated = mixed::estimate(products, &prior, spread)?;
         let mut is_new = false;

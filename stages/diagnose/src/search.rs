@@ -22,11 +22,11 @@ const FORM: f64 = 0.02;
 /// Share of the best one's evidence below which a candidate is not fitted to the end.
 const BEHIND: f64 = 0.6;
 /// A candidate whose evidence is less than this short of the best one's is not excluded: odds of a hundred to one.
-const EXCLUDED: f64 = 4.6;
+pub(crate) const EXCLUDED: f64 = 4.6;
 /// Evidence by which another effect in an effect's place is better.
 const BETTER: f64 = 0.5;
 /// Share of the evidence below which an effect that is nearly the same by construction is excluded.
-const ALIKE: f64 = 0.8;
+const ALIKE: f64 = 0.6;
 
 /// A model beside what it gains.
 #[derive(Clone, Debug)]
@@ -192,10 +192,19 @@ pub(crate) fn search(
         let held = fitted.model.parts.len();
         let gained = fitted.likelihood() - null.likelihood();
         let asked = (ANOTHER * held as f64).max(FORM * gained);
+        // An effect that does nearly what another does stands beside it only where the form of neither is enough.
+        let beside = |name: &str| {
+            let alike = alike(name);
+            let standing = searched.standing.iter();
+            standing
+                .filter(|s| alike.contains(&s.name))
+                .map(|s| (1.0 - ALIKE) * s.evidence)
+                .fold(asked, f64::max)
+        };
         let Some(step) = fit_best(field, fitted, &screened, chance, &[])?
             .into_iter()
-            .next()
-            .filter(|step| held < most && step.evidence > asked)
+            .take(if held < most { usize::MAX } else { 0 })
+            .find(|step| step.evidence > beside(step.name))
         else {
             break;
         };

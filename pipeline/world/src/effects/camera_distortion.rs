@@ -14,7 +14,7 @@ pub const SPEC: EffectSpec = EffectSpec {
         name: "k1",
         unit: "1/m²",
         low: -0.6,
-        high: 0.6,
+        high: 1.5,
         neutral: 0.0,
         scale: 0.05,
     }]),
