@@ -13,7 +13,7 @@ pub const SPEC: EffectSpec = EffectSpec {
     parameters: Parameters::Listed(&[EffectParameter {
         name: "k1",
         unit: "1/m²",
-        low: -0.6,
+        low: -1.0,
         high: 1.5,
         neutral: 0.0,
         scale: 0.05,

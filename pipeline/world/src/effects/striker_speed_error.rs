@@ -6,6 +6,8 @@ use super::{Effect, EffectParameter, EffectSpec, Parameters, Values};
 
 /// The greatest cap, in m/s, stands for none.
 const NO_CAP: f64 = 5.0;
+/// An offset in m/s that is worth a word.
+const STATED: f64 = 0.0005;
 
 /// Striker speed error; parameters `offset` = a, `slope` = b, `cap`. A cap above the speeds that were struck at changes
 /// nothing, so a fit of it starts among them.
@@ -54,13 +56,18 @@ pub const SPEC: EffectSpec = EffectSpec {
         } else {
             format!("the arm delivers {slope:.2} times")
         };
-        let mut text = format!(
-            "{factor} the commanded speed {} {:.3} m/s",
-            if offset < 0.0 { "less" } else { "plus" },
-            offset.abs()
-        );
+        let mut text = format!("{factor} the commanded speed");
+        if offset.abs() >= STATED {
+            let sign = if offset < 0.0 { "less" } else { "plus" };
+            text += &format!(" {sign} {:.3} m/s", offset.abs());
+        }
         if cap < NO_CAP {
-            text += &format!(", and at most {cap:.2} m/s");
+            let and = if offset.abs() >= STATED {
+                ", and"
+            } else {
+                ", but"
+            };
+            text += &format!("{and} at most {cap:.2} m/s");
         }
         text
     },
