@@ -34,8 +34,8 @@ def fresh(name):
     return OUT / name
 
 
-def carom_run(rig, out):
-    return run(CAROM, "run", "--json", "--quiet", *logs(rig), "--rig", rig / "rig.toml", "--out", fresh(out))
+def carom_run(rig, out, *more):
+    return run(CAROM, "run", "--json", "--quiet", *logs(rig), "--rig", rig / "rig.toml", "--out", fresh(out), *more)
 
 
 def seconds(result):
