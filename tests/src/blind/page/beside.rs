@@ -59,6 +59,8 @@ fn count<'b>(
     }
 }
 
+const PEERS: [&str; 2] = ["the sweep", "the regression"];
+
 /// Carom beside its peers, on the sets that they were tried on.
 pub(super) fn peers(text: &mut String, outcomes: &[&Outcome], peers: &[Peers]) {
     let known: BTreeMap<&str, &Peers> = peers.iter().map(|p| (p.id.as_str(), p)).collect();
@@ -84,13 +86,17 @@ pub(super) fn peers(text: &mut String, outcomes: &[&Outcome], peers: &[Peers]) {
     let mut row = |what: &str, cells: Vec<String>| {
         let _ = writeln!(text, "| {what} | {} |", cells.join(" | "));
     };
+    let alarms = JUDGES.map(|judge| count(both.iter().filter(is_control), |b| !judge(b)));
     row(
         "false alarms with nothing hidden",
-        JUDGES
-            .iter()
-            .map(|judge| percent(count(both.iter().filter(is_control), |b| !judge(b))))
-            .collect(),
+        alarms.iter().map(|tally| percent(*tally)).collect(),
     );
+    let mut better = Vec::new();
+    for (peer, tally) in PEERS.iter().zip(&alarms[1..]) {
+        if tally.hits < alarms[0].hits {
+            better.push(format!("{peer} with nothing hidden"));
+        }
+    }
     for strikes in super::STRIKES {
         row(
             &format!("right at ≥ 2×, {strikes} strikes"),
@@ -100,7 +106,6 @@ pub(super) fn peers(text: &mut String, outcomes: &[&Outcome], peers: &[Peers]) {
                 .collect(),
         );
     }
-    let mut better = Vec::new();
     for effect in EFFECTS {
         let of = || {
             both.iter()
@@ -114,7 +119,7 @@ pub(super) fn peers(text: &mut String, outcomes: &[&Outcome], peers: &[Peers]) {
                 .map(|t| format!("{}/{}", t.hits, t.all))
                 .collect(),
         );
-        for (peer, tally) in ["the sweep", "the regression"].iter().zip(&tallies[1..]) {
+        for (peer, tally) in PEERS.iter().zip(&tallies[1..]) {
             if tally.hits > tallies[0].hits {
                 better.push(format!("{peer} with `{effect}`"));
             }
