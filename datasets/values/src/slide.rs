@@ -2,10 +2,13 @@
 
 use crate::{Strike, Track};
 
-/// Seconds over which a speed is taken.
-const WINDOW: f64 = 0.05;
-/// A rise of the speed counts from this share of the greatest speed, and from so many standard deviations of its noise.
-const RISE: (f64, f64) = (0.1, 6.0);
+/// Seconds over which a speed is taken, and how many neighbouring speeds a median is taken of: single frames that are stale, early
+/// or astray then move none.
+const WINDOW: f64 = 0.07;
+const NEIGHBOURS: usize = 7;
+/// A rise of the speed counts from this share of the greatest speed, and of the speed before it, and from so many standard
+/// deviations of its noise.
+const RISE: (f64, f64, f64) = (0.1, 0.15, 6.0);
 /// Median of the absolute value of a normal variable.
 const MEDIAN: f64 = 0.674_49;
 
@@ -23,7 +26,7 @@ impl Strike {
 }
 
 impl Track {
-    /// Whether the object speeds up again after it has slowed down, beyond the noise of its frames: it was pushed a second time,
+    /// Whether the object speeds up again after it has slowed down, beyond what frames can feign: it was pushed a second time,
     /// as by an arm that goes on behind it.
     pub fn is_pushed_again(&self) -> bool {
         let frames = self.len();
@@ -32,8 +35,8 @@ impl Track {
             .last()
             .zip(self.t.first())
             .map_or(0.0, |(b, a)| b - a);
-        let window = ((WINDOW * frames as f64 / span.max(1e-9)) as usize).max(3);
-        if frames < window + 3 || span <= 0.0 {
+        let window = ((WINDOW * frames as f64 / span.max(1e-9)) as usize).max(NEIGHBOURS);
+        if frames < window + NEIGHBOURS || span <= 0.0 {
             return false;
         }
         let speeds: Vec<f64> = (window..frames)
@@ -43,11 +46,11 @@ impl Track {
             .collect();
         let noise = std::f64::consts::SQRT_2 * self.noise() / WINDOW;
         let peak = speeds.iter().copied().fold(0.0, f64::max);
-        let allowed = (RISE.0 * peak).max(RISE.1 * noise);
         let mut least = f64::INFINITY;
-        speeds.iter().any(|speed| {
-            least = least.min(*speed);
-            speed - least > allowed
+        speeds.windows(NEIGHBOURS).any(|near| {
+            let speed = median(near.to_vec());
+            least = least.min(speed);
+            speed - least > (RISE.0 * peak).max(RISE.1 * least).max(RISE.2 * noise)
         })
     }
 
@@ -58,17 +61,20 @@ impl Track {
                 .map(|w| (w[2] - 2.0 * w[1] + w[0]).abs())
                 .collect()
         };
-        let mut bends = [bends(&self.x), bends(&self.y)].concat();
-        bends.sort_by(f64::total_cmp);
-        bends.get(bends.len() / 2).copied().unwrap_or(0.0) / (MEDIAN * 6f64.sqrt())
+        median([bends(&self.x), bends(&self.y)].concat()) / (MEDIAN * 6f64.sqrt())
     }
+}
+
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied().unwrap_or(0.0)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// A slide under 2 m/s² from 0.8 m/s, pushed again by `push` m/s at 0.2 s, seen with noise of this many mm.
+    /// A slide under 2 m/s² from 0.8 m/s, pushed again by `push` m/s at 0.3 s, seen with noise of this many mm.
     fn track(push: f64, noise: f64) -> Track {
         let (mut x, mut speed, mut track) = (0.0, 0.8, Track::default());
         for i in 0..40 {
@@ -77,7 +83,7 @@ mod tests {
             track.t.push(t);
             track.x.push(x + wobble(1.1));
             track.y.push(wobble(2.3));
-            if i == 12 {
+            if i == 18 {
                 speed += push;
             }
             x += speed / 60.0;
@@ -88,10 +94,33 @@ mod tests {
 
     #[test]
     fn a_second_push_shows_and_noise_does_not() {
-        assert!(track(0.3, 0.5).is_pushed_again());
+        assert!(track(0.5, 0.5).is_pushed_again());
         for noise in [0.0, 0.5, 1.5, 4.0] {
             assert!(!track(0.0, noise).is_pushed_again(), "{noise}");
         }
         assert!(!Track::default().is_pushed_again());
+    }
+
+    #[test]
+    fn frames_that_are_stale_early_late_or_astray_are_no_push() {
+        for first in 1..36 {
+            let mut stale = track(0.0, 0.5);
+            (stale.x[first], stale.y[first]) = (stale.x[first - 1], stale.y[first - 1]);
+            let again = (first + 9).min(38);
+            (stale.x[again], stale.y[again]) = (stale.x[again - 1], stale.y[again - 1]);
+            assert!(!stale.is_pushed_again(), "stale at {first}");
+
+            let mut jitter = track(0.0, 0.5);
+            for (i, t) in jitter.t.iter_mut().enumerate() {
+                *t += 0.004 * ((i * first) as f64 * 1.7).sin();
+            }
+            assert!(!jitter.is_pushed_again(), "jitter {first}");
+
+            let mut astray = track(0.0, 0.5);
+            for (i, x) in astray.x[first..first + 3].iter_mut().enumerate() {
+                *x += [0.015, -0.012, 0.014][i];
+            }
+            assert!(!astray.is_pushed_again(), "astray at {first}");
+        }
     }
 }

@@ -9,7 +9,7 @@ use crate::{
     Diagnose, DiagnoseError, Found, Input,
     diagnosis::{Detectable, Diagnosis, Named, NextStrike, Parameter, Ranked, Verdict},
     evidence::{self, REAL},
-    fit::{Field, Fitted},
+    fit::{Field, Fitted, NINETY_FIVE},
     gap,
     model::{FRICTION, RESTITUTION, specification},
     next::next_strikes,
@@ -21,8 +21,6 @@ use crate::{
 
 /// A model explains a gap if it holds at least this share of the log-likelihood that it and the smooth rest gain together.
 const EXPLAINS: f64 = 0.75;
-/// Standard errors to either side of an estimate.
-const NINETY_FIVE: f64 = 1.96;
 /// Standard errors by which an effect must exceed what chance gains, to be found in four cases of five.
 const POWER: f64 = 0.84;
 
@@ -70,6 +68,7 @@ impl Case<'_, '_> {
             .input
             .strikes
             .iter()
+            .filter(|strike| !strike.track.is_pushed_again())
             .map(|strike| (strike, strike.split == Split::Test))
             .collect();
         let strikes: Vec<&Strike> = all.iter().map(|(strike, _)| *strike).collect();
@@ -167,16 +166,9 @@ impl Case<'_, '_> {
     /// The identified world with the model's values and effects, each with its interval.
     fn world(&self, fitted: &Fitted) -> Result<World, DiagnoseError> {
         let model = &fitted.model;
-        // With the priors, which keep what the data do not tell from being infinite.
-        let mut information = fitted.estimated.information.clone();
-        for (i, free) in model.free.iter().enumerate() {
-            information[(i, i)] += free.width.powi(-2);
-        }
-        let covariance = information
-            .try_inverse()
-            .ok_or_else(|| DiagnoseError::NoFit {
-                why: "its parameters cannot be told apart".into(),
-            })?;
+        let covariance = fitted.covariance().ok_or_else(|| DiagnoseError::NoFit {
+            why: "its parameters cannot be told apart".into(),
+        })?;
         let estimate = |place: usize| {
             let (value, error) = (
                 model.values[place],

@@ -12,7 +12,7 @@ use world::{
 
 use crate::{
     mixed::{self, Estimated, NUISANCES, Prior, Products, Spread},
-    model::{CLOCK, FRICTION, Model, RESTITUTION},
+    model::{CLOCK, FRICTION, Model, RESTITUTION, specification},
 };
 
 /// Steps of a kick's differences: relative speed and angle (rad).
@@ -22,6 +22,8 @@ pub(crate) const ITERATIONS: usize = 12;
 pub(crate) const GLANCE: usize = 3;
 /// The fit ends when no value moves by more than this share of its standard error.
 const SETTLED: f64 = 0.05;
+/// Standard errors within which 95 % lie.
+pub(crate) const NINETY_FIVE: f64 = 1.96;
 /// A step that loses more log-likelihood than this is taken back.
 const LOSS: f64 = 0.05;
 /// Damping (Marquardt 1963), relative to what the strikes tell of each value: its factors after a step that was good and one that
@@ -49,6 +51,33 @@ impl Fitted {
     /// Log-likelihood.
     pub(crate) fn likelihood(&self) -> f64 {
         self.estimated.likelihood_here
+    }
+
+    /// Of the model's values, with the priors, which keep what the data do not tell from being infinite.
+    pub(crate) fn covariance(&self) -> Option<DMatrix<f64>> {
+        let mut information = self.estimated.information.clone();
+        for (i, free) in self.model.free.iter().enumerate() {
+            information[(i, i)] += free.width.powi(-2);
+        }
+        information.try_inverse()
+    }
+
+    /// An effect whose strength may as well be none: each of its 95 % intervals holds that.
+    pub(crate) fn unsure(&self) -> Option<usize> {
+        let covariance = self.covariance()?;
+        (0..self.model.parts.len()).find(|part| {
+            let name = self.model.parts[*part].name;
+            let free = self.model.free.iter().enumerate();
+            free.filter_map(|(i, free)| {
+                let (of, parameter) = free.of.as_ref()?;
+                (of == part && free.is_strength)
+                    .then(|| (i, specification(name, parameter).neutral))
+            })
+            .all(|(i, neutral)| {
+                let error = covariance[(i, i)].max(0.0).sqrt();
+                (self.model.values[i] - neutral).abs() < NINETY_FIVE * error
+            })
+        })
     }
 }
 

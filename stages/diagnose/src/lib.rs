@@ -150,7 +150,7 @@ fn diverges() -> DiagnoseError {
 
 impl Stage for Diagnose {
     const NAME: &'static str = "diagnose";
-    const VERSION: u32 = 4;
+    const VERSION: u32 = 6;
     type Input = Input;
     type Output = Found;
     type Error = DiagnoseError;
@@ -239,7 +239,9 @@ impl Stage for Diagnose {
         while !searched.standing.is_empty() {
             after = smooth::dependences(&field, &searched.fitted, self.seed)?;
             // An effect weaker than what no candidate explains is no finding.
-            let Some(weak) = searched.weaker_than(evidence::left(&after)) else {
+            // Nor is one that may as well be none.
+            let weak = searched.weaker_than(evidence::left(&after));
+            let Some(weak) = weak.or_else(|| searched.fitted.unsure()) else {
                 break;
             };
             searched = search::without(&field, &searched, weak, &candidates, &chance)?;

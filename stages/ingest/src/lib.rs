@@ -157,7 +157,7 @@ impl From<&Strike> for Found {
 
 impl ListStage for Ingest {
     const NAME: &'static str = "ingest";
-    const VERSION: u32 = 6;
+    const VERSION: u32 = 7;
     type Shared = Rig;
     type Item = LogFile;
     type Entry = Strike;

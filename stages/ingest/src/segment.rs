@@ -352,7 +352,7 @@ impl<'a> Segmenter<'a> {
         );
         note(
             self.outliers as u64,
-            "centroids jump away for a single frame and are left out of their tracks",
+            "centroids jump away for a single frame, or repeat the last one while the object moves, and are left out of their tracks",
         );
         note(
             self.unheld as u64,

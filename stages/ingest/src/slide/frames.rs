@@ -21,9 +21,9 @@ pub(super) struct Frame {
 /// The frames around one command.
 pub(crate) struct Frames<'a> {
     pub(super) rig: &'a Rig,
-    /// Finite ones that do not jump away and back.
+    /// Finite ones that do not jump away and back, and are not stale.
     pub(super) frames: Vec<Frame>,
-    /// Times of frames that jump away and back.
+    /// Times of frames that do.
     pub(super) outliers: Vec<f64>,
     /// Times of frames without a finite centroid.
     not_finite: Vec<f64>,
@@ -79,7 +79,8 @@ impl<'a> Frames<'a> {
             .filter(|f| !rig.table.contains(f.point))
             .map(|f| (f.t, f.point))
             .collect();
-        let jumps = jumps(&finite, rig.camera.noise);
+        let mut jumps = jumps(&finite, rig.camera.noise);
+        stale(&finite, rig.camera.noise, &mut jumps);
         let outliers = finite
             .iter()
             .zip(&jumps)
@@ -172,4 +173,46 @@ fn jumps(frames: &[Frame], noise: f64) -> Vec<bool> {
         jumps[at + 1] = frame.point.distance(middle) > JUMP_NOISE * noise + span;
     }
     jumps
+}
+
+/// Marks frames that repeat the one before to the last digit while the object moves, as the next one that is new shows: the tracker
+/// had nothing new to tell.
+fn stale(frames: &[Frame], noise: f64, marked: &mut [bool]) {
+    const MOVES: f64 = 3.0;
+    const CATCHES_UP: f64 = 1.5;
+    let mut first = 1;
+    while first + 1 < frames.len() {
+        let point = frames[first].point;
+        let next = (first + 1..frames.len()).find(|at| frames[*at].point != point);
+        let Some(next) = next else { break };
+        let before = point.distance(frames[first - 1].point);
+        let after = point.distance(frames[next].point);
+        if next > first + 1 && before > MOVES * noise && after > CATCHES_UP * before {
+            marked[first + 1..next].fill(true);
+        }
+        first = next;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_repeats_while_the_object_moves_is_stale_and_what_rests_is_not() {
+        let frames: Vec<Frame> = [
+            0.3, 0.3, 0.3, 0.31, 0.32, 0.32, 0.32, 0.35, 0.355, 0.356, 0.356,
+        ]
+        .iter()
+        .map(|x| Frame {
+            stamp: 0,
+            t: 0.0,
+            point: Point::new(*x, 0.0),
+        })
+        .collect();
+        let mut marked = vec![false; frames.len()];
+        stale(&frames, 0.0003, &mut marked);
+        let stale: Vec<usize> = (0..frames.len()).filter(|i| marked[*i]).collect();
+        assert_eq!(stale, [5, 6]);
+    }
 }
