@@ -1,8 +1,8 @@
 //! Long answers: a file an item, `cache/STAGE/KEY.lists/ITEM.list`, written while its entries are found and read an entry
 //! at a time.
 //!
-//! Layout, little-endian: a line that names the format; the entries and then what is told of the whole, each as its
-//! length (u32) and its encoding; the SHA-256 of all that comes before.
+//! Layout, little-endian: a line that names the format; the key (32 bytes) of what the list answers; the entries and then
+//! what is told of the whole, each as its length (u32) and its encoding; the SHA-256 of all that comes before.
 
 use std::fs::File;
 use std::io::{self, BufReader, BufWriter, ErrorKind, Read, Seek, SeekFrom, Write};
@@ -14,9 +14,11 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 use sha2::{Digest, Sha256};
 
+use crate::key::Key;
 use crate::{ListStage, RunError, StageError, codec};
 
-const FORMAT: &[u8] = b"carom list 1\n";
+const FORMAT: &[u8] = b"carom list 2\n";
+const HEAD: u64 = FORMAT.len() as u64 + 32;
 const HASH: u64 = 32;
 const LENGTH: u64 = 4;
 
@@ -90,17 +92,36 @@ fn record(file: &mut impl Read, bytes: &mut Vec<u8>) -> io::Result<u64> {
     }
 }
 
+/// Where the list of an item lies, and the key that it must hold: another item's list in its place is none.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct Place {
+    path: PathBuf,
+    key: Key,
+}
+
+impl Place {
+    /// In the folder of the lists that have a stage, its settings and what is shared in common.
+    pub fn of<S: ListStage>(folder: &Path, group: Key, item: &S::Item) -> Result<Self, StageError> {
+        let item = Key::of_item(S::NAME, item)?;
+        Ok(Self {
+            path: folder.join(format!("{item}.list")),
+            key: Key::of_bytes(&[&group.0, &item.0]),
+        })
+    }
+}
+
 /// What the cache holds of an item.
 pub(crate) enum Kept<S: ListStage> {
     List(S::Output, Entries<S::Entry>),
     Nothing,
-    /// A file that its hash does not prove, or of another type.
+    /// A file that its hash does not prove, of another item or of another type.
     Damaged,
 }
 
 /// Reads a list through once, to prove it.
-pub(crate) fn load<S: ListStage>(path: &Path) -> Result<Kept<S>, StageError> {
-    let proved = match File::open(path).and_then(prove) {
+pub(crate) fn load<S: ListStage>(place: &Place) -> Result<Kept<S>, StageError> {
+    let Place { path, key } = place;
+    let proved = match File::open(path).and_then(|file| prove(file, *key)) {
         Ok(proved) => proved,
         Err(error) if error.kind() == ErrorKind::NotFound => return Ok(Kept::Nothing),
         Err(error) if error.kind() == ErrorKind::UnexpectedEof => None,
@@ -122,18 +143,18 @@ pub(crate) fn load<S: ListStage>(path: &Path) -> Result<Kept<S>, StageError> {
 }
 
 /// A list that was written in this run.
-pub(crate) fn written<S: ListStage>(path: &Path) -> Result<Listed<S>, StageError> {
-    match load::<S>(path)? {
+pub(crate) fn written<S: ListStage>(place: &Place) -> Result<Listed<S>, StageError> {
+    match load::<S>(place)? {
         Kept::List(whole, entries) => Ok((whole, entries)),
         _ => Err(StageError::Decode {
             stage: S::NAME,
-            why: format!("{} is not what was written", path.display()),
+            why: format!("{} is not what was written", place.path.display()),
         }),
     }
 }
 
-/// Where each entry begins, and the encoding of what is told of the whole; none where the hash is another.
-fn prove(file: File) -> io::Result<Option<(Vec<u64>, Vec<u8>)>> {
+/// Where each entry begins, and the encoding of what is told of the whole; none where the hash or the key is another.
+fn prove(file: File, key: Key) -> io::Result<Option<(Vec<u64>, Vec<u8>)>> {
     let Some(end) = file.metadata()?.len().checked_sub(HASH) else {
         return Ok(None);
     };
@@ -143,8 +164,10 @@ fn prove(file: File) -> io::Result<Option<(Vec<u64>, Vec<u8>)>> {
     };
     let mut format = [0; FORMAT.len()];
     file.read_exact(&mut format)?;
+    let mut head = [0; 32];
+    file.read_exact(&mut head)?;
     let (mut places, mut bytes) = (Vec::new(), Vec::new());
-    let mut at = FORMAT.len() as u64;
+    let mut at = HEAD;
     while at < end {
         places.push(at);
         at += record(&mut file, &mut bytes)?;
@@ -152,13 +175,13 @@ fn prove(file: File) -> io::Result<Option<(Vec<u64>, Vec<u8>)>> {
     let hash = file.hash.clone().finalize();
     let mut kept = [0; HASH as usize];
     file.read_exact(&mut kept)?;
-    let is_proved = format == FORMAT && at == end && hash[..] == kept;
+    let is_proved = format == FORMAT && head == key.0 && at == end && hash[..] == kept;
     Ok(places.pop().filter(|_| is_proved).map(|_| (places, bytes)))
 }
 
 /// Computes a list into its file, which is whole or absent.
 pub(crate) fn write<S: ListStage>(
-    path: &Path,
+    Place { path, key }: &Place,
     stage: &S,
     shared: &S::Shared,
     item: &S::Item,
@@ -174,6 +197,7 @@ pub(crate) fn write<S: ListStage>(
             bytes: Vec::new(),
         };
         writer.put(FORMAT)?;
+        writer.put(&key.0)?;
         let mut put = Ok(());
         let whole = stage
             .run_item(shared, item, &mut |entry| {

@@ -206,22 +206,22 @@ impl Run {
         let folder = self.answers.path(S::NAME, group, "lists")?;
         durable::create_dir(&folder)?;
         self.answers.mark_used(&folder);
-        let paths = items
+        let places = items
             .iter()
-            .map(|item| Ok(folder.join(format!("{}.list", Key::of_item(S::NAME, item)?))))
+            .map(|item| list::Place::of::<S>(&folder, group, item))
             .collect::<Result<Vec<_>, StageError>>()?;
         // Items that are equal have one file.
-        let distinct: BTreeMap<&PathBuf, &S::Item> = paths.iter().zip(items).collect();
+        let distinct: BTreeMap<&list::Place, &S::Item> = places.iter().zip(items).collect();
 
         let _guard = lock(&self.packs);
         let mut kept = distinct
             .par_iter()
-            .map(|(path, _)| Ok((*path, list::load::<S>(path)?)))
-            .collect::<Result<BTreeMap<&PathBuf, list::Kept<S>>, StageError>>()?;
-        let missing: Vec<&PathBuf> = distinct
+            .map(|(place, _)| Ok((*place, list::load::<S>(place)?)))
+            .collect::<Result<BTreeMap<&list::Place, list::Kept<S>>, StageError>>()?;
+        let missing: Vec<&list::Place> = distinct
             .keys()
             .copied()
-            .filter(|path| !matches!(kept[*path], list::Kept::List(..)))
+            .filter(|place| !matches!(kept[*place], list::Kept::List(..)))
             .collect();
         let damaged = kept
             .values()
@@ -229,23 +229,39 @@ impl Run {
             .count();
         if !missing.is_empty() {
             let progress = self.progress(S::NAME).counted(missing.len());
-            missing.par_iter().try_for_each(|path| {
-                list::write(path, stage, shared, distinct[*path])?;
+            missing.par_iter().try_for_each(|place| {
+                list::write(place, stage, shared, distinct[*place])?;
                 progress.inc(1);
                 Ok::<_, RunError<S::Error>>(())
             })?;
             self.answers.prune(S::NAME)?;
         }
         let computed = missing.len();
-        let lists = paths
+        let lists = places
             .iter()
-            .map(|path| match kept.remove(path) {
+            .map(|place| match kept.remove(place) {
                 Some(list::Kept::List(whole, entries)) => Ok((whole, entries)),
-                _ => list::written::<S>(path),
+                _ => list::written::<S>(place),
             })
             .collect::<Result<Vec<_>, StageError>>()?;
         self.tell(S::NAME, computed, items.len() - computed, damaged, started);
         Ok(lists)
+    }
+
+    /// The list of an item that the cache still holds; none where it holds none. Nothing is computed.
+    pub fn kept_list<S: ListStage>(
+        &self,
+        stage: &S,
+        shared: &S::Shared,
+        item: &S::Item,
+    ) -> Result<Option<Listed<S>>, StageError> {
+        let group = Key::of(S::NAME, S::VERSION, &self.options.engine, stage, shared)?;
+        let folder = self.answers.path(S::NAME, group, "lists")?;
+        let kept = list::load::<S>(&list::Place::of::<S>(&folder, group, item)?)?;
+        Ok(match kept {
+            list::Kept::List(whole, entries) => Some((whole, entries)),
+            list::Kept::Nothing | list::Kept::Damaged => None,
+        })
     }
 
     /// Computes one batch and keeps it.

@@ -570,3 +570,29 @@ fn lists_of_a_run_killed_at_any_step_are_resumed() {
         }
     });
 }
+
+#[test]
+fn the_list_of_another_item_is_seen_in_its_place() {
+    let dir = tempfile::tempdir().expect("folder");
+    below(dir.path(), &[3, 5]).expect("lists");
+    let folder = files(dir.path(), "lists").pop().expect("one folder");
+    let lists: Vec<_> = fs::read_dir(folder)
+        .expect("folder")
+        .map(|entry| entry.expect("entry").path())
+        .collect();
+    fs::copy(&lists[0], &lists[1]).expect("copied");
+    let again = below(dir.path(), &[3, 5]).expect("lists");
+    assert_eq!(again, (listed(&[3, 5]), 1));
+}
+
+#[test]
+fn what_is_still_kept_of_an_item_is_read_and_nothing_is_computed() {
+    let dir = tempfile::tempdir().expect("folder");
+    below(dir.path(), &[3]).expect("lists");
+    let run = open(dir.path());
+    let count = AtomicUsize::new(0);
+    let kept = |item: u32| run.kept_list(&Below { items: &count }, &(), &item);
+    assert_eq!(kept(3).expect("read").map(|(sum, _)| sum), Some(3.0));
+    assert!(kept(4).expect("read").is_none());
+    assert_eq!(count.load(Ordering::Relaxed), 0);
+}
