@@ -13,7 +13,13 @@ pub enum RigSimError {
         /// Every known name.
         all: String,
     },
-    /// A value of an effect is not a number, or there are too many, or its name is unknown.
+    /// Nothing and something is to be hidden.
+    #[error("hide none and {other}: `none` hides nothing; leave out one of them")]
+    NoneAnd {
+        /// What else was asked for.
+        other: String,
+    },
+    /// A value of an effect is not a number, or there are too many or too few, or its name is unknown.
     #[error("hide {effect}: {why}; it takes {takes}")]
     EffectValue {
         /// The effect.

@@ -59,12 +59,20 @@ impl Hidden {
 
     /// Reads the values of `--hide`, one item for each time the flag was given.
     ///
-    /// `none` hides nothing; `demo` the demo's mixture; `EFFECT` an effect with its defaults; `EFFECT=0.4,0.1` its first
-    /// parameters in order; `EFFECT=center_x:0.4,change:0.2` those named. Several times: several effects.
+    /// `none`, which stands alone, hides nothing; `demo` the demo's mixture; `EFFECT` an effect with its defaults;
+    /// `EFFECT=0.4,0.1` with all its parameters in order; `EFFECT=center_x:0.4,change:0.2` with those named. Several times:
+    /// several effects.
     pub fn parse<S: AsRef<str>>(flags: &[S]) -> Result<Self, RigSimError> {
         let mut hidden = Self::none();
-        for flag in flags {
-            match flag.as_ref().trim() {
+        let flags = || flags.iter().map(|flag| flag.as_ref().trim());
+        let other = flags().find(|flag| *flag != "none");
+        if let (true, Some(other)) = (flags().any(|flag| flag == "none"), other) {
+            return Err(RigSimError::NoneAnd {
+                other: other.to_owned(),
+            });
+        }
+        for flag in flags() {
+            match flag {
                 "none" => {}
                 "demo" => hidden.0.extend(Self::demo().0),
                 effect => hidden.0.push(parse_effect(effect)?),
@@ -119,7 +127,9 @@ fn parse_effect(text: &str) -> Result<Effect, RigSimError> {
         why,
         takes: takes(&effect),
     };
+    let all = effect.parameters().len();
     let mut changed = effect;
+    let (mut given, mut in_order) = (0, None);
     for (place, item) in values
         .into_iter()
         .flat_map(|values| values.split(','))
@@ -128,7 +138,10 @@ fn parse_effect(text: &str) -> Result<Effect, RigSimError> {
         let (parameter, value) = match item.split_once(':') {
             Some((parameter, value)) => (parameter.trim(), value),
             None => match effect.parameters().get(place) {
-                Some(spec) => (spec.name, item),
+                Some(spec) => {
+                    in_order = in_order.or(Some((spec.name, item.trim())));
+                    (spec.name, item)
+                }
                 None => return Err(wrong(format!("{} values are too many", place + 1))),
             },
         };
@@ -146,6 +159,12 @@ fn parse_effect(text: &str) -> Result<Effect, RigSimError> {
         if !changed.set(parameter, number) {
             return Err(wrong(format!("it has no parameter {parameter:?}")));
         }
+        given = place + 1;
+    }
+    if let Some((first, value)) = in_order.filter(|_| given < all) {
+        return Err(wrong(format!(
+            "{given} of {all} values is too few: give all in their order, or name those that you mean ({first}:{value})"
+        )));
     }
     effect = changed;
     Ok(effect)
@@ -248,6 +267,22 @@ mod tests {
                 "{error}"
             );
         }
+    }
+
+    #[test]
+    fn what_is_half_said_is_refused() {
+        for (flags, why) in [
+            (
+                vec!["table_tilt=0.004"],
+                "name those that you mean (t_x:0.004)",
+            ),
+            (vec!["none", "table_tilt"], "hide none and table_tilt"),
+            (vec!["demo", "none"], "hide none and demo"),
+        ] {
+            let error = Hidden::parse(&flags).expect_err(why).to_string();
+            assert!(error.contains(why), "{error}");
+        }
+        Hidden::parse(&["table_tilt=t_x:0.004"]).expect("named");
     }
 
     #[test]

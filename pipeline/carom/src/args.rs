@@ -147,8 +147,8 @@ pub struct DemoArgs {
     /// What is struck.
     #[arg(long, value_enum, default_value_t = DemoObject::Cylinder)]
     pub object: DemoObject,
-    /// What to hide in place of the demo's mixture: an effect, with values where its defaults do not serve, or `none`;
-    /// repeat it for several effects.
+    /// What to hide in place of the demo's mixture: an effect, with values where its defaults do not serve (all in order, or
+    /// some by NAME:VALUE), or `none`; repeat it for several effects.
     #[arg(long, value_name = "EFFECT[=VALUE,…]")]
     pub hide: Vec<String>,
     /// Strikes to make in place of random ones: a JSON list of {x0, y0, speed, angle}, or a diagnosis.json.

@@ -13,6 +13,7 @@ use crate::args::DemoArgs;
 
 /// Writes the demo's folder.
 pub fn demo(args: &DemoArgs) -> Result<Written, Error> {
+    is_free(&args.out)?;
     let hidden = match args.hide.as_slice() {
         [] => None,
         flags => Some(Hidden::parse(flags).map_err(Error::input)?),
@@ -31,6 +32,24 @@ pub fn demo(args: &DemoArgs) -> Result<Written, Error> {
         rig::RigSimError::File { .. } | rig::RigSimError::Log(_) => Error::failed(error),
         error => Error::input(error),
     })
+}
+
+/// A rig file and logs that no demo wrote are a person's own: there is no truth beside them.
+fn is_free(out: &Path) -> Result<(), Error> {
+    let own = ["rig.toml", "logs"].map(|name| out.join(name));
+    let own = own.iter().find(|path| match fs::read_dir(path) {
+        Ok(mut logs) => logs.next().is_some(),
+        Err(_) => path.exists(),
+    });
+    match own {
+        Some(own) if !out.join("truth.json").exists() => Err(Error::input(format!(
+            "write a demo into {}: {} is there, and no finished demo wrote it, for there is no truth.json; name another folder \
+             with --out, or move it away",
+            out.display(),
+            own.display()
+        ))),
+        _ => Ok(()),
+    }
 }
 
 /// Writes the commented rig file to a file that is not there yet; without one, gives its text. What is said of it.
