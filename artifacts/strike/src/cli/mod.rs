@@ -38,6 +38,11 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
             },
         );
     }
+    if args.log.is_some() && args.robot == Choice::DryRun {
+        return Err(Failure::usage(
+            "--log goes with a robot that strikes, and dry-run moves nothing: add --robot sim, or take --log away",
+        ));
+    }
     let (artifact, rig) = load(args)?;
     let model = args
         .model

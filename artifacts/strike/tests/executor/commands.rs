@@ -136,6 +136,7 @@ fn wrong_usage_exits_2_and_tells_how_to_mend_it() {
         (good_and(&["--robot", "xarm"]), "host"),
         (good_and(&["--robot", "toaster"]), "`dry-run`"),
         (good_and(&["--batch", "-"]), "cannot be used with"),
+        (good_and(&["--log", "a.mcap"]), "add --robot sim"),
         (good_and(&["--version", "v0009"]), "v0009"),
         (vec!["--batch", "/none/such"], "/none/such"),
     ] {
