@@ -27,6 +27,8 @@ struct Score {
     rejected: usize,
     /// Whether the default model does worse here than chance explains.
     drift: Option<Drift>,
+    /// Why that cannot be told, where it cannot.
+    drift_unknown: Option<String>,
     /// What repeats of one command scatter by, as published.
     noise_floor: Option<StopError>,
     /// Stop errors, by model.
@@ -89,6 +91,7 @@ pub fn score(args: &ScoreArgs, global: Global) -> Result<Said, Error> {
         artifact: artifact.version.clone(),
         rejected: read.rejects.len(),
         drift,
+        drift_unknown: drift.is_none().then(|| unknown(&artifact)),
         noise_floor: evaluation.noise_floor,
         models: by_model(&evaluation),
     };
@@ -104,7 +107,10 @@ pub fn score(args: &ScoreArgs, global: Global) -> Result<Said, Error> {
     for note in &read.notes {
         text += &format!("{note}\n");
     }
-    text += &drift.map_or(String::new(), |drift| format!("\n{}\n", drift.sentence()));
+    let drift = drift.map(|drift| drift.sentence());
+    for sentence in drift.iter().chain(&score.drift_unknown) {
+        text += &format!("\n{sentence}\n");
+    }
     Ok(Said {
         outcome: if read.rejects.is_empty() && read.damaged.is_empty() && read.left_out.is_empty() {
             Outcome::Done
@@ -140,6 +146,17 @@ pub fn judge(
         (published.n >= LEAST).then(|| Drift::between(model, published, here))
     });
     Ok((evaluation, drift))
+}
+
+/// Why drift cannot be told with a version.
+fn unknown(artifact: &Artifact) -> String {
+    let provenance = &artifact.manifest.provenance;
+    let published = provenance.metrics.get(&provenance.default_model);
+    format!(
+        "cannot tell drift: {} was published with {} held-out strikes, {LEAST} are needed",
+        artifact.version,
+        published.map_or(0, |published| published.n)
+    )
 }
 
 /// Strikes made after those that the version was computed from follow them in order, for effects that drift.
