@@ -5,6 +5,7 @@ use std::path::Path;
 use artifacts::Store;
 use serde_json::{Value, json};
 use stage::{Options, Run};
+use sysid::SysidError;
 
 use crate::args::{ArtifactsCommand, Cli, Command, Global, KeyCommand, LogsArgs, RigCommand};
 use crate::error::Outcome;
@@ -136,7 +137,7 @@ pub fn open(dir: &Path, global: Global) -> Result<Run, Error> {
 
 fn go(run: &Run, store: &Store, inputs: &Inputs, last: Step) -> Result<Said, Error> {
     let dir = run.dir();
-    let mut results = pipeline(run, inputs, last)?;
+    let mut results = pipeline(run, inputs, last).map_err(|error| explained(error, run, inputs))?;
     outputs::write(dir, &results, last)?;
     results.version = publishing::publish(store, &results)?;
     let report = match last {
@@ -182,6 +183,24 @@ fn go(run: &Run, store: &Store, inputs: &Inputs, last: Step) -> Result<Said, Err
         json,
         text,
     })
+}
+
+/// Where too few strikes learn, how many were kept at all: a person counts those.
+pub fn explained(error: Error, run: &Run, inputs: &Inputs) -> Error {
+    let Error::Input(source) = &error else {
+        return error;
+    };
+    let too_few = source.downcast_ref::<SysidError>();
+    if !matches!(too_few, Some(SysidError::TooFewStrikes { .. })) {
+        return error;
+    }
+    match pipeline(run, inputs, Step::Ingest) {
+        Ok(results) => Error::input(format!(
+            "{error} ({} were kept; only those of the training split learn, about 81 %)",
+            results.kept.len()
+        )),
+        Err(_) => error,
+    }
 }
 
 /// The report of a run, with its latest trial, and its version (else the latest) where there are any. Gives its path.

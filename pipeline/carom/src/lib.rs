@@ -9,6 +9,7 @@ mod demo;
 mod error;
 mod growth;
 mod inputs;
+mod naming;
 mod nightly;
 mod noise;
 mod outputs;

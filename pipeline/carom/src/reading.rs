@@ -2,13 +2,16 @@
 
 use std::path::PathBuf;
 
-use ingest::{Ingest, IngestError, LogFile, Strikes};
+use artifacts::InputFile;
+use ingest::{Found, Ingest, IngestError, LogFile, LogOutcome, Strikes};
 use rayon::iter::Either;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use stage::{Run, RunError};
 use values::{Reject, Rig};
 
+use crate::inputs::Inputs;
+use crate::naming::{names, tell_apart};
 use crate::{Error, summary};
 
 /// What the logs held.
@@ -30,28 +33,37 @@ pub struct Read {
 /// A log of which nothing could be read.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct LeftOut {
-    /// File name, without folder.
+    /// Its name.
     pub log: String,
     /// Why; completes "failed to …".
     pub why: String,
 }
 
-/// Files that can be read, with their hashes, and those that cannot.
+/// Files that can be read, with their hashes, and those that cannot. Logs of one file name in several folders are named so
+/// that they are told apart: they are other sessions.
 pub fn open(paths: &[PathBuf]) -> (Vec<LogFile>, Vec<LeftOut>) {
-    let left_out = |path: &PathBuf, error: IngestError| LeftOut {
-        log: path
-            .file_name()
-            .unwrap_or(path.as_os_str())
-            .to_string_lossy()
-            .into_owned(),
-        why: error.to_string(),
-    };
-    paths
+    let (mut logs, unread): (Vec<LogFile>, Vec<(PathBuf, IngestError)>) = paths
         .par_iter()
         .partition_map(|path| match LogFile::open(path) {
             Ok(log) => Either::Left(log),
-            Err(error) => Either::Right(left_out(path, error)),
-        })
+            Err(error) => Either::Right((path.clone(), error)),
+        });
+    tell_apart(&mut logs);
+    // What cannot be read renames nothing that can.
+    let known = logs
+        .iter()
+        .map(|log| (log.path.as_path(), log.sha256.as_str()));
+    let others = unread
+        .iter()
+        .map(|(path, _)| (path.as_path(), path.to_str().unwrap_or_default()));
+    let names = names(&known.chain(others).collect::<Vec<_>>());
+    let left_out = unread.iter().zip(&names[logs.len()..]);
+    let left_out = left_out.map(|((_, error), log)| LeftOut {
+        log: log.clone(),
+        why: error.to_string(),
+    });
+    let left_out = left_out.collect();
+    (logs, left_out)
 }
 
 /// Reads the logs; each is read once, until its content changes. One that cannot be is left out, if another can.
@@ -86,11 +98,14 @@ pub fn read(run: &Run, rig: &Rig, logs: &[PathBuf], seed: u64) -> Result<Read, E
         .chain(notes)
         .collect();
     let damaged = read.iter().filter(|(outcome, _)| !outcome.whole);
-    let damaged = damaged.map(|(outcome, _)| outcome.log.clone()).collect();
+    let damaged: Vec<_> = damaged.map(|(outcome, _)| outcome.log.clone()).collect();
+    let mend = read.iter().find_map(|(outcome, _)| missing(outcome));
+    let mend =
+        mend.unwrap_or_else(|| "check the topics and the table's bounds in the rig file".into());
     let (strikes, rejects) = Strikes::join(read);
     if strikes.is_empty() {
         return Err(Error::input(format!(
-            "find strikes: none was kept in {} logs ({}); check the topics and the table's bounds in the rig file",
+            "find strikes: none was kept in {} logs ({}); {mend}",
             logs.len(),
             if rejects.is_empty() {
                 "no command rises and falls".into()
@@ -108,6 +123,27 @@ pub fn read(run: &Run, rig: &Rig, logs: &[PathBuf], seed: u64) -> Result<Read, E
         damaged,
         notes,
     })
+}
+
+/// Ids of the strikes that were found in a log as it was; none where the cache no longer holds them.
+pub fn known(run: &Run, inputs: &Inputs, log: &InputFile) -> Result<Option<Vec<String>>, Error> {
+    let settings = Ingest { seed: inputs.seed };
+    let log = LogFile {
+        name: log.name.clone(),
+        sha256: log.sha256.clone(),
+        path: PathBuf::new(),
+    };
+    let kept = run.kept_list(&settings, &inputs.rig, &log)?;
+    Ok(kept.map(|(outcome, _)| outcome.strikes.into_iter().map(|found| found.id).collect()))
+}
+
+/// Where strikes of a log may be that is not whole, and how to mend it.
+fn missing(outcome: &LogOutcome<Found>) -> Option<String> {
+    let why = outcome.notes.first().filter(|_| !outcome.whole)?;
+    let log = &outcome.log;
+    Some(format!(
+        "{log} is not whole, and strikes may lie in what is missing ({why}): copy it again, or record anew"
+    ))
 }
 
 impl LeftOut {

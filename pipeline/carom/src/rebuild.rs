@@ -61,7 +61,7 @@ fn recorded_inputs(dir: &Path, artifact: &Artifact) -> Result<Inputs, Error> {
     let find = |name: &str, sha256: &str| {
         let log = kept
             .iter()
-            .find(|log| log.sha256 == sha256 && log.name == name);
+            .find(|log| log.sha256 == sha256 && log.path.ends_with(name));
         log.map(|log| log.path.clone()).ok_or_else(|| {
             Error::input(format!(
                 "find the log {name} (SHA-256 {sha256}) that {} was computed from: it is not among the logs of the run in {}; \

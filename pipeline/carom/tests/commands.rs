@@ -263,6 +263,8 @@ fn what_cannot_be_worked_with_is_bad_input_that_names_what_and_where() {
     let rig = format!("--rig {dir}/rig/rig.toml --out {dir}/run");
     write(&folder.path().join("no.mcap"), "no log");
     write(&folder.path().join("bad.toml"), "[object]\nshpae = 1\n");
+    std::fs::create_dir(folder.path().join("own")).expect("a folder");
+    write(&folder.path().join("own/rig.toml"), "a person's");
     for (line, named) in [
         (format!("run {dir}/none {rig}"), "none"),
         (format!("run {dir}/no.mcap {rig}"), "no.mcap"),
@@ -271,6 +273,12 @@ fn what_cannot_be_worked_with_is_bad_input_that_names_what_and_where() {
             "shpae",
         ),
         (format!("run {dir}/rig/logs {rig}"), "log more strikes"),
+        (format!("run {dir}/rig/logs {rig}"), "1 were kept"),
+        (format!("demo --out {dir}/own"), "own/rig.toml is there"),
+        (
+            format!("demo --hide none --hide table_tilt --out {dir}/x"),
+            "leave out one of them",
+        ),
         (format!("sysid --out {dir}/nothing"), "carom ingest"),
         (format!("artifacts verify --artifacts {dir}"), "carom run"),
         (format!("demo --hide frction --out {dir}/x"), "friction"),
@@ -280,6 +288,38 @@ fn what_cannot_be_worked_with_is_bad_input_that_names_what_and_where() {
         assert_eq!(outcome, Outcome::BadInput, "{line}: {text}");
         assert!(text.contains(named), "{line}: {text}");
     }
+    let own = std::fs::read_to_string(folder.path().join("own/rig.toml"));
+    assert_eq!(own.expect("still there"), "a person's");
+}
+
+#[test]
+fn logs_of_one_name_in_several_folders_are_other_sessions() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let dir = folder.path().display();
+    done(&format!("demo --strikes 40 --hide none --out {dir}/rig"));
+    for day in 0..4 {
+        let to = folder.path().join(format!("days/d{day}"));
+        std::fs::create_dir_all(&to).expect("a folder");
+        let log = folder.path().join(format!("rig/logs/session_00{day}.mcap"));
+        std::fs::copy(&log, to.join("session.mcap")).expect("copied");
+    }
+    let ingest = |logs: &str| {
+        let options = format!("--rig {dir}/rig/rig.toml --out {dir}/run");
+        carom(&format!("ingest {logs} {options}")).unwrap_or_else(|error| panic!("{error}"));
+        let strikes = tables::read_strikes(&folder.path().join("run")).expect("a table");
+        strikes
+            .into_iter()
+            .map(|strike| {
+                assert_eq!(strike.conditions.session, strike.log);
+                strike.log
+            })
+            .collect::<std::collections::BTreeSet<_>>()
+    };
+    let days = ["d0", "d1", "d2", "d3"].map(|day| format!("{day}/session.mcap"));
+    assert_eq!(ingest(&format!("{dir}/days")), days.into());
+    // Alone, a log is called as its file is.
+    let one = ingest(&format!("{dir}/days/d1"));
+    assert_eq!(one, ["session.mcap".to_string()].into());
 }
 
 #[test]
@@ -295,6 +335,15 @@ fn a_cut_off_log_gives_what_is_whole_and_says_so() {
     assert_eq!(said.outcome, Outcome::Rejected);
     assert!(said.json["strikes"].as_u64() < Some(10));
     assert!(said.text.contains("session_000.mcap"), "{}", said.text);
+
+    // Cut before the first strike, it is the cut that is told of.
+    std::fs::write(&log, &bytes[..bytes.len() / 12]).expect("written");
+    let (outcome, text) = refusal(&line);
+    assert_eq!(outcome, Outcome::BadInput);
+    assert!(
+        text.contains("session_000.mcap is not whole") && text.contains("truncated at byte"),
+        "{text}"
+    );
 }
 
 #[test]

@@ -43,7 +43,7 @@ pub struct Ingest {
 /// A log to ingest: known by its name and content, wherever it lies.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct LogFile {
-    /// File name, without folder: the log's name in every table.
+    /// The log's name in every table: the file's, without folder unless another log of the run is called the same.
     pub name: String,
     /// SHA-256 of its bytes, in hex.
     pub sha256: String,
@@ -53,12 +53,9 @@ pub struct LogFile {
 }
 
 impl LogFile {
-    /// Hashes a log's content.
+    /// Hashes a log's content; its name is the file's.
     pub fn open(path: &Path) -> Result<Self, IngestError> {
-        let name = path.file_name().map_or_else(
-            || path.display().to_string(),
-            |name| name.to_string_lossy().into_owned(),
-        );
+        let name = log::file_name(path);
         let sha256 = error::hash_file(path)?;
         Ok(Self {
             name,
@@ -82,7 +79,7 @@ impl LogFile {
 /// What came out of one log; its strikes are held whole, or what tells them from others.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LogOutcome<S = Strike> {
-    /// File name, without folder.
+    /// Its name.
     pub log: String,
     /// SHA-256 of its bytes, in hex.
     pub sha256: String,
@@ -170,7 +167,8 @@ impl ListStage for Ingest {
         log: &LogFile,
         keep: &mut dyn FnMut(Strike),
     ) -> Result<LogOutcome<Found>, IngestError> {
-        match read_log(&log.path, rig, self, keep).and_then(|read| log.check(read)) {
+        let read = read_log(&log.path, &log.name, rig, self, keep);
+        match read.and_then(|read| log.check(read)) {
             // A disk may do better the next time: that answer is not one to keep.
             Err(error @ IngestError::Log(LogError::Io { .. })) => Err(error),
             // One log that is none does not take the others with it.

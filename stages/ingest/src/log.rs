@@ -19,22 +19,28 @@ const COMMAND: usize = 1;
 /// cut off or damaged is no error: strikes that are whole are kept, those that are not are rejected as truncated.
 pub fn ingest_log(path: &Path, rig: &Rig, settings: &Ingest) -> Result<LogOutcome, IngestError> {
     let mut strikes = Vec::new();
-    let outcome = read_log(path, rig, settings, &mut |strike| strikes.push(strike))?;
+    let keep = &mut |strike| strikes.push(strike);
+    let outcome = read_log(path, &file_name(path), rig, settings, keep)?;
     // Of a log that is not to be trusted none is kept.
     strikes.truncate(outcome.strikes.len());
     Ok(outcome.with_strikes(|_| strikes))
 }
 
-/// The same; each strike is handed over when it is found, and what stays of it is what tells it from others.
+/// A file's name, without folder.
+pub(crate) fn file_name(path: &Path) -> String {
+    let name = path.file_name().unwrap_or(path.as_os_str());
+    name.to_string_lossy().into_owned()
+}
+
+/// The same, of a log by its name; each strike is handed over when it is found, and what stays of it is what tells it from
+/// others.
 pub(crate) fn read_log(
     path: &Path,
+    log: &str,
     rig: &Rig,
     settings: &Ingest,
     keep: &mut dyn FnMut(Strike),
 ) -> Result<LogOutcome<Found>, IngestError> {
-    let log = path
-        .file_name()
-        .map_or_else(String::new, |name| name.to_string_lossy().into_owned());
     let wanted = [
         Wanted {
             topic: &rig.topics.centroid,
@@ -45,7 +51,7 @@ pub(crate) fn read_log(
             required: true,
         },
     ];
-    let mut segmenter = Segmenter::new(&log, rig, settings.seed, keep);
+    let mut segmenter = Segmenter::new(log, rig, settings.seed, keep);
     let summary = logs::read(path, &wanted, Limits::default(), &mut |event| match event {
         Event::Sample(CENTROID, sample) => segmenter.centroid(sample),
         Event::Sample(_, sample) => segmenter.command(sample),
@@ -62,7 +68,7 @@ pub(crate) fn read_log(
         strikes: segmented.strikes,
         rejects: segmented.rejects,
         notes: notes(&summary, rig),
-        log,
+        log: log.into(),
         sha256: summary.sha256.clone(),
         messages: summary.messages,
     };

@@ -47,7 +47,8 @@ pub struct Lock {
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Pinned {
-    /// File name at first sight, without folder: its name in the tables, however it is called later.
+    /// File name at first sight, with folders where others were called the same: its name in the tables, however it is called
+    /// later.
     pub name: String,
     /// SHA-256 of its bytes, in hex.
     pub sha256: String,
@@ -118,7 +119,7 @@ impl Lock {
 
     fn lost(pinned: &Pinned, found: &[LogFile]) -> Error {
         let Pinned { name, sha256 } = pinned;
-        Error::input(match found.iter().find(|log| log.name == *name) {
+        Error::input(match found.iter().find(|log| log.path.ends_with(name)) {
             Some(log) => format!(
                 "use the log {}: it is not what it was when it was pinned (SHA-256 {} instead of {sha256}); take it from a \
                  copy, or `carom dataset lock --again` if the change is meant",
@@ -137,7 +138,7 @@ impl Lock {
 pub fn pin(found: &[LogFile], filters: &Filters) -> Vec<Pinned> {
     let mut logs: Vec<Pinned> = found
         .iter()
-        .filter(|log| !filters.without.contains(&log.name))
+        .filter(|log| !filters.leave_out(&log.path))
         .map(|log| Pinned {
             name: log.name.clone(),
             sha256: log.sha256.clone(),

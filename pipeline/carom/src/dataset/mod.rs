@@ -20,6 +20,7 @@ use crate::Error;
 use crate::args::{DatasetArgs, DatasetCommand};
 use crate::commands::Said;
 use crate::error::Outcome;
+use crate::naming::tell_apart;
 use lock::{Lock, Pinned, pin};
 use recipe::Recipe;
 
@@ -70,7 +71,7 @@ fn make_lock(args: &DatasetArgs, again: bool) -> Result<Said, Error> {
     logs.extend(
         known
             .iter()
-            .filter(|log| !recipe.filters.without.contains(&log.name))
+            .filter(|log| !recipe.filters.leave_out(Path::new(&log.name)))
             .cloned(),
     );
     logs.sort();
@@ -182,7 +183,9 @@ fn rebuild(args: &DatasetArgs) -> Result<(Lock, Rig, Rows), Error> {
 fn open_logs(recipe: &Recipe, args: &DatasetArgs) -> Result<Vec<LogFile>, Error> {
     let paths = recipe.find_logs(&args.logs)?;
     let open = |path: &PathBuf| LogFile::open(path).map_err(Error::input);
-    paths.par_iter().map(open).collect()
+    let mut logs: Vec<LogFile> = paths.par_iter().map(open).collect::<Result<_, _>>()?;
+    tell_apart(&mut logs);
+    Ok(logs)
 }
 
 /// What the tables hold.

@@ -54,6 +54,13 @@ pub struct Filters {
     pub whole_logs: bool,
 }
 
+impl Filters {
+    /// Whether a log is left out by its name, with as many of its folders as the recipe tells.
+    pub fn leave_out(&self, log: &Path) -> bool {
+        self.without.iter().any(|name| log.ends_with(name))
+    }
+}
+
 impl Recipe {
     /// Reads a recipe.
     pub fn load(path: &Path) -> Result<Self, Error> {

@@ -16,7 +16,7 @@ use sha2::{Digest, Sha256};
 use stage::Run;
 
 use crate::args::{Global, NightlyArgs};
-use crate::commands::{Said, open, to_json, write_report};
+use crate::commands::{Said, explained, open, to_json, write_report};
 use crate::inputs::Inputs;
 use crate::outputs;
 use crate::pipeline::{Step, pipeline};
@@ -106,7 +106,8 @@ fn work(
         return Ok(last.again(logs.0, before.as_ref()));
     }
 
-    let results = pipeline(run, inputs, Step::Publish)?;
+    let results =
+        pipeline(run, inputs, Step::Publish).map_err(|error| explained(error, run, inputs))?;
     outputs::write(dir, &results, Step::Publish)?;
     let contents = results
         .contents
@@ -116,7 +117,7 @@ fn work(
     night.of(&results);
     log.line("info", "run", &json!({ "strikes": night.strikes, "rejected": night.rejected, "new_logs": night.new_logs, "left_out": night.left_out, "damaged": night.damaged }));
     if let Some(before) = &before {
-        tell_drift(run, before, &results, &mut night)?;
+        tell_drift(run, inputs, before, &results, &mut night)?;
         night.tell_missing(before, &results);
         log.line(
             "info",
@@ -172,11 +173,22 @@ fn basis(
 /// How well the version in use predicts the strikes that are new to it.
 fn tell_drift(
     run: &Run,
+    inputs: &Inputs,
     before: &Artifact,
     results: &Results,
     night: &mut Night,
 ) -> Result<(), Error> {
-    let strikes = night::new_strikes(before, &results.logs, &results.strikes);
+    let mut known = BTreeSet::new();
+    for input in night::changed(before, &results.logs) {
+        // Where it is not kept what it held, its name must do.
+        let of_name = results
+            .strikes
+            .iter()
+            .filter(|strike| strike.log == input.name);
+        let of_name = || of_name.map(|strike| strike.id.clone()).collect();
+        known.extend(reading::known(run, inputs, input)?.unwrap_or_else(of_name));
+    }
+    let strikes = night::new_strikes(before, &results.logs, &results.strikes, &known);
     night.new_strikes = strikes.len();
     if !strikes.is_empty() {
         (_, night.drift) = score::judge(run, before, strikes)?;

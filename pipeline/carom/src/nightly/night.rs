@@ -5,7 +5,7 @@ use std::fmt::Write;
 use std::fs;
 use std::path::Path;
 
-use artifacts::Artifact;
+use artifacts::{Artifact, InputFile};
 use ingest::LogFile;
 use serde::{Deserialize, Serialize};
 use values::Strike;
@@ -122,10 +122,21 @@ impl Night {
     /// A night after this one that has nothing to decide; what is wrong with its logs is what was.
     pub fn again(self, mut logs: Vec<LogFile>, before: Option<&Artifact>) -> Self {
         logs.retain(|log| self.left_out.iter().all(|left| left.log != log.name));
+        let mut why = vec!["nothing has changed since last night".into()];
+        if self.status == Status::Refused {
+            let refusal = self.why.join("; ");
+            why.push(format!("the last decision was a refusal: {refusal}"));
+        }
+        let version = before.map(|before| &before.version);
         Self {
-            why: vec!["nothing has changed since last night".into()],
+            why,
             strikes: self.strikes,
-            new_strikes: self.new_strikes,
+            // What was put to use then was computed from them all.
+            new_strikes: if version == self.before.as_ref() {
+                self.new_strikes
+            } else {
+                0
+            },
             rejected: self.rejected,
             damaged: self.damaged,
             left_out: self.left_out,
@@ -248,18 +259,65 @@ fn new_logs<'a>(
     logs.iter().filter(move |log| !known.contains(&log.sha256))
 }
 
-/// Strikes that a version was not computed from: those of new logs; of a log that has grown, those after all that it knew.
-pub fn new_strikes(before: &Artifact, logs: &[LogFile], strikes: &[Strike]) -> Vec<Strike> {
-    let provenance = &before.manifest.provenance;
+/// Logs that a version was computed from and that are no longer there as they were: they have grown, or are gone.
+pub fn changed<'a>(before: &'a Artifact, logs: &[LogFile]) -> impl Iterator<Item = &'a InputFile> {
+    let there: BTreeSet<String> = logs.iter().map(|log| log.sha256.clone()).collect();
+    let known = before.manifest.provenance.inputs.iter();
+    known.filter(move |input| !there.contains(&input.sha256))
+}
+
+/// Strikes that a version was not computed from: those of new logs; of a log that has grown, those after all that it knew. A
+/// log has grown that holds a strike of one that has [`changed`]; those are `known`, by their ids.
+pub fn new_strikes(
+    before: &Artifact,
+    logs: &[LogFile],
+    strikes: &[Strike],
+    known: &BTreeSet<String>,
+) -> Vec<Strike> {
     let new: BTreeSet<&str> = new_logs(Some(before), logs)
         .map(|log| log.name.as_str())
         .collect();
-    let grown = |name: &str| provenance.inputs.iter().any(|input| input.name == name);
-    let last = provenance
-        .strikes
-        .map_or(f64::NEG_INFINITY, |known| known.last);
+    let grown: BTreeSet<&str> = strikes
+        .iter()
+        .filter(|strike| known.contains(&strike.id))
+        .map(|strike| strike.log.as_str())
+        .collect();
+    let last = before.manifest.provenance.strikes;
+    let last = last.map_or(f64::NEG_INFINITY, |known| known.last);
     let is_new = |strike: &&Strike| {
-        new.contains(strike.log.as_str()) && (!grown(&strike.log) || strike.t_start > last)
+        let log = strike.log.as_str();
+        new.contains(log) && (!grown.contains(log) || strike.t_start > last)
     };
     strikes.iter().filter(is_new).cloned().collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_night_with_nothing_to_decide_tells_of_the_last_refusal_and_counts_what_is_new_now() {
+        let refused = Night {
+            status: Status::Refused,
+            why: vec!["8 at the least".into()],
+            strikes: 60,
+            new_strikes: 20,
+            ..Night::failed(&Error::Refused(String::new()), None)
+        };
+        let again = refused.clone().again(Vec::new(), None);
+        assert_eq!(again.status, Status::NothingNew);
+        assert_eq!((again.strikes, again.new_strikes), (60, 20));
+        assert_eq!(
+            again.why[1],
+            "the last decision was a refusal: 8 at the least"
+        );
+        // Another version is in use than that night began with: the one that it put to use.
+        let promoted = Night {
+            status: Status::Promoted,
+            before: Some("v0001".into()),
+            ..refused
+        };
+        let again = promoted.again(Vec::new(), None);
+        assert_eq!((again.new_strikes, again.why.len()), (0, 1));
+    }
 }
