@@ -232,7 +232,7 @@ fn learn(run: &Run, seed: u64, results: &Results) -> Result<Taught, Error> {
 type Taught = (Vec<Option<Trained>>, Vec<CurvePoint>);
 
 /// The candidates' stop errors on the judges; what a strike said of a model is kept.
-fn judge(
+pub(crate) fn judge(
     run: &Run,
     rig: &Rig,
     judges: &[Judge],

@@ -1,7 +1,7 @@
 //! The gates between a candidate and the robot.
 
 use artifacts::Artifact;
-use evaluate::{Candidate, Evaluate, Evaluation};
+use evaluate::{Candidate, Evaluation, Judge};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use stage::Run;
@@ -11,6 +11,7 @@ use values::{Split, Strike};
 
 use crate::Error;
 use crate::noise::identified;
+use crate::pipeline::judge;
 
 /// Fewer strikes than these decide nothing.
 const LEAST: usize = 8;
@@ -51,19 +52,15 @@ pub fn beats(
     run: &Run,
     current: &Artifact,
     candidate: &Artifact,
-    strikes: Vec<Strike>,
+    strikes: &[Strike],
 ) -> Result<Beats, Error> {
     let used = candidate.effect.as_ref().unwrap_or(&candidate.sysid);
-    let input = evaluate::Input {
-        rig: candidate.rig.clone(),
-        strikes,
-        candidates: [("current", current), ("candidate", candidate)]
-            .into_iter()
-            .map(|(name, artifact)| default_model(name, artifact))
-            .collect(),
-        noise: identified(&candidate.rig, &used.world),
-    };
-    let evaluation = run.stage(&Evaluate { split: None }, &input)?;
+    let judges: Vec<Judge> = strikes.iter().map(Judge::from).collect();
+    let models = [("current", current), ("candidate", candidate)]
+        .map(|(name, artifact)| default_model(name, artifact));
+    let noise = identified(&candidate.rig, &used.world);
+    // What a strike said of a model before is kept.
+    let evaluation = judge(run, &candidate.rig, &judges, &models, &noise)?;
     let errors = |name| errors(&evaluation, name);
     Ok(compare(
         &current.version,

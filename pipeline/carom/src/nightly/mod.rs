@@ -219,7 +219,7 @@ fn pass_gates(
     match before {
         Some(before) => {
             let strikes = gates::held_out(&results.strikes);
-            let beats = gates::beats(run, before, &candidate, strikes)?;
+            let beats = gates::beats(run, before, &candidate, &strikes)?;
             night.why.push(beats.sentence());
             is_passed &= beats.passed;
             night.beats = Some(beats);
