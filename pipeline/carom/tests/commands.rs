@@ -256,6 +256,38 @@ fn only_namespaces(page: &str) -> bool {
 }
 
 #[test]
+fn a_log_that_has_grown_and_another_of_its_name_are_told_apart_at_night() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let dir = folder.path().display();
+    done(&format!("demo --strikes 40 --hide none --out {dir}/rig"));
+    let session = |number: u32| {
+        let path = format!("rig/logs/session_00{number}.mcap");
+        std::fs::read(folder.path().join(path)).expect("a log")
+    };
+    let put = |day: &str, bytes: &[u8]| {
+        let day = folder.path().join("days").join(day);
+        std::fs::create_dir_all(&day).expect("a folder");
+        std::fs::write(day.join("session.mcap"), bytes).expect("written");
+    };
+    let night = |more: &str| {
+        let said = carom(&format!("nightly {more} --out {dir}/run"));
+        let said = said.unwrap_or_else(|error| panic!("failed to {error}"));
+        let count = |key: &str| said.json[key].as_u64().expect("a count");
+        (count("strikes"), count("new_strikes"))
+    };
+    let last = session(3);
+    put("d0", &session(0));
+    put("d1", &last[..last.len() / 2]);
+    let (cut, _) = night(&format!("{dir}/days --rig {dir}/rig/rig.toml"));
+    assert!((11..20).contains(&cut), "{cut}");
+    put("d1", &last);
+    assert_eq!(night(""), (20, 20 - cut), "it has grown");
+    // Made before the last strike that the version knows.
+    put("d1", &session(1));
+    assert_eq!(night(""), (20, 10), "another of its name");
+}
+
+#[test]
 fn what_cannot_be_worked_with_is_bad_input_that_names_what_and_where() {
     let folder = tempfile::tempdir().expect("a folder");
     let dir = folder.path().display();
