@@ -169,13 +169,14 @@ impl Scalings {
     }
 
     fn mae(&self, network: &Network, pairs: &[Pair]) -> Mae {
-        let mean = |output: usize| {
-            let error = |(inputs, targets): &Pair| {
-                (network.predict(*inputs)[output] - targets[output]).abs()
-            };
-            pairs.iter().map(error).sum::<f64>() / pairs.len() as f64
-        };
-        let (d_speed, d_angle) = (mean(0), mean(1));
+        let errors = pairs.iter().map(|(inputs, targets)| {
+            let [d_speed, d_angle] = network.predict(*inputs);
+            [(d_speed - targets[0]).abs(), (d_angle - targets[1]).abs()]
+        });
+        let sum = errors.fold([0.0; 2], |sum, error| {
+            [sum[0] + error[0], sum[1] + error[1]]
+        });
+        let [d_speed, d_angle] = sum.map(|sum| sum / pairs.len() as f64);
         Mae {
             raw: 0.5 * (d_speed + d_angle),
             d_speed,

@@ -209,8 +209,8 @@ const CHECK: &str = "
 
 1. What the arm delivers. The object leaves ever more slowly than commanded the faster the command (first picture): the arm does not
    reach its speed before it touches, or saturates. Log `/striker/state`, or start further away.
-2. Whether the arm lets go. In ten of the tracks that learn the box speeds up again after the blow: the arm catches up with it. These
-   strikes were left out of identification and diagnosis; they must be struck again with an arm that stops at contact.
+2. Whether the arm lets go. In several tracks the box speeds up again after the blow: the arm catches up with it. These strikes
+   (counted above) were left out of identification, diagnosis and training; they must be struck again with an arm that stops at contact.
 3. The two sessions apart. They differ in day, speeds and height of the tracker, so friction by session, friction that changes with
    speed and an arm that saturates stand for one another: no speed was struck in both. Ten strikes at 1 m/s in the second session
    would tell them apart.
