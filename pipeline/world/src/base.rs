@@ -1,7 +1,7 @@
 //! What dry friction does to a flat base that slides and turns at once.
 //!
 //! Under an even pressure every element of the base rubs against its own velocity, v + ω×r, with the same force (Goyal, Ruina and
-//! Papadopoulos 1991). MuJoCo's ellipsoid (Howe and Cutkosky 1996) takes up to a tenth less of the speed of a base that turns. So
+//! Papadopoulos 1991). MuJoCo's ellipsoid (Howe and Cutkosky 1996) comes near, but off by per cents where it does both. So
 //! force and torque are integrated over the base, once for a disc and once for a square, of the latter as a mean over the
 //! directions in which it may slide while it turns.
 
