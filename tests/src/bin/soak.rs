@@ -39,9 +39,9 @@ fn main() -> anyhow::Result<()> {
     };
     let begun = Instant::now();
     let soaked = soak(&faulty, settings, &mut |line| println!("{line}")).context("soak")?;
-    let [first, last] = soaked.memory_ends().map(|bytes| bytes >> 20);
+    let [middle, last] = soaked.memory_ends().map(|bytes| bytes >> 20);
     println!(
-        "{nights} nights in {:.0} s: {} strikes, none lost; {} promoted, {} more after a fault; {} in use; memory {first} MiB at first, {last} MiB at the end",
+        "{nights} nights in {:.0} s: {} strikes, none lost; {} promoted, {} more after a fault; {} in use; memory {middle} MiB in the middle third of the nights, {last} MiB in the last",
         begun.elapsed().as_secs_f64(),
         soaked.strikes,
         soaked.promoted,
