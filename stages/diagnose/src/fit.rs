@@ -69,9 +69,12 @@ impl Fitted {
             let name = self.model.parts[*part].name;
             let free = self.model.free.iter().enumerate();
             free.filter_map(|(i, free)| {
-                let (of, parameter) = free.of.as_ref()?;
-                (of == part && free.is_strength)
-                    .then(|| (i, specification(name, parameter).neutral))
+                let (_, parameter) = free.of.as_ref().filter(|(of, _)| of == part)?;
+                let spec = specification(name, parameter);
+                // A cap is a strength, too: none is the end of its range.
+                let tells =
+                    free.is_strength || spec.neutral == spec.low || spec.neutral == spec.high;
+                tells.then_some((i, spec.neutral))
             })
             .all(|(i, neutral)| {
                 let error = covariance[(i, i)].max(0.0).sqrt();

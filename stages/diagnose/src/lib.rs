@@ -150,7 +150,7 @@ fn diverges() -> DiagnoseError {
 
 impl Stage for Diagnose {
     const NAME: &'static str = "diagnose";
-    const VERSION: u32 = 6;
+    const VERSION: u32 = 7;
     type Input = Input;
     type Output = Found;
     type Error = DiagnoseError;
