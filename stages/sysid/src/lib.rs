@@ -147,10 +147,11 @@ impl Stage for Sysid {
             });
         }
         // What is pushed twice is no slide, and says nothing of one.
-        let pushed = |strike: &&&Strike| strike.track.is_pushed_again();
-        let again = strikes.iter().filter(pushed).count();
-        if strikes.len() - again >= needed {
-            strikes.retain(|strike| !strike.track.is_pushed_again());
+        let is_free = |strike: &&Strike| !strike.track.is_pushed_again();
+        let free_slides: Vec<&Strike> = strikes.iter().copied().filter(is_free).collect();
+        let again = strikes.len() - free_slides.len();
+        if free_slides.len() >= needed {
+            strikes = free_slides;
         }
         let begun = start::start(&input.rig, &input.world, &strikes, &free);
         let begun = start::hold(&input.rig, begun, &strikes, &free);

@@ -151,9 +151,10 @@ fn page(input: &Input, diagnosis: &Diagnosis) -> anyhow::Result<String> {
     };
     let mut text = format!(
         "# Real strikes of a KUKA arm\n\nMade by `make kuka`. {} strikes that another lab recorded, of a light box and an arm told 0.5 to \
-         2.75 m/s, in two sessions; {} of them fit and choose, {} judge. No threshold was set by them; three rules came \
-         of looking at them: an effect at the end of its range is not named, a strike whose object is pushed a second time says \
-         nothing of a slide, and a fit is damped where its columns mislead. The strikes themselves are not part of this repository.\n\n**`{said}`**: {}.\n\n",
+         2.75 m/s, in two sessions; {} of them fit and choose, {} judge. No threshold by which effects are named was set by them. Three rules \
+         came of looking at them: an effect at the end of its range is not named, a strike whose object is pushed a second time says \
+         nothing of a slide, and a fit is damped where its columns mislead. What tells a second push (its window and its least rise) was \
+         chosen with these tracks in view, so that it sees most of the pushes that a person sees in them. The strikes themselves are not part of this repository.\n\n**`{said}`**: {}.\n\n",
         input.strikes.len(),
         diagnosis.strikes,
         diagnosis.gap.heldout_strikes,
