@@ -257,7 +257,7 @@ impl Engine {
             Rubbing::Flat(base, gyration) => {
                 let (v, w) = (self.velocity().norm().max(1e-9), base.arm * self.spin());
                 let rate = rate(v.hypot(w));
-                let [pull, turning] = base.pull(v, w);
+                let [pull, turning] = base.pull(v * v, w * w);
                 let left = |braked: f64| (rate - weight * braked).max(0.1 * rate);
                 let share = left(turning * base.arm * base.arm / gyration) / left(pull);
                 let (along, around) = (pull * v * v, turning * w * w);

@@ -123,7 +123,7 @@ pub(crate) fn mjcf(rig: &Rig, world: &World) -> Result<String, WorldError> {
         r#"<mujoco>
   <compiler boundmass="0" boundinertia="0" balanceinertia="true"/>
   <option cone="elliptic" solver="Newton" iterations="50" tolerance="1e-10" impratio="{IMPEDANCE_RATIO}" integrator="Euler" density="{density}" viscosity="{viscosity}">
-    <flag autoreset="disable" eulerdamp="disable" energy="disable"/>
+    <flag autoreset="disable" eulerdamp="disable" energy="disable" island="disable"/>
   </option>
   <default><geom contype="0" conaffinity="0" mass="0"/></default>
   <worldbody>

@@ -182,13 +182,13 @@ impl Simulator {
 
     /// The world's planar form; none for a ball, which rolls.
     pub(crate) fn planar(&self) -> Option<Planar<'_>> {
-        (self.rig.object.shape != Shape::Sphere).then_some(Planar {
-            friction: self.friction,
-            restitution: self.restitution,
-            base: self.base,
-            gyration: self.gyration,
-            effects: &self.effects,
-            push: None,
+        (self.rig.object.shape != Shape::Sphere).then(|| {
+            Planar::of(
+                [self.friction, self.restitution],
+                self.base,
+                self.gyration,
+                &self.effects,
+            )
         })
     }
 

@@ -107,6 +107,11 @@ impl Bundle {
         self
     }
 
+    /// Which of its columns act all or nothing.
+    pub(crate) fn is_kept(&self) -> Vec<bool> {
+        self.columns.iter().map(|column| column.is_kept).collect()
+    }
+
     /// Where a fit starts, given the coefficients of the columns.
     pub(crate) fn start(&self, name: &'static str, coefficients: &[f64]) -> Part {
         let mut parameters = BTreeMap::new();

@@ -1,5 +1,7 @@
 //! A model fitted to strikes: Gauss–Newton about each strike's own best launch.
 
+use std::sync::Arc;
+
 use nalgebra::{DMatrix, DVector, SVector};
 use rayon::prelude::*;
 use values::{Point, Rig, Strike};
@@ -7,7 +9,7 @@ use world::{
     Base, Blow, World, WorldError,
     effects::Effect,
     launch::{Launch, launches_about},
-    planar::{self, Frames, Kick, Planar},
+    planar::{self, Frames, Job, Kick, Planar},
 };
 
 use crate::{
@@ -22,6 +24,8 @@ pub(crate) const ITERATIONS: usize = 12;
 pub(crate) const GLANCE: usize = 3;
 /// The fit ends when no value moves by more than this share of its standard error.
 const SETTLED: f64 = 0.05;
+/// Standard errors that values may move before columns are taken anew.
+const NEAR: f64 = 1.0;
 /// Standard errors within which 95 % lie.
 pub(crate) const NINETY_FIVE: f64 = 1.96;
 /// A step that loses more log-likelihood than this is taken back.
@@ -45,12 +49,35 @@ pub(crate) struct Fitted {
     pub(crate) model: Model,
     pub(crate) estimated: Estimated,
     pub(crate) kicks: Vec<SVector<f64, NUISANCES>>,
+    pub(crate) taken: Arc<Taken>,
+}
+
+/// Each strike's columns, residuals as they are at a model.
+#[derive(Debug)]
+pub(crate) struct Taken {
+    pub(crate) columns: Vec<Columns>,
+    products: Vec<Products>,
+    /// Standard errors from there to where the columns were taken.
+    away: f64,
 }
 
 impl Fitted {
     /// Log-likelihood.
     pub(crate) fn likelihood(&self) -> f64 {
         self.estimated.likelihood_here
+    }
+
+    /// Standard errors by which the value would move that moves most.
+    fn step(&self) -> f64 {
+        let Some(covariance) = self.estimated.information.clone().try_inverse() else {
+            return f64::INFINITY;
+        };
+        let each = self.model.free.iter().enumerate().map(|(i, free)| {
+            let from = self.model.values[i];
+            let to = (from + self.estimated.beta[i]).clamp(free.low, free.high);
+            (to - from).abs() / covariance[(i, i)].max(0.0).sqrt()
+        });
+        each.fold(0.0, |most, step| if step > most { step } else { most })
     }
 
     /// Of the model's values, with the priors, which keep what the data do not tell from being infinite.
@@ -109,6 +136,7 @@ pub(crate) fn stack(points: &[Point]) -> DVector<f64> {
 }
 
 /// The columns of one strike about a model.
+#[derive(Clone, Debug)]
 pub(crate) struct Columns {
     /// By the nuisances.
     pub(crate) nuisances: DMatrix<f64>,
@@ -155,14 +183,12 @@ impl<'a> Field<'a> {
 
     /// The planar world of a model at these values.
     pub(crate) fn planar<'e>(&self, values: &[f64], effects: &'e [Box<dyn Effect>]) -> Planar<'e> {
-        Planar {
-            friction: values[FRICTION],
-            restitution: values[RESTITUTION],
-            base: self.base,
-            gyration: self.gyration,
+        Planar::of(
+            [values[FRICTION], values[RESTITUTION]],
+            self.base,
+            self.gyration,
             effects,
-            push: None,
-        }
+        )
     }
 
     /// One strike's frames.
@@ -174,6 +200,22 @@ impl<'a> Field<'a> {
         b: &SVector<f64, NUISANCES>,
     ) -> Option<Frames> {
         planar.strike(&self.strikes[i].into(), &self.launches[i], &kick(clock, b))
+    }
+
+    /// The same, to be done.
+    pub(crate) fn job<'j>(
+        &'j self,
+        planar: &'j Planar<'j>,
+        i: usize,
+        clock: f64,
+        b: &SVector<f64, NUISANCES>,
+    ) -> Job<'j> {
+        Job {
+            planar,
+            shot: self.strikes[i].into(),
+            launch: &self.launches[i],
+            kick: kick(clock, b),
+        }
     }
 
     /// Whether a strike's track comes this near (m) to a point.
@@ -204,35 +246,47 @@ impl<'a> Field<'a> {
         }
         let effects = model.effects(self.rig, &model.values)?;
         let here = self.planar(&model.values, &effects);
+        let worlds: Vec<Planar<'_>> = beside
+            .iter()
+            .enumerate()
+            .filter(|(place, _)| *place != CLOCK)
+            .map(|(_, (values, effects, _))| self.planar(values, effects))
+            .collect();
         let clock = model.values[CLOCK];
         Ok((0..self.strikes.len())
             .into_par_iter()
             .map(|i| {
                 let b = kicks[i];
-                let frames = self.frames(&here, i, clock, &b)?;
-                let at = stack(&frames.at);
-                let moved = |place: usize, step: f64| -> Option<DVector<f64>> {
+                let kicked = |place: usize, step: f64| {
                     let mut b = b;
                     b[place] += step;
-                    Some((stack(&self.frames(&here, i, clock, &b)?.at) - &at) / step)
+                    (&here, b)
                 };
+                let mut jobs = vec![(&here, b), kicked(0, KICK.0), kicked(1, KICK.1)];
+                jobs.extend(worlds.iter().map(|planar| (planar, b)));
+                let jobs: Vec<Job<'_>> = jobs
+                    .iter()
+                    .map(|(planar, b)| self.job(planar, i, clock, b))
+                    .collect();
+                let mut found = planar::strikes(&jobs).into_iter();
+                let frames = found.next()??;
+                let at = stack(&frames.at);
                 let n = frames.at.len();
                 let delay = stack(&frames.rate);
+                let mut moved = |step: f64| Some((stack(&found.next()??.at) - &at) / step);
                 let mut nuisances = DMatrix::zeros(2 * n, NUISANCES);
-                nuisances.set_column(0, &moved(0, KICK.0)?);
-                nuisances.set_column(1, &moved(1, KICK.1)?);
+                nuisances.set_column(0, &moved(KICK.0)?);
+                nuisances.set_column(1, &moved(KICK.1)?);
                 nuisances.set_column(2, &delay);
                 nuisances.view_mut((0, 3), (n, 1)).fill(1.0);
                 nuisances.view_mut((n, 4), (n, 1)).fill(1.0);
                 let mut values = DMatrix::zeros(2 * n, model.free.len());
-                for (place, (values_there, effects, step)) in beside.iter().enumerate() {
-                    if place == CLOCK {
-                        values.set_column(place, &delay);
-                        continue;
-                    }
-                    let planar = self.planar(values_there, effects);
-                    let there = stack(&self.frames(&planar, i, clock, &b)?.at);
-                    values.set_column(place, &((there - &at) / *step));
+                for (place, (_, _, step)) in beside.iter().enumerate() {
+                    let column = match place {
+                        CLOCK => delay.clone(),
+                        _ => moved(*step)?,
+                    };
+                    values.set_column(place, &column);
                 }
                 let residual = measured(self.strikes[i]) - at + &nuisances * b;
                 Some(Columns {
@@ -254,6 +308,54 @@ impl<'a> Field<'a> {
         measured(self.strikes[i]) - (&columns.residual - &columns.nuisances * b)
     }
 
+    fn taken(
+        &self,
+        model: &Model,
+        kicks: &[SVector<f64, NUISANCES>],
+    ) -> Result<Option<Taken>, WorldError> {
+        let columns = self.columns(model, kicks)?;
+        Ok(columns.map(|columns| Taken {
+            products: columns.par_iter().map(Columns::products).collect(),
+            columns,
+            away: 0.0,
+        }))
+    }
+
+    /// The columns of a model so near that they are the same, with its own residuals.
+    fn near(
+        &self,
+        model: &Model,
+        kicks: &[SVector<f64, NUISANCES>],
+        from: &Taken,
+        by: f64,
+    ) -> Result<Option<Taken>, WorldError> {
+        let effects = model.effects(self.rig, &model.values)?;
+        let here = self.planar(&model.values, &effects);
+        let pairs: Option<Vec<(Columns, Products)>> = (0..self.strikes.len())
+            .into_par_iter()
+            .map(|i| {
+                let mut columns = from.columns[i].clone();
+                let at = stack(&self.frames(&here, i, model.values[CLOCK], &kicks[i])?.at);
+                columns.residual = measured(self.strikes[i]) - at + &columns.nuisances * kicks[i];
+                let Columns {
+                    nuisances,
+                    values,
+                    residual,
+                } = &columns;
+                let products = from.products[i].beside(nuisances, values, residual);
+                Some((columns, products))
+            })
+            .collect();
+        Ok(pairs.map(|pairs| {
+            let (columns, products) = pairs.into_iter().unzip();
+            Taken {
+                columns,
+                products,
+                away: from.away + by,
+            }
+        }))
+    }
+
     /// Fits a model from where it stands; `None` where it diverges.
     pub(crate) fn fit(
         &self,
@@ -262,60 +364,69 @@ impl<'a> Field<'a> {
         kicks: &[SVector<f64, NUISANCES>],
         iterations: usize,
     ) -> Result<Option<Fitted>, WorldError> {
-        let mut best: Option<(Fitted, Vec<Products>)> = None;
-        let mut trial = model.clone();
-        let mut kicks = kicks.to_vec();
+        let taken = self.taken(model, kicks)?;
+        let first = taken.and_then(|taken| {
+            Some(Fitted {
+                estimated: held(model, &taken.products, spread, 0.0)?,
+                model: model.clone(),
+                kicks: kicks.to_vec(),
+                taken: Arc::new(taken),
+            })
+        });
+        first
+            .map(|first| self.further(first, iterations - 1))
+            .transpose()
+    }
+
+    /// Fits on from where a fit was left.
+    pub(crate) fn further(
+        &self,
+        mut best: Fitted,
+        iterations: usize,
+    ) -> Result<Fitted, WorldError> {
         let mut damping = 0.0;
         let mut accepted = 0;
-        while accepted < iterations {
-            let spread = best.as_ref().map_or(*spread, |(b, _)| b.estimated.spread);
-            let products: Option<Vec<Products>> = self
-                .columns(&trial, &kicks)?
-                .map(|columns| columns.iter().map(Columns::products).collect());
-            let found = products.and_then(|p| Some((held(&trial, &p, &spread, damping)?, p)));
-            let is_better = |(e, _): &(Estimated, _)| {
-                best.as_ref()
-                    .is_none_or(|(b, _)| e.likelihood_here > b.likelihood() - LOSS)
+        while accepted < iterations && best.step() > SETTLED {
+            let mut model = best.model.clone();
+            for (place, free) in model.free.iter().enumerate() {
+                let moved = model.values[place] + best.estimated.beta[place];
+                model.values[place] = moved.clamp(free.low, free.high);
+            }
+            let mut kicks = best.estimated.nuisances.clone();
+            let is_centred = centre(&mut model, &mut kicks);
+            let by = best.step();
+            let taken = if !is_centred && best.taken.away + by < NEAR {
+                self.near(&model, &kicks, &best.taken, by)?
+            } else {
+                self.taken(&model, &kicks)?
             };
-            match (found.filter(is_better), &mut best) {
-                (Some((estimated, products)), _) => {
-                    let settled = settled(&trial, &estimated);
-                    let fitted = Fitted {
-                        model: trial.clone(),
-                        kicks: kicks.clone(),
-                        estimated,
-                    };
-                    best = Some((fitted, products));
-                    if settled {
-                        break;
-                    }
+            let spread = best.estimated.spread;
+            let found = taken.and_then(|taken| {
+                Some(Fitted {
+                    estimated: held(&model, &taken.products, &spread, damping)?,
+                    model,
+                    kicks,
+                    taken: Arc::new(taken),
+                })
+            });
+            match found.filter(|found| found.likelihood() > best.likelihood() - LOSS) {
+                Some(found) => {
+                    best = found;
                     damping *= DAMPING.0;
                     accepted += 1;
                 }
-                (None, None) => return Ok(None),
                 // The columns mislead so far away: nearer, and the scatter with it.
-                (None, Some((best, products))) => {
+                None => {
                     damping = f64::max(1.0, damping * DAMPING.1);
-                    let spread = best.estimated.spread;
-                    let Some(nearer) = held(&best.model, products, &spread, damping) else {
-                        break;
-                    };
-                    best.estimated = nearer;
-                    if damping > DAMPING.2 {
-                        break;
+                    let products = &best.taken.products;
+                    match held(&best.model, products, &spread, damping) {
+                        Some(nearer) if damping <= DAMPING.2 => best.estimated = nearer,
+                        _ => break,
                     }
                 }
             }
-            let Some((from, _)) = &best else { break };
-            trial = from.model.clone();
-            for (place, free) in from.model.free.iter().enumerate() {
-                let moved = from.model.values[place] + from.estimated.beta[place];
-                trial.values[place] = moved.clamp(free.low, free.high);
-            }
-            kicks.clone_from(&from.estimated.nuisances);
-            centre(&mut trial, &mut kicks);
         }
-        Ok(best.map(|(best, _)| best))
+        Ok(best)
     }
 }
 
@@ -342,10 +453,11 @@ pub(crate) fn prior(model: &Model) -> Prior {
 /// same.
 const COMMON: f64 = 0.05;
 
-fn centre(model: &mut Model, kicks: &mut [SVector<f64, NUISANCES>]) {
+/// Whether there was any.
+fn centre(model: &mut Model, kicks: &mut [SVector<f64, NUISANCES>]) -> bool {
     let mean = kicks.iter().map(|b| b[0]).sum::<f64>() / kicks.len() as f64;
     if mean.abs() < COMMON {
-        return;
+        return false;
     }
     let free = &model.free[RESTITUTION];
     let was = model.values[RESTITUTION];
@@ -353,6 +465,7 @@ fn centre(model: &mut Model, kicks: &mut [SVector<f64, NUISANCES>]) {
     model.values[RESTITUTION] = is;
     let taken = ((1.0 + is) / (1.0 + was)).ln();
     kicks.iter_mut().for_each(|b| b[0] -= taken);
+    true
 }
 
 /// Precision by which a value is held.
@@ -383,14 +496,4 @@ fn held(model: &Model, products: &[Products], spread: &Spread, damping: f64) -> 
             return Some(estimated);
         }
     }
-}
-
-fn settled(model: &Model, estimated: &Estimated) -> bool {
-    let Some(covariance) = estimated.information.clone().try_inverse() else {
-        return false;
-    };
-    model.free.iter().enumerate().all(|(i, free)| {
-        let to = (model.values[i] + estimated.beta[i]).clamp(free.low, free.high);
-        (to - model.values[i]).abs() < SETTLED * covariance[(i, i)].max(0.0).sqrt()
-    })
 }

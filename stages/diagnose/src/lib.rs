@@ -209,6 +209,7 @@ impl Stage for Diagnose {
                 model,
                 estimated,
                 kicks,
+                ..
             } = &null;
             if (model.values[RESTITUTION] - about).abs() < FAR {
                 break;
@@ -254,6 +255,7 @@ impl Stage for Diagnose {
                 model,
                 estimated,
                 kicks,
+                ..
             } = &searched.fitted;
             if let Some(fitted) = about.fit(model, &estimated.spread, kicks, fit::ITERATIONS)? {
                 searched.fitted = fitted;

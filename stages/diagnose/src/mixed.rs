@@ -56,9 +56,25 @@ impl Products {
         Self {
             gg: Small::from_fn(|i, j| gram[(i, j)]),
             gx: g.tr_mul(x),
-            xx: x.tr_mul(x),
+            xx: square(x),
             rows: g.nrows() as f64,
         }
+    }
+
+    /// The same columns beside another residual.
+    pub(crate) fn beside(
+        &self,
+        g: &DMatrix<f64>,
+        x: &DMatrix<f64>,
+        residual: &DVector<f64>,
+    ) -> Self {
+        let mut other = self.clone();
+        let p = x.ncols();
+        other.gx.set_column(p, &g.tr_mul(residual));
+        let last = x.tr_mul(residual).insert_row(p, residual.norm_squared());
+        other.xx.set_column(p, &last);
+        other.xx.set_row(p, &last.transpose());
+        other
     }
 
     /// C = (GᵀG + σ²P⁻¹)⁻¹, and the logarithm of Σ's determinant.
@@ -80,22 +96,30 @@ impl Products {
         }
     }
 
-    /// [X r]ᵀ·Σ⁻¹·[X r].
-    fn weighed(&self, posterior: &Small, spread: &Spread) -> DMatrix<f64> {
-        let columns = self.gx.ncols();
-        let shrunk = posterior * self.gx.fixed_rows::<NUISANCES>(0);
-        let mut weighed = self.xx.clone();
-        for i in 0..columns {
-            for j in 0..columns {
-                let mut sum = 0.0;
-                for k in 0..NUISANCES {
-                    sum += self.gx[(k, i)] * shrunk[(k, j)];
-                }
-                weighed[(i, j)] -= sum;
+    /// Adds the upper half of [X r]ᵀ·Σ⁻¹·[X r].
+    fn weigh(&self, posterior: &Small, spread: &Spread, all: &mut DMatrix<f64>) {
+        let precision = (spread.camera * spread.camera).recip();
+        for j in 0..self.gx.ncols() {
+            let shrunk = posterior * self.gx.fixed_view::<NUISANCES, 1>(0, j);
+            for i in 0..=j {
+                let taken = self.gx.fixed_view::<NUISANCES, 1>(0, i).dot(&shrunk);
+                all[(i, j)] += (self.xx[(i, j)] - taken) * precision;
             }
         }
-        weighed / (spread.camera * spread.camera)
     }
+}
+
+/// xᵀ·x, each pair of columns once.
+fn square(x: &DMatrix<f64>) -> DMatrix<f64> {
+    let mut square = DMatrix::zeros(x.ncols(), x.ncols());
+    for i in 0..x.ncols() {
+        for j in 0..=i {
+            let dot = x.column(i).dot(&x.column(j));
+            square[(i, j)] = dot;
+            square[(j, i)] = dot;
+        }
+    }
+    square
 }
 
 /// A Gaussian on β, to keep what the data do not tell near where it was.
@@ -185,10 +209,11 @@ fn sums(strikes: &[Products], spread: &Spread, p: usize) -> Sums {
     let mut posteriors = Vec::with_capacity(strikes.len());
     for strike in strikes {
         let (posterior, determinant) = strike.posterior(spread);
-        all += strike.weighed(&posterior, spread);
+        strike.weigh(&posterior, spread, &mut all);
         log_determinant += determinant;
         posteriors.push(posterior);
     }
+    all.fill_lower_triangle_with_upper_triangle();
     (
         all.view((0, 0), (p, p)).into_owned(),
         DVector::from_iterator(p, (0..p).map(|i| all[(i, p)])),

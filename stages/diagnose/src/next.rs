@@ -71,12 +71,17 @@ pub(crate) fn next_strikes(
         })
         .collect::<Result<Vec<_>, WorldError>>()?;
     // Concave, so that the pair that is told least counts most; what nothing here can tell apart adds nothing.
-    let total = |chosen: &[usize]| -> f64 {
-        let each = pairs.iter().map(|(forth, back)| {
-            let apart = forth.separation(chosen).min(back.separation(chosen));
+    let value = |learnt: &[(Learnt, Learnt)]| -> f64 {
+        let each = learnt.iter().map(|(forth, back)| {
+            let apart = forth.separation().min(back.separation());
             (apart.max(0.0) / ENOUGH).ln_1p()
         });
         each.sum()
+    };
+    let learnt = |chosen: &[usize]| -> Vec<(Learnt, Learnt)> {
+        let each = pairs.iter();
+        each.map(|(forth, back)| (forth.learnt(chosen), back.learnt(chosen)))
+            .collect()
     };
     let possible: Vec<usize> = (0..field.strikes.len())
         .filter(|i| {
@@ -86,15 +91,20 @@ pub(crate) fn next_strikes(
         })
         .collect();
     let best = |chosen: &[usize], from: &[usize], place: Option<usize>| -> Option<(f64, usize)> {
+        let mut rest = chosen.to_vec();
+        if let Some(place) = place {
+            rest.remove(place);
+        }
+        let so_far = learnt(&rest);
         from.par_iter()
             .filter(|i| !chosen.contains(i))
             .map(|i| {
-                let mut with = chosen.to_vec();
-                match place {
-                    Some(place) => with[place] = *i,
-                    None => with.push(*i),
-                }
-                (total(&with), *i)
+                let with: Vec<(Learnt, Learnt)> = pairs
+                    .iter()
+                    .zip(&so_far)
+                    .map(|((forth, back), (f, b))| (forth.and(f, *i), back.and(b, *i)))
+                    .collect();
+                (value(&with), *i)
             })
             .max_by(|a, b| a.0.total_cmp(&b.0).then(b.1.cmp(&a.1)))
     };
@@ -110,7 +120,7 @@ pub(crate) fn next_strikes(
     };
     let mut chosen = grow(&possible);
     for place in 0..chosen.len() {
-        let now = total(&chosen);
+        let now = value(&learnt(&chosen));
         if let Some((_, other)) =
             best(&chosen, &possible, Some(place)).filter(|(value, _)| *value > now)
         {
@@ -248,18 +258,43 @@ impl<'r> Against<'r> {
         })
     }
 
-    /// T of a set of strikes, beside all that the rival has learnt.
-    fn separation(&self, chosen: &[usize]) -> f64 {
-        let mut square = 0.0;
-        let mut slope = DVector::zeros(self.rival.model.free.len());
-        let mut information = self.rival.estimated.information.clone();
-        for told in chosen.iter().filter_map(|i| self.tells[*i].as_ref()) {
-            square += told.square;
-            slope += &told.slope;
-            information += &told.information;
+    /// What a set of strikes says, beside all that the rival has learnt.
+    fn learnt(&self, chosen: &[usize]) -> Learnt {
+        let nothing = Learnt {
+            square: 0.0,
+            slope: DVector::zeros(self.rival.model.free.len()),
+            information: self.rival.estimated.information.clone(),
+        };
+        chosen
+            .iter()
+            .fold(nothing, |learnt, i| self.and(&learnt, *i))
+    }
+
+    /// The same with one more.
+    fn and(&self, learnt: &Learnt, i: usize) -> Learnt {
+        let mut more = learnt.clone();
+        if let Some(told) = &self.tells[i] {
+            more.square += told.square;
+            more.slope += &told.slope;
+            more.information += &told.information;
         }
-        match information.cholesky() {
-            Some(factor) => square - slope.dot(&factor.solve(&slope)),
+        more
+    }
+}
+
+/// What a set of strikes says between a model and its rival.
+#[derive(Clone)]
+struct Learnt {
+    square: f64,
+    slope: DVector<f64>,
+    information: DMatrix<f64>,
+}
+
+impl Learnt {
+    /// T: how far the rival is from explaining them.
+    fn separation(&self) -> f64 {
+        match self.information.clone().cholesky() {
+            Some(factor) => self.square - self.slope.dot(&factor.solve(&self.slope)),
             None => 0.0,
         }
     }

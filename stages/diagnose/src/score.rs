@@ -10,7 +10,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 use values::Point;
-use world::{WorldError, planar::Planar};
+use world::planar::Planar;
 
 use crate::{
     fit::{Columns, Field, Fitted, prior, stack},
@@ -22,8 +22,8 @@ use crate::{
 const APART: f64 = 1e-6;
 
 /// One strike at a fitted model.
-struct At {
-    columns: Columns,
+struct At<'f> {
+    columns: &'f Columns,
     frames: DVector<f64>,
     /// Σ⁻¹·[X, r, replicates].
     weighed: DMatrix<f64>,
@@ -32,14 +32,14 @@ struct At {
     precision: f64,
 }
 
-/// Columns of one strike: none where it is not touched, and no answer where it does not come to rest.
-type Columned<'c> = dyn Fn(usize, &At) -> Option<Option<DMatrix<f64>>> + Sync + 'c;
+/// Columns of each strike; none where it is not touched.
+pub(crate) type Moved = Vec<Option<DMatrix<f64>>>;
 
 /// A fitted model, ready to be asked.
 pub(crate) struct Asked<'f, 'a> {
     field: &'f Field<'a>,
     fitted: &'f Fitted,
-    strikes: Vec<At>,
+    strikes: Vec<At<'f>>,
     /// (XᵀΣ⁻¹X)⁻¹.
     inverse: DMatrix<f64>,
     /// XᵀΣ⁻¹·[r, replicates].
@@ -77,14 +77,13 @@ impl<'f, 'a> Asked<'f, 'a> {
         fitted: &'f Fitted,
         replicates: usize,
         seed: u64,
-    ) -> Result<Option<Self>, WorldError> {
+    ) -> Option<Self> {
         let spread = &fitted.estimated.spread;
-        let Some(columns) = field.columns(&fitted.model, &fitted.kicks)? else {
-            return Ok(None);
-        };
         let p = fitted.model.free.len();
-        let strikes: Vec<At> = columns
-            .into_par_iter()
+        let strikes: Vec<At<'_>> = fitted
+            .taken
+            .columns
+            .par_iter()
             .enumerate()
             .map(|(i, columns)| {
                 let g = &columns.nuisances;
@@ -104,7 +103,7 @@ impl<'f, 'a> Asked<'f, 'a> {
                 let posterior = posterior(g, spread) * precision;
                 let weighed = &all * precision - g * (&posterior * g.tr_mul(&all));
                 At {
-                    frames: field.simulated(i, &columns, &fitted.kicks[i]),
+                    frames: field.simulated(i, columns, &fitted.kicks[i]),
                     columns,
                     weighed,
                     posterior,
@@ -121,49 +120,41 @@ impl<'f, 'a> Asked<'f, 'a> {
         for (i, free) in fitted.model.free.iter().enumerate() {
             known[(i, i)] += free.width.powi(-2);
         }
-        let Some(inverse) = known.try_inverse() else {
-            return Ok(None);
-        };
-        Ok(Some(Self {
+        Some(Self {
             field,
             fitted,
             strikes,
-            inverse,
+            inverse: known.try_inverse()?,
             scores: information.columns(p, 1 + replicates).into_owned(),
-        }))
+        })
     }
 
     /// Columns as the difference that worlds beside the fitted one make, per unit of each step; a world acts on a strike only
     /// where `touches` says so. `None` where a strike does not come to rest.
-    pub(crate) fn differences(
+    pub(crate) fn moved(
         &self,
         worlds: &[(Planar<'_>, f64)],
         touches: &(dyn Fn(usize, usize) -> bool + Sync),
-    ) -> Option<Told> {
-        self.tell(worlds.len(), &|i, at| self.moved(worlds, touches, i, at))
-    }
-
-    /// What those worlds change of one strike.
-    fn moved(
-        &self,
-        worlds: &[(Planar<'_>, f64)],
-        touches: &(dyn Fn(usize, usize) -> bool + Sync),
-        i: usize,
-        at: &At,
-    ) -> Option<Option<DMatrix<f64>>> {
+    ) -> Option<Moved> {
         let clock = self.fitted.model.values[CLOCK];
-        let mut columns: Option<DMatrix<f64>> = None;
-        for (k, (planar, step)) in worlds.iter().enumerate() {
-            if !touches(k, i) {
-                continue;
-            }
-            let frames = self.field.frames(planar, i, clock, &self.fitted.kicks[i])?;
-            let column = (stack(&frames.at) - &at.frames) / *step;
-            columns
-                .get_or_insert_with(|| DMatrix::zeros(column.len(), worlds.len()))
-                .set_column(k, &column);
-        }
-        Some(columns)
+        self.strikes
+            .par_iter()
+            .enumerate()
+            .map(|(i, at)| {
+                let mut columns: Option<DMatrix<f64>> = None;
+                for (k, (planar, step)) in worlds.iter().enumerate() {
+                    if !touches(k, i) {
+                        continue;
+                    }
+                    let frames = self.field.frames(planar, i, clock, &self.fitted.kicks[i])?;
+                    let column = (stack(&frames.at) - &at.frames) / *step;
+                    columns
+                        .get_or_insert_with(|| DMatrix::zeros(column.len(), worlds.len()))
+                        .set_column(k, &column);
+                }
+                Some(columns)
+            })
+            .collect()
     }
 
     /// A whole linear step with those columns beside the model's own, the scatter estimated anew: where the scatter is of the
@@ -171,19 +162,17 @@ impl<'f, 'a> Asked<'f, 'a> {
     /// weak prior of this `precision`. β is the model's values, then the columns that are not kept.
     pub(crate) fn step(
         &self,
-        worlds: &[(Planar<'_>, f64)],
-        touches: &(dyn Fn(usize, usize) -> bool + Sync),
+        moved: &Moved,
         is_kept: &[bool],
         precision: &[f64],
     ) -> Option<Estimated> {
         let p = self.inverse.nrows();
-        let free: Vec<usize> = (0..worlds.len()).filter(|k| !is_kept[*k]).collect();
-        let products = self
+        let free: Vec<usize> = (0..is_kept.len()).filter(|k| !is_kept[*k]).collect();
+        let products: Vec<_> = self
             .strikes
             .par_iter()
-            .enumerate()
-            .map(|(i, at)| {
-                let columns = self.moved(worlds, touches, i, at)?;
+            .zip(moved)
+            .map(|(at, columns)| {
                 let mut x = DMatrix::zeros(at.frames.len(), p + free.len() + 1);
                 x.columns_mut(0, p).copy_from(&at.columns.values);
                 let mut residual = at.columns.residual.clone();
@@ -191,14 +180,14 @@ impl<'f, 'a> Asked<'f, 'a> {
                     for (place, k) in free.iter().enumerate() {
                         x.set_column(p + place, &columns.column(*k));
                     }
-                    for k in (0..worlds.len()).filter(|k| is_kept[*k]) {
+                    for k in (0..is_kept.len()).filter(|k| is_kept[*k]) {
                         residual -= columns.column(k);
                     }
                 }
                 x.set_column(p + free.len(), &residual);
-                Some(mixed::Products::new(&at.columns.nuisances, &x))
+                mixed::Products::new(&at.columns.nuisances, &x)
             })
-            .collect::<Option<Vec<_>>>()?;
+            .collect();
         let own = prior(&self.fitted.model);
         let more = free.iter().map(|k| precision[*k]);
         let prior = mixed::Prior {
@@ -215,14 +204,11 @@ impl<'f, 'a> Asked<'f, 'a> {
     }
 
     /// Columns as multiples of a strike's nuisances: `factors(strike)` has a row for each nuisance, a column for each column.
-    pub(crate) fn launches(
-        &self,
-        count: usize,
-        factors: &(dyn Fn(usize) -> DMatrix<f64> + Sync),
-    ) -> Option<Told> {
-        self.tell(count, &|i, at| {
-            Some(Some(&at.columns.nuisances * factors(i)))
-        })
+    pub(crate) fn launches(&self, factors: &(dyn Fn(usize) -> DMatrix<f64> + Sync)) -> Moved {
+        let strikes = self.strikes.par_iter().enumerate();
+        strikes
+            .map(|(i, at)| Some(&at.columns.nuisances * factors(i)))
+            .collect()
     }
 
     /// What a change of the model's values does to each strike, as far as it looks like another launch: relative speed and
@@ -238,34 +224,35 @@ impl<'f, 'a> Asked<'f, 'a> {
             .collect()
     }
 
-    fn tell(&self, count: usize, columns: &Columned<'_>) -> Option<Told> {
+    /// What `count` columns say, the model's own projected off.
+    pub(crate) fn tell(&self, count: usize, moved: &Moved) -> Told {
         let p = self.inverse.nrows();
         let mut own = DMatrix::zeros(count, count);
         let mut cross = DMatrix::zeros(count, self.strikes[0].weighed.ncols());
         let parts: Vec<_> = self
             .strikes
             .par_iter()
-            .enumerate()
-            .map(|(i, at)| {
-                Some(columns(i, at)?.map(|c| {
-                    let projected = at.columns.nuisances.tr_mul(&c);
-                    let own = c.tr_mul(&c) * at.precision
+            .zip(moved)
+            .map(|(at, columns)| {
+                columns.as_ref().map(|c| {
+                    let projected = at.columns.nuisances.tr_mul(c);
+                    let own = c.tr_mul(c) * at.precision
                         - projected.tr_mul(&(&at.posterior * &projected));
                     (own, c.tr_mul(&at.weighed))
-                }))
+                })
             })
-            .collect::<Option<_>>()?;
+            .collect();
         for (mine, with) in parts.into_iter().flatten() {
             own += mine;
             cross += with;
         }
         let beside = cross.columns(0, p) * &self.inverse;
-        Some(Told {
+        Told {
             alone: own.diagonal().iter().copied().collect(),
             information: own - &beside * cross.columns(0, p).transpose(),
             scores: cross.columns(p, cross.ncols() - p) - &beside * &self.scores,
             made_up: beside,
-        })
+        }
     }
 }
 

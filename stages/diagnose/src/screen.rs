@@ -4,14 +4,14 @@ use std::collections::BTreeMap;
 
 use nalgebra::SVector;
 use rayon::prelude::*;
-use world::{WorldError, effects::Effect, planar::Planar};
+use world::{WorldError, planar::Planar};
 
 use crate::{
     candidates::{Bundle, Candidate},
     fit::{Field, Fitted},
     mixed::{Estimated, NUISANCES, Spread},
     model::{Model, PRIOR, Part, added, specification},
-    score::{Asked, Score},
+    score::{Asked, Moved, Score},
 };
 
 /// What each candidate gains by chance where it is not: the quantile of its replicates, by name.
@@ -70,7 +70,7 @@ pub(crate) fn screen(
     replicates: usize,
     seed: u64,
 ) -> Result<Vec<Screened>, WorldError> {
-    let Some(asked) = Asked::new(field, fitted, replicates, seed)? else {
+    let Some(asked) = Asked::new(field, fitted, replicates, seed) else {
         return Ok(Vec::new());
     };
     let held = |name: &str| fitted.model.parts.iter().any(|part| part.name == name);
@@ -78,77 +78,63 @@ pub(crate) fn screen(
         .par_iter()
         .filter(|candidate| !held(candidate.name))
         .map(|candidate| {
-            let name = candidate.name;
-            let mut scored: Vec<(&Bundle, Score)> = candidate
+            let mut beside: Vec<Beside<'_>> = candidate
                 .bundles
                 .par_iter()
-                .map(|bundle| Ok(Beside::new(field, fitted, name, bundle)?.score(&asked)))
+                .map(|bundle| Beside::new(field, fitted, &asked, candidate.name, bundle))
                 .collect::<Result<Vec<_>, WorldError>>()?
                 .into_iter()
-                .zip(&candidate.bundles)
-                .filter_map(|(score, bundle)| Some((bundle, score?)))
+                .flatten()
                 .collect();
-            // As Akaike would have it: a parameter more must be worth it.
-            let worth = |(bundle, score): &(&Bundle, Score)| score.gain - bundle.free.len() as f64;
-            scored.sort_by(|a, b| worth(b).total_cmp(&worth(a)));
-            let by_chance = (0..replicates)
-                .map(|k| {
-                    let gains = scored.iter().map(|(_, score)| score.by_chance[k]);
-                    gains.fold(0.0, f64::max)
-                })
-                .collect();
-            let strength = scored
-                .iter()
-                .map(|(bundle, score)| {
-                    let (strength, value) = &bundle.columns[0].strength;
-                    let size = value - specification(name, strength).neutral;
-                    (strength.clone(), score.error * size.abs())
-                })
-                .min_by(|a, b| a.1.total_cmp(&b.1))
-                .unwrap_or_default();
-            let mut starts: Vec<Start> = scored
+            beside.sort_by(|a, b| b.worth().total_cmp(&a.worth()));
+            let scores = || beside.iter().map(|beside| &beside.score);
+            let mut starts: Vec<Start> = beside
                 .par_iter()
                 .take(STEPS)
-                .map(|(bundle, score)| {
-                    Ok(Beside::new(field, fitted, name, bundle)?.start(&asked, score))
-                })
-                .collect::<Result<_, WorldError>>()?;
+                .map(|beside| beside.start(&asked))
+                .collect();
             starts.sort_by(|a, b| b.worth().total_cmp(&a.worth()));
             Ok(Screened {
-                name,
-                score: scored
+                name: candidate.name,
+                score: scores().map(|score| score.gain).fold(0.0, f64::max),
+                strength: beside
                     .iter()
-                    .map(|(_, score)| score.gain)
-                    .fold(0.0, f64::max),
-                bundles: scored
+                    .map(Beside::strength)
+                    .min_by(|a, b| a.1.total_cmp(&b.1))
+                    .unwrap_or_default(),
+                by_chance: (0..replicates)
+                    .map(|k| scores().map(|score| score.by_chance[k]).fold(0.0, f64::max))
+                    .collect(),
+                bundles: beside
                     .iter()
                     .take(SHORT)
-                    .map(|(b, _)| (*b).clone())
+                    .map(|beside| beside.bundle.clone())
                     .collect(),
                 starts,
-                strength,
-                by_chance,
             })
         })
         .collect()
 }
 
-/// A fitted model, and worlds with a little of an effect beside it.
-struct Beside<'b, 'a> {
-    field: &'b Field<'a>,
+/// A fitted model with a little of an effect beside it.
+struct Beside<'b> {
     fitted: &'b Fitted,
     name: &'static str,
     bundle: &'b Bundle,
-    effects: Vec<Vec<Box<dyn Effect>>>,
+    /// What it changes of each strike, and what that says.
+    moved: Moved,
+    score: Score,
 }
 
-impl<'b, 'a> Beside<'b, 'a> {
+impl<'b> Beside<'b> {
+    /// `None` where a strike does not come to rest, or the strikes do not tell it from the model's own values.
     fn new(
-        field: &'b Field<'a>,
+        field: &Field<'_>,
         fitted: &'b Fitted,
+        asked: &Asked<'_, '_>,
         name: &'static str,
         bundle: &'b Bundle,
-    ) -> Result<Self, WorldError> {
+    ) -> Result<Option<Self>, WorldError> {
         let model = &fitted.model;
         let effects = bundle
             .columns
@@ -159,46 +145,43 @@ impl<'b, 'a> Beside<'b, 'a> {
                 all.push(world::effects::build(&part, field.rig)?);
                 Ok(all)
             })
-            .collect::<Result<_, WorldError>>()?;
-        Ok(Self {
-            field,
-            fitted,
-            name,
-            bundle,
-            effects,
-        })
-    }
-
-    fn worlds(&self) -> Vec<(Planar<'_>, f64)> {
-        self.effects
+            .collect::<Result<Vec<_>, WorldError>>()?;
+        let worlds: Vec<(Planar<'_>, f64)> = effects
             .iter()
-            .map(|effects| (self.field.planar(&self.fitted.model.values, effects), 1.0))
-            .collect()
+            .map(|effects| (field.planar(&model.values, effects), 1.0))
+            .collect();
+        let touches = |column: usize, strike| {
+            let region = bundle.columns[column].region;
+            region.is_none_or(|(centre, radius)| field.passes(strike, centre, radius))
+        };
+        Ok(asked.moved(&worlds, &touches).and_then(|moved| {
+            let score = asked.tell(worlds.len(), &moved).score(&bundle.is_kept())?;
+            Some(Self {
+                fitted,
+                name,
+                bundle,
+                moved,
+                score,
+            })
+        }))
     }
 
-    fn touches(&self, column: usize, strike: usize) -> bool {
-        self.bundle.columns[column]
-            .region
-            .is_none_or(|(centre, radius)| self.field.passes(strike, centre, radius))
+    /// As Akaike would have it: a parameter more must be worth it.
+    fn worth(&self) -> f64 {
+        self.score.gain - self.bundle.free.len() as f64
     }
 
-    fn score(&self, asked: &Asked<'_, '_>) -> Option<Score> {
-        asked
-            .differences(&self.worlds(), &|column, strike| {
-                self.touches(column, strike)
-            })?
-            .score(&self.is_kept())
-    }
-
-    fn is_kept(&self) -> Vec<bool> {
-        let columns = &self.bundle.columns;
-        columns.iter().map(|column| column.is_kept).collect()
+    /// Its first parameter of strength, and the standard error of that.
+    fn strength(&self) -> (String, f64) {
+        let (strength, value) = &self.bundle.columns[0].strength;
+        let size = value - specification(self.name, strength).neutral;
+        (strength.clone(), self.score.error * size.abs())
     }
 
     /// A whole step from here, or what the score says where that has no answer.
-    fn start(&self, asked: &Asked<'_, '_>, score: &Score) -> Start {
+    fn start(&self, asked: &Asked<'_, '_>) -> Start {
         let columns = &self.bundle.columns;
-        let is_kept = self.is_kept();
+        let is_kept = self.bundle.is_kept();
         let precision: Vec<f64> = columns
             .iter()
             .map(|column| {
@@ -207,14 +190,13 @@ impl<'b, 'a> Beside<'b, 'a> {
                 ((value - spec.neutral) / (PRIOR * spec.scale)).powi(2)
             })
             .collect();
-        let touches = |column, strike| self.touches(column, strike);
-        match asked.step(&self.worlds(), &touches, &is_kept, &precision) {
+        match asked.step(&self.moved, &is_kept, &precision) {
             Some(stepped) => self.stepped(&stepped, &is_kept),
             None => Start {
-                model: self.model(&score.coefficients),
+                model: self.model(&self.score.coefficients),
                 spread: self.fitted.estimated.spread,
                 kicks: self.fitted.kicks.clone(),
-                gain: score.gain,
+                gain: self.score.gain,
             },
         }
     }

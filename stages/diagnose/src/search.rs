@@ -70,7 +70,7 @@ pub(crate) fn fit_best(
             fitted,
         })
     };
-    let glanced: Vec<Option<Step>> = tried
+    let mut glanced: Vec<Step> = tried
         .par_iter()
         .map(|(name, start)| {
             let Start {
@@ -91,27 +91,36 @@ pub(crate) fn fit_best(
             let fitted = field.fit(&model, &from.estimated.spread, &from.kicks, GLANCE)?;
             Ok(step(name, fitted))
         })
-        .collect::<Result<_, WorldError>>()?;
-    let best = glanced
-        .iter()
+        .collect::<Result<Vec<_>, WorldError>>()?
+        .into_iter()
         .flatten()
+        .collect();
+    // Of two starts, one that does not promise to overtake the other is left.
+    glanced.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
+    let mut ahead: Vec<Step> = Vec::new();
+    for step in glanced {
+        let there = step.fitted.estimated.likelihood_there;
+        let overtakes = |other: &Step| there > other.fitted.likelihood() + BETTER;
+        if ahead
+            .iter()
+            .all(|other| other.name != step.name || overtakes(other))
+        {
+            ahead.push(step);
+        }
+    }
+    let best = ahead
+        .iter()
         .map(|step| step.evidence)
         .fold(f64::NEG_INFINITY, f64::max);
-    let fits: Vec<Option<Step>> = glanced
+    let fits: Vec<Option<Step>> = ahead
         .into_par_iter()
-        .flatten()
         .map(|glanced| {
             // Far behind after a glance, it is left there: a rival all the same, if a poor one.
             if glanced.evidence < BEHIND * best && !asked.contains(&glanced.name) {
                 return Ok(Some(glanced));
             }
-            let Fitted {
-                model,
-                estimated,
-                kicks,
-            } = &glanced.fitted;
-            let fitted = field.fit(model, &estimated.spread, kicks, ITERATIONS - GLANCE)?;
-            Ok(step(glanced.name, fitted))
+            let fitted = field.further(glanced.fitted, ITERATIONS - GLANCE)?;
+            Ok(step(glanced.name, Some(fitted)))
         })
         .collect::<Result<_, WorldError>>()?;
     let mut steps: Vec<Step> = Vec::new();
@@ -159,7 +168,7 @@ pub(crate) fn without(
     let fitted = field
         .fit(&model, &from.estimated.spread, &from.kicks, ITERATIONS)?
         .unwrap_or_else(|| from.clone());
-    settle(field, fitted, candidates, chance, 0)
+    settle(field, fitted, None, candidates, chance, 0)
 }
 
 /// How firmly an effect stands.
@@ -170,6 +179,28 @@ pub(crate) struct Standing {
     pub(crate) equivalent: Vec<&'static str>,
     /// Models with another effect in its place, the best first.
     pub(crate) rivals: Vec<Step>,
+}
+
+/// What is known of the effect that was added last.
+struct Newest {
+    standing: Standing,
+    /// The model without it.
+    reduced: Fitted,
+}
+
+impl Standing {
+    fn new(name: &'static str, evidence: f64, rivals: Vec<Step>) -> Self {
+        Self {
+            name,
+            evidence,
+            equivalent: rivals
+                .iter()
+                .filter(|step| !is_excluded(name, evidence, step))
+                .map(|step| step.name)
+                .collect(),
+            rivals,
+        }
+    }
 }
 
 /// Adds effects while each brings more than chance, and asks of each whether another could stand in its place.
@@ -201,18 +232,50 @@ pub(crate) fn search(
                 .map(|s| (1.0 - ALIKE) * s.evidence)
                 .fold(asked, f64::max)
         };
-        let Some(step) = fit_best(field, fitted, &screened, chance, &[])?
-            .into_iter()
-            .take(if held < most { usize::MAX } else { 0 })
-            .find(|step| step.evidence > beside(step.name))
-        else {
+        let mut rivals = fit_best(field, fitted, &screened, chance, &[])?;
+        let adds = |step: &Step| held < most && step.evidence > beside(step.name);
+        let Some(best) = rivals.iter().position(adds) else {
             break;
         };
-        searched = settle(field, step.fitted, &short, chance, held)?;
+        let step = rivals.remove(best);
+        rivals = with_alike(field, fitted, &screened, chance, step.name, rivals)?;
+        let newest = Newest {
+            standing: Standing::new(step.name, step.evidence, rivals),
+            reduced: fitted.clone(),
+        };
+        searched = settle(field, step.fitted, Some(newest), &short, chance, held)?;
         screened = screen(field, &searched.fitted, candidates, 0, 0)?;
         short = shortlist(&short, &screened);
     }
     Ok(searched)
+}
+
+/// Steps that were taken beside a model, and those of effects that are alike, which are asked for in any case.
+fn with_alike(
+    field: &Field<'_>,
+    from: &Fitted,
+    screened: &[Screened],
+    chance: &Chance,
+    name: &str,
+    steps: Vec<Step>,
+) -> Result<Vec<Step>, WorldError> {
+    let (mut again, mut all): (Vec<Step>, Vec<Step>) = steps
+        .into_iter()
+        .partition(|step| alike(name).contains(&step.name));
+    let is_new = |s: &&Screened| {
+        alike(name).contains(&s.name) && again.iter().all(|step| step.name != s.name)
+    };
+    let new: Vec<Screened> = screened.iter().filter(is_new).cloned().collect();
+    all.extend(fit_best(field, from, &new, chance, alike(name))?);
+    // Some were left after a glance.
+    for step in &mut again {
+        let before = step.fitted.likelihood();
+        step.fitted = field.further(step.fitted.clone(), ITERATIONS - GLANCE)?;
+        step.evidence += step.fitted.likelihood() - before;
+    }
+    all.append(&mut again);
+    all.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
+    Ok(all)
 }
 
 /// Bundles of each candidate that are tried in another's place: the best where it was last screened.
@@ -233,6 +296,7 @@ fn shortlist(candidates: &[Candidate], screened: &[Screened]) -> Vec<Candidate> 
 fn settle(
     field: &Field<'_>,
     mut fitted: Fitted,
+    mut newest: Option<Newest>,
     candidates: &[Candidate],
     chance: &Chance,
     mut changes: usize,
@@ -241,7 +305,11 @@ fn settle(
         let mut better = None;
         let mut all = Vec::new();
         for place in 0..fitted.model.parts.len() {
-            let (standing, reduced) = standing(field, &fitted, place, candidates, chance)?;
+            let is_last = place + 1 == fitted.model.parts.len();
+            let (standing, reduced) = match newest.take_if(|_| is_last) {
+                Some(newest) => (newest.standing, Some(newest.reduced)),
+                None => standing(field, &fitted, place, candidates, chance)?,
+            };
             if changes > 0 {
                 let rival = standing.rivals.first();
                 better = if standing.evidence < 0.0 {
@@ -258,7 +326,7 @@ fn settle(
             all.push(standing);
         }
         match better {
-            Some(model) => (fitted, changes) = (model, changes - 1),
+            Some(model) => (fitted, newest, changes) = (model, None, changes - 1),
             None => {
                 return Ok(Searched {
                     fitted,
@@ -281,12 +349,7 @@ fn standing(
     let model = fitted.model.without(place);
     let spread = &fitted.estimated.spread;
     let Some(reduced) = field.fit(&model, spread, &fitted.kicks, ITERATIONS)? else {
-        let firm = Standing {
-            name,
-            evidence: f64::INFINITY,
-            equivalent: Vec::new(),
-            rivals: Vec::new(),
-        };
+        let firm = Standing::new(name, f64::INFINITY, Vec::new());
         return Ok((firm, None));
     };
     let evidence = fitted.likelihood() - reduced.likelihood() - chance[name];
@@ -295,16 +358,7 @@ fn standing(
         .filter(|s| s.name != name)
         .collect();
     let steps = fit_best(field, &reduced, &screened, chance, alike(name))?;
-    let standing = Standing {
-        name,
-        evidence,
-        equivalent: steps
-            .iter()
-            .filter(|step| !is_excluded(name, evidence, step))
-            .map(|step| step.name)
-            .collect(),
-        rivals: steps,
-    };
+    let standing = Standing::new(name, evidence, steps);
     Ok((standing, Some(reduced)))
 }
 

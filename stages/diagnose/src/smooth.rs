@@ -101,7 +101,7 @@ pub(crate) fn dependences(
     fitted: &Fitted,
     seed: u64,
 ) -> Result<Vec<Dependence>, WorldError> {
-    let Some(asked) = Asked::new(field, fitted, 0, seed)? else {
+    let Some(asked) = Asked::new(field, fitted, 0, seed) else {
         return Ok(Vec::new());
     };
     let mut found = Vec::new();
@@ -186,21 +186,27 @@ impl Sets<'_, '_, '_> {
             }
             Covariate::Order => {
                 let orders = line(strikes.iter().map(|s| s.conditions.order));
-                self.launched(&on_line(&orders, &[ahead, left]), &|i, place: &Place| {
-                    bump(strikes[i].conditions.order - place.0.x, orders.1)
-                })
+                Some(
+                    self.launched(&on_line(&orders, &[ahead, left]), &|i, place: &Place| {
+                        bump(strikes[i].conditions.order - place.0.x, orders.1)
+                    }),
+                )
             }
             Covariate::Speed => {
                 let speeds = line(strikes.iter().map(|s| s.command.speed));
-                self.launched(&on_line(&speeds, &[ahead, left]), &|i, place: &Place| {
-                    bump(strikes[i].command.speed - place.0.x, speeds.1)
-                })
+                Some(
+                    self.launched(&on_line(&speeds, &[ahead, left]), &|i, place: &Place| {
+                        bump(strikes[i].command.speed - place.0.x, speeds.1)
+                    }),
+                )
             }
             Covariate::Angle => {
                 let angles = line(strikes.iter().map(|s| s.command.angle));
-                self.launched(&on_line(&angles, &[ahead, left]), &|i, place: &Place| {
-                    bump(strikes[i].command.angle - place.0.x, angles.1)
-                })
+                Some(
+                    self.launched(&on_line(&angles, &[ahead, left]), &|i, place: &Place| {
+                        bump(strikes[i].command.angle - place.0.x, angles.1)
+                    }),
+                )
             }
         })
     }
@@ -229,7 +235,8 @@ impl Sets<'_, '_, '_> {
                 (planar, PUSH)
             })
             .collect();
-        Ok(self.asked.differences(&worlds, &|_, _| true))
+        let moved = self.asked.moved(&worlds, &|_, _| true);
+        Ok(moved.map(|moved| self.asked.tell(places.len(), &moved)))
     }
 
     /// Columns of launches: speed for a place that points ahead, angle for one that points left.
@@ -237,8 +244,8 @@ impl Sets<'_, '_, '_> {
         &self,
         places: &[Place],
         height: &(dyn Fn(usize, &Place) -> f64 + Sync),
-    ) -> Option<(Told, Vec<Place>, f64)> {
-        let told = self.asked.launches(places.len(), &|i| {
+    ) -> (Told, Vec<Place>, f64) {
+        let moved = self.asked.launches(&|i| {
             DMatrix::from_fn(NUISANCES, places.len(), |nuisance, k| {
                 let place = &places[k];
                 let share = match nuisance {
@@ -248,8 +255,9 @@ impl Sets<'_, '_, '_> {
                 };
                 share * height(i, place)
             })
-        })?;
-        Some((told, places.to_vec(), 0.01))
+        });
+        let told = self.asked.tell(places.len(), &moved);
+        (told, places.to_vec(), 0.01)
     }
 }
 

@@ -173,14 +173,12 @@ impl Bench<'_> {
     ) -> Option<DVector<f64>> {
         let (base, own) = values.split_at(BASE);
         let effects = candidate.effects(self.rig, own)?;
-        let planar = Planar {
-            friction: base[0],
-            restitution: base[1],
-            base: world::Base::of(&self.rig.object),
-            gyration: gyration(self.rig),
-            effects: &effects,
-            push: None,
-        };
+        let planar = Planar::of(
+            [base[0], base[1]],
+            world::Base::of(&self.rig.object),
+            gyration(self.rig),
+            &effects,
+        );
         let kick = Kick {
             angle: base[2],
             delay: 0.5 / self.rig.camera.rate,

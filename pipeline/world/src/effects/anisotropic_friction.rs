@@ -6,7 +6,7 @@
 
 use values::{Point, Rig, Shape};
 
-use super::{Effect, EffectParameter, EffectSpec, Parameters, Slide, Values, wording};
+use super::{Acts, Effect, EffectParameter, EffectSpec, Parameters, Slide, Values, wording};
 
 /// Anisotropic friction; parameters `contrast` = k, friction across less friction along over their mean, and `direction`:
 /// that of the grain from +x. A negative contrast is a grain at a right angle, so that a fit can pass through zero.
@@ -78,6 +78,10 @@ impl AnisotropicFriction {
 }
 
 impl Effect for AnisotropicFriction {
+    fn acts(&self) -> Acts {
+        Acts::Slide
+    }
+
     fn friction_factor(&self, slide: &Slide<'_>) -> f64 {
         self.split(slide.velocity).map_or(1.0, |(a, c)| {
             ((self.along * a * a + self.across * c * c) / (a * a + c * c)).sqrt()

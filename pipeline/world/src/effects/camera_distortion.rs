@@ -2,7 +2,7 @@
 
 use values::{Point, Rig};
 
-use super::{Effect, EffectParameter, EffectSpec, Parameters, Values, wording};
+use super::{Acts, Effect, EffectParameter, EffectSpec, Parameters, Values, wording};
 
 /// Distance in m from the camera's centre at which the distortion is stated.
 const STATED_AT: f64 = 0.5;
@@ -42,6 +42,10 @@ struct CameraDistortion {
 }
 
 impl Effect for CameraDistortion {
+    fn acts(&self) -> Acts {
+        Acts::Camera
+    }
+
     fn observe(&self, point: Point) -> Point {
         let apart = point - self.centre;
         self.centre + apart * (1.0 + self.k1 * apart.dot(apart))

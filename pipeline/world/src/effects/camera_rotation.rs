@@ -2,7 +2,7 @@
 
 use values::{Point, Rig};
 
-use super::{Effect, EffectParameter, EffectSpec, Parameters, Values, wording};
+use super::{Acts, Effect, EffectParameter, EffectSpec, Parameters, Values, wording};
 
 /// Camera rotation; parameter `angle`, by which what is seen is turned counter-clockwise.
 pub const SPEC: EffectSpec = EffectSpec {
@@ -42,6 +42,10 @@ struct CameraRotation {
 }
 
 impl Effect for CameraRotation {
+    fn acts(&self) -> Acts {
+        Acts::Camera
+    }
+
     fn observe(&self, point: Point) -> Point {
         let Point { x, y } = point - self.centre;
         self.centre + Point::new(self.cos * x - self.sin * y, self.sin * x + self.cos * y)

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use values::Rig;
 
-use super::{Effect, EffectParameter, EffectSpec, Parameters, Slide, Values, wording};
+use super::{Acts, Effect, EffectParameter, EffectSpec, Parameters, Slide, Values, wording};
 
 /// Friction by session; parameters are named by session, each the relative change of friction in it.
 pub const SPEC: EffectSpec = EffectSpec {
@@ -45,6 +45,10 @@ struct FrictionBySession {
 }
 
 impl Effect for FrictionBySession {
+    fn acts(&self) -> Acts {
+        Acts::Strike
+    }
+
     fn friction_factor(&self, slide: &Slide<'_>) -> f64 {
         self.factors
             .get(&slide.conditions.session)

@@ -2,7 +2,7 @@
 
 use values::Rig;
 
-use super::{Effect, EffectParameter, EffectSpec, Parameters, Slide, Values, wording};
+use super::{Acts, Effect, EffectParameter, EffectSpec, Parameters, Slide, Values, wording};
 
 /// However long a falling drift goes on, this share of friction is left.
 const LEAST_FACTOR: f64 = 0.05;
@@ -40,6 +40,10 @@ struct FrictionDrift {
 }
 
 impl Effect for FrictionDrift {
+    fn acts(&self) -> Acts {
+        Acts::Strike
+    }
+
     fn friction_factor(&self, slide: &Slide<'_>) -> f64 {
         (1.0 + self.per_strike * slide.conditions.order).max(LEAST_FACTOR)
     }

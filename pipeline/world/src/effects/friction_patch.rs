@@ -6,10 +6,12 @@ use std::f64::consts::PI;
 
 use values::{Point, Rig, Shape};
 
-use super::{Effect, EffectParameter, EffectSpec, Parameters, Slide, Values, wording};
+use super::{Acts, Effect, EffectParameter, EffectSpec, Parameters, Slide, Values, wording};
 
 /// Radius in m of the spot by which a ball is taken to touch: a point would make the friction jump within a step.
 const BALL_SPOT: f64 = 0.005;
+/// Share of the base's radius over which its covered share is smooth, wherever the patch's edge is.
+const EDGE: f64 = 0.4;
 
 const fn centre(name: &'static str, neutral: f64) -> EffectParameter {
     EffectParameter {
@@ -82,9 +84,18 @@ struct FrictionPatch {
 }
 
 impl Effect for FrictionPatch {
+    fn acts(&self) -> Acts {
+        Acts::Slide
+    }
+
     fn friction_factor(&self, slide: &Slide<'_>) -> f64 {
         let apart = slide.position - self.centre;
         1.0 + self.change * covered(self.base, self.radius, apart.dot(apart))
+    }
+
+    fn stretch(&self, position: Point) -> f64 {
+        let outside = position.distance(self.centre) - (self.base + self.radius);
+        outside.max(EDGE * self.base)
     }
 }
 

@@ -116,8 +116,24 @@ pub struct Slide<'a> {
     pub conditions: &'a Conditions,
 }
 
+/// Where an effect acts, so that a simulation need ask it nowhere else.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Acts {
+    /// On the command or the impact.
+    Launch,
+    /// On friction or force, by a strike's conditions alone: the same all through one slide.
+    Strike,
+    /// On friction or force, by where the object is and how fast.
+    Slide,
+    /// On the measurement.
+    Camera,
+}
+
 /// What an effect does; each place does nothing unless the effect says otherwise.
 pub trait Effect: Send + Sync {
+    /// Where it acts; everywhere else it does nothing.
+    fn acts(&self) -> Acts;
+
     /// The command that the arm delivers in place of the one it was given.
     fn deliver(&self, command: Command) -> Command {
         command
@@ -136,6 +152,11 @@ pub trait Effect: Send + Sync {
     /// Factor on the friction between object and table.
     fn friction_factor(&self, _slide: &Slide<'_>) -> f64 {
         1.0
+    }
+
+    /// Distance in m within which what it does on the table is smooth, from an object's centre at `position`.
+    fn stretch(&self, _position: Point) -> f64 {
+        f64::INFINITY
     }
 
     /// Force on the object per unit mass, in m/s².

@@ -2,7 +2,7 @@
 
 use values::Rig;
 
-use super::{Effect, EffectParameter, EffectSpec, Parameters, Values, wording};
+use super::{Acts, Effect, EffectParameter, EffectSpec, Parameters, Values, wording};
 
 /// Off-centre contact; parameter `offset`: of the tip's line from the object's centre, to the left of the approach.
 pub const SPEC: EffectSpec = EffectSpec {
@@ -37,6 +37,10 @@ struct OffCentreContact {
 }
 
 impl Effect for OffCentreContact {
+    fn acts(&self) -> Acts {
+        Acts::Launch
+    }
+
     fn tip_offset(&self) -> f64 {
         self.offset
     }

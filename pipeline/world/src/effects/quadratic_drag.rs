@@ -2,7 +2,7 @@
 
 use values::{Point, Rig};
 
-use super::{Effect, EffectParameter, EffectSpec, Parameters, Slide, Values};
+use super::{Acts, Effect, EffectParameter, EffectSpec, Parameters, Slide, Values};
 
 /// Quadratic drag; parameter `coefficient` = k.
 pub const SPEC: EffectSpec = EffectSpec {
@@ -35,6 +35,10 @@ struct QuadraticDrag {
 }
 
 impl Effect for QuadraticDrag {
+    fn acts(&self) -> Acts {
+        Acts::Slide
+    }
+
     fn acceleration(&self, slide: &Slide<'_>) -> Point {
         slide.velocity * (-self.coefficient * slide.velocity.norm())
     }

@@ -2,7 +2,7 @@
 
 use values::Rig;
 
-use super::{Effect, EffectParameter, EffectSpec, Parameters, Values, wording};
+use super::{Acts, Effect, EffectParameter, EffectSpec, Parameters, Values, wording};
 
 /// Impact speed in m/s at which restitution is the world's own: the middle of an arm's striking speeds, so that slope and
 /// restitution are fitted apart.
@@ -43,6 +43,10 @@ struct SpeedDependentRestitution {
 }
 
 impl Effect for SpeedDependentRestitution {
+    fn acts(&self) -> Acts {
+        Acts::Launch
+    }
+
     fn restitution_factor(&self, impact_speed: f64) -> f64 {
         let [least, greatest] = FACTORS;
         (1.0 - self.slope * (impact_speed - REFERENCE)).clamp(least, greatest)

@@ -2,7 +2,7 @@
 
 use values::Rig;
 
-use super::{Effect, EffectParameter, EffectSpec, Parameters, Slide, Values, wording};
+use super::{Acts, Effect, EffectParameter, EffectSpec, Parameters, Slide, Values, wording};
 
 /// Speed-weakening friction; parameters `rise` = Δ, relative to the friction at high speed, and `speed` = v_s.
 pub const SPEC: EffectSpec = EffectSpec {
@@ -48,6 +48,10 @@ struct SpeedWeakeningFriction {
 }
 
 impl Effect for SpeedWeakeningFriction {
+    fn acts(&self) -> Acts {
+        Acts::Slide
+    }
+
     fn friction_factor(&self, slide: &Slide<'_>) -> f64 {
         let square = slide.velocity.dot(slide.velocity);
         1.0 + self.rise * (-square * self.per_speed_squared).exp()

@@ -2,7 +2,7 @@
 
 use values::{Command, Rig};
 
-use super::{Effect, EffectParameter, EffectSpec, Parameters, Values, wording};
+use super::{Acts, Effect, EffectParameter, EffectSpec, Parameters, Values, wording};
 
 /// Striker angle bias; parameter `bias` = δ, counter-clockwise.
 pub const SPEC: EffectSpec = EffectSpec {
@@ -37,6 +37,10 @@ struct StrikerAngleBias {
 }
 
 impl Effect for StrikerAngleBias {
+    fn acts(&self) -> Acts {
+        Acts::Launch
+    }
+
     fn deliver(&self, command: Command) -> Command {
         Command {
             angle: command.angle + self.bias,

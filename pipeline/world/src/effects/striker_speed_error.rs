@@ -2,7 +2,7 @@
 
 use values::{Command, Rig};
 
-use super::{Effect, EffectParameter, EffectSpec, Parameters, Values};
+use super::{Acts, Effect, EffectParameter, EffectSpec, Parameters, Values};
 
 /// The greatest cap, in m/s, stands for none.
 const NO_CAP: f64 = 5.0;
@@ -80,6 +80,10 @@ struct StrikerSpeedError {
 }
 
 impl Effect for StrikerSpeedError {
+    fn acts(&self) -> Acts {
+        Acts::Launch
+    }
+
     fn deliver(&self, command: Command) -> Command {
         Command {
             speed: (self.offset + self.slope * command.speed).min(self.cap),

@@ -2,7 +2,7 @@
 
 use values::{Point, Rig};
 
-use super::{Effect, EffectParameter, EffectSpec, GRAVITY, Parameters, Slide, Values};
+use super::{Acts, Effect, EffectParameter, EffectSpec, GRAVITY, Parameters, Slide, Values};
 
 const fn centre(name: &'static str, neutral: f64) -> EffectParameter {
     EffectParameter {
@@ -61,6 +61,10 @@ struct TableBowl {
 }
 
 impl Effect for TableBowl {
+    fn acts(&self) -> Acts {
+        Acts::Slide
+    }
+
     fn acceleration(&self, slide: &Slide<'_>) -> Point {
         (self.centre - slide.position) * self.stiffness
     }

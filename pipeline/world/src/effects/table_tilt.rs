@@ -2,7 +2,7 @@
 
 use values::{Point, Rig};
 
-use super::{Effect, EffectParameter, EffectSpec, GRAVITY, Parameters, Slide, Values};
+use super::{Acts, Effect, EffectParameter, EffectSpec, GRAVITY, Parameters, Slide, Values};
 
 const fn tilt(name: &'static str) -> EffectParameter {
     EffectParameter {
@@ -42,6 +42,10 @@ struct TableTilt {
 }
 
 impl Effect for TableTilt {
+    fn acts(&self) -> Acts {
+        Acts::Strike
+    }
+
     fn acceleration(&self, _: &Slide<'_>) -> Point {
         self.acceleration
     }

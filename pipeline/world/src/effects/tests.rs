@@ -2,7 +2,10 @@
 
 use values::{Command, Conditions, Point, Rig, Shape};
 
-use super::{EFFECTS, EffectSpec, GRAVITY, Parameters, effect, statement};
+use super::{
+    Acts, EFFECTS, EffectParameter, EffectSpec, GRAVITY, Parameters, Slide, build, effect,
+    statement,
+};
 use crate::{AddedEffect, Estimate, Simulated, Simulator, Steps, World};
 
 const FRICTION: f64 = 0.25;
@@ -341,5 +344,50 @@ fn fitted_values_are_stated_in_a_sentence() {
             statement(&added(name, parameters)).expect("valid"),
             expected
         );
+    }
+}
+
+#[test]
+fn each_acts_where_it_says_and_nowhere_else() {
+    let rig = Rig::demo(Shape::Cylinder);
+    let conditions = Conditions {
+        session: "monday.mcap".into(),
+        order: 40.0,
+    };
+    let command = Command {
+        speed: 0.8,
+        angle: 0.1,
+    };
+    let places = [(0.3, 0.0), (0.45, 0.1), (0.7, -0.05)].map(|(x, y)| Point::new(x, y));
+    for spec in EFFECTS {
+        let strong = |p: &EffectParameter| (p.neutral + 0.7 * p.scale).clamp(p.low, p.high);
+        let parameters: Vec<(&str, f64)> = match &spec.parameters {
+            Parameters::Listed(listed) => listed.iter().map(|p| (p.name, strong(p))).collect(),
+            Parameters::BySession(p) => vec![("monday.mcap", strong(p))],
+        };
+        let effect = build(&added(spec.name, &parameters), &rig).expect("valid");
+        let slides = places.map(|position| {
+            let slide = Slide {
+                position,
+                velocity: Point::new(2.0 * position.x, position.y),
+                dry: DRY,
+                conditions: &conditions,
+            };
+            (effect.friction_factor(&slide), effect.acceleration(&slide))
+        });
+        let is_even = slides.iter().all(|slide| *slide == slides[0]);
+        let is_idle = is_even && slides[0] == (1.0, Point::default());
+        let launches = effect.deliver(command) != command
+            || effect.tip_offset() != 0.0
+            || effect.restitution_factor(1.0) != 1.0;
+        let is_seen = places.iter().any(|place| effect.observe(*place) != *place);
+        let expected = match effect.acts() {
+            Acts::Launch => (true, true, true, false),
+            Acts::Strike => (true, false, false, false),
+            Acts::Slide => (false, false, false, false),
+            Acts::Camera => (true, true, false, true),
+        };
+        let found = (is_even, is_idle, launches, is_seen);
+        assert_eq!(found, expected, "{}", spec.name);
     }
 }
