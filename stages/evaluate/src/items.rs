@@ -42,7 +42,7 @@ pub struct Predict;
 
 impl ItemStage for Predict {
     const NAME: &'static str = "predict";
-    const VERSION: u32 = 2;
+    const VERSION: u32 = 3;
     type Shared = Model;
     type Item = Judge;
     type Output = Predicted;
@@ -68,7 +68,7 @@ pub struct Repeat;
 
 impl ItemStage for Repeat {
     const NAME: &'static str = "repeat";
-    const VERSION: u32 = 2;
+    const VERSION: u32 = 3;
     type Shared = Model;
     type Item = Judge;
     type Output = Option<Slopes>;

@@ -61,7 +61,7 @@ pub enum SolveError {
 
 impl ItemStage for Solve {
     const NAME: &'static str = "solve";
-    const VERSION: u32 = 4;
+    const VERSION: u32 = 5;
     type Shared = Shared;
     type Item = Path;
     type Output = Solution;
