@@ -1,10 +1,14 @@
-//! MuJoCo's steps, one strike, and one solve: `cargo bench --profile dev -p world` (the profile that everything is built with).
+//! MuJoCo's steps, one strike, one solve, and the planar slides that diagnosis is made of: `cargo bench --profile dev -p world` (the profile that everything is built with).
 
 use std::hint::black_box;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use values::{Command, Conditions, Point, Rig, Shape};
-use world::{Simulator, SolveSettings, World};
+use world::{
+    Simulator, SolveSettings, World,
+    launch::{Launch, launches},
+    planar::{self, Job, Kick, Planar, Shot},
+};
 
 /// A cylinder and a box, struck at 0.7 m/s a little to the left; the time of a step is that of a strike over its steps.
 fn strikes(criterion: &mut Criterion) {
@@ -36,6 +40,30 @@ fn strikes(criterion: &mut Criterion) {
                     None,
                 )
             });
+        });
+        let world = World::nominal(&rig);
+        let launches = launches(&rig, &world, &[command; 8]).expect("the nominal world");
+        let launches: Vec<Launch> = launches.into_iter().flatten().collect();
+        let planar = Planar::new(&rig, &world, &[]).expect("the nominal world");
+        let times: Vec<f64> = (1..40).map(|i| f64::from(i) / rig.camera.rate).collect();
+        let shot = Shot {
+            initial,
+            command,
+            conditions: &conditions,
+            times: &times,
+        };
+        let jobs: Vec<Job<'_>> = launches
+            .iter()
+            .map(|launch| Job {
+                planar: &planar,
+                shot,
+                launch,
+                kick: Kick::default(),
+            })
+            .collect();
+        group.throughput(Throughput::Elements(jobs.len() as u64));
+        group.bench_function("planar slides", |bencher| {
+            bencher.iter(|| planar::strikes(black_box(&jobs)));
         });
         group.finish();
     }
