@@ -4,25 +4,17 @@
 //! an even base ([`Base`]), which MuJoCo's steps approach as well. The effects act
 //! through the same functions in both. What is found here is fitted and judged in MuJoCo afterwards.
 
+mod forces;
+mod sliding;
+
 use values::{Command, Conditions, Point, Rig, Shape, Strike};
 
 use crate::{
     Base, Blow, Release, World, WorldError,
-    effects::{self, Acts, Effect, Slide},
+    effects::{self, Acts, Effect},
     launch::Launch,
+    planar::sliding::{ABREAST, Sliding, to_rest},
 };
-
-const GRAVITY: f64 = 9.81;
-/// Longest step in s. Four evaluations a step follow the slide to a hundredth of a millimetre.
-const LONGEST: f64 = 0.06;
-/// Share of the time left that a step takes near rest, where a turning base rubs the less evenly the slower it is, and the last
-/// step in s, which ends at rest.
-const SHARE: f64 = 0.5;
-const LAST: f64 = 0.008;
-/// Slides that are followed at once.
-const ABREAST: usize = 8;
-/// No slide lasts longer, in s.
-const ENDLESS: f64 = 20.0;
 
 /// A world in planar form.
 pub struct Planar<'a> {
@@ -106,30 +98,6 @@ pub fn gyration(rig: &Rig) -> f64 {
     }
 }
 
-#[derive(Clone, Copy)]
-struct Body {
-    position: Point,
-    velocity: Point,
-    spin: f64,
-}
-
-#[derive(Clone, Copy, Default)]
-struct Rate {
-    velocity: Point,
-    acceleration: Point,
-    turning: f64,
-}
-
-impl Body {
-    fn along(self, rate: &Rate, t: f64) -> Self {
-        Self {
-            position: self.position + rate.velocity * t,
-            velocity: self.velocity + rate.acceleration * t,
-            spin: self.spin + rate.turning * t,
-        }
-    }
-}
-
 impl<'a> Planar<'a> {
     /// The planar form of a world with these effects in place of its own; of a cylinder or a box, for a ball rolls.
     pub fn new(
@@ -190,10 +158,10 @@ impl Planar<'_> {
 
     /// The slide alone, from where the tip lets go of the object.
     pub fn slide(&self, shot: &Shot<'_>, release: Release, kick: &Kick) -> Option<Frames> {
-        let mut alone = [Flight::new(self, shot, release, kick)];
-        fly(&mut alone);
-        let [flight] = alone;
-        flight.ended()
+        let mut alone = [Sliding::new(self, shot, release, kick)];
+        to_rest(&mut alone);
+        let [object] = alone;
+        object.ended()
     }
 }
 
@@ -214,279 +182,17 @@ pub struct Job<'j> {
 pub fn strikes(jobs: &[Job<'_>]) -> Vec<Option<Frames>> {
     jobs.chunks(ABREAST)
         .flat_map(|jobs| {
-            let mut flights: Vec<Flight<'_>> = jobs
+            let mut objects: Vec<Sliding<'_>> = jobs
                 .iter()
                 .map(|job| {
                     let release = job.planar.release(&job.shot, job.launch);
-                    Flight::new(job.planar, &job.shot, release, &job.kick)
+                    Sliding::new(job.planar, &job.shot, release, &job.kick)
                 })
                 .collect();
-            fly(&mut flights);
-            flights.into_iter().map(Flight::ended)
+            to_rest(&mut objects);
+            objects.into_iter().map(Sliding::ended)
         })
         .collect()
-}
-
-/// An object on its way.
-struct Flight<'s> {
-    sliding: Sliding<'s>,
-    times: &'s [f64],
-    delay: f64,
-    body: Body,
-    /// Seconds since touch.
-    t: f64,
-    /// Next frame.
-    frame: usize,
-    seen: Frames,
-    /// At its present place, and the step that is taken from there.
-    rate: Rate,
-    step: f64,
-    phase: Phase,
-}
-
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Phase {
-    Slides,
-    Rests,
-    Endless,
-}
-
-impl<'s> Flight<'s> {
-    fn new(planar: &'s Planar<'s>, shot: &Shot<'s>, release: Release, kick: &Kick) -> Self {
-        // A kick turns and speeds what leaves the tip, and never turns it back, however large it is.
-        let mut release = release;
-        release.position = release.position.rotated(kick.angle);
-        release.velocity = release.velocity.rotated(kick.angle) * kick.speed.exp();
-        release.spin *= kick.speed.exp();
-        let origin = effects::unobserve(planar.effects, shot.initial + kick.rest);
-        let body = Body {
-            position: origin + release.position,
-            velocity: release.velocity,
-            spin: release.spin,
-        };
-        let times = shot.times;
-        let mut seen = Frames {
-            at: Vec::with_capacity(times.len()),
-            rate: Vec::with_capacity(times.len()),
-            stop: Point::default(),
-        };
-        // Frames before the release lie on the way there.
-        let mut frame = 0;
-        while frame < times.len() && times[frame] + kick.delay < release.time {
-            let share = (times[frame] + kick.delay).max(0.0) / release.time;
-            let at = origin + release.position * (share * share);
-            let rate = release.position * (2.0 * share / release.time);
-            seen.push(planar.observe(at), rate);
-            frame += 1;
-        }
-        let sliding = Sliding::new(planar, shot.conditions);
-        let mut flight = Self {
-            rate: sliding.rate(release.time, &body),
-            sliding,
-            times,
-            delay: kick.delay,
-            body,
-            t: release.time,
-            frame,
-            seen,
-            step: 0.0,
-            phase: Phase::Slides,
-        };
-        flight.decide();
-        flight
-    }
-
-    /// How far to go next, or that it ends here.
-    #[inline(always)]
-    fn decide(&mut self) {
-        let Body {
-            position, velocity, ..
-        } = self.body;
-        let speed = velocity.norm();
-        let slowing = -self.rate.acceleration.dot(velocity) / speed.max(1e-12);
-        let left = if slowing > 0.0 {
-            speed / slowing
-        } else {
-            ENDLESS
-        };
-        if left <= LAST {
-            self.rest(left);
-        } else if self.t > ENDLESS || !speed.is_finite() {
-            self.phase = Phase::Endless;
-        } else {
-            let stretch = self.sliding.stretch(position);
-            self.step = LONGEST.min(SHARE * left).min(stretch / speed);
-        }
-    }
-
-    /// The last step ends at rest.
-    fn rest(&mut self, left: f64) {
-        let Body {
-            position, velocity, ..
-        } = self.body;
-        let planar = self.sliding.planar;
-        for time in &self.times[self.frame..] {
-            let into = (time + self.delay - self.t).min(left);
-            let at = position + velocity * (into - 0.5 * into * into / left.max(1e-12));
-            let still = 1.0 - into / left.max(1e-12);
-            self.seen.push(planar.observe(at), velocity * still);
-        }
-        self.seen.stop = planar.observe(position + velocity * (0.5 * left));
-        self.phase = Phase::Rests;
-    }
-
-    /// Rate after a share of the step at another rate.
-    #[inline(always)]
-    fn rate_after(&self, rate: &Rate, share: f64) -> Rate {
-        let step = share * self.step;
-        self.sliding
-            .rate(self.t + step, &self.body.along(rate, step))
-    }
-
-    /// A step, by the rates at its beginning, twice in its middle, and at its end (Runge and Kutta).
-    #[inline(always)]
-    fn go(&mut self, second: &Rate, third: &Rate, fourth: &Rate) {
-        let (first, body) = (&self.rate, &self.body);
-        let sum = |a: Point, b: Point, c: Point, d: Point| a + (b + c) * 2.0 + d;
-        let sixth = self.step / 6.0;
-        let next = Body {
-            position: body.position
-                + sum(
-                    first.velocity,
-                    second.velocity,
-                    third.velocity,
-                    fourth.velocity,
-                ) * sixth,
-            velocity: body.velocity
-                + sum(
-                    first.acceleration,
-                    second.acceleration,
-                    third.acceleration,
-                    fourth.acceleration,
-                ) * sixth,
-            spin: body.spin
-                + (first.turning + 2.0 * (second.turning + third.turning) + fourth.turning) * sixth,
-        };
-        while let Some(time) = self.times.get(self.frame)
-            && time + self.delay < self.t + self.step
-        {
-            let share = (time + self.delay - self.t) / self.step;
-            let (at, velocity) = hermite(&self.body, &next, share, self.step);
-            self.seen.push(self.sliding.planar.observe(at), velocity);
-            self.frame += 1;
-        }
-        self.body = next;
-        self.t += self.step;
-        self.rate = self.sliding.rate(self.t, &self.body);
-        self.decide();
-    }
-
-    fn ended(self) -> Option<Frames> {
-        (self.phase == Phase::Rests).then_some(self.seen)
-    }
-}
-
-/// All of them, to their ends.
-fn fly(flights: &mut [Flight<'_>]) {
-    let mut middle = [Rate::default(); ABREAST];
-    let mut again = [Rate::default(); ABREAST];
-    let mut end = [Rate::default(); ABREAST];
-    loop {
-        let slides = |flight: &Flight<'_>| flight.phase == Phase::Slides;
-        if !flights.iter().any(slides) {
-            return;
-        }
-        for (rate, flight) in middle.iter_mut().zip(&*flights) {
-            if slides(flight) {
-                *rate = flight.rate_after(&flight.rate, 0.5);
-            }
-        }
-        for ((rate, middle), flight) in again.iter_mut().zip(&middle).zip(&*flights) {
-            if slides(flight) {
-                *rate = flight.rate_after(middle, 0.5);
-            }
-        }
-        for ((rate, again), flight) in end.iter_mut().zip(&again).zip(&*flights) {
-            if slides(flight) {
-                *rate = flight.rate_after(again, 1.0);
-            }
-        }
-        for (k, flight) in flights.iter_mut().enumerate() {
-            if slides(flight) {
-                flight.go(&middle[k], &again[k], &end[k]);
-            }
-        }
-    }
-}
-
-/// What acts during one slide.
-struct Sliding<'s> {
-    planar: &'s Planar<'s>,
-    conditions: &'s Conditions,
-    /// Factor on friction, and force per unit mass in m/s², of what is the same all through it.
-    factor: f64,
-    force: Point,
-    /// Square of the base's arm over that of the radius of gyration.
-    leverage: f64,
-}
-
-impl<'s> Sliding<'s> {
-    fn new(planar: &'s Planar<'s>, conditions: &'s Conditions) -> Self {
-        let mut slide = Slide {
-            position: Point::default(),
-            velocity: Point::default(),
-            dry: planar.friction * GRAVITY,
-            conditions,
-        };
-        let even = planar.even.iter();
-        let factor = even.map(|e| e.friction_factor(&slide)).product();
-        slide.dry *= factor;
-        let even = planar.even.iter();
-        Self {
-            planar,
-            conditions,
-            factor,
-            force: even.fold(Point::default(), |sum, e| sum + e.acceleration(&slide)),
-            leverage: planar.base.arm.powi(2) / planar.gyration,
-        }
-    }
-
-    #[inline(always)]
-    fn rate(&self, t: f64, body: &Body) -> Rate {
-        let planar = self.planar;
-        let mut slide = Slide {
-            position: body.position,
-            velocity: body.velocity,
-            dry: planar.friction * GRAVITY,
-            conditions: self.conditions,
-        };
-        let mut dry = slide.dry * self.factor;
-        for effect in &planar.varying {
-            dry *= effect.friction_factor(&slide);
-        }
-        slide.dry = dry;
-        let mut acceleration = self.force;
-        for effect in &planar.varying {
-            acceleration = acceleration + effect.acceleration(&slide);
-        }
-        if let Some(push) = planar.push {
-            acceleration = acceleration + push(t, body.position, body.velocity);
-        }
-        let base = &planar.base;
-        let rim = base.arm * body.spin;
-        let [pull, turning] = base.pull(body.velocity.dot(body.velocity), rim * rim);
-        Rate {
-            velocity: body.velocity,
-            acceleration: acceleration - body.velocity * (dry * pull),
-            turning: -dry * turning * body.spin * self.leverage,
-        }
-    }
-
-    /// Distance in m that one step may go from a position.
-    fn stretch(&self, position: Point) -> f64 {
-        let each = self.planar.varying.iter();
-        each.fold(f64::INFINITY, |least, e| least.min(e.stretch(position)))
-    }
 }
 
 impl Frames {
@@ -494,15 +200,6 @@ impl Frames {
         self.at.push(at);
         self.rate.push(rate);
     }
-}
-
-/// Position and velocity a share `s` of a step (s) from `a` to `b`.
-fn hermite(a: &Body, b: &Body, s: f64, step: f64) -> (Point, Point) {
-    let (s2, s3) = (s * s, s * s * s);
-    let at = a.position * (2.0 * s3 - 3.0 * s2 + 1.0)
-        + b.position * (3.0 * s2 - 2.0 * s3)
-        + (a.velocity * (s3 - 2.0 * s2 + s) + b.velocity * (s3 - s2)) * step;
-    (at, a.velocity * (1.0 - s) + b.velocity * s)
 }
 
 #[cfg(test)]
@@ -591,15 +288,15 @@ mod tests {
     }
 
     /// A slide in steps a twentieth as long.
-    fn finely(mut flight: Flight<'_>) -> Frames {
-        while flight.phase == Phase::Slides {
-            flight.step *= 0.05;
-            let middle = flight.rate_after(&flight.rate, 0.5);
-            let again = flight.rate_after(&middle, 0.5);
-            let end = flight.rate_after(&again, 1.0);
-            flight.go(&middle, &again, &end);
+    fn finely(mut object: Sliding<'_>) -> Frames {
+        while object.phase == sliding::Phase::Slides {
+            object.step *= 0.05;
+            let middle = object.rate_after(&object.rate, 0.5);
+            let again = object.rate_after(&middle, 0.5);
+            let end = object.rate_after(&again, 1.0);
+            object.go(&middle, &again, &end);
         }
-        flight.ended().expect("rests")
+        object.ended().expect("rests")
     }
 
     #[test]
@@ -639,7 +336,7 @@ mod tests {
                     let alone = planar.strike(&job.shot, job.launch, &job.kick);
                     assert_eq!(alone.expect("rests").at, frames.at, "{name}");
                     let release = planar.release(&job.shot, job.launch);
-                    let fine = finely(Flight::new(&planar, &job.shot, release, &job.kick));
+                    let fine = finely(Sliding::new(&planar, &job.shot, release, &job.kick));
                     for (a, b) in frames.at.iter().zip(&fine.at) {
                         worst = worst.max(a.distance(*b));
                     }

@@ -273,6 +273,7 @@ fn with_alike(
         step.fitted = field.further(step.fitted.clone(), ITERATIONS - GLANCE)?;
         step.evidence += step.fitted.likelihood() - before;
     }
+    again.retain(|step| step.fitted.model.is_possible());
     all.append(&mut again);
     all.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
     Ok(all)

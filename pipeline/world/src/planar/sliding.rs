@@ -1,0 +1,226 @@
+//! One object from where the tip lets go of it to its rest, in steps as long as its motion is smooth.
+
+use values::Point;
+
+use super::{
+    Frames, Kick, Planar, Shot,
+    forces::{Body, Forces, Rate},
+};
+use crate::{Release, effects};
+
+/// Longest step in s. Four evaluations a step follow the slide to a hundredth of a millimetre.
+const LONGEST: f64 = 0.06;
+/// Share of the time left that a step takes near rest, where a turning base rubs the less evenly the slower it is, and the last
+/// step in s, which ends at rest.
+const SHARE: f64 = 0.5;
+const LAST: f64 = 0.008;
+/// Slides that are followed at once.
+pub(super) const ABREAST: usize = 8;
+/// No slide lasts longer, in s.
+const ENDLESS: f64 = 20.0;
+
+/// An object on its way.
+pub(super) struct Sliding<'s> {
+    forces: Forces<'s>,
+    times: &'s [f64],
+    delay: f64,
+    body: Body,
+    /// Seconds since touch.
+    t: f64,
+    /// Next frame.
+    frame: usize,
+    seen: Frames,
+    /// At its present place, and the step that is taken from there.
+    pub(super) rate: Rate,
+    pub(super) step: f64,
+    pub(super) phase: Phase,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Phase {
+    Slides,
+    Rests,
+    Endless,
+}
+
+impl<'s> Sliding<'s> {
+    pub(super) fn new(
+        planar: &'s Planar<'s>,
+        shot: &Shot<'s>,
+        release: Release,
+        kick: &Kick,
+    ) -> Self {
+        // A kick turns and speeds what leaves the tip, and never turns it back, however large it is.
+        let mut release = release;
+        release.position = release.position.rotated(kick.angle);
+        release.velocity = release.velocity.rotated(kick.angle) * kick.speed.exp();
+        release.spin *= kick.speed.exp();
+        let origin = effects::unobserve(planar.effects, shot.initial + kick.rest);
+        let body = Body {
+            position: origin + release.position,
+            velocity: release.velocity,
+            spin: release.spin,
+        };
+        let times = shot.times;
+        let mut seen = Frames {
+            at: Vec::with_capacity(times.len()),
+            rate: Vec::with_capacity(times.len()),
+            stop: Point::default(),
+        };
+        // Frames before the release lie on the way there.
+        let mut frame = 0;
+        while frame < times.len() && times[frame] + kick.delay < release.time {
+            let share = (times[frame] + kick.delay).max(0.0) / release.time;
+            let at = origin + release.position * (share * share);
+            let rate = release.position * (2.0 * share / release.time);
+            seen.push(planar.observe(at), rate);
+            frame += 1;
+        }
+        let forces = Forces::new(planar, shot.conditions);
+        let mut object = Self {
+            rate: forces.rate(release.time, &body),
+            forces,
+            times,
+            delay: kick.delay,
+            body,
+            t: release.time,
+            frame,
+            seen,
+            step: 0.0,
+            phase: Phase::Slides,
+        };
+        object.decide();
+        object
+    }
+
+    /// How far to go next, or that it ends here.
+    #[inline(always)]
+    fn decide(&mut self) {
+        let Body {
+            position, velocity, ..
+        } = self.body;
+        let speed = velocity.norm();
+        let slowing = -self.rate.acceleration.dot(velocity) / speed.max(1e-12);
+        let left = if slowing > 0.0 {
+            speed / slowing
+        } else {
+            ENDLESS
+        };
+        if left <= LAST {
+            self.rest(left);
+        } else if self.t > ENDLESS || !speed.is_finite() {
+            self.phase = Phase::Endless;
+        } else {
+            let stretch = self.forces.stretch(position);
+            self.step = LONGEST.min(SHARE * left).min(stretch / speed);
+        }
+    }
+
+    /// The last step ends at rest.
+    fn rest(&mut self, left: f64) {
+        let Body {
+            position, velocity, ..
+        } = self.body;
+        let planar = self.forces.planar;
+        for time in &self.times[self.frame..] {
+            let into = (time + self.delay - self.t).min(left);
+            let at = position + velocity * (into - 0.5 * into * into / left.max(1e-12));
+            let still = 1.0 - into / left.max(1e-12);
+            self.seen.push(planar.observe(at), velocity * still);
+        }
+        self.seen.stop = planar.observe(position + velocity * (0.5 * left));
+        self.phase = Phase::Rests;
+    }
+
+    /// Rate after a share of the step at another rate.
+    #[inline(always)]
+    pub(super) fn rate_after(&self, rate: &Rate, share: f64) -> Rate {
+        let step = share * self.step;
+        self.forces
+            .rate(self.t + step, &self.body.along(rate, step))
+    }
+
+    /// A step, by the rates at its beginning, twice in its middle, and at its end (Runge and Kutta).
+    #[inline(always)]
+    pub(super) fn go(&mut self, second: &Rate, third: &Rate, fourth: &Rate) {
+        let (first, body) = (&self.rate, &self.body);
+        let sum = |a: Point, b: Point, c: Point, d: Point| a + (b + c) * 2.0 + d;
+        let sixth = self.step / 6.0;
+        let next = Body {
+            position: body.position
+                + sum(
+                    first.velocity,
+                    second.velocity,
+                    third.velocity,
+                    fourth.velocity,
+                ) * sixth,
+            velocity: body.velocity
+                + sum(
+                    first.acceleration,
+                    second.acceleration,
+                    third.acceleration,
+                    fourth.acceleration,
+                ) * sixth,
+            spin: body.spin
+                + (first.turning + 2.0 * (second.turning + third.turning) + fourth.turning) * sixth,
+        };
+        while let Some(time) = self.times.get(self.frame)
+            && time + self.delay < self.t + self.step
+        {
+            let share = (time + self.delay - self.t) / self.step;
+            let (at, velocity) = hermite(&self.body, &next, share, self.step);
+            self.seen.push(self.forces.planar.observe(at), velocity);
+            self.frame += 1;
+        }
+        self.body = next;
+        self.t += self.step;
+        self.rate = self.forces.rate(self.t, &self.body);
+        self.decide();
+    }
+
+    pub(super) fn ended(self) -> Option<Frames> {
+        (self.phase == Phase::Rests).then_some(self.seen)
+    }
+}
+
+/// All of them, to their ends.
+pub(super) fn to_rest(objects: &mut [Sliding<'_>]) {
+    let mut middle = [Rate::default(); ABREAST];
+    let mut again = [Rate::default(); ABREAST];
+    let mut end = [Rate::default(); ABREAST];
+    loop {
+        let slides = |object: &Sliding<'_>| object.phase == Phase::Slides;
+        if !objects.iter().any(slides) {
+            return;
+        }
+        for (rate, object) in middle.iter_mut().zip(&*objects) {
+            if slides(object) {
+                *rate = object.rate_after(&object.rate, 0.5);
+            }
+        }
+        for ((rate, middle), object) in again.iter_mut().zip(&middle).zip(&*objects) {
+            if slides(object) {
+                *rate = object.rate_after(middle, 0.5);
+            }
+        }
+        for ((rate, again), object) in end.iter_mut().zip(&again).zip(&*objects) {
+            if slides(object) {
+                *rate = object.rate_after(again, 1.0);
+            }
+        }
+        for (k, object) in objects.iter_mut().enumerate() {
+            if slides(object) {
+                object.go(&middle[k], &again[k], &end[k]);
+            }
+        }
+    }
+}
+
+/// Position and velocity a share `s` of a step (s) from `a` to `b`.
+fn hermite(a: &Body, b: &Body, s: f64, step: f64) -> (Point, Point) {
+    let (s2, s3) = (s * s, s * s * s);
+    let at = a.position * (2.0 * s3 - 3.0 * s2 + 1.0)
+        + b.position * (3.0 * s2 - 2.0 * s3)
+        + (a.velocity * (s3 - 2.0 * s2 + s) + b.velocity * (s3 - s2)) * step;
+    (at, a.velocity * (1.0 - s) + b.velocity * s)
+}
