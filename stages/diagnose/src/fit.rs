@@ -24,8 +24,6 @@ pub(crate) const ITERATIONS: usize = 12;
 pub(crate) const GLANCE: usize = 3;
 /// The fit ends when no value moves by more than this share of its standard error.
 const SETTLED: f64 = 0.05;
-/// Standard errors that values may move before columns are taken anew.
-const NEAR: f64 = 1.0;
 /// Standard errors within which 95 % lie.
 pub(crate) const NINETY_FIVE: f64 = 1.96;
 /// A step that loses more log-likelihood than this is taken back.
@@ -52,13 +50,11 @@ pub(crate) struct Fitted {
     pub(crate) taken: Arc<Taken>,
 }
 
-/// Each strike's columns, residuals as they are at a model.
+/// Each strike's columns about a model.
 #[derive(Debug)]
 pub(crate) struct Taken {
     pub(crate) columns: Vec<Columns>,
     products: Vec<Products>,
-    /// Standard errors from there to where the columns were taken.
-    away: f64,
 }
 
 impl Fitted {
@@ -67,17 +63,16 @@ impl Fitted {
         self.estimated.likelihood_here
     }
 
-    /// Standard errors by which the value would move that moves most.
-    fn step(&self) -> f64 {
+    /// Whether no value would move by more than a small share of its standard error.
+    fn is_settled(&self) -> bool {
         let Some(covariance) = self.estimated.information.clone().try_inverse() else {
-            return f64::INFINITY;
+            return false;
         };
-        let each = self.model.free.iter().enumerate().map(|(i, free)| {
+        self.model.free.iter().enumerate().all(|(i, free)| {
             let from = self.model.values[i];
             let to = (from + self.estimated.beta[i]).clamp(free.low, free.high);
-            (to - from).abs() / covariance[(i, i)].max(0.0).sqrt()
-        });
-        each.fold(0.0, |most, step| if step > most { step } else { most })
+            (to - from).abs() < SETTLED * covariance[(i, i)].max(0.0).sqrt()
+        })
     }
 
     /// Of the model's values, with the priors, which keep what the data do not tell from being infinite.
@@ -317,42 +312,25 @@ impl<'a> Field<'a> {
         Ok(columns.map(|columns| Taken {
             products: columns.par_iter().map(Columns::products).collect(),
             columns,
-            away: 0.0,
         }))
     }
 
-    /// The columns of a model so near that they are the same, with its own residuals.
-    fn near(
+    /// A model where it stands, with the step that a fit would take from there; `None` where a strike does not come to rest.
+    fn stands(
         &self,
-        model: &Model,
-        kicks: &[SVector<f64, NUISANCES>],
-        from: &Taken,
-        by: f64,
-    ) -> Result<Option<Taken>, WorldError> {
-        let effects = model.effects(self.rig, &model.values)?;
-        let here = self.planar(&model.values, &effects);
-        let pairs: Option<Vec<(Columns, Products)>> = (0..self.strikes.len())
-            .into_par_iter()
-            .map(|i| {
-                let mut columns = from.columns[i].clone();
-                let at = stack(&self.frames(&here, i, model.values[CLOCK], &kicks[i])?.at);
-                columns.residual = measured(self.strikes[i]) - at + &columns.nuisances * kicks[i];
-                let Columns {
-                    nuisances,
-                    values,
-                    residual,
-                } = &columns;
-                let products = from.products[i].beside(nuisances, values, residual);
-                Some((columns, products))
+        model: Model,
+        kicks: Vec<SVector<f64, NUISANCES>>,
+        spread: &Spread,
+        damping: f64,
+    ) -> Result<Option<Fitted>, WorldError> {
+        let taken = self.taken(&model, &kicks)?;
+        Ok(taken.and_then(|taken| {
+            Some(Fitted {
+                estimated: held(&model, &taken.products, spread, damping)?,
+                model,
+                kicks,
+                taken: Arc::new(taken),
             })
-            .collect();
-        Ok(pairs.map(|pairs| {
-            let (columns, products) = pairs.into_iter().unzip();
-            Taken {
-                columns,
-                products,
-                away: from.away + by,
-            }
         }))
     }
 
@@ -364,54 +342,43 @@ impl<'a> Field<'a> {
         kicks: &[SVector<f64, NUISANCES>],
         iterations: usize,
     ) -> Result<Option<Fitted>, WorldError> {
-        let taken = self.taken(model, kicks)?;
-        let first = taken.and_then(|taken| {
-            Some(Fitted {
-                estimated: held(model, &taken.products, spread, 0.0)?,
-                model: model.clone(),
-                kicks: kicks.to_vec(),
-                taken: Arc::new(taken),
-            })
-        });
-        first
-            .map(|first| self.further(first, iterations - 1))
+        self.stands(model.clone(), kicks.to_vec(), spread, 0.0)?
+            .map(|first| self.proceed(first, iterations - 1))
             .transpose()
     }
 
-    /// Fits on from where a fit was left.
+    /// Fits on from where a fit was left, its last step perhaps damped.
     pub(crate) fn further(
         &self,
-        mut best: Fitted,
+        mut left: Fitted,
         iterations: usize,
     ) -> Result<Fitted, WorldError> {
+        let spread = left.estimated.spread;
+        if let Some(whole) = held(&left.model, &left.taken.products, &spread, 0.0) {
+            left.estimated = whole;
+        }
+        self.proceed(left, iterations)
+    }
+
+    /// So many good steps at the most.
+    fn proceed(&self, mut best: Fitted, iterations: usize) -> Result<Fitted, WorldError> {
         let mut damping = 0.0;
         let mut accepted = 0;
-        while accepted < iterations && best.step() > SETTLED {
+        let mut is_settled = best.is_settled();
+        while accepted < iterations && !is_settled {
             let mut model = best.model.clone();
-            for (place, free) in model.free.iter().enumerate() {
+            for (place, free) in best.model.free.iter().enumerate() {
                 let moved = model.values[place] + best.estimated.beta[place];
                 model.values[place] = moved.clamp(free.low, free.high);
             }
             let mut kicks = best.estimated.nuisances.clone();
-            let is_centred = centre(&mut model, &mut kicks);
-            let by = best.step();
-            let taken = if !is_centred && best.taken.away + by < NEAR {
-                self.near(&model, &kicks, &best.taken, by)?
-            } else {
-                self.taken(&model, &kicks)?
-            };
+            centre(&mut model, &mut kicks);
             let spread = best.estimated.spread;
-            let found = taken.and_then(|taken| {
-                Some(Fitted {
-                    estimated: held(&model, &taken.products, &spread, damping)?,
-                    model,
-                    kicks,
-                    taken: Arc::new(taken),
-                })
-            });
+            let found = self.stands(model, kicks, &spread, damping)?;
             match found.filter(|found| found.likelihood() > best.likelihood() - LOSS) {
                 Some(found) => {
                     best = found;
+                    is_settled = best.is_settled();
                     damping *= DAMPING.0;
                     accepted += 1;
                 }
@@ -453,11 +420,10 @@ pub(crate) fn prior(model: &Model) -> Prior {
 /// same.
 const COMMON: f64 = 0.05;
 
-/// Whether there was any.
-fn centre(model: &mut Model, kicks: &mut [SVector<f64, NUISANCES>]) -> bool {
+fn centre(model: &mut Model, kicks: &mut [SVector<f64, NUISANCES>]) {
     let mean = kicks.iter().map(|b| b[0]).sum::<f64>() / kicks.len() as f64;
     if mean.abs() < COMMON {
-        return false;
+        return;
     }
     let free = &model.free[RESTITUTION];
     let was = model.values[RESTITUTION];
@@ -465,7 +431,6 @@ fn centre(model: &mut Model, kicks: &mut [SVector<f64, NUISANCES>]) -> bool {
     model.values[RESTITUTION] = is;
     let taken = ((1.0 + is) / (1.0 + was)).ln();
     kicks.iter_mut().for_each(|b| b[0] -= taken);
-    true
 }
 
 /// Precision by which a value is held.

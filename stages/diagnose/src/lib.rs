@@ -150,7 +150,7 @@ fn diverges() -> DiagnoseError {
 
 impl Stage for Diagnose {
     const NAME: &'static str = "diagnose";
-    const VERSION: u32 = 8;
+    const VERSION: u32 = 9;
     type Input = Input;
     type Output = Found;
     type Error = DiagnoseError;

@@ -61,22 +61,6 @@ impl Products {
         }
     }
 
-    /// The same columns beside another residual.
-    pub(crate) fn beside(
-        &self,
-        g: &DMatrix<f64>,
-        x: &DMatrix<f64>,
-        residual: &DVector<f64>,
-    ) -> Self {
-        let mut other = self.clone();
-        let p = x.ncols();
-        other.gx.set_column(p, &g.tr_mul(residual));
-        let last = x.tr_mul(residual).insert_row(p, residual.norm_squared());
-        other.xx.set_column(p, &last);
-        other.xx.set_row(p, &last.transpose());
-        other
-    }
-
     /// C = (GᵀG + σ²P⁻¹)⁻¹, and the logarithm of Σ's determinant.
     fn posterior(&self, spread: &Spread) -> (Small, f64) {
         let variance = spread.camera * spread.camera;

@@ -1,5 +1,7 @@
 //! Which effects: forward by evidence, replaced and dropped again where that is better.
 
+use std::collections::BTreeMap;
+
 use rayon::prelude::*;
 use world::WorldError;
 
@@ -43,6 +45,9 @@ impl Step {
     }
 }
 
+/// Fits beside one model, by candidate and start: what was fitted once is not fitted again.
+pub(crate) type Tried = BTreeMap<(&'static str, usize), Option<Step>>;
+
 /// The candidates worth a fit, and those that are `asked` for in any case, each fitted beside a model; the best first.
 pub(crate) fn fit_best(
     field: &Field<'_>,
@@ -50,6 +55,7 @@ pub(crate) fn fit_best(
     screened: &[Screened],
     chance: &Chance,
     asked: &[&str],
+    tried: &mut Tried,
 ) -> Result<Vec<Step>, WorldError> {
     let mut order: Vec<&Screened> = screened.iter().collect();
     order.sort_by(|a, b| (b.gain() - chance[b.name]).total_cmp(&(a.gain() - chance[a.name])));
@@ -57,22 +63,27 @@ pub(crate) fn fit_best(
         return Ok(Vec::new());
     };
     let least = HOPELESS * best.gain();
-    let tried: Vec<(&'static str, &Start)> = order
+    let worth: Vec<((&'static str, usize), &Start)> = order
         .iter()
         .enumerate()
         .filter(|(rank, s)| (*rank < FITTED && s.gain() >= least) || asked.contains(&s.name))
-        .flat_map(|(_, s)| s.starts.iter().take(STARTS).map(|start| (s.name, start)))
-        .collect();
-    let step = |name: &'static str, fitted: Option<Fitted>| {
-        fitted.map(|fitted| Step {
-            evidence: fitted.likelihood() - from.likelihood() - chance[name],
-            name,
-            fitted,
+        .flat_map(|(_, s)| {
+            s.starts
+                .iter()
+                .take(STARTS)
+                .enumerate()
+                .map(|(i, start)| ((s.name, i), start))
         })
+        .collect();
+    let step = |name: &'static str, fitted: Fitted| Step {
+        evidence: fitted.likelihood() - from.likelihood() - chance[name],
+        name,
+        fitted,
     };
-    let mut glanced: Vec<Step> = tried
+    let glanced: Vec<_> = worth
         .par_iter()
-        .map(|(name, start)| {
+        .filter(|(key, _)| !tried.contains_key(key))
+        .map(|(key, start)| {
             let Start {
                 model,
                 spread,
@@ -82,50 +93,41 @@ pub(crate) fn fit_best(
             let fitted = field.fit(model, spread, kicks, GLANCE)?;
             let is_better = |f: &Fitted| f.likelihood() > from.likelihood();
             if fitted.as_ref().is_some_and(is_better) {
-                return Ok(step(name, fitted));
+                return Ok((*key, fitted.map(|fitted| step(key.0, fitted))));
             }
             // A whole step was too long: from where the model stands.
             let own = from.model.values.len();
             let mut model = model.clone();
             model.values[..own].copy_from_slice(&from.model.values);
             let fitted = field.fit(&model, &from.estimated.spread, &from.kicks, GLANCE)?;
-            Ok(step(name, fitted))
+            Ok((*key, fitted.map(|fitted| step(key.0, fitted))))
         })
-        .collect::<Result<Vec<_>, WorldError>>()?
-        .into_iter()
-        .flatten()
-        .collect();
-    // Of two starts, one that does not promise to overtake the other is left.
-    glanced.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
-    let mut ahead: Vec<Step> = Vec::new();
-    for step in glanced {
-        let there = step.fitted.estimated.likelihood_there;
-        let overtakes = |other: &Step| there > other.fitted.likelihood() + BETTER;
-        if ahead
+        .collect::<Result<_, WorldError>>()?;
+    tried.extend(glanced);
+    let glanced = || {
+        worth
             .iter()
-            .all(|other| other.name != step.name || overtakes(other))
-        {
-            ahead.push(step);
-        }
-    }
-    let best = ahead
-        .iter()
-        .map(|step| step.evidence)
+            .filter_map(|(key, _)| Some((*key, tried[key].as_ref()?)))
+    };
+    let best = glanced()
+        .map(|(_, step)| step.evidence)
         .fold(f64::NEG_INFINITY, f64::max);
-    let fits: Vec<Option<Step>> = ahead
+    let fits: Vec<_> = glanced()
+        .collect::<Vec<_>>()
         .into_par_iter()
-        .map(|glanced| {
+        .map(|(key, glanced)| {
             // Far behind after a glance, it is left there: a rival all the same, if a poor one.
             if glanced.evidence < BEHIND * best && !asked.contains(&glanced.name) {
-                return Ok(Some(glanced));
+                return Ok((key, glanced.clone()));
             }
-            let fitted = field.further(glanced.fitted, ITERATIONS - GLANCE)?;
-            Ok(step(glanced.name, Some(fitted)))
+            let fitted = field.further(glanced.fitted.clone(), ITERATIONS - GLANCE)?;
+            Ok((key, step(glanced.name, fitted)))
         })
         .collect::<Result<_, WorldError>>()?;
     let mut steps: Vec<Step> = Vec::new();
     let possible = |step: &Step| step.fitted.model.is_possible();
-    for step in fits.into_iter().flatten().filter(possible) {
+    tried.extend(fits.iter().map(|(key, step)| (*key, Some(step.clone()))));
+    for step in fits.into_iter().map(|(_, step)| step).filter(possible) {
         match steps.iter_mut().find(|other| other.name == step.name) {
             Some(other) if other.worth() >= step.worth() => {}
             Some(other) => *other = step,
@@ -232,13 +234,27 @@ pub(crate) fn search(
                 .map(|s| (1.0 - ALIKE) * s.evidence)
                 .fold(asked, f64::max)
         };
-        let mut rivals = fit_best(field, fitted, &screened, chance, &[])?;
+        let mut tried = Tried::new();
+        let mut beside_it = |name: Option<&str>| {
+            let others: Vec<Screened> = screened
+                .iter()
+                .filter(|s| Some(s.name) != name)
+                .cloned()
+                .collect();
+            let asked = name.map_or(&[] as &[&str], alike);
+            fit_best(field, fitted, &others, chance, asked, &mut tried)
+        };
         let adds = |step: &Step| held < most && step.evidence > beside(step.name);
-        let Some(best) = rivals.iter().position(adds) else {
+        let Some(mut step) = beside_it(None)?.into_iter().find(adds) else {
             break;
         };
-        let step = rivals.remove(best);
-        rivals = with_alike(field, fitted, &screened, chance, step.name, rivals)?;
+        let mut rivals = beside_it(Some(step.name))?;
+        // A rival that was left after a glance may be the better one.
+        let is_better = |rival: &Step| rival.evidence > step.evidence + BETTER && adds(rival);
+        if let Some(better) = rivals.iter().position(is_better) {
+            step = rivals.swap_remove(better);
+            rivals = beside_it(Some(step.name))?;
+        }
         let newest = Newest {
             standing: Standing::new(step.name, step.evidence, rivals),
             reduced: fitted.clone(),
@@ -248,35 +264,6 @@ pub(crate) fn search(
         short = shortlist(&short, &screened);
     }
     Ok(searched)
-}
-
-/// Steps that were taken beside a model, and those of effects that are alike, which are asked for in any case.
-fn with_alike(
-    field: &Field<'_>,
-    from: &Fitted,
-    screened: &[Screened],
-    chance: &Chance,
-    name: &str,
-    steps: Vec<Step>,
-) -> Result<Vec<Step>, WorldError> {
-    let (mut again, mut all): (Vec<Step>, Vec<Step>) = steps
-        .into_iter()
-        .partition(|step| alike(name).contains(&step.name));
-    let is_new = |s: &&Screened| {
-        alike(name).contains(&s.name) && again.iter().all(|step| step.name != s.name)
-    };
-    let new: Vec<Screened> = screened.iter().filter(is_new).cloned().collect();
-    all.extend(fit_best(field, from, &new, chance, alike(name))?);
-    // Some were left after a glance.
-    for step in &mut again {
-        let before = step.fitted.likelihood();
-        step.fitted = field.further(step.fitted.clone(), ITERATIONS - GLANCE)?;
-        step.evidence += step.fitted.likelihood() - before;
-    }
-    again.retain(|step| step.fitted.model.is_possible());
-    all.append(&mut again);
-    all.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
-    Ok(all)
 }
 
 /// Bundles of each candidate that are tried in another's place: the best where it was last screened.
@@ -358,7 +345,8 @@ fn standing(
         .into_iter()
         .filter(|s| s.name != name)
         .collect();
-    let steps = fit_best(field, &reduced, &screened, chance, alike(name))?;
+    let tried = &mut Tried::new();
+    let steps = fit_best(field, &reduced, &screened, chance, alike(name), tried)?;
     let standing = Standing::new(name, evidence, steps);
     Ok((standing, Some(reduced)))
 }
