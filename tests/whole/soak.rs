@@ -16,4 +16,8 @@ fn nights_with_faults_lose_no_strike_and_keep_the_right_version_in_use() {
     let soaked = soak(faulty, settings, &mut |line| println!("{line}"))
         .unwrap_or_else(|error| panic!("{error:#}"));
     assert!(soaked.strikes > 20 && soaked.faults.len() > 3, "{soaked:?}");
+    assert!(
+        soaked.memory.iter().all(|peak| *peak < 200 << 20),
+        "{soaked:?}"
+    );
 }

@@ -39,9 +39,12 @@ fn main() -> anyhow::Result<()> {
     };
     let begun = Instant::now();
     let soaked = soak(&faulty, settings, &mut |line| println!("{line}")).context("soak")?;
-    let [middle, last] = soaked.memory_ends().map(|bytes| bytes >> 20);
+    let memory = soaked.memory_ends().map_or_else(String::new, |ends| {
+        let [middle, last] = ends.map(|bytes| bytes >> 20);
+        format!("; memory {middle} MiB in the middle third of the nights, {last} MiB in the last")
+    });
     println!(
-        "{nights} nights in {:.0} s: {} strikes, none lost; {} promoted, {} more after a fault; {} in use; memory {middle} MiB in the middle third of the nights, {last} MiB in the last",
+        "{nights} nights in {:.0} s: {} strikes, none lost; {} promoted, {} more after a fault; {} in use{memory}",
         begun.elapsed().as_secs_f64(),
         soaked.strikes,
         soaked.promoted,
