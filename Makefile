@@ -7,7 +7,7 @@ DEMO := artifacts/demo
 BIN := target/debug
 
 setup:
-	@sh pipeline/world/native/install.sh .native
+	@sh artifacts/world/native/install.sh .native
 
 build: setup
 	cargo build --workspace --locked

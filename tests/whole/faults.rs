@@ -7,11 +7,11 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Duration;
 
-use artifacts::Store;
 use carom::{Cli, Error, Outcome, Said, execute};
 use clap::Parser;
 use rayon::prelude::*;
 use serde_json::Value;
+use store::Store;
 use tests::soak::{Ended, ended};
 
 use crate::carom;

@@ -3,6 +3,7 @@
 mod blind;
 mod end_to_end;
 mod faults;
+mod floors;
 mod fuzz;
 mod kuka;
 mod reproducible;

@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
-use artifacts::Store;
 use serde_json::{Value, json};
 use stage::{Options, Run};
+use store::Store;
 use sysid::SysidError;
 
 use crate::args::{ArtifactsCommand, Cli, Command, Global, KeyCommand, LogsArgs, RigCommand};
@@ -14,8 +14,8 @@ use crate::pipeline::{Step, pipeline};
 use crate::report::{self, Shown};
 use crate::results::Results;
 use crate::{
-    Error, dataset, demo, nightly, outputs, publishing, rebuild, score, signing, store, summary,
-    trial,
+    Error, artifacts, dataset, demo, nightly, outputs, publishing, rebuild, score, signing,
+    summary, trial,
 };
 
 /// What a command has to say: for machines and for people.
@@ -206,7 +206,7 @@ pub fn explained(error: Error, run: &Run, inputs: &Inputs) -> Error {
 /// The report of a run, with its latest trial, and its version (else the latest) where there are any. Gives its path.
 pub fn write_report(dir: &Path, inputs: &Inputs, results: &Results) -> Result<String, Error> {
     let trial = trial::kept(dir);
-    let provenance = store::provenance(dir, results)?.unwrap_or_default();
+    let provenance = artifacts::provenance(dir, results)?.unwrap_or_default();
     let night = nightly::kept(dir);
     let shown = Shown {
         inputs,
@@ -232,14 +232,14 @@ fn refresh_report(dir: &Path, global: Global) -> Result<(), Error> {
 
 fn artifacts(command: &ArtifactsCommand) -> Result<Said, Error> {
     let (json, text) = match command {
-        ArtifactsCommand::List(args) => store::list(&args.artifacts)?,
-        ArtifactsCommand::Show(args) => store::show(&args.artifacts, args.version.as_deref())?,
+        ArtifactsCommand::List(args) => artifacts::list(&args.artifacts)?,
+        ArtifactsCommand::Show(args) => artifacts::show(&args.artifacts, args.version.as_deref())?,
         ArtifactsCommand::Verify { version, key } => {
             let key = key.as_deref().map(signing::public_key).transpose()?;
-            store::verify(&version.artifacts, version.version.as_deref(), key.as_ref())?
+            artifacts::verify(&version.artifacts, version.version.as_deref(), key.as_ref())?
         }
         ArtifactsCommand::Sign { artifacts, key } => {
-            store::sign(&signing::store(artifacts, Some(key))?)?
+            artifacts::sign(&signing::store(artifacts, Some(key))?)?
         }
         ArtifactsCommand::Rollback {
             version,
@@ -247,7 +247,7 @@ fn artifacts(command: &ArtifactsCommand) -> Result<Said, Error> {
             sign,
         } => {
             let store = signing::store(artifacts, sign.key.as_deref())?;
-            store::rollback(&store, version.as_deref())?
+            artifacts::rollback(&store, version.as_deref())?
         }
     };
     Ok(Said::done(json, text))

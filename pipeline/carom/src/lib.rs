@@ -3,6 +3,7 @@
 //! [`execute`] does what [`Cli`] asks and gives what there is to say; `main` prints it and chooses the exit code.
 
 mod args;
+mod artifacts;
 mod commands;
 mod dataset;
 mod demo;
@@ -22,7 +23,6 @@ mod results;
 mod robot;
 mod score;
 mod signing;
-mod store;
 mod summary;
 mod trial;
 

@@ -3,11 +3,11 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use artifacts::{ArtifactError, Calibrated, Contents, InputFile, Metrics, Model, Store};
 use evaluate::{Evaluation, StopError};
 use ingest::LogFile;
 use publish::Publish;
 use stage::Run;
+use store::{ArtifactError, Calibrated, Contents, InputFile, Metrics, Model, Store};
 
 use crate::Error;
 use crate::inputs::Inputs;

@@ -2,12 +2,12 @@
 
 use std::path::PathBuf;
 
-use artifacts::InputFile;
 use ingest::{Found, Ingest, IngestError, LogFile, LogOutcome, Strikes};
 use rayon::iter::Either;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use stage::{Run, RunError};
+use store::InputFile;
 use values::{Reject, Rig};
 
 use crate::inputs::Inputs;

@@ -4,9 +4,9 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
 
-use artifacts::{Artifact, SIGNATURE, Store};
 use ingest::LogFile;
 use serde_json::json;
+use store::{Artifact, SIGNATURE, Store};
 
 use crate::args::{Global, RebuildArgs};
 use crate::commands::{Said, open};

@@ -1,10 +1,10 @@
 //! What came of a pipeline's steps.
 
-use artifacts::Contents;
 use diagnose::Found;
 use evaluate::Evaluation;
 use ingest::{LogFile, Strikes};
 use residual::ResidualTable;
+use store::Contents;
 use sysid::Fit;
 use train::{CurvePoint, Trained};
 use values::{Reject, Strike};

@@ -2,11 +2,11 @@
 
 use std::collections::BTreeMap;
 
-use artifacts::{Artifact, Logged, Metrics, Model, Store};
 use evaluate::{Candidate, Evaluate, Evaluation, StopError};
 use serde::{Deserialize, Serialize};
 use stage::Run;
 use statrs::distribution::{ContinuousCDF, Gamma};
+use store::{Artifact, Logged, Metrics, Model, Store};
 use values::Strike;
 
 use crate::args::{Global, ScoreArgs};

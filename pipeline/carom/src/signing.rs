@@ -7,9 +7,9 @@ use std::os::unix::fs::OpenOptionsExt;
 use std::path::Path;
 use std::sync::Arc;
 
-use artifacts::{Key, Signer, Store};
 use minisign::{KeyPair, PublicKey, SecretKey, SecretKeyBox, SignatureBox};
 use serde_json::json;
+use store::{Key, Signer, Store};
 
 use crate::Error;
 use crate::commands::Said;

@@ -6,7 +6,7 @@
 //! simulation (distance as speed squared, bearing as angle); on that stand-in the equation is solved by Newton's method
 //! and the solution simulated, until stand-in and simulation agree: two or three simulations.
 
-use artifacts::network::Network;
+use store::network::Network;
 use values::{Command, Conditions, Point};
 use world::Worker;
 

@@ -1,9 +1,9 @@
 //! Strike by strike: a strike that judged a model once need not again.
 
-use artifacts::network::Network;
 use rayon::prelude::*;
 use serde::Serialize;
 use stage::{ItemStage, Progress};
+use store::network::Network;
 use values::Rig;
 use world::{Simulator, Worker, World};
 

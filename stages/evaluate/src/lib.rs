@@ -13,9 +13,9 @@ mod statistics;
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use artifacts::network::Network;
 use serde::{Deserialize, Serialize};
 use stage::{ItemStage, Progress, Stage};
+use store::network::Network;
 use values::{Point, Rig, Split, Strike};
 use world::World;
 

@@ -1,7 +1,7 @@
 //! Where a model says a logged strike stops.
 
-use artifacts::network::Network;
 use serde::{Deserialize, Serialize};
+use store::network::Network;
 use values::{Command, Conditions, Point, Strike};
 use world::Worker;
 

@@ -1,7 +1,7 @@
 //! Models whose errors are known.
 
-use artifacts::network::{LAYERS, Layer, Network, SIZES};
 use stage::{Progress, Stage};
+use store::network::{LAYERS, Layer, Network, SIZES};
 use values::{Command, Conditions, Point, Rig, Shape, Split, Strike, Track};
 use world::{Simulator, SolveSettings, SolveStatus, World};
 

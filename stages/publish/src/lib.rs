@@ -1,16 +1,16 @@
 //! Puts together what a version holds: worlds, residuals, and the record of how they came to be.
 //!
-//! The stage computes the [`Contents`] alone; [`Store::publish`](artifacts::Store::publish) makes them a version. The
+//! The stage computes the [`Contents`] alone; [`Store::publish`](store::Store::publish) makes them a version. The
 //! record holds neither time nor place, and logs in the order of their names, so that the same inputs give the same
 //! version whatever way they were named.
 
 use std::collections::BTreeMap;
 
-use artifacts::{
-    Calibrated, Contents, InputFile, Logged, Metrics, Model, Provenance, StageRecord, TrainedRegion,
-};
 use serde::{Deserialize, Serialize};
 use stage::{Progress, Record, Stage};
+use store::{
+    Calibrated, Contents, InputFile, Logged, Metrics, Model, Provenance, StageRecord, TrainedRegion,
+};
 use values::{Rig, Split, Strike};
 
 /// The stage.
@@ -155,8 +155,8 @@ fn in_order(logs: &[InputFile]) -> Vec<InputFile> {
 
 #[cfg(test)]
 mod tests {
-    use artifacts::Store;
     use stage::{Options, Run};
+    use store::Store;
     use values::{Command, Conditions, Point, Shape, Track};
     use world::World;
 

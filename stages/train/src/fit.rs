@@ -1,6 +1,5 @@
 //! The training loop.
 
-use artifacts::network::Network;
 use burn::{
     nn::loss::{MseLoss, Reduction},
     optim::{AdamConfig, GradientsParams},
@@ -10,6 +9,7 @@ use rand::{RngExt, SeedableRng, seq::SliceRandom};
 use rand_chacha::ChaCha8Rng;
 use residual::Residual;
 use serde::{Deserialize, Serialize};
+use store::network::Network;
 use values::Split;
 
 use crate::{

@@ -3,7 +3,7 @@
 //! A multi-layer perceptron 4 → 128 → 64 → 32 → 2 with ReLU, one batch norm and one dropout layer learns
 //! \[path_x, path_y, speed_sim, angle_sim\] → \[Δspeed, Δangle\] by mean squared error and Adam; the rate halves when
 //! the validation error stands still, and training ends when it stays so. The rows' own [`Split`](values::Split)
-//! says who learns, who stops and who judges. What comes out is a [`Network`](artifacts::network::Network) with batch
+//! says who learns, who stops and who judges. What comes out is a [`Network`](store::network::Network) with batch
 //! norm and standard scaling folded into its weights.
 //!
 //! Initial weights, shuffles and dropout are drawn from the seed in the settings and nothing else, so that the same

@@ -1,6 +1,5 @@
 //! The perceptron in burn, and its folding into plain weights.
 
-use artifacts::network::{LAYERS, Layer, Network, NetworkError, SIZES};
 use burn::{
     module::{Module, Param},
     nn::{BatchNorm, BatchNormConfig, Linear},
@@ -8,6 +7,7 @@ use burn::{
 };
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
+use store::network::{LAYERS, Layer, Network, NetworkError, SIZES};
 
 use crate::scaling::Scaling;
 

@@ -2,14 +2,14 @@
 
 use std::io::Cursor;
 
-use artifacts::network::{LAYERS, Layer, SIZES};
-use artifacts::{
-    Calibrated, Contents, InputFile, Logged, Metrics, Model, Network, Provenance, StageRecord,
-    Store, TrainedRegion,
-};
 use logs::write::{RecordingWriter, Samples, Stamped};
 use mcap::WriteOptions;
 use mcap::records::MessageHeader;
+use store::network::{LAYERS, Layer, SIZES};
+use store::{
+    Calibrated, Contents, InputFile, Logged, Metrics, Model, Network, Provenance, StageRecord,
+    Store, TrainedRegion,
+};
 use values::{Point, Rig, Shape};
 use world::effects::{EFFECTS, Parameters};
 use world::{AddedEffect, Estimate, World};

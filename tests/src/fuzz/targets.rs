@@ -4,9 +4,9 @@ use std::fs;
 use std::io::Cursor;
 use std::sync::Arc;
 
-use artifacts::{Network, Store};
 use logs::{Decoder, Limits, SchemaText, Wanted};
 use sha2::{Digest, Sha256};
+use store::{Network, Store};
 use values::{Command, Conditions, FieldTopic, Point, Rig, Shape};
 use world::{Simulator, World};
 

@@ -7,10 +7,10 @@ use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, bail, ensure};
-use artifacts::Store;
 use carom::{Cli, execute};
 use clap::Parser;
 use serde_json::Value;
+use store::Store;
 
 /// Versions that are kept.
 const KEEP: usize = 5;

@@ -1,11 +1,11 @@
 //! The gates between a candidate and the robot.
 
-use artifacts::Artifact;
 use evaluate::{Candidate, Evaluation, Judge};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use stage::Run;
 use statrs::distribution::{ContinuousCDF, StudentsT};
+use store::Artifact;
 use strike::{Planner, Reason};
 use values::{Split, Strike};
 

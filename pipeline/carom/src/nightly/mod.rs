@@ -9,11 +9,11 @@ mod night;
 
 use std::collections::BTreeSet;
 
-use artifacts::{Artifact, ArtifactError, Contents, Store};
 use ingest::LogFile;
 use serde_json::json;
 use sha2::{Digest, Sha256};
 use stage::Run;
+use store::{Artifact, ArtifactError, Contents, Store};
 
 use crate::args::{Global, NightlyArgs};
 use crate::commands::{Said, explained, open, to_json, write_report};

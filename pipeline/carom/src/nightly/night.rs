@@ -5,9 +5,9 @@ use std::fmt::Write;
 use std::fs;
 use std::path::Path;
 
-use artifacts::{Artifact, InputFile};
 use ingest::LogFile;
 use serde::{Deserialize, Serialize};
+use store::{Artifact, InputFile};
 use values::Strike;
 
 use super::gates::{Beats, Executor};

@@ -6,10 +6,10 @@ mod targets;
 
 use std::collections::BTreeMap;
 
-use artifacts::{Artifact, Model, Store};
 use indicatif::ProgressBar;
 use rayon::prelude::*;
 use rig::Sim;
+use store::{Artifact, Model, Store};
 use strike::Planner;
 use values::{Command, Point};
 

@@ -1,6 +1,6 @@
 //! From a target to a plan: solve, add the residual, check every limit.
 
-use artifacts::{Artifact, Metrics, Model, Network, TrainedRegion};
+use store::{Artifact, Metrics, Model, Network, TrainedRegion};
 use values::{Command, Conditions, Interval, Point, Rig};
 use world::{Simulator, SolveSettings, SolveStatus};
 

@@ -1,6 +1,6 @@
 //! What a plan must keep to. Each check tells the limit, the value, and how to mend it; none moves a value into its limit.
 
-use artifacts::TrainedRegion;
+use store::TrainedRegion;
 use values::{Command, Interval, Point, Rig, Table};
 use world::Profile;
 

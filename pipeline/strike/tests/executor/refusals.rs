@@ -1,6 +1,6 @@
 //! Each limit refuses by its own reason, with numbers, and plans nothing.
 
-use artifacts::{Artifact, Model};
+use store::{Artifact, Model};
 use strike::{Planner, Reason, Refusal};
 use values::Point;
 use world::{AddedEffect, Estimate, World};

@@ -1,7 +1,7 @@
 //! What is to be done: a command, and the motion of the tip that strikes it.
 
-use artifacts::Model;
 use serde::Serialize;
+use store::Model;
 use values::{Command, Point};
 use world::Profile;
 

@@ -1,6 +1,6 @@
 //! What a plan holds.
 
-use artifacts::Model;
+use store::Model;
 use strike::{Plan, Planner};
 use values::{Command, Conditions, Point};
 use world::{Profile, Simulator, World};

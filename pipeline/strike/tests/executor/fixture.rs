@@ -3,8 +3,8 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use artifacts::network::{LAYERS, Layer, SIZES};
-use artifacts::{
+use store::network::{LAYERS, Layer, SIZES};
+use store::{
     Artifact, Calibrated, Contents, Key, Logged, Metrics, Model, Network, Provenance, Signer,
     Store, TrainedRegion,
 };

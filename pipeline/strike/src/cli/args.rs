@@ -2,8 +2,8 @@
 
 use std::path::PathBuf;
 
-use artifacts::Model;
 use clap::{ArgAction, Parser};
+use store::Model;
 use strike::Choice;
 
 const EXAMPLES: &str = "\

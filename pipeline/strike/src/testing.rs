@@ -1,6 +1,6 @@
 //! A plan for tests.
 
-use artifacts::Model;
+use store::Model;
 use values::{Command, Point};
 use world::Profile;
 

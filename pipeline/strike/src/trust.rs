@@ -1,14 +1,14 @@
 //! Whether a version may move this robot: signed by the configured key, and none newer was seen before.
 //!
-//! Every signature counts on from the one before (see [`artifacts::Key`]). The highest count that was loaded is kept in a
+//! Every signature counts on from the one before (see [`store::Key`]). The highest count that was loaded is kept in a
 //! file of the robot's own; a version with a lower one, whatever `latest` says, is an old one passed off as new. Going back is
 //! an act of whoever holds the secret key: `carom artifacts rollback --key` signs the earlier version with the next count.
 
 use std::path::{Path, PathBuf};
 use std::{fs, io};
 
-use artifacts::{Artifact, ArtifactError, Key, Store};
 use serde::{Deserialize, Serialize};
+use store::{Artifact, ArtifactError, Key, Store};
 
 /// A key, and the newest that was seen of it.
 #[derive(Clone, Debug)]

@@ -5,9 +5,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use artifacts::network::{LAYERS, Layer, SIZES};
-use artifacts::*;
 use proptest::prelude::*;
+use store::network::{LAYERS, Layer, SIZES};
+use store::*;
 use values::{Point, Rig, Shape};
 use world::{AddedEffect, Estimate, World};
 

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use std::process::Output;
 use std::sync::Arc;
 
-use artifacts::{SIGNATURE, Signer, Store};
 use serde_json::{Value, json};
+use store::{SIGNATURE, Signer, Store};
 use tempfile::TempDir;
 
 use crate::commands::{stderr, stdout, strike};

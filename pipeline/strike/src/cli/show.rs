@@ -137,7 +137,7 @@ fn failed(error: impl std::fmt::Display) -> Failure {
 
 #[cfg(test)]
 mod tests {
-    use artifacts::Model;
+    use store::Model;
 
     use super::*;
 

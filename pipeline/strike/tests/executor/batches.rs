@@ -2,8 +2,8 @@
 
 use std::time::Instant;
 
-use artifacts::Model;
 use serde_json::{Value, json};
+use store::Model;
 use strike::{Planner, batch};
 
 use crate::fixture;

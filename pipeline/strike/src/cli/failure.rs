@@ -3,7 +3,7 @@
 use std::fmt::{self, Display};
 use std::process::ExitCode;
 
-use artifacts::ArtifactError;
+use store::ArtifactError;
 use strike::{LogError, RobotError, TrustError};
 
 /// What went wrong; it chooses the exit code.

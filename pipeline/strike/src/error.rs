@@ -1,6 +1,6 @@
 //! Why nothing could be planned at all, as opposed to a plan that is refused.
 
-use artifacts::Model;
+use store::Model;
 use world::WorldError;
 
 /// Texts complete "failed to …".

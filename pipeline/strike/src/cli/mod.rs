@@ -10,7 +10,7 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use artifacts::{Artifact, Store};
+use store::{Artifact, Store};
 use strike::{
     Choice, Config, Destination, DryRun, OpenLog, Plan, Planner, Reason, Refusal, Robot, SimRobot,
     Trust, TruthSource, allows, batch, execute, highest, identity,

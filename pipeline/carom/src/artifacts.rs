@@ -4,8 +4,8 @@ use std::collections::BTreeSet;
 use std::fmt::Write;
 use std::path::Path;
 
-use artifacts::{Key, Manifest, Store};
 use serde_json::{Value, json};
+use store::{Key, Manifest, Store};
 
 use crate::Error;
 use crate::commands::to_json;
