@@ -74,6 +74,8 @@ pub struct Kick {
     pub delay: f64,
     /// Error of the resting place, in m.
     pub rest: Point,
+    /// Logarithm of the factor on friction.
+    pub friction: f64,
 }
 
 /// A strike's frames as simulated.
@@ -344,6 +346,27 @@ mod tests {
             }
         }
         assert!(worst < 2e-5, "{worst} m");
+    }
+
+    #[test]
+    fn a_strike_on_more_friction_of_its_own_is_one_in_a_world_of_more_friction() {
+        let rig = Rig::demo(Shape::Cylinder);
+        let stop = |friction: f64, kick: Kick| {
+            let world = World::nominal(&rig).with("friction", friction);
+            let planar = Planar::new(&rig, &world, &[]).expect("known parameters");
+            let strikes = strikes(&rig);
+            let launch = launches(&rig, &World::nominal(&rig), &[strikes[3].command]);
+            let launch = launch.expect("a valid world")[0].expect("parts");
+            let frames = planar.strike(&(&strikes[3]).into(), &launch, &kick);
+            frames.expect("rests").stop
+        };
+        let own = Kick {
+            friction: 1.1f64.ln(),
+            ..Kick::default()
+        };
+        let apart = stop(0.2, own).distance(stop(0.22, Kick::default()));
+        assert!(apart < 1e-9, "{apart} m");
+        assert!(stop(0.2, own).distance(stop(0.2, Kick::default())) > 0.01);
     }
 
     #[test]

@@ -22,7 +22,7 @@ pub struct World {
     pub effects: Vec<AddedEffect>,
 }
 
-/// How repeats of one command differ; standard deviations.
+/// How repeats of one command differ; standard deviations, but for the camera's correlation.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Scatter {
@@ -32,6 +32,15 @@ pub struct Scatter {
     pub angle: f64,
     /// Of a centroid's coordinate, in m.
     pub camera: f64,
+    /// Of a strike's friction, relative to the world's; none where a file does not say.
+    #[serde(default)]
+    pub friction: f64,
+    /// Correlation of the centroid's error from one frame to the next, 0 to 1; none where a file does not say.
+    #[serde(default)]
+    pub camera_correlation: f64,
+    /// Of a frame's stamp, in s; none where a file does not say.
+    #[serde(default)]
+    pub stamp_jitter: f64,
 }
 
 /// An effect added to the world, with the values of its parameters.
@@ -86,9 +95,13 @@ impl World {
             ("scatter.speed", self.scatter.speed),
             ("scatter.angle", self.scatter.angle),
             ("scatter.camera", self.scatter.camera),
+            ("scatter.friction", self.scatter.friction),
+            ("scatter.stamp_jitter", self.scatter.stamp_jitter),
         ] {
             in_range(name, value, 0.0, 10.0, "")?;
         }
+        let correlation = self.scatter.camera_correlation;
+        in_range("scatter.camera_correlation", correlation, 0.0, 1.0, "")?;
         for effect in &self.effects {
             effects::check(effect)?;
         }
@@ -168,6 +181,24 @@ mod tests {
             parameters: [("rate".to_string(), Estimate::fixed(0.2))].into(),
         });
         assert_eq!(World::parse(&world.to_toml()).expect("valid"), world);
+    }
+
+    #[test]
+    fn a_world_file_without_the_newer_scatter_has_none_of_it() {
+        let text = "[scatter]\nspeed = 0.02\nangle = 0.01\ncamera = 0.001\n";
+        let scatter = World::parse(text).expect("an older file").scatter;
+        assert_eq!(
+            (
+                scatter.friction,
+                scatter.camera_correlation,
+                scatter.stamp_jitter
+            ),
+            (0.0, 0.0, 0.0)
+        );
+        let error = World::parse(&format!("{text}camera_correlation = 1.5\n"))
+            .expect_err("no correlation")
+            .to_string();
+        assert!(error.contains("scatter.camera_correlation"), "{error}");
     }
 
     #[test]

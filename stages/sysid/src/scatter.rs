@@ -44,6 +44,7 @@ impl Spread {
             speed: self.nuisance[0],
             angle: self.nuisance[1],
             camera: self.camera,
+            ..Scatter::default()
         }
     }
 

@@ -35,6 +35,8 @@ impl Body {
 pub(super) struct Forces<'s> {
     pub(super) planar: &'s Planar<'s>,
     conditions: &'s Conditions,
+    /// The table's deceleration before any effect in m/s²: this strike's own friction.
+    dry: f64,
     /// Factor on friction, and force per unit mass in m/s², of what is the same all through it.
     factor: f64,
     force: Point,
@@ -43,11 +45,13 @@ pub(super) struct Forces<'s> {
 }
 
 impl<'s> Forces<'s> {
-    pub(super) fn new(planar: &'s Planar<'s>, conditions: &'s Conditions) -> Self {
+    /// `friction`: the logarithm of this strike's factor on the world's friction.
+    pub(super) fn new(planar: &'s Planar<'s>, conditions: &'s Conditions, friction: f64) -> Self {
+        let dry = planar.friction * GRAVITY * friction.exp();
         let mut slide = Slide {
             position: Point::default(),
             velocity: Point::default(),
-            dry: planar.friction * GRAVITY,
+            dry,
             conditions,
         };
         let even = planar.even.iter();
@@ -57,6 +61,7 @@ impl<'s> Forces<'s> {
         Self {
             planar,
             conditions,
+            dry,
             factor,
             force: even.fold(Point::default(), |sum, e| sum + e.acceleration(&slide)),
             leverage: planar.base.arm.powi(2) / planar.gyration,
@@ -69,7 +74,7 @@ impl<'s> Forces<'s> {
         let mut slide = Slide {
             position: body.position,
             velocity: body.velocity,
-            dry: planar.friction * GRAVITY,
+            dry: self.dry,
             conditions: self.conditions,
         };
         let mut dry = slide.dry * self.factor;

@@ -76,7 +76,7 @@ impl<'s> Sliding<'s> {
             seen.push(planar.observe(at), rate);
             frame += 1;
         }
-        let forces = Forces::new(planar, shot.conditions);
+        let forces = Forces::new(planar, shot.conditions, kick.friction);
         let mut object = Self {
             rate: forces.rate(release.time, &body),
             forces,
