@@ -146,6 +146,7 @@ mod tests {
             half_height: None,
             half_size: None,
             mass: 0.1,
+            colour: None,
         };
         let error = Body::new(&object).expect_err("a box without sizes");
         assert!(error.to_string().contains("half_size[0]"));

@@ -2,12 +2,15 @@
 
 mod check;
 mod keys;
+mod vision;
 
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
 use crate::Point;
+
+pub use vision::{Colour, ImageTopic, StampMark};
 
 /// What is known of the set-up; `rig.toml`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -45,6 +48,9 @@ pub struct Object {
     pub half_size: Option<[f64; 3]>,
     /// Mass in kg.
     pub mass: f64,
+    /// Its colour in images.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub colour: Option<Colour>,
 }
 
 /// Shapes that carom models.
@@ -151,6 +157,27 @@ pub struct Camera {
     pub noise: f64,
     /// The point of the table it looks down on.
     pub centre: Point,
+    /// Focal lengths and principal point `[fx, fy, cx, cy]` in px; pixel centres are whole numbers.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub matrix: Option<[f64; 4]>,
+    /// Distortion `[k1, k2, p1, p2, k3]`: `plumb_bob` of ROS and OpenCV.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub distortion: Option<[f64; 5]>,
+    /// Place of its optical centre in the frame `table`, in m.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub position: Option<[f64; 3]>,
+    /// Orientation of its optical frame (z forward, x right, y down) in the frame `table`, as `[qx, qy, qz, qw]`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub orientation: Option<[f64; 4]>,
+    /// Exposure of an image, in s.
+    #[serde(default, skip_serializing_if = "vision::is_zero")]
+    pub exposure: f64,
+    /// From the exposure of an image's first row to that of its last, in s; 0 for a global shutter.
+    #[serde(default, skip_serializing_if = "vision::is_zero")]
+    pub readout: f64,
+    /// What an image's stamp marks.
+    #[serde(default, skip_serializing_if = "vision::is_middle")]
+    pub stamp: StampMark,
 }
 
 /// Limits of the arm.
@@ -178,6 +205,9 @@ pub struct Topics {
     /// Measured end-effector velocity, where it is logged.
     #[serde(default = "FieldTopic::state")]
     pub state: FieldTopic,
+    /// Images, which are looked at where a log has no centroids.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub image: Option<ImageTopic>,
 }
 
 impl Default for Topics {
@@ -186,6 +216,7 @@ impl Default for Topics {
             centroid: FieldTopic::centroid(),
             command: FieldTopic::command(),
             state: FieldTopic::state(),
+            image: None,
         }
     }
 }
@@ -315,6 +346,7 @@ impl Rig {
                 half_height: Some(0.020),
                 half_size: None,
                 mass: 0.100,
+                colour: None,
             },
             Shape::Box => Object {
                 shape,
@@ -322,6 +354,7 @@ impl Rig {
                 half_height: None,
                 half_size: Some([0.030, 0.030, 0.020]),
                 mass: 0.150,
+                colour: None,
             },
             Shape::Sphere => Object {
                 shape,
@@ -329,6 +362,7 @@ impl Rig {
                 half_height: None,
                 half_size: None,
                 mass: 0.100,
+                colour: None,
             },
         };
         Self {
@@ -345,6 +379,13 @@ impl Rig {
                 rate: 60.0,
                 noise: 0.0007,
                 centre: Point::new(0.45, 0.0),
+                matrix: None,
+                distortion: None,
+                position: None,
+                orientation: None,
+                exposure: 0.0,
+                readout: 0.0,
+                stamp: StampMark::Middle,
             },
             robot: Robot {
                 speed: [0.4, 1.0].into(),

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use super::{FieldTopic, Interval, Object, Rig, RigError, Shape};
+use super::{FieldTopic, Interval, Object, Rig, RigError, Shape, vision};
 
 /// Largest half size, radius or tip in m; a strike moves things that lie on a table.
 const LARGEST_SIZE: f64 = 1.0;
@@ -47,6 +47,8 @@ pub(super) fn check(rig: &Rig) -> Result<(), RigError> {
     )?;
     finite("camera.centre", rig.camera.centre.x)?;
     finite("camera.centre", rig.camera.centre.y)?;
+    vision::check_camera(&rig.camera)?;
+    vision::check_colour(&rig.object)?;
     interval("robot.speed", rig.robot.speed)?;
     positive(
         "robot.speed",
@@ -82,7 +84,8 @@ pub(super) fn check(rig: &Rig) -> Result<(), RigError> {
     )?;
     topic("topics.centroid", &rig.topics.centroid)?;
     topic("topics.command", &rig.topics.command)?;
-    topic("topics.state", &rig.topics.state)
+    topic("topics.state", &rig.topics.state)?;
+    vision::check_topic(rig.topics.image.as_ref())
 }
 
 fn object(object: &Object) -> Result<(), RigError> {
@@ -148,7 +151,7 @@ fn table(key: &str, bounds: Interval) -> Result<(), RigError> {
     Ok(())
 }
 
-fn interval(key: &str, interval: Interval) -> Result<(), RigError> {
+pub(super) fn interval(key: &str, interval: Interval) -> Result<(), RigError> {
     finite(key, interval.low)?;
     finite(key, interval.high)?;
     if interval.low < interval.high {
@@ -181,7 +184,7 @@ fn positive(key: &str, number: f64, largest: f64, unit: &str, hint: &str) -> Res
     Ok(())
 }
 
-fn finite(key: &str, number: f64) -> Result<(), RigError> {
+pub(super) fn finite(key: &str, number: f64) -> Result<(), RigError> {
     if number.is_finite() {
         Ok(())
     } else {
@@ -206,7 +209,7 @@ fn topic(key: &str, topic: &FieldTopic) -> Result<(), RigError> {
     }
 }
 
-fn value(key: &str, number: f64, why: &str) -> RigError {
+pub(super) fn value(key: &str, number: f64, why: &str) -> RigError {
     RigError::Value {
         key: key.into(),
         value: number.to_string(),

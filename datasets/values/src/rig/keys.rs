@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use toml::de::{DeTable, DeValue};
 
-use super::RigError;
+use super::{RigError, vision};
 
 /// Every key of a rig file, by dotted path; a required one carries the line that would mend its absence.
 const KEYS: [(&str, Option<&str>); 36] = [
@@ -56,6 +56,11 @@ const KEYS: [(&str, Option<&str>); 36] = [
     ("topics.state.y", Some("y = \"twist.twist.linear.y\"")),
 ];
 
+/// All keys, those of images among them.
+fn known() -> impl Iterator<Item = &'static (&'static str, Option<&'static str>)> {
+    KEYS.iter().chain(&vision::KEYS)
+}
+
 /// A key looks like a slip of a known one from this similarity (Jaro–Winkler) on.
 const ALIKE: f64 = 0.7;
 
@@ -70,7 +75,7 @@ pub(super) fn check(text: &str) -> Result<(), RigError> {
 fn check_table(text: &str, path: &str, table: &DeTable<'_>) -> Result<(), RigError> {
     for (key, value) in table {
         let dotted = join(path, key.get_ref());
-        if !KEYS.iter().any(|(known, _)| *known == dotted) {
+        if !known().any(|(known, _)| *known == dotted) {
             return Err(RigError::UnknownKey {
                 nearest: nearest(path, key.get_ref()),
                 line: line_of(text, key.span()),
@@ -96,7 +101,7 @@ fn check_table(text: &str, path: &str, table: &DeTable<'_>) -> Result<(), RigErr
 
 /// Names and mending lines of the keys right under a path.
 fn children(path: &str) -> impl Iterator<Item = (&'static str, &'static Option<&'static str>)> {
-    KEYS.iter().filter_map(move |(known, mend)| {
+    known().filter_map(move |(known, mend)| {
         let name = if path.is_empty() {
             known
         } else {
@@ -114,7 +119,7 @@ fn nearest(path: &str, key: &str) -> String {
             .max_by(|a, b| a.0.total_cmp(&b.0))
     };
     let sibling = best(&mut children(path).map(|(name, _)| (join(path, name), name)));
-    let anywhere = best(&mut KEYS.iter().map(|(known, _)| {
+    let anywhere = best(&mut known().map(|(known, _)| {
         (
             (*known).to_string(),
             known.rsplit_once('.').map_or(*known, |(_, name)| name),

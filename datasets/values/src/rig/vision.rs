@@ -1,0 +1,281 @@
+//! What the rig file says of a camera whose images are read: its lens, its pose, its timing, and the object's colour.
+//! Keys of the tables `[camera]`, `[object]` and `[topics.image]`; all are optional.
+
+use serde::{Deserialize, Serialize};
+
+use super::check::{finite, interval, value};
+use super::{Camera, Interval, Object, RigError};
+
+/// The keys of this module, as in [`super::keys`].
+pub(super) const KEYS: [(&str, Option<&str>); 14] = [
+    ("camera.matrix", None),
+    ("camera.distortion", None),
+    ("camera.position", None),
+    ("camera.orientation", None),
+    ("camera.exposure", None),
+    ("camera.readout", None),
+    ("camera.stamp", None),
+    ("object.colour", None),
+    (
+        "object.colour.hue",
+        Some("hue = [340.0, 20.0]   # degrees; may wrap around 360"),
+    ),
+    (
+        "object.colour.saturation",
+        Some("saturation = [0.4, 1.0]   # 0 to 1"),
+    ),
+    ("object.colour.value", Some("value = [0.2, 1.0]   # 0 to 1")),
+    ("topics.image", None),
+    (
+        "topics.image.name",
+        Some("name = \"/camera/image/compressed\""),
+    ),
+    ("topics.image.stamp", None),
+];
+
+/// Largest focal length or image coordinate in px.
+const LARGEST_PIXEL: f64 = 100_000.0;
+/// Largest coefficient of distortion: beyond it a lens folds the image over.
+const LARGEST_DISTORTION: f64 = 100.0;
+/// Farthest camera from the robot's base, in m.
+const FARTHEST: f64 = 20.0;
+/// Longest exposure or read-out, in s.
+const LONGEST: f64 = 1.0;
+/// A quaternion's length may be off 1 by this much: what four decimals leave.
+const UNIT: f64 = 1e-3;
+
+/// What an image's stamp marks.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum StampMark {
+    /// The start of the first row's exposure.
+    Start,
+    /// The middle of the first row's exposure.
+    #[default]
+    Middle,
+    /// The end of the first row's exposure.
+    End,
+}
+
+/// The object's colour as ranges of hue, saturation and value (HSV of the image's 8-bit R'G'B').
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Colour {
+    /// Hue in degrees; `low` > `high` wraps around 360.
+    pub hue: Interval,
+    /// Saturation, 0 to 1.
+    pub saturation: Interval,
+    /// Value, 0 to 1.
+    pub value: Interval,
+}
+
+impl Colour {
+    /// The demo's object: red.
+    pub fn demo() -> Self {
+        Self {
+            hue: [340.0, 20.0].into(),
+            saturation: [0.45, 1.0].into(),
+            value: [0.15, 1.0].into(),
+        }
+    }
+}
+
+/// The topic of images; their message types are known, so that no paths of fields are needed.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ImageTopic {
+    /// Topic name.
+    pub name: String,
+    /// Path of the stamp: `header.stamp` or `timestamp`, as the message type has it.
+    #[serde(default = "ImageTopic::header_stamp")]
+    pub stamp: String,
+}
+
+impl ImageTopic {
+    /// A topic whose messages have a header.
+    pub fn new(name: &str) -> Self {
+        Self {
+            name: name.into(),
+            stamp: Self::header_stamp(),
+        }
+    }
+
+    fn header_stamp() -> String {
+        "header.stamp".into()
+    }
+}
+
+/// Whether a time is the default, which is not written.
+#[expect(
+    clippy::trivially_copy_pass_by_ref,
+    reason = "serde passes a reference"
+)]
+pub(super) fn is_zero(time: &f64) -> bool {
+    *time == 0.0
+}
+
+/// Whether the mark is the default, which is not written.
+#[expect(
+    clippy::trivially_copy_pass_by_ref,
+    reason = "serde passes a reference"
+)]
+pub(super) fn is_middle(mark: &StampMark) -> bool {
+    *mark == StampMark::Middle
+}
+
+/// Checks the camera's keys of this module.
+pub(super) fn check_camera(camera: &Camera) -> Result<(), RigError> {
+    let within = |key: &str, number: f64, low: f64, high: f64, unit: &str| {
+        finite(key, number)?;
+        if (low..=high).contains(&number) {
+            Ok(())
+        } else {
+            Err(value(
+                key,
+                number,
+                &format!("must lie within {low} and {high} {unit}"),
+            ))
+        }
+    };
+    if let Some([fx, fy, cx, cy]) = camera.matrix {
+        for focal in [fx, fy] {
+            within("camera.matrix", focal, 1.0, LARGEST_PIXEL, "px")?;
+        }
+        for centre in [cx, cy] {
+            within("camera.matrix", centre, -LARGEST_PIXEL, LARGEST_PIXEL, "px")?;
+        }
+    }
+    for coefficient in camera.distortion.unwrap_or_default() {
+        let most = LARGEST_DISTORTION;
+        within("camera.distortion", coefficient, -most, most, "")?;
+    }
+    for coordinate in camera.position.unwrap_or_default() {
+        within("camera.position", coordinate, -FARTHEST, FARTHEST, "m")?;
+    }
+    if let Some(position) = camera.position
+        && position[2] <= 0.0
+    {
+        let why = "must be above 0 m: a camera looks at the table from above";
+        return Err(value("camera.position", position[2], why));
+    }
+    if let Some(orientation) = camera.orientation {
+        let length = orientation.iter().map(|part| part * part).sum::<f64>();
+        let off = (length.sqrt() - 1.0).abs();
+        if off.is_nan() || off > UNIT {
+            let why = "must be a quaternion [x, y, z, w] of length 1";
+            return Err(value("camera.orientation", length.sqrt(), why));
+        }
+    }
+    within("camera.exposure", camera.exposure, 0.0, LONGEST, "s")?;
+    within("camera.readout", camera.readout, 0.0, LONGEST, "s")
+}
+
+/// Checks the object's colour.
+pub(super) fn check_colour(object: &Object) -> Result<(), RigError> {
+    let Some(colour) = &object.colour else {
+        return Ok(());
+    };
+    for degrees in [colour.hue.low, colour.hue.high] {
+        finite("object.colour.hue", degrees)?;
+        if !(0.0..=360.0).contains(&degrees) {
+            let why = "must lie within 0 and 360 degrees";
+            return Err(value("object.colour.hue", degrees, why));
+        }
+    }
+    let shares: [(&str, Interval); 2] = [
+        ("object.colour.saturation", colour.saturation),
+        ("object.colour.value", colour.value),
+    ];
+    for (key, share) in shares {
+        interval(key, share)?;
+        for end in [share.low, share.high] {
+            if !(0.0..=1.0).contains(&end) {
+                return Err(value(key, end, "must lie within 0 and 1"));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Checks the topic of images.
+pub(super) fn check_topic(topic: Option<&ImageTopic>) -> Result<(), RigError> {
+    let Some(topic) = topic else { return Ok(()) };
+    for (key, text) in [
+        ("topics.image.name", &topic.name),
+        ("topics.image.stamp", &topic.stamp),
+    ] {
+        if text.trim().is_empty() {
+            return Err(RigError::Value {
+                key: key.into(),
+                value: format!("{text:?}"),
+                why: "must not be empty".into(),
+            });
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::{Rig, Shape};
+
+    const SEEING: &str = "matrix = [900.0, 900.0, 639.5, 359.5]\ndistortion = [-0.1, 0.02, 0.0, 0.0, 0.0]\n\
+        position = [0.45, 0.0, 1.2]\norientation = [0.7071, -0.7071, 0.0, 0.0]\nexposure = 0.005\nreadout = 0.01\nstamp = \"start\"\n";
+
+    fn with(camera: &str, object: &str) -> String {
+        let text = Rig::template().replacen("[camera]\n", &format!("[camera]\n{camera}"), 1);
+        text.replacen("[object]\n", &format!("[object]\n{object}"), 1)
+    }
+
+    #[test]
+    fn a_camera_with_lens_and_pose_survives_a_round_trip() {
+        let colour = "colour = { hue = [340, 20], saturation = [0.4, 1.0], value = [0.2, 1.0] }\n";
+        let text = with(SEEING, colour) + "\n[topics.image]\nname = \"/camera/image\"\n";
+        let rig = Rig::parse(&text).expect("parses");
+        assert_eq!(
+            rig.topics.image.as_ref().map(|topic| topic.stamp.as_str()),
+            Some("header.stamp")
+        );
+        assert_eq!(Rig::parse(&rig.to_toml()).expect("parses"), rig);
+    }
+
+    #[test]
+    fn a_rig_without_a_camera_of_images_is_written_as_before() {
+        let text = Rig::demo(Shape::Cylinder).to_toml();
+        for key in [
+            "matrix",
+            "exposure",
+            "stamp = \"middle\"",
+            "colour",
+            "image",
+        ] {
+            assert!(!text.contains(key), "{key}: {text}");
+        }
+    }
+
+    #[test]
+    fn values_that_make_no_sense_are_refused() {
+        for (camera, object, said) in [
+            ("matrix = [0, 900, 1, 1]\n", "", "camera.matrix"),
+            ("position = [0, 0, -1]\n", "", "from above"),
+            ("orientation = [0, 0, 0, 2]\n", "", "length 1"),
+            ("exposure = 5\n", "", "camera.exposure"),
+            ("readout = nan\n", "", "finite"),
+            ("focal = 3\n", "", "camera.focal"),
+            (
+                "",
+                "colour = { hue = [0, 400], saturation = [0, 1], value = [0, 1] }\n",
+                "360",
+            ),
+            (
+                "",
+                "colour = { hue = [0, 40], saturation = [1, 0], value = [0, 1] }\n",
+                "reversed",
+            ),
+            ("", "colour = { hue = [0, 40] }\n", "object.colour."),
+        ] {
+            let error = Rig::parse(&with(camera, object)).expect_err("refused");
+            assert!(error.to_string().contains(said), "{said}: {error}");
+        }
+    }
+}
