@@ -112,6 +112,7 @@ fn kick(clock: f64, b: &SVector<f64, NUISANCES>) -> Kick {
         angle: b[1],
         delay: clock + b[2],
         rest: Point::new(b[3], b[4]),
+        ..Kick::default()
     }
 }
 
