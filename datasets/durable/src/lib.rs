@@ -7,10 +7,12 @@
 //!
 //! [`faults`] makes any of these steps fail, for tests that loop over all of them.
 
+mod aside;
 pub mod faults;
 mod lock;
 mod write;
 
+pub use aside::Aside;
 pub use lock::{Lock, LockError};
 pub use write::{
     Output, append, create_dir, is_partial, remove_dir, rename, sweep, sync_dir, write, write_bytes,

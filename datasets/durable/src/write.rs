@@ -10,7 +10,13 @@ use crate::{Error, faults};
 const PARTIAL: &str = "partial";
 
 /// A file being written.
-pub struct Output(File);
+pub struct Output(pub(crate) File);
+
+impl io::Seek for Output {
+    fn seek(&mut self, to: io::SeekFrom) -> io::Result<u64> {
+        self.0.seek(to)
+    }
+}
 
 impl Write for Output {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {

@@ -15,6 +15,7 @@
 
 mod body;
 mod camera;
+mod choice;
 pub mod demo;
 mod effects;
 mod error;
@@ -30,6 +31,7 @@ mod striker;
 mod surface;
 mod truth;
 
+pub use choice::{NotSim, SimChoice};
 pub use effects::{Effect, ParameterSpec};
 pub use error::RigSimError;
 pub use hidden::Hidden;

@@ -5,8 +5,6 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use values::Shape;
 
-use crate::robot::RobotChoice;
-
 const EXIT_CODES: &str = "\
 Exit codes: 0 done, 1 failed, 2 wrong usage or bad input, 3 done but some input was rejected, 4 refused (a gate or a \
 safety limit), 75 busy: another run works in the folder.";
@@ -291,7 +289,7 @@ pub struct TrialArgs {
     /// What strikes: `sim`, the embedded rig, with the hidden truth of DIR/truth.json or DIR/rig/truth.json where `carom
     /// demo` wrote one, else the demo's mixture; `sim:FOLDER` with the truth in FOLDER.
     #[arg(long, value_name = "sim[:FOLDER]")]
-    pub robot: RobotChoice,
+    pub robot: rig::SimChoice,
     /// Random targets, struck once with each model.
     #[arg(long, default_value_t = 100, value_parser = clap::value_parser!(u32).range(0..=100_000))]
     pub targets: u32,

@@ -7,6 +7,7 @@
 
 pub mod batch;
 mod config;
+mod count;
 mod error;
 pub mod identity;
 mod limits;
@@ -20,8 +21,10 @@ mod testing;
 mod trust;
 
 pub use config::{Config, ConfigError};
+pub use count::take_number;
 pub use error::PlannerError;
-pub use log::{Destination, LogError, OpenLog, highest};
+pub use log::{Destination, Kept, LogError, OpenLog, highest};
+pub use logs::write::Samples;
 pub use plan::{FEW, Plan};
 pub use planner::Planner;
 pub use refusal::{Reason, Refusal};

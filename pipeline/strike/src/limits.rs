@@ -167,6 +167,32 @@ pub(crate) fn command(rig: &Rig, command: Command, simulated: Command) -> Result
     Ok(())
 }
 
+/// The final command, simulated, stops on the table, no farther from the target than what the residual may make good (m).
+pub(crate) fn residual(rig: &Rig, to: Point, stop: Point, most: f64) -> Result<(), Broken> {
+    let told = if !(rig.table.contains(stop)) {
+        format!(
+            "off the table, x in {} and y in {} m",
+            range(rig.table.x),
+            range(rig.table.y)
+        )
+    } else if !(stop.distance(to) <= most) {
+        format!(
+            "{:.1} mm from `to`, more than the {:.1} mm that the residual was trained to make good",
+            stop.distance(to) * 1e3,
+            most * 1e3
+        )
+    } else {
+        return Ok(());
+    };
+    Err((
+        Reason::ResidualTooLarge,
+        format!(
+            "simulated with its residual, the command stops at {}, {told}; use the --model without it, or train it anew",
+            place(stop)
+        ),
+    ))
+}
+
 /// Every position of the tip is within reach: over the table, or between the table and the arm's base at x = 0, from
 /// where the arm reaches out.
 pub(crate) fn reach(table: &Table, profile: &Profile) -> Result<(), Broken> {

@@ -1,10 +1,10 @@
-//! The log of a strike: whole or absent, never over another one.
+//! The log of a strike: whole or absent, never over another one, and kept wherever it can be once the strike was made.
 
-use std::fs;
 use std::path::{Path, PathBuf};
+use std::{env, fs};
 
+use durable::Aside;
 use logs::write::{RecordingWriter, Samples, WriteError};
-use tempfile::NamedTempFile;
 use values::Topics;
 
 /// Where a log goes.
@@ -23,119 +23,146 @@ pub enum LogError {
     #[error("log to {}: the file is there already and logs are never overwritten; give another --log", .0.display())]
     Exists(PathBuf),
     /// The system refused a step.
-    #[error("{step} {}: {source}; give a --log in a folder that can be written to", path.display())]
-    File {
-        /// What was tried.
-        step: &'static str,
-        /// The file or folder.
-        path: PathBuf,
-        /// What the system said.
-        source: std::io::Error,
-    },
+    #[error("{0}; give a --log in a folder that can be written to")]
+    File(#[from] durable::Error),
     /// The content could not be written.
     #[error(transparent)]
     Content(#[from] WriteError),
+}
+
+/// A log that was written.
+#[derive(Debug)]
+pub struct Kept {
+    /// Where it lies.
+    pub path: PathBuf,
+    /// Why it does not lie where it was to; none where it does.
+    pub moved: Option<LogError>,
 }
 
 /// A log that is open, under no name yet. Opened before the robot moves, so that no strike is lost for want of a place.
 #[derive(Debug)]
 pub struct OpenLog {
     destination: Destination,
-    aside: NamedTempFile,
+    aside: Aside,
 }
 
 impl OpenLog {
     /// Opens a log beside its destination. Errors if the destination is taken or its folder cannot be written to.
     pub fn open(destination: Destination) -> Result<Self, LogError> {
-        let folder = match &destination {
-            Destination::File(path) if path.exists() => {
-                return Err(LogError::Exists(path.clone()));
-            }
-            Destination::File(path) => match path.parent() {
-                Some(folder) if !folder.as_os_str().is_empty() => folder,
-                _ => Path::new("."),
-            },
-            Destination::Next(folder) => folder,
-        };
-        let failed = |step| {
-            move |source| LogError::File {
-                step,
-                path: folder.to_path_buf(),
-                source,
-            }
-        };
-        fs::create_dir_all(folder).map_err(failed("create the folder"))?;
-        let mut options = tempfile::Builder::new();
-        options.prefix(".strike_").suffix(".partial");
-        // A log is for all to read, as far as the umask lets them; a temporary file by itself is not.
-        #[cfg(unix)]
-        options.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-        let aside = options
-            .tempfile_in(folder)
-            .map_err(failed("create a log in"))?;
+        if let Destination::File(path) = &destination
+            && path.exists()
+        {
+            return Err(LogError::Exists(path.clone()));
+        }
+        let aside = Aside::create(destination.folder(), ASIDE)?;
         Ok(Self { destination, aside })
     }
 
-    /// Writes one strike, syncs it and gives it its name, which is returned.
-    pub fn write(mut self, samples: &Samples, topics: &Topics) -> Result<PathBuf, LogError> {
-        let mut writer = RecordingWriter::new(std::io::BufWriter::new(&mut self.aside), topics)?;
-        writer.write(samples)?;
-        drop(writer.finish()?);
-        let aside = self.aside.path().to_path_buf();
-        let synced = self.aside.as_file().sync_all();
-        synced.map_err(|source| LogError::File {
-            step: "sync",
-            path: aside,
-            source,
-        })?;
-        match self.destination {
-            Destination::File(path) => match self.aside.persist_noclobber(&path) {
-                Ok(_) => Ok(path),
-                Err(refused) => Err(taken(&path, refused.error)),
-            },
-            Destination::Next(folder) => name_next(self.aside, &folder),
-        }
-    }
-}
-
-/// The first free name after the highest one taken; another executor may take it meanwhile.
-fn name_next(mut aside: NamedTempFile, folder: &Path) -> Result<PathBuf, LogError> {
-    let mut number = highest(folder) + 1;
-    loop {
-        let path = folder.join(format!("{PREFIX}{number:06}{SUFFIX}"));
-        match aside.persist_noclobber(&path) {
-            Ok(_) => return Ok(path),
-            Err(refused) if refused.error.kind() == std::io::ErrorKind::AlreadyExists => {
-                aside = refused.file;
-                number += 1;
+    /// Writes one strike, syncs it and gives it its name. The strike was made: where its name was taken meanwhile, the next free
+    /// one beside it is used, and where its folder cannot be written to any more, the system's folder for temporary files.
+    /// Errors only where that fails too.
+    pub fn write(self, samples: &Samples, topics: &Topics) -> Result<Kept, LogError> {
+        let Self { destination, aside } = self;
+        match write(aside, &destination, samples, topics) {
+            Ok(kept) => Ok(kept),
+            Err(moved) => {
+                let rescue = Destination::Next(env::temp_dir());
+                let rescued = Aside::create(rescue.folder(), ASIDE)
+                    .map_err(LogError::from)
+                    .and_then(|aside| write(aside, &rescue, samples, topics));
+                match rescued {
+                    Ok(kept) => Ok(Kept {
+                        moved: Some(moved),
+                        ..kept
+                    }),
+                    Err(_) => Err(moved),
+                }
             }
-            Err(refused) => return Err(taken(&path, refused.error)),
         }
     }
 }
 
-fn taken(path: &Path, source: std::io::Error) -> LogError {
-    if source.kind() == std::io::ErrorKind::AlreadyExists {
-        return LogError::Exists(path.to_path_buf());
-    }
-    LogError::File {
-        step: "name the log",
-        path: path.to_path_buf(),
-        source,
+impl Destination {
+    fn folder(&self) -> &Path {
+        match self {
+            Self::Next(folder) => folder,
+            Self::File(path) => match path.parent() {
+                Some(folder) if !folder.as_os_str().is_empty() => folder,
+                _ => Path::new("."),
+            },
+        }
     }
 }
 
+/// Fills the file and names it.
+fn write(
+    mut aside: Aside,
+    destination: &Destination,
+    samples: &Samples,
+    topics: &Topics,
+) -> Result<Kept, LogError> {
+    aside.fill(|file| -> Result<(), LogError> {
+        let mut writer = RecordingWriter::new(file, topics)?;
+        writer.write(samples)?;
+        writer.finish()?;
+        Ok(())
+    })?;
+    match destination {
+        Destination::Next(folder) => Ok(Kept {
+            path: first_free(&aside, numbered(folder))?,
+            moved: None,
+        }),
+        Destination::File(path) if aside.name(path)? => Ok(Kept {
+            path: path.clone(),
+            moved: None,
+        }),
+        Destination::File(path) => Ok(Kept {
+            path: first_free(&aside, beside(path))?,
+            moved: Some(LogError::Exists(path.clone())),
+        }),
+    }
+}
+
+/// Gives the file the first of these names that is free.
+fn first_free(aside: &Aside, names: impl Iterator<Item = PathBuf>) -> Result<PathBuf, LogError> {
+    for path in names {
+        if aside.name(&path)? {
+            return Ok(path);
+        }
+    }
+    unreachable!("names are counted on without end")
+}
+
+/// `strike_NNNNNN.mcap` after the highest that is there; another executor may take one meanwhile.
+fn numbered(folder: &Path) -> impl Iterator<Item = PathBuf> {
+    (highest(folder) + 1..).map(move |number| folder.join(format!("{PREFIX}{number:06}{SUFFIX}")))
+}
+
+/// `NAME_2.mcap` and on for `NAME.mcap`.
+fn beside(path: &Path) -> impl Iterator<Item = PathBuf> {
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+    let ending = path
+        .extension()
+        .map(|ending| format!(".{}", ending.to_string_lossy()))
+        .unwrap_or_default();
+    (2u64..).map(move |number| path.with_file_name(format!("{stem}_{number}{ending}")))
+}
+
+const ASIDE: &str = "strike";
 const PREFIX: &str = "strike_";
 const SUFFIX: &str = ".mcap";
+/// Higher numbers than this in a log's name are not counted on from: no robot makes so many strikes, and stamps of the embedded
+/// rig, five seconds a strike, would leave the range of their clock.
+pub(crate) const HIGHEST: usize = 999_999_999;
 
-/// The highest number that a log in the folder has; 0 where there is none. A robot that is simulated counts its strikes
-/// by it.
+/// The highest number that a log in the folder has; 0 where there is none.
 pub fn highest(folder: &Path) -> usize {
     let number = |name: &str| {
         name.strip_prefix(PREFIX)?
             .strip_suffix(SUFFIX)?
             .parse()
             .ok()
+            .filter(|number| *number <= HIGHEST)
     };
     fs::read_dir(folder)
         .into_iter()
@@ -151,7 +178,8 @@ mod tests {
     use super::*;
 
     fn write(destination: Destination) -> Result<PathBuf, LogError> {
-        OpenLog::open(destination)?.write(&Samples::default(), &Topics::default())
+        let kept = OpenLog::open(destination)?.write(&Samples::default(), &Topics::default())?;
+        Ok(kept.path)
     }
 
     #[test]
@@ -171,6 +199,19 @@ mod tests {
     }
 
     #[test]
+    fn a_number_beyond_counting_is_passed_over() {
+        let dir = tempfile::tempdir().expect("folder");
+        for number in [usize::MAX, HIGHEST + 1] {
+            fs::write(dir.path().join(format!("strike_{number}.mcap")), "").expect("writes");
+        }
+        let next = || write(Destination::Next(dir.path().into())).expect("writes");
+        assert_eq!(next(), dir.path().join("strike_000001.mcap"));
+        fs::write(dir.path().join(format!("strike_{HIGHEST}.mcap")), "").expect("writes");
+        // The names after the last one that counts are still free or taken.
+        assert_eq!(next(), dir.path().join("strike_1000000001.mcap"));
+    }
+
+    #[test]
     fn two_executors_take_two_names() {
         let dir = tempfile::tempdir().expect("folder");
         let open = || OpenLog::open(Destination::Next(dir.path().into())).expect("opens");
@@ -178,6 +219,7 @@ mod tests {
         let name = |log: OpenLog| {
             log.write(&Samples::default(), &Topics::default())
                 .expect("writes")
+                .path
         };
         assert_ne!(name(one), name(two));
         let left: Vec<_> = fs::read_dir(dir.path()).expect("folder").collect();
@@ -185,7 +227,7 @@ mod tests {
     }
 
     #[test]
-    fn a_file_that_is_there_is_kept() {
+    fn a_strike_whose_name_was_taken_meanwhile_is_kept_under_the_next() {
         let dir = tempfile::tempdir().expect("folder");
         let path = dir.path().join("log.mcap");
         let late = OpenLog::open(Destination::File(path.clone())).expect("opens");
@@ -194,9 +236,37 @@ mod tests {
             OpenLog::open(Destination::File(path.clone())),
             Err(LogError::Exists(_))
         ));
-        let written = late.write(&Samples::default(), &Topics::default());
-        assert!(matches!(written, Err(LogError::Exists(_))));
+        let kept = late
+            .write(&Samples::default(), &Topics::default())
+            .expect("kept");
+        assert_eq!(kept.path, dir.path().join("log_2.mcap"));
+        assert!(matches!(kept.moved, Some(LogError::Exists(_))));
         assert_eq!(fs::read(&path).expect("is there"), b"mine");
+        assert!(fs::metadata(&kept.path).expect("is there").len() > 100);
+    }
+
+    #[test]
+    fn a_strike_is_kept_whichever_step_of_its_log_fails() {
+        for step in 1.. {
+            let dir = tempfile::tempdir().expect("folder");
+            let destination = Destination::Next(dir.path().into());
+            let log = OpenLog::open(destination).expect("opens");
+            let (kept, failed) =
+                durable::faults::once(step, || log.write(&Samples::default(), &Topics::default()));
+            let kept = kept.expect("kept");
+            assert!(kept.path.exists(), "step {step}");
+            assert_eq!(kept.moved.is_some(), failed, "step {step}");
+            if !kept.path.starts_with(dir.path()) {
+                fs::remove_file(kept.path).expect("removes");
+            }
+            if !failed {
+                assert!(
+                    step > 4,
+                    "write, sync, link and sync of the folder each failed"
+                );
+                break;
+            }
+        }
     }
 
     #[test]

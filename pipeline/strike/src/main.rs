@@ -7,7 +7,11 @@ use std::process::ExitCode;
 use clap::Parser;
 
 fn main() -> ExitCode {
-    cli::run(&cli::Args::parse()).unwrap_or_else(|failure| {
+    let args = cli::Args::parse();
+    cli::run(&args).unwrap_or_else(|failure| {
+        if args.json {
+            println!("{}", failure.to_json());
+        }
         eprintln!("strike: {failure}");
         failure.code()
     })

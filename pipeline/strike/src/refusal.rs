@@ -25,13 +25,22 @@ pub enum Reason {
     Reach,
     /// A line of a batch is not `{"from": [x, y], "to": [x, y]}`.
     Malformed,
+    /// The command, simulated with its residual, stops off the table or farther from the target than the residual's training
+    /// explains.
+    ResidualTooLarge,
+    /// The artifact was made for another object, striker, table or arm than this robot's own rig file states.
+    OtherRig,
+    /// The version is not signed by the configured key, or older than one that was loaded before.
+    NotTrusted,
+    /// The robot must not strike in the state that it is in.
+    NotReady,
     /// This version has no driver for the robot that was named.
     NoDriver,
 }
 
 impl Reason {
     /// Every reason.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 14] = [
         Self::NotFinite,
         Self::OffTable,
         Self::OutsideTrainedRegion,
@@ -41,6 +50,10 @@ impl Reason {
         Self::AngleLimit,
         Self::Reach,
         Self::Malformed,
+        Self::ResidualTooLarge,
+        Self::OtherRig,
+        Self::NotTrusted,
+        Self::NotReady,
         Self::NoDriver,
     ];
 
@@ -56,6 +69,10 @@ impl Reason {
             Self::AngleLimit => "angle_limit",
             Self::Reach => "reach",
             Self::Malformed => "malformed",
+            Self::ResidualTooLarge => "residual_too_large",
+            Self::OtherRig => "other_rig",
+            Self::NotTrusted => "not_trusted",
+            Self::NotReady => "not_ready",
             Self::NoDriver => "no_driver",
         }
     }
@@ -65,9 +82,9 @@ impl Reason {
 #[derive(Clone, Debug, PartialEq, Serialize, thiserror::Error)]
 #[error("{}: {detail}", refused.name())]
 pub struct Refusal {
-    /// Where the object rests, in m; none where the line of a batch does not tell.
+    /// Where the object rests, in m; none where nobody told.
     pub from: Option<Point>,
-    /// Where it was to come to rest, in m; none where the line of a batch does not tell.
+    /// Where it was to come to rest, in m; none where nobody told.
     pub to: Option<Point>,
     /// Why.
     pub refused: Reason,

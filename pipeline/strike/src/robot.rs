@@ -70,6 +70,8 @@ pub enum RobotError {
         robot: String,
         /// What happened.
         why: String,
+        /// What was recorded until then; none where nothing was.
+        samples: Option<Box<Samples>>,
     },
     /// The motion was not ended, and the arm could not be stopped either.
     #[error("{strike}; then failed to stop the arm: {abort}: press the emergency stop")]
@@ -79,6 +81,17 @@ pub enum RobotError {
         /// Why stopping failed.
         abort: Box<RobotError>,
     },
+}
+
+impl RobotError {
+    /// What was recorded of a strike that was begun and not ended.
+    pub fn samples(&self) -> Option<&Samples> {
+        match self {
+            Self::Interrupted { samples, .. } => samples.as_deref(),
+            Self::Runaway { strike, .. } => strike.samples(),
+            Self::Connection { .. } | Self::NotReady { .. } => None,
+        }
+    }
 }
 
 /// Checks, strikes, and stops the arm where the strike fails: nothing moves before the check has passed.
@@ -95,6 +108,8 @@ pub fn execute(robot: &mut dyn Robot, plan: &Plan) -> Result<Option<Struck>, Rob
 
 #[cfg(test)]
 mod tests {
+    use logs::write::Stamped;
+
     use super::*;
     use crate::testing::plan;
 
@@ -105,6 +120,19 @@ mod tests {
         fails: Vec<&'static str>,
     }
 
+    /// What the robot recorded before it failed.
+    fn sampled() -> Samples {
+        let command = Stamped {
+            stamp: 1,
+            x: 0.5,
+            y: 0.0,
+        };
+        Samples {
+            commands: vec![command],
+            ..Samples::default()
+        }
+    }
+
     impl Noting {
         fn call(&mut self, name: &'static str) -> Result<(), RobotError> {
             self.calls.push(name);
@@ -112,6 +140,7 @@ mod tests {
                 return Err(RobotError::Interrupted {
                     robot: "noting".into(),
                     why: name.into(),
+                    samples: (name == "strike").then(|| Box::new(sampled())),
                 });
             }
             Ok(())
@@ -160,13 +189,21 @@ mod tests {
     fn a_strike_that_fails_is_aborted() {
         let (calls, outcome) = calls(&["strike"]);
         assert_eq!(calls, ["check", "strike", "abort"]);
-        assert!(matches!(outcome, Err(RobotError::Interrupted { .. })));
+        let error = outcome.expect_err("failed");
+        assert!(matches!(error, RobotError::Interrupted { .. }));
+        assert_eq!(
+            error.samples(),
+            Some(&sampled()),
+            "what was recorded is kept"
+        );
     }
 
     #[test]
     fn an_arm_that_cannot_be_stopped_is_told_with_both_reasons() {
         let (_, outcome) = calls(&["strike", "abort"]);
-        let text = outcome.expect_err("failed").to_string();
+        let error = outcome.expect_err("failed");
+        assert_eq!(error.samples(), Some(&sampled()));
+        let text = error.to_string();
         assert!(
             text.contains("noting: strike") && text.contains("noting: abort"),
             "{text}"

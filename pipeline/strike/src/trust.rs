@@ -1,14 +1,18 @@
 //! Whether a version may move this robot: signed by the configured key, and none newer was seen before.
 //!
-//! Every signature counts on from the one before (see [`store::Key`]). The highest count that was loaded is kept in a
-//! file of the robot's own; a version with a lower one, whatever `latest` says, is an old one passed off as new. Going back is
+//! Every signature counts on from the one before (see [`store::Key`]). The highest count that was loaded is kept, with the hash
+//! of its manifest, in a file of the robot's own; a version with a lower count, whatever `latest` says, is an old one passed off
+//! as new, and one with the same count and another manifest comes from a second store. Going back is
 //! an act of whoever holds the secret key: `carom artifacts rollback --key` signs the earlier version with the next count.
 
 use std::path::{Path, PathBuf};
 use std::{fs, io};
 
+use durable::LockError;
 use serde::{Deserialize, Serialize};
 use store::{Artifact, ArtifactError, Key, Store};
+
+use crate::count::locked;
 
 /// A key, and the newest that was seen of it.
 #[derive(Clone, Debug)]
@@ -23,6 +27,20 @@ pub struct Trust {
 struct Seen {
     sequence: u64,
     version: String,
+    /// SHA-256 of its manifest, as the manifest itself says it; none in files of before it was kept.
+    #[serde(default)]
+    manifest: Option<String>,
+}
+
+impl Seen {
+    /// Whether another one may be this very version.
+    fn may_be(&self, other: &Self) -> bool {
+        self.version == other.version
+            && match (&self.manifest, &other.manifest) {
+                (Some(one), Some(other)) => one == other,
+                _ => true,
+            }
+    }
 }
 
 /// Why a version is not trusted, or that cannot be told. Texts complete "failed to …".
@@ -46,10 +64,10 @@ pub enum TrustError {
         /// The highest count that was seen.
         seen: u64,
     },
-    /// Another version with the count of the newest: two stores sign with one key.
+    /// Another version, or another content, with the count of the newest: two stores sign with one key.
     #[error(
-        "load {version}: its signature counts {sequence}, and so did that of {newest}, which was loaded here before; publish \
-         with one key from one store"
+        "load {version}: its signature counts {sequence}, and so did that of another {newest}, which was loaded here before; \
+         publish with one key from one store"
     )]
     Twice {
         /// The version.
@@ -81,11 +99,20 @@ pub enum TrustError {
     /// What was seen cannot be kept.
     #[error(transparent)]
     Unkept(#[from] durable::Error),
+    /// Another executor holds the lock of what was seen.
+    #[error("read and keep the newest version seen: {0}")]
+    Locked(#[from] LockError),
     /// A robot that moves was chosen, and no key is configured.
     #[error(
         "use a robot that moves: no key is configured, so that nobody vouches for the artifact; give `--key FILE` or a strike.toml"
     )]
     NoKey,
+    /// A robot that moves was chosen, and its own rig file is not configured.
+    #[error(
+        "use a robot that moves: its own rig file is not configured, so that nobody says where it may go; give `--rig FILE` or a \
+         strike.toml"
+    )]
+    NoRig,
 }
 
 impl Trust {
@@ -113,8 +140,15 @@ impl Trust {
         let (artifact, sequence) = store
             .load_trusted(version, &self.key)
             .map_err(TrustError::from)?;
+        // Read, compared and written under one lock: of two executors, the later one sees what the earlier one kept.
+        let _lock = locked(&self.lock_path()).map_err(TrustError::from)?;
         let seen = self.seen()?;
         let version = &artifact.version;
+        let now = Seen {
+            sequence,
+            version: version.clone(),
+            manifest: Some(artifact.manifest.sha256.clone()),
+        };
         match &seen {
             Some(seen) if sequence < seen.sequence => {
                 return Err(TrustError::Older {
@@ -125,7 +159,7 @@ impl Trust {
                 }
                 .into());
             }
-            Some(seen) if sequence == seen.sequence && *version != seen.version => {
+            Some(seen) if sequence == seen.sequence && !now.may_be(seen) => {
                 return Err(TrustError::Twice {
                     version: version.clone(),
                     sequence,
@@ -136,14 +170,17 @@ impl Trust {
             _ => {}
         }
         fits(&artifact)?;
-        let now = Seen {
-            sequence,
-            version: version.clone(),
-        };
         if seen.as_ref() != Some(&now) {
             self.keep(&now)?;
         }
         Ok(artifact)
+    }
+
+    fn lock_path(&self) -> PathBuf {
+        let mut name = std::ffi::OsString::from(".");
+        name.push(self.seen.file_name().unwrap_or_default());
+        name.push(".lock");
+        self.seen.with_file_name(name)
     }
 
     fn seen(&self) -> Result<Option<Seen>, TrustError> {
@@ -169,21 +206,11 @@ impl Trust {
     }
 }
 
-/// Whether a robot may be used with what is configured: without a key, only one that moves nothing.
-pub fn allows(trust: Option<&Trust>, moves: bool) -> Result<(), TrustError> {
-    match trust {
-        None if moves => Err(TrustError::NoKey),
+/// Whether a robot may be used with what is configured: one that moves needs a key and a rig file of its own.
+pub fn allows(has_key: bool, has_rig: bool, moves: bool) -> Result<(), TrustError> {
+    match (moves, has_key, has_rig) {
+        (true, false, _) => Err(TrustError::NoKey),
+        (true, true, false) => Err(TrustError::NoRig),
         _ => Ok(()),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn without_a_key_nothing_moves() {
-        assert!(matches!(allows(None, true), Err(TrustError::NoKey)));
-        assert!(allows(None, false).is_ok());
     }
 }

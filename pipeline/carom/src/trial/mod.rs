@@ -33,7 +33,7 @@ pub fn trial(args: &TrialArgs, is_quiet: bool) -> Result<Trial, Error> {
     let strikes = tables::read_strikes(dir).map_err(Error::input)?;
     let region = Region::of(&strikes)
         .ok_or_else(|| Error::input("choose targets: the run's strikes.parquet is empty"))?;
-    let robot = args.robot.open(dir, &artifact.rig, args.seed)?;
+    let robot = Embedded::open(&args.robot, dir, &artifact.rig, args.seed)?;
     if robot.truth.is_none() && !is_quiet {
         eprintln!(
             "carom: there is no truth.json in {0} or {0}/rig: the demo's default rig is struck, with hidden effects of its own; \

@@ -19,11 +19,13 @@ Examples:
   Plan many targets, a line {\"from\": [x, y], \"to\": [x, y]} each:
     strike --artifacts artifacts/demo --batch targets.jsonl > plans.jsonl
 
-Exit codes: 0 done; 1 failed; 2 wrong usage or bad input; 3 done, but a line of the batch was refused; 4 refused.
+Exit codes: 0 done; 1 failed; 2 wrong usage or bad input; 3 done, but a line of the batch was refused or the log lies
+elsewhere; 4 refused; 75 busy.
 A refusal tells its reason: not_finite, off_table, outside_trained_region, unreachable, diverged, speed_limit,
-angle_limit, reach, malformed (a line of a batch), no_driver or not_ready (the robot), other_rig (the artifact was made
-for another object or striker), not_trusted (not signed by the key, or older than what was loaded before). Nothing is ever
-moved into a limit. A damaged artifact is bad input: exit code 2.";
+angle_limit, reach, residual_too_large, malformed (a line of a batch), no_driver or not_ready (the robot), other_rig (the
+artifact was made for another object or striker), not_trusted (not signed by the key, or older than what was loaded before).
+Nothing is ever moved into a limit. A damaged artifact is bad input: exit code 2. With --json every end is one object: a plan,
+a refusal, or {\"failed\": text}; what was struck is told and kept even where something failed after it.";
 
 /// Strikes an object so that it comes to rest at a target.
 #[derive(Debug, Parser)]

@@ -3,8 +3,9 @@
 use std::fmt::{self, Display};
 use std::process::ExitCode;
 
+use serde::Serialize;
 use store::ArtifactError;
-use strike::{LogError, RobotError, TrustError};
+use strike::{LogError, Reason, Refusal, TrustError};
 
 /// What went wrong; it chooses the exit code.
 #[derive(Debug)]
@@ -15,8 +16,18 @@ pub enum Failure {
     Usage(String),
     /// Bad input.
     Input(String),
+    /// Another program holds what is needed.
+    Busy(String),
     /// A limit or a check refuses.
-    Refused(String),
+    Refused(Refusal),
+}
+
+/// A failure for a machine.
+#[derive(Serialize)]
+#[serde(untagged)]
+enum Told<'a> {
+    Refused(&'a Refusal),
+    Failed { failed: String },
 }
 
 impl Failure {
@@ -32,8 +43,14 @@ impl Failure {
         Self::Input(why.to_string())
     }
 
-    pub fn refused(why: impl Display) -> Self {
-        Self::Refused(why.to_string())
+    /// A refusal of what does not depend on object and target.
+    pub fn refused(refused: Reason, detail: impl Display) -> Self {
+        Self::Refused(Refusal {
+            from: None,
+            to: None,
+            refused,
+            detail: detail.to_string(),
+        })
     }
 
     /// The contract's exit code.
@@ -42,25 +59,28 @@ impl Failure {
             Self::Failed(_) => 1,
             Self::Usage(_) | Self::Input(_) => 2,
             Self::Refused(_) => 4,
+            Self::Busy(_) => 75,
         })
+    }
+
+    /// What a machine is told: the contract's refusal, or `{"failed": "text"}`.
+    pub fn to_json(&self) -> String {
+        let told = match self {
+            Self::Refused(refusal) => Told::Refused(refusal),
+            _ => Told::Failed {
+                failed: self.to_string(),
+            },
+        };
+        serde_json::to_string(&told).unwrap_or_default()
     }
 }
 
 impl Display for Failure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Failed(why) | Self::Input(why) => write!(f, "failed to {why}"),
+            Self::Failed(why) | Self::Input(why) | Self::Busy(why) => write!(f, "failed to {why}"),
             Self::Usage(why) => write!(f, "{why}; see --help"),
-            Self::Refused(why) => write!(f, "refused: {why}"),
-        }
-    }
-}
-
-impl From<RobotError> for Failure {
-    fn from(error: RobotError) -> Self {
-        match error {
-            RobotError::NotReady { .. } => Self::refused(format!("not_ready: failed to {error}")),
-            _ => Self::failed(error),
+            Self::Refused(refusal) => write!(f, "refused: {refusal}"),
         }
     }
 }
@@ -68,12 +88,15 @@ impl From<RobotError> for Failure {
 impl From<TrustError> for Failure {
     fn from(error: TrustError) -> Self {
         use ArtifactError::{BadSignature, NotSigned};
+        use durable::LockError;
         match error {
             TrustError::Artifact(NotSigned { .. } | BadSignature { .. })
             | TrustError::Older { .. }
             | TrustError::Twice { .. }
-            | TrustError::NoKey => Self::refused(format!("not_trusted: failed to {error}")),
-            TrustError::Unkept(_) => Self::failed(error),
+            | TrustError::NoKey
+            | TrustError::NoRig => Self::refused(Reason::NotTrusted, format!("failed to {error}")),
+            TrustError::Locked(LockError::Busy { .. }) => Self::Busy(error.to_string()),
+            TrustError::Unkept(_) | TrustError::Locked(_) => Self::failed(error),
             TrustError::Artifact(_) | TrustError::BadKey { .. } | TrustError::BadSeen { .. } => {
                 Self::input(error)
             }
@@ -85,7 +108,7 @@ impl From<LogError> for Failure {
     fn from(error: LogError) -> Self {
         match error {
             LogError::Exists(_) => Self::input(error),
-            LogError::File { .. } | LogError::Content(_) => Self::failed(error),
+            LogError::File(_) | LogError::Content(_) => Self::failed(error),
         }
     }
 }

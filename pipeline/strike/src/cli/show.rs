@@ -22,7 +22,13 @@ pub struct Answer {
     miss: Option<f64>,
     /// The log.
     #[serde(skip_serializing_if = "Option::is_none")]
-    log: Option<PathBuf>,
+    pub log: Option<PathBuf>,
+    /// Why the log does not lie where it was to; none where it does.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub log_moved: Option<String>,
+    /// What failed once the strike was begun; completes "failed to …".
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub failed: Option<String>,
 }
 
 impl Answer {
@@ -33,14 +39,15 @@ impl Answer {
             stopped: None,
             miss: None,
             log: None,
+            log_moved: None,
+            failed: None,
         }
     }
 
-    /// The robot struck.
-    pub fn struck(&mut self, stop: Point, log: PathBuf) {
+    /// The robot struck, and the object came to rest here (m).
+    pub fn stopped(&mut self, stop: Point) {
         self.stopped = Some(stop);
         self.miss = Some(stop.distance(self.plan.to));
-        self.log = Some(log);
     }
 }
 
@@ -110,25 +117,20 @@ fn expected(plan: &Plan) -> String {
 }
 
 /// What became of the plan.
-pub fn struck(answer: Option<&Answer>) -> Result<(), Failure> {
-    let Some(Answer {
-        stopped: Some(stop),
-        miss: Some(miss),
-        log: Some(log),
-        ..
-    }) = answer
-    else {
-        return Ok(());
-    };
-    writeln!(
-        io::stdout(),
-        "\nstopped     {:8.4} {:8.4} m, {:.1} mm from the target\nlog         {}",
-        stop.x,
-        stop.y,
-        miss * 1e3,
-        log.display()
-    )
-    .map_err(failed)
+pub fn struck(answer: &Answer) -> Result<(), Failure> {
+    let mut text = String::new();
+    if let (Some(stop), Some(miss)) = (answer.stopped, answer.miss) {
+        text += &format!(
+            "\nstopped     {:8.4} {:8.4} m, {:.1} mm from the target\n",
+            stop.x,
+            stop.y,
+            miss * 1e3
+        );
+    }
+    if let Some(log) = &answer.log {
+        text += &format!("log         {}\n", log.display());
+    }
+    io::stdout().write_all(text.as_bytes()).map_err(failed)
 }
 
 fn failed(error: impl std::fmt::Display) -> Failure {

@@ -1,15 +1,16 @@
 //! `--robot`: which robot is meant.
 
-use std::path::PathBuf;
 use std::str::FromStr;
+
+use rig::{NotSim, SimChoice};
 
 /// A robot by its name on the command line.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Choice {
     /// `dry-run`: nothing moves.
     DryRun,
-    /// `sim` or `sim:FOLDER`: the embedded rig, of the folder's `truth.json` where one is given.
-    Sim(Option<PathBuf>),
+    /// `sim` or `sim:FOLDER`: the embedded rig.
+    Sim(SimChoice),
     /// `xarm:HOST`: an arm for which there is no driver yet.
     XArm(String),
 }
@@ -24,24 +25,23 @@ pub enum UnknownRobot {
     #[error("`xarm:` needs the arm's host after the colon, such as `xarm:192.168.1.10`")]
     NoHost,
     /// `sim:` without its folder.
-    #[error("`sim:` needs a folder with a truth.json after the colon; or leave the colon out")]
-    NoFolder,
+    #[error(transparent)]
+    Sim(NotSim),
 }
 
 /// What can be struck with.
 pub(crate) const KNOWN: &str = "`dry-run`, `sim` and `sim:FOLDER`";
 
 impl Choice {
-    /// Whether it can move something in this world. One that can needs an artifact that somebody vouches for.
+    /// Whether it can move something in this world. One that can needs an artifact that somebody vouches for, and a rig file of
+    /// its own.
     pub fn moves(&self) -> bool {
         match self {
             Self::DryRun | Self::Sim(_) => false,
             Self::XArm(_) => true,
         }
     }
-}
 
-impl Choice {
     /// Why nothing can strike with it: this version has no driver for it.
     pub fn lacks_driver(&self) -> Option<String> {
         let Self::XArm(host) = self else { return None };
@@ -57,14 +57,16 @@ impl FromStr for Choice {
 
     fn from_str(text: &str) -> Result<Self, UnknownRobot> {
         match text.split_once(':') {
-            None if text == "dry-run" => Ok(Self::DryRun),
-            None if text == "sim" => Ok(Self::Sim(None)),
-            Some(("sim", "")) => Err(UnknownRobot::NoFolder),
-            Some(("sim", folder)) => Ok(Self::Sim(Some(folder.into()))),
-            Some(("xarm", "")) => Err(UnknownRobot::NoHost),
-            Some(("xarm", host)) => Ok(Self::XArm(host.into())),
-            None if text == "xarm" => Err(UnknownRobot::NoHost),
-            _ => Err(UnknownRobot::Name(text.into())),
+            None if text == "dry-run" => return Ok(Self::DryRun),
+            None if text == "xarm" => return Err(UnknownRobot::NoHost),
+            Some(("xarm", "")) => return Err(UnknownRobot::NoHost),
+            Some(("xarm", host)) => return Ok(Self::XArm(host.into())),
+            _ => {}
+        }
+        match text.parse() {
+            Ok(sim) => Ok(Self::Sim(sim)),
+            Err(NotSim::Name) => Err(UnknownRobot::Name(text.into())),
+            Err(error) => Err(UnknownRobot::Sim(error)),
         }
     }
 }
@@ -76,8 +78,9 @@ mod tests {
     #[test]
     fn robots_are_known_by_name_and_others_are_told_what_there_is() {
         assert_eq!("dry-run".parse(), Ok(Choice::DryRun));
-        assert_eq!("sim".parse(), Ok(Choice::Sim(None)));
-        assert_eq!("sim:a/b".parse(), Ok(Choice::Sim(Some("a/b".into()))));
+        assert_eq!("sim".parse(), Ok(Choice::Sim(SimChoice::default())));
+        let folder = Some("a/b".into());
+        assert_eq!("sim:a/b".parse(), Ok(Choice::Sim(SimChoice { folder })));
         assert_eq!("xarm:10.0.0.2".parse(), Ok(Choice::XArm("10.0.0.2".into())));
         for text in ["xarm", "xarm:"] {
             assert_eq!(text.parse::<Choice>(), Err(UnknownRobot::NoHost));
@@ -89,6 +92,7 @@ mod tests {
                 "{error}"
             );
         }
-        assert_eq!("sim:".parse::<Choice>(), Err(UnknownRobot::NoFolder));
+        let error = "sim:".parse::<Choice>().expect_err("no folder");
+        assert_eq!(error, UnknownRobot::Sim(NotSim::NoFolder));
     }
 }

@@ -2,13 +2,15 @@
 
 use std::fs;
 use std::path::Path;
+use std::time::Duration;
 
+use durable::Lock;
 use ingest::{Ingest, ingest_log};
 use rig::{Hidden, Truth};
 use serde_json::Value;
 use values::{Point, Strike};
 
-use crate::commands::{stderr, strike};
+use crate::commands::{command, stderr, stdout, strike};
 use crate::fixture;
 
 const STRIKE: [&str; 9] = [
@@ -94,6 +96,65 @@ fn a_named_log_is_written_once() {
 }
 
 #[test]
+fn a_strike_with_a_named_log_has_a_scatter_of_its_own() {
+    let dir = fixture::published();
+    let struck = |name: &str| {
+        let log = dir.path().join(name);
+        let arguments = [STRIKE.as_slice(), &["--log", log.to_str().unwrap()]].concat();
+        (
+            answer(dir.path(), &arguments)["stopped"].clone(),
+            read(&log),
+        )
+    };
+    let (one, two) = (struck("one.mcap"), struck("two.mcap"));
+    assert_ne!(one.0, two.0);
+    assert_ne!(one.1.id, two.1.id, "the next run takes both");
+    assert!(one.1.t_start < two.1.t_start, "stamps run on");
+}
+
+#[test]
+fn a_log_with_the_highest_number_there_is_does_not_end_the_program() {
+    let dir = fixture::published();
+    let folder = dir.path().join("strikes");
+    fs::create_dir(&folder).unwrap();
+    fs::write(folder.join("strike_18446744073709551615.mcap"), "").unwrap();
+    let answer = answer(dir.path(), &STRIKE);
+    let log = folder.join("strike_000001.mcap");
+    assert_eq!(answer["log"], log.to_str().unwrap());
+}
+
+#[test]
+fn a_strike_whose_log_is_taken_while_it_is_made_is_kept_and_told() {
+    let dir = fixture::published();
+    let log = dir.path().join("one.mcap");
+    // The program waits for the lock of the count once its log is open: the name is taken then.
+    let lock = Lock::acquire(&dir.path().join(".struck.lock")).unwrap();
+    let arguments = [STRIKE.as_slice(), &["--log", log.to_str().unwrap()]].concat();
+    let child = command(dir.path(), &arguments).spawn().unwrap();
+    let is_open = || {
+        let names = fs::read_dir(dir.path()).unwrap().flatten();
+        let names: Vec<_> = names.map(|entry| entry.file_name()).collect();
+        names
+            .iter()
+            .any(|name| name.to_string_lossy().starts_with(".strike."))
+    };
+    while !is_open() {
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    fs::write(&log, "mine").unwrap();
+    drop(lock);
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(output.status.code(), Some(3), "{}", stderr(&output));
+    let told: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert!(told["miss"].as_f64().unwrap() > 0.0, "{told}");
+    assert!(told["log_moved"].as_str().unwrap().contains("one.mcap"));
+    let kept = dir.path().join("one_2.mcap");
+    assert_eq!(told["log"], kept.to_str().unwrap());
+    read(&kept);
+    assert_eq!(fs::read(&log).unwrap(), b"mine");
+}
+
+#[test]
 fn the_rig_of_a_folder_is_the_one_that_is_struck() {
     let dir = fixture::published();
     let truth = Truth {
@@ -132,6 +193,9 @@ fn a_rig_that_the_plan_was_not_made_for_is_not_struck() {
         "{}",
         stderr(&output)
     );
+    let refusal: Value = serde_json::from_str(stdout(&output)).unwrap();
+    assert_eq!(refusal["refused"], "not_ready");
+    assert_eq!(refusal["to"], serde_json::json!([0.6, 0.1]));
     let logs = fs::read_dir(dir.path().join("strikes"));
     assert_eq!(logs.map_or(0, Iterator::count), 0, "no log");
 }
@@ -142,4 +206,6 @@ fn a_truth_that_cannot_be_read_is_told() {
     let output = strike(dir.path(), &[&STRIKE[..8], &["sim:/none/such"]].concat());
     assert_eq!(output.status.code(), Some(2));
     assert!(stderr(&output).contains("/none/such/truth.json"));
+    let told: Value = serde_json::from_str(stdout(&output)).unwrap();
+    assert!(told["failed"].as_str().unwrap().contains("/none/such"));
 }

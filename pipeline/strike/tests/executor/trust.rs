@@ -380,7 +380,12 @@ fn what_is_signed_and_newest_strikes_and_is_remembered() {
     assert!(!stderr(&output).contains("vouches"), "{}", stderr(&output));
     let seen: Value =
         serde_json::from_slice(&fs::read(computer.own("carom.seen")).unwrap()).unwrap();
-    assert_eq!(seen, json!({"sequence": 2, "version": "v0002"}));
+    let manifest = fs::read(computer.version("v0002").join("manifest.json")).unwrap();
+    let manifest: Value = serde_json::from_slice(&manifest).unwrap();
+    assert_eq!(
+        seen,
+        json!({"sequence": 2, "version": "v0002", "manifest": manifest["sha256"]})
+    );
     // Named outright, an older one is refused too.
     let output = computer.strike(&["--version", "v0001"]);
     assert_eq!(output.status.code(), Some(4), "{}", stderr(&output));
@@ -389,6 +394,51 @@ fn what_is_signed_and_newest_strikes_and_is_remembered() {
         "{}",
         stderr(&output)
     );
+}
+
+#[test]
+fn two_stores_that_sign_with_one_key_are_told_apart() {
+    let computer = Computer::new();
+    assert_eq!(computer.strike(&[]).status.code(), Some(0));
+    // The same names and counts, other contents.
+    let other = TempDir::new().unwrap();
+    fixture::publish_signed(other.path(), 3, &computer.signing);
+    fixture::publish_signed(other.path(), 4, &computer.signing);
+    let config = computer.own("strike.toml");
+    let usual = ["--to", "0.6", "0.1", "--json", "--config"];
+    let usual = [usual.as_slice(), &[config.to_str().unwrap()]].concat();
+    let output = strike(other.path(), &usual);
+    assert_eq!(output.status.code(), Some(4), "{}", stderr(&output));
+    let refusal: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(refusal["refused"], "not_trusted");
+    let detail = refusal["detail"].as_str().unwrap();
+    assert!(
+        detail.contains("counts 2") && detail.contains("another v0002"),
+        "{detail}"
+    );
+    // Its own store still is the one that is trusted.
+    assert_eq!(computer.strike(&[]).status.code(), Some(0));
+}
+
+#[test]
+fn a_record_of_before_manifests_were_kept_is_read_and_completed() {
+    let computer = Computer::new();
+    let seen = computer.own("carom.seen");
+    fs::write(&seen, "{\"sequence\":2,\"version\":\"v0002\"}\n").unwrap();
+    assert_eq!(computer.strike(&[]).status.code(), Some(0));
+    let kept: Value = serde_json::from_slice(&fs::read(&seen).unwrap()).unwrap();
+    assert!(kept["manifest"].is_string(), "{kept}");
+}
+
+#[test]
+fn what_was_seen_is_not_changed_while_another_executor_holds_it() {
+    let computer = Computer::new();
+    let lock = durable::Lock::acquire(&computer.own(".carom.seen.lock")).unwrap();
+    let output = computer.strike(&[]);
+    assert_eq!(output.status.code(), Some(75), "{}", stderr(&output));
+    assert!(!computer.own("carom.seen").exists());
+    drop(lock);
+    assert_eq!(computer.strike(&[]).status.code(), Some(0));
 }
 
 #[test]

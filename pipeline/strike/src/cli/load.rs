@@ -1,0 +1,83 @@
+//! The artifact to strike with, and the rig within whose limits it is used.
+
+use std::env;
+use std::path::Path;
+
+use store::{Artifact, Store};
+use strike::{Config, Reason, Trust, allows, identity};
+use values::Rig;
+
+use super::{Args, Failure};
+
+/// The artifact, and the rig within whose limits it is used: this robot's own where its file is given. Nothing else is
+/// opened, and no robot, before the artifact has passed every check.
+pub fn load(args: &Args) -> Result<(Artifact, Rig), Failure> {
+    let config = configured(args)?;
+    allows(
+        config.key.is_some(),
+        config.rig.is_some(),
+        args.robot.moves(),
+    )?;
+    let own = match &config.rig {
+        None => None,
+        Some(path) => Some((path, load_rig(path)?)),
+    };
+    let trust = config
+        .key
+        .as_deref()
+        .map(|key| Trust::open(key, config.seen.as_deref()))
+        .transpose()?;
+    let is_own = |artifact: &Artifact| match &own {
+        None => Ok(()),
+        Some((path, rig)) => identity::check(&artifact.rig, rig).map_err(|other| {
+            Failure::refused(Reason::OtherRig, format!("{}: {other}", path.display()))
+        }),
+    };
+    let (store, version) = (Store::open(&args.artifacts), args.version.as_deref());
+    let artifact = if let Some(trust) = trust {
+        trust.load(&store, version, is_own)?
+    } else {
+        let artifact = store.load(version).map_err(Failure::input)?;
+        is_own(&artifact)?;
+        if !args.quiet {
+            eprintln!(
+                "strike: no key is configured: {} is whole, but nobody vouches for it (see --key)",
+                artifact.version
+            );
+        }
+        artifact
+    };
+    let rig = match own {
+        Some((_, rig)) => rig,
+        None => artifact.rig.clone(),
+    };
+    Ok((artifact, rig))
+}
+
+/// What is configured, and what the command line says in its place.
+fn configured(args: &Args) -> Result<Config, Failure> {
+    let file = match &args.config {
+        Some(path) => Config::load(path),
+        None => {
+            let program = env::current_exe().map_err(|error| {
+                Failure::failed(format!("find strike.toml beside this program: {error}"))
+            })?;
+            Config::beside(&program)
+        }
+    }
+    .map_err(Failure::input)?;
+    Ok(Config {
+        key: args.key.clone().or(file.key),
+        rig: args.rig.clone().or(file.rig),
+        seen: args.seen.clone().or(file.seen),
+    })
+}
+
+fn load_rig(path: &Path) -> Result<Rig, Failure> {
+    Rig::load(path).map_err(|error| {
+        Failure::input(format!(
+            "use the rig file {}: failed to {error}",
+            path.display()
+        ))
+    })
+}

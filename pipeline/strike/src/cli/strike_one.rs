@@ -1,0 +1,127 @@
+//! One target: plan, strike, log, answer.
+
+use std::process::ExitCode;
+
+use rig::SimChoice;
+use strike::{
+    Choice, Destination, DryRun, OpenLog, Plan, Planner, Reason, Refusal, Robot, RobotError,
+    SimRobot, TruthSource, execute, take_number,
+};
+use values::{Point, Topics};
+
+use super::show::{self, Answer};
+use super::{Args, Failure, REJECTED, point};
+
+/// Plans a strike at `to`, makes it, and tells what came of it.
+pub fn strike_one(args: &Args, planner: &Planner, to: Point) -> Result<ExitCode, Failure> {
+    let from = match &args.from {
+        Some(from) => Ok(point(from)),
+        None => planner.usual_start(to),
+    };
+    let plan = from
+        .and_then(|from| planner.plan(from, to))
+        .map_err(Failure::Refused)?;
+    if !args.json {
+        show::plan(&plan, args.from.is_none())?;
+    }
+    let topics = &planner.rig().topics;
+    let answer = match &args.robot {
+        Choice::Sim(sim) => {
+            let (mut robot, log) = open_sim(args, planner, sim)?;
+            strike_with(&mut robot, &plan, Some(log), topics)?
+        }
+        _ => strike_with(&mut DryRun, &plan, None, topics)?,
+    };
+    if args.json {
+        show::json(&answer)?;
+    } else {
+        show::struck(&answer)?;
+    }
+    if let Some(why) = &answer.failed {
+        eprintln!("strike: failed to {why}");
+        return Ok(ExitCode::FAILURE);
+    }
+    let Some(why) = &answer.log_moved else {
+        return Ok(ExitCode::SUCCESS);
+    };
+    eprintln!("strike: the strike was made and is kept, but failed to {why}");
+    Ok(ExitCode::from(REJECTED))
+}
+
+/// The embedded rig, and the log of its strike. The log is opened first: a number that is taken is a strike that is made.
+fn open_sim(
+    args: &Args,
+    planner: &Planner,
+    sim: &SimChoice,
+) -> Result<(SimRobot, OpenLog), Failure> {
+    let truth = sim.truth(&args.artifacts);
+    if truth.is_none() && !args.quiet {
+        eprintln!(
+            "strike: there is no truth.json in {0} or {0}/rig: the demo's default rig is struck, with hidden effects of its own; \
+             name another with --robot sim:FOLDER",
+            args.artifacts.display()
+        );
+    }
+    let source = truth
+        .as_deref()
+        .map_or(TruthSource::Demo, TruthSource::File);
+    let destination = args.log.clone().map_or_else(
+        || Destination::Next(args.artifacts.join("strikes")),
+        Destination::File,
+    );
+    let log = OpenLog::open(destination)?;
+    let number = take_number(&args.artifacts).map_err(|error| match error {
+        durable::LockError::Busy { .. } => Failure::Busy(error.to_string()),
+        durable::LockError::Io(_) => Failure::failed(error),
+    })?;
+    let robot = SimRobot::open(planner.rig(), source, number).map_err(Failure::input)?;
+    Ok((robot, log))
+}
+
+/// Strikes and keeps the log. Errors only where nothing was struck: what was is told, whatever came after.
+fn strike_with(
+    robot: &mut dyn Robot,
+    plan: &Plan,
+    log: Option<OpenLog>,
+    topics: &Topics,
+) -> Result<Answer, Failure> {
+    let mut answer = Answer::planned(plan);
+    match execute(robot, plan) {
+        Ok(None) => return Ok(answer),
+        Ok(Some(struck)) => {
+            answer.stopped(struck.stop);
+            keep(&mut answer, log, &struck.samples, topics);
+        }
+        Err(error @ RobotError::NotReady { .. }) => {
+            return Err(Failure::Refused(Refusal {
+                from: Some(plan.from),
+                to: Some(plan.to),
+                refused: Reason::NotReady,
+                detail: format!("failed to {error}"),
+            }));
+        }
+        Err(error) => {
+            answer.failed = Some(error.to_string());
+            if let Some(samples) = error.samples() {
+                keep(&mut answer, log, samples, topics);
+            }
+        }
+    }
+    Ok(answer)
+}
+
+/// Writes what was recorded, and notes in the answer where it lies, or why it does not.
+fn keep(answer: &mut Answer, log: Option<OpenLog>, samples: &strike::Samples, topics: &Topics) {
+    let Some(log) = log else { return };
+    match log.write(samples, topics) {
+        Ok(kept) => {
+            answer.log = Some(kept.path);
+            answer.log_moved = kept.moved.map(|why| why.to_string());
+        }
+        Err(error) => {
+            let before = answer.failed.take();
+            let lost = format!("keep the log of a strike that was made: {error}");
+            answer.failed = Some(before.map_or(lost.clone(), |first| format!("{first}; {lost}")));
+        }
+    }
+}
