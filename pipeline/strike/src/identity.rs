@@ -27,6 +27,9 @@ pub fn allows(planned: &Rig, there: &Rig) -> Result<(), OtherRig> {
     compare(planned, there, is_within)
 }
 
+/// What a camera needs to know of the object; no strike depends on it.
+const SEEN: [(&str, &str); 1] = [("object", "colour")];
+
 /// Differences of two rigs in what a strike depends on; `may_differ` says which limits may.
 fn compare(
     artifact: &Rig,
@@ -47,6 +50,9 @@ fn compare(
             .flat_map(|rig| keys(rig).into_iter().map(|(name, _)| name))
             .collect();
         for name in names {
+            if SEEN.contains(&(section, name.as_str())) {
+                continue;
+            }
             let (theirs, ours) = (&theirs[section][&name], &ours[section][&name]);
             if theirs == ours || (is_limit && may_differ(theirs, ours)) {
                 continue;

@@ -169,20 +169,21 @@ pub(crate) fn command(rig: &Rig, command: Command, simulated: Command) -> Result
 
 /// The final command, simulated, stops on the table, no farther from the target than what the residual may make good (m).
 pub(crate) fn residual(rig: &Rig, to: Point, stop: Point, most: f64) -> Result<(), Broken> {
-    let told = if !(rig.table.contains(stop)) {
+    let shift = stop.distance(to);
+    let told = if !rig.table.contains(stop) {
         format!(
             "off the table, x in {} and y in {} m",
             range(rig.table.x),
             range(rig.table.y)
         )
-    } else if !(stop.distance(to) <= most) {
+    } else if shift <= most {
+        return Ok(());
+    } else {
         format!(
             "{:.1} mm from `to`, more than the {:.1} mm that the residual was trained to make good",
-            stop.distance(to) * 1e3,
+            shift * 1e3,
             most * 1e3
         )
-    } else {
-        return Ok(());
     };
     Err((
         Reason::ResidualTooLarge,
