@@ -21,6 +21,7 @@ use crate::Error;
 use crate::args::TrialArgs;
 use crate::outputs::write_json;
 use crate::publishing::store_error;
+use crate::robot::Embedded;
 
 /// Repeats of one command that tell the rig's scatter.
 const FLOOR_REPEATS: usize = 25;
