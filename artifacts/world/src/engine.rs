@@ -12,7 +12,7 @@ use mujoco_rs::{
 };
 use values::Point;
 
-use crate::{Base, WorldError, scene::LOAD_IMPEDANCE};
+use crate::{Base, GRAVITY, WorldError, scene::LOAD_IMPEDANCE};
 
 /// The pair of table and object, and that of tip and object, in the order that MuJoCo sorts them: by body.
 const LOAD: usize = 0;
@@ -112,7 +112,6 @@ pub(crate) enum Rubbing {
 
 /// How far, relative to dry friction's deceleration, MuJoCo's friction reference lies beyond the cone.
 const BEYOND_CONE: f64 = 1.5;
-const GRAVITY: f64 = 9.81;
 
 impl Engine {
     /// Back to the scene's initial state, all at rest.

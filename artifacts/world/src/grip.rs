@@ -52,7 +52,7 @@ fn cross(a: Point, b: Point) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use values::{Command, Rig, Shape};
+    use values::{Command, Conditions, Rig, Shape};
 
     use super::*;
     use crate::{Release, Simulator, World};
@@ -94,7 +94,9 @@ mod tests {
             for degrees in [-25, -8, 0, 5, 18, 25] {
                 let angle = f64::from(degrees).to_radians();
                 let command = Command { speed: 0.6, angle };
-                let release = worker.release(simulator.blow(command)).expect("parts");
+                let release = worker
+                    .release(simulator.blow(command, &Conditions::default()))
+                    .expect("parts");
                 let release = Release::of(release.scaled(command.speed), command);
                 let (velocity, spin) = rigid(&rig, angle, 0.5, friction);
                 let off = release.velocity.norm() / (0.6 * velocity.norm()) - 1.0;

@@ -16,6 +16,7 @@ mod measured;
 mod parameter;
 pub mod planar;
 mod profile;
+mod range;
 mod release;
 mod releases;
 mod restitution;
@@ -27,6 +28,7 @@ mod touch;
 mod world;
 
 pub use base::Base;
+pub use effects::AddedEffect;
 pub use engine::mujoco_version;
 pub use error::WorldError;
 pub use measured::Estimate;
@@ -36,4 +38,7 @@ pub use release::{Blow, Release};
 pub use restitution::contact_solref;
 pub use simulator::{Simulated, Simulator, Steps, Worker};
 pub use solve::{Solution, SolveSettings, SolveStatus};
-pub use world::{AddedEffect, Scatter, World};
+pub use world::{Scatter, World};
+
+/// Acceleration by weight, in m/s².
+pub const GRAVITY: f64 = 9.81;

@@ -154,8 +154,9 @@ impl Planar<'_> {
     }
 
     fn release(&self, shot: &Shot<'_>, launch: &Launch) -> Release {
-        let delivered = effects::deliver(self.effects, shot.command);
-        launch.release(&Blow::of(self.effects, self.restitution, delivered))
+        let delivered = effects::deliver(self.effects, shot.command, shot.conditions);
+        let blow = Blow::of(self.effects, self.restitution, delivered, shot.conditions);
+        launch.release(&blow)
     }
 
     /// The slide alone, from where the tip lets go of the object.

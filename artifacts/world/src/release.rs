@@ -2,11 +2,9 @@
 //!
 //! After it the slide is planar and smooth, and can be integrated without contacts where thousands of worlds must be tried.
 
-use values::{Command, Point};
+use values::{Command, Conditions, Point};
 
-use crate::{Worker, effects::Effect};
-
-const GRAVITY: f64 = 9.81;
+use crate::{GRAVITY, Worker, effects::Effect};
 
 /// What the tip does to the object, as the arm delivers it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,13 +19,18 @@ pub struct Blow {
 
 impl Blow {
     /// The blow of a tip that the arm leads with this speed and angle, under these effects, in a world of this restitution.
-    pub fn of(effects: &[Box<dyn Effect>], restitution: f64, delivered: Command) -> Self {
+    pub fn of(
+        effects: &[Box<dyn Effect>],
+        restitution: f64,
+        delivered: Command,
+        conditions: &Conditions,
+    ) -> Self {
         Self {
             command: delivered,
             tip_offset: effects.iter().map(|effect| effect.tip_offset()).sum(),
             restitution: effects
                 .iter()
-                .map(|effect| effect.restitution_factor(delivered.speed))
+                .map(|effect| effect.restitution_factor(delivered.speed, conditions))
                 .fold(restitution, |e, factor| e * factor),
         }
     }

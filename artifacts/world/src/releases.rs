@@ -9,7 +9,7 @@ use std::{
     sync::{PoisonError, RwLock},
 };
 
-use values::{Command, Interval, Shape};
+use values::{Command, Conditions, Interval, Shape};
 
 use crate::{Release, Worker, release::Scaled, touch};
 
@@ -22,9 +22,20 @@ pub(crate) struct Releases(RwLock<BTreeMap<[i64; 2], Option<Scaled>>>);
 
 impl Worker<'_> {
     /// The release that follows a command, interpolated. `None` where tip and object do not part, or miss, at an entry beside.
-    pub(crate) fn likely_release(&mut self, command: Command) -> Option<Release> {
+    ///
+    /// The table is that of conditions of no session, before all strikes. What differs in others, restitution at the most,
+    /// scales the speeds: exact for a blow through the centre, and near enough for where a search begins.
+    pub(crate) fn likely_release(
+        &mut self,
+        command: Command,
+        conditions: &Conditions,
+    ) -> Option<Release> {
         let rig = self.simulator.rig();
-        let blow = self.simulator.blow(command);
+        let blow = self.simulator.blow(command, conditions);
+        let of_table = self
+            .simulator
+            .struck(blow.command, &Conditions::default())
+            .restitution;
         let Command { speed, angle } = blow.command;
         if speed.is_nan() || speed <= 0.0 {
             return None;
@@ -51,6 +62,10 @@ impl Worker<'_> {
                 }
             }
         }
+        let [_, _, _, velocity_x, velocity_y, spin] = &mut release;
+        for scaled in [velocity_x, velocity_y, spin] {
+            *scaled *= (1.0 + blow.restitution) / (1.0 + of_table);
+        }
         Some(Release::of(release, blow.command))
     }
 
@@ -64,7 +79,9 @@ impl Worker<'_> {
         drop(read);
         let speed = (place[0] as f64 * STEPS[0]).exp();
         let angle = place[1] as f64 * STEPS[1];
-        let blow = self.simulator.struck(Command { speed, angle });
+        let blow = self
+            .simulator
+            .struck(Command { speed, angle }, &Conditions::default());
         let entry = self.release(blow).map(|release| release.scaled(speed));
         let mut write = table.write().unwrap_or_else(PoisonError::into_inner);
         write.insert(place, entry);
@@ -135,8 +152,12 @@ mod tests {
                     speed: 0.3 + 0.05 * f64::from(i),
                     angle: 0.3 - 0.03 * f64::from(i),
                 };
-                let likely = worker.likely_release(command).expect("parts");
-                let real = worker.release(simulator.blow(command)).expect("parts");
+                let likely = worker
+                    .likely_release(command, &Conditions::default())
+                    .expect("parts");
+                let real = worker
+                    .release(simulator.blow(command, &Conditions::default()))
+                    .expect("parts");
                 let real = Release::of(real.scaled(command.speed), command);
                 let off = (likely.velocity - real.velocity).norm() / command.speed;
                 assert!(off < most, "{shape:?}, {command:?}: {off}");

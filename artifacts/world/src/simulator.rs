@@ -7,7 +7,7 @@
 use values::{Command, Conditions, Point, Rig, Shape, Track};
 
 use crate::{
-    Base, Blow, Profile, World, WorldError, contact_solref,
+    Base, Blow, GRAVITY, Profile, World, WorldError, contact_solref,
     effects::{self, Effect, Slide},
     engine::{Engine, Rubbing, Scene},
     grip::Grip,
@@ -17,7 +17,6 @@ use crate::{
     touch::{self, Nearest},
 };
 
-const GRAVITY: f64 = 9.81;
 /// A contact cannot restore less than this by its damper; below, the tip is slowed instead, to the same release speed.
 const LEAST_CONTACT_RESTITUTION: f64 = 0.2;
 /// How long the tip holds its speed after touch, in contact times.
@@ -151,8 +150,8 @@ impl Simulator {
     }
 
     /// By how much (rad) the arm turns this command, and the lateral offset (m) of its tip.
-    pub(crate) fn aim(&self, command: Command) -> (f64, f64) {
-        let blow = self.blow(command);
+    pub(crate) fn aim(&self, command: Command, conditions: &Conditions) -> (f64, f64) {
+        let blow = self.blow(command, conditions);
         (blow.command.angle - command.angle, blow.tip_offset)
     }
 
@@ -171,13 +170,14 @@ impl Simulator {
     }
 
     /// What the arm makes of a command.
-    pub(crate) fn blow(&self, command: Command) -> Blow {
-        self.struck(effects::deliver(&self.effects, command))
+    pub(crate) fn blow(&self, command: Command, conditions: &Conditions) -> Blow {
+        let delivered = effects::deliver(&self.effects, command, conditions);
+        self.struck(delivered, conditions)
     }
 
     /// The blow of a tip with this speed and angle, as delivered.
-    pub(crate) fn struck(&self, delivered: Command) -> Blow {
-        Blow::of(&self.effects, self.restitution, delivered)
+    pub(crate) fn struck(&self, delivered: Command, conditions: &Conditions) -> Blow {
+        Blow::of(&self.effects, self.restitution, delivered, conditions)
     }
 
     /// The world's planar form; none for a ball, which rolls.
@@ -246,7 +246,7 @@ impl Worker<'_> {
             ));
         }
         let sim = self.simulator;
-        let blow = sim.blow(command);
+        let blow = sim.blow(command, conditions);
         if blow.command.speed <= 0.0 {
             return Err(diverged("the arm delivers no speed"));
         }

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use values::{Command, Conditions, Interval, Point};
 
 use crate::{
-    Worker,
+    GRAVITY, Worker,
     planar::{Kick, Shot},
     search::{Ending, ISOTROPIC, Inverse, Search, Trial, wrap},
     touch,
@@ -115,7 +115,7 @@ impl Worker<'_> {
             path,
             conditions,
             settings: *settings,
-            face: self.face(path, straight),
+            face: self.face(path, straight, conditions),
         };
         let planar = match guess {
             Some(_) => None,
@@ -149,7 +149,7 @@ impl Worker<'_> {
                 conditions: aim.conditions,
                 times: &[],
             };
-            let release = self.likely_release(command)?;
+            let release = self.likely_release(command, aim.conditions)?;
             Some(planar.slide(&shot, release, &Kick::default())?.stop - aim.initial)
         };
         let (tolerance, corrections) = PLANAR;
@@ -209,9 +209,9 @@ impl Worker<'_> {
     }
 
     /// Commanded angles, around the path's bearing, at which the tip meets a face of a box.
-    fn face(&self, path: Point, first: Command) -> Option<Interval> {
+    fn face(&self, path: Point, first: Command, conditions: &Conditions) -> Option<Interval> {
         let rig = self.simulator.rig();
-        let (turned, offset) = self.simulator.aim(first);
+        let (turned, offset) = self.simulator.aim(first, conditions);
         let delivered = path.bearing() + turned;
         let face = touch::face(&rig.object, &rig.striker, offset, delivered)?;
         Some(Interval {
@@ -223,7 +223,7 @@ impl Worker<'_> {
     /// v = √(2·μ·g·d)/(1 + e), straight at the target.
     fn straight(&self, path: Point) -> Command {
         let (friction, restitution) = self.simulator.coefficients();
-        let release = (2.0 * friction * 9.81 * path.norm()).sqrt();
+        let release = (2.0 * friction * GRAVITY * path.norm()).sqrt();
         Command {
             speed: release / (1.0 + restitution),
             angle: path.bearing(),

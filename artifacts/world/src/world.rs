@@ -5,7 +5,12 @@ use std::{collections::BTreeMap, path::Path};
 use serde::{Deserialize, Serialize};
 use values::Rig;
 
-use crate::{Estimate, PARAMETERS, WorldError, effects, parameter};
+use crate::{
+    Estimate, PARAMETERS, WorldError,
+    effects::{self, AddedEffect},
+    parameter,
+    range::in_range,
+};
 
 /// The model of a set-up: parameters, launch scatter, and the effects added to it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -41,16 +46,6 @@ pub struct Scatter {
     /// Of a frame's stamp, in s; none where a file does not say.
     #[serde(default)]
     pub stamp_jitter: f64,
-}
-
-/// An effect added to the world, with the values of its parameters.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct AddedEffect {
-    /// Its name in the library, such as `viscous_drag`.
-    pub name: String,
-    /// Its parameters, by name.
-    pub parameters: BTreeMap<String, Estimate>,
 }
 
 impl World {
@@ -140,27 +135,6 @@ impl World {
                     .get(spec.name)
                     .map_or(spec.nominal, |e| e.value),
             )
-        })
-    }
-}
-
-/// A finite value within its range, or an error that says so.
-pub(crate) fn in_range(
-    name: &str,
-    value: f64,
-    low: f64,
-    high: f64,
-    unit: &'static str,
-) -> Result<(), WorldError> {
-    if low <= value && value <= high {
-        Ok(())
-    } else {
-        Err(WorldError::OutOfRange {
-            name: name.into(),
-            value,
-            low,
-            high,
-            unit,
         })
     }
 }

@@ -4,11 +4,11 @@ use std::time::Instant;
 
 use values::{Command, Conditions, Point, Rig, Shape};
 use world::{
-    AddedEffect, Estimate, Simulator, SolveSettings, SolveStatus, Steps, Worker, World, WorldError,
+    AddedEffect, Estimate, GRAVITY, Simulator, SolveSettings, SolveStatus, Steps, Worker, World,
+    WorldError,
 };
 
 const ORIGIN: Point = Point::new(0.3, 0.0);
-const GRAVITY: f64 = 9.81;
 
 fn commands() -> impl Iterator<Item = Command> {
     (0..=12).map(|i| Command {

@@ -163,8 +163,14 @@ impl<'a> Field<'a> {
             .strikes
             .iter()
             .map(|strike| {
-                let delivered = world::effects::deliver(&effects, strike.command);
-                Blow::of(&effects, model.values[RESTITUTION], delivered)
+                let delivered =
+                    world::effects::deliver(&effects, strike.command, &strike.conditions);
+                Blow::of(
+                    &effects,
+                    model.values[RESTITUTION],
+                    delivered,
+                    &strike.conditions,
+                )
             })
             .collect();
         let launches: Option<Vec<Launch>> = launches_about(self.rig, world, &blows)?

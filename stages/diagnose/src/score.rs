@@ -46,7 +46,7 @@ pub(crate) struct Asked<'f, 'a> {
     scores: DMatrix<f64>,
 }
 
-/// What a bundle of columns says.
+/// What a few columns say together.
 #[derive(Clone, Debug)]
 pub(crate) struct Score {
     /// Gain in log-likelihood, S/2.

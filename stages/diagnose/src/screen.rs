@@ -4,13 +4,13 @@ use std::collections::BTreeMap;
 
 use nalgebra::SVector;
 use rayon::prelude::*;
-use world::{WorldError, planar::Planar};
+use world::{WorldError, effects::FitStart, planar::Planar};
 
 use crate::{
-    candidates::{Bundle, Candidate},
+    candidates::{Candidate, begun, little},
     fit::{Field, Fitted},
     mixed::{Estimated, NUISANCES, Spread},
-    model::{Model, PRIOR, Part, added, specification},
+    model::{Model, PRIOR, added, specification},
     score::{Asked, Moved, Score},
 };
 
@@ -20,7 +20,7 @@ pub(crate) type Chance = BTreeMap<&'static str, f64>;
 /// Starts of a candidate, the best by their scores, from which a whole step is taken.
 const STEPS: usize = 4;
 
-/// Bundles that are remembered.
+/// Starts of a candidate that are remembered.
 const SHORT: usize = 16;
 
 /// Where a fit may begin.
@@ -45,8 +45,8 @@ pub(crate) struct Screened {
     pub(crate) name: &'static str,
     /// Greatest score over its starts, at the scatter of the fitted model: what chance is known of.
     pub(crate) score: f64,
-    /// Its best bundles.
-    pub(crate) bundles: Vec<Bundle>,
+    /// The best of where its fits may begin.
+    pub(crate) shortlist: Vec<FitStart>,
     /// Where fits may begin, the best first.
     pub(crate) starts: Vec<Start>,
     /// Its parameter of strength, and the least standard error of it over the starts.
@@ -79,9 +79,9 @@ pub(crate) fn screen(
         .filter(|candidate| !held(candidate.name))
         .map(|candidate| {
             let mut beside: Vec<Beside<'_>> = candidate
-                .bundles
+                .starts
                 .par_iter()
-                .map(|bundle| Beside::new(field, fitted, &asked, candidate.name, bundle))
+                .map(|start| Beside::new(field, fitted, &asked, candidate.name, start))
                 .collect::<Result<Vec<_>, WorldError>>()?
                 .into_iter()
                 .flatten()
@@ -105,10 +105,10 @@ pub(crate) fn screen(
                 by_chance: (0..replicates)
                     .map(|k| scores().map(|score| score.by_chance[k]).fold(0.0, f64::max))
                     .collect(),
-                bundles: beside
+                shortlist: beside
                     .iter()
                     .take(SHORT)
-                    .map(|beside| beside.bundle.clone())
+                    .map(|beside| beside.begin.clone())
                     .collect(),
                 starts,
             })
@@ -120,7 +120,7 @@ pub(crate) fn screen(
 struct Beside<'b> {
     fitted: &'b Fitted,
     name: &'static str,
-    bundle: &'b Bundle,
+    begin: &'b FitStart,
     /// What it changes of each strike, and what that says.
     moved: Moved,
     score: Score,
@@ -133,15 +133,15 @@ impl<'b> Beside<'b> {
         fitted: &'b Fitted,
         asked: &Asked<'_, '_>,
         name: &'static str,
-        bundle: &'b Bundle,
+        begin: &'b FitStart,
     ) -> Result<Option<Self>, WorldError> {
         let model = &fitted.model;
-        let effects = bundle
+        let effects = begin
             .columns
             .iter()
             .map(|column| {
                 let mut all = model.effects(field.rig, &model.values)?;
-                let part = added(&column.part(name));
+                let part = added(&little(name, column));
                 all.push(world::effects::build(&part, field.rig)?);
                 Ok(all)
             })
@@ -151,15 +151,15 @@ impl<'b> Beside<'b> {
             .map(|effects| (field.planar(&model.values, effects), 1.0))
             .collect();
         let touches = |column: usize, strike| {
-            let region = bundle.columns[column].region;
+            let region = begin.columns[column].region;
             region.is_none_or(|(centre, radius)| field.passes(strike, centre, radius))
         };
         Ok(asked.moved(&worlds, &touches).and_then(|moved| {
-            let score = asked.tell(worlds.len(), &moved).score(&bundle.is_kept())?;
+            let score = asked.tell(worlds.len(), &moved).score(&begin.is_kept())?;
             Some(Self {
                 fitted,
                 name,
-                bundle,
+                begin,
                 moved,
                 score,
             })
@@ -168,20 +168,20 @@ impl<'b> Beside<'b> {
 
     /// As Akaike would have it: a parameter more must be worth it.
     fn worth(&self) -> f64 {
-        self.score.gain - self.bundle.free.len() as f64
+        self.score.gain - self.begin.free.len() as f64
     }
 
     /// Its first parameter of strength, and the standard error of that.
     fn strength(&self) -> (String, f64) {
-        let (strength, value) = &self.bundle.columns[0].strength;
+        let (strength, value) = &self.begin.columns[0].strength;
         let size = value - specification(self.name, strength).neutral;
         (strength.clone(), self.score.error * size.abs())
     }
 
     /// A whole step from here, or what the score says where that has no answer.
     fn start(&self, asked: &Asked<'_, '_>) -> Start {
-        let columns = &self.bundle.columns;
-        let is_kept = self.bundle.is_kept();
+        let columns = &self.begin.columns;
+        let is_kept = self.begin.is_kept();
         let precision: Vec<f64> = columns
             .iter()
             .map(|column| {
@@ -202,7 +202,7 @@ impl<'b> Beside<'b> {
     }
 
     fn model(&self, coefficients: &[f64]) -> Model {
-        let part: Part = self.bundle.start(self.name, coefficients);
+        let part = begun(self.name, self.begin, coefficients);
         self.fitted.model.with(part)
     }
 

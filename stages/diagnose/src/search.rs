@@ -266,7 +266,7 @@ pub(crate) fn search(
     Ok(searched)
 }
 
-/// Bundles of each candidate that are tried in another's place: the best where it was last screened.
+/// Starts of each candidate that are tried in another's place: the best where it was last screened.
 fn shortlist(candidates: &[Candidate], screened: &[Screened]) -> Vec<Candidate> {
     candidates
         .iter()
@@ -274,7 +274,7 @@ fn shortlist(candidates: &[Candidate], screened: &[Screened]) -> Vec<Candidate> 
             let found = screened.iter().find(|s| s.name == candidate.name);
             Candidate {
                 name: candidate.name,
-                bundles: found.map_or_else(|| candidate.bundles.clone(), |s| s.bundles.clone()),
+                starts: found.map_or_else(|| candidate.starts.clone(), |s| s.shortlist.clone()),
             }
         })
         .collect()

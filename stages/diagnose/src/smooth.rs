@@ -10,10 +10,9 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use values::{Point, Strike};
-use world::{WorldError, planar::Push};
+use world::{GRAVITY, WorldError, effects::Experiment, planar::Push};
 
 use crate::{
-    candidates::cells,
     fit::{Field, Fitted},
     mixed::NUISANCES,
     model::FRICTION,
@@ -77,7 +76,6 @@ const HEIGHTS: [f64; 7] = [0.03, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0];
 
 /// A bump that these strikes see less than this share of the best seen is not spoken of.
 const SEEN: f64 = 0.1;
-const GRAVITY: f64 = 9.81;
 
 fn bump(distance: f64, spacing: f64) -> f64 {
     (-0.5 * (distance / (WIDTH * spacing)).powi(2)).exp()
@@ -151,7 +149,12 @@ impl Sets<'_, '_, '_> {
                     Covariate::Position => &[ahead, left],
                     _ => &[ahead],
                 };
-                let places: Vec<Place> = cells(strikes, SPACING, FRAMES)
+                let experiment = Experiment {
+                    rig: self.field.rig,
+                    strikes,
+                };
+                let places: Vec<Place> = experiment
+                    .cells(SPACING, FRAMES)
                     .into_iter()
                     .flat_map(|c| directions.iter().map(move |d| (c, *d)))
                     .collect();

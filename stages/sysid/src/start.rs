@@ -3,11 +3,10 @@
 use std::f64::consts::FRAC_PI_2;
 
 use values::{Rig, Strike};
-use world::{World, parameter};
+use world::{GRAVITY, World, parameter};
 
 use crate::fit::Fitted;
 
-const GRAVITY: f64 = 9.81;
 /// Share of the whole distance within which frames are used: noise rules the ends.
 const USED: std::ops::Range<f64> = 0.05..0.90;
 

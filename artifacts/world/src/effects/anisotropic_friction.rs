@@ -4,9 +4,16 @@
 //! g·(μ_a²·v_a, μ_c²·v_c)/√(μ_a²·v_a² + μ_c²·v_c²). Against the velocity that is μ·g times a factor; the rest acts across
 //! it and turns the slide towards the grain.
 
+use std::f64::consts::FRAC_PI_4;
+
 use values::{Point, Rig, Shape};
 
-use super::{Acts, Effect, EffectParameter, EffectSpec, Parameters, Slide, Values, wording};
+use super::{
+    action::{Acts, Effect, Slide},
+    spec::{EffectParameter, EffectSpec, Family, Parameters, Values},
+    start::{Column, FitStart},
+    wording,
+};
 
 /// Anisotropic friction; parameters `contrast` = k, friction across less friction along over their mean, and `direction`:
 /// that of the grain from +x. A negative contrast is a grain at a right angle, so that a fit can pass through zero.
@@ -30,8 +37,16 @@ pub const SPEC: EffectSpec = EffectSpec {
             scale: 0.5,
         },
     ]),
+    family: Family::FrictionByHeading,
     equivalent: &[],
+    contains: &[],
+    is_last_resort: false,
     source: "limit surface of sliding friction (Goyal, Ruina and Papadopoulos 1991); seen by Ma and Rodriguez 2018",
+    starts: |_| {
+        let column = |direction| Column::new(&[("direction", direction)], ("contrast", 0.03));
+        let columns = vec![column(0.0), column(FRAC_PI_4)];
+        vec![FitStart::new(columns, &["contrast", "direction"]).combined_by(one_grain)]
+    },
     build: |values: &Values, rig: &Rig| {
         let contrast = values.get("contrast");
         Box::new(AnisotropicFriction {
@@ -96,6 +111,16 @@ impl Effect for AnisotropicFriction {
                 left * (-slide.dry * tangent / slide.velocity.norm())
             })
     }
+}
+
+/// Grains along x and along the diagonal make one in between.
+fn one_grain(start: &FitStart, coefficients: &[f64]) -> Vec<(String, f64)> {
+    let strength = |i: usize| coefficients[i] * start.columns[i].strength.1;
+    let (along, diagonal) = (strength(0), strength(1));
+    vec![
+        ("contrast".into(), along.hypot(diagonal)),
+        ("direction".into(), 0.5 * diagonal.atan2(along)),
+    ]
 }
 
 #[cfg(test)]

@@ -2,7 +2,12 @@
 
 use values::{Point, Rig};
 
-use super::{Acts, Effect, EffectParameter, EffectSpec, Parameters, Values, wording};
+use super::{
+    action::{Acts, Effect},
+    spec::{EffectParameter, EffectSpec, Family, Parameters, Values},
+    start::FitStart,
+    wording,
+};
 
 /// Distance in m from the camera's centre at which the distortion is stated.
 const STATED_AT: f64 = 0.5;
@@ -18,8 +23,12 @@ pub const SPEC: EffectSpec = EffectSpec {
         neutral: 0.0,
         scale: 0.05,
     }]),
+    family: Family::SeenByPlace,
     equivalent: &[],
+    contains: &[],
+    is_last_resort: false,
     source: "first radial term of lens distortion (Brown 1971)",
+    starts: |_| FitStart::linear(("k1", 0.02)),
     build: |values: &Values, rig: &Rig| {
         Box::new(CameraDistortion {
             centre: rig.camera.centre,

@@ -2,7 +2,12 @@
 
 use values::{Point, Rig};
 
-use super::{Acts, Effect, EffectParameter, EffectSpec, Parameters, Values, wording};
+use super::{
+    action::{Acts, Effect},
+    spec::{EffectParameter, EffectSpec, Family, Parameters, Values},
+    start::FitStart,
+    wording,
+};
 
 /// Camera rotation; parameter `angle`, by which what is seen is turned counter-clockwise.
 pub const SPEC: EffectSpec = EffectSpec {
@@ -15,8 +20,12 @@ pub const SPEC: EffectSpec = EffectSpec {
         neutral: 0.0,
         scale: 0.015,
     }]),
+    family: Family::SeenByPlace,
     equivalent: &["striker_angle_bias", "off_centre_contact"],
+    contains: &[],
+    is_last_resort: false,
     source: "error of a camera's extrinsic calibration about its optical axis",
+    starts: |_| FitStart::linear(("angle", 0.005)),
     build: |values: &Values, rig: &Rig| {
         let (sin, cos) = values.get("angle").sin_cos();
         Box::new(CameraRotation {

@@ -4,7 +4,12 @@ use std::collections::BTreeMap;
 
 use values::Rig;
 
-use super::{Acts, Effect, EffectParameter, EffectSpec, Parameters, Slide, Values, wording};
+use super::{
+    action::{Acts, Effect, Slide},
+    spec::{EffectParameter, EffectSpec, Family, Parameters, Values},
+    start::{Column, Experiment, FitStart},
+    wording,
+};
 
 /// Friction by session; parameters are named by session, each the relative change of friction in it.
 pub const SPEC: EffectSpec = EffectSpec {
@@ -17,8 +22,12 @@ pub const SPEC: EffectSpec = EffectSpec {
         neutral: 0.0,
         scale: 0.15,
     }),
+    family: Family::FrictionByOrder,
     equivalent: &[],
+    contains: &[],
+    is_last_resort: false,
     source: "an effect of the group, as in mixed models (Laird and Ware 1982)",
+    starts: sessions,
     build: |values: &Values, _: &Rig| {
         Box::new(FrictionBySession {
             factors: values
@@ -54,6 +63,17 @@ impl Effect for FrictionBySession {
             .get(&slide.conditions.session)
             .copied()
             .unwrap_or(1.0)
+    }
+}
+
+/// One session is the friction that all have: the columns of the others tell the differences.
+fn sessions(experiment: &Experiment<'_>) -> Vec<FitStart> {
+    match experiment.sessions()[..] {
+        [] | [_] => Vec::new(),
+        [_, ref others @ ..] => {
+            let column = |name: &&str| Column::new(&[], (*name, 0.02));
+            vec![FitStart::new(others.iter().map(column).collect(), others)]
+        }
     }
 }
 

@@ -2,7 +2,12 @@
 
 use values::Rig;
 
-use super::{Acts, Effect, EffectParameter, EffectSpec, Parameters, Slide, Values, wording};
+use super::{
+    action::{Acts, Effect, Slide},
+    spec::{EffectParameter, EffectSpec, Family, Parameters, Values},
+    start::FitStart,
+    wording,
+};
 
 /// However long a falling drift goes on, this share of friction is left.
 const LEAST_FACTOR: f64 = 0.05;
@@ -18,8 +23,12 @@ pub const SPEC: EffectSpec = EffectSpec {
         neutral: 0.0,
         scale: 0.15,
     }]),
+    family: Family::FrictionByOrder,
     equivalent: &[],
+    contains: &[],
+    is_last_resort: false,
     source: "friction changes with the number of pushes (Yu et al. 2016), to first order",
+    starts: |_| FitStart::linear(("rate", 0.02)),
     build: |values: &Values, _: &Rig| {
         Box::new(FrictionDrift {
             per_strike: 0.01 * values.get("rate"),

@@ -6,7 +6,12 @@ use std::f64::consts::PI;
 
 use values::{Point, Rig, Shape};
 
-use super::{Acts, Effect, EffectParameter, EffectSpec, Parameters, Slide, Values, wording};
+use super::{
+    action::{Acts, Effect, Slide},
+    spec::{EffectParameter, EffectSpec, Family, Parameters, Values},
+    start::{Column, Experiment, FitStart},
+    wording,
+};
 
 /// Radius in m of the spot by which a ball is taken to touch: a point would make the friction jump within a step.
 const BALL_SPOT: f64 = 0.005;
@@ -23,6 +28,12 @@ const fn centre(name: &'static str, neutral: f64) -> EffectParameter {
         scale: 0.1,
     }
 }
+
+/// Width in m of the cells on which patches are tried, and their radii.
+const CELL: f64 = 0.05;
+const RADII: [f64; 3] = [0.04, 0.08, 0.14];
+/// Frames that a cell must hold to be tried.
+const FRAMES: usize = 12;
 
 /// Friction patch; parameters `center_x`, `center_y`, `radius` of the disc, and the relative `change` of friction on it.
 pub const SPEC: EffectSpec = EffectSpec {
@@ -47,8 +58,12 @@ pub const SPEC: EffectSpec = EffectSpec {
             scale: 0.3,
         },
     ]),
+    family: Family::FrictionByPlace,
     equivalent: &[],
+    contains: &[],
+    is_last_resort: false,
     source: "friction varies over a table (Yu et al. 2016; Ma and Rodriguez 2018); area common to two circles",
+    starts: patches,
     build: |values: &Values, rig: &Rig| {
         Box::new(FrictionPatch {
             centre: Point::new(values.get("center_x"), values.get("center_y")),
@@ -117,6 +132,34 @@ fn covered(base: f64, disc: f64, square: f64) -> f64 {
         cos.acos() - cos * (1.0 - cos * cos).sqrt()
     };
     (base_square * segment(base_cos) + disc_square * segment(disc_cos)) / (PI * base_square)
+}
+
+fn patches(experiment: &Experiment<'_>) -> Vec<FitStart> {
+    let object = &experiment.rig.object;
+    let reach = object.radius.unwrap_or_else(|| {
+        let [x, y, _] = object.half_size.unwrap_or_default();
+        x.hypot(y)
+    });
+    let about =
+        FitStart::new(Vec::new(), &["center_x", "center_y", "radius", "change"]).about(experiment);
+    let start = |centre: Point, radius: f64| {
+        let form = [
+            ("center_x", centre.x),
+            ("center_y", centre.y),
+            ("radius", radius),
+        ];
+        let mut column = Column::new(&form, ("change", 0.1));
+        column.region = Some((centre, radius + reach));
+        FitStart {
+            columns: vec![column],
+            ..about.clone()
+        }
+    };
+    experiment
+        .cells(CELL, FRAMES)
+        .into_iter()
+        .flat_map(|centre| RADII.map(|radius| start(centre, radius)))
+        .collect()
 }
 
 #[cfg(test)]

@@ -2,7 +2,12 @@
 
 use values::Rig;
 
-use super::{Acts, Effect, EffectParameter, EffectSpec, Parameters, Values, wording};
+use super::{
+    action::{Acts, Effect},
+    spec::{EffectParameter, EffectSpec, Family, Parameters, Values},
+    start::FitStart,
+    wording,
+};
 
 /// Off-centre contact; parameter `offset`: of the tip's line from the object's centre, to the left of the approach.
 pub const SPEC: EffectSpec = EffectSpec {
@@ -15,8 +20,12 @@ pub const SPEC: EffectSpec = EffectSpec {
         neutral: 0.0,
         scale: 0.001,
     }]),
+    family: Family::LaunchAngle,
     equivalent: &["striker_angle_bias", "camera_rotation"],
+    contains: &[],
+    is_last_resort: false,
     source: "oblique impact of smooth bodies: the impulse acts along the common normal",
+    starts: |_| FitStart::linear(("offset", 0.0005)),
     build: |values: &Values, _: &Rig| {
         Box::new(OffCentreContact {
             offset: values.get("offset"),

@@ -2,7 +2,11 @@
 
 use values::{Point, Rig};
 
-use super::{Acts, Effect, EffectParameter, EffectSpec, Parameters, Slide, Values};
+use super::{
+    action::{Acts, Effect, Slide},
+    spec::{EffectParameter, EffectSpec, Family, Parameters, Values},
+    start::FitStart,
+};
 
 /// Quadratic drag; parameter `coefficient` = k.
 pub const SPEC: EffectSpec = EffectSpec {
@@ -15,8 +19,12 @@ pub const SPEC: EffectSpec = EffectSpec {
         neutral: 0.0,
         scale: 0.2,
     }]),
+    family: Family::FrictionBySpeed,
     equivalent: &[],
+    contains: &[],
+    is_last_resort: false,
     source: "the drag equation: k = ρ·c_d·A/(2·m)",
+    starts: |_| FitStart::linear(("coefficient", 0.05)),
     build: |values: &Values, _: &Rig| {
         Box::new(QuadraticDrag {
             coefficient: values.get("coefficient"),

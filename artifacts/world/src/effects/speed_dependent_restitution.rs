@@ -1,8 +1,13 @@
 //! Restitution that falls with impact speed: e(v) = e·(1 − s·(v − v₀)), e being that at v₀.
 
-use values::Rig;
+use values::{Conditions, Rig};
 
-use super::{Acts, Effect, EffectParameter, EffectSpec, Parameters, Values, wording};
+use super::{
+    action::{Acts, Effect},
+    spec::{EffectParameter, EffectSpec, Family, Parameters, Values},
+    start::FitStart,
+    wording,
+};
 
 /// Impact speed in m/s at which restitution is the world's own: the middle of an arm's striking speeds, so that slope and
 /// restitution are fitted apart.
@@ -21,8 +26,12 @@ pub const SPEC: EffectSpec = EffectSpec {
         neutral: 0.0,
         scale: 0.2,
     }]),
+    family: Family::LaunchSpeed,
     equivalent: &["striker_speed_error"],
+    contains: &[],
+    is_last_resort: false,
     source: "e = 1 − α·v at low speeds (Hunt and Crossley 1975), about a reference speed",
+    starts: |_| FitStart::linear(("slope", 0.05)),
     build: |values: &Values, _: &Rig| {
         Box::new(SpeedDependentRestitution {
             slope: values.get("slope"),
@@ -47,7 +56,7 @@ impl Effect for SpeedDependentRestitution {
         Acts::Launch
     }
 
-    fn restitution_factor(&self, impact_speed: f64) -> f64 {
+    fn restitution_factor(&self, impact_speed: f64, _: &Conditions) -> f64 {
         let [least, greatest] = FACTORS;
         (1.0 - self.slope * (impact_speed - REFERENCE)).clamp(least, greatest)
     }

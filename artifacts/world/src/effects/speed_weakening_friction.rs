@@ -2,7 +2,15 @@
 
 use values::Rig;
 
-use super::{Acts, Effect, EffectParameter, EffectSpec, Parameters, Slide, Values, wording};
+use super::{
+    action::{Acts, Effect, Slide},
+    spec::{EffectParameter, EffectSpec, Family, Parameters, Values},
+    start::{Column, FitStart},
+    wording,
+};
+
+/// Speeds in m/s at which friction may begin to rise: a fit starts at each.
+const SPEEDS: [f64; 5] = [0.1, 0.2, 0.35, 0.6, 1.0];
 
 /// Speed-weakening friction; parameters `rise` = Δ, relative to the friction at high speed, and `speed` = v_s.
 pub const SPEC: EffectSpec = EffectSpec {
@@ -25,8 +33,20 @@ pub const SPEC: EffectSpec = EffectSpec {
             scale: 0.2,
         },
     ]),
+    family: Family::FrictionBySpeed,
     equivalent: &[],
+    contains: &[],
+    is_last_resort: false,
     source: "Stribeck term of friction in its Gaussian form (Armstrong-Hélouvry et al. 1994)",
+    starts: |_| {
+        SPEEDS
+            .iter()
+            .map(|speed| {
+                let column = Column::new(&[("speed", *speed)], ("rise", 0.05));
+                FitStart::new(vec![column], &["rise", "speed"])
+            })
+            .collect()
+    },
     build: |values: &Values, _: &Rig| {
         Box::new(SpeedWeakeningFriction {
             rise: values.get("rise"),

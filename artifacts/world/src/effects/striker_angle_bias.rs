@@ -1,8 +1,13 @@
 //! An arm that strikes beside the direction it is told: delivered angle = commanded + δ.
 
-use values::{Command, Rig};
+use values::{Command, Conditions, Rig};
 
-use super::{Acts, Effect, EffectParameter, EffectSpec, Parameters, Values, wording};
+use super::{
+    action::{Acts, Effect},
+    spec::{EffectParameter, EffectSpec, Family, Parameters, Values},
+    start::FitStart,
+    wording,
+};
 
 /// Striker angle bias; parameter `bias` = δ, counter-clockwise.
 pub const SPEC: EffectSpec = EffectSpec {
@@ -15,8 +20,12 @@ pub const SPEC: EffectSpec = EffectSpec {
         neutral: 0.0,
         scale: 0.02,
     }]),
+    family: Family::LaunchAngle,
     equivalent: &["camera_rotation", "off_centre_contact"],
+    contains: &[],
+    is_last_resort: false,
     source: "error of calibration between the arm's base and the table",
+    starts: |_| FitStart::linear(("bias", 0.005)),
     build: |values: &Values, _: &Rig| {
         Box::new(StrikerAngleBias {
             bias: values.get("bias"),
@@ -41,7 +50,7 @@ impl Effect for StrikerAngleBias {
         Acts::Launch
     }
 
-    fn deliver(&self, command: Command) -> Command {
+    fn deliver(&self, command: Command, _: &Conditions) -> Command {
         Command {
             angle: command.angle + self.bias,
             ..command

@@ -1,13 +1,20 @@
 //! An arm that does not deliver the speed it is told: min(a + b·commanded, cap).
 
-use values::{Command, Rig};
+use values::{Command, Conditions, Rig};
 
-use super::{Acts, Effect, EffectParameter, EffectSpec, Parameters, Values};
+use super::{
+    action::{Acts, Effect},
+    spec::{EffectParameter, EffectSpec, Family, Parameters, Values},
+    start::{Column, Experiment, FitStart},
+};
 
 /// The greatest cap, in m/s, stands for none.
 const NO_CAP: f64 = 5.0;
 /// An offset in m/s that is worth a word.
 const STATED: f64 = 0.0005;
+
+/// Shares of the commanded speeds at which a cap is tried: a start a little beside it shows none of its sharp bend.
+const CAPS: [f64; 8] = [0.3, 0.45, 0.58, 0.68, 0.76, 0.84, 0.9, 0.95];
 
 /// Striker speed error; parameters `offset` = a, `slope` = b, `cap`. A cap above the speeds that were struck at changes
 /// nothing, so a fit of it starts among them.
@@ -39,8 +46,12 @@ pub const SPEC: EffectSpec = EffectSpec {
             scale: 0.2,
         },
     ]),
+    family: Family::LaunchSpeed,
     equivalent: &["speed_dependent_restitution"],
+    contains: &[],
+    is_last_resort: false,
     source: "gain, offset and saturation of a speed-controlled axis",
+    starts: caps_and_offsets,
     build: |values: &Values, _: &Rig| {
         Box::new(StrikerSpeedError {
             offset: values.get("offset"),
@@ -84,12 +95,32 @@ impl Effect for StrikerSpeedError {
         Acts::Launch
     }
 
-    fn deliver(&self, command: Command) -> Command {
+    fn deliver(&self, command: Command, _: &Conditions) -> Command {
         Command {
             speed: (self.offset + self.slope * command.speed).min(self.cap),
             ..command
         }
     }
+}
+
+/// The slope is restitution's by another name: a fit starts from a cap, an offset, or both.
+fn caps_and_offsets(experiment: &Experiment<'_>) -> Vec<FitStart> {
+    let offset = || Column::new(&[], ("offset", 0.01));
+    let mut starts = vec![FitStart::new(vec![offset()], &["offset"])];
+    for share in CAPS {
+        let mut cap = Column::new(&[], ("cap", experiment.speed_at(share)));
+        cap.is_kept = true;
+        starts.push(FitStart::new(vec![cap.clone()], &["cap"]));
+        let both = FitStart::new(vec![cap, offset()], &["cap", "offset"]);
+        starts.push(both.combined_by(moved_cap));
+    }
+    starts
+}
+
+/// A cap at a commanded speed and an offset: min(v, knee) + offset is min(v + offset, knee + offset).
+fn moved_cap(start: &FitStart, coefficients: &[f64]) -> Vec<(String, f64)> {
+    let offset = coefficients[1] * start.columns[1].strength.1;
+    vec![("cap".into(), start.columns[0].strength.1 + offset)]
 }
 
 #[cfg(test)]

@@ -2,7 +2,12 @@
 
 use values::{Point, Rig};
 
-use super::{Acts, Effect, EffectParameter, EffectSpec, GRAVITY, Parameters, Slide, Values};
+use super::{
+    action::{Acts, Effect, Slide},
+    spec::{EffectParameter, EffectSpec, Family, Parameters, Values},
+    start::{Column, FitStart},
+};
+use crate::GRAVITY;
 
 const fn centre(name: &'static str, neutral: f64) -> EffectParameter {
     EffectParameter {
@@ -14,6 +19,9 @@ const fn centre(name: &'static str, neutral: f64) -> EffectParameter {
         scale: 0.2,
     }
 }
+
+/// Curvature in 1/m below which a bowl is flat, and has no centre.
+const FLAT: f64 = 1e-6;
 
 /// Table bowl; parameters `curvature` = κ (negative: a dome) and `center_x`, `center_y` = p₀.
 pub const SPEC: EffectSpec = EffectSpec {
@@ -30,8 +38,23 @@ pub const SPEC: EffectSpec = EffectSpec {
         centre("center_x", 0.5),
         centre("center_y", 0.0),
     ]),
+    family: Family::ForceByPlace,
     equivalent: &[],
+    contains: &[],
+    is_last_resort: false,
     source: "weight on a paraboloid of height κ·|p − p₀|²/2, its slope small",
+    starts: |experiment| {
+        let columns = [(0.0, 0.0), (0.5, 0.0), (0.0, 0.5)]
+            .iter()
+            .map(|(x, y)| Column::new(&[("center_x", *x), ("center_y", *y)], ("curvature", 0.02)))
+            .collect();
+        let free = &["curvature", "center_x", "center_y"];
+        vec![
+            FitStart::new(columns, free)
+                .about(experiment)
+                .combined_by(one_bowl),
+        ]
+    },
     build: |values: &Values, _: &Rig| {
         Box::new(TableBowl {
             stiffness: GRAVITY * values.get("curvature"),
@@ -68,6 +91,26 @@ impl Effect for TableBowl {
     fn acceleration(&self, slide: &Slide<'_>) -> Point {
         (self.centre - slide.position) * self.stiffness
     }
+}
+
+/// A sum of paraboloids is one.
+fn one_bowl(start: &FitStart, coefficients: &[f64]) -> Vec<(String, f64)> {
+    let columns = || start.columns.iter().zip(coefficients);
+    let total: f64 = columns()
+        .map(|(column, coefficient)| coefficient * column.strength.1)
+        .sum();
+    let safe = if total.abs() < FLAT { FLAT } else { total };
+    let mut parameters = vec![("curvature".into(), total)];
+    for place in ["center_x", "center_y"] {
+        let moment: f64 = columns()
+            .map(|(column, coefficient)| {
+                let at = column.form.iter().find(|(name, _)| name == place);
+                coefficient * column.strength.1 * at.map_or(0.0, |(_, value)| *value)
+            })
+            .sum();
+        parameters.push((place.into(), moment / safe));
+    }
+    parameters
 }
 
 #[cfg(test)]

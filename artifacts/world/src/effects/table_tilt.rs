@@ -2,7 +2,12 @@
 
 use values::{Point, Rig};
 
-use super::{Acts, Effect, EffectParameter, EffectSpec, GRAVITY, Parameters, Slide, Values};
+use super::{
+    action::{Acts, Effect, Slide},
+    spec::{EffectParameter, EffectSpec, Family, Parameters, Values},
+    start::{Column, FitStart},
+};
+use crate::GRAVITY;
 
 const fn tilt(name: &'static str) -> EffectParameter {
     EffectParameter {
@@ -19,8 +24,16 @@ const fn tilt(name: &'static str) -> EffectParameter {
 pub const SPEC: EffectSpec = EffectSpec {
     name: "table_tilt",
     parameters: Parameters::Listed(&[tilt("tilt_x"), tilt("tilt_y")]),
+    family: Family::ForceByPlace,
     equivalent: &[],
+    contains: &[],
+    is_last_resort: false,
     source: "weight on an inclined plane",
+    starts: |_| {
+        let column = |name| Column::new(&[], (name, 0.002));
+        let columns = vec![column("tilt_x"), column("tilt_y")];
+        vec![FitStart::new(columns, &["tilt_x", "tilt_y"])]
+    },
     build: |values: &Values, _: &Rig| {
         Box::new(TableTilt {
             acceleration: Point::new(values.get("tilt_x").sin(), values.get("tilt_y").sin())

@@ -3,10 +3,10 @@
 use values::{Command, Conditions, Point, Rig, Shape};
 
 use super::{
-    Acts, EFFECTS, EffectParameter, EffectSpec, GRAVITY, Parameters, Slide, build, effect,
+    Acts, AddedEffect, EFFECTS, EffectParameter, EffectSpec, Parameters, Slide, build, effect,
     statement,
 };
-use crate::{AddedEffect, Estimate, Simulated, Simulator, Steps, World};
+use crate::{Estimate, GRAVITY, Simulated, Simulator, Steps, World};
 
 const FRICTION: f64 = 0.25;
 /// Deceleration by friction in a world without effects, in m/s².
@@ -377,9 +377,9 @@ fn each_acts_where_it_says_and_nowhere_else() {
         });
         let is_even = slides.iter().all(|slide| *slide == slides[0]);
         let is_idle = is_even && slides[0] == (1.0, Point::default());
-        let launches = effect.deliver(command) != command
+        let launches = effect.deliver(command, &conditions) != command
             || effect.tip_offset() != 0.0
-            || effect.restitution_factor(1.0) != 1.0;
+            || effect.restitution_factor(1.0, &conditions) != 1.0;
         let is_seen = places.iter().any(|place| effect.observe(*place) != *place);
         let expected = match effect.acts() {
             Acts::Launch => (true, true, true, false),

@@ -2,7 +2,11 @@
 
 use values::{Point, Rig};
 
-use super::{Acts, Effect, EffectParameter, EffectSpec, Parameters, Slide, Values};
+use super::{
+    action::{Acts, Effect, Slide},
+    spec::{EffectParameter, EffectSpec, Family, Parameters, Values},
+    start::FitStart,
+};
 
 /// Viscous drag; parameter `rate` = c.
 pub const SPEC: EffectSpec = EffectSpec {
@@ -15,8 +19,12 @@ pub const SPEC: EffectSpec = EffectSpec {
         neutral: 0.0,
         scale: 0.3,
     }]),
+    family: Family::FrictionBySpeed,
     equivalent: &[],
+    contains: &[],
+    is_last_resort: false,
     source: "viscous term of the Stribeck friction model (Armstrong-Hélouvry et al. 1994)",
+    starts: |_| FitStart::linear(("rate", 0.05)),
     build: |values: &Values, _: &Rig| {
         Box::new(ViscousDrag {
             rate: values.get("rate"),

@@ -3,9 +3,7 @@
 use values::{Conditions, Point};
 
 use super::Planar;
-use crate::effects::Slide;
-
-const GRAVITY: f64 = 9.81;
+use crate::{GRAVITY, effects::Slide};
 
 #[derive(Clone, Copy)]
 pub(super) struct Body {

@@ -1,0 +1,17 @@
+//! An effect as a world holds it.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+use crate::Estimate;
+
+/// An effect added to the world, with the values of its parameters.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct AddedEffect {
+    /// Its name in the library, such as `viscous_drag`.
+    pub name: String,
+    /// Its parameters, by name.
+    pub parameters: BTreeMap<String, Estimate>,
+}

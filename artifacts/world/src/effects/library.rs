@@ -1,0 +1,101 @@
+//! The library: every effect that a world can hold.
+
+use std::{collections::BTreeMap, sync::OnceLock};
+
+use values::Rig;
+
+use super::{
+    action::Effect,
+    added::AddedEffect,
+    spec::{EffectSpec, Parameters, Values},
+};
+use crate::{WorldError, range::in_range};
+
+/// The library.
+pub const EFFECTS: &[&EffectSpec] = &[
+    &super::viscous_drag::SPEC,
+    &super::quadratic_drag::SPEC,
+    &super::speed_weakening_friction::SPEC,
+    &super::anisotropic_friction::SPEC,
+    &super::friction_patch::SPEC,
+    &super::friction_drift::SPEC,
+    &super::friction_by_session::SPEC,
+    &super::table_tilt::SPEC,
+    &super::table_bowl::SPEC,
+    &super::striker_speed_error::SPEC,
+    &super::striker_angle_bias::SPEC,
+    &super::speed_dependent_restitution::SPEC,
+    &super::off_centre_contact::SPEC,
+    &super::camera_rotation::SPEC,
+    &super::camera_distortion::SPEC,
+];
+
+/// Effects of other crates.
+static MORE: OnceLock<Vec<&'static EffectSpec>> = OnceLock::new();
+
+/// Adds effects of another crate to the library of this process; `false` where that was done before, and nothing is added.
+/// To be called before a world is read, fitted or simulated.
+pub fn extend_library(more: &[&'static EffectSpec]) -> bool {
+    MORE.set(more.to_vec()).is_ok()
+}
+
+/// Every effect: [`EFFECTS`], then those of [`extend_library`].
+pub fn library() -> impl Iterator<Item = &'static EffectSpec> {
+    let more = MORE.get().into_iter().flatten();
+    EFFECTS.iter().chain(more).copied()
+}
+
+/// The effect of that name; the error lists the valid ones.
+pub fn effect(name: &str) -> Result<&'static EffectSpec, WorldError> {
+    library()
+        .find(|spec| spec.name == name)
+        .ok_or_else(|| WorldError::UnknownEffect {
+            name: name.into(),
+            known: library()
+                .map(|spec| spec.name)
+                .collect::<Vec<_>>()
+                .join(", "),
+        })
+}
+
+/// Values of an added effect, each parameter known and in range; listed parameters left out are neutral.
+pub fn values(added: &AddedEffect) -> Result<Values, WorldError> {
+    let spec = effect(&added.name)?;
+    let listed = match spec.parameters {
+        Parameters::Listed(listed) => listed,
+        Parameters::BySession(_) => &[],
+    };
+    let mut values: BTreeMap<String, f64> = listed
+        .iter()
+        .map(|p| (p.name.to_string(), p.neutral))
+        .collect();
+    for (name, estimate) in &added.parameters {
+        let full = format!("{}.{name}", added.name);
+        let Some(p) = spec.parameter(name) else {
+            let known: Vec<_> = listed.iter().map(|p| p.name).collect();
+            return Err(WorldError::UnknownParameter {
+                name: full,
+                hint: String::new(),
+                known: known.join(", "),
+            });
+        };
+        in_range(&full, estimate.value, p.low, p.high, p.unit)?;
+        values.insert(name.clone(), estimate.value);
+    }
+    Ok(Values(values))
+}
+
+/// Whether an added effect is known and its values lie in their ranges.
+pub fn check(added: &AddedEffect) -> Result<(), WorldError> {
+    values(added).map(|_| ())
+}
+
+/// Makes an added effect act.
+pub fn build(added: &AddedEffect, rig: &Rig) -> Result<Box<dyn Effect>, WorldError> {
+    Ok((effect(&added.name)?.build)(&values(added)?, rig))
+}
+
+/// Makes it a sentence.
+pub fn statement(added: &AddedEffect) -> Result<String, WorldError> {
+    Ok((effect(&added.name)?.statement)(&values(added)?))
+}

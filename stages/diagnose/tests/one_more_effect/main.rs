@@ -1,0 +1,105 @@
+//! Adding an effect is one file: what is only listed is tried, fitted and named by diagnosis.
+
+mod turning_force;
+
+use diagnose::{Diagnose, Input, Verdict};
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+use stage::{Progress, Stage};
+use values::{Command, Conditions, Point, Rig, Shape, Split, Strike, Track};
+use world::{AddedEffect, Estimate, Simulator, World, effects};
+
+/// Turning in 1/s that the strikes are made with: half a degree in a slide of half a second would be 0.02.
+const RATE: f64 = 0.12;
+const STRIKES: usize = 60;
+/// Scatter of launches: relative speed, and rad; camera noise in m.
+const SCATTER: (f64, f64, f64) = (0.01, 0.005, 0.5e-3);
+
+fn strikes(rig: &Rig, world: &World) -> Vec<Strike> {
+    let simulator = Simulator::new(rig, world).expect("a world with the effect");
+    let mut worker = simulator.worker();
+    let mut random = ChaCha8Rng::seed_from_u64(5);
+    let mut normal = || -> f64 { StandardNormal.sample(&mut random) };
+    (0..STRIKES)
+        .map(|i| {
+            let share = i as f64 / STRIKES as f64;
+            let command = Command {
+                speed: 0.5 + 0.5 * ((7.0 * share) % 1.0),
+                angle: -0.5 + (11.0 * share) % 1.0,
+            };
+            let conditions = Conditions {
+                session: "monday.mcap".into(),
+                order: i as f64,
+            };
+            let initial = Point::new(0.25, 0.1 * share);
+            let delivered = Command {
+                speed: command.speed * (1.0 + SCATTER.0 * normal()),
+                angle: command.angle + SCATTER.1 * normal(),
+            };
+            let simulated = worker
+                .strike(initial, delivered, &conditions)
+                .expect("rests");
+            let mut seen = |point: Point| point + Point::new(normal(), normal()) * SCATTER.2;
+            let mut track = Track::default();
+            for frame in 1.. {
+                let t = f64::from(frame) / rig.camera.rate;
+                if t > simulated.rest_time {
+                    break;
+                }
+                let at = seen(simulated.at(t));
+                track.t.push(t);
+                track.x.push(at.x);
+                track.y.push(at.y);
+            }
+            Strike {
+                id: format!("{i:016x}"),
+                log: conditions.session.clone(),
+                index: i as u32,
+                t_start: 5.0 * i as f64,
+                initial,
+                stop: seen(simulated.stop),
+                command,
+                track,
+                split: if i % 6 == 5 {
+                    Split::Test
+                } else {
+                    Split::Train
+                },
+                conditions,
+            }
+        })
+        .collect()
+}
+
+#[test]
+fn an_effect_in_one_file_is_found_once_it_is_listed() {
+    let rig = Rig::demo(Shape::Cylinder);
+    let plain = World::nominal(&rig)
+        .with("friction", 0.22)
+        .with("restitution", 0.5);
+    assert!(effects::effect("turning_force").is_err());
+    assert!(effects::extend_library(&[&turning_force::SPEC]));
+
+    let mut hidden = plain.clone();
+    hidden.effects.push(AddedEffect {
+        name: "turning_force".into(),
+        parameters: [("rate".to_string(), Estimate::fixed(RATE))].into(),
+    });
+    let found = Diagnose::default()
+        .run(
+            &Input {
+                strikes: strikes(&rig, &hidden),
+                rig,
+                world: plain,
+            },
+            &Progress::hidden(),
+        )
+        .expect("a diagnosis");
+    let diagnosis = &found.diagnosis;
+    assert_eq!(diagnosis.verdict, Verdict::Named, "{}", diagnosis.summary);
+    let names: Vec<&str> = diagnosis.effects.iter().map(|e| e.name.as_str()).collect();
+    assert_eq!(names, ["turning_force"], "{}", diagnosis.summary);
+    let rate = &diagnosis.effects[0].parameters["rate"];
+    assert!(rate.low < RATE && RATE < rate.high, "{rate:?}");
+}
