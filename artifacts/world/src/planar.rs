@@ -235,12 +235,14 @@ mod tests {
                         x: vec![0.0; times.len()],
                         y: vec![0.0; times.len()],
                         t: times.clone(),
+                        yaw: None,
                     },
                     split: values::Split::Train,
                     conditions: Conditions {
                         session: "monday.mcap".into(),
                         order: 10.0 * f64::from(i),
                     },
+                    delivered: None,
                 }
             })
             .collect()

@@ -161,7 +161,7 @@ impl<W: Write + Seek> RecordingWriter<W> {
         let topic = match kind {
             Kind::Centroid => &self.topics.centroid.name,
             Kind::Command => &self.topics.command.name,
-            Kind::State => &self.topics.state.name,
+            Kind::State => &self.topics.state.topic.name,
         };
         let schema = self
             .mcap

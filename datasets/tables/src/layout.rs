@@ -7,7 +7,7 @@ use std::sync::Arc;
 use arrow::datatypes::{DataType, Field, Schema};
 
 /// Version of all tables' layout; raised when a column changes its name, place, type, unit or meaning.
-pub const SCHEMA_VERSION: u32 = 1;
+pub const SCHEMA_VERSION: u32 = 2;
 
 /// Key of the file's metadata under which the version stands.
 pub(crate) const VERSION_KEY: &str = "carom.schema";
@@ -27,6 +27,8 @@ pub(crate) struct Column {
     kind: Kind,
     /// Unit; empty where it has none.
     unit: &'static str,
+    /// Whether a row may lack it.
+    nullable: bool,
 }
 
 #[derive(Clone, Copy)]
@@ -42,6 +44,7 @@ pub(crate) const fn real(name: &'static str, unit: &'static str) -> Column {
         name,
         kind: Kind::Real,
         unit,
+        nullable: false,
     }
 }
 
@@ -51,6 +54,7 @@ pub(crate) const fn count(name: &'static str) -> Column {
         name,
         kind: Kind::Count,
         unit: "",
+        nullable: false,
     }
 }
 
@@ -60,6 +64,7 @@ pub(crate) const fn text(name: &'static str) -> Column {
         name,
         kind: Kind::Text,
         unit: "",
+        nullable: false,
     }
 }
 
@@ -78,6 +83,14 @@ impl<const N: usize> Table<N> {
 }
 
 impl Column {
+    /// The same column, of which rows may lack a value.
+    pub const fn or_null(self) -> Self {
+        Self {
+            nullable: true,
+            ..self
+        }
+    }
+
     pub fn kind(&self) -> Kind {
         self.kind
     }
@@ -89,7 +102,7 @@ impl Column {
             Kind::Text => DataType::Utf8,
         };
         let unit = (!self.unit.is_empty()).then(|| ("unit".to_string(), self.unit.to_string()));
-        Field::new(self.name, data_type, false)
+        Field::new(self.name, data_type, self.nullable)
             .with_metadata(unit.into_iter().collect::<HashMap<_, _>>())
     }
 }

@@ -5,7 +5,7 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use arrow::array::types::{Float64Type, UInt32Type};
-use arrow::array::{AsArray, RecordBatch, StringArray};
+use arrow::array::{Array, AsArray, RecordBatch, StringArray};
 use arrow::datatypes::Schema;
 use parquet::arrow::arrow_reader::{ParquetRecordBatchReader, ParquetRecordBatchReaderBuilder};
 use parquet::file::metadata::{ColumnChunkMetaData, RowGroupMetaData};
@@ -128,6 +128,18 @@ impl Batch {
     /// A column of numbers of the layout that was checked.
     pub fn real(&self, name: &str) -> &[f64] {
         self.batch[name].as_primitive::<Float64Type>().values()
+    }
+
+    /// A number of a column that rows may lack.
+    pub fn real_or_null(&self, name: &str, row: usize) -> Option<f64> {
+        let column = self.batch[name].as_primitive::<Float64Type>();
+        column.is_valid(row).then(|| column.value(row))
+    }
+
+    /// A count of a column that rows may lack.
+    pub fn count_or_null(&self, name: &str, row: usize) -> Option<u32> {
+        let column = self.batch[name].as_primitive::<UInt32Type>();
+        column.is_valid(row).then(|| column.value(row))
     }
 
     /// A column of counts of the layout that was checked.

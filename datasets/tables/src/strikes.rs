@@ -4,15 +4,16 @@ use std::borrow::Borrow;
 use std::collections::HashMap;
 use std::path::Path;
 
-use values::{Command, Conditions, Point, Split, Strike, Track};
+use values::{Command, Conditions, Delivered, Point, Split, Strike, Track, Yaw};
 
 use crate::TableError;
 use crate::layout::{Table, count, real, text};
 use crate::read::{Batch, read};
 use crate::write::{Cell, write_with};
 
-/// After the columns of the public interface, two that the conditions of a strike need.
-const STRIKES: Table<16> = Table {
+/// The columns of the public interface, `order`, and what else is known of a strike where the arm's state or the object's yaw was
+/// logged: null where it was not. `contact` is on the track's clock; `pushed_again` is 1 where the arm reached the object again.
+const STRIKES: Table<21> = Table {
     name: "strikes",
     columns: [
         text("strike_id"),
@@ -31,16 +32,22 @@ const STRIKES: Table<16> = Table {
         text("split"),
         text("session"),
         real("order", ""),
+        real("tip_speed", "m/s").or_null(),
+        real("tip_angle", "rad").or_null(),
+        real("contact", "s").or_null(),
+        count("pushed_again").or_null(),
+        real("yaw0", "rad").or_null(),
     ],
 };
 
-const TRACKS: Table<4> = Table {
+const TRACKS: Table<5> = Table {
     name: "tracks",
     columns: [
         text("strike_id"),
         real("t", "s"),
         real("x", "m"),
         real("y", "m"),
+        real("yaw", "rad").or_null(),
     ],
 };
 
@@ -66,20 +73,28 @@ pub fn stream_strikes<S: Borrow<Strike>, E: From<TableError> + From<durable::Err
     })
 }
 
-fn track(strike: &Strike) -> impl Iterator<Item = [Cell<'_>; 4]> {
-    let Track { t, x, y } = &strike.track;
-    t.iter().zip(x).zip(y).map(|((t, x), y)| {
-        [
-            Cell::Text(&strike.id),
-            Cell::Real(*t),
-            Cell::Real(*x),
-            Cell::Real(*y),
-        ]
-    })
+fn track(strike: &Strike) -> impl Iterator<Item = [Cell<'_>; 5]> {
+    let Track { t, x, y, yaw } = &strike.track;
+    t.iter()
+        .zip(x)
+        .zip(y)
+        .zip(0..)
+        .map(move |(((t, x), y), frame)| {
+            let yaw = yaw.as_ref().and_then(|yaw| yaw.track.get(frame));
+            [
+                Cell::Text(&strike.id),
+                Cell::Real(*t),
+                Cell::Real(*x),
+                Cell::Real(*y),
+                Cell::real_or_null(yaw.copied()),
+            ]
+        })
 }
 
-fn cells(strike: &Strike) -> [Cell<'_>; 16] {
+fn cells(strike: &Strike) -> [Cell<'_>; 21] {
     let path = strike.path();
+    let arm = strike.delivered;
+    let yaw = strike.track.yaw.as_ref();
     [
         Cell::Text(&strike.id),
         Cell::Text(&strike.log),
@@ -97,6 +112,11 @@ fn cells(strike: &Strike) -> [Cell<'_>; 16] {
         Cell::Text(strike.split.name()),
         Cell::Text(&strike.conditions.session),
         Cell::Real(strike.conditions.order),
+        Cell::real_or_null(arm.map(|arm| arm.tip_speed)),
+        Cell::real_or_null(arm.map(|arm| arm.tip_angle)),
+        Cell::real_or_null(arm.map(|arm| arm.contact)),
+        arm.map_or(Cell::Null, |arm| Cell::Count(arm.pushed_again.into())),
+        Cell::real_or_null(yaw.map(|yaw| yaw.initial)),
     ]
 }
 
@@ -135,6 +155,9 @@ pub fn read_strikes(dir: &Path) -> Result<Vec<Strike>, TableError> {
             track.t.push(t[row]);
             track.x.push(x[row]);
             track.y.push(y[row]);
+            if let (Some(yaw), Some(here)) = (&mut track.yaw, batch.real_or_null("yaw", row)) {
+                yaw.track.push(here);
+            }
         }
     }
     match strikes
@@ -171,12 +194,30 @@ fn strike(batch: &Batch, row: usize) -> Result<Strike, TableError> {
             speed: real("speed"),
             angle: real("angle"),
         },
-        track: Track::default(),
+        track: Track {
+            yaw: batch.real_or_null("yaw0", row).map(|initial| Yaw {
+                initial,
+                track: Vec::new(),
+            }),
+            ..Track::default()
+        },
         split: split(batch, row)?,
         conditions: Conditions {
             session: text("session"),
             order: real("order"),
         },
+        delivered: delivered(batch, row),
+    })
+}
+
+/// What the arm delivered, where all of it stands there.
+fn delivered(batch: &Batch, row: usize) -> Option<Delivered> {
+    let real = |name| batch.real_or_null(name, row);
+    Some(Delivered {
+        tip_speed: real("tip_speed")?,
+        tip_angle: real("tip_angle")?,
+        contact: real("contact")?,
+        pushed_again: batch.count_or_null("pushed_again", row)? != 0,
     })
 }
 

@@ -20,6 +20,14 @@ pub(crate) enum Cell<'a> {
     Real(f64),
     Count(u32),
     Text(&'a str),
+    Null,
+}
+
+impl Cell<'_> {
+    /// A number, or none.
+    pub fn real_or_null(value: Option<f64>) -> Self {
+        value.map_or(Self::Null, Self::Real)
+    }
 }
 
 /// Writes a table into a folder, whole or not at all.
@@ -157,6 +165,9 @@ impl Builder {
             (Self::Real(column), Cell::Real(value)) => column.append_value(*value),
             (Self::Count(column), Cell::Count(value)) => column.append_value(*value),
             (Self::Text(column), Cell::Text(value)) => column.append_value(value),
+            (Self::Real(column), Cell::Null) => column.append_null(),
+            (Self::Count(column), Cell::Null) => column.append_null(),
+            (Self::Text(column), Cell::Null) => column.append_null(),
             // Leaves the column short, which the batch refuses.
             _ => {}
         }

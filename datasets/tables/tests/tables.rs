@@ -5,7 +5,9 @@ use std::path::Path;
 
 use proptest::prelude::*;
 use tables::*;
-use values::{Command, Conditions, Point, Reject, RejectReason, Split, Strike, Track};
+use values::{
+    Command, Conditions, Delivered, Point, Reject, RejectReason, Split, Strike, Track, Yaw,
+};
 
 fn strike(number: usize, frames: usize) -> Strike {
     let shift = number as f64 * 0.001;
@@ -26,12 +28,22 @@ fn strike(number: usize, frames: usize) -> Strike {
                 .map(|i| 0.25 + i as f64 * 1e-3 + shift)
                 .collect(),
             y: (0..frames).map(|i| 0.05 - i as f64 * 1e-4).collect(),
+            yaw: number.is_multiple_of(4).then(|| Yaw {
+                initial: 0.1 + shift,
+                track: (0..frames).map(|i| 0.1 + i as f64 * 1e-2).collect(),
+            }),
         },
         split: [Split::Train, Split::Validation, Split::Test][number % 3],
         conditions: Conditions {
             session: format!("log_{}.mcap", number / 50),
             order: number as f64,
         },
+        delivered: number.is_multiple_of(3).then_some(Delivered {
+            tip_speed: 0.69 + shift,
+            tip_angle: -0.19,
+            contact: -0.004,
+            pushed_again: number.is_multiple_of(2),
+        }),
     }
 }
 

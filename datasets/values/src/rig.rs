@@ -1,7 +1,9 @@
 //! The rig file: what is known of a set-up before anything is measured.
 
 mod check;
+mod error;
 mod keys;
+mod topics;
 mod vision;
 
 use std::path::Path;
@@ -10,6 +12,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::Point;
 
+pub use error::RigError;
+pub use topics::{FieldTopic, PoseTopic, StateTopic, Topics};
 pub use vision::{Colour, ImageTopic, StampMark};
 
 /// What is known of the set-up; `rig.toml`.
@@ -192,122 +196,6 @@ pub struct Robot {
     pub acceleration: f64,
 }
 
-/// Topic names and field paths.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Topics {
-    /// Object centroids.
-    #[serde(default = "FieldTopic::centroid")]
-    pub centroid: FieldTopic,
-    /// Commanded end-effector velocity.
-    #[serde(default = "FieldTopic::command")]
-    pub command: FieldTopic,
-    /// Measured end-effector velocity, where it is logged.
-    #[serde(default = "FieldTopic::state")]
-    pub state: FieldTopic,
-    /// Images, which are looked at where a log has no centroids.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub image: Option<ImageTopic>,
-}
-
-impl Default for Topics {
-    fn default() -> Self {
-        Self {
-            centroid: FieldTopic::centroid(),
-            command: FieldTopic::command(),
-            state: FieldTopic::state(),
-            image: None,
-        }
-    }
-}
-
-/// One topic and the dotted paths of what is read from its messages.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct FieldTopic {
-    /// Topic name.
-    pub name: String,
-    /// Path of the stamp.
-    pub stamp: String,
-    /// Path of the first coordinate.
-    pub x: String,
-    /// Path of the second coordinate.
-    pub y: String,
-}
-
-impl FieldTopic {
-    fn new(name: &str, x: &str, y: &str) -> Self {
-        Self {
-            name: name.into(),
-            stamp: "header.stamp".into(),
-            x: x.into(),
-            y: y.into(),
-        }
-    }
-
-    fn centroid() -> Self {
-        Self::new("/object/centroid", "point.x", "point.y")
-    }
-
-    fn command() -> Self {
-        Self::new("/striker/command", "twist.linear.x", "twist.linear.y")
-    }
-
-    fn state() -> Self {
-        Self::new(
-            "/striker/state",
-            "twist.twist.linear.x",
-            "twist.twist.linear.y",
-        )
-    }
-}
-
-/// Why a rig file was not accepted.
-#[derive(Debug, thiserror::Error)]
-pub enum RigError {
-    /// The file could not be read.
-    #[error("read {path}: {source}")]
-    Read {
-        /// The file.
-        path: String,
-        /// What the system said.
-        source: std::io::Error,
-    },
-    /// It is not TOML, or a key is missing, unknown or of another type.
-    #[error("parse the rig file: {0}")]
-    Parse(String),
-    /// A key that the format does not have.
-    #[error(
-        "accept the key `{key}` on line {line}: there is none of that name; did you mean `{nearest}`?"
-    )]
-    UnknownKey {
-        /// Dotted key.
-        key: String,
-        /// Line of the file, from 1.
-        line: usize,
-        /// The known key most like it, dotted.
-        nearest: String,
-    },
-    /// A key that must be there is not.
-    #[error("find the key `{key}`: add a line such as `{mend}`")]
-    MissingKey {
-        /// Dotted key.
-        key: String,
-        /// A line that would mend it.
-        mend: String,
-    },
-    /// A value makes no sense.
-    #[error("accept {key} = {value}: {why}")]
-    Value {
-        /// Dotted key.
-        key: String,
-        /// What stands there.
-        value: String,
-        /// What it must be.
-        why: String,
-    },
-}
-
 impl Rig {
     /// Reads and checks a rig file. Errors name the file's line or the key, and how to mend it.
     pub fn load(path: &Path) -> Result<Self, RigError> {
@@ -398,122 +286,4 @@ impl Rig {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// The template with one piece of text replaced, and what is then said of it.
-    fn refusal(from: &str, to: &str) -> String {
-        assert!(Rig::template().contains(from), "{from}");
-        match Rig::parse(&Rig::template().replacen(from, to, 1)) {
-            Err(error) => error.to_string(),
-            Ok(_) => panic!("accepted {to}"),
-        }
-    }
-
-    #[test]
-    fn the_template_is_the_demo_rig_and_survives_a_round_trip() {
-        let rig = Rig::parse(Rig::template()).expect("the template parses");
-        assert_eq!(rig, Rig::demo(Shape::Cylinder));
-        for shape in [Shape::Cylinder, Shape::Box, Shape::Sphere] {
-            let rig = Rig::demo(shape);
-            assert_eq!(Rig::parse(&rig.to_toml()).expect("parses"), rig);
-        }
-    }
-
-    #[test]
-    fn topics_may_be_left_out() {
-        let text = Rig::template()
-            .split("[topics.centroid]")
-            .next()
-            .expect("text")
-            .to_string();
-        assert_eq!(Rig::parse(&text).expect("parses").topics, Topics::default());
-    }
-
-    #[test]
-    fn an_unknown_key_is_named_with_its_line_and_the_nearest_known_one() {
-        let text = refusal("radius = 0.030 ", "raduis = 0.030 ");
-        assert!(
-            text.contains("`object.raduis` on line 7") && text.contains("`object.radius`"),
-            "{text}"
-        );
-        let text = refusal("[camera]", "[kamera]");
-        assert!(
-            text.contains("`kamera`") && text.contains("`camera`"),
-            "{text}"
-        );
-        let text = refusal("mass = 0.100", "mass = 0.1\nacceleration = 5.0");
-        assert!(
-            text.contains("`object.acceleration`") && text.contains("`robot.acceleration`"),
-            "{text}"
-        );
-        let text = refusal("stamp = \"header.stamp\"", "time = \"header.stamp\"");
-        assert!(text.contains("`topics.centroid.time`"), "{text}");
-    }
-
-    #[test]
-    fn a_missing_key_comes_with_the_line_to_add() {
-        assert!(
-            refusal("mass = 0.100", "").contains("`object.mass`: add a line such as `mass = 0.100")
-        );
-        assert!(refusal("half_height = 0.020", "").contains("`object.half_height`"));
-        assert!(refusal("[striker]", "[topics]\n[table.z]").contains("`table.z`"));
-        assert!(
-            Rig::parse("")
-                .expect_err("empty")
-                .to_string()
-                .contains("`object`")
-        );
-        let cube = refusal("shape = \"cylinder\"", "shape = \"box\"");
-        assert!(
-            cube.contains("object.radius = 0.03: is no size of a box"),
-            "{cube}"
-        );
-    }
-
-    #[test]
-    fn a_box_needs_its_half_size() {
-        let mut rig = Rig::demo(Shape::Box);
-        rig.object.half_size = None;
-        assert!(
-            Rig::parse(&rig.to_toml())
-                .expect_err("refused")
-                .to_string()
-                .contains("`object.half_size`")
-        );
-    }
-
-    #[test]
-    fn values_that_make_no_sense_are_refused() {
-        for (from, to, said) in [
-            ("radius = 0.030 ", "radius = 30.0 ", "millimetres?"),
-            ("radius = 0.030 ", "radius = -0.03 ", "above 0"),
-            ("radius = 0.030 ", "radius = nan ", "finite"),
-            ("mass = 0.100", "mass = 100", "grams?"),
-            ("mass = 0.100", "mass = inf", "finite"),
-            ("rate = 60.0", "rate = 0", "above 0"),
-            ("noise = 0.0007", "noise = 0.7", "pixels?"),
-            ("x = [0.10, 1.00]", "x = [1.00, 0.10]", "reversed"),
-            ("x = [0.10, 1.00]", "x = [100, 1000]", "millimetres?"),
-            ("y = [-0.60, 0.60]", "y = [0.6, 0.6]", "empty"),
-            ("speed = [0.4, 1.0]", "speed = [0.0, 1.0]", "above 0"),
-            ("speed = [0.4, 1.0]", "speed = [400, 1000]", "robot.speed"),
-            ("angle = [-0.80, 0.80]", "angle = [-45, 45]", "degrees?"),
-            (
-                "acceleration = 5.0",
-                "acceleration = 5000.0",
-                "millimetres?",
-            ),
-            (
-                "name = \"/object/centroid\"",
-                "name = \"\"",
-                "topics.centroid.name",
-            ),
-            ("shape = \"cylinder\"", "shape = \"cone\"", "cylinder"),
-            ("radius = 0.030 ", "radius = \"big\" ", "line 7"),
-        ] {
-            let text = refusal(from, to);
-            assert!(text.contains(said), "{to}: {text}");
-        }
-    }
-}
+mod tests;

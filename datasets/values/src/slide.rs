@@ -21,6 +21,9 @@ impl Strike {
         strike.track.t.drain(..keep);
         strike.track.x.drain(..keep);
         strike.track.y.drain(..keep);
+        if let Some(yaw) = &mut strike.track.yaw {
+            yaw.track.drain(..keep.min(yaw.track.len()));
+        }
         strike
     }
 }

@@ -13,7 +13,39 @@ pub struct Command {
     pub angle: f64,
 }
 
-/// The centroids of one strike from first motion to rest; all three have one length.
+/// What the arm did at contact, from its measured state: what the object met, whatever was commanded.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Delivered {
+    /// Speed of the tip at contact, in m/s.
+    pub tip_speed: f64,
+    /// Direction in which the tip moved at contact, in rad, from +x, counter-clockwise.
+    pub tip_angle: f64,
+    /// Time of contact in s on the track's clock, whose zero is first motion: mostly within a frame before zero.
+    pub contact: f64,
+    /// Whether the tip reached the object again after it had left.
+    pub pushed_again: bool,
+}
+
+impl Delivered {
+    /// The launch that was delivered, in place of the one that was commanded.
+    pub fn command(&self) -> Command {
+        Command {
+            speed: self.tip_speed,
+            angle: self.tip_angle,
+        }
+    }
+}
+
+/// How an object is turned about the vertical, in rad, counter-clockwise; a turn by a full circle is counted, not wrapped.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Yaw {
+    /// While it rests before the strike; within ±π.
+    pub initial: f64,
+    /// At each frame of the track.
+    pub track: Vec<f64>,
+}
+
+/// The centroids of one strike from first motion to rest; `t`, `x` and `y` have one length.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Track {
     /// Seconds since first motion; the impact lies within one frame before zero.
@@ -22,6 +54,9 @@ pub struct Track {
     pub x: Vec<f64>,
     /// Metres in frame `table`.
     pub y: Vec<f64>,
+    /// The object's yaw, where it was tracked.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub yaw: Option<Yaw>,
 }
 
 impl Track {
@@ -73,12 +108,24 @@ pub struct Strike {
     pub split: Split,
     /// Session and order, for effects that depend on them.
     pub conditions: Conditions,
+    /// What the arm delivered, where its state was logged.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub delivered: Option<Delivered>,
 }
 
 impl Strike {
     /// Displacement from rest to rest, in metres.
     pub fn path(&self) -> Point {
         self.stop - self.initial
+    }
+
+    /// Whether the object was pushed a second time before it rested: its slide is not a free one. Seen from the arm where its
+    /// state was logged, and from the track.
+    pub fn is_pushed_again(&self) -> bool {
+        let by_arm = self
+            .delivered
+            .is_some_and(|delivered| delivered.pushed_again);
+        by_arm || self.track.is_pushed_again()
     }
 }
 

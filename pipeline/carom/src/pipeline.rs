@@ -196,7 +196,7 @@ fn learn(run: &Run, seed: u64, results: &Results) -> Result<Taught, Error> {
     // What is pushed twice stops where no one command sends it.
     let learning: HashSet<&str> = learning(&results.strikes)
         .iter()
-        .filter(|s| !s.track.is_pushed_again())
+        .filter(|s| !s.is_pushed_again())
         .map(|s| s.id.as_str())
         .collect();
     let learns = |row: &&Residual| learning.contains(row.strike_id.as_str());

@@ -286,6 +286,7 @@ mod tests {
                 session: String::new(),
                 order: order as f64,
             },
+            delivered: None,
         };
         let stamps = [7.0, 8.0, 9.0, 10.0];
         let mut strikes: Vec<Strike> = stamps.into_iter().enumerate().map(strike).collect();

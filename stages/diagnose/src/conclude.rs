@@ -68,7 +68,7 @@ impl Case<'_, '_> {
             .input
             .strikes
             .iter()
-            .filter(|strike| !strike.track.is_pushed_again())
+            .filter(|strike| !strike.is_pushed_again())
             .map(|strike| (strike, strike.split == Split::Test))
             .collect();
         let strikes: Vec<&Strike> = all.iter().map(|(strike, _)| *strike).collect();

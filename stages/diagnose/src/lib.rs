@@ -169,7 +169,7 @@ impl Stage for Diagnose {
             .filter(|strike| strike.track.len() >= FRAMES)
             .collect();
         let tracks = usable.len();
-        usable.retain(|strike| !strike.track.is_pushed_again());
+        usable.retain(|strike| !strike.is_pushed_again());
         let again = tracks - usable.len();
         if usable.len() < FEWEST {
             return Err(DiagnoseError::TooFewStrikes {

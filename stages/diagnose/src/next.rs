@@ -198,9 +198,11 @@ fn pool(rig: &Rig, seen: &[&Strike]) -> Vec<Strike> {
                 x: vec![0.0; times.len()],
                 y: vec![0.0; times.len()],
                 t: times.clone(),
+                yaw: None,
             },
             split: Split::Train,
             conditions: conditions.clone(),
+            delivered: None,
         })
         .collect()
 }

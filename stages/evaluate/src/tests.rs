@@ -40,6 +40,7 @@ fn strike(index: u32, command: Command, initial: Point, stop: Point, split: Spli
         track: Track::default(),
         split,
         conditions: Conditions::default(),
+        delivered: None,
     }
 }
 

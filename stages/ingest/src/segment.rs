@@ -335,6 +335,7 @@ impl<'a> Segmenter<'a> {
                 order: 0.0,
             },
             id,
+            delivered: None,
         })
     }
 

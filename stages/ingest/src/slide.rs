@@ -85,6 +85,7 @@ fn find_among(frames: &Frames<'_>) -> Result<Found, Rejection> {
             .collect(),
         x: used.iter().map(|frame| frame.point.x).collect(),
         y: used.iter().map(|frame| frame.point.y).collect(),
+        yaw: None,
     };
     let end = frames.frames[last - 1].t;
     let outliers = frames

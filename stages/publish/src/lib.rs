@@ -177,6 +177,7 @@ mod tests {
             track: Track::default(),
             split,
             conditions: Conditions::default(),
+            delivered: None,
         }
     }
 

@@ -151,6 +151,7 @@ mod tests {
             track: Track::default(),
             split: Split::Validation,
             conditions: Conditions::default(),
+            delivered: None,
         }
     }
 

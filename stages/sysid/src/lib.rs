@@ -147,7 +147,7 @@ impl Stage for Sysid {
             });
         }
         // What is pushed twice is no slide, and says nothing of one.
-        let is_free = |strike: &&Strike| !strike.track.is_pushed_again();
+        let is_free = |strike: &&Strike| !strike.is_pushed_again();
         let free_slides: Vec<&Strike> = strikes.iter().copied().filter(is_free).collect();
         let again = strikes.len() - free_slides.len();
         if free_slides.len() >= needed {

@@ -143,6 +143,7 @@ mod tests {
             track: Track::default(),
             split: Split::Train,
             conditions: Conditions::default(),
+            delivered: None,
         }
     }
 

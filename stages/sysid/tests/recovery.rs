@@ -65,6 +65,7 @@ fn strikes(rig: &Rig, world: &World, count: usize, noise: &Noise, seed: u64) -> 
                 track,
                 split: Split::Train,
                 conditions: Conditions::default(),
+                delivered: None,
             }
         })
         .collect()

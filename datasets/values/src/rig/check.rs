@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use super::{FieldTopic, Interval, Object, Rig, RigError, Shape, vision};
+use super::{FieldTopic, Interval, Object, Rig, RigError, Shape, Topics, vision};
 
 /// Largest half size, radius or tip in m; a strike moves things that lie on a table.
 const LARGEST_SIZE: f64 = 1.0;
@@ -84,8 +84,15 @@ pub(super) fn check(rig: &Rig) -> Result<(), RigError> {
     )?;
     topic("topics.centroid", &rig.topics.centroid)?;
     topic("topics.command", &rig.topics.command)?;
-    topic("topics.state", &rig.topics.state)?;
-    vision::check_topic(rig.topics.image.as_ref())
+    let Topics {
+        state, pose, image, ..
+    } = &rig.topics;
+    topic("topics.state", &state.topic)?;
+    path("topics.state", "position_x", &state.position_x)?;
+    path("topics.state", "position_y", &state.position_y)?;
+    topic("topics.pose", &pose.topic)?;
+    path("topics.pose", "orientation", &pose.orientation)?;
+    vision::check_topic(image.as_ref())
 }
 
 fn object(object: &Object) -> Result<(), RigError> {
@@ -193,20 +200,24 @@ pub(super) fn finite(key: &str, number: f64) -> Result<(), RigError> {
 }
 
 fn topic(key: &str, topic: &FieldTopic) -> Result<(), RigError> {
-    let fields = [
-        ("name", &topic.name),
-        ("stamp", &topic.stamp),
-        ("x", &topic.x),
-        ("y", &topic.y),
-    ];
-    match fields.into_iter().find(|(_, text)| text.trim().is_empty()) {
-        None => Ok(()),
-        Some((field, text)) => Err(RigError::Value {
-            key: format!("{key}.{field}"),
-            value: format!("{text:?}"),
-            why: "must not be empty; take the line out of the file, or the whole table, for the default".into(),
-        }),
+    path(key, "name", &topic.name)?;
+    path(key, "stamp", &topic.stamp)?;
+    path(key, "x", &topic.x)?;
+    path(key, "y", &topic.y)
+}
+
+/// A topic's name or a path of a field of its messages.
+fn path(key: &str, field: &str, text: &str) -> Result<(), RigError> {
+    if !text.trim().is_empty() {
+        return Ok(());
     }
+    Err(RigError::Value {
+        key: format!("{key}.{field}"),
+        value: format!("{text:?}"),
+        why:
+            "must not be empty; take the line out of the file, or the whole table, for the default"
+                .into(),
+    })
 }
 
 pub(super) fn value(key: &str, number: f64, why: &str) -> RigError {

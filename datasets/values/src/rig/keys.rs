@@ -8,7 +8,7 @@ use toml::de::{DeTable, DeValue};
 use super::{RigError, vision};
 
 /// Every key of a rig file, by dotted path; a required one carries the line that would mend its absence.
-const KEYS: [(&str, Option<&str>); 36] = [
+const KEYS: &[(&str, Option<&str>)] = &[
     ("object", Some("[object]")),
     (
         "object.shape",
@@ -40,20 +40,28 @@ const KEYS: [(&str, Option<&str>); 36] = [
     ("robot.acceleration", Some("acceleration = 5.0   # m/s²")),
     ("topics", None),
     ("topics.centroid", None),
-    ("topics.centroid.name", Some("name = \"/object/centroid\"")),
-    ("topics.centroid.stamp", Some("stamp = \"header.stamp\"")),
-    ("topics.centroid.x", Some("x = \"point.x\"")),
-    ("topics.centroid.y", Some("y = \"point.y\"")),
+    ("topics.centroid.name", None),
+    ("topics.centroid.stamp", None),
+    ("topics.centroid.x", None),
+    ("topics.centroid.y", None),
     ("topics.command", None),
-    ("topics.command.name", Some("name = \"/striker/command\"")),
-    ("topics.command.stamp", Some("stamp = \"header.stamp\"")),
-    ("topics.command.x", Some("x = \"twist.linear.x\"")),
-    ("topics.command.y", Some("y = \"twist.linear.y\"")),
+    ("topics.command.name", None),
+    ("topics.command.stamp", None),
+    ("topics.command.x", None),
+    ("topics.command.y", None),
     ("topics.state", None),
-    ("topics.state.name", Some("name = \"/striker/state\"")),
-    ("topics.state.stamp", Some("stamp = \"header.stamp\"")),
-    ("topics.state.x", Some("x = \"twist.twist.linear.x\"")),
-    ("topics.state.y", Some("y = \"twist.twist.linear.y\"")),
+    ("topics.state.name", None),
+    ("topics.state.stamp", None),
+    ("topics.state.x", None),
+    ("topics.state.y", None),
+    ("topics.state.position_x", None),
+    ("topics.state.position_y", None),
+    ("topics.pose", None),
+    ("topics.pose.name", None),
+    ("topics.pose.stamp", None),
+    ("topics.pose.x", None),
+    ("topics.pose.y", None),
+    ("topics.pose.orientation", None),
 ];
 
 /// All keys, those of images among them.

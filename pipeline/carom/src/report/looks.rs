@@ -185,6 +185,7 @@ mod tests {
             track: Track::default(),
             split: Split::Test,
             conditions: Conditions::default(),
+            delivered: None,
         }
     }
 

@@ -102,6 +102,7 @@ fn strike(index: usize) -> Strike {
         track: Track::default(),
         split: Split::Train,
         conditions: Conditions::default(),
+        delivered: None,
     }
 }
 

@@ -1,0 +1,228 @@
+//! Where the logs keep what is read: topics, and the paths of their messages' fields.
+
+use serde::{Deserialize, Deserializer, Serialize};
+
+use super::ImageTopic;
+
+/// Topic names and field paths. A topic that a rig file leaves out, or a path of one, has its default.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Topics {
+    /// Object centroids.
+    #[serde(default = "FieldTopic::centroid", deserialize_with = "centroid")]
+    pub centroid: FieldTopic,
+    /// Commanded end-effector velocity.
+    #[serde(default = "FieldTopic::command", deserialize_with = "command")]
+    pub command: FieldTopic,
+    /// Measured end-effector velocity and position, where they are logged.
+    #[serde(default)]
+    pub state: StateTopic,
+    /// The object's pose, where the tracker knows its yaw.
+    #[serde(default, skip_serializing_if = "PoseTopic::is_default")]
+    pub pose: PoseTopic,
+    /// Images, which are looked at where a log has no centroids.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub image: Option<ImageTopic>,
+}
+
+impl Default for Topics {
+    fn default() -> Self {
+        Self {
+            centroid: FieldTopic::centroid(),
+            command: FieldTopic::command(),
+            state: StateTopic::default(),
+            pose: PoseTopic::default(),
+            image: None,
+        }
+    }
+}
+
+/// One topic and the dotted paths of what is read from its messages.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FieldTopic {
+    /// Topic name.
+    pub name: String,
+    /// Path of the stamp.
+    pub stamp: String,
+    /// Path of the first coordinate.
+    pub x: String,
+    /// Path of the second coordinate.
+    pub y: String,
+}
+
+impl FieldTopic {
+    fn new(name: &str, x: &str, y: &str) -> Self {
+        Self {
+            name: name.into(),
+            stamp: "header.stamp".into(),
+            x: x.into(),
+            y: y.into(),
+        }
+    }
+
+    fn centroid() -> Self {
+        Self::new("/object/centroid", "point.x", "point.y")
+    }
+
+    fn command() -> Self {
+        Self::new("/striker/command", "twist.linear.x", "twist.linear.y")
+    }
+}
+
+/// The topic of the end effector's measured state; by default `nav_msgs/msg/Odometry` in frame `table`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(from = "StateTable", into = "StateTable")]
+pub struct StateTopic {
+    /// Name, stamp and velocity, in m/s.
+    pub topic: FieldTopic,
+    /// Path of the position along x, in m; a message without it tells the velocity alone.
+    pub position_x: String,
+    /// Path of the position along y, in m.
+    pub position_y: String,
+}
+
+impl Default for StateTopic {
+    fn default() -> Self {
+        let velocity = ["twist.twist.linear.x", "twist.twist.linear.y"];
+        Self {
+            topic: FieldTopic::new("/striker/state", velocity[0], velocity[1]),
+            position_x: "pose.pose.position.x".into(),
+            position_y: "pose.pose.position.y".into(),
+        }
+    }
+}
+
+/// The topic of the object's pose; by default `geometry_msgs/msg/PoseStamped` in frame `table`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(from = "PoseTable", into = "PoseTable")]
+pub struct PoseTopic {
+    /// Name, stamp and position, in m.
+    pub topic: FieldTopic,
+    /// Path of the quaternion, whose fields are `x`, `y`, `z` and `w`.
+    pub orientation: String,
+}
+
+impl Default for PoseTopic {
+    fn default() -> Self {
+        Self {
+            topic: FieldTopic::new("/object/pose", "pose.position.x", "pose.position.y"),
+            orientation: "pose.orientation".into(),
+        }
+    }
+}
+
+impl PoseTopic {
+    fn is_default(&self) -> bool {
+        *self == Self::default()
+    }
+}
+
+/// What a rig file says of a topic; what it leaves out has its default.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct FieldTable {
+    name: Option<String>,
+    stamp: Option<String>,
+    x: Option<String>,
+    y: Option<String>,
+}
+
+impl FieldTable {
+    fn or(self, default: FieldTopic) -> FieldTopic {
+        FieldTopic {
+            name: self.name.unwrap_or(default.name),
+            stamp: self.stamp.unwrap_or(default.stamp),
+            x: self.x.unwrap_or(default.x),
+            y: self.y.unwrap_or(default.y),
+        }
+    }
+}
+
+fn centroid<'de, D: Deserializer<'de>>(deserializer: D) -> Result<FieldTopic, D::Error> {
+    FieldTable::deserialize(deserializer).map(|table| table.or(FieldTopic::centroid()))
+}
+
+fn command<'de, D: Deserializer<'de>>(deserializer: D) -> Result<FieldTopic, D::Error> {
+    FieldTable::deserialize(deserializer).map(|table| table.or(FieldTopic::command()))
+}
+
+/// `[topics.state]` as it stands in a file: positions only where they are not the default.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct StateTable {
+    name: Option<String>,
+    stamp: Option<String>,
+    x: Option<String>,
+    y: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    position_x: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    position_y: Option<String>,
+}
+
+impl From<StateTable> for StateTopic {
+    fn from(table: StateTable) -> Self {
+        let StateTable {
+            name, stamp, x, y, ..
+        } = table;
+        let default = Self::default();
+        Self {
+            topic: FieldTable { name, stamp, x, y }.or(default.topic),
+            position_x: table.position_x.unwrap_or(default.position_x),
+            position_y: table.position_y.unwrap_or(default.position_y),
+        }
+    }
+}
+
+impl From<StateTopic> for StateTable {
+    fn from(state: StateTopic) -> Self {
+        let default = StateTopic::default();
+        let FieldTopic { name, stamp, x, y } = state.topic;
+        Self {
+            name: Some(name),
+            stamp: Some(stamp),
+            x: Some(x),
+            y: Some(y),
+            position_x: (state.position_x != default.position_x).then_some(state.position_x),
+            position_y: (state.position_y != default.position_y).then_some(state.position_y),
+        }
+    }
+}
+
+/// `[topics.pose]` as it stands in a file.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct PoseTable {
+    name: Option<String>,
+    stamp: Option<String>,
+    x: Option<String>,
+    y: Option<String>,
+    orientation: Option<String>,
+}
+
+impl From<PoseTable> for PoseTopic {
+    fn from(table: PoseTable) -> Self {
+        let PoseTable {
+            name, stamp, x, y, ..
+        } = table;
+        let default = Self::default();
+        Self {
+            topic: FieldTable { name, stamp, x, y }.or(default.topic),
+            orientation: table.orientation.unwrap_or(default.orientation),
+        }
+    }
+}
+
+impl From<PoseTopic> for PoseTable {
+    fn from(pose: PoseTopic) -> Self {
+        let FieldTopic { name, stamp, x, y } = pose.topic;
+        Self {
+            name: Some(name),
+            stamp: Some(stamp),
+            x: Some(x),
+            y: Some(y),
+            orientation: Some(pose.orientation),
+        }
+    }
+}
