@@ -67,6 +67,7 @@ fn strikes(rig: &Rig, world: &World) -> Vec<Strike> {
                     Split::Train
                 },
                 conditions,
+                delivered: None,
             }
         })
         .collect()
