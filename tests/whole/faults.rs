@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Duration;
 
-use carom::{Cli, Error, Outcome, Said, execute};
+use carom::{Cli, Error, Outcome, Output, execute};
 use clap::Parser;
 use rayon::prelude::*;
 use serde_json::Value;
@@ -16,7 +16,7 @@ use tests::soak::{Ended, ended};
 
 use crate::carom;
 
-fn attempt(line: &str) -> Result<Said, Error> {
+fn attempt(line: &str) -> Result<Output, Error> {
     let words = ["carom", "--quiet"]
         .into_iter()
         .chain(line.split_whitespace());

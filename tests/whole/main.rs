@@ -1,6 +1,7 @@
 //! The whole of carom, as its users run it.
 
 mod blind;
+mod circles;
 mod end_to_end;
 mod faults;
 mod floors;
@@ -10,11 +11,11 @@ mod reproducible;
 mod rows;
 mod soak;
 
-use carom::{Cli, Said, execute};
+use carom::{Cli, Output, execute};
 use clap::Parser;
 
 /// Runs a `carom` command line that must succeed.
-fn carom(line: &str) -> Said {
+fn carom(line: &str) -> Output {
     let cli = Cli::try_parse_from(
         ["carom", "--quiet"]
             .into_iter()

@@ -6,7 +6,7 @@ const FINE: usize = 50;
 /// How many of `count` strikes, the earliest, diagnosis and training look at: all of up to 100, beyond in steps of 1 to 2 %. A few
 /// new strikes among thousands then move neither world nor network, and what was computed still answers; the next step takes
 /// them in.
-pub fn learners(count: usize) -> usize {
+pub fn learning_count(count: usize) -> usize {
     let step = (count / FINE).checked_ilog2().map_or(1, |log| 1 << log);
     count - count % step
 }
@@ -18,11 +18,11 @@ mod tests {
     #[test]
     fn every_strike_of_a_hundred_counts_and_of_more_all_but_two_in_a_hundred() {
         for count in 0..=100 {
-            assert_eq!(learners(count), count);
+            assert_eq!(learning_count(count), count);
         }
         let mut taken = 0;
         for count in 1..100_000 {
-            let now = learners(count);
+            let now = learning_count(count);
             assert!(
                 now <= count && count - now < count.div_ceil(50),
                 "{count}: {now}"
@@ -32,7 +32,7 @@ mod tests {
         }
         let steps = |from: usize, to: usize| {
             (from..to)
-                .filter(|n| learners(*n) != learners(n - 1))
+                .filter(|n| learning_count(*n) != learning_count(n - 1))
                 .count()
         };
         assert!(steps(5000, 5100) <= 2);

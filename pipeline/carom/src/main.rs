@@ -16,16 +16,16 @@ fn main() -> ExitCode {
             .build_global();
     }
     match execute(&cli) {
-        Ok(said) => {
+        Ok(output) => {
             let mut stdout = std::io::stdout().lock();
             let printed = if cli.global.json {
-                writeln!(stdout, "{}", said.json)
+                writeln!(stdout, "{}", output.json)
             } else {
-                write!(stdout, "{}", said.text)
+                write!(stdout, "{}", output.text)
             };
             // A reader that has gone, such as `head`, is no failure.
             drop(printed);
-            code(said.outcome)
+            code(output.outcome)
         }
         Err(error) => {
             if !cli.logs_json() {

@@ -28,7 +28,7 @@ pub fn names(files: &[(&Path, &str)]) -> Vec<String> {
 }
 
 /// Names logs of one file name and several contents so that they are told apart.
-pub fn tell_apart(logs: &mut [LogFile]) {
+pub fn name_logs(logs: &mut [LogFile]) {
     let files = logs
         .iter()
         .map(|log| (log.path.as_path(), log.sha256.as_str()));

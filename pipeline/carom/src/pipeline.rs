@@ -12,7 +12,7 @@ use train::{CurvePoint, Settings, Train, Trained, curve_sizes};
 use values::{Rig, Split, Strike};
 use world::World;
 
-use crate::growth::learners;
+use crate::growth::learning_count;
 use crate::inputs::Inputs;
 use crate::noise::noise;
 use crate::results::{Learnt, Results};
@@ -152,9 +152,9 @@ fn identify(run: &Run, rig: &Rig, strikes: &[Strike]) -> Result<Fit, Error> {
     })
 }
 
-/// The strikes that diagnosis and training look at: the earliest ([`learners`]).
+/// The strikes that diagnosis and training look at: the earliest ([`learning_count`]).
 fn learning(strikes: &[Strike]) -> &[Strike] {
-    &strikes[..learners(strikes.len())]
+    &strikes[..learning_count(strikes.len())]
 }
 
 /// Diagnosis, too, is given the strikes that it looks at and no others.

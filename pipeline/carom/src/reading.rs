@@ -5,13 +5,13 @@ use std::path::PathBuf;
 use ingest::{Found, Ingest, IngestError, LogFile, LogOutcome, Strikes};
 use rayon::iter::Either;
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
 use stage::{Run, RunError};
 use store::InputFile;
 use values::{Reject, Rig};
 
 use crate::inputs::Inputs;
-use crate::naming::{names, tell_apart};
+use crate::left_out::LeftOut;
+use crate::naming::{name_logs, names};
 use crate::{Error, summary};
 
 /// What the logs held.
@@ -30,15 +30,6 @@ pub struct Read {
     pub notes: Vec<String>,
 }
 
-/// A log of which nothing could be read.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct LeftOut {
-    /// Its name.
-    pub log: String,
-    /// Why; completes "failed to …".
-    pub why: String,
-}
-
 /// Files that can be read, with their hashes, and those that cannot. Logs of one file name in several folders are named so
 /// that they are told apart: they are other sessions.
 pub fn open(paths: &[PathBuf]) -> (Vec<LogFile>, Vec<LeftOut>) {
@@ -48,7 +39,7 @@ pub fn open(paths: &[PathBuf]) -> (Vec<LogFile>, Vec<LeftOut>) {
             Ok(log) => Either::Left(log),
             Err(error) => Either::Right((path.clone(), error)),
         });
-    tell_apart(&mut logs);
+    name_logs(&mut logs);
     // What cannot be read renames nothing that can.
     let known = logs
         .iter()
@@ -144,11 +135,4 @@ fn missing(outcome: &LogOutcome<Found>) -> Option<String> {
     Some(format!(
         "{log} is not whole, and strikes may lie in what is missing ({why}): copy it again, or record anew"
     ))
-}
-
-impl LeftOut {
-    /// For a person.
-    pub fn sentence(&self) -> String {
-        format!("{} is left out: failed to {}", self.log, self.why)
-    }
 }

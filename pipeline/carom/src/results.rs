@@ -11,7 +11,7 @@ use values::{Reject, Strike};
 use world::{Solution, World};
 
 use crate::error::Outcome;
-use crate::reading::LeftOut;
+use crate::left_out::LeftOut;
 
 /// What came of the steps that were gone.
 #[derive(Clone, Debug, Default)]

@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
-use carom::{Cli, Error, Outcome, Said, execute};
+use carom::{Cli, Error, Outcome, Output, execute};
 use clap::Parser;
 use serde_json::Value;
 
-fn carom(line: &str) -> Result<Said, Error> {
+fn carom(line: &str) -> Result<Output, Error> {
     let words = line.split_whitespace();
     let cli = Cli::try_parse_from(["carom", "--quiet"].into_iter().chain(words));
     execute(&cli.unwrap_or_else(|error| panic!("{line}: {error}")))
@@ -395,7 +395,7 @@ fn strikes_that_are_rejected_are_told_with_an_example_of_each_reason() {
     let some = ingest("x = [0.1, 0.6]").unwrap_or_else(|error| panic!("failed to {error}"));
     let told = "off_table, such as strike ";
     assert!(some.text.contains(told), "{}", some.text);
-    let none = ingest("x = [2.0, 3.0]").err().expect("no strike is left");
+    let none = ingest("x = [2.0, 3.0]").expect_err("no strike is left");
     assert!(none.to_string().contains(told), "{none}");
     assert_eq!(none.outcome(), Outcome::BadInput);
 }

@@ -4,11 +4,11 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use carom::{Cli, Error, Outcome, Said, execute};
+use carom::{Cli, Error, Outcome, Output, execute};
 use clap::Parser;
 use serde_json::Value;
 
-fn carom(line: &str) -> Result<Said, Error> {
+fn carom(line: &str) -> Result<Output, Error> {
     let words = line.split_whitespace();
     let cli = Cli::try_parse_from(["carom", "--quiet"].into_iter().chain(words));
     execute(&cli.unwrap_or_else(|error| panic!("{line}: {error}")))

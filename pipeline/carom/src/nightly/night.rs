@@ -1,20 +1,20 @@
 //! What came of a night: `nightly.json`, and its words for a person.
 
-use std::collections::BTreeSet;
 use std::fmt::Write;
 use std::fs;
 use std::path::Path;
 
 use ingest::LogFile;
 use serde::{Deserialize, Serialize};
-use store::{Artifact, InputFile};
-use values::Strike;
+use store::Artifact;
 
-use super::gates::{Beats, Executor};
+use super::executor_gate::ExecutorGate;
+use super::held_out_gate::HeldOutGate;
+use super::new_data::new_logs;
 use crate::Error;
 use crate::error::Outcome;
+use crate::left_out::LeftOut;
 use crate::outputs::write_json;
-use crate::reading::LeftOut;
 use crate::results::Results;
 use crate::score::Drift;
 
@@ -47,9 +47,9 @@ pub struct Night {
     /// Logs that could not be read.
     pub left_out: Vec<LeftOut>,
     /// The gate of held-out strikes.
-    pub beats: Option<Beats>,
+    pub beats: Option<HeldOutGate>,
     /// The gate of the executor.
-    pub executor: Option<Executor>,
+    pub executor: Option<ExecutorGate>,
     /// Whether the version in use does worse on the new strikes than on those that it was published with.
     pub drift: Option<Drift>,
     /// Effects that the data name now and that the version in use lacks.
@@ -145,7 +145,7 @@ impl Night {
     }
 
     /// What was read.
-    pub fn of(&mut self, results: &Results) {
+    pub fn record(&mut self, results: &Results) {
         self.strikes = results.strikes.len();
         self.new_strikes = results.strikes.len();
         self.rejected = results.rejects.len();
@@ -244,51 +244,6 @@ pub fn kept(dir: &Path) -> Option<Night> {
 /// Keeps a night.
 pub fn keep(dir: &Path, night: &Night) -> Result<(), Error> {
     write_json(&dir.join(FILE), night)
-}
-
-/// Logs that a version was not computed from, by their content.
-fn new_logs<'a>(
-    before: Option<&Artifact>,
-    logs: &'a [LogFile],
-) -> impl Iterator<Item = &'a LogFile> {
-    let known: BTreeSet<String> = before
-        .iter()
-        .flat_map(|before| &before.manifest.provenance.inputs)
-        .map(|input| input.sha256.clone())
-        .collect();
-    logs.iter().filter(move |log| !known.contains(&log.sha256))
-}
-
-/// Logs that a version was computed from and that are no longer there as they were: they have grown, or are gone.
-pub fn changed<'a>(before: &'a Artifact, logs: &[LogFile]) -> impl Iterator<Item = &'a InputFile> {
-    let there: BTreeSet<String> = logs.iter().map(|log| log.sha256.clone()).collect();
-    let known = before.manifest.provenance.inputs.iter();
-    known.filter(move |input| !there.contains(&input.sha256))
-}
-
-/// Strikes that a version was not computed from: those of new logs; of a log that has grown, those after all that it knew. A
-/// log has grown that holds a strike of one that has [`changed`]; those are `known`, by their ids.
-pub fn new_strikes(
-    before: &Artifact,
-    logs: &[LogFile],
-    strikes: &[Strike],
-    known: &BTreeSet<String>,
-) -> Vec<Strike> {
-    let new: BTreeSet<&str> = new_logs(Some(before), logs)
-        .map(|log| log.name.as_str())
-        .collect();
-    let grown: BTreeSet<&str> = strikes
-        .iter()
-        .filter(|strike| known.contains(&strike.id))
-        .map(|strike| strike.log.as_str())
-        .collect();
-    let last = before.manifest.provenance.strikes;
-    let last = last.map_or(f64::NEG_INFINITY, |known| known.last);
-    let is_new = |strike: &&Strike| {
-        let log = strike.log.as_str();
-        new.contains(log) && (!grown.contains(log) || strike.t_start > last)
-    };
-    strikes.iter().filter(is_new).cloned().collect()
 }
 
 #[cfg(test)]

@@ -6,17 +6,17 @@ use diagnose::{Diagnosis, Found, Gap, Named, NextStrike, Verdict};
 use maud::{Markup, html};
 use values::Strike;
 
-use super::Shown;
-use super::looks::{self, COVARIATES, ResidualOf, Seen};
-use super::page::{PageError, drawing, fill, legend, section};
+use super::input::ReportInput;
+use super::markup::{PageError, drawing, fill, legend, section};
 use super::plot::short;
+use super::residual_plots::{self, COVARIATES, ResidualOf, StrikeResidual};
 use crate::outputs::NEXT_STRIKES;
 use crate::summary::diagnosis::{gap, numbers, sentence, to_two_figures_of};
 
 /// Candidates of the ranking that are shown.
 const RANKED: usize = 12;
 
-pub(super) fn diagnosis_section(shown: &Shown<'_>, found: &Found) -> Result<Markup, PageError> {
+pub fn diagnosis_section(shown: &ReportInput<'_>, found: &Found) -> Result<Markup, PageError> {
     let diagnosis = &found.diagnosis;
     Ok(section(
         "Where simulation and strikes disagree",
@@ -105,7 +105,7 @@ fn bars(bars: &[Bar<'_>]) -> Markup {
 }
 
 /// What repeats of a command scatter by in the evaluation, root mean square in m: the measure of the gap.
-fn repeats(shown: &Shown<'_>) -> Option<f64> {
+fn repeats(shown: &ReportInput<'_>) -> Option<f64> {
     let floor = shown.results.evaluation.as_ref()?.noise_floor?;
     Some(floor.mean.hypot(floor.sd))
 }
@@ -197,14 +197,14 @@ fn probability(p: f64) -> String {
 }
 
 /// Maps of the table and small multiples against each covariate, before and with the effects.
-fn pictures(shown: &Shown<'_>, found: &Found) -> Result<Markup, PageError> {
+fn pictures(shown: &ReportInput<'_>, found: &Found) -> Result<Markup, PageError> {
     let strikes: BTreeMap<&str, &Strike> = shown
         .results
         .strikes
         .iter()
         .map(|strike| (strike.id.as_str(), strike))
         .collect();
-    let seen: Vec<Seen<'_>> = found
+    let seen: Vec<StrikeResidual<'_>> = found
         .looks
         .iter()
         .filter_map(|look| Some((*strikes.get(look.strike_id.as_str())?, look)))
@@ -217,17 +217,19 @@ fn pictures(shown: &Shown<'_>, found: &Found) -> Result<Markup, PageError> {
         models.push(("effect", |look| look.after));
     }
     let names: Vec<&str> = models.iter().map(|(model, _)| *model).collect();
-    let magnification = looks::magnification(&seen);
+    let magnification = residual_plots::magnification(&seen);
     let maps = models
         .iter()
         .map(|(model, residual)| {
-            looks::map(&shown.inputs.rig, model, &seen, *residual, magnification)
+            residual_plots::map(&shown.inputs.rig, model, &seen, *residual, magnification)
         })
         .collect::<Result<Vec<_>, _>>()?;
     let mut multiples = Vec::new();
     for component in [0, 1] {
         for covariate in &COVARIATES {
-            multiples.push(looks::against(covariate, component, &seen, &models)?);
+            multiples.push(residual_plots::against(
+                covariate, component, &seen, &models,
+            )?);
         }
     }
     Ok(html! {

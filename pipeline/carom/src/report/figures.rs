@@ -71,7 +71,7 @@ pub fn predictions(
     predictions: &[Prediction],
 ) -> Result<String, PlotError> {
     let size = (400, 380);
-    let title = super::page::title(model);
+    let title = super::markup::title(model);
     let pairs: Vec<(Point, Point)> = predictions
         .iter()
         .filter(|row| row.model == model)

@@ -7,15 +7,16 @@ use train::Trained;
 use values::{Split, Strike, Track};
 use world::{PARAMETERS, Simulator, World, WorldError};
 
-use super::page::{PageError, drawing, fill, legend, section};
+use super::figures;
+use super::input::ReportInput;
+use super::markup::{PageError, drawing, fill, legend, section};
 use super::plot::short;
-use super::{Shown, figures};
 use crate::results::Results;
 
 /// Slides that are shown in full.
 const SLIDES: usize = 3;
 
-pub(super) fn world_section(shown: &Shown<'_>, fit: &Fit) -> Result<Markup, PageError> {
+pub fn world_section(shown: &ReportInput<'_>, fit: &Fit) -> Result<Markup, PageError> {
     let rig = &shown.inputs.rig;
     let nominal = World::nominal(rig);
     let freed = PARAMETERS
@@ -76,7 +77,7 @@ pub(super) fn world_section(shown: &Shown<'_>, fit: &Fit) -> Result<Markup, Page
 }
 
 /// The way of a few held-out strikes, slow to fast, measured and simulated in each world.
-fn slides(shown: &Shown<'_>, worlds: &[(&str, &World)]) -> Result<Vec<String>, PageError> {
+fn slides(shown: &ReportInput<'_>, worlds: &[(&str, &World)]) -> Result<Vec<String>, PageError> {
     let mut held_out: Vec<&Strike> = shown
         .results
         .strikes
@@ -120,10 +121,7 @@ fn way(strike: &Strike, track: &Track) -> Vec<(f64, f64)> {
         .collect()
 }
 
-pub(super) fn learning_section(
-    results: &Results,
-    evaluation: &Evaluation,
-) -> Result<Markup, PageError> {
+pub fn learning_section(results: &Results, evaluation: &Evaluation) -> Result<Markup, PageError> {
     let learnt = results.used();
     let Some((world, learnt, trained)) =
         learnt.and_then(|(name, learnt)| Some((name, learnt, learnt.trained.as_ref()?)))

@@ -2,39 +2,21 @@
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use values::{Reject, Split, Strike};
-use world::WorldError;
 
-use super::plot::{PlotError, colour};
-use super::{Shown, diagnosis, figures, models, stops};
+use super::input::ReportInput;
+use super::markup::{PageError, drawing, fill, section};
+use super::plot::short;
+use super::{diagnosis, figures, models, stops};
 
 const STYLE: &str = include_str!("style.css");
-/// Models in the order of tables and plots.
-pub const MODELS: [&str; 5] = [
-    "nominal",
-    "sysid",
-    "sysid_residual",
-    "effect",
-    "effect_residual",
-];
 /// Rejected strikes listed at the most; the table holds all.
 const REJECTS: usize = 50;
 
 /// More hashes than these are folded away.
 const HASHES: usize = 20;
 
-/// Why the page could not be made. Texts complete "failed to …".
-#[derive(Debug, thiserror::Error)]
-pub enum PageError {
-    /// A plot failed.
-    #[error("draw the report: {0}")]
-    Plot(#[from] PlotError),
-    /// A slide could not be simulated.
-    #[error("simulate a slide for the report: {0}")]
-    World(#[from] WorldError),
-}
-
 /// The whole page as text.
-pub fn page(shown: &Shown<'_>) -> Result<String, PageError> {
+pub fn page(shown: &ReportInput<'_>) -> Result<String, PageError> {
     let results = shown.results;
     let title = match &shown.provenance.version {
         Some(version) => format!("carom report · {version}"),
@@ -83,7 +65,7 @@ pub fn page(shown: &Shown<'_>) -> Result<String, PageError> {
     .into_string())
 }
 
-fn strikes_section(shown: &Shown<'_>) -> Result<Markup, PageError> {
+fn strikes_section(shown: &ReportInput<'_>) -> Result<Markup, PageError> {
     let strikes = &shown.results.strikes;
     let count = |split| {
         strikes
@@ -133,8 +115,7 @@ fn span(strikes: &[Strike], value: fn(&Strike) -> f64, unit: &str) -> String {
         .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
             (low.min(value), high.max(value))
         });
-    let [low, high] =
-        [low, high].map(|value| super::plot::short(&((value * 100.0).round() / 100.0)));
+    let [low, high] = [low, high].map(|value| short(&((value * 100.0).round() / 100.0)));
     format!("{low} … {high} {unit}")
 }
 
@@ -161,7 +142,7 @@ fn rejects_section(rejects: &[Reject]) -> Markup {
     )
 }
 
-fn provenance_section(shown: &Shown<'_>) -> Markup {
+fn provenance_section(shown: &ReportInput<'_>) -> Markup {
     let provenance = shown.provenance;
     section(
         "Provenance",
@@ -180,44 +161,6 @@ fn provenance_section(shown: &Shown<'_>) -> Markup {
             }
         },
     )
-}
-
-pub(super) fn section(title: &str, content: Markup) -> Markup {
-    html! { section { h2 { (title) } (content) } }
-}
-
-pub(super) fn drawing(svg: &str) -> Markup {
-    html! { (PreEscaped(svg)) }
-}
-
-pub(super) fn legend(models: &[&str], more: Option<&str>) -> Markup {
-    html! {
-        p.legend {
-            @for model in models { span.entry { (swatch(model)) (title(model)) } "   " }
-            @if let Some(more) = more { (more) }
-        }
-    }
-}
-
-pub(super) fn swatch(model: &str) -> Markup {
-    html! { span.swatch style=(fill(model).replace("color", "background")) {} }
-}
-
-pub(super) fn fill(model: &str) -> String {
-    let hue = colour(model);
-    format!("color:rgb({},{},{})", hue.0, hue.1, hue.2)
-}
-
-/// A model's name for a person.
-pub fn title(model: &str) -> String {
-    match model {
-        "nominal" => "nominal simulator".into(),
-        "sysid" => "identified simulator".into(),
-        "sysid_residual" => "identified + residual".into(),
-        "effect" => "identified + effect".into(),
-        "effect_residual" => "identified + effect + residual".into(),
-        other => other.replace('_', " "),
-    }
 }
 
 fn plural(count: usize) -> &'static str {

@@ -6,17 +6,17 @@ use evaluate::Evaluation;
 use maud::{Markup, html};
 use values::Strike;
 
-use super::page::{MODELS, PageError, drawing, fill, legend, section, swatch, title};
+use super::markup::{PageError, drawing, fill, legend, model_names, section, swatch, title};
 use super::{figure_8, figures};
 use crate::trial::{Outcome, Trial};
 
-pub(super) fn headline(evaluation: &Evaluation) -> Result<Markup, PageError> {
+pub fn headline(evaluation: &Evaluation) -> Result<Markup, PageError> {
     let mean = |model: &str| evaluation.models.get(model).map(|errors| errors.mean);
     let saved = |model: &str| match (mean("sysid"), mean(model)) {
         (Some(sysid), Some(error)) if sysid > 0.0 => Some(100.0 * (1.0 - error / sysid)),
         _ => None,
     };
-    let best = MODELS
+    let best = model_names()
         .into_iter()
         .filter_map(|model| Some((model, saved(model)?)))
         .max_by(|a, b| a.1.total_cmp(&b.1))
@@ -25,12 +25,12 @@ pub(super) fn headline(evaluation: &Evaluation) -> Result<Markup, PageError> {
     for row in &evaluation.predictions {
         by_model.entry(&row.model).or_default().extend(row.error);
     }
-    let shown: Vec<(&str, Vec<f64>)> = MODELS
+    let shown: Vec<(&str, Vec<f64>)> = model_names()
         .iter()
         .filter_map(|model| Some((*model, by_model.remove(model)?)))
         .filter(|(_, errors)| !errors.is_empty())
         .collect();
-    let rows: Vec<Row> = MODELS
+    let rows: Vec<Row> = model_names()
         .iter()
         .filter_map(|model| {
             let errors = evaluation.models.get(*model)?;
@@ -104,9 +104,9 @@ fn errors_table(rows: &[Row<'_>], left_out: &str) -> Markup {
     }
 }
 
-pub(super) fn trial_section(trial: &Trial) -> Result<Markup, PageError> {
+pub fn trial_section(trial: &Trial) -> Result<Markup, PageError> {
     fn rows<'a>(outcomes: &'a BTreeMap<String, Outcome>, trial: &'a Trial) -> Vec<Row<'a>> {
-        MODELS
+        model_names()
             .iter()
             .filter_map(|model| {
                 let outcome = outcomes.get(*model)?;
@@ -126,7 +126,7 @@ pub(super) fn trial_section(trial: &Trial) -> Result<Markup, PageError> {
             }))
             .collect()
     }
-    let models: Vec<&str> = MODELS
+    let models: Vec<&str> = model_names()
         .into_iter()
         .filter(|model| *model != "nominal" && trial.figure_8.contains_key(*model))
         .collect();
@@ -154,11 +154,12 @@ pub(super) fn trial_section(trial: &Trial) -> Result<Markup, PageError> {
     ))
 }
 
-pub(super) fn predictions_section(
+pub fn predictions_section(
     strikes: &[Strike],
     evaluation: &Evaluation,
 ) -> Result<Markup, PageError> {
-    let models = MODELS
+    let names = model_names();
+    let models = names
         .iter()
         .filter(|model| evaluation.models.contains_key(**model));
     let plots = models

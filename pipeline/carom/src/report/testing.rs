@@ -6,7 +6,9 @@ use diagnose::{
 use values::{Command, Conditions, Point, Rig, Shape, Split, Strike, Track};
 use world::{AddedEffect, Estimate, World};
 
-use super::{Provenance, Shown, page};
+use super::input::ReportInput;
+use super::page;
+use super::provenance::Provenance;
 use crate::inputs::Inputs;
 use crate::results::{Learnt, Results};
 
@@ -121,7 +123,7 @@ fn text(found: Found, is_used: bool) -> String {
         found: Some(found),
         ..Results::default()
     };
-    let shown = Shown {
+    let shown = ReportInput {
         night: None,
         inputs: &inputs,
         results: &results,

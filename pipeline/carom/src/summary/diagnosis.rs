@@ -11,11 +11,11 @@ const RANKED: usize = 3;
 
 /// Verdict, effects, gap, rivals, next strikes and notes, a line each.
 pub fn diagnosis(diagnosis: &Diagnosis) -> String {
-    let mut text = format!(
-        "diagnosis  {}: {}\n",
-        verdict(diagnosis.verdict),
-        sentence(diagnosis)
-    );
+    let mut text = format!("diagnosis  {}", verdict(diagnosis.verdict));
+    if diagnosis.effects.is_empty() {
+        let _ = write!(text, ": {}", sentence(diagnosis));
+    }
+    text.push('\n');
     for place in &diagnosis.r#where {
         let _ = writeln!(
             text,
@@ -102,6 +102,26 @@ pub fn gap(gap: &Gap) -> String {
         gap.measure,
         gap.heldout_strikes,
         millimetres(gap.after)
+    )
+}
+
+/// The same on one line.
+pub fn gap_in_brief(gap: &Gap) -> String {
+    if gap.heldout_strikes == 0 {
+        return "gap not measured: no strike was held out".into();
+    }
+    let mm = |length: f64| format!("{:.1}", length * 1e3);
+    let after = if gap.after == gap.before {
+        String::new()
+    } else {
+        format!(" → {}", mm(gap.after))
+    };
+    format!(
+        "gap {}{after} mm ({} of {} held-out strikes; scatter alone {} mm)",
+        mm(gap.before),
+        gap.measure,
+        gap.heldout_strikes,
+        mm(gap.noise_floor)
     )
 }
 

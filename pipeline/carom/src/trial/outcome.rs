@@ -6,7 +6,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 use values::Point;
 
-use super::Statistics;
+use super::statistics::Statistics;
 
 /// Where a trial is kept.
 pub const FILE: &str = "trial.json";

@@ -1,30 +1,18 @@
-//! What a command tells a person.
+//! Every figure that the steps gave, in their order: what `--verbose` prints.
 
-pub mod diagnosis;
-
-use std::collections::BTreeMap;
 use std::fmt::Write;
 
-use evaluate::Evaluation;
 use sysid::Fit;
 use train::Trained;
-use values::Reject;
 use world::{PARAMETERS, Solution, SolveStatus};
 
+use super::diagnosis;
+use super::rejects::{examples, reasons};
+use super::table::evaluation_table;
 use crate::results::Results;
-use crate::trial::{Outcome, Trial};
-
-/// Models in the order of tables.
-const MODELS: [&str; 5] = [
-    "nominal",
-    "sysid",
-    "sysid_residual",
-    "effect",
-    "effect_residual",
-];
 
 /// What the steps gave, in the order in which they were gone.
-pub fn results(results: &Results) -> String {
+pub fn details(results: &Results) -> String {
     let mut text = strikes(results);
     if let Some(fit) = &results.fit {
         text += &world(fit);
@@ -76,34 +64,6 @@ fn strikes(results: &Results) -> String {
         let _ = writeln!(text, "           {note}");
     }
     text
-}
-
-/// Such as "3 off_table, 1 truncated".
-pub fn reasons(rejects: &[Reject]) -> String {
-    let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
-    for reject in rejects {
-        *counts.entry(reject.reason.name()).or_default() += 1;
-    }
-    let counts: Vec<String> = counts
-        .iter()
-        .map(|(reason, count)| format!("{count} {reason}"))
-        .collect();
-    counts.join(", ")
-}
-
-/// The first of each reason, in words.
-pub fn examples(rejects: &[Reject]) -> Vec<String> {
-    let mut firsts: BTreeMap<&str, &Reject> = BTreeMap::new();
-    for reject in rejects {
-        firsts.entry(reject.reason.name()).or_insert(reject);
-    }
-    let example = |(reason, first): (&str, &Reject)| {
-        let Reject {
-            log, index, detail, ..
-        } = first;
-        format!("{reason}, such as strike {index} of {log}: {detail}")
-    };
-    firsts.into_iter().map(example).collect()
 }
 
 fn world(fit: &Fit) -> String {
@@ -172,88 +132,4 @@ pub fn rolled_back(version: &str, latest: Option<&str>) -> String {
         ),
         _ => String::new(),
     }
-}
-
-/// One line of a table of stop errors, in m.
-pub struct Line<'a> {
-    /// Model.
-    pub name: &'a str,
-    /// Mean, sd, median, p95.
-    pub numbers: [f64; 4],
-    /// Strikes.
-    pub n: usize,
-    /// What is said behind.
-    pub remark: String,
-}
-
-/// A table of stop errors in cm.
-pub fn table<'a>(lines: impl Iterator<Item = Line<'a>>) -> String {
-    let mut text = format!(
-        "{:<16} {:>8} {:>8} {:>8} {:>8} {:>6}\n",
-        "cm", "mean", "sd", "median", "95 %", "n"
-    );
-    for line in lines {
-        let [mean, sd, median, p95] = line.numbers.map(|number| number * 100.0);
-        let row = format!(
-            "{:<16} {mean:>8.2} {sd:>8.2} {median:>8.2} {p95:>8.2} {:>6}  {}",
-            line.name, line.n, line.remark
-        );
-        let _ = writeln!(text, "{}", row.trim_end());
-    }
-    text
-}
-
-/// An evaluation's table, the noise floor last.
-pub fn evaluation_table(evaluation: &Evaluation) -> String {
-    let models = MODELS
-        .iter()
-        .filter_map(|name| Some((*name, *evaluation.models.get(*name)?)));
-    let floor = evaluation.noise_floor.map(|floor| ("noise_floor", floor));
-    table(models.chain(floor).map(|(name, errors)| Line {
-        name,
-        numbers: [errors.mean, errors.sd, errors.median, errors.p95],
-        n: errors.n,
-        remark: match errors.failed {
-            0 => String::new(),
-            failed => format!("{failed} not predicted"),
-        },
-    }))
-}
-
-/// Both tables of a trial.
-pub fn trial(trial: &Trial) -> String {
-    let lines = |outcomes: &BTreeMap<String, Outcome>| {
-        let models = MODELS.iter().filter_map(|name| {
-            let outcome = outcomes.get(*name)?;
-            let errors = outcome.errors.unwrap_or_default();
-            Some(Line {
-                name,
-                numbers: [errors.mean, errors.sd, errors.median, errors.p95],
-                n: errors.n,
-                remark: match outcome.refusals.len() {
-                    0 => String::new(),
-                    refused => format!("{refused} refused"),
-                },
-            })
-        });
-        let floor = trial.noise_floor.map(|errors| Line {
-            name: "noise_floor",
-            numbers: [errors.mean, errors.sd, errors.median, errors.p95],
-            n: errors.n,
-            remark: "repeats of one command".into(),
-        });
-        table(models.chain(floor))
-    };
-    let random = trial.models.values().next();
-    let struck = random.map_or(0, |outcome| outcome.strikes.len() + outcome.refusals.len());
-    format!(
-        "Version {} against the embedded rig ({})\n\nFigure 8: two starts, four targets each, repeated\n{}\n\
-         Random targets: {struck} struck at, {} of {} drawn were refused by the default model\n{}",
-        trial.artifact,
-        trial.robot,
-        lines(&trial.figure_8),
-        trial.drawn - struck,
-        trial.drawn,
-        lines(&trial.models),
-    )
 }

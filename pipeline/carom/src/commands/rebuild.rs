@@ -2,22 +2,34 @@
 
 use std::collections::BTreeSet;
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
+use clap::Args;
 use ingest::LogFile;
 use serde_json::json;
 use store::{Artifact, SIGNATURE, Store};
 
-use crate::args::{Global, RebuildArgs};
-use crate::commands::{Said, open};
+use crate::args::Global;
 use crate::error::Outcome;
 use crate::inputs::Inputs;
+use crate::output::Output;
 use crate::pipeline::{Step, pipeline};
 use crate::publishing::{SPLIT_SEED, store_error};
+use crate::steps::open;
 use crate::{Error, publishing};
 
+/// `carom rebuild`.
+#[derive(Args, Debug)]
+pub struct RebuildArgs {
+    /// Version to compute again.
+    pub version: String,
+    /// Folder of the run that published it.
+    #[arg(long, value_name = "DIR", default_value = "artifacts/demo")]
+    pub artifacts: PathBuf,
+}
+
 /// Rebuilds in a folder of its own and compares.
-pub fn rebuild(args: &RebuildArgs, global: Global) -> Result<Said, Error> {
+pub fn run(args: &RebuildArgs, global: Global) -> Result<Output, Error> {
     let store = Store::open(&args.artifacts);
     let artifact = store.load(Some(&args.version)).map_err(store_error)?;
     let inputs = recorded_inputs(&args.artifacts, &artifact)?;
@@ -33,13 +45,13 @@ pub fn rebuild(args: &RebuildArgs, global: Global) -> Result<Said, Error> {
     let version = &args.version;
     let json = json!({ "version": version, "same": differing.is_empty(), "differing": differing });
     Ok(if differing.is_empty() {
-        Said {
+        Output {
             outcome: Outcome::Done,
             json,
             text: format!("{version} rebuilt: every byte is the same\n"),
         }
     } else {
-        Said {
+        Output {
             outcome: Outcome::Failed,
             json,
             text: format!(

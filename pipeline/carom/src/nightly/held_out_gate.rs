@@ -1,12 +1,10 @@
-//! The gates between a candidate and the robot.
+//! The first gate between a candidate and the robot: held-out strikes.
 
 use evaluate::{Candidate, Evaluation, Judge};
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use stage::Run;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 use store::Artifact;
-use strike::{Planner, Reason};
 use values::{Split, Strike};
 
 use crate::Error;
@@ -15,8 +13,6 @@ use crate::pipeline::judge;
 
 /// Fewer strikes than these decide nothing.
 const LEAST: usize = 8;
-/// At most so many strikes are planned anew.
-const MOST_PLANS: usize = 200;
 
 /// Strikes that no version learnt from, as long as the seed stays.
 pub fn held_out(strikes: &[Strike]) -> Vec<Strike> {
@@ -26,7 +22,7 @@ pub fn held_out(strikes: &[Strike]) -> Vec<Strike> {
 
 /// Whether the candidate's stop errors are smaller than those of the version in use, on the same held-out strikes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Beats {
+pub struct HeldOutGate {
     /// Whether it passes: the whole interval is above zero, and it predicts no fewer strikes.
     pub passed: bool,
     /// Version that it is compared with.
@@ -48,12 +44,12 @@ pub struct Beats {
 }
 
 /// Compares the default models of both.
-pub fn beats(
+pub fn compare_held_out(
     run: &Run,
     current: &Artifact,
     candidate: &Artifact,
     strikes: &[Strike],
-) -> Result<Beats, Error> {
+) -> Result<HeldOutGate, Error> {
     let used = candidate.effect.as_ref().unwrap_or(&candidate.sysid);
     let judges: Vec<Judge> = strikes.iter().map(Judge::from).collect();
     let models = [("current", current), ("candidate", candidate)]
@@ -90,7 +86,7 @@ fn errors(evaluation: &Evaluation, model: &str) -> Vec<Option<f64>> {
 }
 
 /// Paired by strike, by Student's t: strikes differ by far more than models do.
-fn compare(version: &str, current: &[Option<f64>], candidate: &[Option<f64>]) -> Beats {
+fn compare(version: &str, current: &[Option<f64>], candidate: &[Option<f64>]) -> HeldOutGate {
     let pairs: Vec<(f64, f64)> = current
         .iter()
         .zip(candidate)
@@ -109,7 +105,7 @@ fn compare(version: &str, current: &[Option<f64>], candidate: &[Option<f64>]) ->
         })
         .flatten();
     let (current_failed, candidate_failed) = (failed(current), failed(candidate));
-    Beats {
+    HeldOutGate {
         passed: interval.is_some_and(|[low, _]| low > 0.0) && candidate_failed <= current_failed,
         current: version.into(),
         strikes: pairs.len(),
@@ -122,7 +118,7 @@ fn compare(version: &str, current: &[Option<f64>], candidate: &[Option<f64>]) ->
     }
 }
 
-impl Beats {
+impl HeldOutGate {
     /// For a person.
     pub fn sentence(&self) -> String {
         let mm = |metres: f64| metres * 1e3;
@@ -151,70 +147,6 @@ impl Beats {
             mm(low),
             mm(high)
         )
-    }
-}
-
-/// Whether the executor's own library loads the candidate and plans with it.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Executor {
-    /// Whether it passes: at least half of the paths are planned, and no simulation diverges.
-    pub passed: bool,
-    /// Paths of logged strikes that it planned.
-    pub planned: usize,
-    /// Those that it refused.
-    pub refused: usize,
-    /// The first refusal, or why there is no plan at all.
-    pub first: Option<String>,
-}
-
-/// Plans the paths of the latest strikes, as they were struck.
-pub fn plans(candidate: &Artifact, strikes: &[Strike]) -> Executor {
-    let model = candidate.manifest.provenance.default_model;
-    let planner = match Planner::new(candidate, model) {
-        Ok(planner) => planner,
-        Err(error) => {
-            return Executor {
-                passed: false,
-                planned: 0,
-                refused: 0,
-                first: Some(format!("failed to {error}")),
-            };
-        }
-    };
-    let answers: Vec<_> = strikes
-        .par_iter()
-        .rev()
-        .take(MOST_PLANS)
-        .map(|strike| planner.plan(strike.initial, strike.stop))
-        .collect();
-    let refusals: Vec<_> = answers
-        .iter()
-        .filter_map(|answer| answer.as_ref().err())
-        .collect();
-    let planned = answers.len() - refusals.len();
-    let diverged = refusals
-        .iter()
-        .any(|refusal| refusal.refused == Reason::Diverged);
-    Executor {
-        passed: planned > 0 && planned >= refusals.len() && !diverged,
-        planned,
-        refused: refusals.len(),
-        first: refusals.first().map(ToString::to_string),
-    }
-}
-
-impl Executor {
-    /// For a person.
-    pub fn sentence(&self) -> String {
-        let mut text = format!(
-            "the executor loads it and plans {} of the latest {} paths",
-            self.planned,
-            self.planned + self.refused
-        );
-        if let (false, Some(first)) = (self.passed, &self.first) {
-            text += &format!(": too few ({first})");
-        }
-        text
     }
 }
 

@@ -15,7 +15,7 @@ const ARROW: f64 = 0.06;
 const BARB: (f64, f64) = (0.3, 2.7);
 
 /// A strike and its residual.
-pub type Seen<'a> = (&'a Strike, &'a Look);
+pub type StrikeResidual<'a> = (&'a Strike, &'a Look);
 
 /// Which of a strike's residuals is drawn: along and across the simulated path, in m.
 pub type ResidualOf = fn(&Look) -> [f64; 2];
@@ -53,7 +53,7 @@ pub const COVARIATES: [Covariate; 5] = [
 ];
 
 /// By how much arrows are drawn longer than they are: a power of ten, or two or five of it; never shorter.
-pub fn magnification(seen: &[Seen<'_>]) -> f64 {
+pub fn magnification(seen: &[StrikeResidual<'_>]) -> f64 {
     let mut lengths: Vec<f64> = seen
         .iter()
         .map(|(_, look)| look.before[0].hypot(look.before[1]))
@@ -72,7 +72,7 @@ pub fn magnification(seen: &[Seen<'_>]) -> f64 {
 pub fn map(
     rig: &Rig,
     model: &str,
-    seen: &[Seen<'_>],
+    seen: &[StrikeResidual<'_>],
     residual: ResidualOf,
     magnification: f64,
 ) -> Result<String, PlotError> {
@@ -87,7 +87,7 @@ pub fn map(
         let mut chart = axes(
             area,
             &Axes {
-                title: super::page::title(model).as_str(),
+                title: super::markup::title(model).as_str(),
                 x: "x in m",
                 y: "y in m",
                 x_range,
@@ -132,7 +132,7 @@ fn arrow(strike: &Strike, [along, across]: [f64; 2]) -> (Point, Point) {
 pub fn against(
     covariate: &Covariate,
     component: usize,
-    seen: &[Seen<'_>],
+    seen: &[StrikeResidual<'_>],
     models: &[(&str, ResidualOf)],
 ) -> Result<String, PlotError> {
     let name = ["along in mm", "across in mm"][component];

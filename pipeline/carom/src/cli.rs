@@ -1,0 +1,203 @@
+//! The command line as typed by a person.
+
+use clap::{Parser, Subcommand};
+
+use crate::Error;
+use crate::args::{Global, LogsArgs, examples};
+use crate::commands::{
+    artifacts, dataset, demo, key, nightly, rebuild, report, rig, run, score, step, trial,
+};
+use crate::output::Output;
+use crate::pipeline::Step;
+
+const EXIT_CODES: &str = "\
+Exit codes: 0 done, 1 failed, 2 wrong usage or bad input, 3 done but some input was rejected, 4 refused (a gate or a \
+safety limit), 75 busy: another run works in the folder.";
+
+/// From strike logs to a robot that strikes: identifies a simulator from logs, learns what it still gets wrong, and
+/// publishes both as a version that the `strike` executor loads.
+#[derive(Debug, Parser)]
+#[command(name = "carom", version, after_help = EXIT_CODES, after_long_help = format!("{}\n\n{EXIT_CODES}", examples(&[
+    "carom demo --strikes 500 --seed 1 --out artifacts/demo/rig",
+    "carom run artifacts/demo/rig/logs --rig artifacts/demo/rig/rig.toml --out artifacts/demo",
+    "carom trial --artifacts artifacts/demo --robot sim",
+    "carom artifacts list --artifacts artifacts/demo",
+])))]
+pub struct Cli {
+    /// What every command takes.
+    #[command(flatten)]
+    pub global: Global,
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+impl Cli {
+    /// Whether standard error is for a machine, an object a line and nothing else.
+    pub fn logs_json(&self) -> bool {
+        matches!(&self.command, Command::Nightly(args) if args.log_json)
+    }
+}
+
+/// What to do.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Write demo logs from the embedded rig: rig.toml, logs/*.mcap, truth.json.
+    #[command(after_help = examples(&[
+        "carom demo --out artifacts/demo/rig",
+        "carom demo --object box --strikes 200 --out box",
+        "carom demo --hide table_tilt=0.004,0.002 --hide friction_patch --out tilted",
+        "carom demo --hide none --out clean",
+        "carom demo --hide table_tilt --plan runs/a/next_strikes.json --out more",
+    ]))]
+    Demo(demo::DemoArgs),
+    /// Begin a rig file.
+    #[command(subcommand)]
+    Rig(rig::RigCommand),
+    /// Read logs and find the strikes in them.
+    #[command(after_help = examples(&["carom ingest logs/ --rig rig.toml --out runs/a"]))]
+    Ingest(LogsArgs),
+    /// Identify the simulator from the strikes' tracks.
+    #[command(after_help = examples(&["carom sysid --out runs/a"]))]
+    Sysid(step::DirArgs),
+    /// Say where simulation and strikes disagree, and which effect is missing: diagnosis.json and the report.
+    #[command(after_help = examples(&["carom diagnose --out runs/a"]))]
+    Diagnose(step::DirArgs),
+    /// Solve every strike's path backwards in the identified simulator.
+    #[command(after_help = examples(&["carom solve --out runs/a"]))]
+    Solve(step::DirArgs),
+    /// Compare what was commanded with what the simulator would have commanded.
+    #[command(after_help = examples(&["carom residual --out runs/a"]))]
+    Residual(step::DirArgs),
+    /// Train the residual model, and its learning curve.
+    #[command(after_help = examples(&["carom train --out runs/a"]))]
+    Train(step::DirArgs),
+    /// Measure every model's stop error on held-out strikes.
+    #[command(after_help = examples(&["carom evaluate --out runs/a"]))]
+    Evaluate(step::DirArgs),
+    /// Publish a version for the executor.
+    #[command(after_help = examples(&[
+        "carom publish --out runs/a",
+        "carom publish --out runs/a --key carom.key",
+    ]))]
+    Publish(step::PublishArgs),
+    /// Run the whole pipeline; only what changed is computed again.
+    #[command(after_help = examples(&[
+        "carom run logs/ --rig rig.toml --out runs/a",
+        "carom run monday.mcap tuesday.mcap --rig rig.toml --out runs/a --seed 7",
+        "carom run logs/ --rig rig.toml --out runs/plain --without-effects",
+        "carom run logs/ --rig rig.toml --out runs/a --key carom.key",
+    ]))]
+    Run(run::RunArgs),
+    /// Run on what is new, and promote the result only if it beats the version in use on held-out strikes.
+    #[command(after_help = examples(&[
+        "carom nightly logs/ --rig rig.toml --out runs/a --key carom.key",
+        "carom nightly --out runs/a --key carom.key --log-json",
+    ]))]
+    Nightly(nightly::NightlyArgs),
+    /// Strike targets with each model and measure where the object stops.
+    #[command(after_help = examples(&[
+        "carom trial --artifacts artifacts/demo --robot sim",
+        "carom trial --artifacts runs/tilted --robot sim:tilted --targets 20 --repeats 3",
+    ]))]
+    Trial(trial::TrialArgs),
+    /// Measure how well a version predicts these logs' strikes: has the rig drifted?
+    #[command(after_help = examples(&[
+        "carom score today.mcap --artifacts artifacts/demo",
+        "carom score logs/ --artifacts artifacts/demo --version v0002 --json",
+    ]))]
+    Score(score::ScoreArgs),
+    /// Datasets with a version: logs pinned by hash, tables rebuilt to the same bytes.
+    #[command(subcommand)]
+    Dataset(dataset::DatasetCommand),
+    /// Compute a version again from the inputs it records and compare byte by byte.
+    #[command(after_help = examples(&["carom rebuild v0001 --artifacts artifacts/demo"]))]
+    Rebuild(rebuild::RebuildArgs),
+    /// Keys that versions are signed with.
+    #[command(subcommand)]
+    Key(key::KeyCommand),
+    /// Look into the store of versions.
+    #[command(subcommand)]
+    Artifacts(artifacts::ArtifactsCommand),
+    /// Write the HTML report again.
+    #[command(after_help = examples(&["carom report artifacts/demo"]))]
+    Report(report::ReportArgs),
+}
+
+/// Does what was asked.
+pub fn execute(cli: &Cli) -> Result<Output, Error> {
+    let global = cli.global;
+    match &cli.command {
+        Command::Demo(args) => demo::run(args),
+        Command::Rig(command) => rig::run(command),
+        Command::Ingest(args) => run::ingest(args, global),
+        Command::Run(args) => run::run(args, global),
+        Command::Sysid(args) => step::run(args, Step::Sysid, global),
+        Command::Diagnose(args) => step::run(args, Step::Diagnose, global),
+        Command::Solve(args) => step::run(args, Step::Solve, global),
+        Command::Residual(args) => step::run(args, Step::Residual, global),
+        Command::Train(args) => step::run(args, Step::Train, global),
+        Command::Evaluate(args) => step::run(args, Step::Evaluate, global),
+        Command::Publish(args) => step::publish(args, global),
+        Command::Report(args) => report::run(args, global),
+        Command::Nightly(args) => nightly::run(args, global),
+        Command::Trial(args) => trial::run(args, global),
+        Command::Score(args) => score::run(args, global),
+        Command::Dataset(command) => dataset::run(command),
+        Command::Rebuild(args) => rebuild::run(args, global),
+        Command::Key(command) => key::run(command),
+        Command::Artifacts(command) => artifacts::run(command),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory;
+
+    use super::*;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn every_command_shows_examples() {
+        fn without(command: &clap::Command, found: &mut Vec<String>) {
+            let mut subs = command.get_subcommands().peekable();
+            if subs.peek().is_none() && command.get_after_help().is_none() {
+                found.push(command.get_name().into());
+            }
+            subs.for_each(|sub| without(sub, found));
+        }
+        let mut found = Vec::new();
+        without(&Cli::command(), &mut found);
+        assert!(found.is_empty(), "{found:?}");
+    }
+
+    #[test]
+    fn every_example_parses() {
+        fn texts(command: &clap::Command, found: &mut Vec<String>) {
+            for help in [command.get_after_help(), command.get_after_long_help()] {
+                found.extend(help.map(ToString::to_string));
+            }
+            for sub in command.get_subcommands() {
+                texts(sub, found);
+            }
+        }
+        let mut found = Vec::new();
+        texts(&Cli::command(), &mut found);
+        let examples: Vec<&str> = found
+            .iter()
+            .flat_map(|text| text.lines())
+            .filter_map(|line| line.strip_prefix("  carom "))
+            .collect();
+        assert!(examples.len() > 15, "{examples:?}");
+        for example in examples {
+            let words = example.split(" > ").next().expect("words").split(' ');
+            if let Err(error) = Cli::try_parse_from(std::iter::once("carom").chain(words)) {
+                panic!("carom {example}: {error}");
+            }
+        }
+    }
+}

@@ -1,0 +1,170 @@
+//! `carom artifacts`: the store of versions.
+
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+
+use clap::Subcommand;
+use serde_json::{Value, json};
+use store::{Key, Manifest, Store};
+
+use crate::args::{SignArgs, StoreArgs, VersionArgs, examples};
+use crate::output::{Output, to_json};
+use crate::publishing::store_error;
+use crate::{Error, signing};
+
+/// `carom artifacts`.
+#[derive(Debug, Subcommand)]
+pub enum ArtifactsCommand {
+    /// List the versions.
+    #[command(after_help = examples(&["carom artifacts list --artifacts artifacts/demo"]))]
+    List(StoreArgs),
+    /// Show a version's manifest.
+    #[command(after_help = examples(&["carom artifacts show v0001 --artifacts artifacts/demo"]))]
+    Show(VersionArgs),
+    /// Check a version's hashes, shapes and schemas, and its signature where a public key is given.
+    #[command(after_help = examples(&["carom artifacts verify --artifacts artifacts/demo --key carom.pub"]))]
+    Verify {
+        /// What to check.
+        #[command(flatten)]
+        version: VersionArgs,
+        /// Public key that must have signed it.
+        #[arg(long, value_name = "FILE")]
+        key: Option<PathBuf>,
+    },
+    /// Sign the latest version.
+    #[command(after_help = examples(&["carom artifacts sign --artifacts artifacts/demo --key carom.key"]))]
+    Sign {
+        /// Folder of a run.
+        #[arg(long, value_name = "DIR", default_value = "artifacts/demo")]
+        artifacts: PathBuf,
+        /// Secret key.
+        #[arg(long, value_name = "FILE")]
+        key: PathBuf,
+    },
+    /// Make an earlier version the latest; where versions are signed it is signed anew, so that robots take it.
+    #[command(after_help = examples(&[
+        "carom artifacts rollback v0001 --artifacts artifacts/demo",
+        "carom artifacts rollback --artifacts artifacts/demo --key carom.key",
+    ]))]
+    Rollback {
+        /// Version to go back to [default: the one before the latest].
+        version: Option<String>,
+        /// Folder of a run.
+        #[arg(long, value_name = "DIR", default_value = "artifacts/demo")]
+        artifacts: PathBuf,
+        /// Who signs.
+        #[command(flatten)]
+        sign: SignArgs,
+    },
+}
+
+/// Does what was asked.
+pub fn run(command: &ArtifactsCommand) -> Result<Output, Error> {
+    match command {
+        ArtifactsCommand::List(args) => list(&args.artifacts),
+        ArtifactsCommand::Show(args) => show(&args.artifacts, args.version.as_deref()),
+        ArtifactsCommand::Verify { version, key } => {
+            let key = key.as_deref().map(signing::public_key).transpose()?;
+            verify(&version.artifacts, version.version.as_deref(), key.as_ref())
+        }
+        ArtifactsCommand::Sign { artifacts, key } => sign(&signing::store(artifacts, Some(key))?),
+        ArtifactsCommand::Rollback {
+            version,
+            artifacts,
+            sign,
+        } => {
+            let store = signing::store(artifacts, sign.key.as_deref())?;
+            rollback(&store, version.as_deref())
+        }
+    }
+}
+
+/// All versions, oldest first.
+fn list(dir: &Path) -> Result<Output, Error> {
+    if !dir.is_dir() {
+        return Err(Error::input(format!(
+            "list the versions in {}: there is no such folder; `--artifacts` names the folder of a run",
+            dir.display()
+        )));
+    }
+    let versions = Store::open(dir).list().map_err(store_error)?;
+    let mut rows = Vec::new();
+    let mut text = String::new();
+    for listing in versions {
+        let mark = if listing.is_latest { "latest" } else { "" };
+        let said = match &listing.manifest {
+            Ok(manifest) => describe(manifest),
+            Err(error) => format!("failed to {error}"),
+        };
+        let line = format!("{:<8} {mark:<7} {said}", listing.version);
+        let _ = writeln!(text, "{}", line.trim_end());
+        rows.push(json!({
+            "version": listing.version,
+            "latest": listing.is_latest,
+            "manifest": listing.manifest.as_ref().ok(),
+            "error": listing.manifest.as_ref().err().map(ToString::to_string),
+        }));
+    }
+    if rows.is_empty() {
+        text = format!("no versions in {}\n", dir.display());
+    }
+    Ok(Output::done(Value::Array(rows), text))
+}
+
+fn describe(manifest: &Manifest) -> String {
+    let model = manifest.provenance.default_model;
+    let logs = manifest.provenance.inputs.len();
+    match manifest.provenance.metrics.get(&model) {
+        Some(metrics) => format!(
+            "{model:<15} {:.2} ± {:.2} cm on {} held-out strikes, from {logs} logs",
+            metrics.mean * 100.0,
+            metrics.sd * 100.0,
+            metrics.n
+        ),
+        None => format!("{model:<15} not evaluated, from {logs} logs"),
+    }
+}
+
+/// A version's manifest.
+fn show(dir: &Path, version: Option<&str>) -> Result<Output, Error> {
+    let manifest = Store::open(dir).show(version).map_err(store_error)?;
+    Ok(Output::done(to_json(&manifest)?, manifest.to_json()))
+}
+
+/// Whether a version is whole, and signed by a key where one is given.
+fn verify(dir: &Path, version: Option<&str>, key: Option<&Key>) -> Result<Output, Error> {
+    let store = Store::open(dir);
+    let (artifact, sequence) = match key {
+        Some(key) => store
+            .load_trusted(version, key)
+            .map(|(artifact, sequence)| (artifact, Some(sequence))),
+        None => store.load(version).map(|artifact| (artifact, None)),
+    }
+    .map_err(store_error)?;
+    let files = artifact.manifest.files.len();
+    let mut text = format!(
+        "{} is whole: {files} files with the hashes, shapes and versions that its manifest names\n",
+        artifact.version
+    );
+    if let Some(sequence) = sequence {
+        text += &format!("it is signed by the key, as number {sequence}\n");
+    }
+    Ok(Output::done(
+        json!({ "version": artifact.version, "files": files, "whole": true, "sequence": sequence }),
+        text,
+    ))
+}
+
+/// Signs the version in use.
+fn sign(store: &Store) -> Result<Output, Error> {
+    let version = store.sign().map_err(store_error)?;
+    let text = format!("{version} is signed\n");
+    Ok(Output::done(json!({ "version": version }), text))
+}
+
+/// Makes another version the latest.
+fn rollback(store: &Store, version: Option<&str>) -> Result<Output, Error> {
+    let version = store.rollback(version).map_err(store_error)?;
+    let text = format!("latest is {version}\n");
+    Ok(Output::done(json!({ "latest": version }), text))
+}

@@ -1,0 +1,121 @@
+//! `carom demo`: logs from the embedded rig.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use clap::{Args, ValueEnum};
+use rig::Hidden;
+use rig::demo::{Settings, Written};
+use serde_json::json;
+use values::Shape;
+
+use crate::Error;
+use crate::output::Output;
+
+/// `carom demo`.
+#[derive(Args, Debug)]
+pub struct DemoArgs {
+    /// How many strikes.
+    #[arg(long, default_value_t = 500, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    pub strikes: u32,
+    /// Where everything random comes from.
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// What is struck.
+    #[arg(long, value_enum, default_value_t = DemoObject::Cylinder)]
+    pub object: DemoObject,
+    /// What to hide in place of the demo's mixture: an effect, with values where its defaults do not serve (all in order, or
+    /// some by NAME:VALUE), or `none`; repeat it for several effects.
+    #[arg(long, value_name = "EFFECT[=VALUE,…]")]
+    pub hide: Vec<String>,
+    /// Strikes to make in place of random ones: a JSON list of {x0, y0, speed, angle}, or a diagnosis.json.
+    #[arg(long, value_name = "FILE", conflicts_with = "strikes")]
+    pub plan: Option<PathBuf>,
+    /// Also log /striker/state.
+    #[arg(long)]
+    pub state: bool,
+    /// Folder to write.
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+}
+
+/// What the demo can strike.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub enum DemoObject {
+    /// An upright cylinder.
+    Cylinder,
+    /// A box.
+    Box,
+    /// A ball.
+    Sphere,
+}
+
+impl From<DemoObject> for Shape {
+    fn from(object: DemoObject) -> Self {
+        match object {
+            DemoObject::Cylinder => Self::Cylinder,
+            DemoObject::Box => Self::Box,
+            DemoObject::Sphere => Self::Sphere,
+        }
+    }
+}
+
+/// Writes the demo's folder.
+pub fn run(args: &DemoArgs) -> Result<Output, Error> {
+    let written = write(args)?;
+    let Written {
+        rig,
+        logs,
+        truth,
+        strikes,
+    } = &written;
+    Ok(Output::done(
+        json!({ "rig": rig, "logs": logs, "truth": truth, "strikes": strikes }),
+        format!(
+            "{strikes} strikes in {} logs under {}, rig file {}\n",
+            logs.len(),
+            args.out.join("logs").display(),
+            rig.display()
+        ),
+    ))
+}
+
+fn write(args: &DemoArgs) -> Result<Written, Error> {
+    is_free(&args.out)?;
+    let hidden = match args.hide.as_slice() {
+        [] => None,
+        flags => Some(Hidden::parse(flags).map_err(Error::input)?),
+    };
+    let plan = match &args.plan {
+        None => None,
+        Some(path) => {
+            let text = fs::read_to_string(path).map_err(|error| Error::unreadable(path, &error))?;
+            Some(rig::parse_plan(&text).map_err(Error::input)?)
+        }
+    };
+    let mut settings = Settings::new(args.object.into(), args.strikes as usize, args.seed, hidden);
+    settings.plan = plan;
+    settings.log_state = args.state;
+    rig::demo::write(&settings, &args.out).map_err(|error| match error {
+        rig::RigSimError::File { .. } | rig::RigSimError::Log(_) => Error::failed(error),
+        error => Error::input(error),
+    })
+}
+
+/// A rig file and logs that no demo wrote are a person's own: there is no truth beside them.
+fn is_free(out: &Path) -> Result<(), Error> {
+    let own = ["rig.toml", "logs"].map(|name| out.join(name));
+    let own = own.iter().find(|path| match fs::read_dir(path) {
+        Ok(mut logs) => logs.next().is_some(),
+        Err(_) => path.exists(),
+    });
+    match own {
+        Some(own) if !out.join("truth.json").exists() => Err(Error::input(format!(
+            "write a demo into {}: {} is there, and no finished demo wrote it, for there is no truth.json; name another folder \
+             with --out, or move it away",
+            out.display(),
+            own.display()
+        ))),
+        _ => Ok(()),
+    }
+}

@@ -1,0 +1,16 @@
+//! The commands, a file each, all of one shape: arguments in, [`Output`](crate::Output) out.
+//!
+//! To add one: a file here with its arguments and `run`, a line below, and a variant in `cli.rs` with what it runs.
+
+pub mod artifacts;
+pub mod dataset;
+pub mod demo;
+pub mod key;
+pub mod nightly;
+pub mod rebuild;
+pub mod report;
+pub mod rig;
+pub mod run;
+pub mod score;
+pub mod step;
+pub mod trial;

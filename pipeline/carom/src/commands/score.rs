@@ -1,0 +1,139 @@
+//! `carom score`: how well a version predicts the strikes of other logs.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+use clap::Args;
+use evaluate::{Evaluation, StopError};
+use serde::Serialize;
+use store::Store;
+
+use crate::args::Global;
+use crate::error::Outcome;
+use crate::inputs::find_logs;
+use crate::output::{Output, to_json};
+use crate::outputs::write_json;
+use crate::publishing::store_error;
+use crate::score::{Drift, drift_unknown, follow_known_strikes, judge};
+use crate::steps::open;
+use crate::{Error, reading, summary};
+
+/// `carom score`.
+#[derive(Args, Debug)]
+pub struct ScoreArgs {
+    /// MCAP files, or folders that are searched for them with all below.
+    #[arg(required = true, value_name = "LOGS")]
+    pub logs: Vec<PathBuf>,
+    /// Folder of a run.
+    #[arg(long, value_name = "DIR")]
+    pub artifacts: PathBuf,
+    /// Version to score [default: the latest].
+    #[arg(long, value_name = "VERSION")]
+    pub version: Option<String>,
+}
+
+/// What `score.json` holds: a key for each model, and `noise_floor`.
+#[derive(Debug, Serialize)]
+struct Score {
+    /// Version that was scored.
+    artifact: String,
+    /// Strikes that were rejected.
+    rejected: usize,
+    /// Whether the default model does worse here than chance explains.
+    drift: Option<Drift>,
+    /// Why that cannot be told, where it cannot.
+    drift_unknown: Option<String>,
+    /// What repeats of one command scatter by, as published.
+    noise_floor: Option<StopError>,
+    /// Stop errors, by model.
+    #[serde(flatten)]
+    models: BTreeMap<String, Scored>,
+}
+
+/// One model's stop errors, in m.
+#[derive(Debug, Serialize)]
+struct Scored {
+    #[serde(flatten)]
+    errors: StopError,
+    strikes: Vec<ScoredStrike>,
+}
+
+/// One strike, in m.
+#[derive(Debug, Serialize)]
+struct ScoredStrike {
+    strike_id: String,
+    error: Option<f64>,
+}
+
+/// Scores the logs, writes `score.json`.
+pub fn run(args: &ScoreArgs, global: Global) -> Result<Output, Error> {
+    let dir = &args.artifacts;
+    let artifact = Store::open(dir)
+        .load(args.version.as_deref())
+        .map_err(store_error)?;
+    let logs = find_logs(&args.logs)?;
+    // The artifact may be a robot's copy: nothing but the score is left there.
+    let scratch = tempfile::tempdir().map_err(Error::failed)?;
+    let run = open(scratch.path(), global)?;
+    let read = reading::read(&run, &artifact.rig, &logs, 0)?;
+    let mut strikes = read.strikes.iter().collect::<Result<Vec<_>, _>>()?;
+    if let Some(known) = artifact.manifest.provenance.strikes {
+        follow_known_strikes(known, &mut strikes);
+    }
+    let scored = strikes.len();
+    let (evaluation, drift) = judge(&run, &artifact, strikes)?;
+    let score = Score {
+        artifact: artifact.version.clone(),
+        rejected: read.rejects.len(),
+        drift,
+        drift_unknown: drift.is_none().then(|| drift_unknown(&artifact)),
+        noise_floor: evaluation.noise_floor,
+        models: by_model(&evaluation),
+    };
+    write_json(&dir.join("score.json"), &score)?;
+
+    let mut text = format!(
+        "{} strikes, {} rejected, scored with {}\n\n{}",
+        scored,
+        read.rejects.len(),
+        artifact.version,
+        summary::evaluation_table(&evaluation)
+    );
+    for note in &read.notes {
+        text += &format!("{note}\n");
+    }
+    let drift = drift.map(|drift| drift.sentence());
+    for sentence in drift.iter().chain(&score.drift_unknown) {
+        text += &format!("\n{sentence}\n");
+    }
+    Ok(Output {
+        outcome: if read.rejects.is_empty() && read.damaged.is_empty() && read.left_out.is_empty() {
+            Outcome::Done
+        } else {
+            Outcome::Rejected
+        },
+        json: to_json(&score)?,
+        text,
+    })
+}
+
+fn by_model(evaluation: &Evaluation) -> BTreeMap<String, Scored> {
+    let models = evaluation.models.iter();
+    models
+        .map(|(model, errors)| {
+            let rows = evaluation.predictions.iter();
+            let strikes = rows
+                .filter(|row| row.model == *model)
+                .map(|row| ScoredStrike {
+                    strike_id: row.strike_id.clone(),
+                    error: row.error,
+                })
+                .collect();
+            let scored = Scored {
+                errors: *errors,
+                strikes,
+            };
+            (model.clone(), scored)
+        })
+        .collect()
+}

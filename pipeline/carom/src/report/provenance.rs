@@ -1,0 +1,79 @@
+//! Where a version comes from: what it was made from and by, with hashes.
+
+use std::collections::BTreeSet;
+use std::path::Path;
+
+use store::Store;
+
+use crate::Error;
+use crate::publishing::store_error;
+use crate::results::Results;
+
+/// What a version was made from and holds, for a person: name and hash.
+#[derive(Clone, Debug, Default)]
+pub struct Provenance {
+    /// Version; none where nothing is published.
+    pub version: Option<String>,
+    /// The version in use, where that is not what is shown.
+    pub in_use: Option<String>,
+    /// Programs and their versions, seeds.
+    pub made_by: Vec<(String, String)>,
+    /// Files and their hashes.
+    pub hashes: Vec<(String, String)>,
+}
+
+/// Where a version of results comes from (the latest unless they name theirs); none where nothing is published. Of a version
+/// that was computed from other logs there is its name alone: the results are not its.
+pub fn provenance(dir: &Path, results: &Results) -> Result<Option<Provenance>, Error> {
+    let store = Store::open(dir);
+    let version = results.version.clone();
+    let Some(version) = version.or_else(|| store.latest().ok()) else {
+        return Ok(None);
+    };
+    let manifest = store.show(Some(&version)).map_err(store_error)?;
+    let learnt_from: BTreeSet<&str> = manifest
+        .provenance
+        .inputs
+        .iter()
+        .map(|log| log.sha256.as_str())
+        .collect();
+    let shown: BTreeSet<&str> = results.logs.iter().map(|log| log.sha256.as_str()).collect();
+    if learnt_from != shown {
+        return Ok(Some(Provenance {
+            in_use: Some(version),
+            ..Provenance::default()
+        }));
+    }
+    let files = manifest
+        .files
+        .iter()
+        .map(|(name, file)| (name, &file.sha256));
+    let logs = manifest
+        .provenance
+        .inputs
+        .iter()
+        .map(|log| (&log.name, &log.sha256));
+    let hashes = files
+        .chain(logs)
+        .map(|(name, hash)| (name.clone(), hash.clone()))
+        .collect();
+    let mut made_by = vec![
+        ("carom".to_string(), manifest.carom.clone()),
+        ("MuJoCo".to_string(), manifest.mujoco.clone()),
+        (
+            "default model".to_string(),
+            manifest.provenance.default_model.to_string(),
+        ),
+    ];
+    let stages = manifest.provenance.stages.iter();
+    made_by.extend(stages.map(|stage| {
+        let name = format!("stage {}", stage.name);
+        (name, format!("version {}", stage.version))
+    }));
+    Ok(Some(Provenance {
+        version: Some(version),
+        in_use: None,
+        made_by,
+        hashes,
+    }))
+}

@@ -1,0 +1,31 @@
+//! Gathers what the page shows and writes it into the run's folder.
+
+use std::path::Path;
+
+use super::input::ReportInput;
+use super::page::page;
+use super::provenance::provenance;
+use crate::inputs::Inputs;
+use crate::results::Results;
+use crate::{Error, nightly, trial};
+
+/// Where a run keeps its report.
+pub const FILE: &str = "report.html";
+
+/// The report of a run, with its latest trial and night, and its version (else the latest) where there are any. Returns its path.
+pub fn write(dir: &Path, inputs: &Inputs, results: &Results) -> Result<String, Error> {
+    let trial = trial::kept(dir);
+    let provenance = provenance(dir, results)?.unwrap_or_default();
+    let night = nightly::kept(dir);
+    let input = ReportInput {
+        inputs,
+        results,
+        trial: trial.as_ref(),
+        provenance: &provenance,
+        night: night.as_ref(),
+    };
+    let page = page(&input).map_err(Error::failed)?;
+    let path = dir.join(FILE);
+    durable::write_bytes(&path, page.as_bytes())?;
+    Ok(path.display().to_string())
+}

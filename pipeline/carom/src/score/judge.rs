@@ -1,0 +1,134 @@
+//! How well a version predicts strikes.
+
+use evaluate::{Candidate, Evaluate, Evaluation, StopError};
+use stage::Run;
+use store::{Artifact, Logged, Metrics, Model};
+use values::Strike;
+
+use super::drift::{Drift, LEAST};
+use crate::Error;
+use crate::noise::identified;
+
+/// How well every model of a version predicts strikes, and whether that is worse than when it was published.
+pub fn judge(
+    run: &Run,
+    artifact: &Artifact,
+    strikes: Vec<Strike>,
+) -> Result<(Evaluation, Option<Drift>), Error> {
+    let used = artifact.effect.as_ref().unwrap_or(&artifact.sysid);
+    let input = evaluate::Input {
+        rig: artifact.rig.clone(),
+        candidates: candidates(artifact),
+        noise: identified(&artifact.rig, &used.world),
+        strikes,
+    };
+    let mut evaluation = run.stage(&Evaluate { split: None }, &input)?;
+    // What was estimated when the residual was there to take away what repeats.
+    if let Some(published) = &artifact.manifest.provenance.noise_floor {
+        evaluation.noise_floor = Some(of(published));
+    }
+    let model = artifact.manifest.provenance.default_model;
+    let drift = evaluation.models.get(model.name()).and_then(|here| {
+        let published = artifact.manifest.provenance.metrics.get(&model)?;
+        (published.n >= LEAST).then(|| Drift::between(model, published, here))
+    });
+    Ok((evaluation, drift))
+}
+
+/// Why drift cannot be told with a version.
+pub fn drift_unknown(artifact: &Artifact) -> String {
+    let provenance = &artifact.manifest.provenance;
+    let published = provenance.metrics.get(&provenance.default_model);
+    format!(
+        "cannot tell drift: {} was published with {} held-out strikes, {LEAST} are needed",
+        artifact.version,
+        published.map_or(0, |published| published.n)
+    )
+}
+
+/// Strikes made after those that the version was computed from follow them in order, for effects that drift.
+pub fn follow_known_strikes(known: Logged, strikes: &mut [Strike]) {
+    let later = strikes
+        .iter_mut()
+        .filter(|strike| strike.t_start > known.last);
+    for (place, strike) in later.enumerate() {
+        strike.conditions.order = (known.count + place) as f64;
+    }
+}
+
+fn candidates(artifact: &Artifact) -> Vec<Candidate> {
+    let candidate = |model: Model| {
+        let (world, residual) = artifact.model(model)?;
+        Some(Candidate {
+            name: model.name().into(),
+            world,
+            residual: residual.cloned(),
+        })
+    };
+    artifact
+        .models()
+        .into_iter()
+        .filter_map(candidate)
+        .collect()
+}
+
+fn of(metrics: &Metrics) -> StopError {
+    let Metrics {
+        mean,
+        sd,
+        median,
+        p95,
+        n,
+        failed,
+    } = *metrics;
+    StopError {
+        mean,
+        sd,
+        median,
+        p95,
+        n,
+        failed,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use values::{Command, Conditions, Point, Split, Track};
+
+    use super::*;
+
+    #[test]
+    fn later_strikes_go_on_in_the_order_of_those_that_the_version_knows() {
+        let strike = |(order, t_start): (usize, f64)| Strike {
+            id: String::new(),
+            log: String::new(),
+            index: 0,
+            t_start,
+            initial: Point::default(),
+            stop: Point::default(),
+            command: Command {
+                speed: 1.0,
+                angle: 0.0,
+            },
+            track: Track::default(),
+            split: Split::Test,
+            conditions: Conditions {
+                session: String::new(),
+                order: order as f64,
+            },
+            delivered: None,
+        };
+        let stamps = [7.0, 8.0, 9.0, 10.0];
+        let mut strikes: Vec<Strike> = stamps.into_iter().enumerate().map(strike).collect();
+        let known = Logged {
+            count: 50,
+            last: 8.0,
+        };
+        follow_known_strikes(known, &mut strikes);
+        let orders: Vec<f64> = strikes
+            .iter()
+            .map(|strike| strike.conditions.order)
+            .collect();
+        assert_eq!(orders, [0.0, 1.0, 50.0, 51.0]);
+    }
+}

@@ -1,0 +1,114 @@
+//! The steps of a run, from its folder to files, a version and what there is to print.
+
+use std::path::Path;
+
+use serde_json::json;
+use stage::{Options, Run};
+use store::Store;
+use sysid::SysidError;
+
+use crate::args::Global;
+use crate::inputs::Inputs;
+use crate::output::Output;
+use crate::pipeline::{Step, pipeline};
+use crate::{Error, outputs, publishing, report, summary};
+
+/// A run in a folder; the programs below the stages are part of every key.
+pub fn open(dir: &Path, global: Global) -> Result<Run, Error> {
+    let options = Options {
+        engine: publishing::engine(),
+        is_quiet: global.quiet,
+    };
+    Ok(Run::open(dir, options)?)
+}
+
+/// Goes through the steps up to and with `last`, writes the run's files, publishes where `last` says so, and tells what came out.
+pub fn advance(
+    run: &Run,
+    store: &Store,
+    inputs: &Inputs,
+    last: Step,
+    global: Global,
+) -> Result<Output, Error> {
+    let dir = run.dir();
+    let mut results = pipeline(run, inputs, last).map_err(|error| explained(error, run, inputs))?;
+    outputs::write(dir, &results, last)?;
+    results.version = publishing::publish(store, &results)?;
+    let report = match last {
+        Step::Diagnose | Step::Publish => Some(report::write(dir, inputs, &results)?),
+        _ => None,
+    };
+    let summary = run.summary();
+    // Who asked for one step asked for its figures.
+    let mut text = if global.verbose || last < Step::Publish {
+        format!("{summary}\n{}", summary::details(&results))
+    } else {
+        summary::overview(&results)
+    };
+    let latest = store.latest().ok();
+    if let Some(version) = &results.version {
+        text += &format!("\nversion    {version} in {}\n", dir.display());
+        text += &summary::rolled_back(version, latest.as_deref());
+    }
+    if let Some(report) = &report {
+        text += &format!("report     {report}\n");
+    }
+    if last == Step::Diagnose {
+        text += &format!(
+            "           up to the diagnosis; `carom report {}` shows every step\n",
+            dir.display()
+        );
+    }
+    let errors = results.evaluation.as_ref().map(
+        |evaluation| json!({ "models": evaluation.models, "noise_floor": evaluation.noise_floor }),
+    );
+    let json = json!({
+        "strikes": results.kept.len(),
+        "rejects": results.rejects,
+        "left_out": results.left_out,
+        "log_notes": results.log_notes,
+        "stages": summary.stages,
+        "parameters": results.fit.as_ref().map(|fit| &fit.world.parameters),
+        "notes": results.fit.as_ref().map(|fit| &fit.notes),
+        "diagnosis": results.found.as_ref().map(|found| &found.diagnosis),
+        "no_diagnosis": results.no_diagnosis,
+        "stop_error": errors,
+        "version": results.version,
+        "latest": latest,
+        "report": report,
+    });
+    Ok(Output {
+        outcome: results.outcome(),
+        json,
+        text,
+    })
+}
+
+/// Where too few strikes learn, how many were kept at all: a person counts those.
+pub fn explained(error: Error, run: &Run, inputs: &Inputs) -> Error {
+    let Error::Input(source) = &error else {
+        return error;
+    };
+    let too_few = source.downcast_ref::<SysidError>();
+    if !matches!(too_few, Some(SysidError::TooFewStrikes { .. })) {
+        return error;
+    }
+    match pipeline(run, inputs, Step::Ingest) {
+        Ok(results) => Error::input(format!(
+            "{error} ({} were kept; only those of the training split learn, about 81 %)",
+            results.kept.len()
+        )),
+        Err(_) => error,
+    }
+}
+
+/// Writes the report again where the folder is a run's: a copy of its versions alone has none.
+pub fn refresh_report(dir: &Path, global: Global) -> Result<(), Error> {
+    if !dir.join(report::FILE).is_file() {
+        return Ok(());
+    }
+    let inputs = Inputs::kept(dir)?;
+    let run = open(dir, global)?;
+    let results = pipeline(&run, &inputs, Step::Evaluate)?;
+    report::write(dir, &inputs, &results).map(drop)
+}

@@ -1,0 +1,14 @@
+//! Results as text for a person.
+
+mod details;
+pub mod diagnosis;
+mod overview;
+mod rejects;
+mod table;
+mod trial;
+
+pub use details::{details, rolled_back};
+pub use overview::overview;
+pub use rejects::{examples, reasons};
+pub use table::evaluation_table;
+pub use trial::trial;

@@ -1,0 +1,46 @@
+//! The tables of a trial.
+
+use std::collections::BTreeMap;
+
+use store::Model;
+
+use super::table::{Line, table};
+use crate::trial::{Outcome, Trial};
+
+/// Both tables of a trial.
+pub fn trial(trial: &Trial) -> String {
+    let lines = |outcomes: &BTreeMap<String, Outcome>| {
+        let models = Model::ALL.into_iter().map(Model::name).filter_map(|name| {
+            let outcome = outcomes.get(name)?;
+            let errors = outcome.errors.unwrap_or_default();
+            Some(Line {
+                name,
+                numbers: [errors.mean, errors.sd, errors.median, errors.p95],
+                n: errors.n,
+                remark: match outcome.refusals.len() {
+                    0 => String::new(),
+                    refused => format!("{refused} refused"),
+                },
+            })
+        });
+        let floor = trial.noise_floor.map(|errors| Line {
+            name: "noise_floor",
+            numbers: [errors.mean, errors.sd, errors.median, errors.p95],
+            n: errors.n,
+            remark: "repeats of one command".into(),
+        });
+        table(models.chain(floor))
+    };
+    let random = trial.models.values().next();
+    let struck = random.map_or(0, |outcome| outcome.strikes.len() + outcome.refusals.len());
+    format!(
+        "Version {} against the embedded rig ({})\n\nFigure 8: two starts, four targets each, repeated\n{}\n\
+         Random targets: {struck} struck at, {} of {} drawn were refused by the default model\n{}",
+        trial.artifact,
+        trial.robot,
+        lines(&trial.figure_8),
+        trial.drawn - struck,
+        trial.drawn,
+        lines(&trial.models),
+    )
+}
