@@ -6,8 +6,12 @@ use rand_distr::{Distribution, StandardNormal};
 use values::Point;
 
 use crate::CameraTruth;
+use crate::disturbance::Disturbance;
 
-/// One frame: when it was exposed (s) and what centroid was found (m).
+/// Two stamps are at least this far apart, in s.
+const SHORTEST_INTERVAL: f64 = 1e-4;
+
+/// One frame: its stamp (s) and what centroid was found (m).
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Frame {
     pub time: f64,
@@ -17,11 +21,13 @@ pub(crate) struct Frame {
 /// Films from one time to another (s); `seen` is the centroid without noise at a time.
 ///
 /// The stamp is that of the exposure, jitter included, as of a camera that is triggered by software and stamps in hardware.
+/// Errors of stamps and noise of other kinds come from `disturbance`; stamps stay in order, as a driver gives them.
 pub(crate) fn film(
     camera: &CameraTruth,
     (rate, noise): (f64, f64),
     (from, to): (f64, f64),
     random: &mut ChaCha8Rng,
+    disturbance: &mut Disturbance,
     seen: impl Fn(f64) -> Point,
 ) -> Vec<Frame> {
     let period = 1.0 / rate;
@@ -35,10 +41,17 @@ pub(crate) fn film(
         // Within half a period, lest two frames swap.
         let jitter = (jitter * camera.jitter).clamp(-0.45 * period, 0.45 * period);
         let time = from + (phase + k as f64) * period + jitter;
+        let error = disturbance.frame(Point::new(x, y), noise, time);
+        let late = disturbance.stamp_error();
         if !lost {
+            let mut stamp = time;
+            if disturbance.has_stamp_errors() {
+                let last = frames.last().map_or(0.0, |frame: &Frame| frame.time);
+                stamp = (time + late).max(last + SHORTEST_INTERVAL);
+            }
             frames.push(Frame {
-                time,
-                centroid: seen(time) + Point::new(x, y) * noise,
+                time: stamp,
+                centroid: seen(time) + error,
             });
         }
     }

@@ -25,6 +25,8 @@ pub struct Settings {
     pub plan: Option<Vec<PlannedStrike>>,
     /// Also logs `/striker/state`.
     pub log_state: bool,
+    /// How many sessions (logs); none: as many as effects that differ by session need.
+    pub sessions: Option<usize>,
 }
 
 impl Settings {
@@ -37,6 +39,7 @@ impl Settings {
             truth,
             plan: None,
             log_state: false,
+            sessions: None,
         }
     }
 }
@@ -62,7 +65,9 @@ pub fn write(settings: &Settings, out: &Path) -> Result<Written, RigSimError> {
         sim = sim.logging_state();
     }
     let count = settings.plan.as_ref().map_or(settings.strikes, Vec::len);
-    let a_session = count.div_ceil(sessions(count)).max(1);
+    let a_session = count
+        .div_ceil(settings.sessions.unwrap_or_else(|| sessions(count)).max(1))
+        .max(1);
     let when = |order: usize| When {
         session: order / a_session,
         order,
@@ -108,7 +113,7 @@ pub fn write(settings: &Settings, out: &Path) -> Result<Written, RigSimError> {
     }
     write_text(
         &written.rig,
-        &format!("{RIG_HEADER}{}", truth.rig.to_toml()),
+        &format!("{RIG_HEADER}{}", truth.rig_file().to_toml()),
     )?;
     write_text(&written.truth, &truth.to_json())?;
     Ok(written)

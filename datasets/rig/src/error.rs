@@ -4,7 +4,9 @@
 #[derive(Debug, thiserror::Error)]
 pub enum RigSimError {
     /// No effect has that name.
-    #[error("hide {name}: no effect has that name; the nearest is {nearest}; there are {all}")]
+    #[error(
+        "hide {name}: no effect and no kind of noise has that name; the nearest is {nearest}; there are {all}"
+    )]
     UnknownEffect {
         /// What was asked for.
         name: String,
@@ -12,6 +14,12 @@ pub enum RigSimError {
         nearest: String,
         /// Every known name.
         all: String,
+    },
+    /// A kind of noise was given where an effect is wanted.
+    #[error("hide {name}: it is a kind of noise, and an effect is wanted here")]
+    NoEffect {
+        /// The kind of noise.
+        name: &'static str,
     },
     /// Nothing and something is to be hidden.
     #[error("hide none and {other}: `none` hides nothing; leave out one of them")]

@@ -5,23 +5,30 @@
 //! with restitution and friction from a tip of infinite mass, a camera with noise, jitter and dropped frames.
 //!
 //! ```text
-//! Truth (rig, friction, scatter, Hidden effects)
+//! Truth (rig, friction, scatter, Hidden effects, Noise)
 //!   command → launch scatter → delivered (effects) → impact (effects) → slide or roll (effects) → camera (effects) → samples
 //! ```
 //!
+//! `truth.json` is a [`Truth`]: `rig` is the rig as it is, `noise` (only where there is any) lists kinds of noise like `hidden` lists
+//! effects, and a strike has `friction`, its factor on friction, where that scatters.
+//!
 //! - [`Sim`] strikes one command after another, as a robot would.
 //! - [`demo::write`] writes a folder of logs with the truth beside them.
-//! - [`Hidden::parse`] reads `--hide`.
+//! - [`Hide::parse`] reads `--hide`: effects, and kinds of noise.
 
 mod body;
 mod camera;
 mod choice;
+mod declare;
 pub mod demo;
+mod disturbance;
 mod effects;
 mod error;
 mod hidden;
+mod hide;
 mod impact;
 mod motion;
+mod noise;
 mod plan;
 mod roll;
 mod shot;
@@ -32,10 +39,13 @@ mod surface;
 mod truth;
 
 pub use choice::{NotSim, SimChoice};
-pub use effects::{Effect, ParameterSpec};
+pub use declare::ParameterSpec;
+pub use effects::Effect;
 pub use error::RigSimError;
 pub use hidden::Hidden;
+pub use hide::Hide;
 pub use logs::write::{RecordingWriter, Samples, Stamped, StateSample};
+pub use noise::{Noise, NoiseKind};
 pub use plan::{PlannedStrike, parse_plan};
 pub use shot::{Shot, When};
 pub use sim::{Recording, Sim};

@@ -116,15 +116,23 @@ fn stays(bench: &Bench, strike: &PlannedStrike, when: When) -> bool {
     let truth = &bench.truth;
     let from = truth
         .hidden
-        .unsee(strike.initial(), truth.rig.camera.centre);
-    let shot = bench.shoot(from, truth.hidden.deliver(strike.command()), when);
+        .unsee(strike.initial(), truth.rig.camera.centre, when);
+    let shot = bench.shoot(
+        from,
+        truth.hidden.deliver(strike.command(), when),
+        when,
+        1.0,
+    );
     let edge = MARGIN + bench.reach();
     let inside = |at: Point| {
         let table = &truth.rig.table;
         (table.x.low + edge..=table.x.high - edge).contains(&at.x)
             && (table.y.low + edge..=table.y.high - edge).contains(&at.y)
     };
-    shot.rest_time() > 0.0 && shot.points().all(|at| inside(at) && inside(truth.see(at)))
+    shot.rest_time() > 0.0
+        && shot
+            .points()
+            .all(|at| inside(at) && inside(truth.see(at, when)))
 }
 
 /// Whether a planned strike can be made at all.

@@ -70,10 +70,16 @@ impl Bench {
     }
 
     /// Strikes the object that rests at a point of the table with what the arm delivers.
-    pub(crate) fn shoot(&self, from: Point, delivered: Command, when: When) -> Shot {
+    /// `friction_factor` is what this strike's friction differs by from the rig's.
+    pub(crate) fn shoot(
+        &self,
+        from: Point,
+        delivered: Command,
+        when: When,
+        friction_factor: f64,
+    ) -> Shot {
         let Truth {
             hidden,
-            friction,
             restitution,
             tip_friction,
             rolling,
@@ -87,7 +93,7 @@ impl Bench {
         let bounce = |speed: f64| {
             let factor: f64 = hidden
                 .acts()
-                .map(|effect| effect.restitution(speed))
+                .map(|effect| effect.restitution(speed, when))
                 .product();
             (restitution * factor).clamp(0.0, HIGHEST_RESTITUTION)
         };
@@ -98,7 +104,8 @@ impl Bench {
                 motion: Motion::still(from),
             };
         };
-        let surface = Surface::new(*friction, hidden, when);
+        let friction = self.truth.friction * friction_factor;
+        let surface = Surface::new(friction, hidden, when);
         let motion = if self.body.ball {
             roll::roll(
                 &self.body,

@@ -8,6 +8,8 @@ use rand_distr::{Distribution, StandardNormal};
 use values::{Command, Point, Rig};
 
 use crate::camera::film;
+use crate::disturbance::Disturbance;
+use crate::noise::Levels;
 use crate::shot::Bench;
 use crate::striker::Profile;
 use crate::{Hidden, RigSimError, Samples, Stamped, StateSample, StrikeTruth, Truth, When};
@@ -115,9 +117,14 @@ impl Sim {
     pub fn strike(&mut self, initial: Point, command: Command) -> Recording {
         let truth = &self.bench.truth;
         let centre = truth.rig.camera.centre;
-        let from = truth.hidden.unsee(initial, centre);
-        let delivered = self.launch(command);
-        let shot = self.bench.shoot(from, delivered, self.when);
+        let when = self.when;
+        let levels = truth.noise.levels();
+        let mut disturbance = Disturbance::new(levels, truth.seed, when);
+        let from = truth.hidden.unsee(initial, centre, when);
+        let delivered = self.launch(command, &levels, &disturbance);
+        let shot = self
+            .bench
+            .shoot(from, delivered, when, disturbance.friction);
 
         let profile = Profile::new(command, truth.rig.robot.acceleration);
         let blow = REST + profile.blow(delivered.speed.max(1e-3));
@@ -129,7 +136,8 @@ impl Sim {
             (truth.rig.camera.rate, truth.rig.camera.noise),
             (0.0, end),
             &mut self.random(Purpose::Camera),
-            |time| truth.hidden.see(shot.at(time - blow), centre),
+            &mut disturbance,
+            |time| truth.hidden.see(shot.at(time - blow), centre, when),
         );
         let stamped = |time: f64, at: Point| Stamped {
             stamp: stamp(time),
@@ -167,7 +175,7 @@ impl Sim {
         let recording = Recording {
             samples,
             initial,
-            stop: truth.see(shot.stop()),
+            stop: truth.see(shot.stop(), when),
             truth: StrikeTruth {
                 session: self.when.session,
                 order: self.when.order,
@@ -177,6 +185,7 @@ impl Sim {
                 blow: stamp(blow),
                 rest_time: shot.rest_time(),
                 stop: shot.stop(),
+                friction: (disturbance.friction != 1.0).then_some(disturbance.friction),
             },
         };
         self.when.order += 1;
@@ -185,11 +194,21 @@ impl Sim {
     }
 
     /// What the arm delivers this time: effects, then scatter.
-    fn launch(&self, command: Command) -> Command {
+    fn launch(&self, command: Command, levels: &Levels, disturbance: &Disturbance) -> Command {
         let mut random = self.random(Purpose::Launch);
         let [speed, angle]: [f64; 2] = std::array::from_fn(|_| StandardNormal.sample(&mut random));
-        let delivered = self.bench.truth.hidden.deliver(command);
-        let scatter = self.bench.truth.scatter;
+        let truth = &self.bench.truth;
+        let delivered = truth.hidden.deliver(command, self.when);
+        let robot = &truth.rig.robot;
+        let growth = levels.launch_growth(
+            (command.speed - robot.speed.low) / (robot.speed.high - robot.speed.low),
+            command.angle.abs() / robot.angle.high.abs().max(robot.angle.low.abs()),
+        );
+        let [speed, angle] = [
+            speed * disturbance.launch[0] * growth,
+            angle * disturbance.launch[1] * growth,
+        ];
+        let scatter = truth.scatter;
         Command {
             speed: (delivered.speed * (1.0 + scatter.speed * speed)).max(0.0),
             angle: delivered.angle + scatter.angle * angle,
@@ -202,16 +221,31 @@ impl Sim {
 }
 
 /// What random numbers are for: each strike has a stream of its own for each purpose, so that order changes nothing.
+///
+/// A plan is drawn at order 0 alone, so that its streams of later orders serve the random walk.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Purpose {
-    Plan = 0,
-    Launch = 1,
-    Camera = 2,
+    Plan,
+    Walk,
+    Launch,
+    Camera,
+    Noise,
+}
+
+impl Purpose {
+    fn number(self) -> u64 {
+        match self {
+            Self::Plan | Self::Walk => 0,
+            Self::Launch => 1,
+            Self::Camera => 2,
+            Self::Noise => 3,
+        }
+    }
 }
 
 pub(crate) fn random(seed: u64, purpose: Purpose, order: usize) -> ChaCha8Rng {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
-    random.set_stream(order as u64 * 4 + purpose as u64);
+    random.set_stream(order as u64 * 4 + purpose.number());
     random
 }
 

@@ -86,7 +86,10 @@ impl<'a> Surface<'a> {
                     let power = Point::new(factors[0] * turned.x, factors[1] * turned.y).norm();
                     (squared * (1.0 / power)).rotated(bearing)
                 });
-        direction * (-GRAVITY * self.friction(at, speed))
+        let along = self.local.iter().fold(GRAVITY, |pressure, effect| {
+            pressure * effect.directional_friction(velocity * (1.0 / speed))
+        });
+        direction * (-along * self.friction(at, speed))
     }
 
     /// Acceleration of the centre by all but friction, in m/s².

@@ -6,13 +6,13 @@ use serde::{Deserialize, Serialize};
 use values::{Command, Point, Rig, Shape};
 
 use crate::shot::Bench;
-use crate::{Hidden, RigSimError, Shot, When};
+use crate::{Hidden, Noise, RigSimError, Shot, When};
 
 /// A rig as it really is; `truth.json`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Truth {
-    /// The rig file that goes with it.
+    /// The rig as it is: sizes, table, camera, robot. The rig file says the same, unless noise makes it wrong ([`Truth::rig_file`]).
     pub rig: Rig,
     /// Seed of everything random.
     pub seed: u64,
@@ -30,6 +30,9 @@ pub struct Truth {
     pub camera: CameraTruth,
     /// What is hidden.
     pub hidden: Hidden,
+    /// Noise beside launch scatter and independent camera noise; not in the file where there is none.
+    #[serde(default, skip_serializing_if = "Noise::is_none")]
+    pub noise: Noise,
     /// What was struck; empty for a robot that has not struck yet.
     #[serde(default)]
     pub strikes: Vec<StrikeTruth>,
@@ -75,6 +78,19 @@ pub struct StrikeTruth {
     pub rest_time: f64,
     /// Where it came to rest, in m.
     pub stop: Point,
+    /// Factor on friction in this strike; not in the file where friction does not scatter.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub friction: Option<f64>,
+}
+
+impl StrikeTruth {
+    /// When it was made.
+    pub fn when(&self) -> When {
+        When {
+            session: self.session,
+            order: self.order,
+        }
+    }
 }
 
 impl Truth {
@@ -100,6 +116,7 @@ impl Truth {
                 dropped: 0.01,
             },
             hidden: Hidden::demo(),
+            noise: Noise::none(),
             strikes: Vec::new(),
         }
     }
@@ -136,8 +153,8 @@ impl Truth {
     /// The strike without scatter or noise: `initial` is where the camera sees the object, `command` what the arm is told.
     pub fn shot(&self, initial: Point, command: Command, when: When) -> Result<Shot, RigSimError> {
         let bench = Bench::new(self.without_strikes())?;
-        let from = self.hidden.unsee(initial, self.rig.camera.centre);
-        Ok(bench.shoot(from, self.hidden.deliver(command), when))
+        let from = self.hidden.unsee(initial, self.rig.camera.centre, when);
+        Ok(bench.shoot(from, self.hidden.deliver(command, when), when, 1.0))
     }
 
     /// The same truth before it struck.
@@ -145,6 +162,7 @@ impl Truth {
         Self {
             rig: self.rig.clone(),
             hidden: self.hidden.clone(),
+            noise: self.noise.clone(),
             strikes: Vec::new(),
             ..*self
         }
@@ -157,11 +175,16 @@ impl Truth {
         command: Command,
         when: When,
     ) -> Result<Point, RigSimError> {
-        Ok(self.see(self.shot(initial, command, when)?.stop()))
+        Ok(self.see(self.shot(initial, command, when)?.stop(), when))
     }
 
     /// Where the camera sees a point of the table, without noise, in m.
-    pub fn see(&self, at: Point) -> Point {
-        self.hidden.see(at, self.rig.camera.centre)
+    pub fn see(&self, at: Point, when: When) -> Point {
+        self.hidden.see(at, self.rig.camera.centre, when)
+    }
+
+    /// The rig file that a user has: [`Truth::rig`] with what noise makes wrong in it.
+    pub fn rig_file(&self) -> Rig {
+        self.noise.rig_file(&self.rig)
     }
 }

@@ -70,7 +70,7 @@ fn a_log_reads_back_with_every_frame_and_command() {
     let mut sim = Sim::from_truth(&written.truth).unwrap().logging_state();
     let mut expected = 0;
     for strike in &truth.strikes {
-        let recording = sim.strike(truth.see(strike.initial), strike.command);
+        let recording = sim.strike(truth.see(strike.initial, strike.when()), strike.command);
         expected += recording.samples.centroids.len()
             + recording.samples.commands.len()
             + recording.samples.states.len();
@@ -97,7 +97,7 @@ fn random_strikes_start_where_the_arm_reaches_and_stay_on_the_table() {
         let written = write(&Settings::new(shape, 80, 5, None), folder.path()).unwrap();
         let truth = Truth::load(&written.truth).unwrap();
         for strike in &truth.strikes {
-            let seen = truth.see(strike.initial);
+            let seen = truth.see(strike.initial, strike.when());
             assert!((0.2..=0.4).contains(&seen.x) && (-0.2..=0.2).contains(&seen.y));
             assert!(truth.rig.robot.speed.contains(strike.command.speed));
             assert!(truth.rig.table.contains(strike.stop) && strike.rest_time > 0.1);

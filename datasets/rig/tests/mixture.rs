@@ -35,9 +35,13 @@ impl Plain {
         let tracks = |model: &Truth| {
             let track = |strike: &&StrikeTruth| {
                 let shot = model
-                    .shot(of.see(strike.initial), strike.command, When::default())
+                    .shot(
+                        of.see(strike.initial, strike.when()),
+                        strike.command,
+                        When::default(),
+                    )
                     .expect("a demo rig");
-                let seen = |frame| model.see(shot.at(f64::from(frame) / 60.0));
+                let seen = |frame| model.see(shot.at(f64::from(frame) / 60.0), strike.when());
                 (1..=FRAMES)
                     .flat_map(move |frame| <[f64; 2]>::from(seen(frame)))
                     .collect::<Vec<_>>()
@@ -116,8 +120,8 @@ fn check(shape: Shape) {
         .iter()
         .map(|strike| {
             (
-                truth.see(strike.initial),
-                truth.see(strike.stop),
+                truth.see(strike.initial, strike.when()),
+                truth.see(strike.stop, strike.when()),
                 strike.command,
             )
         })

@@ -47,6 +47,7 @@ pub enum Command {
         "carom demo --out artifacts/demo/rig",
         "carom demo --object box --strikes 200 --out box",
         "carom demo --hide table_tilt=0.004,0.002 --hide friction_patch --out tilted",
+        "carom demo --hide friction_scatter=0.02 --hide camera_correlation=0.6 --out noisy",
         "carom demo --hide none --out clean",
         "carom demo --hide table_tilt --plan runs/a/next_strikes.json --out more",
     ]))]

@@ -45,6 +45,7 @@ pub fn strikes(
         truth: truth.clone(),
         plan,
         log_state: false,
+        sessions: None,
     };
     let written = demo::write(&settings, folder).ok()?;
     let rig = Rig::load(&written.rig).expect("the demo's rig file is valid");

@@ -2,9 +2,10 @@
 
 use values::Point;
 
-use super::{Acts, GRAVITY, effect};
+use super::{Acts, GRAVITY};
+use crate::declare::declare;
 
-effect! {
+declare! {
     /// A film between object and table: a = −c·v, and the spin slows at the same rate by area.
     ViscousDrag = "viscous_drag" {
         /// Rate, in 1/s.
@@ -21,7 +22,7 @@ impl Acts for ViscousDrag {
     }
 }
 
-effect! {
+declare! {
     /// Drag with the square of speed: a = −k·|v|·v.
     QuadraticDrag = "quadratic_drag" {
         /// In 1/m.
@@ -35,7 +36,7 @@ impl Acts for QuadraticDrag {
     }
 }
 
-effect! {
+declare! {
     /// The table leans: a = g·(sin t_x, sin t_y).
     TableTilt = "table_tilt" {
         /// Downhill towards +x, in rad.
@@ -51,7 +52,7 @@ impl Acts for TableTilt {
     }
 }
 
-effect! {
+declare! {
     /// The table sags: the slope of a paraboloid, a = −g·sin(atan(kappa·r)) towards its lowest point.
     TableBowl = "table_bowl" {
         /// Curvature, in 1/m.

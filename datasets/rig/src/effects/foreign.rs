@@ -2,9 +2,10 @@
 
 use values::Point;
 
-use super::{Acts, effect};
+use super::Acts;
+use crate::declare::declare;
 
-effect! {
+declare! {
     /// A jet of air blows across one place: a Gaussian of acceleration in one direction.
     AirJet = "air_jet" {
         /// Middle, in m.
@@ -30,7 +31,7 @@ impl Acts for AirJet {
     }
 }
 
-effect! {
+declare! {
     /// A line of glue across the table: whatever crosses it loses kinetic energy.
     StickyLine = "sticky_line" {
         /// Where it crosses the x axis, in m.
@@ -60,7 +61,7 @@ impl Acts for StickyLine {
     }
 }
 
-effect! {
+declare! {
     /// The blow makes the table ring: an acceleration that oscillates and dies away.
     Vibration = "vibration" {
         /// At the blow, in m/s².

@@ -2,10 +2,11 @@
 
 use values::Point;
 
-use super::{Acts, effect};
+use super::Acts;
 use crate::When;
+use crate::declare::declare;
 
-effect! {
+declare! {
     /// Friction is higher at low speed (Stribeck): a factor 1 + delta·exp(−(v/v_s)^exponent).
     SpeedWeakeningFriction = "speed_weakening_friction" {
         /// Relative rise at rest.
@@ -28,7 +29,7 @@ impl Acts for SpeedWeakeningFriction {
     }
 }
 
-effect! {
+declare! {
     /// Friction differs along and across a grain: an elliptic limit surface, friction opposing motion at most power.
     AnisotropicFriction = "anisotropic_friction" {
         /// Friction across less friction along, over their mean.
@@ -47,7 +48,7 @@ impl Acts for AnisotropicFriction {
     }
 }
 
-effect! {
+declare! {
     /// A patch of the table with another friction: an ellipse whose edge is soft.
     FrictionPatch = "friction_patch" {
         /// Middle, in m.
@@ -92,7 +93,7 @@ impl Acts for FrictionPatch {
     }
 }
 
-effect! {
+declare! {
     /// Friction changes from strike to strike and settles: factor 1 + change·(1 − e^(−n/over))/(1 − 1/e).
     FrictionDrift = "friction_drift" {
         /// Relative change after `over` strikes.
@@ -109,7 +110,7 @@ impl Acts for FrictionDrift {
     }
 }
 
-effect! {
+declare! {
     /// Friction differs from session to session: factor 1 + spread·z with a fixed series z in [−1, 1].
     FrictionBySession = "friction_by_session" {
         /// Relative size of the differences.

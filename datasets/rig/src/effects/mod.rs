@@ -1,50 +1,60 @@
-//! What the rig can hide: the contract's fifteen effects and three that no candidate has.
+//! What the rig can hide: the contract's effects, other forms of the same phenomena, and what no candidate has.
 //!
-//! Each effect states its parameters in [`effect!`] and overrides the steps of [`Acts`] at which it acts. Where it can, its
-//! form differs from the textbook's (an elliptic patch with a soft edge, another Stribeck exponent, a drift that saturates,
-//! a power law of restitution, a soft cap), while each parameter keeps its meaning.
+//! Each effect states its parameters in [`declare!`](crate::declare::declare) and overrides the steps of [`Acts`] at which it
+//! acts. Where an effect has a name of the contract, its form may still differ from the textbook's (an elliptic patch with a
+//! soft edge, another Stribeck exponent, a drift that saturates, a power law of restitution, a soft cap), while each parameter
+//! keeps its meaning. The files: `friction`, `forces`, `striker`, `camera` have the contract's first effects, `foreign` and
+//! `unnamed` what no candidate has, the others forms that only share the phenomenon.
 
+mod arm;
 mod camera;
 mod forces;
 mod foreign;
 mod friction;
+mod impact;
+mod lens;
+mod place;
+mod sliding;
 mod striker;
+mod table;
+mod unnamed;
+mod wear;
 
-use serde::{Deserialize, Serialize};
 use values::{Command, Point};
 
 use crate::When;
+use crate::declare::declare_all;
 
+pub use arm::{AngleBacklash, RoundedSpeed, StrikerAngleError, TanhSpeed};
 pub use camera::{CameraDistortion, CameraRotation};
 pub use forces::{QuadraticDrag, TableBowl, TableTilt, ViscousDrag};
 pub use foreign::{AirJet, StickyLine, Vibration};
 pub use friction::{
     AnisotropicFriction, FrictionBySession, FrictionDrift, FrictionPatch, SpeedWeakeningFriction,
 };
+pub use impact::{RestitutionStep, ViscoelasticRestitution, YieldingRestitution};
+pub use lens::{BrownLens, CameraLean, CameraScale};
+pub use place::{FrictionGradient, FrictionMap, FrictionStep, RectangularPatch};
+pub use sliding::{CosineGrain, LogarithmicStribeck, PowerDrag, RationalStribeck};
 pub use striker::{
     OffCentreContact, SpeedDependentRestitution, StrikerAngleBias, StrikerSpeedError,
+};
+pub use table::{SineBowl, Trough, WarpedTilt};
+pub use unnamed::{
+    AngleRipple, FrictionAgeing, Magnet, SideForce, Sloshing, SpeedRipple, StitchedCameras, Swirl,
+};
+pub use wear::{
+    CameraAngleBySession, FrictionOfSessions, LinearWear, RestitutionDrift, RunningIn,
+    StrikerAngleBySession,
 };
 
 /// Standard gravity in m/s².
 pub(crate) const GRAVITY: f64 = 9.806_65;
 
-/// One parameter of an effect.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ParameterSpec {
-    /// Its name.
-    pub name: &'static str,
-    /// Its unit; `1` for a ratio.
-    pub unit: &'static str,
-    /// What it is where no value is given: a size that real tables show.
-    pub default: f64,
-    /// The value at which the effect vanishes; `None` for a parameter of place or form, which [`Effect::scaled`] keeps.
-    pub neutral: Option<f64>,
-}
-
 /// Where an effect may act; every step does nothing unless overridden.
 pub(crate) trait Acts {
     /// The tip's speed and angle in place of the commanded ones.
-    fn deliver(&self, command: Command) -> Command {
+    fn deliver(&self, command: Command, _when: When) -> Command {
         command
     }
     /// How far to the left of the centre the tip passes, in m.
@@ -52,14 +62,14 @@ pub(crate) trait Acts {
         0.0
     }
     /// Factor on the restitution at this speed of approach (m/s).
-    fn restitution(&self, _speed: f64) -> f64 {
+    fn restitution(&self, _speed: f64, _when: When) -> f64 {
         1.0
     }
     /// Factor on the friction of a whole strike.
     fn strike_friction(&self, _when: When) -> f64 {
         1.0
     }
-    /// Whether [`Acts::local_friction`] differs over the base or with speed.
+    /// Whether [`Acts::local_friction`] or [`Acts::directional_friction`] differs over the base, with speed or direction.
     fn is_local(&self) -> bool {
         false
     }
@@ -71,6 +81,10 @@ pub(crate) trait Acts {
     fn grain(&self) -> Option<(f64, [f64; 2])> {
         None
     }
+    /// Factor on the friction of an element that slides in this direction (a unit vector).
+    fn directional_friction(&self, _direction: Point) -> f64 {
+        1.0
+    }
     /// Acceleration of the centre here (m), at this velocity (m/s), this long after the blow (s).
     fn acceleration(&self, _at: Point, _velocity: Point, _time: f64) -> Point {
         Point::default()
@@ -80,7 +94,7 @@ pub(crate) trait Acts {
         0.0
     }
     /// Where the camera, looking down on a centre (m), sees what lies here (m).
-    fn see(&self, at: Point, _centre: Point) -> Point {
+    fn see(&self, at: Point, _centre: Point, _when: When) -> Point {
         at
     }
     /// The finest length over which it changes, in m, where the integrator must step finely.
@@ -89,80 +103,9 @@ pub(crate) trait Acts {
     }
 }
 
-/// Declares an effect: its name, and each parameter with default, unit and the value at which it vanishes.
-macro_rules! effect {
-    ($(#[$doc:meta])* $effect:ident = $name:literal {
-        $($(#[$about:meta])* $field:ident: $default:literal, $unit:literal, $neutral:expr;)*
-    }) => {
-        $(#[$doc])*
-        #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
-        #[serde(default, deny_unknown_fields)]
-        pub struct $effect {
-            $($(#[$about])* pub $field: f64,)*
-        }
-
-        impl Default for $effect {
-            fn default() -> Self {
-                Self { $($field: $default,)* }
-            }
-        }
-
-        impl $effect {
-            pub(super) const NAME: &'static str = $name;
-            pub(super) const PARAMETERS: &'static [$crate::effects::ParameterSpec] = &[
-                $($crate::effects::ParameterSpec {
-                    name: stringify!($field), unit: $unit, default: $default, neutral: $neutral,
-                },)*
-            ];
-
-            pub(super) fn parameter(&mut self, name: &str) -> Option<&mut f64> {
-                match name {
-                    $(stringify!($field) => Some(&mut self.$field),)*
-                    _ => None,
-                }
-            }
-        }
-    };
-}
-pub(crate) use effect;
-
-macro_rules! effects {
-    ($($effect:ident),* $(,)?) => {
-        /// An effect with its parameters; in files `{"name": …, "parameters": {…}}`.
-        #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-        #[serde(tag = "name", content = "parameters", rename_all = "snake_case")]
-        pub enum Effect {
-            $(#[doc = concat!("See [`", stringify!($effect), "`].")] $effect($effect),)*
-        }
-
-        impl Effect {
-            /// Every effect with its default parameters.
-            pub fn all() -> Vec<Self> {
-                vec![$(Self::$effect($effect::default()),)*]
-            }
-
-            /// Its name, as in the contract.
-            pub fn name(&self) -> &'static str {
-                match self { $(Self::$effect(_) => $effect::NAME,)* }
-            }
-
-            /// Its parameters, in the order in which `--hide` takes their values.
-            pub fn parameters(&self) -> &'static [ParameterSpec] {
-                match self { $(Self::$effect(_) => $effect::PARAMETERS,)* }
-            }
-
-            fn parameter(&mut self, name: &str) -> Option<&mut f64> {
-                match self { $(Self::$effect(effect) => effect.parameter(name),)* }
-            }
-
-            pub(crate) fn acts(&self) -> &dyn Acts {
-                match self { $(Self::$effect(effect) => effect,)* }
-            }
-        }
-    };
-}
-
-effects!(
+declare_all!(
+    /// An effect with its parameters; in files `{"name": …, "parameters": {…}}`.
+    Effect: Acts by acts;
     ViscousDrag,
     QuadraticDrag,
     SpeedWeakeningFriction,
@@ -181,27 +124,44 @@ effects!(
     AirJet,
     StickyLine,
     Vibration,
+    RectangularPatch,
+    FrictionGradient,
+    FrictionStep,
+    FrictionMap,
+    RationalStribeck,
+    LogarithmicStribeck,
+    PowerDrag,
+    CosineGrain,
+    WarpedTilt,
+    SineBowl,
+    Trough,
+    TanhSpeed,
+    RoundedSpeed,
+    StrikerAngleError,
+    AngleBacklash,
+    RunningIn,
+    LinearWear,
+    RestitutionDrift,
+    RestitutionStep,
+    FrictionOfSessions,
+    StrikerAngleBySession,
+    CameraAngleBySession,
+    ViscoelasticRestitution,
+    YieldingRestitution,
+    CameraLean,
+    BrownLens,
+    CameraScale,
+    Magnet,
+    SideForce,
+    Swirl,
+    Sloshing,
+    FrictionAgeing,
+    SpeedRipple,
+    AngleRipple,
+    StitchedCameras,
 );
 
 impl Effect {
-    /// The effect of this name with its defaults.
-    pub fn named(name: &str) -> Option<Self> {
-        Self::all().into_iter().find(|effect| effect.name() == name)
-    }
-
-    /// The value of a parameter; `None` if it has none of that name.
-    pub fn get(&self, name: &str) -> Option<f64> {
-        let mut copy = *self;
-        copy.parameter(name).map(|value| *value)
-    }
-
-    /// Sets a parameter; false if it has none of that name.
-    pub fn set(&mut self, name: &str, value: f64) -> bool {
-        self.parameter(name)
-            .map(|parameter| *parameter = value)
-            .is_some()
-    }
-
     /// The same effect this many times as strong: parameters of strength move away from where the effect vanishes,
     /// those of place and form stay.
     pub fn scaled(&self, factor: f64) -> Self {

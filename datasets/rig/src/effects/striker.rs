@@ -2,9 +2,11 @@
 
 use values::Command;
 
-use super::{Acts, effect};
+use super::Acts;
+use crate::When;
+use crate::declare::declare;
 
-effect! {
+declare! {
     /// The arm's speed is not the commanded one: a straight line that bends softly into a cap.
     StrikerSpeedError = "striker_speed_error" {
         /// Speed added, in m/s.
@@ -19,7 +21,7 @@ effect! {
 }
 
 impl Acts for StrikerSpeedError {
-    fn deliver(&self, command: Command) -> Command {
+    fn deliver(&self, command: Command, _when: When) -> Command {
         let line = self.a + self.b * command.speed;
         let speed = soft_min(line, self.cap, self.softness);
         Command {
@@ -38,7 +40,7 @@ fn soft_min(a: f64, b: f64, softness: f64) -> f64 {
     low - softness * (-(high - low) / softness).exp().ln_1p()
 }
 
-effect! {
+declare! {
     /// The arm moves at an angle to the commanded one.
     StrikerAngleBias = "striker_angle_bias" {
         /// Delivered less commanded angle, in rad.
@@ -47,7 +49,7 @@ effect! {
 }
 
 impl Acts for StrikerAngleBias {
-    fn deliver(&self, command: Command) -> Command {
+    fn deliver(&self, command: Command, _when: When) -> Command {
         Command {
             angle: command.angle + self.delta,
             ..command
@@ -55,7 +57,7 @@ impl Acts for StrikerAngleBias {
     }
 }
 
-effect! {
+declare! {
     /// Restitution falls with the speed of impact, by the power law of a contact that yields a little.
     SpeedDependentRestitution = "speed_dependent_restitution" {
         /// e ∝ v^(−exponent); Johnson's plastic limit is 1/4.
@@ -66,12 +68,12 @@ effect! {
 }
 
 impl Acts for SpeedDependentRestitution {
-    fn restitution(&self, speed: f64) -> f64 {
+    fn restitution(&self, speed: f64, _when: When) -> f64 {
         (speed / self.reference).powf(-self.exponent)
     }
 }
 
-effect! {
+declare! {
     /// The tip's line passes beside the centre.
     OffCentreContact = "off_centre_contact" {
         /// To the left of the line of motion, in m.
@@ -92,7 +94,10 @@ mod tests {
     #[test]
     fn delivered_speed_follows_the_line_and_bends_below_the_cap() {
         let error = StrikerSpeedError::default();
-        let at = |speed| error.deliver(Command { speed, angle: 0.2 }).speed;
+        let at = |speed| {
+            let command = Command { speed, angle: 0.2 };
+            error.deliver(command, When::default()).speed
+        };
         assert!((at(0.5) - (0.05 + 0.88 * 0.5)).abs() < 1e-6);
         assert!(at(1.0) < 0.86 && at(1.0) > 0.84);
         assert_eq!(soft_min(0.4, 0.9, 0.0), 0.4);
@@ -101,7 +106,7 @@ mod tests {
     #[test]
     fn restitution_is_the_rigs_at_the_reference_and_falls() {
         let effect = SpeedDependentRestitution::default();
-        assert_eq!(effect.restitution(0.7), 1.0);
-        assert!((effect.restitution(1.4) - 2f64.powf(-0.18)).abs() < 1e-12);
+        assert_eq!(effect.restitution(0.7, When::default()), 1.0);
+        assert!((effect.restitution(1.4, When::default()) - 2f64.powf(-0.18)).abs() < 1e-12);
     }
 }

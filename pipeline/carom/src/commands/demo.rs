@@ -4,8 +4,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
-use rig::Hidden;
 use rig::demo::{Settings, Written};
+use rig::{Hide, Noise};
 use serde_json::json;
 use values::Shape;
 
@@ -24,8 +24,8 @@ pub struct DemoArgs {
     /// What is struck.
     #[arg(long, value_enum, default_value_t = DemoObject::Cylinder)]
     pub object: DemoObject,
-    /// What to hide in place of the demo's mixture: an effect, with values where its defaults do not serve (all in order, or
-    /// some by NAME:VALUE), or `none`; repeat it for several effects.
+    /// What to hide in place of the demo's mixture: an effect or a kind of noise, with values where its defaults do not serve
+    /// (all in order, or some by NAME:VALUE), or `none`; repeat it for several.
     #[arg(long, value_name = "EFFECT[=VALUE,…]")]
     pub hide: Vec<String>,
     /// Strikes to make in place of random ones: a JSON list of {x0, y0, speed, angle}, or a diagnosis.json.
@@ -82,9 +82,12 @@ pub fn run(args: &DemoArgs) -> Result<Output, Error> {
 
 fn write(args: &DemoArgs) -> Result<Written, Error> {
     is_free(&args.out)?;
-    let hidden = match args.hide.as_slice() {
-        [] => None,
-        flags => Some(Hidden::parse(flags).map_err(Error::input)?),
+    let (hidden, noise) = match args.hide.as_slice() {
+        [] => (None, Noise::none()),
+        flags => {
+            let hide = Hide::parse(flags).map_err(Error::input)?;
+            (Some(hide.hidden), hide.noise)
+        }
     };
     let plan = match &args.plan {
         None => None,
@@ -94,6 +97,7 @@ fn write(args: &DemoArgs) -> Result<Written, Error> {
         }
     };
     let mut settings = Settings::new(args.object.into(), args.strikes as usize, args.seed, hidden);
+    settings.truth.noise = noise;
     settings.plan = plan;
     settings.log_state = args.state;
     rig::demo::write(&settings, &args.out).map_err(|error| match error {
