@@ -4,6 +4,7 @@
 //! checked before any of its messages is given; in a file that is cut off, what is whole of the last chunk is given too.
 
 mod chunk;
+mod raw;
 mod records;
 mod topics;
 
@@ -18,6 +19,8 @@ use self::chunk::ChunkFault;
 use self::records::{Ending, Records};
 use self::topics::Topics;
 use crate::LogError;
+
+pub use self::raw::{RawChannel, RawMessage, RawSummary, read_raw};
 
 /// How much a file can make the reader hold, in bytes.
 #[derive(Clone, Copy, Debug)]

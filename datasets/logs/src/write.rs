@@ -4,6 +4,7 @@
 //! Nothing here reads a clock: every stamp is passed in, and the same samples give the same bytes.
 
 mod cdr;
+mod copy;
 mod messages;
 
 use std::collections::BTreeMap;
@@ -16,6 +17,8 @@ use mcap::{WriteOptions, Writer};
 use values::Topics;
 
 use messages::Kind;
+
+pub use copy::CopyWriter;
 
 /// One stamped pair of coordinates.
 #[derive(Clone, Copy, Debug, PartialEq)]

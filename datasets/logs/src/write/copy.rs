@@ -1,0 +1,152 @@
+//! A log that is made from another: its messages as they are, and others beside them.
+
+use std::collections::{BTreeMap, HashMap};
+use std::fs::File;
+use std::io::{BufWriter, Seek, Write};
+use std::path::Path;
+
+use mcap::records::MessageHeader;
+use mcap::{WriteOptions, Writer};
+
+use super::messages::{Kind, point_stamped};
+use super::{Stamped, WriteError};
+use crate::read::RawMessage;
+
+/// Writes messages of any topics into one log, in the order in which they are given.
+///
+/// Nothing here reads a clock; the same messages give the same bytes.
+pub struct CopyWriter<W: Write + Seek> {
+    mcap: Writer<W>,
+    /// Channels by the number that they have in the log they come from.
+    copied: HashMap<u16, u16>,
+    /// Channels of what is added, by topic.
+    added: HashMap<String, u16>,
+    sequences: HashMap<u16, u32>,
+    buffer: Vec<u8>,
+}
+
+impl CopyWriter<BufWriter<File>> {
+    /// Creates the file, replacing one that is there.
+    pub fn create(path: &Path) -> Result<Self, WriteError> {
+        let file = File::create(path).map_err(|source| WriteError::Create {
+            path: path.display().to_string(),
+            source,
+        })?;
+        Self::new(BufWriter::new(file))
+    }
+}
+
+impl<W: Write + Seek> CopyWriter<W> {
+    /// Starts a log on anything that can be written to and sought in.
+    pub fn new(sink: W) -> Result<Self, WriteError> {
+        let mcap = WriteOptions::new()
+            .profile("ros2")
+            .library("carom")
+            .compression(Some(mcap::Compression::Zstd))
+            .compression_level(1)
+            .compression_threads(0)
+            .create(sink)?;
+        Ok(Self {
+            mcap,
+            copied: HashMap::new(),
+            added: HashMap::new(),
+            sequences: HashMap::new(),
+            buffer: Vec::new(),
+        })
+    }
+
+    /// Copies a message of another log, with its channel and schema.
+    pub fn copy(&mut self, message: &RawMessage<'_>) -> Result<(), WriteError> {
+        let from = message.channel;
+        let channel = match self.copied.get(&from.id) {
+            Some(channel) => *channel,
+            None => {
+                let schema = if from.schema.is_empty() && from.schema_encoding.is_empty() {
+                    0
+                } else {
+                    self.mcap
+                        .add_schema(&from.schema, &from.schema_encoding, &from.schema_data)?
+                };
+                let encoding = &from.encoding;
+                let channel =
+                    self.mcap
+                        .add_channel(schema, &from.topic, encoding, &BTreeMap::new())?;
+                self.copied.insert(from.id, channel);
+                channel
+            }
+        };
+        self.put(channel, message.log_time, message.data)
+    }
+
+    /// Adds a point of the table as `geometry_msgs/msg/PointStamped`, which the default paths of a centroid fit.
+    pub fn point(&mut self, topic: &str, log_time: u64, point: &Stamped) -> Result<(), WriteError> {
+        let kind = Kind::Centroid;
+        let channel = self.channel(topic, (kind.name(), "ros2msg"), &kind.schema(), "cdr")?;
+        let mut buffer = std::mem::take(&mut self.buffer);
+        buffer.clear();
+        point_stamped(&mut buffer, point);
+        let put = self.put(channel, log_time, &buffer);
+        self.buffer = buffer;
+        put
+    }
+
+    /// Makes the channel of points, so that a log without any has the topic.
+    pub fn points(&mut self, topic: &str) -> Result<(), WriteError> {
+        let kind = Kind::Centroid;
+        self.channel(topic, (kind.name(), "ros2msg"), &kind.schema(), "cdr")
+            .map(drop)
+    }
+
+    /// Adds a message of any type: its schema by name, encoding and text, and its encoding.
+    pub fn add(
+        &mut self,
+        topic: &str,
+        schema: (&str, &str, &str),
+        encoding: &str,
+        log_time: u64,
+        data: &[u8],
+    ) -> Result<(), WriteError> {
+        let channel = self.channel(topic, (schema.0, schema.1), schema.2, encoding)?;
+        self.put(channel, log_time, data)
+    }
+
+    /// Ends the file and gives back what it was written to.
+    pub fn finish(mut self) -> Result<W, WriteError> {
+        self.mcap.finish()?;
+        let mut sink = self.mcap.into_inner();
+        sink.flush()?;
+        Ok(sink)
+    }
+
+    fn channel(
+        &mut self,
+        topic: &str,
+        (name, schema_encoding): (&str, &str),
+        schema: &str,
+        encoding: &str,
+    ) -> Result<u16, WriteError> {
+        if let Some(channel) = self.added.get(topic) {
+            return Ok(*channel);
+        }
+        let schema = self
+            .mcap
+            .add_schema(name, schema_encoding, schema.as_bytes())?;
+        let channel = self
+            .mcap
+            .add_channel(schema, topic, encoding, &BTreeMap::new())?;
+        self.added.insert(topic.into(), channel);
+        Ok(channel)
+    }
+
+    fn put(&mut self, channel_id: u16, log_time: u64, data: &[u8]) -> Result<(), WriteError> {
+        let sequence = self.sequences.entry(channel_id).or_insert(0);
+        let header = MessageHeader {
+            channel_id,
+            sequence: *sequence,
+            log_time,
+            publish_time: log_time,
+        };
+        *sequence += 1;
+        Ok(self.mcap.write_to_known_channel(&header, data)?)
+    }
+}

@@ -1,0 +1,165 @@
+//! Payloads to images. What a message says of its sizes is checked before memory is taken.
+
+use std::io::Cursor;
+
+use zune_core::bytestream::ZCursor;
+use zune_core::colorspace::ColorSpace;
+use zune_core::options::DecoderOptions;
+use zune_jpeg::JpegDecoder;
+
+use crate::image::{Image, LARGEST_IMAGE};
+use crate::message::Payload;
+use crate::{ImageError, ImageMessage};
+
+/// Decodes one image after another into the same memory.
+#[derive(Debug, Default)]
+pub struct Decoder {
+    image: Image,
+    /// The undecoded pixels of the last PNG.
+    scratch: Vec<u8>,
+}
+
+impl Decoder {
+    /// Decodes the pixels of a message.
+    pub fn decode(&mut self, message: &ImageMessage<'_>) -> Result<&Image, ImageError> {
+        match message.payload {
+            Payload::Raw {
+                width,
+                height,
+                step,
+                encoding,
+                data,
+            } => {
+                self.image.resize(width.into(), height.into())?;
+                raw(&mut self.image, step as usize, encoding, data)?;
+            }
+            Payload::Compressed(data) => self.compressed(data)?,
+            Payload::Video(format, _) => return Err(ImageError::Encoding(format.into())),
+        }
+        Ok(&self.image)
+    }
+
+    fn compressed(&mut self, data: &[u8]) -> Result<(), ImageError> {
+        if data.starts_with(&[0xff, 0xd8]) {
+            jpeg(&mut self.image, data)
+        } else if data.starts_with(b"\x89PNG") {
+            png(&mut self.image, &mut self.scratch, data)
+        } else {
+            Err(ImageError::Encoding("neither JPEG nor PNG".into()))
+        }
+    }
+}
+
+fn jpeg(image: &mut Image, data: &[u8]) -> Result<(), ImageError> {
+    let wrong =
+        |error: zune_jpeg::errors::DecodeErrors| ImageError::Compressed("JPEG", error.to_string());
+    // Strict, so that a JPEG that is cut off is an error and no grey lower half.
+    let options = DecoderOptions::default()
+        .jpeg_set_out_colorspace(ColorSpace::RGB)
+        .set_strict_mode(true);
+    let mut decoder = JpegDecoder::new_with_options(ZCursor::new(data), options);
+    decoder.decode_headers().map_err(wrong)?;
+    let info = decoder.info();
+    let info = info.ok_or_else(|| ImageError::Compressed("JPEG", "it has no header".into()))?;
+    image.resize(info.width.into(), info.height.into())?;
+    image.grey = info.components == 1;
+    decoder.decode_into(&mut image.rgb).map_err(wrong)
+}
+
+fn png(image: &mut Image, scratch: &mut Vec<u8>, data: &[u8]) -> Result<(), ImageError> {
+    let wrong = |error: png::DecodingError| ImageError::Compressed("PNG", error.to_string());
+    let limits = png::Limits {
+        bytes: 4 * LARGEST_IMAGE,
+    };
+    let mut decoder = png::Decoder::new_with_limits(Cursor::new(data), limits);
+    decoder.set_transformations(png::Transformations::normalize_to_color8());
+    let mut reader = decoder.read_info().map_err(wrong)?;
+    let (width, height) = reader.info().size();
+    image.resize(width.into(), height.into())?;
+    let size = reader.output_buffer_size();
+    let size = size.ok_or_else(|| ImageError::Compressed("PNG", "it is too large".into()))?;
+    scratch.resize(size, 0);
+    let frame = reader.next_frame(scratch).map_err(wrong)?;
+    let channels = frame.color_type.samples();
+    let encoding = ["mono8", "mono8_alpha", "rgb8", "rgba8"][channels.clamp(1, 4) - 1];
+    raw(image, frame.line_size, encoding, scratch)
+}
+
+/// Copies rows of a known pixel format.
+fn raw(image: &mut Image, step: usize, encoding: &str, data: &[u8]) -> Result<(), ImageError> {
+    let (width, height) = (image.width, image.height);
+    let format = Format::of(encoding)?;
+    let pixel = format.bytes();
+    let needed = width * pixel;
+    let last = step
+        .checked_mul(height - 1)
+        .and_then(|b| b.checked_add(needed));
+    if step < needed || last.is_none_or(|last| last > data.len()) {
+        return Err(ImageError::Rows {
+            width,
+            height,
+            step,
+            pixel,
+            bytes: data.len(),
+        });
+    }
+    image.grey = matches!(format, Format::Mono(_));
+    if let Format::Bayer { red } = format {
+        return crate::bayer::demosaic(image, step, red, data);
+    }
+    let rows = data.chunks(step).zip(image.rgb.chunks_exact_mut(3 * width));
+    for (from, to) in rows {
+        let from = &from[..needed];
+        match format {
+            Format::Colour([0, 1, 2], 3) => to.copy_from_slice(from),
+            Format::Colour(order, bytes) => {
+                for (from, to) in from.chunks_exact(bytes).zip(to.chunks_exact_mut(3)) {
+                    to.copy_from_slice(&order.map(|channel| from[channel]));
+                }
+            }
+            Format::Mono(bytes) => {
+                for (from, to) in from.chunks_exact(bytes).zip(to.chunks_exact_mut(3)) {
+                    to.fill(from[0]);
+                }
+            }
+            Format::Bayer { .. } => {}
+        }
+    }
+    Ok(())
+}
+
+/// A pixel format of `sensor_msgs/image_encodings.hpp`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Format {
+    /// Where red, green and blue lie in a pixel, and its bytes.
+    Colour([usize; 3], usize),
+    /// Grey first, and the pixel's bytes.
+    Mono(usize),
+    /// A mosaic; column and row of its red pixel in each square of four.
+    Bayer { red: [usize; 2] },
+}
+
+impl Format {
+    fn of(encoding: &str) -> Result<Self, ImageError> {
+        Ok(match encoding {
+            "rgb8" | "8UC3" => Self::Colour([0, 1, 2], 3),
+            "bgr8" => Self::Colour([2, 1, 0], 3),
+            "rgba8" => Self::Colour([0, 1, 2], 4),
+            "bgra8" => Self::Colour([2, 1, 0], 4),
+            "mono8" | "8UC1" => Self::Mono(1),
+            "mono8_alpha" => Self::Mono(2),
+            "bayer_rggb8" => Self::Bayer { red: [0, 0] },
+            "bayer_grbg8" => Self::Bayer { red: [1, 0] },
+            "bayer_gbrg8" => Self::Bayer { red: [0, 1] },
+            "bayer_bggr8" => Self::Bayer { red: [1, 1] },
+            other => return Err(ImageError::Encoding(other.into())),
+        })
+    }
+
+    fn bytes(self) -> usize {
+        match self {
+            Self::Colour(_, bytes) | Self::Mono(bytes) => bytes,
+            Self::Bayer { .. } => 1,
+        }
+    }
+}

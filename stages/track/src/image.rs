@@ -1,0 +1,43 @@
+//! An image in memory.
+
+use crate::ImageError;
+
+/// Most pixels of an image: 8192 × 4096, 100 MB as RGB.
+pub const LARGEST_IMAGE: usize = 8192 * 4096;
+
+/// An image of 8-bit R'G'B' pixels, rows from the top, without gaps.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Image {
+    /// Pixels in a row.
+    pub width: usize,
+    /// Rows.
+    pub height: usize,
+    /// Three bytes a pixel.
+    pub rgb: Vec<u8>,
+    /// Whether the camera saw no colours: all three bytes of a pixel are alike.
+    pub grey: bool,
+}
+
+impl Image {
+    /// Makes it this large, whatever it held.
+    ///
+    /// # Errors
+    /// No pixels, or more than [`LARGEST_IMAGE`]: before any memory is taken.
+    pub(crate) fn resize(&mut self, width: u64, height: u64) -> Result<(), ImageError> {
+        let pixels = width.checked_mul(height).unwrap_or(u64::MAX);
+        if pixels == 0 || pixels > LARGEST_IMAGE as u64 {
+            return Err(ImageError::Size { width, height });
+        }
+        self.width = width as usize;
+        self.height = height as usize;
+        self.rgb.resize(3 * self.width * self.height, 0);
+        Ok(())
+    }
+
+    /// The three bytes of a pixel; it must lie within.
+    #[inline]
+    pub fn pixel(&self, column: usize, row: usize) -> [u8; 3] {
+        let at = 3 * (row * self.width + column);
+        [self.rgb[at], self.rgb[at + 1], self.rgb[at + 2]]
+    }
+}

@@ -1,0 +1,331 @@
+//! A log with images to a log with centroids.
+
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::hash::{DefaultHasher, Hash, Hasher};
+use std::io::BufWriter;
+use std::path::Path;
+use std::sync::Arc;
+
+use logs::read::{Extent, RawChannel, RawMessage, read_raw};
+use logs::write::{CopyWriter, Stamped};
+use logs::{Limits, LogError};
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+use values::{ImageTopic, Rig};
+
+use crate::sequence::{Seen, Sequence};
+use crate::{Decoder, ImageMessage, Observation, Reason, TrackError, Tracker, is_image};
+
+/// What came of a log's images.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct TrackOutcome {
+    /// Images seen.
+    pub frames: u64,
+    /// Images whose centroid was written.
+    pub centroids: u64,
+    /// The others, by reason.
+    pub reasons: BTreeMap<Reason, u64>,
+    /// What a person should know of the log.
+    pub notes: Vec<String>,
+}
+
+/// Topic of what is said of every frame; JSON, see [`FrameReport`].
+pub const QUALITY_TOPIC: &str = "/object/centroid/quality";
+
+/// What is said of one frame.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FrameReport {
+    /// Middle of the exposure of the object's rows, in ns.
+    pub stamp: i64,
+    /// Centre on the table in m, where it is trusted.
+    pub x: Option<f64>,
+    /// Its second coordinate.
+    pub y: Option<f64>,
+    /// Share of outline and inside that agree with the object, 0 to 1.
+    pub quality: f64,
+    /// Why it is not trusted.
+    pub reason: Option<Reason>,
+}
+
+const QUALITY_SCHEMA: &str = r#"{"type":"object","properties":{"stamp":{"type":"integer"},"x":{"type":["number","null"]},"y":{"type":["number","null"]},"quality":{"type":"number"},"reason":{"type":["string","null"]}}}"#;
+
+/// The least that an object moves, in m, not to be at rest in two images.
+const STILL: f64 = 0.001;
+/// Bytes and messages that are looked at side by side: enough for the threads, and little memory.
+const BATCH_BYTES: usize = 24 << 20;
+const BATCH_MESSAGES: usize = 4096;
+const BATCH_IMAGES: usize = 32;
+
+/// Reads a log, finds the object in every image of the rig's image topic, and writes a log with all other messages, the
+/// centroids and what is said of every frame. A topic of centroids that the log has already is left out.
+///
+/// Images are decoded and looked at side by side; the bytes that are written do not depend on the number of threads.
+///
+/// # Errors
+/// The rig file lacks what images need; the log cannot be read; the topic is not there, is no image, or not one of its images can be
+/// decoded; the file cannot be written.
+pub fn track_log(log: &Path, rig: &Rig, out: &Path) -> Result<TrackOutcome, TrackError> {
+    let tracker = Tracker::new(rig)?;
+    let topic = rig.topics.image.as_ref().ok_or(TrackError::NoTopic)?;
+    let writer = CopyWriter::create(out)?;
+    let mut tracking = Tracking::new(&tracker, rig, topic, writer)?;
+    let summary = read_raw(log, Limits::default(), &mut |message| {
+        tracking.take(&message)
+    })?;
+    tracking.flush()?;
+    let log = log.display().to_string();
+    if !summary
+        .channels
+        .iter()
+        .any(|channel| channel.topic == topic.name)
+    {
+        let found = summary.channels.iter().map(|channel| channel.topic.clone());
+        return Err(TrackError::Log(LogError::MissingTopic {
+            log,
+            topic: topic.name.clone(),
+            found: found.collect(),
+            images: false,
+        }));
+    }
+    let mut outcome = tracking.finish()?;
+    let undecodable = outcome.reasons.get(&Reason::Undecodable);
+    if outcome.frames > 0 && undecodable == Some(&outcome.frames) {
+        return Err(TrackError::Undecodable {
+            log,
+            topic: topic.name.clone(),
+            images: outcome.frames,
+            why: outcome.notes.pop().unwrap_or_default(),
+        });
+    }
+    let damage = summary.damage.iter();
+    let damage = damage.filter(|damage| damage.extent != Extent::Index);
+    let notes = damage.map(|damage| format!("damaged at byte {}: {}", damage.offset, damage.why));
+    outcome.notes.extend(notes);
+    Ok(outcome)
+}
+
+/// A message that waits for its turn.
+enum Item {
+    Copy(Arc<RawChannel>, u64, Vec<u8>),
+    Image(Arc<RawChannel>, u64, Vec<u8>),
+}
+
+/// The messages that came after a frame, until it is decided.
+type After = Vec<(Arc<RawChannel>, u64, Vec<u8>)>;
+
+struct Tracking<'a> {
+    tracker: &'a Tracker,
+    topic: &'a ImageTopic,
+    centroid: &'a str,
+    writer: CopyWriter<BufWriter<File>>,
+    batch: Vec<Item>,
+    bytes: usize,
+    images: usize,
+    sequence: Sequence<(u64, f64)>,
+    /// What waits behind each frame that is held back.
+    held: Vec<After>,
+    outcome: TrackOutcome,
+    why: Option<String>,
+}
+
+/// One image, looked at.
+struct Looked {
+    stamp: i64,
+    hash: Option<u64>,
+    observation: Observation,
+    why: Option<String>,
+}
+
+impl<'a> Tracking<'a> {
+    fn new(
+        tracker: &'a Tracker,
+        rig: &'a Rig,
+        topic: &'a ImageTopic,
+        mut writer: CopyWriter<BufWriter<File>>,
+    ) -> Result<Self, TrackError> {
+        let centroid = rig.topics.centroid.name.as_str();
+        writer.points(centroid)?;
+        Ok(Self {
+            tracker,
+            topic,
+            centroid,
+            writer,
+            batch: Vec::new(),
+            bytes: 0,
+            images: 0,
+            sequence: Sequence::new(STILL.max(3.0 * rig.camera.noise)),
+            held: Vec::new(),
+            outcome: TrackOutcome::default(),
+            why: None,
+        })
+    }
+
+    fn take(&mut self, message: &RawMessage<'_>) -> Result<(), TrackError> {
+        let channel = message.channel;
+        if channel.topic == self.centroid || channel.topic == QUALITY_TOPIC {
+            return Ok(());
+        }
+        let parts = (channel.clone(), message.log_time, message.data.to_vec());
+        self.bytes += message.data.len();
+        if channel.topic == self.topic.name {
+            if !is_image(&channel.schema) {
+                return Err(TrackError::NoImages {
+                    topic: channel.topic.clone(),
+                    schema: channel.schema.clone(),
+                });
+            }
+            self.images += 1;
+            self.batch.push(Item::Image(parts.0, parts.1, parts.2));
+        } else if !is_image(&channel.schema) {
+            // Another camera's images are not needed, and would fill the disk again.
+            self.batch.push(Item::Copy(parts.0, parts.1, parts.2));
+        }
+        let is_full = self.bytes > BATCH_BYTES
+            || self.batch.len() > BATCH_MESSAGES
+            || self.images >= BATCH_IMAGES;
+        if is_full { self.flush() } else { Ok(()) }
+    }
+
+    /// Looks at the images of a batch side by side, then goes through it in order.
+    fn flush(&mut self) -> Result<(), TrackError> {
+        let batch = std::mem::take(&mut self.batch);
+        (self.bytes, self.images) = (0, 0);
+        let looked: Vec<Option<Looked>> = batch
+            .par_iter()
+            .map_init(Decoder::default, |decoder, item| match item {
+                Item::Copy(..) => None,
+                Item::Image(channel, log_time, data) => {
+                    Some(look(self.tracker, decoder, channel, *log_time, data))
+                }
+            })
+            .collect();
+        for (item, looked) in batch.into_iter().zip(looked) {
+            match (item, looked) {
+                (Item::Image(_, log_time, _), Some(looked)) => self.frame(log_time, looked)?,
+                (Item::Image(..), None) => {}
+                (Item::Copy(channel, log_time, data), _) => {
+                    // Behind a frame that waits, all wait.
+                    match self.held.last_mut() {
+                        Some(after) => after.push((channel, log_time, data)),
+                        None => self.copy(&channel, log_time, &data)?,
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn frame(&mut self, log_time: u64, looked: Looked) -> Result<(), TrackError> {
+        self.outcome.frames += 1;
+        if self.why.is_none() {
+            self.why = looked.why;
+        }
+        let quality = looked.observation.quality;
+        self.held.push(Vec::new());
+        let seen = Seen {
+            stamp: looked.stamp,
+            hash: looked.hash,
+            centre: looked.observation.centre,
+            with: (log_time, quality),
+        };
+        let mut decided = Vec::new();
+        self.sequence.push(seen, &mut |seen| decided.push(seen));
+        self.write(decided)
+    }
+
+    /// Writes frames that are decided, each with what waited behind it.
+    fn write(&mut self, decided: Vec<Seen<(u64, f64)>>) -> Result<(), TrackError> {
+        let waiting: Vec<After> = self.held.drain(..decided.len()).collect();
+        for (seen, after) in decided.into_iter().zip(waiting) {
+            let point = seen.centre.ok();
+            let (log_time, quality) = seen.with;
+            let reason = seen.centre.err();
+            let report = FrameReport {
+                stamp: seen.stamp,
+                x: point.map(|point| point.x),
+                y: point.map(|point| point.y),
+                quality,
+                reason,
+            };
+            if let (Some(point), Ok(stamp)) = (point, u64::try_from(seen.stamp)) {
+                self.outcome.centroids += 1;
+                let (x, y) = (point.x, point.y);
+                self.writer
+                    .point(self.centroid, log_time, &Stamped { stamp, x, y })?;
+            }
+            if let Some(reason) = reason {
+                *self.outcome.reasons.entry(reason).or_insert(0) += 1;
+            }
+            let data = serde_json::to_vec(&report).unwrap_or_default();
+            let schema = ("carom.FrameReport", "jsonschema", QUALITY_SCHEMA);
+            self.writer
+                .add(QUALITY_TOPIC, schema, "json", log_time, &data)?;
+            for (channel, log_time, data) in after {
+                self.copy(&channel, log_time, &data)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn copy(
+        &mut self,
+        channel: &Arc<RawChannel>,
+        log_time: u64,
+        data: &[u8],
+    ) -> Result<(), TrackError> {
+        let message = RawMessage {
+            channel,
+            log_time,
+            data,
+        };
+        Ok(self.writer.copy(&message)?)
+    }
+
+    fn finish(mut self) -> Result<TrackOutcome, TrackError> {
+        let mut decided = Vec::new();
+        self.sequence.finish(&mut |seen| decided.push(seen));
+        self.write(decided)?;
+        self.writer.finish()?;
+        let mut outcome = self.outcome;
+        outcome.notes.extend(self.why);
+        Ok(outcome)
+    }
+}
+
+fn look(
+    tracker: &Tracker,
+    decoder: &mut Decoder,
+    channel: &RawChannel,
+    log_time: u64,
+    data: &[u8],
+) -> Looked {
+    let parsed = ImageMessage::parse(&channel.schema, &channel.encoding, data);
+    let log_stamp = i64::try_from(log_time).unwrap_or(i64::MAX);
+    let stamp = parsed.as_ref().map_or(log_stamp, |message| message.stamp);
+    let hash = parsed.as_ref().ok().map(|message| {
+        let mut hasher = DefaultHasher::new();
+        message.payload.bytes().hash(&mut hasher);
+        hasher.finish()
+    });
+    match parsed.and_then(|message| decoder.decode(&message)) {
+        Ok(image) => {
+            let observation = tracker.observe(image);
+            let middle = 0.5 * image.height as f64;
+            let row = observation.pixel.map_or(middle, |[_, row]| row);
+            let delay = tracker.camera().delay(row, image.height);
+            Looked {
+                stamp: stamp.saturating_add((1e9 * delay).round() as i64),
+                hash,
+                observation,
+                why: None,
+            }
+        }
+        Err(error) => Looked {
+            stamp,
+            hash: None,
+            observation: Observation::none(Reason::Undecodable),
+            why: Some(error.to_string()),
+        },
+    }
+}

@@ -1,0 +1,152 @@
+//! Frames in order: images that were seen before, and stamps that go back.
+
+use values::Point;
+
+use crate::Reason;
+
+/// A frame as it was looked at, and what goes with it.
+#[derive(Clone, Debug)]
+pub(crate) struct Seen<T> {
+    /// Middle of the exposure of the object's rows, in ns.
+    pub(crate) stamp: i64,
+    /// Hash of its pixels as they came; none where nothing can be said.
+    pub(crate) hash: Option<u64>,
+    pub(crate) centre: Result<Point, Reason>,
+    pub(crate) with: T,
+}
+
+/// Decides on frames that repeat the one before: a camera that froze while the object moved, or a clean picture of rest.
+///
+/// Such frames are held back until the next image that differs: if the object is elsewhere in it, they were stale.
+#[derive(Debug)]
+pub(crate) struct Sequence<T> {
+    /// An object that moves by more than this (m) does not rest.
+    still: f64,
+    last_stamp: Option<i64>,
+    last_hash: Option<u64>,
+    /// Where it was in the last image, and in the one before that differed.
+    last: Option<Point>,
+    before: Option<Point>,
+    held: Vec<Seen<T>>,
+}
+
+/// Frames that are held back at the most; a camera of 240 frames a second rests for a minute.
+const MOST_HELD: usize = 15_000;
+
+impl<T> Sequence<T> {
+    pub(crate) fn new(still: f64) -> Self {
+        Self {
+            still,
+            last_stamp: None,
+            last_hash: None,
+            last: None,
+            before: None,
+            held: Vec::new(),
+        }
+    }
+
+    /// Takes a frame, and gives those that are decided.
+    pub(crate) fn push(&mut self, mut seen: Seen<T>, out: &mut dyn FnMut(Seen<T>)) {
+        let is_stale = self.last_stamp.is_some_and(|last| seen.stamp <= last);
+        if is_stale {
+            seen.centre = Err(Reason::Stale);
+        } else {
+            self.last_stamp = Some(seen.stamp);
+        }
+        if seen.hash.is_some() && seen.hash == self.last_hash {
+            self.held.push(seen);
+            if self.held.len() > MOST_HELD {
+                self.release(false, out);
+            }
+            return;
+        }
+        let centre = seen.centre.ok();
+        let moved = match (self.last, centre) {
+            (Some(last), Some(centre)) => last.distance(centre) > self.still,
+            // Where it is now is not known: what was held may be stale.
+            _ => true,
+        };
+        self.release(moved, out);
+        self.last_hash = seen.hash;
+        if centre.is_some() {
+            self.before = self.last;
+            self.last = centre;
+        }
+        out(seen);
+    }
+
+    /// Gives what is still held back, at the end.
+    pub(crate) fn finish(&mut self, out: &mut dyn FnMut(Seen<T>)) {
+        let moved = match (self.before, self.last) {
+            (Some(before), Some(last)) => before.distance(last) > self.still,
+            _ => false,
+        };
+        self.release(moved, out);
+    }
+
+    fn release(&mut self, moved: bool, out: &mut dyn FnMut(Seen<T>)) {
+        for mut seen in self.held.drain(..) {
+            if moved && seen.centre.is_ok() {
+                seen.centre = Err(Reason::Repeated);
+            }
+            out(seen);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Reasons of frames given as (stamp, hash, x in mm).
+    fn reasons(frames: &[(i64, u64, f64)]) -> Vec<Option<Reason>> {
+        let mut sequence = Sequence::new(0.001);
+        let mut given = Vec::new();
+        let out = &mut |seen: Seen<()>| given.push(seen.centre.err());
+        for &(stamp, hash, x) in frames {
+            let centre = Ok(Point::new(1e-3 * x, 0.0));
+            let seen = Seen {
+                stamp,
+                hash: Some(hash),
+                centre,
+                with: (),
+            };
+            sequence.push(seen, out);
+        }
+        sequence.finish(out);
+        given
+    }
+
+    #[test]
+    fn a_camera_that_froze_while_the_object_moved_is_found() {
+        let repeated = Some(Reason::Repeated);
+        let frames = [
+            (1, 1, 0.0),
+            (2, 2, 5.0),
+            (3, 2, 5.0),
+            (4, 2, 5.0),
+            (5, 3, 20.0),
+        ];
+        assert_eq!(reasons(&frames), [None, None, repeated, repeated, None]);
+        assert_eq!(reasons(&frames[..4]), [None, None, repeated, repeated]);
+    }
+
+    #[test]
+    fn a_clean_picture_of_rest_may_repeat() {
+        let frames = [
+            (1, 1, 5.0),
+            (2, 1, 5.0),
+            (3, 1, 5.0),
+            (4, 2, 5.2),
+            (5, 2, 5.2),
+        ];
+        assert_eq!(reasons(&frames), [None; 5]);
+    }
+
+    #[test]
+    fn a_stamp_that_goes_back_is_stale() {
+        let frames = [(5, 1, 0.0), (5, 2, 5.0), (4, 3, 9.0), (6, 4, 12.0)];
+        let stale = Some(Reason::Stale);
+        assert_eq!(reasons(&frames), [None, stale, stale, None]);
+    }
+}

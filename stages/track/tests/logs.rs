@@ -1,0 +1,374 @@
+//! Logs with images in, logs with centroids out.
+
+#![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+mod common;
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use common::{Case, places, rig, tall};
+use logs::{Event, Limits, Wanted};
+use render::{Moment, Optics, Picture, Renderer, Scene};
+use track::{FrameReport, QUALITY_TOPIC, Reason, TrackError, track_log};
+use values::{Point, Rig, Shape, StampMark};
+
+const SECOND: i64 = 1_700_000_000;
+
+/// Little-endian CDR of ROS 2, and ROS 1's without alignment.
+struct Wire(Vec<u8>, bool);
+
+impl Wire {
+    fn u32(mut self, value: u32) -> Self {
+        while self.1 && !self.0.len().is_multiple_of(4) {
+            self.0.push(0);
+        }
+        self.0.extend(value.to_le_bytes());
+        self
+    }
+    fn bytes(self, data: &[u8]) -> Self {
+        let mut wire = self.u32(data.len() as u32);
+        wire.0.extend(data);
+        wire
+    }
+    fn text(self, text: &str) -> Self {
+        let end = if self.1 { "\0" } else { "" };
+        self.bytes(format!("{text}{end}").as_bytes())
+    }
+    fn header(self, nanoseconds: u32) -> Self {
+        self.u32(SECOND as u32).u32(nanoseconds).text("camera")
+    }
+}
+
+fn raw(encoding: &str, [width, height, step]: [u32; 3], data: &[u8], at: u32) -> Vec<u8> {
+    let wire = Wire(vec![0, 1, 0, 0], true).header(at);
+    let mut wire = wire.u32(height).u32(width).text(encoding);
+    wire.0.push(0);
+    wire.u32(step).bytes(data).0
+}
+
+fn compressed(data: &[u8], at: u32) -> Vec<u8> {
+    let wire = Wire(vec![0, 1, 0, 0], true).header(at);
+    wire.text("jpeg").bytes(data).0
+}
+
+fn protobuf(data: &[u8], at: u32) -> Vec<u8> {
+    let varint = |mut number: u64, to: &mut Vec<u8>| {
+        while number > 127 {
+            to.push(number as u8 | 0x80);
+            number >>= 7;
+        }
+        to.push(number as u8);
+    };
+    let mut stamp = vec![8];
+    varint(SECOND as u64, &mut stamp);
+    stamp.push(16);
+    varint(at.into(), &mut stamp);
+    let mut message = vec![10, stamp.len() as u8];
+    message.extend(stamp);
+    message.push(18);
+    varint(data.len() as u64, &mut message);
+    message.extend(data);
+    message
+}
+
+fn write(path: &Path, schema: &str, encoding: &str, messages: &[Vec<u8>]) {
+    let mut writer = mcap::Writer::new(std::fs::File::create(path).unwrap()).unwrap();
+    let id = writer.add_schema(schema, "ros2msg", b"").unwrap();
+    let images = writer
+        .add_channel(id, "/camera/image", encoding, &BTreeMap::new())
+        .unwrap();
+    let others = writer
+        .add_channel(0, "/striker/command", "json", &BTreeMap::new())
+        .unwrap();
+    for (k, data) in messages.iter().enumerate() {
+        for (channel_id, data) in [(images, data.as_slice()), (others, b"{}")] {
+            let time = SECOND as u64 * 1_000_000_000 + k as u64;
+            let header = mcap::records::MessageHeader {
+                channel_id,
+                sequence: k as u32,
+                log_time: time,
+                publish_time: time,
+            };
+            writer.write_to_known_channel(&header, data).unwrap();
+        }
+    }
+    writer.finish().unwrap();
+}
+
+fn centroids(path: &Path, rig: &Rig) -> Vec<(i64, Point)> {
+    let wanted = [Wanted {
+        topic: &rig.topics.centroid,
+        required: true,
+    }];
+    let mut found = Vec::new();
+    logs::read(path, &wanted, Limits::default(), &mut |event| {
+        if let Event::Sample(_, sample) = event {
+            found.push((sample.stamp, Point::new(sample.x, sample.y)));
+        }
+    })
+    .unwrap();
+    found
+}
+
+fn reports(path: &Path) -> Vec<FrameReport> {
+    let bytes = std::fs::read(path).unwrap();
+    let messages = mcap::MessageStream::new(&bytes)
+        .unwrap()
+        .map(Result::unwrap);
+    let messages = messages.filter(|message| message.channel.topic == QUALITY_TOPIC);
+    messages
+        .map(|message| serde_json::from_slice(&message.data).unwrap())
+        .collect()
+}
+
+fn pictures(rig: &Rig, count: usize) -> Vec<(Moment, Picture)> {
+    let optics = Optics::of(rig, [320, 240]).unwrap();
+    let scene = Scene::plain(&rig.object).unwrap();
+    let renderer = Renderer::new(optics, scene, 1.0, 3);
+    let shoot =
+        |(k, (at, _)): (usize, (Moment, f64))| (at, renderer.shoot(&|_| at, k as u64).picture);
+    places(count).into_iter().enumerate().map(shoot).collect()
+}
+
+fn small() -> Rig {
+    rig(
+        &tall(Shape::Cylinder),
+        &Case {
+            pixels: [320, 240],
+            ..Case::flat()
+        },
+    )
+}
+
+#[test]
+fn every_encoding_gives_the_same_centres() {
+    let (rig, dir) = (small(), tempfile::tempdir().unwrap());
+    let shots = pictures(&rig, 3);
+    let order = |picture: &Picture, order: [usize; 3]| -> Vec<u8> {
+        picture
+            .rgb
+            .chunks(3)
+            .flat_map(|p| order.map(|i| p[i]))
+            .collect()
+    };
+    type Encode<'a> = &'a dyn Fn(&Picture, u32) -> Vec<u8>;
+    let size = |step| [320, 240, step];
+    let ros = "sensor_msgs/msg/Image";
+    let ros_compressed = "sensor_msgs/msg/CompressedImage";
+    let encodings: [(&str, &str, &str, Encode<'_>); 7] = [
+        ("rgb8", ros, "cdr", &|p, at| {
+            raw("rgb8", size(960), &p.rgb, at)
+        }),
+        ("bgr8", ros, "cdr", &|p, at| {
+            raw("bgr8", size(960), &order(p, [2, 1, 0]), at)
+        }),
+        ("bayer", ros, "cdr", &|p, at| {
+            let mosaic: Vec<u8> = (0..320 * 240)
+                .map(|k| p.rgb[3 * k + [[0, 1], [1, 2]][k / 320 % 2][k % 2]])
+                .collect();
+            raw("bayer_rggb8", size(320), &mosaic, at)
+        }),
+        ("png", ros_compressed, "cdr", &|p, at| {
+            compressed(&p.png().unwrap(), at)
+        }),
+        ("jpeg", ros_compressed, "cdr", &|p, at| {
+            compressed(&p.jpeg(95).unwrap(), at)
+        }),
+        ("ros1", "sensor_msgs/CompressedImage", "ros1", &|p, at| {
+            let wire = Wire(Vec::new(), false).u32(7).header(at);
+            wire.text("png").bytes(&p.png().unwrap()).0
+        }),
+        (
+            "foxglove",
+            "foxglove.CompressedImage",
+            "protobuf",
+            &|p, at| protobuf(&p.jpeg(95).unwrap(), at),
+        ),
+    ];
+    for (name, schema, encoding, encode) in encodings {
+        let (log, out) = (dir.path().join("in.mcap"), dir.path().join("out.mcap"));
+        let messages = shots
+            .iter()
+            .zip(1u32..)
+            .map(|((_, p), k)| encode(p, 1000 * k));
+        write(&log, schema, encoding, &messages.collect::<Vec<_>>());
+        let outcome = track_log(&log, &rig, &out).unwrap();
+        assert_eq!(
+            (outcome.frames, outcome.centroids),
+            (3, 3),
+            "{name}: {outcome:?}"
+        );
+        for ((k, (at, _)), (stamp, found)) in shots.iter().enumerate().zip(centroids(&out, &rig)) {
+            // A pixel is 4.8 mm, and a mosaic has half of the colours.
+            let miss = found.distance(Point::new(at.x, at.y));
+            assert!(miss < 1.5e-3, "{name}: {:.2} mm", 1e3 * miss);
+            assert_eq!(
+                stamp,
+                SECOND * 1_000_000_000 + 1000 * (k as i64 + 1),
+                "{name}"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_stamp_is_that_of_the_exposures_middle() {
+    let (mut rig, dir) = (small(), tempfile::tempdir().unwrap());
+    let (at, picture) = pictures(&rig, 1).remove(0);
+    rig.camera.stamp = StampMark::Start;
+    rig.camera.exposure = 0.004;
+    rig.camera.readout = 0.010;
+    let (log, out) = (dir.path().join("in.mcap"), dir.path().join("out.mcap"));
+    let data = compressed(&picture.png().unwrap(), 0);
+    write(&log, "sensor_msgs/msg/CompressedImage", "cdr", &[data]);
+    track_log(&log, &rig, &out).unwrap();
+    let found = centroids(&out, &rig)[0];
+    let row = Optics::of(&rig, [320, 240])
+        .unwrap()
+        .seen([at.x, at.y, 0.02])[1];
+    let expected = 0.002 + 0.010 * row / 239.0;
+    let delay = 1e-9 * (found.0 - SECOND * 1_000_000_000) as f64;
+    assert!((delay - expected).abs() < 1e-4, "{delay} {expected}");
+}
+
+#[test]
+fn a_frame_that_cannot_be_trusted_has_a_reason_and_no_centroid() {
+    let (rig, dir) = (small(), tempfile::tempdir().unwrap());
+    let shots = pictures(&rig, 3);
+    let png = |k: usize| shots[k].1.png().unwrap();
+    let cut = png(0)[..400].to_vec();
+    let messages = [
+        compressed(&png(0), 1),
+        compressed(&png(1), 2),
+        compressed(&png(1), 3),
+        compressed(&cut, 4),
+        compressed(&png(2), 5),
+        compressed(&png(0), 2),
+    ];
+    let (log, out) = (dir.path().join("in.mcap"), dir.path().join("out.mcap"));
+    write(&log, "sensor_msgs/msg/CompressedImage", "cdr", &messages);
+    let outcome = track_log(&log, &rig, &out).unwrap();
+    assert_eq!((outcome.frames, outcome.centroids), (6, 3));
+    let reasons: Vec<_> = reports(&out)
+        .into_iter()
+        .map(|report| report.reason)
+        .collect();
+    let (repeated, undecodable, stale) = (Reason::Repeated, Reason::Undecodable, Reason::Stale);
+    let expected = [
+        None,
+        None,
+        Some(repeated),
+        Some(undecodable),
+        None,
+        Some(stale),
+    ];
+    assert_eq!(reasons, expected);
+    assert_eq!(centroids(&out, &rig).len(), 3);
+}
+
+#[test]
+fn hostile_images_are_typed_errors() {
+    let (rig, dir) = (small(), tempfile::tempdir().unwrap());
+    let picture = &pictures(&rig, 1)[0].1;
+    let mut huge = picture.png().unwrap();
+    huge[16..24].copy_from_slice(&[0, 0, 0x4e, 0x20, 0, 0, 0x4e, 0x20]);
+    let mut huge_jpeg = picture.jpeg(90).unwrap();
+    let sof = huge_jpeg
+        .windows(2)
+        .position(|bytes| bytes == [0xff, 0xc0])
+        .unwrap();
+    huge_jpeg[sof + 5..sof + 9].copy_from_slice(&[0x4e, 0x20, 0x4e, 0x20]);
+    let jpeg = picture.jpeg(90).unwrap();
+    let ros = "sensor_msgs/msg/Image";
+    let ros_compressed = "sensor_msgs/msg/CompressedImage";
+    let rows = [320, 240, 960];
+    for (name, schema, data, said) in [
+        (
+            "png of 20,000 × 20,000",
+            ros_compressed,
+            compressed(&huge, 0),
+            "",
+        ),
+        (
+            "jpeg of 20,000 × 20,000",
+            ros_compressed,
+            compressed(&huge_jpeg, 0),
+            "",
+        ),
+        (
+            "cut jpeg",
+            ros_compressed,
+            compressed(&jpeg[..jpeg.len() / 2], 0),
+            "JPEG",
+        ),
+        (
+            "no image",
+            ros_compressed,
+            compressed(b"hello", 0),
+            "neither JPEG nor PNG",
+        ),
+        ("empty", ros_compressed, Vec::new(), "ends at byte 0"),
+        (
+            "cut message",
+            ros_compressed,
+            compressed(&jpeg, 0)[..40].to_vec(),
+            "ends at byte",
+        ),
+        (
+            "raw of 20,000 × 20,000",
+            ros,
+            raw("rgb8", [20_000, 20_000, 60_000], &[0; 9], 0),
+            "20000 × 20000",
+        ),
+        (
+            "raw too short",
+            ros,
+            raw("rgb8", rows, &[0; 1000], 0),
+            "240 rows",
+        ),
+        (
+            "raw with a lying step",
+            ros,
+            raw("rgb8", [320, 240, 4], &picture.rgb, 0),
+            "rows of 4",
+        ),
+        (
+            "raw of no pixels",
+            ros,
+            raw("rgb8", [0, 0, 0], &[], 0),
+            "0 × 0",
+        ),
+        (
+            "a lying encoding",
+            ros,
+            raw("rgb16", rows, &picture.rgb, 0),
+            "rgb16",
+        ),
+    ] {
+        let (log, out) = (dir.path().join("in.mcap"), dir.path().join("out.mcap"));
+        write(&log, schema, "cdr", &[data]);
+        match track_log(&log, &rig, &out) {
+            Err(TrackError::Undecodable { why, .. }) => {
+                assert!(why.contains(said), "{name}: {why}")
+            }
+            other => panic!("{name}: {other:?}"),
+        }
+    }
+}
+
+#[test]
+fn what_a_log_or_rig_lacks_is_named() {
+    let (mut rig, dir) = (small(), tempfile::tempdir().unwrap());
+    let (log, out) = (dir.path().join("in.mcap"), dir.path().join("out.mcap"));
+    write(&log, "std_msgs/msg/String", "cdr", &[vec![0; 8]]);
+    let said = |rig: &Rig| track_log(&log, rig, &out).unwrap_err().to_string();
+    assert!(said(&rig).contains("std_msgs/msg/String"));
+    rig.topics.image.as_mut().unwrap().name = "/other".into();
+    assert!(said(&rig).contains("/other"));
+    rig.object.colour = None;
+    assert!(said(&rig).contains("object.colour"));
+    rig.topics.image = None;
+    rig.object.colour = tall(Shape::Cylinder).colour;
+    assert!(said(&rig).contains("topics.image.name"));
+}
