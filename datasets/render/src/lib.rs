@@ -8,6 +8,7 @@
 
 mod encode;
 mod light;
+mod moment;
 mod noise;
 mod optics;
 mod picture;
@@ -16,8 +17,9 @@ mod scene;
 mod solid;
 
 pub use encode::EncodeError;
+pub use moment::Moment;
 pub use optics::Optics;
 pub use picture::Picture;
 pub use renderer::{Renderer, Shot};
-pub use scene::{Cover, Glare, Moment, Scene, Shade};
+pub use scene::{Cover, Glare, Scene, Shade};
 pub use solid::Form;

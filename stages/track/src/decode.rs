@@ -7,8 +7,9 @@ use zune_core::colorspace::ColorSpace;
 use zune_core::options::DecoderOptions;
 use zune_jpeg::JpegDecoder;
 
-use crate::image::{Image, LARGEST_IMAGE};
+use crate::image::Image;
 use crate::message::Payload;
+use crate::size::LARGEST_IMAGE;
 use crate::{ImageError, ImageMessage};
 
 /// Decodes one image after another into the same memory.

@@ -1,5 +1,7 @@
 //! What can keep an image from being looked at.
 
+use crate::size::LARGEST_IMAGE;
+
 /// Why an image could not be decoded; each text says what is wrong with it.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ImageError {
@@ -7,7 +9,7 @@ pub enum ImageError {
     #[error("it ends at byte {0}, before what its lengths say is there")]
     Short(usize),
     /// It has no pixels, or more than are read.
-    #[error("it says that it is {width} × {height} pixels; 1 to {most} pixels are read", most = crate::LARGEST_IMAGE)]
+    #[error("it says that it is {width} × {height} pixels; 1 to {most} pixels are read", most = LARGEST_IMAGE)]
     Size {
         /// Its width.
         width: u64,

@@ -1,9 +1,7 @@
 //! An image in memory.
 
 use crate::ImageError;
-
-/// Most pixels of an image: 8192 × 4096, 100 MB as RGB.
-pub const LARGEST_IMAGE: usize = 8192 * 4096;
+use crate::size::LARGEST_IMAGE;
 
 /// An image of 8-bit R'G'B' pixels, rows from the top, without gaps.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -24,7 +22,7 @@ impl Image {
     /// # Errors
     /// No pixels, or more than [`LARGEST_IMAGE`]: before any memory is taken.
     pub(crate) fn resize(&mut self, width: u64, height: u64) -> Result<(), ImageError> {
-        let pixels = width.checked_mul(height).unwrap_or(u64::MAX);
+        let pixels = width.saturating_mul(height);
         if pixels == 0 || pixels > LARGEST_IMAGE as u64 {
             return Err(ImageError::Size { width, height });
         }

@@ -28,15 +28,17 @@ mod log;
 mod message;
 mod outline;
 mod sequence;
+mod size;
 mod tracker;
 mod trust;
 
 pub use camera::CameraModel;
 pub use decode::Decoder;
 pub use error::{ImageError, SetupError, TrackError};
-pub use image::{Image, LARGEST_IMAGE};
+pub use image::Image;
 pub use lens::Lens;
 pub use log::{FrameReport, QUALITY_TOPIC, TrackOutcome, track_log};
 pub use message::{ImageMessage, Payload, is_image};
+pub use size::LARGEST_IMAGE;
 pub use tracker::{Observation, Tracker};
 pub use trust::Reason;

@@ -194,14 +194,12 @@ impl Outline {
 
     /// The least and greatest coordinates in px: `[[x, y], [x, y]]`.
     pub(crate) fn bounds(&self) -> [[f64; 2]; 2] {
-        let mut bounds = [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]];
+        let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
         for vertex in &self.vertices {
-            for i in 0..2 {
-                bounds[0][i] = bounds[0][i].min(vertex.at[i]);
-                bounds[1][i] = bounds[1][i].max(vertex.at[i]);
-            }
+            low = [0, 1].map(|i| low[i].min(vertex.at[i]));
+            high = [0, 1].map(|i| high[i].max(vertex.at[i]));
         }
-        bounds
+        [low, high]
     }
 }
 

@@ -1,5 +1,7 @@
 //! One image after another: blobs, the fit of the likeliest, and what is said of it.
 
+use std::f64::consts::{FRAC_PI_4, FRAC_PI_6};
+
 use values::{Interval, Point, Rig};
 
 use crate::colour::{Range, light_of_bytes};
@@ -44,7 +46,13 @@ const ACROSS: f64 = 8.0;
 const LEAST_AREA: f64 = 0.25;
 const MOST_AREA: f64 = 2.0;
 /// Yaws (rad) from which a box is fitted where one along the table's axes does not do.
-const YAWS: [f64; 5] = [0.2618, -0.2618, 0.5236, -0.5236, 0.7854];
+const YAWS: [f64; 5] = [
+    FRAC_PI_6 / 2.0,
+    -FRAC_PI_6 / 2.0,
+    FRAC_PI_6,
+    -FRAC_PI_6,
+    FRAC_PI_4,
+];
 
 impl Tracker {
     /// A tracker for the object and camera of a rig file.
