@@ -168,6 +168,32 @@ pub enum ArtifactError {
         /// The file.
         file: String,
     },
+    /// A file is longer than any that a version has, whatever its manifest says.
+    #[error("load {version}: {file} has {found} bytes, more than the {most} that are read; {MEND}")]
+    TooLong {
+        /// The version.
+        version: String,
+        /// The file.
+        file: String,
+        /// Its length in bytes.
+        found: u64,
+        /// The longest that is read, in bytes.
+        most: u64,
+    },
+    /// Another version came into use since the one that a promotion was decided against.
+    #[error(
+        "promote in {store}: {} is in use now, and the candidate was compared with {}; run again",
+        name(found),
+        name(expected)
+    )]
+    Overtaken {
+        /// Folder of the store.
+        store: String,
+        /// The version in use when the decision was made.
+        expected: Option<String>,
+        /// The version in use now.
+        found: Option<String>,
+    },
     /// A file has another length than the manifest says.
     #[error("load {version}: {file} has {found} bytes instead of {expected}; {MEND}")]
     WrongSize {
@@ -255,3 +281,7 @@ pub enum ArtifactError {
 }
 
 const MEND: &str = "copy the version again from where it was published, go back with `carom artifacts rollback`, or publish anew with `carom run`";
+
+fn name(version: &Option<String>) -> &str {
+    version.as_deref().unwrap_or("no version")
+}

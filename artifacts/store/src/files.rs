@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use sha2::{Digest, Sha256};
+use durable::sha256;
 use values::Rig;
 
 use crate::{Calibrated, Contents, FileHash, Manifest, SCHEMA_VERSION};
@@ -62,14 +62,6 @@ fn insert(
     if let Some(network) = &calibrated.residual {
         files.insert(residual, network.to_safetensors());
     }
-}
-
-/// SHA-256 in hex.
-pub(crate) fn sha256(bytes: &[u8]) -> String {
-    Sha256::digest(bytes)
-        .iter()
-        .map(|byte| format!("{byte:02x}"))
-        .collect()
 }
 
 /// What a rig is known by: SHA-256 of its settings, comments and order aside.

@@ -5,18 +5,22 @@ use std::fs::{self, File};
 use std::io::{self, ErrorKind, Read};
 use std::path::Path;
 
+use durable::sha256;
 use semver::{Version, VersionReq};
 use serde::Deserialize;
 use values::Rig;
 use world::World;
 
-use crate::files::{MAIN, MANIFEST, PLAIN, RIG, identity, sha256};
+use crate::files::{MAIN, MANIFEST, PLAIN, RIG, identity};
 use crate::{
     Artifact, ArtifactError, Calibrated, Key, Manifest, Metrics, Network, SCHEMA_VERSION, SIGNATURE,
 };
 
 /// Longest manifest that is read, in bytes: one of a hundred thousand logs is shorter.
 const LONGEST_MANIFEST: u64 = 1 << 25;
+
+/// Longest file of a version that is read, in bytes. A world or a rig is some kilobytes, an ensemble of networks below a megabyte.
+const LONGEST_FILE: u64 = 1 << 26;
 
 type Files = BTreeMap<String, Vec<u8>>;
 
@@ -218,6 +222,14 @@ fn contents(dir: &Path, version: &str, manifest: &Manifest) -> Result<Files, Art
                 file,
                 found: size,
                 expected: expected.size,
+            });
+        }
+        if size > LONGEST_FILE {
+            return Err(ArtifactError::TooLong {
+                version,
+                file,
+                found: size,
+                most: LONGEST_FILE,
             });
         }
         let bytes = read(&path, size).map_err(failed)?;

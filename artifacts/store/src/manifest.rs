@@ -3,11 +3,11 @@
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
+use durable::sha256;
 use serde::{Deserialize, Serialize};
 use values::{Interval, Point};
 
 use crate::Model;
-use crate::files::sha256;
 
 /// What a version holds and how it came to be. It holds no time or place of its making: the same inputs, settings and
 /// programs give the same bytes.

@@ -127,7 +127,35 @@ impl Store {
     /// signed, an unsigned one does not take its place.
     pub fn publish(&self, contents: &Contents) -> Result<String, ArtifactError> {
         durable::create_dir(&self.versions())?;
-        let _lock = self.lock()?;
+        let lock = self.lock()?;
+        self.publish_locked(contents, &lock)
+    }
+
+    /// The same, if the version in use is still the `expected` one (none: nothing was published yet), which the contents were
+    /// compared with; else [`ArtifactError::Overtaken`], and nothing is written. The check and the change are made under one lock.
+    pub fn promote(
+        &self,
+        contents: &Contents,
+        expected: Option<&str>,
+    ) -> Result<String, ArtifactError> {
+        durable::create_dir(&self.versions())?;
+        let lock = self.lock()?;
+        let found = match self.latest() {
+            Ok(version) => Some(version),
+            Err(ArtifactError::NoLatest { .. }) => None,
+            Err(error) => return Err(error),
+        };
+        if found.as_deref() != expected {
+            return Err(ArtifactError::Overtaken {
+                store: self.name(),
+                expected: expected.map(String::from),
+                found,
+            });
+        }
+        self.publish_locked(contents, &lock)
+    }
+
+    fn publish_locked(&self, contents: &Contents, _: &Lock) -> Result<String, ArtifactError> {
         self.check_key()?;
         durable::sweep(&self.versions())?;
         let (manifest, files) = encode(contents);

@@ -5,6 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use durable::sha256;
 use proptest::prelude::*;
 use store::network::{LAYERS, Layer, SIZES};
 use store::*;
@@ -523,11 +524,6 @@ fn manifest(change: impl FnOnce(&mut serde_json::Value)) -> impl FnOnce(&Path) {
     }
 }
 
-fn sha256(bytes: &[u8]) -> String {
-    let digest = <sha2::Sha256 as sha2::Digest>::digest(bytes);
-    digest.iter().map(|byte| format!("{byte:02x}")).collect()
-}
-
 /// Gives a file another content and the manifest its true hash: what hashes alone do not find.
 fn forged(name: &'static str, content: impl FnOnce(Vec<u8>) -> Vec<u8>) -> impl FnOnce(&Path) {
     move |dir| {
@@ -672,6 +668,11 @@ fn every_kind_of_damage_is_refused_by_name() {
         remove("world_sysid.toml"),
         E::MissingFile { .. },
         "world_sysid.toml is missing"
+    );
+    refused!(
+        |dir: &Path| claim_length(dir, "world.toml", 1 << 40),
+        E::TooLong { .. },
+        "world.toml has 1099511627776 bytes"
     );
     refused!(
         write("world.toml", ""),
@@ -922,4 +923,32 @@ proptest! {
         prop_assert_eq!(manifest.provenance.seeds, contents.provenance.seeds);
         prop_assert_eq!(manifest.provenance.inputs, contents.provenance.inputs);
     }
+}
+
+/// A sparse file of so many bytes, and a manifest that claims them.
+fn claim_length(dir: &Path, name: &'static str, length: u64) {
+    let file = fs::File::options().write(true).open(dir.join(name));
+    file.and_then(|file| file.set_len(length)).expect("grows");
+    manifest(|value| value["files"][name]["size"] = length.into())(dir);
+}
+
+#[test]
+fn a_promotion_against_another_version_than_is_in_use_changes_nothing() {
+    let (dir, store) = published(&contents(0.2));
+    store.publish(&contents(0.3)).expect("publishes");
+    // Decided against v0002; a person rolls back meanwhile.
+    store.rollback(Some("v0001")).expect("rolls back");
+    let error = store
+        .promote(&contents(0.4), Some("v0002"))
+        .expect_err("overtaken");
+    assert!(matches!(error, ArtifactError::Overtaken { .. }), "{error}");
+    assert!(error.to_string().contains("v0001 is in use now"), "{error}");
+    assert_eq!(store.latest().expect("latest"), "v0001");
+    assert!(!store.version_dir("v0003").exists());
+    assert!(store.promote(&contents(0.4), None).is_err());
+
+    let promoted = store.promote(&contents(0.4), Some("v0001"));
+    assert_eq!(promoted.expect("promotes"), "v0003");
+    assert_eq!(store.latest().expect("latest"), "v0003");
+    drop(dir);
 }

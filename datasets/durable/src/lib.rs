@@ -9,10 +9,12 @@
 
 mod aside;
 pub mod faults;
+mod hash;
 mod lock;
 mod write;
 
 pub use aside::Aside;
+pub use hash::{hex, sha256};
 pub use lock::{Lock, LockError};
 pub use write::{
     Output, append, create_dir, is_partial, remove_dir, rename, sweep, sync_dir, write, write_bytes,

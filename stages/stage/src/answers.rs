@@ -1,4 +1,5 @@
-//! Whole answers: one file each, `cache/STAGE/KEY.answer`, that begins with the hash of the rest.
+//! Whole answers: one file each, `cache/STAGE/KEY.answer`, that begins with the SHA-256 of its key and the answer: another key's
+//! answer under this name is none.
 
 use std::collections::HashSet;
 use std::fs;
@@ -45,14 +46,14 @@ impl Answers {
         Ok(folder.join(format!("{key}.{extension}")))
     }
 
-    pub fn load(&self, path: &Path) -> Result<Kept, StageError> {
+    pub fn load(&self, path: &Path, key: Key) -> Result<Kept, StageError> {
         let bytes = match fs::read(path) {
             Ok(bytes) => bytes,
             Err(error) if error.kind() == ErrorKind::NotFound => return Ok(Kept::Nothing),
             Err(error) => return Err(durable::Error::new("read", path, error).into()),
         };
         match bytes.split_at_checked(32) {
-            Some((hash, answer)) if hash == Key::of_bytes(&[answer]).0 => {
+            Some((hash, answer)) if hash == Key::of_bytes(&[&key.0, answer]).0 => {
                 self.mark_used(path);
                 Ok(Kept::Answer(answer.to_vec()))
             }
@@ -60,10 +61,10 @@ impl Answers {
         }
     }
 
-    pub fn store(&self, path: &Path, answer: &[u8]) -> Result<(), StageError> {
+    pub fn store(&self, path: &Path, key: Key, answer: &[u8]) -> Result<(), StageError> {
         durable::write(path, |file| {
             use std::io::Write;
-            file.write_all(&Key::of_bytes(&[answer]).0)
+            file.write_all(&Key::of_bytes(&[&key.0, answer]).0)
                 .and_then(|()| file.write_all(answer))
                 .map_err(|source| durable::Error::new("write", path, source))
         })?;

@@ -1,6 +1,7 @@
 //! Answers to many items in one file, `cache/STAGE/KEY.pack`, that only grows.
 //!
-//! Layout, little-endian: a line that names the format, then records: item key (32 bytes), length of the answer (u32),
+//! Layout, little-endian: a line that names the format; the key (32 bytes) of what all its answers have in common: a pack of other
+//! settings under this name is none; then records: item key (32 bytes), length of the answer (u32),
 //! SHA-256 of the answer (32), the first 8 bytes of the SHA-256 of what came before in the record, the answer. A record
 //! whose head is not proved ends the file (a torn end, or damage: what follows is computed again); one whose answer is
 //! not proved is passed over.
@@ -12,7 +13,9 @@ use std::path::{Path, PathBuf};
 use crate::StageError;
 use crate::key::Key;
 
-const FORMAT: &[u8] = b"carom pack 1\n";
+const FORMAT: &[u8] = b"carom pack 2\n";
+/// Length of what comes before the records.
+const OPENING: usize = FORMAT.len() + 32;
 const HEAD: usize = 32 + 4 + 32;
 const CHECK: usize = 8;
 
@@ -22,19 +25,31 @@ pub(crate) type KeptAnswer = (Key, Vec<u8>);
 /// A pack and its end: where the last proved record ends.
 pub(crate) struct Pack {
     path: PathBuf,
+    group: Key,
     end: u64,
 }
 
 impl Pack {
     /// Reads a pack, passing each proved answer to `visit`. Also tells whether damage was seen.
-    pub fn open(path: PathBuf, visit: impl FnMut(Key, &[u8])) -> Result<(Self, bool), StageError> {
+    pub fn open(
+        path: PathBuf,
+        group: Key,
+        visit: impl FnMut(Key, &[u8]),
+    ) -> Result<(Self, bool), StageError> {
         match File::open(&path) {
-            Err(error) if error.kind() == ErrorKind::NotFound => Ok((Self { path, end: 0 }, false)),
+            Err(error) if error.kind() == ErrorKind::NotFound => Ok((
+                Self {
+                    path,
+                    group,
+                    end: 0,
+                },
+                false,
+            )),
             Err(error) => Err(durable::Error::new("read", &path, error).into()),
             Ok(file) => {
-                let (end, damaged) = scan(file, visit)
+                let (end, damaged) = scan(file, group, visit)
                     .map_err(|source| durable::Error::new("read", &path, source))?;
-                Ok((Self { path, end }, damaged))
+                Ok((Self { path, group, end }, damaged))
             }
         }
     }
@@ -49,6 +64,7 @@ impl Pack {
         let mut bytes = Vec::new();
         if self.end == 0 {
             bytes.extend_from_slice(FORMAT);
+            bytes.extend_from_slice(&self.group.0);
         }
         for (key, answer) in answers {
             bytes.extend_from_slice(&head(*key, answer));
@@ -72,18 +88,18 @@ fn head(key: Key, answer: &[u8]) -> [u8; HEAD + CHECK] {
 }
 
 /// Where the last proved head's record ends, and whether anything was not proved.
-fn scan(file: File, mut visit: impl FnMut(Key, &[u8])) -> io::Result<(u64, bool)> {
+fn scan(file: File, group: Key, mut visit: impl FnMut(Key, &[u8])) -> io::Result<(u64, bool)> {
     let length = file.metadata()?.len();
     let mut file = BufReader::with_capacity(1 << 20, file);
-    let mut format = [0; FORMAT.len()];
-    if length < FORMAT.len() as u64 {
+    let mut opening = [0; OPENING];
+    if length < OPENING as u64 {
         return Ok((0, length > 0));
     }
-    file.read_exact(&mut format)?;
-    if format != FORMAT {
+    file.read_exact(&mut opening)?;
+    if opening[..] != [FORMAT, &group.0].concat() {
         return Ok((0, true));
     }
-    let mut end = FORMAT.len() as u64;
+    let mut end = OPENING as u64;
     let mut answer = Vec::new();
     let mut damaged = false;
     while length - end >= (HEAD + CHECK) as u64 {
@@ -119,7 +135,7 @@ mod tests {
 
     fn read(path: &Path) -> (BTreeMap<Key, Vec<u8>>, Pack, bool) {
         let mut found = BTreeMap::new();
-        let (pack, damaged) = Pack::open(path.into(), |key, answer| {
+        let (pack, damaged) = Pack::open(path.into(), Key::of_bytes(&[b"group"]), |key, answer| {
             found.insert(key, answer.to_vec());
         })
         .expect("reads");
@@ -132,6 +148,18 @@ mod tests {
             .enumerate()
             .map(|(i, content)| (Key::of_bytes(&[&[i as u8]]), content.clone()))
             .collect()
+    }
+
+    #[test]
+    fn a_pack_of_other_settings_is_none() {
+        let dir = tempfile::tempdir().expect("folder");
+        let path = dir.path().join("a.pack");
+        let (_, mut pack, _) = read(&path);
+        pack.append(&answers(&[vec![1]])).expect("appends");
+        let mut seen = 0;
+        let other = Key::of_bytes(&[b"other"]);
+        let (_, damaged) = Pack::open(path, other, |_, _| seen += 1).expect("reads");
+        assert!(damaged && seen == 0);
     }
 
     proptest! {

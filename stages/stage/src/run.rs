@@ -91,7 +91,7 @@ impl Run {
         let key = Key::of(S::NAME, S::VERSION, &self.options.engine, stage, input)?;
         let path = self.answers.path(S::NAME, key, "answer")?;
         let mut damaged = 0;
-        match self.answers.load(&path)? {
+        match self.answers.load(&path, key)? {
             Kept::Answer(bytes) => match codec::decode(&bytes, S::NAME) {
                 Ok(output) => {
                     self.tell(S::NAME, 0, 1, 0, started);
@@ -108,7 +108,7 @@ impl Run {
             .map_err(RunError::Stage)?;
         let bytes = codec::encode(&output, S::NAME)?;
         let output = codec::decode(&bytes, S::NAME)?;
-        self.answers.store(&path, &bytes)?;
+        self.answers.store(&path, key, &bytes)?;
         self.answers.prune(S::NAME)?;
         self.tell(S::NAME, 1, 0, damaged, started);
         Ok(output)
@@ -137,7 +137,7 @@ impl Run {
         let group = Key::of(S::NAME, S::VERSION, &self.options.engine, stage, shared)?;
         let path = self.answers.path(S::NAME, group, "pack")?;
         let _guard = lock(&self.packs);
-        let (mut pack, damaged) = Pack::open(path, |key, bytes| {
+        let (mut pack, damaged) = Pack::open(path, group, |key, bytes| {
             for place in places.get(&key).into_iter().flatten() {
                 // One that does not decode is as good as missing.
                 slots[*place] = codec::decode(bytes, S::NAME).ok();

@@ -312,6 +312,19 @@ fn every_damaged_byte_of_an_answer_is_seen_and_the_answer_computed_again() {
 }
 
 #[test]
+fn an_answer_under_the_name_of_another_input_is_computed_again() {
+    let dir = tempfile::tempdir().expect("folder");
+    sum(dir.path(), 2.0, &[1.0]);
+    let first = files(dir.path(), "answer").pop().expect("one answer");
+    let bytes = fs::read(&first).expect("is there");
+    fs::remove_file(&first).expect("removes");
+    sum(dir.path(), 2.0, &[5.0]);
+    let second = files(dir.path(), "answer").pop().expect("one answer");
+    fs::write(second, bytes).expect("writes");
+    assert_eq!(sum(dir.path(), 2.0, &[5.0]), (10.0, 1));
+}
+
+#[test]
 fn an_answer_of_another_type_is_computed_again() {
     #[derive(Serialize)]
     struct Older;

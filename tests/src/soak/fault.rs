@@ -3,14 +3,13 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::thread;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use anyhow::{Context, ensure};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
-use super::folder::{Ended, Folder, ended};
-use super::{WORKED, moment};
+use super::folder::{Ended, Folder, WORKED, ended};
 
 /// What goes wrong in a night.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -215,4 +214,9 @@ fn any_file(folder: &Path, random: &mut ChaCha8Rng) -> anyhow::Result<PathBuf> {
         .get(random.random_range(0..files.len()))
         .cloned()
         .context("a file")
+}
+
+/// A moment within a night that took so long.
+fn moment(took: Duration, random: &mut ChaCha8Rng) -> Duration {
+    took.mul_f64(random.random_range(0.0..1.1))
 }

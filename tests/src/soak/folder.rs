@@ -12,6 +12,9 @@ use clap::Parser;
 use serde_json::Value;
 use store::Store;
 
+/// Exit codes of a night that did its work: done, with input rejected, refused by a gate.
+pub const WORKED: [i32; 3] = [0, 3, 4];
+
 /// Versions that are kept.
 const KEEP: usize = 5;
 

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use clap::{Args, Subcommand};
+use durable::sha256;
 use ingest::LogFile;
 use rayon::prelude::*;
 use serde_json::json;
@@ -11,7 +12,7 @@ use values::Rig;
 
 use crate::Error;
 use crate::args::examples;
-use crate::dataset::{FILES, Lock, Pinned, Recipe, Rows, hash, hashes, pin};
+use crate::dataset::{FILES, Lock, Pinned, Recipe, Rows, hashes, pin};
 use crate::error::Outcome;
 use crate::naming::name_logs;
 use crate::output::Output;
@@ -109,7 +110,7 @@ fn make_lock(args: &DatasetArgs, again: bool) -> Result<Output, Error> {
     logs.sort();
 
     let lock = Lock::new(
-        hash(rig.to_toml().as_bytes()),
+        sha256(rig.to_toml().as_bytes()),
         recipe.seed,
         recipe.filters,
         logs,
@@ -199,7 +200,7 @@ fn rebuild(args: &DatasetArgs) -> Result<(Lock, Rig, Rows), Error> {
             args.recipe.display()
         ))
     })?;
-    let is_same = lock.rig == hash(rig.to_toml().as_bytes())
+    let is_same = lock.rig == sha256(rig.to_toml().as_bytes())
         && lock.seed == recipe.seed
         && lock.filters == recipe.filters;
     if !is_same {

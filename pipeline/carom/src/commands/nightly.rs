@@ -9,7 +9,6 @@ use std::path::PathBuf;
 use clap::Args;
 use ingest::LogFile;
 use serde_json::json;
-use sha2::{Digest, Sha256};
 use stage::Run;
 use store::{Artifact, ArtifactError, Contents, Store};
 
@@ -69,7 +68,10 @@ pub fn run(args: &NightlyArgs, global: Global) -> Result<Output, Error> {
             && !durable::faults::dead()
         {
             // The error is the one to tell.
-            let _ = keep(dir, &Night::failed(error, store.latest().ok()));
+            let _ = keep(
+                dir,
+                &Night::failed(error, store.latest().ok(), kept(dir).as_ref()),
+            );
         }
         night
     });
@@ -128,8 +130,10 @@ fn work(
     let dir = run.dir();
     let logs = reading::open(&inputs.logs);
     let before = in_use(store)?;
-    let last = kept(dir).filter(|last| last.basis == basis(inputs, &logs, store));
-    if let Some(last) = last {
+    let last = kept(dir);
+    let in_use_now = before.as_ref().map(|before| before.version.as_str());
+    let asked = last.as_ref().map_or(0, |last| last.asked_of(in_use_now));
+    if let Some(last) = last.filter(|last| last.basis == basis(inputs, &logs, store)) {
         // What was decided then stays to be read; what is wrong with the logs is told again.
         return Ok(last.again(logs.0, before.as_ref()));
     }
@@ -143,6 +147,7 @@ fn work(
         .ok_or_else(|| Error::failed("publish: nothing came out"))?;
     let mut night = Night::new(&results.logs, before.as_ref(), String::new());
     night.record(&results);
+    night.asked = asked;
     log.line("info", "run", &json!({ "strikes": night.strikes, "rejected": night.rejected, "new_logs": night.new_logs, "left_out": night.left_out, "damaged": night.damaged }));
     if let Some(before) = &before {
         tell_drift(run, inputs, before, &results, &mut night)?;
@@ -158,6 +163,8 @@ fn work(
     log.line("info", "gates", &json!({ "status": night.status, "why": night.why, "beats": night.beats, "executor": night.executor }));
     if is_passed {
         promote(store, contents, &mut night)?;
+    }
+    if night.status == Status::Promoted {
         night.removed = store.retain(usize::from(args.keep)).map_err(store_error)?;
     }
     night.latest = store.latest().ok();
@@ -194,8 +201,7 @@ fn basis(
         publishing::engine(),
         store.latest().ok(),
     ]);
-    let digest = Sha256::digest(all.to_string().as_bytes());
-    digest.iter().map(|byte| format!("{byte:02x}")).collect()
+    durable::sha256(all.to_string().as_bytes())
 }
 
 /// How well the version in use predicts the strikes that are new to it.
@@ -247,7 +253,8 @@ fn pass_gates(
     match before {
         Some(before) => {
             let strikes = held_out(&results.strikes);
-            let beats = compare_held_out(run, before, &candidate, &strikes)?;
+            night.asked += 1;
+            let beats = compare_held_out(run, before, &candidate, &strikes, night.asked)?;
             night.why.push(beats.sentence());
             is_passed &= beats.passed;
             night.beats = Some(beats);
@@ -264,9 +271,18 @@ fn pass_gates(
     Ok(is_passed)
 }
 
-/// Publishes the candidate. One that a person rolled back stays out of use.
+/// Publishes the candidate, if the version in use is still the one that it was compared with. One that a person rolled back stays
+/// out of use.
 fn promote(store: &Store, contents: &Contents, night: &mut Night) -> Result<(), Error> {
-    let version = store.publish(contents).map_err(store_error)?;
+    let version = match store.promote(contents, night.before.as_deref()) {
+        Ok(version) => version,
+        Err(error @ ArtifactError::Overtaken { .. }) => {
+            night.status = Status::Refused;
+            night.why.push(format!("failed to {error}"));
+            return Ok(());
+        }
+        Err(error) => return Err(store_error(error)),
+    };
     if store.latest().is_ok_and(|latest| latest == version) {
         return Ok(());
     }

@@ -8,4 +8,4 @@ mod rows;
 
 pub use lock::{Lock, Pinned, pin};
 pub use recipe::Recipe;
-pub use rows::{FILES, Rows, hash, hashes};
+pub use rows::{FILES, Rows, hashes};

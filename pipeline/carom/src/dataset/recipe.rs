@@ -97,7 +97,10 @@ impl Recipe {
             }
             let bad = |why: String| Error::input(format!("find the logs {name}: {why}"));
             let before = paths.len();
-            let pattern = path.to_string_lossy();
+            // The folder's name is no pattern, whatever characters it has.
+            let folder = glob::Pattern::escape(&self.folder.to_string_lossy());
+            let pattern = Path::new(&folder).join(name);
+            let pattern = pattern.to_string_lossy();
             for found in glob::glob(&pattern).map_err(|error| bad(error.to_string()))? {
                 paths.push(found.map_err(|error| bad(error.to_string()))?);
             }
@@ -114,5 +117,27 @@ impl Filters {
     pub fn keeps(&self, strike: &Strike) -> bool {
         let within = |bounds: Option<Interval>, value| bounds.is_none_or(|b| b.contains(value));
         within(self.speed, strike.command.speed) && within(self.angle, strike.command.angle)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_folder_with_brackets_in_its_name_is_no_pattern() {
+        let dir = tempfile::tempdir().expect("folder");
+        let folder = dir.path().join("ds[1]");
+        fs::create_dir(&folder).expect("folder");
+        for name in ["a_1.mcap", "a_2.mcap", "b.mcap"] {
+            fs::write(folder.join(name), "").expect("file");
+        }
+        let path = folder.join("recipe.toml");
+        fs::write(&path, "logs = [\"a_*.mcap\"]\nrig = \"rig.toml\"\n").expect("recipe");
+        let recipe = Recipe::load(&path).expect("a recipe");
+        let found = recipe
+            .find_logs(&[])
+            .unwrap_or_else(|error| panic!("failed to {error}"));
+        assert_eq!(found.len(), 2, "{found:?}");
     }
 }

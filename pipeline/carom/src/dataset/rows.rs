@@ -6,7 +6,6 @@ use std::path::{Path, PathBuf};
 
 use ingest::{Ingest, LogFile, LogOutcome, assemble, ingest_log};
 use rayon::prelude::*;
-use sha2::{Digest, Sha256};
 use values::{Reject, Rig, Strike};
 
 use super::lock::{Lock, Pinned};
@@ -92,13 +91,8 @@ pub fn hashes(dir: &Path) -> Result<BTreeMap<String, String>, Error> {
         let path = dir.join(name);
         if path.exists() {
             let bytes = fs::read(&path).map_err(|error| Error::unreadable(&path, &error))?;
-            hashes.insert(name.to_string(), hash(&bytes));
+            hashes.insert(name.to_string(), durable::sha256(&bytes));
         }
     }
     Ok(hashes)
-}
-
-pub fn hash(bytes: &[u8]) -> String {
-    let digest = Sha256::digest(bytes);
-    digest.iter().map(|byte| format!("{byte:02x}")).collect()
 }

@@ -23,8 +23,14 @@ pub fn held_out(strikes: &[Strike]) -> Vec<Strike> {
 /// Whether the candidate's stop errors are smaller than those of the version in use, on the same held-out strikes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct HeldOutGate {
-    /// Whether it passes: the whole interval is above zero, and it predicts no fewer strikes.
+    /// Whether it passes: the gain is above zero at `level`, and it predicts no fewer strikes.
     pub passed: bool,
+    /// How often a candidate has been compared with this version in use, this comparison included.
+    #[serde(default = "once")]
+    pub asked: u32,
+    /// One-sided level of this comparison ([`level`]).
+    #[serde(default = "first_level")]
+    pub level: f64,
     /// Version that it is compared with.
     pub current: String,
     /// Strikes that both predict.
@@ -43,12 +49,32 @@ pub struct HeldOutGate {
     pub candidate_failed: usize,
 }
 
-/// Compares the default models of both.
+/// The chance that a version in use is ever replaced by one that is no better, over all nights.
+const CHANCE: f64 = 0.025;
+
+fn once() -> u32 {
+    1
+}
+
+fn first_level() -> f64 {
+    level(1)
+}
+
+/// The one-sided level of the `asked`-th comparison with the same version in use. The same held-out strikes are asked every night:
+/// at a fixed level a candidate that is no better would pass some night. The levels of all comparisons sum to [`CHANCE`]
+/// (Bonferroni; Σ 1/k² = π²/6), however the comparisons depend on each other.
+fn level(asked: u32) -> f64 {
+    let basel = std::f64::consts::PI.powi(2) / 6.0;
+    CHANCE / (basel * f64::from(asked.max(1)).powi(2))
+}
+
+/// Compares the default models of both; `asked` counts the comparisons with this version in use, this one included.
 pub fn compare_held_out(
     run: &Run,
     current: &Artifact,
     candidate: &Artifact,
     strikes: &[Strike],
+    asked: u32,
 ) -> Result<HeldOutGate, Error> {
     let used = candidate.effect.as_ref().unwrap_or(&candidate.sysid);
     let judges: Vec<Judge> = strikes.iter().map(Judge::from).collect();
@@ -62,6 +88,7 @@ pub fn compare_held_out(
         &current.version,
         &errors("current"),
         &errors("candidate"),
+        asked,
     ))
 }
 
@@ -86,7 +113,12 @@ fn errors(evaluation: &Evaluation, model: &str) -> Vec<Option<f64>> {
 }
 
 /// Paired by strike, by Student's t: strikes differ by far more than models do.
-fn compare(version: &str, current: &[Option<f64>], candidate: &[Option<f64>]) -> HeldOutGate {
+fn compare(
+    version: &str,
+    current: &[Option<f64>],
+    candidate: &[Option<f64>],
+    asked: u32,
+) -> HeldOutGate {
     let pairs: Vec<(f64, f64)> = current
         .iter()
         .zip(candidate)
@@ -96,23 +128,29 @@ fn compare(version: &str, current: &[Option<f64>], candidate: &[Option<f64>]) ->
     let mean = |value: fn(&(f64, f64)) -> f64| pairs.iter().map(value).sum::<f64>() / n.max(1.0);
     let gain = mean(|(current, candidate)| current - candidate);
     let failed = |errors: &[Option<f64>]| errors.iter().filter(|error| error.is_none()).count();
-    let interval = (pairs.len() >= LEAST)
+    let level = level(asked);
+    let bounds = (pairs.len() >= LEAST)
         .then(|| {
             let squares = pairs.iter().map(|(a, b)| (a - b - gain).powi(2));
             let error = (squares.sum::<f64>() / (n - 1.0) / n).sqrt();
-            let width = StudentsT::new(0.0, 1.0, n - 1.0).ok()?.inverse_cdf(0.975) * error;
-            Some([gain - width, gain + width])
+            let student = StudentsT::new(0.0, 1.0, n - 1.0).ok()?;
+            let width = student.inverse_cdf(0.975) * error;
+            let lowest = gain - student.inverse_cdf(1.0 - level) * error;
+            Some(([gain - width, gain + width], lowest))
         })
         .flatten();
+    let is_better = bounds.is_some_and(|(_, lowest)| lowest > 0.0);
     let (current_failed, candidate_failed) = (failed(current), failed(candidate));
     HeldOutGate {
-        passed: interval.is_some_and(|[low, _]| low > 0.0) && candidate_failed <= current_failed,
+        passed: is_better && candidate_failed <= current_failed,
+        asked,
+        level,
         current: version.into(),
         strikes: pairs.len(),
         current_mean: mean(|(current, _)| *current),
         candidate_mean: mean(|(_, candidate)| *candidate),
         gain,
-        interval,
+        interval: bounds.map(|(interval, _)| interval),
         current_failed,
         candidate_failed,
     }
@@ -130,15 +168,26 @@ impl HeldOutGate {
         };
         let verdict = if self.passed {
             "better"
-        } else if low > 0.0 {
+        } else if low > 0.0 && self.candidate_failed > self.current_failed {
             "better where it predicts, but it predicts fewer strikes"
+        } else if low > 0.0 {
+            "not better beyond the chance that so many comparisons leave"
         } else if high < 0.0 {
             "worse"
         } else {
             "no better than chance"
         };
+        let asked = match self.asked {
+            1 => String::new(),
+            asked => format!(
+                " (comparison {asked} with {}: it passes at {:.2} % in place of {:.1} %)",
+                self.current,
+                100.0 * self.level,
+                100.0 * level(1)
+            ),
+        };
         format!(
-            "on {} held-out strikes it misses by {:.2} mm, {} by {:.2} mm: a gain of {:.2} mm, 95 % [{:.2}, {:.2}]: {verdict}",
+            "on {} held-out strikes it misses by {:.2} mm, {} by {:.2} mm: a gain of {:.2} mm, 95 % [{:.2}, {:.2}]: {verdict}{asked}",
             self.strikes,
             mm(self.candidate_mean),
             self.current,
@@ -152,6 +201,9 @@ impl HeldOutGate {
 
 #[cfg(test)]
 mod tests {
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+
     use super::*;
 
     fn errors(of: impl Fn(usize) -> f64) -> Vec<Option<f64>> {
@@ -167,19 +219,19 @@ mod tests {
     fn a_small_gain_on_every_strike_passes_and_chance_does_not() {
         let current = errors(|strike| 0.002 + hard(strike));
         let better = errors(|strike| 0.0018 + hard(strike) + 0.0001 * (strike % 3) as f64);
-        let beats = compare("v0001", &current, &better);
+        let beats = compare("v0001", &current, &better, 1);
         assert!(beats.passed, "{beats:?}");
         assert!(beats.sentence().ends_with("better"), "{}", beats.sentence());
-        let worse = compare("v0001", &better, &current);
+        let worse = compare("v0001", &better, &current, 1);
         assert!(!worse.passed && worse.sentence().ends_with("worse"));
         // Better on the mean, by chance: half of the strikes gain, half lose.
         let chance = errors(|strike| {
             let sign = if strike % 2 == 0 { -1.1 } else { 1.0 };
             0.002 + hard(strike) + 0.001 * sign
         });
-        let beats = compare("v0001", &current, &chance);
+        let beats = compare("v0001", &current, &chance, 1);
         assert!(beats.gain > 0.0 && !beats.passed, "{beats:?}");
-        let same = compare("v0001", &current, &current);
+        let same = compare("v0001", &current, &current, 1);
         assert!(!same.passed, "{same:?}");
     }
 
@@ -189,15 +241,51 @@ mod tests {
             errors(|_| 0.01),
             errors(|strike| 0.001 + 0.1 * hard(strike)),
         );
-        let few = compare("v0001", &current[..LEAST - 1], &better[..LEAST - 1]);
+        let few = compare("v0001", &current[..LEAST - 1], &better[..LEAST - 1], 1);
         assert!(!few.passed && few.interval.is_none());
         assert!(few.sentence().contains("too few"));
         let mut failing = better.clone();
         failing[3] = None;
-        let beats = compare("v0001", &current, &failing);
+        let beats = compare("v0001", &current, &failing, 1);
         assert!(!beats.passed && beats.candidate_failed == 1);
         assert!(beats.sentence().contains("predicts fewer"));
-        let none = compare("v0001", &[], &[]);
+        let none = compare("v0001", &[], &[], 1);
         assert!(!none.passed && none.gain == 0.0);
+    }
+
+    /// Nights at which a candidate that is no better is compared with the version in use.
+    const NIGHTS: u32 = 60;
+
+    /// Shares of versions in use that some night replaces by a candidate that is no better: by the levels here, and by the first
+    /// level every night.
+    fn replaced_for_nothing(versions: u64) -> [f64; 2] {
+        let mut replaced = [0_u32; 2];
+        for version in 0..versions {
+            let mut rng = ChaCha8Rng::seed_from_u64(version);
+            let mut noise = || Some(0.005 + 0.001 * rng.random_range(-1.0..1.0));
+            let mut is_replaced = [false; 2];
+            for night in 1..=NIGHTS {
+                let current: Vec<_> = (0..40).map(|_| noise()).collect();
+                let candidate: Vec<_> = (0..40).map(|_| noise()).collect();
+                for (place, asked) in [night, 1].into_iter().enumerate() {
+                    is_replaced[place] |= compare("v0001", &current, &candidate, asked).passed;
+                }
+            }
+            for (count, is_replaced) in replaced.iter_mut().zip(is_replaced) {
+                *count += u32::from(is_replaced);
+            }
+        }
+        replaced.map(|count| f64::from(count) / versions as f64)
+    }
+
+    #[test]
+    fn asking_every_night_replaces_no_more_versions_by_chance_than_asking_once() {
+        let [here, at_one_level] = replaced_for_nothing(400);
+        // Standard error of 2.5 % of 400: 0.8 %.
+        assert!(here <= CHANCE + 0.016, "{here}");
+        assert!(
+            at_one_level > 0.2,
+            "{at_one_level}: the test could not fail"
+        );
     }
 }

@@ -48,6 +48,9 @@ pub struct Night {
     pub left_out: Vec<LeftOut>,
     /// The gate of held-out strikes.
     pub beats: Option<HeldOutGate>,
+    /// How often a candidate has been compared with the version in use when it began, over all nights so far.
+    #[serde(default)]
+    pub asked: u32,
     /// The gate of the executor.
     pub executor: Option<ExecutorGate>,
     /// Whether the version in use does worse on the new strikes than on those that it was published with.
@@ -100,6 +103,7 @@ impl Night {
             damaged: Vec::new(),
             left_out: Vec::new(),
             beats: None,
+            asked: 0,
             executor: None,
             drift: None,
             missing: Vec::new(),
@@ -109,13 +113,23 @@ impl Night {
     }
 
     /// A night that failed. It has no basis: the next one tries again.
-    pub fn failed(error: &Error, latest: Option<String>) -> Self {
+    pub fn failed(error: &Error, latest: Option<String>, last: Option<&Self>) -> Self {
         Self {
             status: Status::Failed,
             before: latest.clone(),
+            asked: last.map_or(0, |last| last.asked_of(latest.as_deref())),
             latest,
             why: vec![format!("failed to {error}")],
             ..Self::new(&[], None, String::new())
+        }
+    }
+
+    /// How often a candidate was compared with `version` up to this night.
+    pub fn asked_of(&self, version: Option<&str>) -> u32 {
+        if self.before.as_deref() == version {
+            self.asked
+        } else {
+            0
         }
     }
 
@@ -138,6 +152,7 @@ impl Night {
                 0
             },
             rejected: self.rejected,
+            asked: self.asked_of(version.map(String::as_str)),
             damaged: self.damaged,
             left_out: self.left_out,
             ..Self::new(&logs, before, self.basis)
@@ -257,7 +272,7 @@ mod tests {
             why: vec!["8 at the least".into()],
             strikes: 60,
             new_strikes: 20,
-            ..Night::failed(&Error::Refused(String::new()), None)
+            ..Night::failed(&Error::Refused(String::new()), None, None)
         };
         let again = refused.clone().again(Vec::new(), None);
         assert_eq!(again.status, Status::NothingNew);
