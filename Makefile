@@ -1,6 +1,6 @@
 # Everything that carom needs beside rustup's stable Rust, Python 3 with pip and a C compiler is set up here,
 # under .native/. A second run of any target does nothing that is done.
-.PHONY: build run test lint blind kuka bench fuzz soak setup clean
+.PHONY: build install run test lint blind kuka bench fuzz soak setup clean
 .DEFAULT_GOAL := build
 
 DEMO := artifacts/demo
@@ -11,6 +11,14 @@ setup:
 
 build: setup
 	cargo build --workspace --locked
+
+# Both programs as commands, with MuJoCo's library beside them: PREFIX/bin links to PREFIX/lib/carom.
+PREFIX := $(HOME)/.local
+install: build
+	install -d "$(DESTDIR)$(PREFIX)/bin" "$(DESTDIR)$(PREFIX)/lib/carom"
+	install -m 755 $(BIN)/carom $(BIN)/strike "$(DESTDIR)$(PREFIX)/lib/carom"
+	install -m 644 .native/lib/libmujoco.so.3.17.0 "$(DESTDIR)$(PREFIX)/lib/carom"
+	ln -sf ../lib/carom/carom ../lib/carom/strike "$(DESTDIR)$(PREFIX)/bin"
 
 # 500 demo strikes, the whole pipeline, and one strike at a target with what came of it.
 run: build
