@@ -134,6 +134,12 @@ pub struct TrainedRegion {
     pub stop_x: Interval,
     /// The stop's y, in m.
     pub stop_y: Interval,
+    /// The start's x, in m; none in versions of before it was recorded.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub start_x: Option<Interval>,
+    /// The start's y, in m; none in versions of before it was recorded.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub start_y: Option<Interval>,
 }
 
 impl TrainedRegion {
@@ -144,7 +150,9 @@ impl TrainedRegion {
             distance: bounds(paths.clone().map(Point::norm))?,
             bearing: arc(paths.map(Point::bearing).collect())?,
             stop_x: bounds(strikes.clone().map(|(_, stop)| stop.x))?,
-            stop_y: bounds(strikes.map(|(_, stop)| stop.y))?,
+            stop_y: bounds(strikes.clone().map(|(_, stop)| stop.y))?,
+            start_x: bounds(strikes.clone().map(|(initial, _)| initial.x)),
+            start_y: bounds(strikes.map(|(initial, _)| initial.y)),
         })
     }
 
@@ -156,13 +164,17 @@ impl TrainedRegion {
     }
 
     /// Each bound with its name.
-    pub(crate) fn bounds(&self) -> [(&'static str, Interval); 4] {
+    pub(crate) fn bounds(&self) -> impl Iterator<Item = (&'static str, Interval)> {
         [
-            ("trained_region.distance", self.distance),
-            ("trained_region.bearing", self.bearing),
-            ("trained_region.stop_x", self.stop_x),
-            ("trained_region.stop_y", self.stop_y),
+            ("trained_region.distance", Some(self.distance)),
+            ("trained_region.bearing", Some(self.bearing)),
+            ("trained_region.stop_x", Some(self.stop_x)),
+            ("trained_region.stop_y", Some(self.stop_y)),
+            ("trained_region.start_x", self.start_x),
+            ("trained_region.start_y", self.start_y),
         ]
+        .into_iter()
+        .filter_map(|(name, bound)| Some((name, bound?)))
     }
 }
 

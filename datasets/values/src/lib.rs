@@ -12,8 +12,8 @@ mod strike;
 
 pub use geometry::Point;
 pub use rig::{
-    Camera, Colour, FieldTopic, ImageTopic, Interval, Object, PoseTopic, Rig, RigError, Robot,
-    Shape, StampMark, StateTopic, Striker, Table, Tip, Topics,
+    Camera, Colour, FieldTopic, ImageTopic, Interval, Object, Obstacle, PoseTopic, Rig, RigError,
+    Robot, Shape, StampMark, StateTopic, Striker, Table, Tip, Topics,
 };
 pub use split::{Split, split_of};
 pub use strike::{Command, Conditions, Delivered, Reject, RejectReason, Strike, Track, Yaw};

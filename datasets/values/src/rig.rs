@@ -1,5 +1,6 @@
 //! The rig file: what is known of a set-up before anything is measured.
 
+mod arm;
 mod check;
 mod error;
 mod keys;
@@ -8,6 +9,7 @@ mod vision;
 
 use std::path::Path;
 
+pub use arm::Obstacle;
 use serde::{Deserialize, Serialize};
 
 use crate::Point;
@@ -194,6 +196,36 @@ pub struct Robot {
     pub angle: Interval,
     /// Acceleration of the trapezoidal profile, in m/s².
     pub acceleration: f64,
+    /// Where the axis of its base stands, in m; the origin unless given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub base: Option<Point>,
+    /// Radius in m about the base's axis that the tip keeps clear of.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub keep_out: Option<f64>,
+    /// Distances in m from the base's axis that the tip's centre may have.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reach: Option<Interval>,
+    /// Jerk of the ramps, in m/s³; none for an arm that changes its acceleration at once.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub jerk: Option<f64>,
+    /// Height of the tip's centre above the table when it strikes, in m.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub strike_height: Option<f64>,
+    /// Height of the tip's centre above the table on its way, clear of the object, in m.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub travel_height: Option<f64>,
+    /// Roll, pitch and yaw of the tool while it strikes, in rad.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tool_orientation: Option<[f64; 3]>,
+    /// The tip's centre in the flange's frame: x, y, z in m, roll, pitch, yaw in rad.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tool_offset: Option<[f64; 6]>,
+    /// Mass of the tool, in kg.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub payload: Option<f64>,
+    /// What it must not touch.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub obstacles: Vec<Obstacle>,
 }
 
 impl Rig {
@@ -275,11 +307,7 @@ impl Rig {
                 readout: 0.0,
                 stamp: StampMark::Middle,
             },
-            robot: Robot {
-                speed: [0.4, 1.0].into(),
-                angle: [-0.80, 0.80].into(),
-                acceleration: 5.0,
-            },
+            robot: Robot::limits([0.4, 1.0].into(), [-0.80, 0.80].into(), 5.0),
             topics: Topics::default(),
         }
     }

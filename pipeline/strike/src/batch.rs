@@ -25,6 +25,9 @@ pub struct Tally {
 struct Target {
     from: Point,
     to: Point,
+    /// By how much a box is seen turned from the table's axes, in rad.
+    #[serde(default)]
+    yaw: f64,
 }
 
 /// A plan, or why there is none.
@@ -97,7 +100,7 @@ fn answer(planner: &Planner, line: &[u8], number: usize) -> Option<Answer> {
     };
     Some(match target {
         Err(why) => Answer::Refusal(malformed(number, &why)),
-        Ok(Target { from, to }) => match planner.plan(from, to) {
+        Ok(Target { from, to, yaw }) => match planner.plan_turned(from, to, yaw) {
             Ok(plan) => Answer::Plan(Box::new(plan)),
             Err(refusal) => Answer::Refusal(refusal),
         },

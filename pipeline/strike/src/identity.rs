@@ -27,8 +27,20 @@ pub fn allows(planned: &Rig, there: &Rig) -> Result<(), OtherRig> {
     compare(planned, there, is_within)
 }
 
-/// What a camera needs to know of the object; no strike depends on it.
-const SEEN: [(&str, &str); 1] = [("object", "colour")];
+/// What a camera needs to know of the object, and where the arm stands and may go: every plan keeps to this robot's own, and no
+/// artifact depends on it.
+const OWN: [(&str, &str); 10] = [
+    ("object", "colour"),
+    ("robot", "base"),
+    ("robot", "keep_out"),
+    ("robot", "reach"),
+    ("robot", "jerk"),
+    ("robot", "travel_height"),
+    ("robot", "tool_orientation"),
+    ("robot", "tool_offset"),
+    ("robot", "payload"),
+    ("robot", "obstacles"),
+];
 
 /// Differences of two rigs in what a strike depends on; `may_differ` says which limits may.
 fn compare(
@@ -50,7 +62,7 @@ fn compare(
             .flat_map(|rig| keys(rig).into_iter().map(|(name, _)| name))
             .collect();
         for name in names {
-            if SEEN.contains(&(section, name.as_str())) {
+            if OWN.contains(&(section, name.as_str())) {
                 continue;
             }
             let (theirs, ours) = (&theirs[section][&name], &ours[section][&name]);

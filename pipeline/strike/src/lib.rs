@@ -6,6 +6,7 @@
 //! form that `carom run` ingests. Polars, arrow and burn are absent on purpose: this runs on the robot's own computer.
 
 pub mod batch;
+mod clearance;
 mod config;
 mod count;
 mod error;
@@ -16,6 +17,7 @@ mod plan;
 mod planner;
 mod refusal;
 mod robot;
+mod stroke;
 #[cfg(test)]
 mod testing;
 mod trust;
@@ -25,10 +27,11 @@ pub use count::take_number;
 pub use error::PlannerError;
 pub use log::{Destination, Kept, LogError, OpenLog, highest};
 pub use logs::write::Samples;
-pub use plan::{FEW, Plan};
+pub use plan::{Details, FEW, Plan};
 pub use planner::Planner;
 pub use refusal::{Reason, Refusal};
 pub use robot::{
     Choice, DryRun, Robot, RobotError, SimRobot, Struck, TruthSource, UnknownRobot, execute,
 };
+pub use stroke::{Ramp, Stroke};
 pub use trust::{Trust, TrustError, allows};

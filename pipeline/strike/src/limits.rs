@@ -1,21 +1,30 @@
 //! What a plan must keep to. Each check tells the limit, the value, and how to mend it; none moves a value into its limit.
 
+use std::f64::consts::{FRAC_PI_2, PI};
+
 use store::TrainedRegion;
-use values::{Command, Interval, Point, Rig, Table};
-use world::Profile;
+use values::{Command, Interval, Point, Rig, Shape};
+use world::Simulated;
 
 use crate::Reason;
+use crate::stroke::Stroke;
 
 /// Paths shorter than this, in m, are no strike: the camera cannot tell them from rest.
 const SHORTEST_PATH: f64 = 1e-3;
-/// The base of the arm, in m along x: the tip never goes behind it.
-const BASE: f64 = 0.0;
+/// After the blow the tip stays so far from the object, in m: several times what the camera's noise and a share of a tenth in
+/// friction move either by before the tip is at rest.
+const SECOND_PUSH_MARGIN: f64 = 0.005;
+/// Samples of tip and object after the blow, a second.
+const SAMPLES: f64 = 1e3;
+/// A box may be turned so far from how it was modelled, in rad: three degrees.
+const MOST_TURN: f64 = 0.05;
 
 /// A limit that would be broken.
 pub(crate) type Broken = (Reason, String);
 
-/// A point is of numbers, and on the table.
-pub(crate) fn point(table: &Table, name: &str, point: Point) -> Result<(), Broken> {
+/// A point is of numbers, and an object that rests there lies on the table with all of its footprint.
+pub(crate) fn point(rig: &Rig, name: &str, point: Point) -> Result<(), Broken> {
+    let table = &rig.table;
     let name = if name.contains(' ') {
         name.to_owned()
     } else {
@@ -41,13 +50,29 @@ pub(crate) fn point(table: &Table, name: &str, point: Point) -> Result<(), Broke
             ),
         ));
     }
+    let (_, footprint) = sizes(rig);
+    let room = (point.x - table.x.low)
+        .min(table.x.high - point.x)
+        .min(point.y - table.y.low)
+        .min(table.y.high - point.y);
+    // The rounding of decimals decides nothing.
+    if room < footprint - 1e-9 {
+        return Err((
+            Reason::OffTable,
+            format!(
+                "an object at {name} {} reaches {footprint:.4} m around it, and the table's edge is {room:.4} m away; choose a point \
+                 farther in",
+                place(point)
+            ),
+        ));
+    }
     Ok(())
 }
 
 /// Both points are numbers, on the table, and apart.
-pub(crate) fn points(table: &Table, from: Point, to: Point) -> Result<(), Broken> {
-    point(table, "from", from)?;
-    point(table, "to", to)?;
+pub(crate) fn points(rig: &Rig, from: Point, to: Point) -> Result<(), Broken> {
+    point(rig, "from", from)?;
+    point(rig, "to", to)?;
     let distance = from.distance(to);
     if distance < SHORTEST_PATH {
         return Err((
@@ -83,7 +108,29 @@ pub(crate) fn trained(region: &TrainedRegion, from: Point, to: Point) -> Result<
         },
     ];
     told.iter().try_for_each(Told::check)?;
+    trained_start(region, from)?;
     trained_stop(region, to)
+}
+
+/// The object lies where training strikes started; versions of before that was recorded do not tell.
+pub(crate) fn trained_start(region: &TrainedRegion, from: Point) -> Result<(), Broken> {
+    let axes = [
+        ("the object's x in m", from.x, region.start_x),
+        ("the object's y in m", from.y, region.start_y),
+    ];
+    axes.into_iter().try_for_each(|(quantity, value, trained)| {
+        let Some(trained) = trained else {
+            return Ok(());
+        };
+        let told = Told {
+            quantity,
+            value,
+            trained,
+            is_trained: trained.contains(value),
+            mend: "lay the object among the training strikes' starts",
+        };
+        told.check()
+    })
 }
 
 /// The target lies where training strikes stopped.
@@ -194,33 +241,83 @@ pub(crate) fn residual(rig: &Rig, to: Point, stop: Point, most: f64) -> Result<(
     ))
 }
 
-/// Every position of the tip is within reach: over the table, or between the table and the arm's base at x = 0, from
-/// where the arm reaches out.
-pub(crate) fn reach(table: &Table, profile: &Profile) -> Result<(), Broken> {
-    let x = Interval {
-        low: table.x.low.min(BASE),
-        high: table.x.high,
-    };
-    for (name, point) in [
-        ("start", profile.start),
-        ("pre_strike", profile.pre_strike),
-        ("strike", profile.strike),
-        ("stop", profile.stop),
-    ] {
-        if !(x.contains(point.x) && table.y.contains(point.y)) {
+/// After the blow tip and object part and never meet again, while either moves. `clear` (m) is the distance of their centres at
+/// which they cannot touch, however the object is turned.
+pub(crate) fn second_push(stroke: &Stroke, object: &Simulated, clear: f64) -> Result<(), Broken> {
+    let end = object.rest_time.max(stroke.t_stop - stroke.t_strike);
+    let gap = |t: f64| object.at(t).distance(stroke.at(stroke.t_strike + t).0) - clear;
+    let mut has_parted = false;
+    let mut t = 0.0;
+    while t <= end {
+        let now = gap(t);
+        if has_parted && now < SECOND_PUSH_MARGIN {
             return Err((
-                Reason::Reach,
+                Reason::SecondPush,
                 format!(
-                    "the tip's `{name}` {} is out of reach, x in {} and y in {} m (the table, and up to the arm's base); \
-                     lay the object farther from that edge, or raise robot.acceleration if the arm can do more",
-                    place(point),
-                    range(x),
-                    range(table.y)
+                    "{:.2} s after the blow the tip comes within {:.1} mm of the object again, {:.1} mm is the least; choose a target \
+                     farther away, or raise robot.acceleration if the arm can do more",
+                    t,
+                    now * 1e3,
+                    SECOND_PUSH_MARGIN * 1e3
                 ),
             ));
         }
+        has_parted |= now >= SECOND_PUSH_MARGIN;
+        t += 1.0 / SAMPLES;
     }
-    Ok(())
+    if has_parted {
+        return Ok(());
+    }
+    Err((
+        Reason::SecondPush,
+        format!(
+            "tip and object never part by {:.1} mm: the tip pushes; choose a target farther away, or raise robot.acceleration if the \
+             arm can do more",
+            SECOND_PUSH_MARGIN * 1e3
+        ),
+    ))
+}
+
+/// Distance in m of tip's and object's centre beyond which they cannot touch, and by how much (m) the object's footprint reaches
+/// beyond its centre however it is turned.
+pub(crate) fn sizes(rig: &Rig) -> (f64, f64) {
+    let object = &rig.object;
+    let reach = match object.shape {
+        Shape::Cylinder | Shape::Sphere => object.radius.unwrap_or(0.0),
+        Shape::Box => object.half_size.map_or(0.0, |[x, y, _]| x.hypot(y)),
+    };
+    // A ball rests on a point.
+    let footprint = if object.shape == Shape::Sphere {
+        0.0
+    } else {
+        reach
+    };
+    (reach + rig.striker.radius, footprint)
+}
+
+/// A box lies as it was modelled, its faces along the table's axes; `yaw` in rad, from there.
+pub(crate) fn yaw(rig: &Rig, yaw: f64) -> Result<(), Broken> {
+    if !yaw.is_finite() {
+        return Err((
+            Reason::NotFinite,
+            format!("`yaw` is {yaw}; it must be a finite number, in rad"),
+        ));
+    }
+    let Some([x, y, _]) = rig.object.half_size else {
+        return Ok(());
+    };
+    // A square box looks the same after a quarter of a turn, another after half a turn.
+    let period = if x == y { FRAC_PI_2 } else { PI };
+    let turn = yaw - (yaw / period).round() * period;
+    if turn.abs() <= MOST_TURN {
+        return Ok(());
+    }
+    Err((
+        Reason::Turned,
+        format!(
+            "the box is turned by {turn:.4}, at most {MOST_TURN} from the table's axes is planned for, in rad; lay it straight"
+        ),
+    ))
 }
 
 /// A number for a person: beyond any table's size by its digits and power of ten.
@@ -237,6 +334,6 @@ pub(crate) fn place(point: Point) -> String {
     format!("({}, {})", number(point.x), number(point.y))
 }
 
-fn range(interval: Interval) -> String {
+pub(crate) fn range(interval: Interval) -> String {
     format!("[{:.4}, {:.4}]", interval.low, interval.high)
 }

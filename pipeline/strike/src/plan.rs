@@ -1,16 +1,41 @@
 //! What is to be done: a command, and the motion of the tip that strikes it.
 
+use std::ops::Deref;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
 use serde::Serialize;
 use store::Model;
-use values::{Command, Point};
-use world::Profile;
+use values::{Command, Point, Rig};
+
+use crate::limits::{self, Broken};
+use crate::stroke::Stroke;
+use crate::{Reason, clearance};
 
 /// A mean of fewer strikes than this says little: at ten it is known to a fifth or so.
 pub const FEW: usize = 10;
+/// How long a plan is good for unless the planner says otherwise: later, the object may lie elsewhere.
+pub(crate) const GOOD_FOR: Duration = Duration::from_secs(5);
 
-/// One strike, planned and within every limit. Serialised it is the contract's plan.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+/// One strike, planned and within every limit. Only a [`crate::Planner`] makes one, and nothing can change it: what is read of
+/// it is its [`Details`]. Serialised it is the contract's plan.
+#[derive(Clone, Debug, Serialize)]
+#[serde(transparent)]
 pub struct Plan {
+    details: Details,
+    #[serde(skip)]
+    stroke: Stroke,
+    #[serde(skip)]
+    rig: Arc<Rig>,
+    #[serde(skip)]
+    made: Instant,
+    #[serde(skip)]
+    good_for: Duration,
+}
+
+/// What a plan says.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Details {
     /// Version of the artifact that planned it, such as `v0003`.
     pub artifact: String,
     /// Model that planned it.
@@ -50,7 +75,32 @@ pub struct Plan {
     pub expected_miss_strikes: Option<usize>,
 }
 
+impl Deref for Plan {
+    type Target = Details;
+
+    fn deref(&self) -> &Details {
+        &self.details
+    }
+}
+
+/// The same strike, whenever it was planned.
+impl PartialEq for Plan {
+    fn eq(&self, other: &Self) -> bool {
+        self.details == other.details
+    }
+}
+
 impl Plan {
+    pub(crate) fn new(details: Details, stroke: Stroke, rig: Arc<Rig>, good_for: Duration) -> Self {
+        Self {
+            details,
+            stroke,
+            rig,
+            made: Instant::now(),
+            good_for,
+        }
+    }
+
     /// What the robot is told.
     pub fn command(&self) -> Command {
         Command {
@@ -60,8 +110,41 @@ impl Plan {
     }
 
     /// The motion of the tip with its times.
-    pub fn profile(&self) -> Profile {
-        let standoff = self.strike.distance(self.from);
-        Profile::plan(self.from, self.command(), self.acceleration, standoff)
+    pub fn stroke(&self) -> &Stroke {
+        &self.stroke
+    }
+
+    /// The rig that it was planned for.
+    pub fn rig(&self) -> &Rig {
+        &self.rig
+    }
+
+    /// Whether the plan still holds: it is no older than it is good for, and command and path are within the limits of its rig.
+    pub(crate) fn check_again(&self) -> Result<(), Broken> {
+        let age = self.made.elapsed();
+        if age > self.good_for {
+            return Err((
+                Reason::PlanExpired,
+                format!(
+                    "the plan is {:.1} s old, good for {:.1} s: the object may lie elsewhere; plan again",
+                    age.as_secs_f64(),
+                    self.good_for.as_secs_f64()
+                ),
+            ));
+        }
+        let simulated = Command {
+            speed: self.speed_sim,
+            angle: self.angle_sim,
+        };
+        limits::command(&self.rig, self.command(), simulated)?;
+        limits::points(&self.rig, self.from, self.to)?;
+        clearance::path(&self.rig, &[("start", self.start), ("stop", self.stop)])
+    }
+
+    /// Whether the tip may go to the start of the strike from where it is (m), and this is the whole way at travel height.
+    pub fn check_approach(&self, from: Point) -> Result<(), String> {
+        let way = [("present place", from), ("start", self.start)];
+        clearance::path(&self.rig, &way)
+            .map_err(|(reason, detail)| format!("{}: {detail}", reason.name()))
     }
 }

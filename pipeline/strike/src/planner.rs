@@ -1,11 +1,16 @@
 //! From a target to a plan: solve, add the residual, check every limit.
 
+use std::sync::Arc;
+use std::time::Duration;
+
 use store::{Artifact, Metrics, Model, Network, TrainedRegion};
 use values::{Command, Conditions, Interval, Point, Rig};
-use world::{Simulator, SolveSettings, SolveStatus};
+use world::{Simulated, Simulator, SolveSettings, SolveStatus};
 
 use crate::limits::{self, Broken};
-use crate::{Plan, PlannerError, Reason, Refusal};
+use crate::plan::{Details, GOOD_FOR};
+use crate::stroke::Stroke;
+use crate::{Plan, PlannerError, Reason, Refusal, clearance};
 
 /// How a start is named that was chosen here.
 const CHOSEN_START: &str = "the start in the middle of the trained paths (no --from was given)";
@@ -16,11 +21,14 @@ const MOST_SHIFT: f64 = 2.0;
 /// Share of the path by which the residual may move a stop where nobody measured what the world alone misses by.
 const UNKNOWN_SHIFT: f64 = 0.1;
 
+/// Speeds that are tried to tell which one would fit.
+const SPEEDS: u32 = 60;
+
 /// One model of an artifact, ready to plan. Shared between threads.
 pub struct Planner {
     version: String,
     model: Model,
-    rig: Rig,
+    rig: Arc<Rig>,
     simulator: Simulator,
     residual: Option<Network>,
     region: TrainedRegion,
@@ -30,6 +38,8 @@ pub struct Planner {
     unaided: Option<Metrics>,
     /// Strikes that the version knows: the order of the next one.
     order: f64,
+    /// How long a plan is good for.
+    good_for: Duration,
 }
 
 impl Planner {
@@ -58,7 +68,7 @@ impl Planner {
         Ok(Self {
             version: version.clone(),
             model,
-            rig: rig.clone(),
+            rig: Arc::new(rig.clone()),
             simulator,
             residual: residual.cloned(),
             region: artifact.manifest.provenance.trained_region,
@@ -69,7 +79,13 @@ impl Planner {
                 .provenance
                 .strikes
                 .map_or(0.0, |strikes| strikes.count as f64),
+            good_for: GOOD_FOR,
         })
+    }
+
+    /// The same, whose plans may be executed for so long after they were made; 5 s unless given.
+    pub fn good_for(self, good_for: Duration) -> Self {
+        Self { good_for, ..self }
     }
 
     /// The rig that it plans for.
@@ -84,9 +100,9 @@ impl Planner {
         let start = to - Point::polar(middle(self.region.distance), middle(self.region.bearing));
         let round = |coordinate: f64| (coordinate * 1e4).round() / 1e4;
         let start = Point::new(round(start.x), round(start.y));
-        limits::point(&self.rig.table, "to", to)
+        limits::point(&self.rig, "to", to)
             .and_then(|()| limits::trained_stop(&self.region, to))
-            .and_then(|()| limits::point(&self.rig.table, CHOSEN_START, start))
+            .and_then(|()| limits::point(&self.rig, CHOSEN_START, start))
             .map_err(|(refused, detail)| Refusal {
                 from: None,
                 to: Some(to),
@@ -97,9 +113,17 @@ impl Planner {
     }
 
     /// The strike that brings an object at rest at `from` to rest at `to` (m), or why it is not made: no value is ever
-    /// moved into a limit. The same input gives the same plan, whatever was planned before.
+    /// moved into a limit. The same input gives the same plan, whatever was planned before. A box lies with its faces along the
+    /// table's axes.
     pub fn plan(&self, from: Point, to: Point) -> Result<Plan, Refusal> {
-        self.try_plan(from, to)
+        self.plan_turned(from, to, 0.0)
+    }
+
+    /// The same for an object that is seen turned by `yaw` (rad) from the table's axes: a box that does not lie straight is
+    /// refused.
+    pub fn plan_turned(&self, from: Point, to: Point, yaw: f64) -> Result<Plan, Refusal> {
+        limits::yaw(&self.rig, yaw)
+            .and_then(|()| self.try_plan(from, to))
             .map_err(|(refused, detail)| Refusal {
                 from: Some(from),
                 to: Some(to),
@@ -109,7 +133,7 @@ impl Planner {
     }
 
     fn try_plan(&self, from: Point, to: Point) -> Result<Plan, Broken> {
-        limits::points(&self.rig.table, from, to)?;
+        limits::points(&self.rig, from, to)?;
         limits::trained(&self.region, from, to)?;
         let path = to - from;
         let simulated = self.solve(from, to)?;
@@ -119,21 +143,13 @@ impl Planner {
             angle: simulated.angle + d_angle,
         };
         limits::command(&self.rig, command, simulated)?;
+        let stroke = self.stroke(from, command)?;
+        let object = self.simulate(from, command)?;
         if self.residual.is_some() {
-            let stop = self.simulated_stop(from, command)?;
-            limits::residual(&self.rig, to, stop, self.farthest_shift(path))?;
+            limits::residual(&self.rig, to, object.stop, self.farthest_shift(path))?;
         }
-        let profile = self.simulator.profile(from, command).ok_or_else(|| {
-            (
-                Reason::Unreachable,
-                format!(
-                    "the tip passes beside the object at {:.4} rad; lay the object more in line with its target",
-                    command.angle
-                ),
-            )
-        })?;
-        limits::reach(&self.rig.table, &profile)?;
-        Ok(Plan {
+        limits::second_push(&stroke, &object, limits::sizes(&self.rig).0)?;
+        let details = Details {
             artifact: self.version.clone(),
             model: self.model,
             from,
@@ -145,31 +161,64 @@ impl Planner {
             d_angle,
             speed: command.speed,
             angle: command.angle,
-            start: profile.start,
-            pre_strike: profile.pre_strike,
-            strike: profile.strike,
-            stop: profile.stop,
+            start: stroke.start,
+            pre_strike: stroke.pre_strike,
+            strike: stroke.strike,
+            stop: stroke.stop,
             acceleration: self.rig.robot.acceleration,
             expected_miss: self.metrics.map(|metrics| metrics.mean),
             expected_miss_strikes: self.metrics.map(|metrics| metrics.n),
-        })
+        };
+        Ok(Plan::new(details, stroke, self.rig.clone(), self.good_for))
     }
 
-    /// Where the world's object comes to rest, in m, when it is struck with the final command.
-    fn simulated_stop(&self, from: Point, command: Command) -> Result<Point, Broken> {
-        let simulated = self
-            .simulator
-            .worker()
-            .strike(from, command, &self.conditions());
-        let simulated = simulated.map_err(|error| {
+    /// The motion of the tip, where the arm may go all along it.
+    fn stroke(&self, from: Point, command: Command) -> Result<Stroke, Broken> {
+        let profile = self.simulator.profile(from, command).ok_or_else(|| {
             (
-                Reason::Diverged,
+                Reason::Unreachable,
                 format!(
-                    "the final command, residual included, has no end: {error}; use another --model"
+                    "the tip passes beside the object at {:.4} rad; lay the object more in line with its target",
+                    command.angle
                 ),
             )
         })?;
-        Ok(simulated.stop)
+        let standoff = profile.strike.distance(from);
+        let at = |speed: f64| {
+            let command = Command { speed, ..command };
+            let stroke = Stroke::plan(from, command, &self.rig.robot, standoff);
+            let ends = [("start", stroke.start), ("stop", stroke.stop)];
+            clearance::path(&self.rig, &ends).map(|()| stroke)
+        };
+        at(command.speed).map_err(|(reason, detail)| {
+            let low = self.rig.robot.speed.low;
+            let fitting = (0..=SPEEDS)
+                .map(|step| command.speed + (low - command.speed) * f64::from(step) / f64::from(SPEEDS))
+                .find(|speed| at(*speed).is_ok());
+            let mend = match fitting {
+                Some(speed) => format!(
+                    "at this place and angle up to {speed:.3} m/s would fit: choose a target nearer to the object, or lay the object \
+                     farther from what is in the way"
+                ),
+                None => "no speed of robot.speed fits at this place and angle: lay the object elsewhere".into(),
+            };
+            (reason, format!("at {:.4} m/s {detail}; {mend}", command.speed))
+        })
+    }
+
+    /// What the object does when it is struck with the final command, in the model's world.
+    fn simulate(&self, from: Point, command: Command) -> Result<Simulated, Broken> {
+        let mut worker = self.simulator.worker();
+        worker
+            .strike(from, command, &self.conditions())
+            .map_err(|error| {
+                (
+                    Reason::Diverged,
+                    format!(
+                        "the final command, residual included, has no end: {error}; use another --model"
+                    ),
+                )
+            })
     }
 
     /// How far (m) the residual may move the simulated stop from the target: it makes good what the world alone misses by.

@@ -21,8 +21,18 @@ pub enum Reason {
     SpeedLimit,
     /// The command's angle is not one that the arm may strike at.
     AngleLimit,
-    /// The tip would have to go where the arm must not.
+    /// The tip would have to leave its area or the arm's reach.
     Reach,
+    /// The tip would come too near to the arm's base.
+    KeepOut,
+    /// The tip would meet an obstacle.
+    Obstacle,
+    /// The tip would push the object again after the blow.
+    SecondPush,
+    /// A box does not lie as it was modelled.
+    Turned,
+    /// The plan is too old to be executed.
+    PlanExpired,
     /// A line of a batch is not `{"from": [x, y], "to": [x, y]}`.
     Malformed,
     /// The command, simulated with its residual, stops off the table or farther from the target than the residual's training
@@ -40,7 +50,7 @@ pub enum Reason {
 
 impl Reason {
     /// Every reason.
-    pub const ALL: [Self; 14] = [
+    pub const ALL: [Self; 19] = [
         Self::NotFinite,
         Self::OffTable,
         Self::OutsideTrainedRegion,
@@ -49,6 +59,11 @@ impl Reason {
         Self::SpeedLimit,
         Self::AngleLimit,
         Self::Reach,
+        Self::KeepOut,
+        Self::Obstacle,
+        Self::SecondPush,
+        Self::Turned,
+        Self::PlanExpired,
         Self::Malformed,
         Self::ResidualTooLarge,
         Self::OtherRig,
@@ -68,6 +83,11 @@ impl Reason {
             Self::SpeedLimit => "speed_limit",
             Self::AngleLimit => "angle_limit",
             Self::Reach => "reach",
+            Self::KeepOut => "keep_out",
+            Self::Obstacle => "obstacle",
+            Self::SecondPush => "second_push",
+            Self::Turned => "turned",
+            Self::PlanExpired => "plan_expired",
             Self::Malformed => "malformed",
             Self::ResidualTooLarge => "residual_too_large",
             Self::OtherRig => "other_rig",

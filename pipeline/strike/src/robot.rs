@@ -11,7 +11,7 @@ pub use sim::{SimRobot, TruthSource};
 use logs::write::Samples;
 use values::Point;
 
-use crate::Plan;
+use crate::{Plan, Refusal};
 
 /// An arm with its camera, or what stands in for one.
 ///
@@ -63,6 +63,9 @@ pub enum RobotError {
         /// What was found, and how to mend it.
         why: String,
     },
+    /// The plan does not hold any more. Nothing has moved.
+    #[error("execute the plan: {0}; nothing has moved")]
+    Refused(Refusal),
     /// It began the motion and did not end it.
     #[error("finish the strike of robot {robot}: {why}")]
     Interrupted {
@@ -89,13 +92,22 @@ impl RobotError {
         match self {
             Self::Interrupted { samples, .. } => samples.as_deref(),
             Self::Runaway { strike, .. } => strike.samples(),
-            Self::Connection { .. } | Self::NotReady { .. } => None,
+            Self::Connection { .. } | Self::NotReady { .. } | Self::Refused(_) => None,
         }
     }
 }
 
-/// Checks, strikes, and stops the arm where the strike fails: nothing moves before the check has passed.
+/// Checks the plan again and the robot, strikes, and stops the arm where the strike fails: nothing moves before the checks have
+/// passed.
 pub fn execute(robot: &mut dyn Robot, plan: &Plan) -> Result<Option<Struck>, RobotError> {
+    plan.check_again().map_err(|(refused, detail)| {
+        RobotError::Refused(Refusal {
+            from: Some(plan.from),
+            to: Some(plan.to),
+            refused,
+            detail,
+        })
+    })?;
     robot.check(plan)?;
     robot.strike(plan).map_err(|strike| match robot.abort() {
         Ok(()) => strike,
@@ -108,9 +120,12 @@ pub fn execute(robot: &mut dyn Robot, plan: &Plan) -> Result<Option<Struck>, Rob
 
 #[cfg(test)]
 mod tests {
+    use std::time::Duration;
+
     use logs::write::Stamped;
 
     use super::*;
+    use crate::Reason;
     use crate::testing::plan;
 
     /// A robot that notes what it is asked, and fails where it is told.
@@ -176,6 +191,20 @@ mod tests {
         let (calls, outcome) = calls(&[]);
         assert_eq!(calls, ["check", "strike"]);
         assert!(matches!(outcome, Ok(None)));
+    }
+
+    #[test]
+    fn a_plan_that_is_old_or_breaks_a_limit_reaches_no_robot() {
+        let mut robot = Noting::default();
+        let mut refused = |plan: &Plan| match execute(&mut robot, plan) {
+            Err(RobotError::Refused(refusal)) => refusal.refused,
+            other => panic!("{other:?}"),
+        };
+        let old = crate::testing::plan_good_for(Duration::ZERO);
+        assert_eq!(refused(&old), Reason::PlanExpired);
+        let fast = crate::testing::plan_at(1.2);
+        assert_eq!(refused(&fast), Reason::SpeedLimit);
+        assert!(robot.calls.is_empty());
     }
 
     #[test]

@@ -1,20 +1,36 @@
 //! A plan for tests.
 
+use std::sync::Arc;
+use std::time::Duration;
+
 use store::Model;
-use values::{Command, Point};
-use world::Profile;
+use values::{Command, Point, Rig, Shape};
 
 use crate::Plan;
+use crate::plan::{Details, GOOD_FOR};
+use crate::stroke::Stroke;
 
 /// A plan that moves an object from (0.3, 0) to (0.6, 0).
 pub(crate) fn plan() -> Plan {
+    make(0.8, GOOD_FOR)
+}
+
+/// The same, good for so long.
+pub(crate) fn plan_good_for(good_for: Duration) -> Plan {
+    make(0.8, good_for)
+}
+
+/// The same with another speed, in m/s.
+pub(crate) fn plan_at(speed: f64) -> Plan {
+    make(speed, GOOD_FOR)
+}
+
+fn make(speed: f64, good_for: Duration) -> Plan {
+    let rig = Rig::demo(Shape::Cylinder);
     let (from, to) = (Point::new(0.3, 0.0), Point::new(0.6, 0.0));
-    let command = Command {
-        speed: 0.8,
-        angle: 0.0,
-    };
-    let profile = Profile::plan(from, command, 5.0, 0.042);
-    Plan {
+    let command = Command { speed, angle: 0.0 };
+    let stroke = Stroke::plan(from, command, &rig.robot, 0.042);
+    let details = Details {
         artifact: "v0001".into(),
         model: Model::Sysid,
         from,
@@ -26,12 +42,13 @@ pub(crate) fn plan() -> Plan {
         d_angle: 0.0,
         speed: command.speed,
         angle: command.angle,
-        start: profile.start,
-        pre_strike: profile.pre_strike,
-        strike: profile.strike,
-        stop: profile.stop,
-        acceleration: 5.0,
+        start: stroke.start,
+        pre_strike: stroke.pre_strike,
+        strike: stroke.strike,
+        stop: stroke.stop,
+        acceleration: rig.robot.acceleration,
         expected_miss: None,
         expected_miss_strikes: None,
-    }
+    };
+    Plan::new(details, stroke, Arc::new(rig), good_for)
 }

@@ -82,6 +82,7 @@ pub(super) fn check(rig: &Rig) -> Result<(), RigError> {
         "m/s²",
         "metres, not millimetres?",
     )?;
+    super::arm::check(&rig.robot)?;
     topic("topics.centroid", &rig.topics.centroid)?;
     topic("topics.command", &rig.topics.command)?;
     let Topics {

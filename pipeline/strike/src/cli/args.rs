@@ -22,7 +22,8 @@ Examples:
 Exit codes: 0 done; 1 failed; 2 wrong usage or bad input; 3 done, but a line of the batch was refused or the log lies
 elsewhere; 4 refused; 75 busy.
 A refusal tells its reason: not_finite, off_table, outside_trained_region, unreachable, diverged, speed_limit,
-angle_limit, reach, residual_too_large, malformed (a line of a batch), no_driver or not_ready (the robot), other_rig (the
+angle_limit, reach, keep_out, obstacle, second_push, turned (a box), residual_too_large, plan_expired, malformed (a line of a
+batch), no_driver or not_ready (the robot), other_rig (the
 artifact was made for another object or striker), not_trusted (not signed by the key, or older than what was loaded before).
 Nothing is ever moved into a limit. A damaged artifact is bad input: exit code 2. With --json every end is one object: a plan,
 a refusal, or {\"failed\": text}; what was struck is told and kept even where something failed after it.";
@@ -60,6 +61,14 @@ pub struct Args {
     /// Where the object rests, in m [default: so that its path is the middle of the trained ones]
     #[arg(long, action = ArgAction::Set, num_args = 2, value_names = ["X", "Y"], allow_negative_numbers = true, requires = "to")]
     pub from: Option<Vec<f64>>,
+    /// By how much a box is seen turned from the table's axes, in rad
+    #[arg(
+        long,
+        value_name = "RAD",
+        default_value_t = 0.0,
+        allow_negative_numbers = true
+    )]
+    pub yaw: f64,
     /// Robot: dry-run, sim (the rig whose truth.json lies in DIR or DIR/rig, else the demo's), sim:FOLDER (the one of
     /// FOLDER's); xarm:HOST has no driver yet and is refused
     #[arg(long, value_name = "ROBOT", default_value = "dry-run")]

@@ -19,7 +19,7 @@ pub fn strike_one(args: &Args, planner: &Planner, to: Point) -> Result<ExitCode,
         None => planner.usual_start(to),
     };
     let plan = from
-        .and_then(|from| planner.plan(from, to))
+        .and_then(|from| planner.plan_turned(from, to, args.yaw))
         .map_err(Failure::Refused)?;
     if !args.json {
         show::plan(&plan, args.from.is_none())?;
@@ -92,6 +92,7 @@ fn strike_with(
             answer.stopped(struck.stop);
             keep(&mut answer, log, &struck.samples, topics);
         }
+        Err(RobotError::Refused(refusal)) => return Err(Failure::Refused(refusal)),
         Err(error @ RobotError::NotReady { .. }) => {
             return Err(Failure::Refused(Refusal {
                 from: Some(plan.from),

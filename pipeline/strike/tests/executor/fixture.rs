@@ -88,6 +88,8 @@ fn contents(seed: u64) -> Contents {
                 bearing: [-1.0, 1.0].into(),
                 stop_x: [0.2, 0.95].into(),
                 stop_y: [-0.55, 0.55].into(),
+                start_x: Some([0.1, 0.45].into()),
+                start_y: Some([-0.58, 0.58].into()),
             },
             strikes: Some(Logged {
                 count: 500,

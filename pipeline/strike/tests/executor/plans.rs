@@ -72,7 +72,7 @@ fn the_tip_moves_on_the_profile_of_the_final_command() {
     ] {
         assert!(planned.distance(expected) < 1e-9);
     }
-    assert!((plan.profile().t_stop - profile.t_stop).abs() < 1e-9);
+    assert!((plan.stroke().t_stop - profile.t_stop).abs() < 1e-9);
     assert_eq!(plan.path, TO - FROM);
     assert_eq!(plan.acceleration, rig.robot.acceleration);
 }

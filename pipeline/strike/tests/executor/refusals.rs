@@ -1,8 +1,10 @@
 //! Each limit refuses by its own reason, with numbers, and plans nothing.
 
+use std::f64::consts::{FRAC_PI_2, PI};
+
 use store::{Artifact, Model};
-use strike::{Planner, Reason, Refusal};
-use values::Point;
+use strike::{Plan, Planner, Ramp, Reason, Refusal};
+use values::{Obstacle, Point, Rig, Shape};
 use world::{AddedEffect, Estimate, World};
 
 use crate::fixture::{self, FROM, TO};
@@ -64,7 +66,7 @@ fn a_target_where_the_object_is_cannot_be_reached() {
 fn paths_and_targets_must_be_among_the_trained() {
     let refused = |from, to, said: &str| check(from, to, Reason::OutsideTrainedRegion, said);
     refused(FROM, Point::new(0.32, 0.05), "length in m is 0.0200");
-    refused(FROM, Point::new(0.31, 0.59), "bearing in rad is 1.55");
+    refused(FROM, Point::new(0.31, 0.565), "bearing in rad is 1.55");
     refused(
         Point::new(0.4, 0.05),
         Point::new(0.97, 0.05),
@@ -166,27 +168,163 @@ fn the_angle_must_be_the_arms() {
     );
 }
 
+/// The plan within a rig of its own, in which the arm stands as told.
+fn within(change: impl FnOnce(&mut Rig), from: Point, to: Point) -> Result<Plan, Refusal> {
+    let artifact = fixture::artifact();
+    let mut rig = artifact.rig.clone();
+    change(&mut rig);
+    let planner = Planner::within(&artifact, Model::Sysid, &rig).unwrap();
+    planner.plan(from, to)
+}
+
+fn refused(answer: Result<Plan, Refusal>, reason: Reason, said: &str) {
+    let refusal = answer.expect_err("refused");
+    assert_eq!(refusal.refused, reason, "{refusal}");
+    assert!(refusal.detail.contains(said), "{refusal}");
+}
+
 #[test]
-fn the_tip_must_stay_within_reach() {
-    check(
-        Point::new(0.11, 0.0),
-        Point::new(0.5, 0.0),
-        Reason::Reach,
-        "`start` (-0.0",
-    );
+fn the_tip_must_stay_over_the_table_with_its_whole_radius() {
     check(
         Point::new(0.3, -0.55),
         Point::new(0.55, -0.35),
         Reason::Reach,
         "`start`",
     );
+    // It would start at (0.187, 0): before the table of a robot whose own table begins at 0.28.
+    let own_table = |rig: &mut Rig| rig.table.x.low = 0.28;
+    let answer = within(own_table, Point::new(0.32, 0.0), Point::new(0.65, 0.0));
+    refused(answer, Reason::Reach, "leaves its area at its `start`");
 }
 
 #[test]
-fn a_start_between_the_base_and_the_tables_edge_is_within_reach() {
-    let planner = Planner::new(&fixture::artifact(), Model::Sysid).unwrap();
-    let plan = planner
-        .plan(Point::new(0.2, 0.0), Point::new(0.55, 0.0))
-        .unwrap();
+fn a_start_between_the_base_and_the_tables_edge_needs_an_arm_that_says_where_it_stands() {
+    let (from, to) = (Point::new(0.2, 0.0), Point::new(0.55, 0.0));
+    refused(within(|_| (), from, to), Reason::Reach, "robot.base");
+    let placed = |base: f64| {
+        let stand = move |rig: &mut Rig| {
+            rig.robot.base = Some(Point::new(base, 0.0));
+            rig.robot.keep_out = Some(0.2);
+        };
+        within(stand, from, to)
+    };
+    let plan = placed(-0.2).unwrap();
     assert!(plan.start.x < fixture::rig().table.x.low && plan.start.x > 0.0);
+    refused(placed(-0.1), Reason::KeepOut, "robot.keep_out is 0.2");
+}
+
+#[test]
+fn a_strike_that_would_start_at_the_base_is_refused_by_name() {
+    // The object's footprint does not even lie on the table at (0.115, 0).
+    check(Point::new(0.115, 0.0), TO, Reason::OffTable, "reaches 0.03");
+    // On a table that goes up to the base the tip would start 6 mm from the base's axis.
+    let table = |rig: &mut Rig| rig.table.x.low = -0.5;
+    let answer = within(table, Point::new(0.115, 0.0), Point::new(0.4, 0.0));
+    refused(answer, Reason::KeepOut, "robot.keep_out is not stated");
+}
+
+#[test]
+fn a_run_up_that_does_not_fit_tells_which_speed_would() {
+    let stiff = |jerk: f64| move |rig: &mut Rig| rig.robot.jerk = Some(jerk);
+    let (from, to) = (Point::new(0.3, 0.0), Point::new(0.6, 0.0));
+    assert!(within(stiff(100.0), from, to).is_ok());
+    let refusal = within(stiff(10.0), from, to).err().unwrap();
+    assert_eq!(refusal.refused, Reason::Reach);
+    let told = refusal.detail.split("up to ").nth(1).expect("a speed");
+    let speed: f64 = told.split(' ').next().unwrap().parse().unwrap();
+    // From its start at 0.112 the tip has 0.136 m of run-up: v²·√(v/10) = 0.136² m.
+    let fits = |speed: f64| Ramp::to(speed, 5.0, Some(10.0)).length() <= 0.3 - 0.042 - 0.01 - 0.112;
+    assert!(fits(speed) && !fits(speed + 0.02), "{speed}");
+}
+
+#[test]
+fn an_obstacle_in_the_way_of_the_tip_is_met_by_its_radius() {
+    let disc = |y: f64| {
+        move |rig: &mut Rig| {
+            let centre = Point::new(0.22, y);
+            rig.robot.obstacles = vec![Obstacle::Disc {
+                centre,
+                radius: 0.05,
+            }];
+        }
+    };
+    let (from, to) = (Point::new(0.3, 0.0), Point::new(0.6, 0.0));
+    refused(within(disc(0.06), from, to), Reason::Obstacle, "obstacle 1");
+    assert!(within(disc(0.064), from, to).is_ok());
+}
+
+#[test]
+fn an_arm_that_brakes_more_slowly_than_the_object_pushes_it_again() {
+    let mut artifact = fixture::artifact();
+    artifact.rig.robot.acceleration = 2.0;
+    artifact.rig.table.x = [-2.0, 2.0].into();
+    artifact.rig.robot.base = Some(Point::new(-1.5, 0.0));
+    // The object slows down at 4.4 m/s², and leaves hardly faster than the tip.
+    artifact.sysid.world = World::nominal(&artifact.rig)
+        .with("friction", 0.45)
+        .with("restitution", 0.0);
+    let told = refusal(
+        &artifact,
+        Model::Sysid,
+        Point::new(0.3, 0.0),
+        Point::new(0.36, 0.0),
+    );
+    assert_eq!(told.refused, Reason::SecondPush, "{told}");
+    artifact.rig.robot.acceleration = 20.0;
+    let planner = Planner::new(&artifact, Model::Sysid).unwrap();
+    planner
+        .plan(Point::new(0.3, 0.0), Point::new(0.36, 0.0))
+        .unwrap();
+}
+
+#[test]
+fn the_object_lies_where_training_strikes_started() {
+    check(
+        Point::new(0.5, 0.0),
+        Point::new(0.8, 0.0),
+        Reason::OutsideTrainedRegion,
+        "the object's x in m is 0.5000",
+    );
+    // A version of before that was recorded does not tell.
+    let mut artifact = fixture::artifact();
+    artifact.manifest.provenance.trained_region.start_x = None;
+    let planner = Planner::new(&artifact, Model::Sysid).unwrap();
+    planner
+        .plan(Point::new(0.5, 0.0), Point::new(0.8, 0.0))
+        .unwrap();
+}
+
+#[test]
+fn the_whole_object_lies_on_the_table_at_rest() {
+    check(
+        Point::new(0.2, 0.575),
+        TO,
+        Reason::OffTable,
+        "edge is 0.0250 m",
+    );
+    check(
+        FROM,
+        Point::new(0.975, 0.0),
+        Reason::OffTable,
+        "edge is 0.0250 m",
+    );
+}
+
+#[test]
+fn a_box_must_lie_straight() {
+    let mut artifact = fixture::artifact();
+    artifact.rig = Rig::demo(Shape::Box);
+    let planner = Planner::new(&artifact, Model::Sysid).unwrap();
+    for yaw in [0.0, 0.04, -FRAC_PI_2 + 0.03, PI] {
+        planner
+            .plan_turned(FROM, Point::new(0.6, 0.05), yaw)
+            .unwrap();
+    }
+    for (yaw, reason) in [(0.1, Reason::Turned), (f64::NAN, Reason::NotFinite)] {
+        let answer = planner.plan_turned(FROM, Point::new(0.6, 0.05), yaw);
+        refused(answer, reason, "in rad");
+    }
+    // What is round has no yaw.
+    let round = Planner::new(&fixture::artifact(), Model::Sysid).unwrap();
+    round.plan_turned(FROM, TO, 0.7).unwrap();
 }

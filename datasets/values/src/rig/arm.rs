@@ -1,0 +1,236 @@
+//! Where the arm stands and may go: keys of `[robot]` that a robot that moves needs, and that every plan keeps to.
+
+use serde::{Deserialize, Serialize};
+
+use super::{Interval, RigError, Robot};
+use crate::Point;
+
+/// What the arm must not touch, seen from above; it counts at every height.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "shape", rename_all = "lowercase", deny_unknown_fields)]
+pub enum Obstacle {
+    /// A box with sides along the table's axes.
+    Box {
+        /// Extent along x, in m.
+        x: Interval,
+        /// Extent along y, in m.
+        y: Interval,
+    },
+    /// A disc.
+    Disc {
+        /// Its centre, in m.
+        centre: Point,
+        /// Its radius in m.
+        radius: f64,
+    },
+}
+
+impl Robot {
+    /// An arm of which only its striking limits are known: speeds in m/s, angles in rad, acceleration in m/s².
+    pub fn limits(speed: Interval, angle: Interval, acceleration: f64) -> Self {
+        Self {
+            speed,
+            angle,
+            acceleration,
+            base: None,
+            keep_out: None,
+            reach: None,
+            jerk: None,
+            strike_height: None,
+            travel_height: None,
+            tool_orientation: None,
+            tool_offset: None,
+            payload: None,
+            obstacles: Vec::new(),
+        }
+    }
+
+    /// Whether the file says where the arm stands or reaches.
+    pub fn is_placed(&self) -> bool {
+        self.base.is_some() || self.keep_out.is_some() || self.reach.is_some()
+    }
+}
+
+/// Farthest that anything of an arm lies from its base, in m.
+const FARTHEST: f64 = 20.0;
+/// Largest jerk of an arm, in m/s³.
+const LARGEST_JERK: f64 = 1e6;
+/// Heaviest tool, in kg.
+const HEAVIEST: f64 = 50.0;
+
+/// Checks what `[robot]` says of the arm's place.
+pub(super) fn check(robot: &Robot) -> Result<(), RigError> {
+    let wrong = |key: &str, value: String, why: &str| RigError::Value {
+        key: format!("robot.{key}"),
+        value,
+        why: why.into(),
+    };
+    let within = |key: &str, number: f64, (low, high): (f64, f64), why: &str| {
+        let is_within = low <= number && number <= high;
+        is_within
+            .then_some(())
+            .ok_or_else(|| wrong(key, number.to_string(), why))
+    };
+    let length = (0.0, FARTHEST);
+    if let Some(base) = robot.base {
+        for number in [base.x, base.y] {
+            within(
+                "base",
+                number,
+                (-FARTHEST, FARTHEST),
+                "must be a point within 20 m (metres, not millimetres?)",
+            )?;
+        }
+    }
+    for (key, number) in [
+        ("keep_out", robot.keep_out),
+        ("strike_height", robot.strike_height),
+        ("travel_height", robot.travel_height),
+    ] {
+        let why = "must be at least 0 and at most 20 m (metres, not millimetres?)";
+        within(key, number.unwrap_or(0.0), length, why)?;
+    }
+    if let Some(reach) = robot.reach {
+        let is_interval = 0.0 <= reach.low && reach.low < reach.high && reach.high <= FARTHEST;
+        if !is_interval {
+            let why = "must be [nearest, farthest] distance from the base, in m";
+            return Err(wrong(
+                "reach",
+                format!("[{}, {}]", reach.low, reach.high),
+                why,
+            ));
+        }
+    }
+    if let Some(jerk) = robot.jerk {
+        let least = f64::MIN_POSITIVE;
+        within(
+            "jerk",
+            jerk,
+            (least, LARGEST_JERK),
+            "must be above 0 m/s³ (metres, not millimetres?)",
+        )?;
+    }
+    if let (Some(strike), Some(travel)) = (robot.strike_height, robot.travel_height)
+        && travel <= strike
+    {
+        return Err(wrong(
+            "travel_height",
+            travel.to_string(),
+            "must be above robot.strike_height",
+        ));
+    }
+    within(
+        "payload",
+        robot.payload.unwrap_or(0.0),
+        (0.0, HEAVIEST),
+        "must be a mass in kg (not grams?)",
+    )?;
+    for angle in robot.tool_orientation.unwrap_or_default() {
+        let turn = std::f64::consts::PI + 1e-9;
+        within(
+            "tool_orientation",
+            angle,
+            (-turn, turn),
+            "must be [roll, pitch, yaw] in rad (not degrees?)",
+        )?;
+    }
+    for number in robot.tool_offset.unwrap_or_default() {
+        within(
+            "tool_offset",
+            number,
+            (-FARTHEST, FARTHEST),
+            "must be [x, y, z, roll, pitch, yaw] in m and rad",
+        )?;
+    }
+    robot.obstacles.iter().try_for_each(|obstacle| {
+        let (numbers, is_sound) = match *obstacle {
+            Obstacle::Box { x, y } => (
+                [x.low, x.high, y.low, y.high],
+                x.low < x.high && y.low < y.high,
+            ),
+            Obstacle::Disc { centre, radius } => {
+                ([centre.x, centre.y, radius, radius], radius > 0.0)
+            }
+        };
+        if is_sound && numbers.iter().all(|number| number.abs() <= FARTHEST) {
+            return Ok(());
+        }
+        let why = "a box needs x = [low, high] and y = [low, high], a disc centre = [x, y] and radius above 0, in m";
+        Err(wrong("obstacles", format!("{obstacle:?}"), why))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Rig;
+
+    const PLACED: &str = "acceleration = 5.0
+base = [-0.1, 0.0]
+keep_out = 0.2
+reach = [0.2, 0.9]
+jerk = 100.0
+strike_height = 0.02
+travel_height = 0.15
+tool_orientation = [3.14159, 0.0, 0.0]
+tool_offset = [0.0, 0.0, 0.1, 0.0, 0.0, 0.0]
+payload = 0.3
+[[robot.obstacles]]
+shape = \"box\"
+x = [0.5, 0.6]
+y = [0.3, 0.4]
+[[robot.obstacles]]
+shape = \"disc\"
+centre = [0.5, -0.4]
+radius = 0.05
+";
+
+    fn parse(from: &str, to: &str) -> Result<Rig, RigError> {
+        let placed = PLACED.replacen(from, to, 1);
+        assert!(from.is_empty() || placed != PLACED, "{from}");
+        let line = Rig::template()
+            .lines()
+            .find(|line| line.starts_with("acceleration"))
+            .expect("there");
+        Rig::parse(&Rig::template().replacen(line, &placed, 1))
+    }
+
+    #[test]
+    fn what_is_said_of_the_arms_place_is_read_and_survives_a_round_trip() {
+        let rig = parse("", "").expect("parses");
+        assert!(rig.robot.is_placed());
+        assert_eq!(rig.robot.obstacles.len(), 2);
+        assert_eq!(Rig::parse(&rig.to_toml()).expect("parses"), rig);
+        assert!(
+            !Rig::parse(Rig::template())
+                .expect("parses")
+                .robot
+                .is_placed()
+        );
+    }
+
+    #[test]
+    fn what_makes_no_sense_is_refused_by_its_key() {
+        for (from, to, said) in [
+            ("keep_out = 0.2", "keep_out = 200.0", "robot.keep_out"),
+            ("keep_out = 0.2", "keep_out = nan", "robot.keep_out"),
+            ("reach = [0.2, 0.9]", "reach = [0.9, 0.2]", "robot.reach"),
+            ("jerk = 100.0", "jerk = 0.0", "robot.jerk"),
+            (
+                "travel_height = 0.15",
+                "travel_height = 0.01",
+                "robot.travel_height",
+            ),
+            ("payload = 0.3", "payload = 300.0", "robot.payload"),
+            ("3.14159", "180.0", "robot.tool_orientation"),
+            ("x = [0.5, 0.6]", "x = [0.6, 0.5]", "robot.obstacles"),
+            ("radius = 0.05", "radius = 0.0", "robot.obstacles"),
+            ("radius = 0.05", "size = 0.05", "size"),
+            ("base = [-0.1, 0.0]", "base = [-100.0, 0.0]", "robot.base"),
+            ("jerk = 100.0", "jrek = 100.0", "robot.jerk"),
+        ] {
+            let error = parse(from, to).expect_err(to).to_string();
+            assert!(error.contains(said), "{to}: {error}");
+        }
+    }
+}
