@@ -67,7 +67,7 @@ bench: build $(PEERS)/done
 FUZZ_SECONDS := 600
 FUZZ_SEED := 1
 fuzz: build
-	@for target in mcap cdr json protobuf rig world manifest weights; do \
+	@for target in mcap cdr json protobuf rig world manifest weights batch signature; do \
 		nice -n 19 $(BIN)/fuzz $$target --seconds $(FUZZ_SECONDS) --seed $(FUZZ_SEED) & pids="$$pids $$!"; \
 	done; for pid in $$pids; do wait $$pid || exit 1; done
 

@@ -1,9 +1,11 @@
 //! The whole of carom, as its users run it.
 
 mod blind;
+#[expect(clippy::unwrap_used, reason = "the workspace's own files are read")]
 mod circles;
 mod end_to_end;
 mod faults;
+#[expect(clippy::unwrap_used, reason = "the workspace's own files are read")]
 mod floors;
 mod fuzz;
 mod kuka;

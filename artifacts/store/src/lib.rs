@@ -6,6 +6,7 @@
 //! identity, and that every number is finite; [`Store::load_trusted`] in addition who signed it.
 
 mod artifact;
+mod change;
 mod contents;
 mod error;
 mod files;

@@ -129,19 +129,101 @@ mod tests {
         );
     }
 
+    /// Limits, which may be stricter. Everything else in these sections makes another rig.
+    const LIMITS: [&str; 5] = [
+        "table.x",
+        "table.y",
+        "robot.speed",
+        "robot.angle",
+        "robot.acceleration",
+    ];
+
+    /// A value changed in every way that leaves its kind: those within it, and those that reach beyond it.
+    fn changes(value: &Value) -> (Vec<Value>, Vec<Value>) {
+        let numbers = |value: &Value| -> Option<Vec<f64>> {
+            value.as_array()?.iter().map(Value::as_f64).collect()
+        };
+        if let Some(number) = value.as_f64() {
+            return (vec![(0.9 * number).into()], vec![(1.1 * number).into()]);
+        }
+        match numbers(value).as_deref() {
+            Some([low, high]) => {
+                let step = 0.1 * (high - low);
+                let within = [[low + step, *high], [*low, high - step]];
+                let beyond = [[low - step, *high], [*low, high + step]];
+                let values = |ends: [[f64; 2]; 2]| ends.map(|ends| ends.to_vec().into()).to_vec();
+                (values(within), values(beyond))
+            }
+            Some(numbers) => {
+                let scaled = |factor: f64| -> Value {
+                    numbers
+                        .iter()
+                        .map(|n| factor * n)
+                        .collect::<Vec<f64>>()
+                        .into()
+                };
+                (vec![scaled(0.9)], vec![scaled(1.1)])
+            }
+            None => (Vec::new(), Vec::new()),
+        }
+    }
+
     #[test]
-    fn a_robot_may_be_stricter_than_its_artifact_and_never_wider() {
-        let rig = Rig::demo(Shape::Cylinder);
-        let mut strict = rig.clone();
-        strict.robot.speed.high = 0.7;
-        strict.robot.acceleration = 3.0;
-        strict.table.y.low = -0.3;
-        assert_eq!(check(&rig, &strict), Ok(()));
-        assert!(check(&strict, &rig).is_err(), "wider");
-        assert_eq!(allows(&strict, &rig), Ok(()));
-        assert!(
-            allows(&rig, &strict).is_err(),
-            "the plan may go where this rig must not"
-        );
+    fn every_number_of_a_rig_file_is_compared_and_only_limits_may_be_stricter() {
+        let mut compared = BTreeSet::new();
+        for shape in [Shape::Cylinder, Shape::Box, Shape::Sphere] {
+            let rig = Rig::demo(shape);
+            let whole = sections(&rig);
+            for section in ["object", "striker", "table", "robot", "camera"] {
+                let keys = whole[section].as_object().expect("a section");
+                for (key, value) in keys {
+                    let name = format!("{section}.{key}");
+                    let other = |value: &Value| -> Rig {
+                        let mut whole = whole.clone();
+                        whole[section][key] = value.clone();
+                        serde_json::from_value(whole).expect(&name)
+                    };
+                    let (within, beyond) = changes(value);
+                    let may_be_stricter = section == "camera" || LIMITS.contains(&&*name);
+                    for value in &within {
+                        compared.insert(name.clone());
+                        let own = check(&rig, &other(value));
+                        assert_eq!(own.is_ok(), may_be_stricter, "{name} = {value}: {own:?}");
+                    }
+                    for value in &beyond {
+                        let own = check(&rig, &other(value));
+                        assert_eq!(
+                            own.is_ok(),
+                            section == "camera",
+                            "{name} = {value}: {own:?}"
+                        );
+                        if section != "camera" {
+                            let text = own.expect_err("another rig").to_string();
+                            assert!(text.contains(&format!("[{section}] {key} is ")), "{text}");
+                        }
+                        let there = allows(&rig, &other(value));
+                        assert_eq!(
+                            there.is_ok(),
+                            may_be_stricter,
+                            "{name} = {value}: {there:?}"
+                        );
+                    }
+                }
+            }
+        }
+        for limit in LIMITS {
+            assert!(compared.contains(limit), "{limit} was not compared");
+        }
+        for other in [
+            "object.mass",
+            "object.half_size",
+            "object.radius",
+            "striker.radius",
+        ] {
+            assert!(
+                compared.contains(other),
+                "{other} was not compared: {compared:?}"
+            );
+        }
     }
 }

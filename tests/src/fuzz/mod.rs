@@ -4,6 +4,7 @@
 //! Seeds are made, not kept. An input that is answered as none before it was joins them, so that later ones go on from there:
 //! the kinds of answers stand in for the coverage that stable Rust does not tell.
 
+mod executor;
 mod mutate;
 mod seeds;
 mod targets;

@@ -10,7 +10,7 @@ use store::{Network, Store};
 use values::{Command, Conditions, FieldTopic, Point, Rig, Shape};
 use world::{Simulator, World};
 
-use super::seeds;
+use super::{executor, seeds};
 
 /// Something that reads bytes.
 pub struct Target {
@@ -29,6 +29,7 @@ pub type Reads = Box<dyn Fn(&[u8]) -> Result<(), String> + Send + Sync>;
 
 /// All of them.
 pub fn targets() -> Vec<Target> {
+    let (signatures, read_signature) = executor::signatures();
     vec![
         Target {
             name: "mcap",
@@ -127,6 +128,24 @@ pub fn targets() -> Vec<Target> {
                     .map(drop)
                     .map_err(|error| error.to_string())
             }),
+        },
+        Target {
+            name: "batch",
+            seeds: executor::lines(),
+            words: &["{\"from\":", "\"to\":", "[0.3, 0.0]", "1e999", "\n", "null"],
+            read: Box::new(executor::batch_reader()),
+        },
+        Target {
+            name: "signature",
+            seeds: signatures,
+            words: &[
+                "untrusted comment: ",
+                "trusted comment: ",
+                "carom v0001 sequence 2",
+                "\n",
+                "=",
+            ],
+            read: read_signature,
         },
     ]
 }

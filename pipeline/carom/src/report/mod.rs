@@ -1,5 +1,6 @@
 //! `report.html`: one page that holds all it shows.
 
+mod delivered;
 mod diagnosis;
 mod figure_8;
 mod figures;

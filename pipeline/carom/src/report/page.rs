@@ -6,7 +6,7 @@ use values::{Reject, Split, Strike};
 use super::input::ReportInput;
 use super::markup::{PageError, drawing, fill, section};
 use super::plot::short;
-use super::{diagnosis, figures, models, stops};
+use super::{delivered, diagnosis, figures, models, stops};
 
 const STYLE: &str = include_str!("style.css");
 /// Rejected strikes listed at the most; the table holds all.
@@ -40,6 +40,7 @@ pub fn page(shown: &ReportInput<'_>) -> Result<String, PageError> {
         @if let Some(evaluation) = &results.evaluation { (stops::headline(evaluation)?) }
         @if let Some(trial) = shown.trial { (stops::trial_section(trial)?) }
         (strikes_section(shown)?)
+        @if let Some(section) = delivered::delivered_section(&results.strikes)? { (section) }
         @if let Some(fit) = &results.fit { (models::world_section(shown, fit)?) }
         @if let Some(found) = &results.found { (diagnosis::diagnosis_section(shown, found)?) }
         @if let Some(why) = &results.no_diagnosis {

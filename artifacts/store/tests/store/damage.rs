@@ -1,0 +1,384 @@
+//! Every kind of damage is refused by name.
+
+use std::fs;
+use std::path::Path;
+
+use durable::sha256;
+use proptest::prelude::*;
+use store::*;
+
+use crate::fixture::{contents, names, published, with_effect};
+
+/// A store whose one version was damaged, and how it is refused.
+fn refusal(damage: impl FnOnce(&Path)) -> ArtifactError {
+    let (_dir, store) = published(&with_effect());
+    damage(&store.version_dir("v0001"));
+    let error = store.load(None).expect_err("damaged");
+    assert_eq!(
+        store
+            .verify(Some("v0001"))
+            .expect_err("damaged")
+            .to_string(),
+        error.to_string()
+    );
+    error
+}
+
+/// Changes the manifest's JSON and gives it its true hash: what its own hash does not find.
+fn manifest(change: impl FnOnce(&mut serde_json::Value)) -> impl FnOnce(&Path) {
+    |dir| {
+        let path = dir.join("manifest.json");
+        let mut value: serde_json::Value =
+            serde_json::from_slice(&fs::read(&path).expect("reads")).expect("JSON");
+        change(&mut value);
+        let mut text = |hash: String| {
+            value["sha256"] = hash.into();
+            serde_json::to_string_pretty(&value).expect("JSON")
+        };
+        let hash = sha256(text("0".repeat(64)).as_bytes());
+        fs::write(path, text(hash)).expect("writes");
+    }
+}
+
+/// Gives a file another content and the manifest its true hash: what hashes alone do not find.
+fn forged(name: &'static str, content: impl FnOnce(Vec<u8>) -> Vec<u8>) -> impl FnOnce(&Path) {
+    move |dir| {
+        let path = dir.join(name);
+        let bytes = content(fs::read(&path).expect("reads"));
+        fs::write(&path, &bytes).expect("writes");
+        let sha256 = sha256(&bytes);
+        manifest(|value| {
+            value["files"][name] = serde_json::json!({"sha256": sha256, "size": bytes.len()});
+        })(dir);
+    }
+}
+
+fn replace(from: &'static str, to: &'static str) -> impl FnOnce(Vec<u8>) -> Vec<u8> {
+    move |bytes| {
+        let text = String::from_utf8(bytes).expect("text");
+        assert!(text.contains(from), "{text}");
+        text.replace(from, to).into_bytes()
+    }
+}
+
+macro_rules! refused {
+    ($damage:expr, $kind:pat, $said:expr) => {
+        let error = refusal($damage);
+        assert!(matches!(error, $kind), "{error:?}");
+        assert!(error.to_string().contains($said), "{error}");
+    };
+}
+
+#[test]
+fn every_kind_of_damage_is_refused_by_name() {
+    use ArtifactError as E;
+    let write = |name: &'static str, content: &'static str| {
+        move |dir: &Path| fs::write(dir.join(name), content).expect("writes")
+    };
+    let remove =
+        |name: &'static str| move |dir: &Path| fs::remove_file(dir.join(name)).expect("removes");
+
+    refused!(
+        remove("manifest.json"),
+        E::NoManifest { .. },
+        "no manifest.json"
+    );
+    refused!(write("manifest.json", ""), E::BadManifest { .. }, "EOF");
+    refused!(
+        write("manifest.json", "{\"schema\": 2"),
+        E::BadManifest { .. },
+        "EOF"
+    );
+    refused!(
+        write("manifest.json", "{\"schema\": 2}"),
+        E::BadManifest { .. },
+        "missing field"
+    );
+    refused!(
+        |dir: &Path| {
+            let path = dir.join("manifest.json");
+            let text = fs::read_to_string(&path).expect("reads");
+            assert!(text.contains("0.03"), "{text}");
+            fs::write(path, text.replacen("0.03", "0.02", 1)).expect("writes");
+        },
+        E::WrongHash { .. },
+        "manifest.json was changed"
+    );
+    refused!(
+        manifest(|m| m["colour"] = 1.into()),
+        E::BadManifest { .. },
+        "unknown field `colour`"
+    );
+    refused!(
+        manifest(|m| m["schema"] = 9.into()),
+        E::UnknownSchema { found: 9, .. },
+        "schema 9"
+    );
+    refused!(
+        manifest(|m| m["carom"] = "9.0.0".into()),
+        E::OtherCarom { .. },
+        "carom 9.0.0"
+    );
+    refused!(
+        manifest(|m| m["carom"] = "".into()),
+        E::OtherCarom { .. },
+        "wrote it"
+    );
+    refused!(
+        manifest(|m| m["mujoco"] = "3.0.0".into()),
+        E::OtherMujoco { .. },
+        "MuJoCo 3.0.0"
+    );
+    refused!(
+        manifest(|m| drop(
+            m["files"]
+                .as_object_mut()
+                .expect("files")
+                .remove("rig.toml")
+        )),
+        E::FileList { .. },
+        "rig.toml"
+    );
+    refused!(
+        manifest(|m| m["files"]["../rig.toml"] = m["files"]["rig.toml"].clone()),
+        E::FileList { .. },
+        "../rig.toml"
+    );
+    refused!(
+        manifest(|m| drop(
+            m["files"]
+                .as_object_mut()
+                .expect("files")
+                .remove("world_sysid.toml")
+        )),
+        E::FileList { .. },
+        "world_sysid.toml"
+    );
+    refused!(write("notes.txt", ""), E::ExtraFile { .. }, "notes.txt");
+    refused!(
+        write(".world.toml.partial", ""),
+        E::ExtraFile { .. },
+        ".world.toml.partial"
+    );
+    refused!(
+        |dir: &Path| fs::create_dir(dir.join("more")).expect("makes"),
+        E::ExtraFile { .. },
+        "more"
+    );
+    refused!(
+        manifest(|m| drop(
+            m["files"]
+                .as_object_mut()
+                .expect("files")
+                .remove("residual.safetensors")
+        )),
+        E::ExtraFile { .. },
+        "residual.safetensors"
+    );
+    refused!(
+        remove("residual.safetensors"),
+        E::MissingFile { .. },
+        "residual.safetensors is missing"
+    );
+    refused!(
+        remove("world_sysid.toml"),
+        E::MissingFile { .. },
+        "world_sysid.toml is missing"
+    );
+    refused!(
+        |dir: &Path| claim_length(dir, "world.toml", 1 << 40),
+        E::TooLong { .. },
+        "world.toml has 1099511627776 bytes"
+    );
+    refused!(
+        write("world.toml", ""),
+        E::WrongSize { found: 0, .. },
+        "world.toml has 0 bytes"
+    );
+    refused!(
+        |dir: &Path| {
+            let path = dir.join("residual.safetensors");
+            let mut bytes = fs::read(&path).expect("reads");
+            let middle = bytes.len() / 2;
+            bytes[middle] ^= 1;
+            fs::write(path, bytes).expect("writes");
+        },
+        E::WrongHash { .. },
+        "residual.safetensors was changed"
+    );
+    refused!(
+        |dir: &Path| {
+            fs::copy(
+                dir.join("residual_sysid.safetensors"),
+                dir.join("residual.safetensors"),
+            )
+            .expect("copies");
+        },
+        E::WrongHash { .. },
+        "residual.safetensors was changed"
+    );
+    refused!(
+        forged("rig.toml", replace("mass = 0.1", "mas = 0.1")),
+        E::BadRig { .. },
+        "object.mas"
+    );
+    refused!(
+        forged("rig.toml", replace("mass = 0.1", "mass = 0.2")),
+        E::OtherRig { .. },
+        "another rig's"
+    );
+    refused!(
+        manifest(|m| m["rig"] = "00".into()),
+        E::OtherRig { .. },
+        "instead of 00"
+    );
+    refused!(
+        forged("world.toml", |_| vec![0xff]),
+        E::BadWorld { .. },
+        "world.toml"
+    );
+    refused!(
+        forged("world.toml", replace("friction", "fiction")),
+        E::BadWorld { .. },
+        "fiction"
+    );
+    refused!(
+        forged("world_sysid.toml", replace("0.25", "nan")),
+        E::BadWorld { .. },
+        "NaN"
+    );
+    refused!(
+        forged("world_sysid.toml", replace("0.5", "inf")),
+        E::BadWorld { .. },
+        "not finite"
+    );
+    refused!(
+        forged("world.toml", replace("viscous_drag", "sticky_drag")),
+        E::BadWorld { .. },
+        "sticky_drag"
+    );
+    refused!(
+        forged("residual.safetensors", |bytes| bytes[..99].to_vec()),
+        E::BadNetwork {
+            source: NetworkError::Format(_),
+            ..
+        },
+        "residual.safetensors"
+    );
+    refused!(
+        forged("residual.safetensors", |mut bytes| {
+            let end = bytes.len();
+            bytes[end - 4..].copy_from_slice(&f32::INFINITY.to_le_bytes());
+            bytes
+        }),
+        E::BadNetwork {
+            source: NetworkError::NotFinite { .. },
+            ..
+        },
+        "not finite"
+    );
+    refused!(
+        forged("residual_sysid.safetensors", |bytes| {
+            // Same length, another name in the header.
+            let mut bytes = bytes;
+            let at = bytes
+                .windows(6)
+                .position(|window| window == b"layer0")
+                .expect("its name");
+            bytes[at] = b'L';
+            bytes
+        }),
+        E::BadNetwork {
+            source: NetworkError::Names { .. },
+            ..
+        },
+        "residual_sysid.safetensors"
+    );
+    refused!(
+        manifest(|m| m["default_model"] = "best".into()),
+        E::BadManifest { .. },
+        "best"
+    );
+    refused!(
+        manifest(|m| m["trained_region"]["stop_x"] = serde_json::json!([0.9, 0.5])),
+        E::BadNumber { .. },
+        "trained_region.stop_x"
+    );
+    refused!(
+        manifest(|m| m["metrics"]["nominal"]["mean"] = serde_json::json!(-0.1)),
+        E::BadNumber { .. },
+        "metrics.nominal"
+    );
+    refused!(
+        manifest(|m| m["trained_region"]["stop_x"] = serde_json::json!([null, 0.5])),
+        E::BadManifest { .. },
+        "null"
+    );
+}
+
+#[test]
+fn a_default_model_that_is_not_there_is_refused() {
+    let (_dir, store) = published(&contents(0.2));
+    manifest(|m| m["default_model"] = "effect".into())(&store.version_dir("v0001"));
+    let error = store.load(None).expect_err("damaged");
+    assert!(
+        matches!(
+            error,
+            ArtifactError::NoModel {
+                model: Model::Effect,
+                ..
+            }
+        ),
+        "{error}"
+    );
+}
+
+#[test]
+fn a_link_in_place_of_a_file_is_refused() {
+    let error = refusal(|dir| {
+        let (path, elsewhere) = (dir.join("rig.toml"), dir.with_file_name("elsewhere"));
+        fs::rename(&path, &elsewhere).expect("renames");
+        std::os::unix::fs::symlink(elsewhere, path).expect("links");
+    });
+    assert!(matches!(error, ArtifactError::ExtraFile { .. }), "{error}");
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(40))]
+    #[test]
+    fn any_flipped_or_cut_byte_is_refused(
+        file in 0usize..6, at in any::<prop::sample::Index>(), flip in 1u8.., cut: bool,
+    ) {
+        let (_dir, store) = published(&with_effect());
+        let dir = store.version_dir("v0001");
+        let name = names(&dir).into_iter().nth(file).expect("six files");
+        let mut content = fs::read(dir.join(&name)).expect("reads");
+        let at = at.index(content.len());
+        if cut { content.truncate(at) } else { content[at] ^= flip }
+        fs::write(dir.join(&name), content).expect("writes");
+        let error = store.load(None).expect_err("damaged").to_string();
+        prop_assert!(error.starts_with("load v0001"), "{}", error);
+    }
+
+    #[test]
+    fn manifests_read_back(mean in 0.0..1e3, low in -1e3..1e3f64, seed: u64, name: String) {
+        let mut contents = contents(0.2);
+        contents.provenance.metrics.get_mut(&Model::Nominal).expect("there").mean = mean;
+        contents.provenance.trained_region.bearing = [low, low + 1.0].into();
+        contents.provenance.seeds.insert(name.clone(), seed);
+        contents.provenance.inputs[0].name = name;
+        let (_dir, store) = published(&contents);
+        let manifest = store.show(None).expect("shows");
+        prop_assert_eq!(manifest.provenance.metrics, contents.provenance.metrics);
+        prop_assert_eq!(manifest.provenance.trained_region, contents.provenance.trained_region);
+        prop_assert_eq!(manifest.provenance.seeds, contents.provenance.seeds);
+        prop_assert_eq!(manifest.provenance.inputs, contents.provenance.inputs);
+    }
+}
+
+/// A sparse file of so many bytes, and a manifest that claims them.
+fn claim_length(dir: &Path, name: &'static str, length: u64) {
+    let file = fs::File::options().write(true).open(dir.join(name));
+    file.and_then(|file| file.set_len(length)).expect("grows");
+    manifest(|value| value["files"][name]["size"] = length.into())(dir);
+}

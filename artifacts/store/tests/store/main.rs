@@ -1,0 +1,6 @@
+//! What the store promises: whole versions, refusals that name the damage, and a way back.
+
+mod damage;
+mod fixture;
+mod publishing;
+mod versions;

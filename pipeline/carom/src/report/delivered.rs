@@ -1,0 +1,160 @@
+//! What the arm was told against what it delivered, where `/striker/state` was logged.
+
+use maud::{Markup, html};
+use plotters::prelude::*;
+use values::{Delivered, Strike};
+
+use super::markup::{PageError, drawing, section};
+use super::plot::{Axes, MEASURED, PlotError, axes, colour, line, range, svg};
+
+/// A strike and what the arm delivered.
+type Pair<'a> = (&'a Strike, &'a Delivered);
+
+/// The section; none where no strike has a measured delivery.
+pub fn delivered_section(strikes: &[Strike]) -> Result<Option<Markup>, PageError> {
+    let pairs: Vec<Pair<'_>> = strikes
+        .iter()
+        .filter_map(|strike| Some((strike, strike.delivered.as_ref()?)))
+        .collect();
+    if pairs.is_empty() {
+        return Ok(None);
+    }
+    let plots = [speeds(&pairs)?, angles(&pairs)?];
+    let (speed, speed_sd) = mean_and_sd(&pairs.iter().map(relative_speed).collect::<Vec<_>>());
+    let turns: Vec<f64> = pairs.iter().map(turn).collect();
+    let (angle, angle_sd) = mean_and_sd(&turns);
+    let pushed_again = pairs.iter().filter(|(_, d)| d.pushed_again).count();
+    Ok(Some(section(
+        "What the arm delivered",
+        html! {
+            div.columns { @for plot in &plots { figure { (drawing(plot)) } } }
+            table { tbody {
+                tr { td { "strikes with a measured delivery" } td.number { (pairs.len()) " of " (strikes.len()) } }
+                tr { td { "speed at contact, relative to the command" } td.number { (format!("{:+.1} ± {:.1} %", 100.0 * speed, 100.0 * speed_sd)) } }
+                tr { td { "direction at contact, beside the command" } td.number { (format!("{angle:+.2} ± {angle_sd:.2}°")) } }
+                tr { td { "arm reached the object a second time" } td.number { (pushed_again) } }
+            } }
+            p.note { "Mean ± standard deviation over strikes. On the line the arm does what it was told." }
+        },
+    )))
+}
+
+/// Delivered speed beyond the command, relative.
+fn relative_speed((strike, delivered): &Pair<'_>) -> f64 {
+    delivered.tip_speed / strike.command.speed - 1.0
+}
+
+/// Delivered angle beyond the command, in degrees.
+fn turn((strike, delivered): &Pair<'_>) -> f64 {
+    residual::wrap(delivered.tip_angle - strike.command.angle).to_degrees()
+}
+
+/// Standard deviation 0 of a single value.
+fn mean_and_sd(values: &[f64]) -> (f64, f64) {
+    let n = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    let squares: f64 = values.iter().map(|value| (value - mean).powi(2)).sum();
+    (mean, (squares / (n - 1.0).max(1.0)).sqrt())
+}
+
+fn speeds(pairs: &[Pair<'_>]) -> Result<String, PlotError> {
+    let points: Vec<(f64, f64)> = pairs
+        .iter()
+        .map(|(strike, delivered)| (strike.command.speed, delivered.tip_speed))
+        .collect();
+    let ends = range(points.iter().flat_map(|(x, y)| [*x, *y]));
+    let diagonal = [(ends.0, ends.0), (ends.1, ends.1)];
+    scatter(
+        "commanded speed in m/s",
+        "delivered in m/s",
+        &points,
+        diagonal,
+        ends,
+    )
+}
+
+fn angles(pairs: &[Pair<'_>]) -> Result<String, PlotError> {
+    let points: Vec<(f64, f64)> = pairs
+        .iter()
+        .map(|pair| (pair.0.command.angle.to_degrees(), turn(pair)))
+        .collect();
+    let across = range(points.iter().map(|(x, _)| *x));
+    let ends = range(points.iter().map(|(_, y)| *y).chain([0.0]));
+    let level = [(across.0, 0.0), (across.1, 0.0)];
+    scatter(
+        "commanded angle in °",
+        "delivered beside it in °",
+        &points,
+        level,
+        ends,
+    )
+}
+
+/// Points, and the line on which what is delivered is what was told.
+fn scatter(
+    x: &str,
+    y: &str,
+    points: &[(f64, f64)],
+    told: [(f64, f64); 2],
+    y_range: (f64, f64),
+) -> Result<String, PlotError> {
+    svg((420, 320), |area| {
+        let mut chart = axes(
+            area,
+            &Axes {
+                title: "",
+                x,
+                y,
+                x_range: (told[0].0, told[1].0),
+                y_range,
+            },
+        )?;
+        chart.draw_series([line(told[0], told[1], MEASURED.mix(0.5))])?;
+        let hue = colour("effect").mix(0.6);
+        chart.draw_series(points.iter().map(|at| Circle::new(*at, 3, hue.filled())))?;
+        Ok(())
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use values::{Command, Conditions, Point, Split, Track};
+
+    use super::*;
+
+    fn strike(delivered: Option<Delivered>) -> Strike {
+        Strike {
+            id: "a".into(),
+            log: "a.mcap".into(),
+            index: 0,
+            t_start: 0.0,
+            initial: Point::default(),
+            stop: Point::new(0.3, 0.0),
+            command: Command {
+                speed: 0.8,
+                angle: 0.1,
+            },
+            track: Track::default(),
+            split: Split::Train,
+            conditions: Conditions::default(),
+            delivered,
+        }
+    }
+
+    #[test]
+    fn only_a_measured_delivery_is_shown_with_its_difference_from_the_command() {
+        assert!(delivered_section(&[strike(None)]).expect("drawn").is_none());
+        let delivered = Delivered {
+            tip_speed: 0.76,
+            tip_angle: 0.1 + 2f64.to_radians(),
+            contact: 0.0,
+            pushed_again: true,
+        };
+        let strikes = [strike(None), strike(Some(delivered))];
+        let section = delivered_section(&strikes).expect("drawn").expect("shown");
+        let text = section.into_string();
+        for told in ["1 of 2", "-5.0 ± 0.0 %", "+2.00 ± 0.00°"] {
+            assert!(text.contains(told), "{told}: {text}");
+        }
+    }
+}

@@ -1,0 +1,104 @@
+//! What the executor reads: lines of a batch, and signatures.
+
+use std::fs;
+use std::sync::Arc;
+
+use serde_json::Value;
+use store::{Key, Model, SIGNATURE, Signer, Store};
+use strike::{Planner, batch};
+
+use super::seeds;
+use super::targets::Reads;
+
+/// Lines of a batch that are planned or refused.
+pub(super) fn lines() -> Vec<Vec<u8>> {
+    [
+        "{\"from\": [0.3, 0.0], \"to\": [0.6, 0.05]}\n",
+        "{\"from\":[0.3,0.0],\"to\":[9.0,0.05]}\n\n{\"from\":[0.3,0.0],\"to\":[0.6,0.05]}",
+        "{\"to\": [0.6, 0.05]}\n[1, 2]\nnull\n",
+    ]
+    .map(|text| text.as_bytes().to_vec())
+    .into()
+}
+
+/// Plans a batch: every line that is not empty has one answer, an object on a line of its own.
+pub(super) fn batch_reader() -> impl Fn(&[u8]) -> Result<(), String> {
+    let folder = tempfile::tempdir().expect("a folder");
+    let store = Store::open(folder.path());
+    store.publish(&seeds::contents()).expect("a version");
+    let artifact = store.load(None).expect("a whole version");
+    let planner = Planner::new(&artifact, Model::Nominal).expect("a planner");
+    move |input| {
+        let mut output = Vec::new();
+        let tally = batch::run(&planner, input, &mut output).map_err(|error| error.to_string())?;
+        let answers: Vec<Value> = output
+            .split(|byte| *byte == b'\n')
+            .filter(|line| !line.is_empty())
+            .map(|line| serde_json::from_slice(line).expect("an answer is an object"))
+            .collect();
+        assert_eq!(answers.len(), tally.planned + tally.refused);
+        match answers
+            .iter()
+            .find(|answer| answer.get("refused").is_some())
+        {
+            None => Ok(()),
+            Some(refusal) => Err(refusal["detail"].to_string()),
+        }
+    }
+}
+
+/// A key of this process alone.
+struct Signing {
+    pair: minisign::KeyPair,
+    key: Key,
+}
+
+impl std::fmt::Debug for Signing {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Signing").finish_non_exhaustive()
+    }
+}
+
+impl Signer for Signing {
+    fn key(&self) -> &Key {
+        &self.key
+    }
+
+    fn sign(&self, content: &[u8], trusted_comment: &str) -> Result<String, String> {
+        let (public, secret) = (&self.pair.pk, &self.pair.sk);
+        minisign::sign(Some(public), secret, content, Some(trusted_comment), None)
+            .map(minisign::SignatureBox::into_string)
+            .map_err(|error| error.to_string())
+    }
+}
+
+/// A true signature, and what reads another in its place. No change of it may pass but one of its first, untrusted line, of the
+/// trusted line's prefix, or of blanks at an end.
+pub(super) fn signatures() -> (Vec<Vec<u8>>, Reads) {
+    let pair = minisign::KeyPair::generate_unencrypted_keypair().expect("a key");
+    let key = Key::parse(&pair.pk.to_base64()).expect("a key");
+    let signer = Arc::new(Signing { pair, key });
+    let folder = tempfile::tempdir().expect("a folder");
+    let store = Store::open(folder.path()).signed_by(signer.clone());
+    let version = store.publish(&seeds::contents()).expect("a version");
+    let path = store.version_dir(&version).join(SIGNATURE);
+    let whole = fs::read(&path).expect("a signature");
+    let signed = signature_of(&whole);
+    let read = move |input: &[u8]| {
+        let _kept = &folder;
+        fs::write(&path, input).map_err(|error| error.to_string())?;
+        let (_, sequence) = store
+            .load_trusted(None, &signer.key)
+            .map_err(|error| error.to_string())?;
+        assert_eq!(sequence, 1, "what is signed is counted");
+        assert_eq!(signature_of(input), signed, "a forged signature passes");
+        Ok(())
+    };
+    (vec![whole], Box::new(read))
+}
+
+/// The line that holds the signature.
+fn signature_of(text: &[u8]) -> Vec<u8> {
+    let line = text.split(|byte| *byte == b'\n').nth(1).unwrap_or_default();
+    line.trim_ascii().to_vec()
+}
