@@ -7,7 +7,7 @@ use train::{CurvePoint, Epoch};
 use values::{Point, Rig, Split, Strike};
 
 use super::plot::{
-    Axes, FAINT, MEASURED, PlotError, axes, colour, line, range, short, svg, view, xy,
+    Axes, FAINT, MEASURED, PlotError, axes, colour, line, range, shade_table, short, svg, view, xy,
 };
 
 const CM: f64 = 100.0;
@@ -34,11 +34,7 @@ pub fn table(rig: &Rig, strikes: &[Strike]) -> Result<String, PlotError> {
                 y_range,
             },
         )?;
-        let corners = [
-            (rig.table.x.low, rig.table.y.low),
-            (rig.table.x.high, rig.table.y.high),
-        ];
-        chart.draw_series([Rectangle::new(corners, FAINT.mix(0.10).filled())])?;
+        shade_table(&mut chart, rig)?;
         let every = strikes.len().div_ceil(TRACKS).max(1);
         for strike in strikes.iter().step_by(every) {
             let track = &strike.track;

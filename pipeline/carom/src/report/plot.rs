@@ -4,7 +4,7 @@ use plotters::chart::{ChartBuilder, ChartContext};
 use plotters::coord::Shift;
 use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
-use values::Point;
+use values::{Point, Rig};
 
 /// Failures of the SVG backend, which writes to a string.
 pub type PlotError = DrawingAreaErrorKind<std::io::Error>;
@@ -100,6 +100,16 @@ pub fn axes<'a, 'b>(area: &'a Area<'b>, axes: &Axes<'_>) -> Result<Chart<'a, 'b>
         .label_style(("sans-serif", 11).into_font().color(&MEASURED))
         .draw()?;
     Ok(chart)
+}
+
+/// Shades the table.
+pub fn shade_table(chart: &mut Chart<'_, '_>, rig: &Rig) -> Result<(), PlotError> {
+    let corners = [
+        (rig.table.x.low, rig.table.y.low),
+        (rig.table.x.high, rig.table.y.high),
+    ];
+    chart.draw_series([Rectangle::new(corners, FAINT.mix(0.10).filled())])?;
+    Ok(())
 }
 
 /// A number as short as it can be said.

@@ -4,7 +4,9 @@ use diagnose::Look;
 use plotters::prelude::*;
 use values::{Point, Rig, Strike};
 
-use super::plot::{Axes, FAINT, MEASURED, PlotError, axes, colour, line, range, svg, view, xy};
+use super::plot::{
+    Axes, MEASURED, PlotError, axes, colour, line, range, shade_table, svg, view, xy,
+};
 
 const MM: f64 = 1000.0;
 /// Arrows are drawn so long that this share of the strikes has arrows shorter than [`ARROW`] before.
@@ -94,11 +96,7 @@ pub fn map(
                 y_range,
             },
         )?;
-        let corners = [
-            (rig.table.x.low, rig.table.y.low),
-            (rig.table.x.high, rig.table.y.high),
-        ];
-        chart.draw_series([Rectangle::new(corners, FAINT.mix(0.10).filled())])?;
+        shade_table(&mut chart, rig)?;
         for (strike, look) in seen {
             let hue = if look.is_heldout {
                 colour(model).mix(1.0)

@@ -7,25 +7,19 @@ use train::Trained;
 use world::{PARAMETERS, Solution, SolveStatus};
 
 use super::diagnosis;
-use super::rejects::{examples, reasons};
-use super::table::evaluation_table;
+use super::shared::{stop_errors, strikes, unused_diagnosis};
 use crate::results::Results;
 
 /// What the steps gave, in the order in which they were gone.
 pub fn details(results: &Results) -> String {
-    let mut text = strikes(results);
+    let mut text = strikes(results, usize::MAX);
     if let Some(fit) = &results.fit {
         text += &world(fit);
     }
     if let Some(found) = &results.found {
         text += &diagnosis::diagnosis(&found.diagnosis);
-        if found.world.is_some() && results.effect.is_none() {
-            text += "           not added to the world, as asked\n";
-        }
     }
-    if let Some(why) = &results.no_diagnosis {
-        let _ = writeln!(text, "diagnosis  none: {why}");
-    }
+    text += &unused_diagnosis(results);
     let learnt = [("sysid", &results.sysid), ("effect", &results.effect)];
     for (name, learnt) in learnt {
         let Some(learnt) = learnt else { continue };
@@ -38,31 +32,7 @@ pub fn details(results: &Results) -> String {
             text += "residual   none: too few strikes to train on\n";
         }
     }
-    if let Some(evaluation) = &results.evaluation {
-        text += "\nStop error on held-out strikes\n";
-        text += &evaluation_table(evaluation);
-    }
-    text
-}
-
-fn strikes(results: &Results) -> String {
-    let mut text = format!("strikes    {} kept", results.kept.len());
-    if results.rejects.is_empty() {
-        text += ", none rejected\n";
-    } else {
-        let _ = writeln!(
-            text,
-            ", {} rejected: {}",
-            results.rejects.len(),
-            reasons(&results.rejects)
-        );
-        for example in examples(&results.rejects) {
-            let _ = writeln!(text, "           {example}");
-        }
-    }
-    for note in &results.log_notes {
-        let _ = writeln!(text, "           {note}");
-    }
+    text += &stop_errors(results);
     text
 }
 

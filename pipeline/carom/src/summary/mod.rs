@@ -4,6 +4,7 @@ mod details;
 pub mod diagnosis;
 mod overview;
 mod rejects;
+mod shared;
 mod table;
 mod trial;
 

@@ -5,17 +5,18 @@ use std::fmt::Write;
 use diagnose::{Diagnosis, Parameter, Verdict};
 
 use super::diagnosis::{gap_in_brief, numbers, verdict};
-use super::rejects::{examples, reasons};
-use super::table::evaluation_table;
+use super::shared::{stop_errors, strikes, unused_diagnosis};
 use crate::outputs::NEXT_STRIKES;
 use crate::results::Results;
 
 /// Lines on rejected strikes, and on logs, that are shown; `--verbose` prints all.
 const MOST_LINES: usize = 6;
+/// Characters of a line.
+const WIDTH: usize = 100;
 
 /// The overview of a run's results.
 pub fn overview(results: &Results) -> String {
-    let mut text = strikes(results);
+    let mut text = strikes(results, MOST_LINES);
     if let Some(fit) = &results.fit {
         let _ = writeln!(
             text,
@@ -27,43 +28,9 @@ pub fn overview(results: &Results) -> String {
     }
     if let Some(found) = &results.found {
         text += &diagnosis(&found.diagnosis);
-        if found.world.is_some() && results.effect.is_none() {
-            text += "           not added to the world, as asked\n";
-        }
     }
-    if let Some(why) = &results.no_diagnosis {
-        let _ = writeln!(text, "diagnosis  none: {why}");
-    }
-    if let Some(evaluation) = &results.evaluation {
-        text += "\nStop error on held-out strikes\n";
-        text += &evaluation_table(evaluation);
-    }
-    text
-}
-
-fn strikes(results: &Results) -> String {
-    let mut text = format!("strikes    {} kept", results.kept.len());
-    if results.rejects.is_empty() {
-        text += ", none rejected\n";
-    } else {
-        let (count, reasons) = (results.rejects.len(), reasons(&results.rejects));
-        let _ = writeln!(text, ", {count} rejected: {reasons}");
-        text += &first_lines(&examples(&results.rejects));
-    }
-    text += &first_lines(&results.log_notes);
-    text
-}
-
-/// The first lines, indented, and how many more there are.
-fn first_lines(lines: &[String]) -> String {
-    let mut text = String::new();
-    for line in lines.iter().take(MOST_LINES) {
-        let _ = writeln!(text, "           {line}");
-    }
-    if lines.len() > MOST_LINES {
-        let more = lines.len() - MOST_LINES;
-        let _ = writeln!(text, "           {more} more: --verbose");
-    }
+    text += &unused_diagnosis(results);
+    text += &stop_errors(results);
     text
 }
 
@@ -76,7 +43,7 @@ fn diagnosis(diagnosis: &Diagnosis) -> String {
             .iter()
             .map(|(name, parameter)| value(name, parameter))
             .collect();
-        let _ = writeln!(text, "           {}: {}", effect.name, values.join(", "));
+        text += &effect_lines(&effect.name, &values);
         if !effect.equivalent.is_empty() {
             let others = effect.equivalent.join(", ");
             let _ = writeln!(text, "             not told apart from: {others}");
@@ -101,6 +68,22 @@ fn diagnosis(diagnosis: &Diagnosis) -> String {
     text
 }
 
+/// An effect and its values, separated by commas, on as few lines as are no longer than [`WIDTH`].
+fn effect_lines(name: &str, values: &[String]) -> String {
+    let mut line = format!("           {name}:");
+    let mut text = String::new();
+    for (place, value) in values.iter().enumerate() {
+        let comma = if place + 1 < values.len() { "," } else { "" };
+        if line.chars().count() + value.chars().count() + 2 > WIDTH {
+            text += &line;
+            text.push('\n');
+            line = " ".repeat(12);
+        }
+        let _ = write!(line, " {value}{comma}");
+    }
+    text + &line + "\n"
+}
+
 /// Such as `tilt_x 0.0041 [0.0037, 0.0046] rad`.
 fn value(name: &str, parameter: &Parameter) -> String {
     let [value, low, high] = numbers(parameter);
@@ -117,5 +100,40 @@ fn next(diagnosis: &Diagnosis) -> String {
         }
         (Verdict::Named, 0) => "next       check the effects on the rig: see the report\n".into(),
         (Verdict::Unexplained, 0) => "next       the report shows what the gap depends on\n".into(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::found_tilt;
+
+    #[test]
+    fn an_overview_fits_a_screen_and_names_each_effect_with_its_interval() {
+        let found = found_tilt();
+        let results = Results {
+            found: Some(found.clone()),
+            ..Results::default()
+        };
+        let text = overview(&results);
+        assert!(text.lines().count() < 24, "{text}");
+        assert!(
+            text.lines().all(|line| line.chars().count() <= WIDTH),
+            "{text}"
+        );
+        let parameter = &found.diagnosis.effects[0].parameters["tilt_x"];
+        assert!(text.contains(&value("tilt_x", parameter)), "{text}");
+        assert!(text.contains("diagnosis  named\n"), "{text}");
+        assert!(text.contains("next       "), "{text}");
+    }
+
+    #[test]
+    fn many_values_take_more_lines() {
+        let values: Vec<String> = (0..6)
+            .map(|i| format!("parameter_{i} 0.501 [0.489, 0.513] m"))
+            .collect();
+        let text = effect_lines("friction_patch", &values);
+        assert_eq!(text.lines().count(), 3, "{text}");
+        assert!(values.iter().all(|value| text.contains(value)), "{text}");
     }
 }
