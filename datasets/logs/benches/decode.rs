@@ -36,6 +36,7 @@ fn decode(criterion: &mut Criterion) {
     let (bytes, messages) = log(&topics);
     let wanted = [&topics.centroid, &topics.command].map(|topic| Wanted {
         topic,
+        more: &[],
         required: true,
     });
     let mut group = criterion.benchmark_group("decode");

@@ -32,6 +32,11 @@ pub struct Fields {
     pub y: f64,
 }
 
+/// Most numbers that can be asked for beside x and y: a quaternion's.
+pub const MOST_MORE: usize = 4;
+/// Further numbers of a message, in the order asked for; NaN where it has none.
+pub type More = [f64; MOST_MORE];
+
 /// Why a message could not be decoded; each text says what is wrong with it.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum DecodeError {
@@ -80,13 +85,35 @@ impl Decoder {
         schema: Option<SchemaText<'_>>,
         topic: &FieldTopic,
     ) -> Result<Self, LogError> {
+        Self::compile_exactly(message_encoding, schema, topic, &[])
+    }
+
+    /// The same with the paths of further numbers (at most [`MOST_MORE`] are read). They may be absent: a schema that lacks one of
+    /// them gives none.
+    pub fn compile_with(
+        message_encoding: &str,
+        schema: Option<SchemaText<'_>>,
+        topic: &FieldTopic,
+        more: &[String],
+    ) -> Result<Self, LogError> {
+        let more = &more[..more.len().min(MOST_MORE)];
+        Self::compile_exactly(message_encoding, schema, topic, more)
+            .or_else(|_| Self::compile(message_encoding, schema, topic))
+    }
+
+    fn compile_exactly(
+        message_encoding: &str,
+        schema: Option<SchemaText<'_>>,
+        topic: &FieldTopic,
+        more: &[String],
+    ) -> Result<Self, LogError> {
         let schema_encoding = schema.map_or("", |schema| schema.encoding);
         let (plan, stamped) = match (message_encoding, schema_encoding, schema) {
-            ("cdr", "ros2msg", Some(schema)) => ros(ros::Wire::Cdr, schema, topic)?,
-            ("ros1", "ros1msg", Some(schema)) => ros(ros::Wire::Ros1, schema, topic)?,
-            ("json", _, _) => (Plan::Json(Want::of(topic, true)?), true),
+            ("cdr", "ros2msg", Some(schema)) => ros(ros::Wire::Cdr, schema, topic, more)?,
+            ("ros1", "ros1msg", Some(schema)) => ros(ros::Wire::Ros1, schema, topic, more)?,
+            ("json", _, _) => (Plan::Json(Want::of(topic, more, true)?), true),
             ("protobuf", "protobuf", Some(schema)) => {
-                let (plan, stamped) = protobuf::Plan::compile(schema, topic)?;
+                let (plan, stamped) = protobuf::Plan::compile(schema, topic, more)?;
                 (Plan::Protobuf(plan), stamped)
             }
             _ => {
@@ -107,21 +134,28 @@ impl Decoder {
 
     /// Reads the fields of one message; never more memory than the message itself takes.
     pub fn decode(&self, data: &[u8]) -> Result<Fields, DecodeError> {
+        self.decode_with(data).map(|(fields, _)| fields)
+    }
+
+    /// The same with the further numbers that were asked for.
+    pub fn decode_with(&self, data: &[u8]) -> Result<(Fields, More), DecodeError> {
         let mut raw = Raw::default();
         match &self.plan {
             Plan::Ros(plan) => plan.decode(data, &mut raw)?,
             Plan::Json(want) => json::decode(want, data, &mut raw)?,
             Plan::Protobuf(plan) => plan.decode(data, &mut raw)?,
         }
+        let more = raw.more.map(|number| number.unwrap_or(f64::NAN));
         let fields = raw.fields()?;
         if fields.stamp.is_none() && self.stamped && !matches!(self.plan, Plan::Json(_)) {
             // The schema has a stamp that this message leaves unset: that is the zero stamp.
-            return Ok(Fields {
+            let zero = Fields {
                 stamp: Some(0),
                 ..fields
-            });
+            };
+            return Ok((zero, more));
         }
-        Ok(fields)
+        Ok((fields, more))
     }
 }
 
@@ -129,8 +163,9 @@ fn ros(
     wire: ros::Wire,
     schema: SchemaText<'_>,
     topic: &FieldTopic,
+    more: &[String],
 ) -> Result<(Plan, bool), LogError> {
-    let (plan, stamped) = ros::Plan::compile(wire, schema, topic)?;
+    let (plan, stamped) = ros::Plan::compile(wire, schema, topic, more)?;
     Ok((Plan::Ros(plan), stamped))
 }
 
@@ -149,6 +184,7 @@ struct Raw {
     stamp: Option<Number>,
     x: Option<f64>,
     y: Option<f64>,
+    more: [Option<f64>; MOST_MORE],
 }
 
 impl Raw {
@@ -159,6 +195,11 @@ impl Raw {
             Leaf::Nanoseconds => self.nanoseconds = Some(number),
             Leaf::X => self.x = Some(number.float()),
             Leaf::Y => self.y = Some(number.float()),
+            Leaf::More(place) => {
+                if let Some(kept) = self.more.get_mut(place) {
+                    *kept = Some(number.float());
+                }
+            }
         }
     }
 

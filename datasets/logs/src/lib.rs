@@ -14,6 +14,6 @@ mod path;
 pub mod read;
 pub mod write;
 
-pub use decode::{DecodeError, Decoder, Fields, SchemaText};
+pub use decode::{DecodeError, Decoder, Fields, MOST_MORE, More, SchemaText};
 pub use error::LogError;
 pub use read::{Damage, Event, Limits, Sample, Summary, TopicCount, Wanted, read, read_from};

@@ -17,6 +17,8 @@ pub(crate) enum Leaf {
     X,
     /// Second coordinate.
     Y,
+    /// A further number, by its place among those asked for.
+    More(usize),
 }
 
 /// What is wanted of a message or of one of its fields: leaves here, and what lies below.
@@ -62,7 +64,8 @@ impl Leaf {
     /// The error of a path that leads nowhere.
     pub(crate) fn astray(self, topic: &FieldTopic, why: String) -> LogError {
         let path = match self {
-            Self::X => &topic.x,
+            // Further paths that lead nowhere are given up, not told.
+            Self::X | Self::More(_) => &topic.x,
             Self::Y => &topic.y,
             Self::Stamp | Self::Seconds | Self::Nanoseconds => &topic.stamp,
         };
@@ -97,15 +100,19 @@ impl Want {
             .unwrap_or(Leaf::Stamp)
     }
 
-    /// The tree for a topic's stamp, x and y, or for x and y alone.
-    pub(crate) fn of(topic: &FieldTopic, stamped: bool) -> Result<Self, LogError> {
+    /// The tree for a topic's stamp, x, y and further numbers, or for those without the stamp.
+    pub(crate) fn of(topic: &FieldTopic, more: &[String], stamped: bool) -> Result<Self, LogError> {
         let mut root = Self::default();
         let paths = [
             (&topic.stamp, Leaf::Stamp),
             (&topic.x, Leaf::X),
             (&topic.y, Leaf::Y),
         ];
-        for (path, leaf) in paths {
+        let further = more
+            .iter()
+            .enumerate()
+            .map(|(place, path)| (path, Leaf::More(place)));
+        for (path, leaf) in paths.into_iter().chain(further) {
             if stamped || leaf != Leaf::Stamp {
                 let steps = parse(path).map_err(|why| LogError::Field {
                     topic: topic.name.clone(),

@@ -18,7 +18,7 @@ use values::FieldTopic;
 use self::chunk::ChunkFault;
 use self::records::{Ending, Records};
 use self::topics::Topics;
-use crate::LogError;
+use crate::{LogError, More};
 
 pub use self::raw::{RawChannel, RawMessage, RawSummary, read_raw};
 
@@ -55,6 +55,8 @@ impl Default for Limits {
 pub struct Wanted<'a> {
     /// Its name and field paths.
     pub topic: &'a FieldTopic,
+    /// Paths of further numbers, at most [`MOST_MORE`](crate::MOST_MORE); a message need not have them.
+    pub more: &'a [String],
     /// Whether a log without it is an error.
     pub required: bool,
 }
@@ -75,6 +77,8 @@ pub struct Sample {
 pub enum Event<'a> {
     /// A message of the wanted topic with this index.
     Sample(usize, Sample),
+    /// The same of a topic of which further numbers are wanted.
+    Extended(usize, Sample, More),
     /// Messages are lost between those before and those after.
     Lost(&'a Damage),
 }

@@ -140,6 +140,7 @@ fn a_missing_topic_is_named_with_those_that_are_there() {
     let topic = common::topic("/object/centroid");
     let wanted = [Wanted {
         topic: &topic,
+        more: &[],
         required: true,
     }];
     let error = logs::read_from(
@@ -156,6 +157,7 @@ fn a_missing_topic_is_named_with_those_that_are_there() {
     );
     let optional = [Wanted {
         topic: &topic,
+        more: &[],
         required: false,
     }];
     assert!(
@@ -183,6 +185,7 @@ fn a_schema_without_a_stamp_leaves_the_log_time() {
         std::io::Cursor::new(&file),
         &[Wanted {
             topic: &topic,
+            more: &[],
             required: true,
         }],
         Limits::default(),
@@ -248,6 +251,7 @@ fn files_that_others_recorded_are_read() {
             &path,
             &[Wanted {
                 topic: &topic,
+                more: &[],
                 required: true,
             }],
             Limits::default(),

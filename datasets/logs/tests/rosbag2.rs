@@ -280,6 +280,7 @@ fn read(file: &[u8], topics: &[FieldTopic]) -> Result<(Vec<(usize, Sample)>, Sum
         .iter()
         .map(|topic| Wanted {
             topic,
+            more: &[],
             required: true,
         })
         .collect();

@@ -60,12 +60,23 @@ pub fn open(paths: &[PathBuf]) -> (Vec<LogFile>, Vec<LeftOut>) {
 /// Reads the logs; each is read once, until its content changes. One that cannot be is left out, if another can.
 pub fn read(run: &Run, rig: &Rig, logs: &[PathBuf], seed: u64) -> Result<Read, Error> {
     let (mut logs, mut left_out) = open(logs);
-    let mut read = run
-        .lists(&Ingest { seed }, rig, &logs)
-        .map_err(|error| match error {
-            RunError::Stage(error @ IngestError::Log(_)) => Error::input(error),
-            error => error.into(),
-        })?;
+    let mut read = loop {
+        match run.lists(&Ingest { seed }, rig, &logs) {
+            // It is written to while it is read: left out of this run, and nothing is kept of it.
+            Err(RunError::Stage(error @ IngestError::Changed { .. })) => {
+                let is_changed = |log: &LogFile| error.is_of(&log.path);
+                let Some(place) = logs.iter().position(is_changed) else {
+                    return Err(Error::input(error));
+                };
+                left_out.push(LeftOut {
+                    log: logs.remove(place).name,
+                    why: error.to_string(),
+                });
+            }
+            Err(RunError::Stage(error @ IngestError::Log(_))) => return Err(Error::input(error)),
+            lists => break lists?,
+        }
+    };
     for (outcome, _) in &read {
         let log = &outcome.log;
         left_out.extend(outcome.left_out.clone().map(|why| LeftOut {

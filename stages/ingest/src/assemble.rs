@@ -2,7 +2,7 @@
 
 use values::{Reject, RejectReason, Strike};
 
-use crate::{Found, LogOutcome};
+use crate::outcome::{Found, LogOutcome};
 
 /// Joins what came out of the logs, in whatever order they come: strikes by time, then id, each with its rank in
 /// `conditions.order`; rejects by log, then index.

@@ -21,6 +21,13 @@ pub enum IngestError {
     },
 }
 
+impl IngestError {
+    /// Whether it is the error of this log, that its content changed.
+    pub fn is_of(&self, path: &Path) -> bool {
+        matches!(self, Self::Changed { log } if *log == path.display().to_string())
+    }
+}
+
 /// SHA-256 of a file, in hex.
 pub(crate) fn hash_file(path: &Path) -> Result<String, IngestError> {
     let io = |source| LogError::Io {

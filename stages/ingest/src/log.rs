@@ -3,14 +3,19 @@
 use std::path::Path;
 
 use logs::read::Extent;
-use logs::{Event, Limits, Summary, Wanted};
-use values::{Reject, RejectReason, Rig, Strike};
+use logs::{Event, Limits, LogError, Summary, Wanted};
+use values::{FieldTopic, Point, PoseTopic, Reject, RejectReason, Rig, StateTopic, Strike};
 
+use crate::arm::State;
+use crate::error::IngestError;
+use crate::ingest::Ingest;
+use crate::outcome::{Found, LogOutcome, file_name};
 use crate::segment::{Closing, Segmenter};
-use crate::{Found, Ingest, IngestError, LogOutcome};
+use crate::yaw::Turn;
 
-const CENTROID: usize = 0;
-const COMMAND: usize = 1;
+const OBJECT: usize = 0;
+const STATE: usize = 2;
+const POSE: usize = 3;
 
 /// Reads one log from end to end.
 ///
@@ -20,41 +25,102 @@ const COMMAND: usize = 1;
 pub fn ingest_log(path: &Path, rig: &Rig, settings: &Ingest) -> Result<LogOutcome, IngestError> {
     let mut strikes = Vec::new();
     let keep = &mut |strike| strikes.push(strike);
-    let outcome = read_log(path, &file_name(path), rig, settings, keep)?;
+    let outcome = read_log(path, &file_name(path), rig, settings.seed, keep)?;
     // Of a log that is not to be trusted none is kept.
     strikes.truncate(outcome.strikes.len());
     Ok(outcome.with_strikes(|_| strikes))
 }
 
-/// A file's name, without folder.
-pub(crate) fn file_name(path: &Path) -> String {
-    let name = path.file_name().unwrap_or(path.as_os_str());
-    name.to_string_lossy().into_owned()
-}
-
 /// The same, of a log by its name; each strike is handed over when it is found, and what stays of it is what tells it from
-/// others.
+/// others. The object's place comes from its centroids; from its poses in a log that has those and no centroids.
 pub(crate) fn read_log(
     path: &Path,
     log: &str,
     rig: &Rig,
-    settings: &Ingest,
+    seed: u64,
     keep: &mut dyn FnMut(Strike),
 ) -> Result<LogOutcome<Found>, IngestError> {
-    let wanted = [
-        Wanted {
-            topic: &rig.topics.centroid,
-            required: true,
-        },
-        Wanted {
-            topic: &rig.topics.command,
-            required: true,
-        },
+    let (centroid, pose) = (&rig.topics.centroid, &rig.topics.pose.topic);
+    let is_there = |summary: &Summary, topic: &FieldTopic| {
+        summary.topics.iter().any(|there| there.name == topic.name)
+    };
+    let told = |found: &[String]| {
+        found
+            .iter()
+            .any(|there| there.split(' ').next() == Some(pose.name.as_str()))
+    };
+    let mut any_kept = false;
+    let by_centroids = {
+        let keep = &mut |strike| {
+            any_kept = true;
+            keep(strike);
+        };
+        read_by(centroid, path, log, rig, seed, keep)
+    };
+    let has_poses_alone = match &by_centroids {
+        Ok((_, summary)) => !any_kept && !is_there(summary, centroid) && is_there(summary, pose),
+        Err(LogError::MissingTopic { topic, found, .. }) => *topic == centroid.name && told(found),
+        Err(_) => false,
+    };
+    let (outcome, _) = if has_poses_alone {
+        read_by(pose, path, log, rig, seed, keep)?
+    } else {
+        by_centroids?
+    };
+    Ok(outcome)
+}
+
+/// The same with the object's place from one topic.
+fn read_by(
+    object: &FieldTopic,
+    path: &Path,
+    log: &str,
+    rig: &Rig,
+    seed: u64,
+    keep: &mut dyn FnMut(Strike),
+) -> Result<(LogOutcome<Found>, Summary), LogError> {
+    let PoseTopic {
+        topic: pose,
+        orientation,
+    } = &rig.topics.pose;
+    let StateTopic {
+        topic: state,
+        position_x,
+        position_y,
+    } = &rig.topics.state;
+    let orientation = ["x", "y", "z", "w"].map(|part| format!("{orientation}.{part}"));
+    let position = [position_x.clone(), position_y.clone()];
+    let is_pose = object.name == pose.name;
+    let wanted = |topic, more, required| Wanted {
+        topic,
+        more,
+        required,
+    };
+    let topics = [
+        wanted(object, if is_pose { &orientation[..] } else { &[] }, true),
+        wanted(&rig.topics.command, &[], true),
+        wanted(state, &position, false),
+        wanted(pose, &orientation, false),
     ];
-    let mut segmenter = Segmenter::new(log, rig, settings.seed, keep);
-    let summary = logs::read(path, &wanted, Limits::default(), &mut |event| match event {
-        Event::Sample(CENTROID, sample) => segmenter.centroid(sample),
+    // Of a topic that is wanted twice, the first one is read.
+    let topics = &topics[..if is_pose { POSE } else { POSE + 1 }];
+    let mut segmenter = Segmenter::new(log, rig, seed, keep);
+    let summary = logs::read(path, topics, Limits::default(), &mut |event| match event {
+        Event::Sample(OBJECT, sample) => segmenter.centroid(sample),
         Event::Sample(_, sample) => segmenter.command(sample),
+        Event::Extended(STATE, sample, more) => segmenter.state(State {
+            stamp: sample.stamp,
+            velocity: Point::new(sample.x, sample.y),
+            position: Point::new(more[0], more[1]),
+        }),
+        Event::Extended(index, sample, quaternion) => {
+            if let Some(turn) = Turn::of(sample.stamp, quaternion) {
+                segmenter.turn(turn);
+            }
+            if index == OBJECT {
+                segmenter.centroid(sample);
+            }
+        }
         Event::Lost(damage) => segmenter.close(Closing::Lost(damage.why.clone())),
     })?;
     segmenter.close(Closing::End);
@@ -67,7 +133,7 @@ pub(crate) fn read_log(
             .all(|damage| damage.extent == Extent::Index),
         strikes: segmented.strikes,
         rejects: segmented.rejects,
-        notes: notes(&summary, rig),
+        notes: notes(&summary, topics),
         log: log.into(),
         sha256: summary.sha256.clone(),
         messages: summary.messages,
@@ -80,7 +146,7 @@ pub(crate) fn read_log(
     {
         distrust(&mut outcome, &damage.why);
     }
-    Ok(outcome)
+    Ok((outcome, summary))
 }
 
 /// Somewhere in the log a message is wrong, and nothing tells where: no strike of it is kept.
@@ -101,7 +167,7 @@ fn distrust(outcome: &mut LogOutcome<Found>, why: &str) {
 /// So many damaged places of a log are told one by one.
 const PLACES: usize = 10;
 
-fn notes(summary: &Summary, rig: &Rig) -> Vec<String> {
+fn notes(summary: &Summary, wanted: &[Wanted<'_>]) -> Vec<String> {
     let mut notes: Vec<String> = summary
         .damage
         .iter()
@@ -120,18 +186,19 @@ fn notes(summary: &Summary, rig: &Rig) -> Vec<String> {
         let more = summary.damage.len() - PLACES;
         notes.push(format!("damaged in {more} more places"));
     }
-    for topic in [&rig.topics.centroid, &rig.topics.command] {
-        if summary.topics.iter().all(|there| there.name != topic.name) {
+    for (
+        index,
+        Wanted {
+            topic, required, ..
+        },
+    ) in wanted.iter().enumerate()
+    {
+        if *required && summary.topics.iter().all(|there| there.name != topic.name) {
             notes.push(format!(
                 "nothing tells of topic {}: it may be in what is damaged",
                 topic.name
             ));
         }
-    }
-    for (index, topic) in [
-        (CENTROID, &rig.topics.centroid),
-        (COMMAND, &rig.topics.command),
-    ] {
         let (count, why) = &summary.undecodable[index];
         if *count > 0 {
             notes.push(format!(

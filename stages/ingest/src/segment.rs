@@ -8,11 +8,19 @@ use std::collections::VecDeque;
 use logs::Sample;
 use values::{Conditions, Reject, RejectReason, Rig, Strike, split_of};
 
-use crate::Found;
-use crate::command::{Episode, Episodes, Rejection};
+use crate::arm::State;
+use crate::episode::{Episode, Episodes};
+use crate::extras::{Extras, Waiting};
 use crate::identity::{AFTER, strike_id};
+use crate::order::{Ordered, SetBack};
+use crate::outcome::Found;
+use crate::plateau::plateau;
+use crate::queue::Queue;
+use crate::rejection::Rejection;
 use crate::robust::median;
 use crate::slide::{self, Frames};
+use crate::time::seconds;
+use crate::yaw::Turn;
 
 /// Centroids are held this long before a strike, in ns.
 const BEFORE: i64 = 3_000_000_000;
@@ -43,6 +51,15 @@ pub(crate) struct Segmented {
     pub(crate) notes: Vec<String>,
 }
 
+/// The last messages of each topic, which may yet be overtaken.
+#[derive(Default)]
+struct Arriving {
+    centroids: Ordered<Sample>,
+    commands: Ordered<Sample>,
+    states: Ordered<State>,
+    turns: Ordered<Turn>,
+}
+
 pub(crate) struct Segmenter<'a> {
     log: &'a str,
     rig: &'a Rig,
@@ -51,8 +68,10 @@ pub(crate) struct Segmenter<'a> {
     keep: &'a mut dyn FnMut(Strike),
     episodes: Episodes,
     /// Episodes whose centroids have not all come.
-    waiting: VecDeque<Episode>,
+    waiting: Queue,
     centroids: VecDeque<Sample>,
+    extras: Extras,
+    arriving: Arriving,
     last_centroid: Option<i64>,
     last_command: Option<i64>,
     since_trim: u32,
@@ -62,6 +81,8 @@ pub(crate) struct Segmenter<'a> {
     repeated: u64,
     outliers: usize,
     unheld: usize,
+    /// Episodes that were judged before the centroids of their time came.
+    unseen: u64,
     /// Seconds from frame to frame around each command.
     periods: Vec<f64>,
 }
@@ -79,8 +100,10 @@ impl<'a> Segmenter<'a> {
             seed,
             keep,
             episodes: Episodes::new(rig),
-            waiting: VecDeque::new(),
+            waiting: Queue::default(),
             centroids: VecDeque::new(),
+            extras: Extras::default(),
+            arriving: Arriving::default(),
             last_centroid: None,
             last_command: None,
             since_trim: 0,
@@ -89,21 +112,70 @@ impl<'a> Segmenter<'a> {
             repeated: 0,
             outliers: 0,
             unheld: 0,
+            unseen: 0,
             periods: Vec::new(),
         }
     }
 
     /// Takes the next centroid.
     pub(crate) fn centroid(&mut self, sample: Sample) {
+        let mut next = Vec::new();
+        let taken = self.arriving.centroids.take(sample, &mut next);
+        next.into_iter().for_each(|sample| self.see(sample));
+        if let Err(SetBack { by, since }) = taken {
+            let back = seconds(by);
+            self.close(Closing::Clock(format!(
+                "a centroid's stamp lies {back:.3} s before the last one's"
+            )));
+            since.into_iter().for_each(|sample| self.centroid(sample));
+        }
+    }
+
+    /// Takes the next command.
+    pub(crate) fn command(&mut self, sample: Sample) {
+        let mut next = Vec::new();
+        let taken = self.arriving.commands.take(sample, &mut next);
+        next.into_iter().for_each(|sample| self.obey(sample));
+        if let Err(SetBack { by, since }) = taken {
+            let back = seconds(by);
+            self.close(Closing::Clock(format!(
+                "a command's stamp lies {back:.3} s before the last one's"
+            )));
+            since.into_iter().for_each(|sample| self.command(sample));
+        }
+    }
+
+    /// Takes the next state of the arm. Its clock takes nothing but states with it.
+    pub(crate) fn state(&mut self, state: State) {
+        let mut next = Vec::new();
+        let taken = self.arriving.states.take(state, &mut next);
+        next.into_iter().for_each(|state| self.extras.state(state));
+        if let Err(SetBack { since, .. }) = taken {
+            self.arriving.states.drain();
+            self.extras.forget_states();
+            since.into_iter().for_each(|state| self.state(state));
+        }
+        self.extras.advance(self.rig, self.keep);
+    }
+
+    /// Takes the next turn of the object.
+    pub(crate) fn turn(&mut self, turn: Turn) {
+        let mut next = Vec::new();
+        let taken = self.arriving.turns.take(turn, &mut next);
+        next.into_iter().for_each(|turn| self.extras.turn(turn));
+        if let Err(SetBack { since, .. }) = taken {
+            self.arriving.turns.drain();
+            self.extras.forget_turns();
+            since.into_iter().for_each(|turn| self.turn(turn));
+        }
+        self.extras.advance(self.rig, self.keep);
+    }
+
+    /// A centroid in its order.
+    fn see(&mut self, sample: Sample) {
         match self.last_centroid {
-            Some(last) if sample.stamp < last => {
-                let back = seconds(last.saturating_sub(sample.stamp));
-                self.close(Closing::Clock(format!(
-                    "a centroid's stamp lies {back:.3} s before the last one's"
-                )));
-            }
             Some(last) if sample.stamp == last && last == 0 => {
-                self.close(Closing::Clock(
+                self.shut(Closing::Clock(
                     "the centroids' stamps stand still at zero".into(),
                 ));
             }
@@ -119,26 +191,28 @@ impl<'a> Segmenter<'a> {
         self.advance();
     }
 
-    /// Takes the next command.
-    pub(crate) fn command(&mut self, sample: Sample) {
-        if let Some(last) = self.last_command
-            && sample.stamp < last
-        {
-            let back = seconds(last.saturating_sub(sample.stamp));
-            self.close(Closing::Clock(format!(
-                "a command's stamp lies {back:.3} s before the last one's"
-            )));
-        }
+    /// A command in its order.
+    fn obey(&mut self, sample: Sample) {
         self.last_command = Some(sample.stamp);
         if let Some(episode) = self.episodes.take(sample) {
-            self.waiting.push_back(episode);
+            self.queue(episode);
         }
         self.advance();
     }
 
+    /// An episode that has ended waits; where too much waits, the first is judged with what is there.
+    fn queue(&mut self, episode: Episode) {
+        self.waiting.push(episode, self.rig);
+        while self.waiting.is_full() {
+            self.unseen += 1;
+            let next = self.next_strike();
+            self.judge_first(next.unwrap_or(i64::MAX), next.is_some(), None);
+        }
+    }
+
     /// Judges the episodes whose centroids have all come, and lets go of what no episode needs.
     fn advance(&mut self) {
-        while let Some(first) = self.waiting.front() {
+        while let Some(first) = self.waiting.first() {
             let horizon = first.end().saturating_add(HORIZON);
             let current = self.episodes.current();
             // One that has just begun may become a strike.
@@ -163,16 +237,16 @@ impl<'a> Segmenter<'a> {
     /// object still slides: what the first one did goes on beyond them.
     fn next_strike(&mut self) -> Option<i64> {
         let rig = self.rig;
-        let strikes = |episode: &&Episode| !episode.is_blip() && episode.is_towards_strikes(rig);
-        let ended = self.waiting.iter().skip(1).find(strikes);
-        ended.map(Episode::start).or_else(|| {
+        self.waiting.next_strike().or_else(|| {
             let current = self.episodes.current().map(|current| &*current);
-            current.filter(strikes).map(Episode::start)
+            current
+                .filter(|episode| !episode.is_blip() && episode.is_towards_strikes(rig))
+                .map(Episode::start)
         })
     }
 
     fn trim(&mut self) {
-        let first = self.waiting.front().map(Episode::start);
+        let first = self.waiting.first().map(Episode::start);
         let needed = first.or_else(|| self.episodes.current().map(|episode| episode.start()));
         let now = || {
             self.last_command
@@ -180,6 +254,7 @@ impl<'a> Segmenter<'a> {
                 .min(self.last_centroid.unwrap_or(i64::MIN))
         };
         let from = needed.unwrap_or_else(now).saturating_sub(BEFORE);
+        self.extras.forget_before(from);
         while self
             .centroids
             .front()
@@ -196,6 +271,24 @@ impl<'a> Segmenter<'a> {
 
     /// Ends all that has begun: what is whole is kept, what is not is rejected for this reason.
     pub(crate) fn close(&mut self, closing: Closing) {
+        let Arriving {
+            mut centroids,
+            mut commands,
+            mut states,
+            mut turns,
+        } = std::mem::take(&mut self.arriving);
+        centroids.drain().into_iter().for_each(|s| self.see(s));
+        commands.drain().into_iter().for_each(|s| self.obey(s));
+        states
+            .drain()
+            .into_iter()
+            .for_each(|s| self.extras.state(s));
+        turns.drain().into_iter().for_each(|t| self.extras.turn(t));
+        self.shut(closing);
+    }
+
+    /// The same when no message is on its way.
+    fn shut(&mut self, closing: Closing) {
         // Whether the commands themselves were cut; a clock's fault lets the episode go on, to end as a rejected one.
         match &closing {
             Closing::Clock(detail) => {
@@ -212,15 +305,20 @@ impl<'a> Segmenter<'a> {
                     episode
                         .fault
                         .get_or_insert_with(|| Rejection::new(RejectReason::Truncated, detail));
-                    self.waiting.push_back(episode);
+                    self.queue(episode);
                 }
             }
-            Closing::End => self.waiting.extend(self.episodes.finish()),
+            Closing::End => {
+                if let Some(episode) = self.episodes.finish() {
+                    self.queue(episode);
+                }
+            }
         }
-        while !self.waiting.is_empty() {
+        while self.waiting.first().is_some() {
             let next = self.next_strike();
             self.judge_first(next.unwrap_or(i64::MAX), next.is_some(), Some(&closing));
         }
+        self.extras.close(self.rig, self.keep);
         self.centroids.clear();
         self.last_centroid = None;
         self.last_command = None;
@@ -228,16 +326,22 @@ impl<'a> Segmenter<'a> {
 
     /// Judges the first waiting episode by the centroids before `until`.
     fn judge_first(&mut self, until: i64, is_next_strike: bool, closing: Option<&Closing>) {
-        let Some(episode) = self.waiting.pop_front() else {
+        let Some(episode) = self.waiting.pop() else {
             return;
         };
         let judged = self.judge(&episode, until);
         let judged =
             judged.and_then(|strike| self.is_identified(&episode, closing).map(|()| strike));
         match judged {
-            Ok(strike) => {
+            Ok((strike, first_motion, gap)) => {
                 self.found.strikes.push(Found::from(&strike));
-                (self.keep)(strike);
+                self.extras.strike(Waiting {
+                    strike,
+                    commands: episode.commands,
+                    first_motion,
+                    gap,
+                });
+                self.extras.advance(self.rig, self.keep);
             }
             Err(rejection) => {
                 let rejection = if is_next_strike {
@@ -298,17 +402,19 @@ impl<'a> Segmenter<'a> {
         })
     }
 
-    fn judge(&mut self, episode: &Episode, until: i64) -> Result<Strike, Rejection> {
+    /// The strike, the stamp of first motion, and the seconds from the frame before to it.
+    fn judge(&mut self, episode: &Episode, until: i64) -> Result<(Strike, i64, f64), Rejection> {
         if let Some(fault) = &episode.fault {
             return Err(fault.clone());
         }
-        let command = episode.plateau(self.rig)?;
+        let command = plateau(&episode.commands, self.rig)?;
         let from = episode.start().saturating_sub(BEFORE);
+        let place = |stamp: i64| self.centroids.partition_point(|s| s.stamp < stamp);
+        let (first, end) = (place(from), place(until));
         let seen: Vec<Sample> = self
             .centroids
-            .iter()
+            .range(first..end.max(first))
             .copied()
-            .filter(|sample| (from..until).contains(&sample.stamp))
             .collect();
         if let (true, Some(why)) = (seen.is_empty(), &self.clock) {
             return Err(Rejection::new(
@@ -316,12 +422,12 @@ impl<'a> Segmenter<'a> {
                 format!("no centroid is there; {why}"),
             ));
         }
-        let frames = Frames::new(&seen, episode, self.rig)?;
+        let frames = Frames::new(&seen, (episode.start(), episode.end()), self.rig)?;
         self.periods.push(frames.period);
         let slide = slide::find(&frames)?;
         self.outliers += slide.outliers;
         let id = strike_id(&episode.commands, &seen);
-        Ok(Strike {
+        let strike = Strike {
             log: self.log.into(),
             index: episode.index,
             t_start: seconds(slide.first_motion),
@@ -336,7 +442,8 @@ impl<'a> Segmenter<'a> {
             },
             id,
             delivered: None,
-        })
+        };
+        Ok((strike, slide.first_motion, slide.gap))
     }
 
     /// All that was found, by index: episodes are judged in their order.
@@ -359,16 +466,12 @@ impl<'a> Segmenter<'a> {
             self.unheld as u64,
             "centroids came too long before the commands of their time and were let go",
         );
+        note(
+            self.unseen,
+            "commands came too long before the centroids of their time and were judged without them",
+        );
+        self.found.notes.extend(self.extras.note());
         self.found.notes.extend(other_rate);
         self.found
     }
-}
-
-/// Nanoseconds in seconds.
-#[expect(
-    clippy::cast_precision_loss,
-    reason = "a quarter of a microsecond at today's epoch"
-)]
-pub(crate) fn seconds(nanoseconds: i64) -> f64 {
-    nanoseconds as f64 * 1e-9
 }

@@ -11,25 +11,17 @@
 mod frames;
 mod motion;
 mod rest;
+mod tolerances;
 
 use values::{Point, RejectReason, Track};
 
 pub(crate) use self::frames::Frames;
 use self::motion::first_motion;
-use self::rest::{REST_BEFORE, initial, rest_after, rest_before};
-use crate::command::Rejection;
-use crate::segment::seconds;
+use self::rest::{initial, rest_after, rest_before};
+use self::tolerances::{FRAMES_AFTER, GAP_AT_ENDS, GAP_WITHIN, REST_BEFORE, SURELY_AWAY_NOISE};
+use crate::rejection::Rejection;
+use crate::time::since;
 
-/// Frames of rest at the end of a track.
-const FRAMES_AFTER: usize = 5;
-/// Surely away from rest, in m and in noise deviations.
-const SURELY_AWAY: f64 = 0.005;
-const SURELY_AWAY_NOISE: f64 = 8.0;
-/// Surely at the place, in noise deviations.
-const AT_PLACE_NOISE: f64 = 4.0;
-/// Most that may be missing between two frames, in periods: around impact and rest, and within the slide.
-const GAP_AT_ENDS: f64 = 3.5;
-const GAP_WITHIN: f64 = 6.5;
 /// A slide only slows down: a frame this many times faster than its beginning is another's doing.
 const FASTER: f64 = 2.0;
 /// Most of a slide's frames that may be missing.
@@ -45,6 +37,8 @@ pub(crate) struct Slide {
     pub(crate) track: Track,
     /// Frames that jumped away and back, left out of the track.
     pub(crate) outliers: usize,
+    /// Seconds from the frame before first motion to it.
+    pub(crate) gap: f64,
 }
 
 /// Finds the slide that one command caused.
@@ -81,7 +75,7 @@ fn find_among(frames: &Frames<'_>) -> Result<Found, Rejection> {
     let track = Track {
         t: used
             .iter()
-            .map(|frame| seconds(frame.stamp.saturating_sub(start.stamp)))
+            .map(|frame| since(start.stamp, frame.stamp))
             .collect(),
         x: used.iter().map(|frame| frame.point.x).collect(),
         y: used.iter().map(|frame| frame.point.y).collect(),
@@ -99,6 +93,7 @@ fn find_among(frames: &Frames<'_>) -> Result<Found, Rejection> {
         stop,
         track,
         outliers,
+        gap: start.t - frames.frames[first.saturating_sub(1)].t,
     };
     Ok(Found { slide, end })
 }

@@ -3,8 +3,8 @@
 use stage::{Entries, Listed, Reader, StageError};
 use values::{Reject, Strike};
 
-use crate::Ingest;
 use crate::assemble::{Place, join};
+use crate::ingest::Ingest;
 
 /// The strikes of all logs, as [`assemble`](crate::assemble) joins them; a few bytes are held of each.
 #[derive(Clone, Debug, Default)]

@@ -91,3 +91,39 @@ fn the_default_demos_are_kept_whole() {
         assert!(order, "strikes are ranked by time");
     }
 }
+
+#[test]
+fn what_the_embedded_rigs_arm_delivered_is_measured_where_its_state_is_logged() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let hidden = Hidden::parse(&["striker_speed_error"]).expect("an effect");
+    let mut settings = demo::Settings::new(Shape::Cylinder, 60, 5, Some(hidden));
+    settings.log_state = true;
+    let written = demo::write(&settings, folder.path()).expect("writes");
+    let rig = Rig::load(&written.rig).expect("the rig file is accepted");
+    let truth = Truth::load(&written.truth).expect("the truth");
+    let outcomes = written
+        .logs
+        .iter()
+        .map(|log| ingest_log(log, &rig, &Ingest::default()).expect("the log is read"))
+        .collect();
+    let (strikes, _) = assemble(outcomes);
+    let told: Vec<_> = strikes
+        .iter()
+        .zip(&truth.strikes)
+        .filter_map(|(strike, truth)| Some((strike.delivered?, truth.delivered)))
+        .collect();
+    assert_eq!(told.len(), 60);
+    let speed = rms(told
+        .iter()
+        .map(|(told, truth)| told.tip_speed - truth.speed));
+    let angle = rms(told
+        .iter()
+        .map(|(told, truth)| told.tip_angle - truth.angle));
+    println!(
+        "delivered: {:.2} mm/s and {:.2} mrad rms",
+        1e3 * speed,
+        1e3 * angle
+    );
+    assert!(speed < 1e-3 && angle < 1e-4, "{speed} {angle}");
+    assert!(strikes.iter().all(|strike| !strike.is_pushed_again()));
+}

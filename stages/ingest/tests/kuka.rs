@@ -21,7 +21,11 @@ fn ingest_all(folder: &Path) -> (Rig, Vec<LogOutcome>) {
         ingest_log(&folder.join("logs").join(log), &rig, &Ingest::default())
             .expect("the log is read")
     };
-    let outcomes = vec![outcome("session_b.mcap"), outcome("session_a.mcap")];
+    let outcomes = vec![
+        outcome("session_b.mcap"),
+        outcome("session_a.mcap"),
+        outcome("session_a2.mcap"),
+    ];
     (rig, outcomes)
 }
 
@@ -60,7 +64,10 @@ fn all_fifty_real_strikes_are_kept() {
             .filter(|strike| strike.log == session)
             .count()
     };
-    assert_eq!((of("session_a.mcap"), of("session_b.mcap")), (20, 30));
+    assert_eq!(
+        ["session_a.mcap", "session_a2.mcap", "session_b.mcap"].map(of),
+        [17, 3, 30]
+    );
     println!(
         "log             #  order  speed  angle    path   time frames release ratio  decel   step"
     );
@@ -117,4 +124,43 @@ fn what_happens_after_the_first_rest_is_no_part_of_a_strike() {
         strike.path().norm()
     );
     assert!(strike.track.t.last().copied().unwrap_or_default() < 1.5);
+}
+
+#[test]
+fn a_camera_of_unequal_intervals_is_known_by_its_mean_rate() {
+    let Some(folder) = folder() else { return };
+    let (rig, outcomes) = ingest_all(&folder);
+    // Its frames come 8 and 12 ms apart, and the rig file says the mean.
+    assert!((rig.camera.rate - 99.3).abs() < 1e-9);
+    for outcome in outcomes {
+        let told = outcome.notes.iter().find(|note| note.contains("Hz"));
+        assert_eq!(told, None, "{}", outcome.log);
+    }
+}
+
+#[test]
+fn a_jump_of_the_tracker_before_contact_is_no_motion() {
+    let Some(folder) = folder() else { return };
+    let (_, outcomes) = ingest_all(&folder);
+    // Half a second before contact the tracker jumps by 3 mm for three rows.
+    let strike = &outcomes[2].strikes[1];
+    let first = strike.track.point(0).distance(strike.initial);
+    let later = strike.track.point(10).distance(strike.initial);
+    assert!(first < 0.02 && later > 0.05, "{first} {later}");
+}
+
+#[test]
+fn most_second_pushes_are_of_slow_strikes() {
+    let Some(folder) = folder() else { return };
+    let (_, outcomes) = ingest_all(&folder);
+    let pushed: Vec<f64> = outcomes
+        .iter()
+        .flat_map(|outcome| &outcome.strikes)
+        .filter(|strike| strike.is_pushed_again())
+        .map(|strike| strike.command.speed)
+        .collect();
+    println!("pushed again: {pushed:?}");
+    // Persons who looked at the recordings found 12, 11 of them at 1.25 m/s or less; the detector was not tuned to that.
+    let slow = pushed.iter().filter(|speed| **speed <= 1.25).count();
+    assert!(slow > 2 * (pushed.len() - slow), "{pushed:?}");
 }

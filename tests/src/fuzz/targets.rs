@@ -159,6 +159,7 @@ fn read_log(input: &[u8]) -> Result<(), String> {
     let topics = Rig::demo(Shape::Cylinder).topics;
     let wanted = [&topics.centroid, &topics.command].map(|topic| Wanted {
         topic,
+        more: &[],
         required: true,
     });
     logs::read_from(

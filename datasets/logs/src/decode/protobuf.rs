@@ -51,6 +51,7 @@ impl Plan {
     pub(super) fn compile(
         schema: SchemaText<'_>,
         topic: &FieldTopic,
+        more: &[String],
     ) -> Result<(Self, bool), LogError> {
         let unusable = |why: String| LogError::Schema {
             topic: topic.name.clone(),
@@ -65,7 +66,7 @@ impl Plan {
         let stamped = message
             .get_field_by_name(first_name(&topic.stamp))
             .is_some();
-        let want = Want::of(topic, stamped)?;
+        let want = Want::of(topic, more, stamped)?;
         let plan = plan(&message, &want).map_err(|(leaf, why)| leaf.astray(topic, why))?;
         Ok((plan, stamped))
     }

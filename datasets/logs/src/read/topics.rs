@@ -168,26 +168,46 @@ impl<'a> Topics<'a> {
                     encoding: &schema.encoding,
                     data: &schema.data,
                 });
-                let new = Decoder::compile(&channel.encoding, text, self.wanted[*index].topic)?;
+                let Wanted {
+                    topic,
+                    more,
+                    required,
+                } = self.wanted[*index];
+                let compiled = Decoder::compile_with(&channel.encoding, text, topic, more);
+                let new = match compiled {
+                    // A log is not refused for a topic that it need not have.
+                    Err(error) if !required => {
+                        tally.undecodable += 1;
+                        tally.first_reason = error.to_string();
+                        channel.wanted = None;
+                        return Ok(Ok(()));
+                    }
+                    compiled => compiled?,
+                };
                 tally.unstamped |= !new.stamped();
                 decoder.insert(new)
             }
         };
-        let sample = decoder.decode(data).and_then(|fields| {
+        let sample = decoder.decode_with(data).and_then(|(fields, more)| {
             // Known only now where there is no schema.
             tally.unstamped |= fields.stamp.is_none();
             let log_time = || i64::try_from(header.log_time).map_err(|_| DecodeError::Stamp);
-            Ok(Sample {
+            let sample = Sample {
                 stamp: fields.stamp.map_or_else(log_time, Ok)?,
                 x: fields.x,
                 y: fields.y,
-            })
+            };
+            Ok((sample, more))
         });
         match sample {
-            Ok(sample) => {
+            Ok((sample, more)) => {
                 tally.decoded += 1;
                 tally.unchecked |= !checked;
-                sink(Event::Sample(*index, sample));
+                sink(if self.wanted[*index].more.is_empty() {
+                    Event::Sample(*index, sample)
+                } else {
+                    Event::Extended(*index, sample, more)
+                });
             }
             Err(error) => {
                 if tally.undecodable == 0 {
@@ -252,7 +272,7 @@ impl<'a> Topics<'a> {
             damage,
         };
         for (wanted, tally) in self.wanted.iter().zip(&self.tallies) {
-            if tally.decoded == 0 && tally.undecodable > 0 {
+            if wanted.required && tally.decoded == 0 && tally.undecodable > 0 {
                 return Err(LogError::Undecodable {
                     log: self.log.into(),
                     topic: wanted.topic.name.clone(),

@@ -247,6 +247,7 @@ pub fn read(bytes: &[u8]) -> Result<(Vec<Sample>, Summary), LogError> {
         Cursor::new(bytes),
         &[Wanted {
             topic: &topic,
+            more: &[],
             required: true,
         }],
         Limits::default(),

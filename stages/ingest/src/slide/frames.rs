@@ -3,13 +3,18 @@
 use logs::Sample;
 use values::{Point, RejectReason, Rig};
 
-use super::rest::REST_BEFORE;
-use crate::command::{Episode, Rejection};
+use super::tolerances::REST_BEFORE;
+use crate::rejection::Rejection;
 use crate::robust::{median, median_point};
-use crate::segment::seconds;
+use crate::time::since;
 
 /// Frames that come slower than this, in s, show no slide.
 const SLOWEST: f64 = 1.0 / 15.0;
+
+/// No more frames come around one command: 20 s of a camera at 2.5 kHz.
+const MOST_FRAMES: usize = 50_000;
+/// An interval this many times the usual one has frames missing.
+const INTERVAL_WITH_GAP: f64 = 1.75;
 
 pub(super) struct Frame {
     pub(super) stamp: i64,
@@ -35,13 +40,24 @@ pub(crate) struct Frames<'a> {
     pub(crate) period: f64,
 }
 impl<'a> Frames<'a> {
-    pub(crate) fn new(seen: &[Sample], episode: &Episode, rig: &'a Rig) -> Result<Self, Rejection> {
-        let start = episode.start();
+    /// Frames seen around a command that rose and fell at these stamps.
+    pub(crate) fn new(
+        seen: &[Sample],
+        (start, end): (i64, i64),
+        rig: &'a Rig,
+    ) -> Result<Self, Rejection> {
+        if seen.len() > MOST_FRAMES {
+            let detail = format!(
+                "{} centroids come around one command, more than any camera gives: are stamps in another unit?",
+                seen.len()
+            );
+            return Err(Rejection::new(RejectReason::UnitsImplausible, detail));
+        }
         let all: Vec<Frame> = seen
             .iter()
             .map(|sample| Frame {
                 stamp: sample.stamp,
-                t: seconds(sample.stamp.saturating_sub(start)),
+                t: since(start, sample.stamp),
                 point: Point::new(sample.x, sample.y),
             })
             .collect();
@@ -55,7 +71,7 @@ impl<'a> Frames<'a> {
                 "no centroid comes from half a second before the command to a second after";
             return Err(Rejection::new(RejectReason::NoRestBefore, detail));
         }
-        let period = median(near.windows(2).map(|pair| pair[1].t - pair[0].t));
+        let period = mean_interval(&near);
         if period > SLOWEST {
             let detail = format!(
                 "frames come every {:.1} ms, too seldom for a slide; the rig file says camera.rate = {}",
@@ -99,7 +115,7 @@ impl<'a> Frames<'a> {
             outliers,
             not_finite,
             off_table,
-            fall: seconds(episode.end().saturating_sub(start)),
+            fall: since(start, end),
             period: if period.is_nan() { nominal } else { period },
         })
     }
@@ -131,6 +147,20 @@ impl<'a> Frames<'a> {
         );
         Some(Rejection::new(RejectReason::OffTable, detail))
     }
+}
+
+/// Seconds from frame to frame, frames that are missing left out of account: the mean of the intervals, for a camera whose clock
+/// ticks coarser than its frames come has two intervals, and its period is neither.
+#[expect(clippy::cast_precision_loss, reason = "a few hundred frames")]
+fn mean_interval(frames: &[&Frame]) -> f64 {
+    let intervals = || frames.windows(2).map(|pair| pair[1].t - pair[0].t);
+    let most = INTERVAL_WITH_GAP * median(intervals());
+    let (count, sum) = intervals()
+        .filter(|interval| *interval <= most)
+        .fold((0_usize, 0.0), |(count, sum), interval| {
+            (count + 1, sum + interval)
+        });
+    sum / count as f64
 }
 
 /// Centroids far off a table on which they would lie in another unit.

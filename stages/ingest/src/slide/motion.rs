@@ -4,8 +4,8 @@ use values::{Point, RejectReason};
 
 use super::frames::{Frame, Frames};
 use super::rest::Rest;
-use super::{SURELY_AWAY, SURELY_AWAY_NOISE};
-use crate::command::Rejection;
+use super::tolerances::{SURELY_AWAY, SURELY_AWAY_NOISE};
+use crate::rejection::Rejection;
 use crate::robust::median_point;
 
 /// Away from the frames right before, in noise deviations.

@@ -3,12 +3,10 @@
 use values::{Point, RejectReason};
 
 use super::frames::Frames;
-use super::{AT_PLACE_NOISE, GAP_AT_ENDS};
-use crate::command::Rejection;
+use super::tolerances::{AT_PLACE_NOISE, GAP_AT_ENDS, REST_BEFORE};
+use crate::rejection::Rejection;
 use crate::robust::{mean_near_median, median_point, spread};
 
-/// Rest before is looked for in this time before the command rises, in s.
-pub(super) const REST_BEFORE: f64 = 0.5;
 /// The initial position is taken from this time before first motion, in s.
 const INITIAL_TIME: f64 = 0.3;
 /// An object that lies still this long has come to rest, in s.

@@ -16,6 +16,7 @@ impl Plan {
         wire: Wire,
         schema: SchemaText<'_>,
         topic: &FieldTopic,
+        more: &[String],
     ) -> Result<(Self, bool), LogError> {
         let unusable = |why: String| LogError::Schema {
             topic: topic.name.clone(),
@@ -34,7 +35,7 @@ impl Plan {
             .members
             .iter()
             .any(|member| member.name == first);
-        let want = Want::of(topic, stamped)?;
+        let want = Want::of(topic, more, stamped)?;
         let plan =
             Compiler::new(&definitions)
                 .plan(wire, &want)

@@ -1,0 +1,396 @@
+//! What the arm delivered, from its measured state: velocity of the tip at contact, the moment of contact, a second push.
+//!
+//! A state is logged at 50 Hz or more, with noise, and a plateau may last for one sample. So the command's own profile is laid
+//! through the states before contact (a factor, a turn and a delay, by least squares); what the states differ from it near contact,
+//! as far as it stands out of their noise, is added.
+
+use logs::Sample;
+use values::{Command, Delivered, Point, Track};
+
+use crate::order::Stamped;
+use crate::robust::median;
+use crate::time::since;
+
+/// One measured state of the tip.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct State {
+    pub(crate) stamp: i64,
+    /// In m/s.
+    pub(crate) velocity: Point,
+    /// In m; NaN where it was not logged.
+    pub(crate) position: Point,
+}
+
+impl Stamped for State {
+    fn stamp(&self) -> i64 {
+        self.stamp
+    }
+}
+
+/// What is known of a strike when the arm is asked.
+pub(crate) struct Launched<'a> {
+    /// Commands from rise to fall.
+    pub(crate) commands: &'a [Sample],
+    /// Their plateau.
+    pub(crate) command: Command,
+    /// Stamp of first motion, in ns, and seconds from the frame before to it.
+    pub(crate) first_motion: i64,
+    pub(crate) gap: f64,
+    pub(crate) initial: Point,
+    pub(crate) track: &'a Track,
+    /// Standard deviation of a centroid's coordinate, in m.
+    pub(crate) noise: f64,
+}
+
+/// States are looked at from this long before the command rises, in s.
+const BEFORE: f64 = 0.05;
+/// Fewer states up to contact tell nothing.
+const FEWEST_STATES: usize = 4;
+/// Of more states, as many are used.
+const MOST_STATES: usize = 400;
+/// The nearest state lies no farther from contact than this, in s: 50 Hz with one missing, and some.
+const NEAREST: f64 = 0.05;
+/// An arm that delivers less than this part of the command was not seen to strike.
+const LEAST_SHARE: f64 = 0.1;
+/// A state this many times faster than the command is no measurement.
+const IMPLAUSIBLE: f64 = 5.0;
+
+/// What the arm delivered; `None` where the states do not tell.
+pub(crate) fn delivered(states: &[State], launched: &Launched<'_>) -> Option<Delivered> {
+    let contact = contact(launched);
+    let start = launched.commands.first()?.stamp;
+    let moment = since(start, launched.first_motion) + contact;
+    let timed: Vec<(f64, State)> = states
+        .iter()
+        .filter(|state| {
+            state.velocity.is_finite()
+                && state.velocity.norm() < IMPLAUSIBLE * launched.command.speed
+        })
+        .map(|state| (since(start, state.stamp), *state))
+        .collect();
+    let after = timed.partition_point(|(t, _)| *t <= moment);
+    let from = timed.partition_point(|(t, _)| *t < -BEFORE);
+    // The first state after contact, too: between it and the last one before lies the moment.
+    let before = timed.get(from..(after + 1).min(timed.len()))?;
+    let nearest = before
+        .iter()
+        .map(|(t, _)| (t - moment).abs())
+        .fold(f64::INFINITY, f64::min);
+    if before.len() < FEWEST_STATES || nearest > NEAREST {
+        return None;
+    }
+    let thinned: Vec<(f64, Point)> = before
+        .iter()
+        .rev()
+        .step_by(before.len().div_ceil(MOST_STATES))
+        .map(|(t, state)| (*t, state.velocity))
+        .rev()
+        .collect();
+    let velocity = velocity_at(&thinned, moment, launched);
+    let (tip_speed, tip_angle) = (velocity.norm(), velocity.bearing());
+    if !velocity.is_finite() || tip_speed < LEAST_SHARE * launched.command.speed {
+        return None;
+    }
+    let pushed_again = reaches_again(&timed, moment, velocity, contact, launched);
+    Some(Delivered {
+        tip_speed,
+        tip_angle,
+        contact,
+        pushed_again,
+    })
+}
+
+/// The moment of contact in s on the track's clock: where a line through the first frames' distances meets the resting place,
+/// but between the last frame at rest and a little after first motion.
+#[expect(clippy::cast_precision_loss, reason = "a handful of frames")]
+fn contact(launched: &Launched<'_>) -> f64 {
+    /// A slide is straight enough for a line over this time, in s, or over as many frames.
+    const LINE: f64 = 0.07;
+    const LINE_FRAMES: usize = 4;
+    /// The line's end may lie this part of a frame after first motion, which noise may have told too early.
+    const AFTER: f64 = 0.25;
+    let track = launched.track;
+    let count = track
+        .t
+        .partition_point(|t| *t < LINE)
+        .max(LINE_FRAMES)
+        .min(track.len());
+    let distances: Vec<(f64, f64)> = (0..count)
+        .map(|i| (track.t[i], track.point(i).distance(launched.initial)))
+        .collect();
+    let n = count as f64;
+    let (t, d) = distances
+        .iter()
+        .fold((0.0, 0.0), |sum, (t, d)| (sum.0 + t / n, sum.1 + d / n));
+    let (tt, td) = distances.iter().fold((0.0, 0.0), |sum, p| {
+        (sum.0 + (p.0 - t).powi(2), sum.1 + (p.0 - t) * (p.1 - d))
+    });
+    let meets = t - d * tt / td;
+    let (low, high) = (-launched.gap, AFTER * launched.gap);
+    if meets.is_finite() && td > 0.0 {
+        meets.clamp(low, high)
+    } else {
+        0.5 * low
+    }
+}
+
+/// The command's profile laid through states: velocity = factor · command(t − delay), the factor a turn and a share.
+#[derive(Clone, Copy, Debug)]
+struct Profile {
+    factor: Point,
+    delay: f64,
+    /// Sum of squared differences, in m²/s².
+    cost: f64,
+}
+
+/// Velocity of the tip at a moment, in m/s.
+fn velocity_at(states: &[(f64, Point)], moment: f64, launched: &Launched<'_>) -> Point {
+    /// A residual this many deviations of its noise is a wrong measurement.
+    const WRONG: f64 = 6.0;
+    /// Residuals within the rounding of a logged number are none.
+    const ROUNDING: f64 = 1e-6;
+    let commands = Commands::new(launched.commands);
+    let residuals = |profile: &Profile, states: &[(f64, Point)]| -> Vec<(f64, Point)> {
+        states
+            .iter()
+            .map(|(t, v)| (*t, *v - profile.at(&commands, *t)))
+            .collect()
+    };
+    let first = Profile::through(states, &commands);
+    let deviation = 1.4826 * median(residuals(&first, states).iter().map(|(_, e)| e.norm()));
+    let most = WRONG * deviation + ROUNDING;
+    let kept: Vec<(f64, Point)> = states
+        .iter()
+        .zip(residuals(&first, states))
+        .filter(|(_, (_, e))| e.norm() <= most)
+        .map(|(state, _)| *state)
+        .collect();
+    let profile = if kept.len() >= FEWEST_STATES && kept.len() < states.len() {
+        Profile::through(&kept, &commands)
+    } else {
+        first
+    };
+    let states = if kept.len() >= FEWEST_STATES {
+        &kept[..]
+    } else {
+        states
+    };
+    profile.at(&commands, moment) + correction(&residuals(&profile, states), moment)
+}
+
+impl Profile {
+    /// The best delay and factor.
+    fn through(states: &[(f64, Point)], commands: &Commands<'_>) -> Self {
+        /// Delays that are tried, in s.
+        const EARLIEST: f64 = -0.02;
+        const STEP: f64 = 0.002;
+        const STEPS: i32 = 85;
+        let fits: Vec<Self> = (0..STEPS)
+            .map(|i| Self::with_delay(states, commands, EARLIEST + STEP * f64::from(i)))
+            .collect();
+        let best = (0..fits.len())
+            .min_by(|a, b| fits[*a].cost.total_cmp(&fits[*b].cost))
+            .unwrap_or(0);
+        if best == 0 || best + 1 == fits.len() {
+            return fits[best];
+        }
+        // The vertex of the parabola through the best and its neighbours.
+        let [before, here, after] = [best - 1, best, best + 1].map(|i| fits[i].cost);
+        let bend = before - 2.0 * here + after;
+        if bend <= 0.0 {
+            return fits[best];
+        }
+        let shift = 0.5 * STEP * (before - after) / bend;
+        let refined = Self::with_delay(states, commands, fits[best].delay + shift);
+        if refined.cost < here {
+            refined
+        } else {
+            fits[best]
+        }
+    }
+
+    /// Least squares for the factor, at one delay.
+    fn with_delay(states: &[(f64, Point)], commands: &Commands<'_>, delay: f64) -> Self {
+        let pairs = || states.iter().map(|(t, v)| (commands.at(t - delay), *v));
+        let (mut product, mut power) = (Point::default(), 0.0);
+        for (command, velocity) in pairs() {
+            product = product + times(velocity, conjugate(command));
+            power += command.dot(command);
+        }
+        let factor = if power > 0.0 {
+            product * (1.0 / power)
+        } else {
+            Point::default()
+        };
+        let cost = pairs()
+            .map(|(command, velocity)| {
+                let e = velocity - times(factor, command);
+                e.dot(e)
+            })
+            .sum();
+        Self {
+            factor,
+            delay,
+            cost,
+        }
+    }
+
+    fn at(&self, commands: &Commands<'_>, t: f64) -> Point {
+        times(self.factor, commands.at(t - self.delay))
+    }
+}
+
+/// What residuals near a moment say of the velocity then: a line through them where they stand out of their noise, nothing where
+/// they do not (James and Stein's positive part, of a vector with two components).
+fn correction(residuals: &[(f64, Point)], moment: f64) -> Point {
+    /// Half the time over which they are looked at, in s, and in intervals between states.
+    const WINDOW: f64 = 0.015;
+    const WINDOW_STATES: f64 = 3.0;
+    let steps = |of: &dyn Fn(&[(f64, Point)]) -> f64| median(residuals.windows(2).map(of));
+    let interval = steps(&|pair| pair[1].0 - pair[0].0);
+    // Noise of a component, from one residual to the next: the median length of a normal vector's is 1.177 deviations.
+    let noise = steps(&|pair| pair[1].1.distance(pair[0].1)) / (1.177 * 2f64.sqrt());
+    let window = WINDOW.max(WINDOW_STATES * interval);
+    let near: Vec<(f64, f64, Point)> = residuals
+        .iter()
+        .map(|(t, e)| (t - moment, *e))
+        .map(|(t, e)| (1.0 - t.abs() / window, t, e))
+        .filter(|(weight, ..)| *weight > 0.0)
+        .collect();
+    let sum = |of: &dyn Fn(f64, f64) -> f64| near.iter().map(|(w, t, _)| of(*w, *t)).sum::<f64>();
+    let (w0, w1, w2) = (sum(&|w, _| w), sum(&|w, t| w * t), sum(&|w, t| w * t * t));
+    let determinant = w0 * w2 - w1 * w1;
+    // Weights of a line's value at the moment; of a mean, where there is no line.
+    let weight = |w: f64, t: f64| {
+        if near.len() > 2 && determinant > 1e-12 * w0 * w2 {
+            w * (w2 - w1 * t) / determinant
+        } else {
+            w / w0
+        }
+    };
+    let value = near
+        .iter()
+        .fold(Point::default(), |sum, (w, t, e)| sum + *e * weight(*w, *t));
+    let variance = noise
+        * noise
+        * near
+            .iter()
+            .map(|(w, t, _)| weight(*w, *t).powi(2))
+            .sum::<f64>();
+    let length = value.dot(value);
+    if length.is_nan() || length <= 2.0 * variance {
+        return Point::default();
+    }
+    value * (1.0 - 2.0 * variance / length)
+}
+
+/// Whether the tip was at the object again, or still, when a blow is long over, and went on.
+fn reaches_again(
+    states: &[(f64, State)],
+    moment: f64,
+    velocity: Point,
+    contact: f64,
+    launched: &Launched<'_>,
+) -> bool {
+    /// A blow is over after this time, in s.
+    const BLOW: f64 = 0.1;
+    /// The tip is at the object within this, in m and in deviations of the camera's noise.
+    const REACH: f64 = 0.002;
+    const REACH_NOISE: f64 = 4.0;
+    /// An arm slower than this part of its speed at contact pushes no more.
+    const PUSHES: f64 = 0.3;
+    /// In so many frames in a row.
+    const FRAMES: usize = 3;
+    let ahead = velocity * (1.0 / velocity.norm());
+    let path = tip_path(states, moment, ahead);
+    let reach = REACH + REACH_NOISE * launched.noise;
+    let track = launched.track;
+    let mut run = 0;
+    for frame in 0..track.len() {
+        let after = track.t[frame] - contact;
+        let Some((tip, speed)) = path_at(&path, moment + after) else {
+            continue;
+        };
+        let object = (track.point(frame) - launched.initial).dot(ahead);
+        let is_at_it = after > BLOW && object - tip < reach && speed > PUSHES * velocity.norm();
+        run = if is_at_it { run + 1 } else { 0 };
+        if run >= FRAMES {
+            return true;
+        }
+    }
+    false
+}
+
+/// How far the tip went ahead since contact, in m, and how fast it went ahead, at each state: by its positions, or where they were
+/// not logged by its velocities.
+fn tip_path(states: &[(f64, State)], moment: f64, ahead: Point) -> Vec<(f64, f64, f64)> {
+    let has_positions = states.iter().all(|(_, state)| state.position.is_finite());
+    let mut gone = 0.0;
+    let mut path: Vec<(f64, f64, f64)> = Vec::with_capacity(states.len());
+    for (t, state) in states {
+        let speed = state.velocity.dot(ahead);
+        if has_positions {
+            gone = state.position.dot(ahead);
+        } else if let Some((before, _, slower)) = path.last() {
+            gone += 0.5 * (speed + slower) * (t - before);
+        }
+        path.push((*t, gone, speed));
+    }
+    let at_contact = path_at(&path, moment).map_or(0.0, |(gone, _)| gone);
+    path.iter()
+        .map(|(t, gone, speed)| (*t, gone - at_contact, *speed))
+        .collect()
+}
+
+/// Place and speed at a time between two states.
+fn path_at(path: &[(f64, f64, f64)], t: f64) -> Option<(f64, f64)> {
+    let after = path.partition_point(|(at, ..)| *at <= t);
+    let (from, to) = (path.get(after.checked_sub(1)?)?, path.get(after)?);
+    let part = (t - from.0) / (to.0 - from.0);
+    Some((
+        from.1 + part * (to.1 - from.1),
+        from.2 + part * (to.2 - from.2),
+    ))
+}
+
+/// The commands of a strike as a function of time since the first, in s: lines between them, zero outside.
+struct Commands<'a> {
+    commands: &'a [Sample],
+    start: i64,
+}
+
+impl<'a> Commands<'a> {
+    fn new(commands: &'a [Sample]) -> Self {
+        let start = commands.first().map_or(0, |command| command.stamp);
+        Self { commands, start }
+    }
+
+    fn at(&self, t: f64) -> Point {
+        let time = |command: &Sample| since(self.start, command.stamp);
+        let after = self.commands.partition_point(|command| time(command) <= t);
+        let value = |command: &Sample| Point::new(command.x, command.y);
+        match (after.checked_sub(1), self.commands.get(after)) {
+            (Some(before), Some(next)) => {
+                let last = &self.commands[before];
+                let part = (t - time(last)) / (time(next) - time(last));
+                value(last) + (value(next) - value(last)) * part
+            }
+            (Some(before), None) if time(&self.commands[before]) >= t => {
+                value(&self.commands[before])
+            }
+            _ => Point::default(),
+        }
+    }
+}
+
+/// Product of two vectors as complex numbers: a turn and a share of the second by the first.
+fn times(a: Point, b: Point) -> Point {
+    Point::new(a.x * b.x - a.y * b.y, a.x * b.y + a.y * b.x)
+}
+
+fn conjugate(a: Point) -> Point {
+    Point::new(a.x, -a.y)
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,189 @@
+//! What the arm's state and the object's pose add to strikes that were found from commands and centroids.
+//!
+//! A log need not hold these topics, and which it holds is not known before its end. So a strike waits until the states and poses of
+//! its time have come, or until more wait than are held; then it goes on with what is there.
+
+use std::collections::VecDeque;
+
+use logs::Sample;
+use values::{Rig, Strike};
+
+use crate::arm::{Launched, State, delivered};
+use crate::order::Stamped;
+use crate::yaw::{Turn, yaw};
+
+/// At most this many strikes wait (some 3 MB).
+const MOST_STRIKES: usize = 200;
+/// At most this many states and poses are held each (20 MB and 8 MB): more come too long before the commands of their time.
+const MOST_HELD: usize = 500_000;
+/// States and poses are needed from this long before a command rises, and after a track ends, in ns.
+const MARGIN: i64 = 500_000_000;
+
+/// A strike that waits.
+pub(crate) struct Waiting {
+    pub(crate) strike: Strike,
+    /// Commands from rise to fall.
+    pub(crate) commands: Vec<Sample>,
+    /// Stamp of first motion, in ns, and seconds from the frame before to it.
+    pub(crate) first_motion: i64,
+    pub(crate) gap: f64,
+}
+
+impl Waiting {
+    /// States and poses are needed from this stamp on.
+    fn from(&self) -> i64 {
+        let start = self.commands.first().map_or(0, |command| command.stamp);
+        start.min(self.first_motion).saturating_sub(MARGIN)
+    }
+
+    /// And up to this one.
+    #[expect(clippy::cast_possible_truncation, reason = "a track lasts for seconds")]
+    fn until(&self) -> i64 {
+        let last = self.strike.track.t.last().copied().unwrap_or(0.0);
+        self.first_motion
+            .saturating_add((1e9 * last) as i64)
+            .saturating_add(MARGIN)
+    }
+}
+
+/// The states, the poses, and the strikes that wait for them.
+#[derive(Default)]
+pub(crate) struct Extras {
+    states: Held<State>,
+    turns: Held<Turn>,
+    waiting: VecDeque<Waiting>,
+    /// Strikes that went on before the states or poses of their time came.
+    early: u64,
+}
+
+/// The last samples of a topic that may be absent.
+struct Held<T> {
+    samples: VecDeque<T>,
+    latest: Option<i64>,
+}
+
+impl<T> Default for Held<T> {
+    fn default() -> Self {
+        Self {
+            samples: VecDeque::new(),
+            latest: None,
+        }
+    }
+}
+
+impl<T: Stamped + Copy> Held<T> {
+    fn push(&mut self, sample: T) {
+        self.latest = Some(sample.stamp());
+        self.samples.push_back(sample);
+        if self.samples.len() > MOST_HELD {
+            self.samples.drain(..MOST_HELD / 2);
+        }
+    }
+
+    fn has_passed(&self, stamp: i64) -> bool {
+        self.latest.is_some_and(|latest| latest > stamp)
+    }
+
+    fn between(&self, from: i64, until: i64) -> Vec<T> {
+        let place = |stamp: i64| self.samples.partition_point(|s| s.stamp() < stamp);
+        let (from, until) = (place(from), place(until));
+        self.samples.range(from..until.max(from)).copied().collect()
+    }
+
+    fn forget_before(&mut self, stamp: i64) {
+        let gone = self.samples.partition_point(|s| s.stamp() < stamp);
+        self.samples.drain(..gone);
+    }
+}
+
+impl Extras {
+    /// Takes the next state of the arm.
+    pub(crate) fn state(&mut self, state: State) {
+        self.states.push(state);
+    }
+
+    /// Takes the next turn of the object.
+    pub(crate) fn turn(&mut self, turn: Turn) {
+        self.turns.push(turn);
+    }
+
+    /// Takes a strike, which goes on when what it waits for has come.
+    pub(crate) fn strike(&mut self, waiting: Waiting) {
+        self.waiting.push_back(waiting);
+    }
+
+    /// Hands on the strikes that need not wait any more.
+    pub(crate) fn advance(&mut self, rig: &Rig, keep: &mut dyn FnMut(Strike)) {
+        while let Some(first) = self.waiting.front() {
+            let until = first.until();
+            let has_come = self.states.has_passed(until) && self.turns.has_passed(until);
+            if !has_come && self.waiting.len() <= MOST_STRIKES {
+                break;
+            }
+            let is_late = |latest: Option<i64>| latest.is_some_and(|latest| latest <= until);
+            self.early += u64::from(is_late(self.states.latest) || is_late(self.turns.latest));
+            self.release(rig, keep);
+        }
+    }
+
+    /// Hands on all strikes with what is there, and forgets states and poses: a clock was set back, or the log ends.
+    pub(crate) fn close(&mut self, rig: &Rig, keep: &mut dyn FnMut(Strike)) {
+        while !self.waiting.is_empty() {
+            self.release(rig, keep);
+        }
+        self.states = Held::default();
+        self.turns = Held::default();
+    }
+
+    /// Forgets the states: their clock was set back.
+    pub(crate) fn forget_states(&mut self) {
+        self.states = Held::default();
+    }
+
+    /// Forgets the turns: their clock was set back.
+    pub(crate) fn forget_turns(&mut self) {
+        self.turns = Held::default();
+    }
+
+    /// Forgets what lies before this stamp and before all that the waiting strikes need.
+    pub(crate) fn forget_before(&mut self, stamp: i64) {
+        let needed = self.waiting.front().map_or(i64::MAX, Waiting::from);
+        let stamp = stamp.saturating_sub(MARGIN).min(needed);
+        self.states.forget_before(stamp);
+        self.turns.forget_before(stamp);
+    }
+
+    /// What is to be said of it, in the end.
+    pub(crate) fn note(&self) -> Option<String> {
+        (self.early > 0).then(|| {
+            format!(
+                "{} strikes went on before the arm's states or the object's poses of their time came: in this log one topic lies far behind another",
+                self.early
+            )
+        })
+    }
+
+    fn release(&mut self, rig: &Rig, keep: &mut dyn FnMut(Strike)) {
+        let Some(mut waiting) = self.waiting.pop_front() else {
+            return;
+        };
+        let (from, until) = (waiting.from(), waiting.until());
+        let turns = self.turns.between(from, until);
+        let states = self.states.between(from, until);
+        let strike = &mut waiting.strike;
+        strike.track.yaw = yaw(&turns, waiting.first_motion, &strike.track.t);
+        strike.delivered = delivered(
+            &states,
+            &Launched {
+                commands: &waiting.commands,
+                command: strike.command,
+                first_motion: waiting.first_motion,
+                gap: waiting.gap,
+                initial: strike.initial,
+                track: &strike.track,
+                noise: rig.camera.noise,
+            },
+        );
+        keep(waiting.strike);
+    }
+}

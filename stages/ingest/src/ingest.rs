@@ -1,0 +1,48 @@
+//! The stage: one log is one item.
+
+use logs::LogError;
+use serde::{Deserialize, Serialize};
+use stage::ListStage;
+use values::{Rig, Strike};
+
+use crate::error::{IngestError, hash_file};
+use crate::log::read_log;
+use crate::outcome::{Found, LogFile, LogOutcome};
+
+/// The stage and its settings.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Ingest {
+    /// Deals strikes into training, validation and test ([`values::split_of`]).
+    pub seed: u64,
+}
+
+impl ListStage for Ingest {
+    const NAME: &'static str = "ingest";
+    const VERSION: u32 = 8;
+    type Shared = Rig;
+    type Item = LogFile;
+    type Entry = Strike;
+    type Output = LogOutcome<Found>;
+    type Error = IngestError;
+
+    fn run_item(
+        &self,
+        rig: &Rig,
+        log: &LogFile,
+        keep: &mut dyn FnMut(Strike),
+    ) -> Result<LogOutcome<Found>, IngestError> {
+        let read = read_log(&log.path, &log.name, rig, self.seed, keep);
+        match read.and_then(|read| log.check(read)) {
+            // A disk may do better the next time: that answer is not one to keep.
+            Err(error @ IngestError::Log(LogError::Io { .. })) => Err(error),
+            Err(error @ IngestError::Changed { .. }) => Err(error),
+            // One log that is none does not take the others with it; but what is said of it must be true of what was hashed.
+            Err(error) if hash_file(&log.path)? == log.sha256 => {
+                Ok(LogOutcome::left_out(log, &error))
+            }
+            Err(_) => Err(log.changed()),
+            read => read,
+        }
+    }
+}

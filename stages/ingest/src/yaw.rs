@@ -1,0 +1,125 @@
+//! The object's yaw, from poses.
+
+use std::f64::consts::{PI, TAU};
+
+use logs::More;
+use values::Yaw;
+
+use crate::order::Stamped;
+use crate::time::since;
+
+/// How the object was turned at a stamp.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Turn {
+    pub(crate) stamp: i64,
+    /// In rad, within ±π.
+    pub(crate) yaw: f64,
+}
+
+impl Stamped for Turn {
+    fn stamp(&self) -> i64 {
+        self.stamp
+    }
+}
+
+impl Turn {
+    /// From a quaternion x, y, z, w, be it of unit length or nearly; `None` where it is none.
+    pub(crate) fn of(stamp: i64, [x, y, z, w]: More) -> Option<Self> {
+        /// How far the squared length may be from one: rounding and filters, not zeros.
+        const LENGTH: std::ops::Range<f64> = 0.5..1.5;
+        let length = x * x + y * y + z * z + w * w;
+        if !LENGTH.contains(&length) {
+            return None;
+        }
+        let yaw = f64::atan2(2.0 * (w * z + x * y), length - 2.0 * (y * y + z * z));
+        Some(Self { stamp, yaw })
+    }
+}
+
+/// The yaw at rest is taken from this time before first motion, in s.
+const REST: f64 = 0.3;
+/// Two poses with this many usual intervals between them do not tell what lies between, in s.
+const GAP: f64 = 0.1;
+
+/// The yaw before first motion and at the track's times; `None` where poses do not cover them.
+pub(crate) fn yaw(turns: &[Turn], first_motion: i64, times: &[f64]) -> Option<Yaw> {
+    let timed: Vec<(f64, f64)> = turns
+        .iter()
+        .map(|turn| (since(first_motion, turn.stamp), turn.yaw))
+        .collect();
+    let (sin, cos) = timed
+        .iter()
+        .filter(|(t, _)| (-REST..0.0).contains(t))
+        .fold((0.0, 0.0), |(sin, cos), (_, yaw)| {
+            (sin + yaw.sin(), cos + yaw.cos())
+        });
+    if sin == 0.0 && cos == 0.0 {
+        return None;
+    }
+    let initial = f64::atan2(sin, cos);
+    let mut last = initial;
+    let unwound: Vec<(f64, f64)> = timed
+        .into_iter()
+        .filter(|(t, _)| *t >= -GAP)
+        .map(|(t, yaw)| {
+            last += (yaw - last + PI).rem_euclid(TAU) - PI;
+            (t, last)
+        })
+        .collect();
+    let track = times
+        .iter()
+        .map(|t| at(&unwound, *t))
+        .collect::<Option<_>>()?;
+    Some(Yaw { initial, track })
+}
+
+/// The yaw at a time: between the poses around it, or that of the nearest where the other is missing.
+fn at(unwound: &[(f64, f64)], t: f64) -> Option<f64> {
+    let after = unwound.partition_point(|(at, _)| *at <= t);
+    let near = |place: Option<usize>| {
+        let pose = *unwound.get(place?)?;
+        ((pose.0 - t).abs() <= GAP).then_some(pose)
+    };
+    match (near(after.checked_sub(1)), near(Some(after))) {
+        (Some(before), Some(next)) => {
+            Some(before.1 + (t - before.0) / (next.0 - before.0) * (next.1 - before.1))
+        }
+        (Some(only), None) | (None, Some(only)) => Some(only.1),
+        (None, None) => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The pose of an object that is turned by an angle.
+    fn turn(t: f64, yaw: f64) -> Turn {
+        let (sin, cos) = (yaw / 2.0).sin_cos();
+        Turn::of((t * 1e9) as i64, [0.0, 0.0, sin, cos]).expect("a unit quaternion")
+    }
+
+    #[test]
+    fn a_turn_past_the_half_circle_goes_on() {
+        let yaw_at = |t: f64| 3.0 + f64::max(t, 0.0) * 8.0;
+        let turns: Vec<Turn> = (-40..60)
+            .map(|i| f64::from(i) / 100.0)
+            .map(|t| turn(t, yaw_at(t)))
+            .collect();
+        let times = [0.0, 0.105, 0.5];
+        let found = yaw(&turns, 0, &times).expect("covered");
+        assert!((found.initial - 3.0).abs() < 1e-9);
+        for (t, yaw) in times.iter().zip(&found.track) {
+            assert!((yaw - yaw_at(*t)).abs() < 1e-6, "{t} {yaw}");
+        }
+    }
+
+    #[test]
+    fn a_quaternion_of_zeros_is_none_and_a_hole_in_the_poses_is_no_yaw() {
+        assert_eq!(Turn::of(0, [0.0; 4]), None);
+        assert_eq!(Turn::of(0, [f64::NAN; 4]), None);
+        let turns: Vec<Turn> = (-40..10).map(|i| turn(f64::from(i) / 100.0, 0.1)).collect();
+        assert!(yaw(&turns, 0, &[0.0, 0.05]).is_some());
+        assert_eq!(yaw(&turns, 0, &[0.0, 0.5]), None);
+    }
+}
