@@ -246,10 +246,13 @@ fn correction(residuals: &[(f64, Point)], moment: f64) -> Point {
     /// Half the time over which they are looked at, in s, and in intervals between states.
     const WINDOW: f64 = 0.015;
     const WINDOW_STATES: f64 = 3.0;
-    let steps = |of: &dyn Fn(&[(f64, Point)]) -> f64| median(residuals.windows(2).map(of));
-    let interval = steps(&|pair| pair[1].0 - pair[0].0);
-    // Noise of a component, from one residual to the next: the median length of a normal vector's is 1.177 deviations.
-    let noise = steps(&|pair| pair[1].1.distance(pair[0].1)) / (1.177 * 2f64.sqrt());
+    /// Median length of a vector of two normal components, in deviations of one: √(2 ln 2).
+    const MEDIAN_LENGTH: f64 = 1.177_41;
+    let pairs = || residuals.windows(2);
+    let interval = median(pairs().map(|pair| pair[1].0 - pair[0].0));
+    // Noise of a component, from one residual to the next.
+    let steps = pairs().map(|pair| pair[1].1.distance(pair[0].1));
+    let noise = median(steps) / (MEDIAN_LENGTH * 2f64.sqrt());
     let window = WINDOW.max(WINDOW_STATES * interval);
     let near: Vec<(f64, f64, Point)> = residuals
         .iter()
