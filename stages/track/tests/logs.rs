@@ -99,6 +99,7 @@ fn write(path: &Path, schema: &str, encoding: &str, messages: &[Vec<u8>]) {
 fn centroids(path: &Path, rig: &Rig) -> Vec<(i64, Point)> {
     let wanted = [Wanted {
         topic: &rig.topics.centroid,
+        more: &[],
         required: true,
     }];
     let mut found = Vec::new();
