@@ -10,7 +10,7 @@ fn hidden_effects_are_named_and_nothing_else_is() {
     for outcome in &outcomes {
         println!(
             "{}: {} {:?}, p = {:.1e}",
-            outcome.case.id, outcome.verdict, outcome.named, outcome.p_value
+            outcome.case.id, outcome.answer.verdict, outcome.answer.named, outcome.answer.p_value
         );
         if !is_right(outcome) {
             wrong.push(outcome.case.id.as_str());

@@ -9,16 +9,22 @@ use std::sync::Mutex;
 
 use anyhow::Context;
 use clap::Parser;
-use rayon::prelude::*;
-use serde::{Serialize, de::DeserializeOwned};
 use tests::blind::{
-    Case, Outcome, Peers, Struck, cases, diagnosed, is_for_peers, page, peers, run, starts, struck,
+    Case, Diagnosed, HardOutcome, Judged, Outcome, Peers, Struck, beside, cases, diagnosed,
+    diagnosed_hard, hard_cases, hard_page, is_for_peers, lines, page, peers, resumed, run,
+    run_hard, starts, struck,
 };
 
 /// Hides effects in strikes, and grades whether the diagnosis names them.
 #[derive(Debug, Parser)]
 struct Args {
-    /// Seeds of each combination.
+    /// The hard benchmark: noise, forms and phenomena that the library was not written for.
+    #[arg(long)]
+    hard: bool,
+    /// Sets of the hard benchmark.
+    #[arg(long, default_value_t = 400)]
+    sets: usize,
+    /// Seeds of each combination of the plain one.
     #[arg(long, default_value_t = 2)]
     seeds: u64,
     /// The first seed.
@@ -31,132 +37,120 @@ struct Args {
     #[arg(long)]
     show: bool,
     /// Outcomes, one JSON object a line; sets that it holds are not run again.
-    #[arg(long, default_value = "artifacts/blind.jsonl")]
+    #[arg(long, default_value = "artifacts/runs/blind/outcomes.jsonl")]
     outcomes: PathBuf,
+    /// The figures of all runs whose page was committed. A run with a page is added to it.
+    #[arg(long, default_value = "tests/judged.json")]
+    judged: PathBuf,
     /// Also what peers make of the same sets; a Python with pysindy.
     #[arg(long)]
     peers: Option<PathBuf>,
     /// Also how many strikes tell pairs apart, chosen and at random.
     #[arg(long)]
     chosen: bool,
-    /// The page to write.
+    /// The page to write; without one it is printed, and the run is noted nowhere.
     #[arg(long)]
     page: Option<PathBuf>,
 }
 
 fn main() -> anyhow::Result<()> {
     let args = Args::parse();
-    let all: Vec<_> = cases(args.seeds, args.first)
-        .into_iter()
-        .filter(|case| case.id.contains(&args.only))
-        .collect();
+    let mut judged = Judged::load(&args.judged)?;
+    let text = if args.hard {
+        hard(&args, &mut judged)?
+    } else {
+        plain(&args, &mut judged)?
+    };
+    match (text, &args.page) {
+        (Some(text), Some(path)) => {
+            fs::write(path, text).with_context(|| format!("write {}", path.display()))?;
+            judged.save(&args.judged)?;
+        }
+        (Some(text), None) => println!("{text}"),
+        (None, _) => {}
+    }
+    Ok(())
+}
+
+/// The hard benchmark's page; none where sets are only shown.
+fn hard(args: &Args, judged: &mut Judged) -> anyhow::Result<Option<String>> {
+    let mut all = hard_cases(args.sets, args.first);
+    all.retain(|case| case.id.contains(&args.only));
+    if args.show {
+        for case in &all {
+            println!("{}", case.id);
+            match diagnosed_hard(case) {
+                None => println!("the rig cannot make it"),
+                Some((_, Err(error))) => println!("{error}"),
+                Some((_, Ok(done))) => show(&done)?,
+            }
+        }
+        return Ok(None);
+    }
+    let outcomes = resumed(
+        &args.outcomes,
+        &all,
+        |case| &case.id,
+        |outcome: &HardOutcome| &outcome.case.id,
+        run_hard,
+    )?;
+    let command = format!("make blind HARD=1 SETS={} FIRST={}", args.sets, args.first);
+    Ok(Some(hard_page(&outcomes, judged, &command)))
+}
+
+/// The plain benchmark's page; none where sets are only shown.
+fn plain(args: &Args, judged: &mut Judged) -> anyhow::Result<Option<String>> {
+    let mut all = cases(args.seeds, args.first);
+    all.retain(|case| case.id.contains(&args.only));
     if args.show {
         for case in &all {
             println!("{}", case.id);
             match diagnosed(case) {
                 None => println!("the rig cannot make it"),
                 Some(Err(error)) => println!("{error}"),
-                Some(Ok(done)) => {
-                    println!("{}", serde_json::to_string(&done.truth.hidden)?);
-                    println!("{}", serde_json::to_string_pretty(&done.found.diagnosis)?);
-                }
+                Some(Ok(done)) => show(&done)?,
             }
         }
-        return Ok(());
+        return Ok(None);
     }
-    let outcomes = resumed(&args.outcomes, "", &all, |o: &Outcome| &o.case.id, run)?;
-    let beside = match &args.peers {
+    let outcomes = resumed(
+        &args.outcomes,
+        &all,
+        |case| &case.id,
+        |outcome: &Outcome| &outcome.case.id,
+        run,
+    )?;
+    let beside_it = match &args.peers {
         Some(python) => Some(peers_of(&args.outcomes, python, &all)?),
         None => None,
     };
-    let struck = if args.chosen {
-        let starts = starts(args.seeds, args.first);
-        let struck = resumed(
-            &args.outcomes,
-            "_chosen",
-            &starts,
-            |s: &Struck| &s.id,
+    let separations = if args.chosen {
+        Some(resumed(
+            &beside(&args.outcomes, "_chosen"),
+            &starts(args.seeds, args.first),
+            |case| &case.id,
+            |separation: &Struck| &separation.id,
             struck,
-        )?;
-        Some(struck)
+        )?)
     } else {
         None
     };
     let command = format!("make blind SEEDS={} FIRST={}", args.seeds, args.first);
-    let text = page(&outcomes, beside.as_deref(), struck.as_deref(), &command);
-    match &args.page {
-        Some(path) => fs::write(path, text)?,
-        None => println!("{text}"),
-    }
+    Ok(Some(page(
+        &outcomes,
+        beside_it.as_deref(),
+        separations.as_deref(),
+        judged,
+        &command,
+    )))
+}
+
+/// What is hidden, and all that was found.
+fn show(done: &Diagnosed) -> anyhow::Result<()> {
+    println!("{}", serde_json::to_string(&done.truth.noise)?);
+    println!("{}", serde_json::to_string(&done.truth.hidden)?);
+    println!("{}", serde_json::to_string_pretty(&done.found.diagnosis)?);
     Ok(())
-}
-
-/// Lines of a file beside the outcomes that can be read; one that a kill cut short is none.
-fn lines<T: DeserializeOwned>(path: &Path) -> Vec<T> {
-    fs::read_to_string(path)
-        .unwrap_or_default()
-        .lines()
-        .filter_map(|line| serde_json::from_str(line).ok())
-        .collect()
-}
-
-/// `outcomes` with a word before its ending.
-fn beside(outcomes: &Path, word: &str) -> PathBuf {
-    let stem = outcomes.file_stem().unwrap_or_default().to_string_lossy();
-    outcomes.with_file_name(format!("{stem}{word}.jsonl"))
-}
-
-/// One answer a case, in their order; those that the file holds are not made again, and the file holds them all in the end.
-fn resumed<T: DeserializeOwned + Serialize + Clone + Send>(
-    outcomes: &Path,
-    word: &str,
-    all: &[Case],
-    id: impl Fn(&T) -> &String,
-    make: impl Fn(&Case) -> T + Sync,
-) -> anyhow::Result<Vec<T>> {
-    let path = beside(outcomes, word);
-    let mut known: BTreeMap<String, T> = lines(&path)
-        .into_iter()
-        .map(|one: T| (id(&one).clone(), one))
-        .collect();
-    let missing: Vec<_> = all
-        .iter()
-        .filter(|case| !known.contains_key(&case.id))
-        .collect();
-    eprintln!(
-        "{}: {} sets, {} of them to run",
-        path.display(),
-        all.len(),
-        missing.len()
-    );
-    if let Some(folder) = path.parent() {
-        fs::create_dir_all(folder)?;
-    }
-    let file = fs::OpenOptions::new()
-        .create(true)
-        .append(true)
-        .open(&path)
-        .with_context(|| format!("cannot write {}", path.display()))?;
-    let file = Mutex::new(file);
-    let bar = indicatif::ProgressBar::new(missing.len() as u64);
-    let fresh: Vec<T> = missing
-        .par_iter()
-        .map(|case| {
-            let made = make(case);
-            let line = serde_json::to_string(&made)? + "\n";
-            file.lock()
-                .map_err(|_| anyhow::anyhow!("another set failed"))?
-                .write_all(line.as_bytes())?;
-            bar.inc(1);
-            Ok(made)
-        })
-        .collect::<anyhow::Result<_>>()?;
-    known.extend(fresh.into_iter().map(|one| (id(&one).clone(), one)));
-    Ok(all
-        .iter()
-        .filter_map(|case| known.get(&case.id))
-        .cloned()
-        .collect())
 }
 
 /// What the peers make of the sets that they are tried on; the regression's are named by Python, from the tracks in a file.
@@ -174,12 +168,12 @@ fn peers_of(outcomes: &Path, python: &Path, all: &[Case]) -> anyhow::Result<Vec<
             .append(true)
             .open(&tracks)?,
     );
-    let mut beside = resumed(
-        outcomes,
-        "_peers",
+    let mut tried_peers = resumed(
+        &beside(outcomes, "_peers"),
         &tried,
+        |case| &case.id,
         |p: &Peers| &p.id,
-        |case| {
+        |case: &Case| {
             let (peers, tracks) = peers(case);
             if let (Ok(mut file), Some(tracks)) = (file.lock(), tracks) {
                 // What cannot be written is missed by Python, below.
@@ -199,7 +193,7 @@ fn peers_of(outcomes: &Path, python: &Path, all: &[Case]) -> anyhow::Result<Vec<
     };
     let is_made = |p: &Peers| p.freed.is_none();
     let mut regressed = read(&named);
-    if beside
+    if tried_peers
         .iter()
         .any(|p| !is_made(p) && !regressed.contains_key(&p.id))
     {
@@ -212,8 +206,8 @@ fn peers_of(outcomes: &Path, python: &Path, all: &[Case]) -> anyhow::Result<Vec<
         anyhow::ensure!(status.success(), "tests/peers/sindy.py failed");
         regressed = read(&named);
     }
-    for peers in &mut beside {
+    for peers in &mut tried_peers {
         peers.regressed = regressed.get(&peers.id).cloned();
     }
-    Ok(beside)
+    Ok(tried_peers)
 }

@@ -38,7 +38,7 @@ pub struct Case {
     pub strikes: usize,
     /// Where everything random comes from.
     pub seed: u64,
-    /// `plain`, `noise` (a camera three times as noisy), `dropped` (every tenth frame lost), `start` (friction believed to be
+    /// `plain` (the effect in a random form), `noise` (a camera three times as noisy), `dropped` (every tenth frame lost), `start` (friction believed to be
     /// twice or half as high), `textbook` (the effect in the library's own form, to see what intervals cover) or `box` (in place of
     /// the cylinder, struck on its face by a tip whose friction is believed to be two thirds of what it is).
     pub variant: String,
@@ -78,6 +78,19 @@ pub const CLASSES: [&[&str]; 2] = [
 
 /// Magnitudes in units of the noise floor.
 pub const MAGNITUDES: [f64; 4] = [0.5, 1.0, 2.0, 4.0];
+/// Effects along the slide: those for which a regression on accelerations has a term.
+pub const SLIDING: [&str; 9] = [
+    "viscous_drag",
+    "quadratic_drag",
+    "speed_weakening_friction",
+    "anisotropic_friction",
+    "friction_patch",
+    "friction_drift",
+    "friction_by_session",
+    "table_tilt",
+    "table_bowl",
+];
+
 /// Numbers of strikes.
 pub const STRIKES: [usize; 2] = [40, 120];
 

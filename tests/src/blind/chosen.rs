@@ -13,12 +13,13 @@ use world::World;
 
 use super::cases::{Case, Kind};
 use super::hide;
-use super::outcome::{identified, strikes};
+use super::outcome::believed_friction;
+use super::set::{Made, Make, identified, strikes};
 
-/// Numbers of strikes after which it is diagnosed again.
-const LOOKS: [usize; 8] = [1, 2, 4, 8, 12, 24, 64, 192];
-/// Strikes beyond which no chosen one is made: they are asked for a dozen at a time.
-const MOST_CHOSEN: usize = 24;
+/// Numbers of strikes after which it is diagnosed again: the same for chosen and for random ones.
+const LOOKS: [usize; 7] = [1, 2, 4, 8, 12, 24, 48];
+/// Chosen strikes are asked for this many at a time.
+const AT_A_TIME: usize = 12;
 
 /// Strikes of a set that is struck on, and what is hidden in it: effects of the table and the camera, which strikes elsewhere, faster
 /// or at another angle can tell.
@@ -91,7 +92,7 @@ pub fn starts(seeds: u64, first: u64) -> Vec<Case> {
     all
 }
 
-struct Bench {
+struct Start {
     truth: Truth,
     rig: Rig,
     world: World,
@@ -99,7 +100,7 @@ struct Bench {
     name: String,
 }
 
-impl Bench {
+impl Start {
     fn diagnose(&self, more: &[Strike], next_strikes: usize) -> Option<Diagnosis> {
         let strikes: Vec<Strike> = self.base.iter().chain(more).cloned().collect();
         let settings = Diagnose {
@@ -158,7 +159,13 @@ impl Bench {
         let mut truth = self.truth.clone();
         truth.seed += 1_000_000 * (1 + round);
         let folder = tempfile::tempdir().ok()?;
-        let (_, mut made) = strikes(&truth, count, plan, folder.path())?;
+        let make = Make {
+            truth: &truth,
+            strikes: count,
+            sessions: None,
+            plan,
+        };
+        let mut made = strikes(make, folder.path())?.strikes;
         for (i, strike) in made.iter_mut().enumerate() {
             strike.id = format!("{round}-{i:04}");
             strike.split = Split::Train;
@@ -183,7 +190,7 @@ impl Bench {
         let mut asked = first.next_strikes.clone();
         let mut made: Vec<Strike> = Vec::new();
         let mut told = vec![None; among.len()];
-        while !asked.is_empty() && made.len() < MOST_CHOSEN {
+        while !asked.is_empty() && made.len() < LOOKS[LOOKS.len() - 1] {
             let plan: Vec<PlannedStrike> = asked
                 .iter()
                 .map(|next| PlannedStrike {
@@ -199,11 +206,15 @@ impl Bench {
                 .into_iter()
                 .filter(|look| (before + 1..=made.len()).contains(look))
             {
-                let found = self.diagnose(&made[..look], 12)?;
+                let found = self.diagnose(&made[..look], AT_A_TIME)?;
                 if self.note(&mut told, among, &found, look) {
                     return Some(told);
                 }
                 asked = found.next_strikes;
+            }
+            if !LOOKS.contains(&made.len()) {
+                // Between looks it only asks for more.
+                asked = self.diagnose(&made, AT_A_TIME)?.next_strikes;
             }
         }
         Some(told)
@@ -221,26 +232,34 @@ pub fn struck(case: &Case) -> Struck {
 fn struck_on(case: &Case) -> Option<Vec<Pair>> {
     let folder = tempfile::tempdir().ok()?;
     let truth = hide::truth(case)?;
-    let (rig, base) = strikes(&truth, case.strikes, None, folder.path())?;
-    let world = identified(case, &truth, &rig, &base).ok()?;
-    let bench = Bench {
+    let make = Make {
+        truth: &truth,
+        strikes: case.strikes,
+        sessions: None,
+        plan: None,
+    };
+    let Made {
+        rig, strikes: base, ..
+    } = strikes(make, folder.path())?;
+    let world = identified(&rig, &base, believed_friction(case, truth.friction)).ok()?;
+    let start = Start {
         truth,
         rig,
         world,
         base,
         name: case.hidden.first()?.clone(),
     };
-    let first = bench.diagnose(&[], 12)?;
-    let among = bench.rivals(&first)?;
+    let first = start.diagnose(&[], AT_A_TIME)?;
+    let among = start.rivals(&first)?;
     if among.is_empty() {
         return None;
     }
-    let chosen = bench.as_asked(&among, &first)?;
-    let random = bench.at_random(&among)?;
+    let chosen = start.as_asked(&among, &first)?;
+    let random = start.at_random(&among)?;
     let each = among.into_iter().zip(chosen.into_iter().zip(random));
     Some(
         each.map(|(rival, (chosen, random))| Pair {
-            hidden: bench.name.clone(),
+            hidden: start.name.clone(),
             rival,
             chosen,
             random,

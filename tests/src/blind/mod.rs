@@ -5,16 +5,30 @@
 
 mod cases;
 mod chosen;
-mod compare;
+mod coverage;
+mod form;
 mod grade;
+mod hard;
 mod hide;
+mod judged;
 mod outcome;
 mod page;
 mod peers;
+mod proportion;
+mod resume;
+mod set;
+mod size;
 
 pub use cases::{Case, Kind, cases, slice};
 pub use chosen::{Pair, Struck, starts, struck};
-pub use grade::{Tally, is_right, tally};
+pub use grade::is_right;
+pub use hard::{
+    Drawn, HardCase, HardKind, HardOutcome, diagnosed_hard, hard_cases, hard_page, run_hard,
+};
+pub use judged::{Figure, Judged};
 pub use outcome::{Outcome, diagnosed, run};
 pub use page::page;
 pub use peers::{Peers, is_for_peers, peers};
+pub use proportion::Proportion;
+pub use resume::{beside, lines, resumed};
+pub use set::{Answer, Diagnosed};

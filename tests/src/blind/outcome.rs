@@ -1,169 +1,58 @@
-//! One set: made, read, diagnosed.
+//! What came of a set of the plain benchmark.
 
-use std::path::Path;
-
-use diagnose::{Diagnose, Diagnosis, Found, Input, Verdict};
-use ingest::{Ingest, assemble, ingest_log};
-use rig::{PlannedStrike, Truth, demo};
 use serde::{Deserialize, Serialize};
-use stage::{Progress, Stage};
-use values::{Rig, Strike};
-use world::World;
 
 use super::cases::Case;
-use super::compare::{Covered, covered};
+use super::coverage::{Covered, covered};
 use super::hide;
+use super::set::{self, Answer, Diagnosed, Make};
 
-/// What came of a set.
+/// A set and what was said of it.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Outcome {
     /// The set.
     pub case: Case,
-    /// What was found: `named`, `consistent`, `unexplained`, or `impossible` where the rig could not make it.
-    pub verdict: String,
-    /// Effects named, each with those that the data cannot tell from it.
-    pub named: Vec<(String, Vec<String>)>,
-    /// Probability of the gap by chance.
-    pub p_value: f64,
-    /// Held-out strikes; rms stop error in m before and after, and the noise floor.
-    pub gap: (usize, f64, f64, f64),
-    /// Parameters whose form the rig shares: truth, and the interval found.
+    /// What was said.
+    #[serde(flatten)]
+    pub answer: Answer,
+    /// Parameters that have a truth, and the intervals found.
     pub covered: Vec<Covered>,
-    /// Seconds that the diagnosis took, beside whatever else ran.
-    pub seconds: f64,
 }
 
-/// Strikes of a truth, of a plan or at random, through its logs; `None` where they cannot be made.
-pub fn strikes(
-    truth: &Truth,
-    count: usize,
-    plan: Option<Vec<PlannedStrike>>,
-    folder: &Path,
-) -> Option<(Rig, Vec<Strike>)> {
-    let settings = demo::Settings {
-        strikes: count,
-        truth: truth.clone(),
-        plan,
-        log_state: false,
-        sessions: None,
-    };
-    let written = demo::write(&settings, folder).ok()?;
-    let rig = Rig::load(&written.rig).expect("the demo's rig file is valid");
-    let outcomes = written
-        .logs
-        .iter()
-        .map(|log| ingest_log(log, &rig, &Ingest::default()).expect("the demo's logs are readable"))
-        .collect();
-    Some((rig, assemble(outcomes).0))
+/// Factors on the friction that a `start` case believes in.
+const WRONG_START: [f64; 2] = [2.0, 0.5];
+
+/// The friction that a user of this set believes in, where it is not the nominal one.
+pub(super) fn believed_friction(case: &Case, friction: f64) -> Option<f64> {
+    let factor = WRONG_START[(case.seed % 2) as usize];
+    (case.variant == "start").then_some(friction * factor)
 }
 
-/// The identified world that a user has, from friction as believed; or why there is none.
-pub fn identified(
-    case: &Case,
-    truth: &Truth,
-    rig: &Rig,
-    strikes: &[Strike],
-) -> Result<World, String> {
-    let mut world = World::nominal(rig);
-    if case.variant == "start" {
-        let factor = if case.seed.is_multiple_of(2) {
-            2.0
-        } else {
-            0.5
-        };
-        world = world.with("friction", truth.friction * factor);
-    }
-    let input = sysid::Input {
-        rig: rig.clone(),
-        world,
-        strikes: strikes.to_vec(),
-    };
-    let fit = sysid::Sysid::default()
-        .run(&input, &Progress::hidden())
-        .map_err(|error| error.to_string())?;
-    Ok(fit.world)
-}
-
-/// A set as it was made and what was found in it.
-pub struct Diagnosed {
-    /// What is hidden.
-    pub truth: Truth,
-    /// What the diagnosis was given.
-    pub input: Input,
-    /// What it found.
-    pub found: Found,
-    /// Seconds that identification and diagnosis took.
-    pub seconds: f64,
-}
-
-/// Makes a set and diagnoses it. `None` where the rig cannot make it, an error where identification or diagnosis has none to
-/// give.
+/// Makes a set and diagnoses it. `None` where the rig cannot make it, an error where identification or diagnosis gives one.
 pub fn diagnosed(case: &Case) -> Option<Result<Diagnosed, String>> {
-    let folder = tempfile::tempdir().expect("a temporary folder can be made");
     let truth = hide::truth(case)?;
-    let (rig, strikes) = strikes(&truth, case.strikes, None, folder.path())?;
-    let begun = std::time::Instant::now();
-    Some(identified(case, &truth, &rig, &strikes).and_then(|world| {
-        let input = Input {
-            rig,
-            world,
-            strikes,
-        };
-        let settings = Diagnose {
-            next_strikes: 0,
-            ..Diagnose::default()
-        };
-        let found = settings
-            .run(&input, &Progress::hidden())
-            .map_err(|error| error.to_string())?;
-        Ok(Diagnosed {
-            truth,
-            input,
-            found,
-            seconds: begun.elapsed().as_secs_f64(),
-        })
-    }))
+    let make = Make {
+        truth: &truth,
+        strikes: case.strikes,
+        sessions: None,
+        plan: None,
+    };
+    set::diagnosed(make, believed_friction(case, truth.friction))
 }
 
 /// Makes a set, diagnoses it and keeps what grading needs.
 pub fn run(case: &Case) -> Outcome {
-    let nothing = |verdict: String| Outcome {
-        case: case.clone(),
-        verdict,
-        named: Vec::new(),
-        p_value: 1.0,
-        gap: (0, 0.0, 0.0, 0.0),
-        covered: Vec::new(),
-        seconds: 0.0,
+    let (answer, covered) = match diagnosed(case) {
+        None => (Answer::none("impossible".into()), Vec::new()),
+        Some(Err(error)) => (Answer::none(format!("error: {error}")), Vec::new()),
+        Some(Ok(done)) => (
+            Answer::of(&done),
+            covered(&case.hidden, case.variant == "textbook", &done),
+        ),
     };
-    let done = match diagnosed(case) {
-        None => return nothing("impossible".into()),
-        Some(Err(error)) => return nothing(format!("error: {error}")),
-        Some(Ok(done)) => done,
-    };
-    let Diagnosis {
-        verdict,
-        effects,
-        gap,
-        p_value,
-        ..
-    } = &done.found.diagnosis;
     Outcome {
-        named: effects
-            .iter()
-            .map(|e| (e.name.clone(), e.equivalent.clone()))
-            .collect(),
-        p_value: *p_value,
-        gap: (gap.heldout_strikes, gap.before, gap.after, gap.noise_floor),
-        covered: covered(case, &done.truth, &done.found),
-        seconds: done.seconds,
-        ..nothing(
-            match verdict {
-                Verdict::Named => "named",
-                Verdict::Consistent => "consistent",
-                Verdict::Unexplained => "unexplained",
-            }
-            .into(),
-        )
+        case: case.clone(),
+        answer,
+        covered,
     }
 }

@@ -1,0 +1,110 @@
+//! What came of a hard set.
+
+use serde::{Deserialize, Serialize};
+
+use super::super::coverage::{Covered, covered};
+use super::super::grade::says_just;
+use super::super::set::{self, Answer, Diagnosed, Make};
+use super::cases::{Drawn, HardCase, HardKind, draw};
+
+/// A set and what was said of it.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct HardOutcome {
+    /// The set.
+    pub case: HardCase,
+    /// What it was drawn to be; none where the rig could not make it.
+    pub drawn: Option<Drawn>,
+    /// What was said.
+    pub answer: Answer,
+    /// Parameters that have a truth, and the intervals found.
+    pub covered: Vec<Covered>,
+}
+
+impl HardOutcome {
+    /// What is hidden, by the rig's names.
+    pub fn hidden(&self) -> &[String] {
+        self.drawn.as_ref().map_or(&[], |drawn| &drawn.hidden)
+    }
+
+    /// Whether just what is hidden was said.
+    pub fn is_right(&self) -> bool {
+        let is_foreign = self.case.kind == HardKind::Foreign;
+        says_just(&self.answer, self.hidden(), is_foreign)
+    }
+
+    /// Whether more effects were named than there are names for what is hidden.
+    pub fn has_a_name_too_many(&self) -> bool {
+        let nameable = match self.case.kind {
+            HardKind::Foreign => 0,
+            _ => self.hidden().len(),
+        };
+        self.answer.named.len() > nameable
+    }
+
+    /// Whether a name was said that is not what is hidden.
+    pub fn has_a_wrong_name(&self) -> bool {
+        super::said(self.hidden(), &self.answer.named) < self.answer.named.len()
+    }
+
+    /// Whether a kind of noise acts.
+    pub fn has_noise(&self, name: &str) -> bool {
+        self.noise().contains(&name)
+    }
+
+    /// The kinds of noise that act.
+    pub fn noise(&self) -> Vec<&'static str> {
+        let truth = self.drawn.iter().map(|drawn| &drawn.truth);
+        truth
+            .flat_map(|truth| truth.noise.0.iter().map(rig::NoiseKind::name))
+            .collect()
+    }
+
+    /// Whether the camera's scale is wrong.
+    pub fn has_wrong_scale(&self) -> bool {
+        let truth = self.drawn.iter().map(|drawn| &drawn.truth);
+        truth
+            .flat_map(|truth| &truth.hidden.0)
+            .any(|effect| effect.name() == "camera_scale")
+    }
+
+    /// Whether a box is struck.
+    pub fn is_box(&self) -> bool {
+        self.drawn
+            .as_ref()
+            .is_some_and(|drawn| drawn.truth.rig.object.shape == values::Shape::Box)
+    }
+}
+
+/// Draws a set and diagnoses it. `None` where the rig cannot make it, an error where identification or diagnosis gives one.
+pub fn diagnosed_hard(case: &HardCase) -> Option<(Drawn, Result<Diagnosed, String>)> {
+    let drawn = draw(case)?;
+    let make = Make {
+        truth: &drawn.truth,
+        strikes: drawn.strikes,
+        sessions: Some(drawn.sessions),
+        plan: None,
+    };
+    let done = set::diagnosed(make, None)?;
+    Some((drawn, done))
+}
+
+/// Makes a set, diagnoses it and keeps what grading needs.
+pub fn run_hard(case: &HardCase) -> HardOutcome {
+    let (drawn, answer, covered) = match diagnosed_hard(case) {
+        None => (None, Answer::none("impossible".into()), Vec::new()),
+        Some((drawn, Err(error))) => {
+            let answer = Answer::none(format!("error: {error}"));
+            (Some(drawn), answer, Vec::new())
+        }
+        Some((drawn, Ok(done))) => {
+            let covered = covered(&drawn.hidden, false, &done);
+            (Some(drawn), Answer::of(&done), covered)
+        }
+    };
+    HardOutcome {
+        case: case.clone(),
+        drawn,
+        answer,
+        covered,
+    }
+}

@@ -1,0 +1,207 @@
+//! The page of the hard benchmark.
+
+use std::collections::BTreeMap;
+use std::fmt::Write;
+
+use super::super::judged::Judged;
+use super::super::proportion::Proportion;
+use super::answers;
+use super::cases::{HardKind, name};
+use super::noise::kinds;
+use super::outcome::HardOutcome;
+use super::rows;
+
+/// The key of this benchmark's runs in `tests/judged.json`.
+pub const BENCHMARK: &str = "hard";
+
+/// The page in Markdown; notes the run in `judged`.
+pub fn hard_page(outcomes: &[HardOutcome], judged: &mut Judged, command: &str) -> String {
+    let made: Vec<&HardOutcome> = outcomes
+        .iter()
+        .filter(|o| o.answer.verdict != "impossible")
+        .collect();
+    let figures = rows::figures(&made);
+    judged.note(BENCHMARK, command, &figures);
+    let mut text = format!(
+        "# The hard benchmark\n\nMade by `{command}`. {} sets, {} that the rig could not make. The seeds of a page are used once: \
+         nothing was chosen or tuned on them. Intervals are those of Clopper and Pearson. The last column has every run whose page was \
+         committed, with the program as it was then: {}.\n\n{ABOUT}\n\n\
+         | measured | to reach | this run | all runs |\n|---|---|---|---|\n{}",
+        outcomes.len(),
+        outcomes.len() - made.len(),
+        judged.commands(BENCHMARK),
+        judged.rows(BENCHMARK, &figures)
+    );
+    if let Some((median, longest)) = rows::seconds(&made) {
+        let _ = writeln!(
+            text,
+            "| one diagnosis of 120 to 160 strikes, median and longest, two at a time | ≤ 10 s | {median:.1} s, {longest:.1} s | |"
+        );
+    }
+    alarms(&mut text, &made);
+    by_phenomenon(&mut text, &made);
+    intervals(&mut text, &made);
+    wrong(&mut text, &made);
+    grading(&mut text);
+    text
+}
+
+const ABOUT: &str = "Each set is drawn from its seed: an ideal table, or one to three kinds of noise; a phenomenon in any form that the rig \
+has, or none; a rig file whose sizes may be 10 % wrong; in a tenth of the sets a camera whose scale is up to 5 % wrong; a cylinder, or in \
+three of ten sets a box; 40, 60, 90, 120 or 160 strikes in one to four sessions; random friction and restitution. Half of the sets hide nothing. \
+The noise floor is what repeats of a command scatter by at rest (launch, friction, camera). A phenomenon's magnitude is the root mean square shift \
+of the stops that is left when friction and one factor of launch are fitted to it, in units of the floor. What is hidden, and how, was written from \
+physics alone, without a look into the diagnosis or its effects. The table that grades stands at the end.";
+
+/// False alarms by kind of noise, and by what else differs.
+fn alarms(text: &mut String, made: &[&HardOutcome]) {
+    let controls: Vec<&HardOutcome> = made
+        .iter()
+        .copied()
+        .filter(|o| o.case.kind == HardKind::Control)
+        .collect();
+    let count = |keep: &dyn Fn(&HardOutcome) -> bool| {
+        Proportion::of(controls.iter().filter(|o| keep(o)), |o| !o.is_right())
+    };
+    let _ = writeln!(
+        text,
+        "\n## False alarms\n\n| noise | alone | with others |\n|---|---|---|\n| none | {} | |",
+        count(&|o| o.noise().is_empty())
+    );
+    for kind in kinds() {
+        let _ = writeln!(
+            text,
+            "| `{kind}` | {} | {} |",
+            count(&|o| o.noise() == [kind]),
+            count(&|o| o.noise().len() > 1 && o.has_noise(kind))
+        );
+    }
+    let strikes = |o: &HardOutcome| o.drawn.as_ref().map_or(0, |d| d.strikes);
+    let sessions = |o: &HardOutcome| o.drawn.as_ref().map_or(0, |d| d.sessions);
+    let _ = writeln!(text, "\n| sets | false alarms |\n|---|---|");
+    let few = |o: &HardOutcome| strikes(o) <= 60;
+    for (what, got) in [
+        ("40 and 60 strikes", count(&few)),
+        ("90 to 160 strikes", count(&|o| !few(o))),
+        ("a cylinder", count(&|o| !o.is_box())),
+        ("a box", count(&HardOutcome::is_box)),
+        ("one session", count(&|o| sessions(o) == 1)),
+        ("several sessions", count(&|o| sessions(o) > 1)),
+        (
+            "a camera's scale that is wrong",
+            count(&HardOutcome::has_wrong_scale),
+        ),
+    ] {
+        let _ = writeln!(text, "| {what} | {got} |");
+    }
+}
+
+/// What was said of each phenomenon.
+fn by_phenomenon(text: &mut String, made: &[&HardOutcome]) {
+    for (title, kind) in [
+        ("One phenomenon at 2–4 × the floor", HardKind::Single),
+        ("One phenomenon at 0.5–2 × the floor", HardKind::Weak),
+        (
+            "What no candidate has, at 2–4 × the floor",
+            HardKind::Foreign,
+        ),
+    ] {
+        let _ = writeln!(
+            text,
+            "\n## {title}\n\n| hidden | right | said (class in brackets) |\n|---|---|---|"
+        );
+        let mut by: BTreeMap<&str, Vec<&HardOutcome>> = BTreeMap::new();
+        for outcome in made.iter().filter(|o| o.case.kind == kind) {
+            for hidden in outcome.hidden() {
+                by.entry(hidden).or_default().push(outcome);
+            }
+        }
+        for (hidden, outcomes) in by {
+            let right = outcomes.iter().filter(|o| o.is_right()).count();
+            let said: Vec<String> = outcomes.iter().map(|o| o.answer.text()).collect();
+            let _ = writeln!(
+                text,
+                "| `{hidden}` | {right}/{} | {} |",
+                outcomes.len(),
+                said.join("; ")
+            );
+        }
+    }
+}
+
+/// Intervals that hold the truth, by parameter.
+fn intervals(text: &mut String, made: &[&HardOutcome]) {
+    let mut by: BTreeMap<&str, Proportion> = BTreeMap::new();
+    for covered in made.iter().flat_map(|o| &o.covered) {
+        let one = Proportion {
+            hits: usize::from(covered.holds()),
+            all: 1,
+        };
+        let sum = by.entry(&covered.parameter).or_default();
+        *sum = sum.plus(one);
+    }
+    let _ = writeln!(
+        text,
+        "\n## Intervals that hold the truth\n\nFriction and restitution count where nothing is hidden, whatever was said, and where just what is \
+         hidden was named and their meaning stays the same; an effect's parameters where the rig's formula gives them the library's meaning. \
+         Where the camera's scale is wrong, the truth is what such a camera sees; where friction wanders, its mean over the strikes.\n\n\
+         | parameter | held |\n|---|---|"
+    );
+    for (parameter, held) in by {
+        let _ = writeln!(text, "| `{parameter}` | {held} |");
+    }
+}
+
+/// Every set that is wrong.
+fn wrong(text: &mut String, made: &[&HardOutcome]) {
+    let _ = writeln!(
+        text,
+        "\n## Every wrong set\n\n| set | hidden (× the floor) | noise | made | said |\n|---|---|---|---|---|"
+    );
+    for outcome in made.iter().filter(|o| !o.is_right()) {
+        let Some(drawn) = &outcome.drawn else {
+            continue;
+        };
+        let hidden: Vec<String> = drawn
+            .hidden
+            .iter()
+            .zip(&drawn.magnitudes)
+            .map(|(hidden, magnitude)| format!("{hidden} {magnitude:.1}"))
+            .collect();
+        let mut noise = outcome.noise();
+        if outcome.has_wrong_scale() {
+            noise.push("camera_scale");
+        }
+        let object = if outcome.is_box() { ", box" } else { "" };
+        let _ = writeln!(
+            text,
+            "| {} | {} | {} | {} strikes, {} sessions{object} | {} |",
+            outcome.case.id,
+            hidden.join(", "),
+            noise.join(", "),
+            drawn.strikes,
+            drawn.sessions,
+            outcome.answer.text()
+        );
+    }
+}
+
+/// The table that grades.
+fn grading(text: &mut String) {
+    let _ = writeln!(
+        text,
+        "\n## What is right\n\nA `{}` is right where it is `consistent`. A set that hides phenomena is right where it has as many names as \
+         are hidden and each phenomenon has one of its own: a name of this table, or one whose class (`equivalent`) holds such a name. A name that is \
+         nearly the same (linear and quadratic drag) counts only where the class says so. Phenomena that are nearly the same are not hidden together.\n\n\
+         | hidden (`carom demo --hide`) | right |\n|---|---|",
+        name(HardKind::Control)
+    );
+    for (hidden, right) in answers::table() {
+        let names: Vec<String> = right.iter().map(|name| format!("`{name}`")).collect();
+        let right = match names.as_slice() {
+            [] => "`unexplained`".into(),
+            names => names.join(" or "),
+        };
+        let _ = writeln!(text, "| `{hidden}` | {right} |");
+    }
+}
