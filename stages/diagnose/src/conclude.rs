@@ -1,69 +1,73 @@
 //! From evidence to a verdict, a world and its gap.
 
-use std::collections::BTreeMap;
-
 use values::{Point, Split, Strike};
-use world::{AddedEffect, Estimate, World, effects};
+use world::{World, effects};
 
 use crate::{
     Diagnose, DiagnoseError, Found, Input,
-    diagnosis::{Detectable, Diagnosis, Named, NextStrike, Parameter, Ranked, Verdict},
-    evidence::{self, REAL},
-    fit::{Field, Fitted, NINETY_FIVE},
+    diagnosis::{
+        Detectable, Diagnosis, Gap, Named, NextStrike, Noise, Parameter, Ranked, SmoothMap, Verdict,
+    },
+    evidence::{DRAWN, PValue},
+    fit::Fitted,
+    fitted_world::{fitted_world, scatter},
     gap,
-    model::{FRICTION, RESTITUTION, specification},
+    model::specification,
     next::next_strikes,
+    notes,
     screen::{Chance, Screened},
-    search::{Searched, Standing, Step},
+    search::{CandidateFit, SelectedEffect, Selection},
     smooth::Dependence,
     words,
 };
 
-/// A model explains a gap if it holds at least this share of the log-likelihood that it and the smooth rest gain together.
+/// A model explains a gap if it holds at least this share of the log-likelihood that it and the smooth rest gain together; of a
+/// rest that another form of the same effects would take, it may leave more.
 const EXPLAINS: f64 = 0.75;
+const EXPLAINS_IN_FORM: f64 = 0.5;
 /// Standard errors by which an effect must exceed what chance gains, to be found in four cases of five.
 const POWER: f64 = 0.84;
-
-/// Scatter of launches that no arm has: relative speed, angle (rad).
-const WILD: (f64, f64) = (0.15, 0.15);
+/// Held-out strikes from which on a gap that grows takes a name away.
+const FEWEST_JUDGES: usize = 5;
 
 /// All that was found, before it is judged.
 pub(crate) struct Case<'c, 'a> {
     pub(crate) stage: &'c Diagnose,
     pub(crate) input: &'c Input,
-    pub(crate) field: &'c Field<'a>,
-    pub(crate) null: &'c Fitted,
+    pub(crate) selection: &'c Selection<'a>,
     pub(crate) screened: &'c [Screened],
     pub(crate) chance: &'c Chance,
-    pub(crate) searched: &'c Searched,
     pub(crate) before: &'c [Dependence],
-    pub(crate) after: &'c [Dependence],
-    pub(crate) p_value: f64,
-    /// Strikes left out, for their object does not leave the tip.
-    pub(crate) pushed: usize,
-    /// Strikes left out, for their object is pushed a second time.
-    pub(crate) again: usize,
+    /// What smooth dependences gain beside the model: all, and those that no other form of its effects would take.
+    pub(crate) left: Left,
+    pub(crate) p_value: PValue,
+    pub(crate) maps: Vec<SmoothMap>,
+    /// Sentences from the steps before.
+    pub(crate) notes: Vec<String>,
+}
+
+/// Gain in log-likelihood that smooth dependences have beside a model.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Left {
+    /// All that are no chance.
+    pub(crate) all: f64,
+    /// Those that another form of the model's effects would not take.
+    pub(crate) beyond_form: f64,
+}
+
+/// A verdict, with the world that comes of it.
+struct Judged {
+    verdict: Verdict,
+    world: Option<World>,
+    gap: Gap,
+    before: Vec<Option<Point>>,
+    after: Vec<Option<Point>>,
+    /// What was not named, and why.
+    note: Option<String>,
 }
 
 impl Case<'_, '_> {
-    pub(crate) fn conclude(&self) -> Result<Found, DiagnoseError> {
-        let fitted = &self.searched.fitted;
-        let gained = fitted.likelihood() - self.null.likelihood();
-        let left = evidence::left(self.after);
-        let share = gained / (gained + left).max(1e-9);
-        let verdict = if self.p_value >= REAL {
-            Verdict::Consistent
-        } else if self.searched.standing.is_empty() || share < EXPLAINS {
-            Verdict::Unexplained
-        } else {
-            Verdict::Named
-        };
-        let world = (verdict == Verdict::Named)
-            .then(|| self.world(fitted))
-            .transpose()?;
-        let plain = self.world(self.null)?;
-
-        let rig = &self.input.rig;
+    pub(crate) fn conclude(self) -> Result<Found, DiagnoseError> {
         let all: Vec<(&Strike, bool)> = self
             .input
             .strikes
@@ -71,153 +75,156 @@ impl Case<'_, '_> {
             .filter(|strike| !strike.is_pushed_again())
             .map(|strike| (strike, strike.split == Split::Test))
             .collect();
-        let strikes: Vec<&Strike> = all.iter().map(|(strike, _)| *strike).collect();
-        // The identified world, or what it became in the fit here, whichever serves the strikes that were fitted better.
-        let identified = gap::stop_residuals(rig, &self.input.world, &strikes)?;
-        let refitted = gap::stop_residuals(rig, &plain, &strikes)?;
-        let fits = |residuals: &[Option<Point>]| {
-            let fitted = all
-                .iter()
-                .zip(residuals)
-                .filter(|((_, is_heldout), _)| !is_heldout);
-            gap::rms(fitted.filter_map(|(_, r)| *r))
-        };
-        let before = if fits(&identified) < fits(&refitted) {
-            identified
-        } else {
-            refitted
-        };
-        let after = match &world {
-            Some(world) => gap::stop_residuals(rig, world, &strikes)?,
-            None => before.clone(),
-        };
-        let judged = |residuals: &[Option<Point>]| {
-            all.iter()
-                .zip(residuals)
-                .filter(|((_, is_heldout), _)| *is_heldout)
-                .map(|(_, r)| *r)
-                .collect::<Vec<_>>()
-        };
-        let gap = gap::gap(
-            &judged(&before),
-            &judged(&after),
-            gap::noise_floor(self.field, fitted)?,
-        );
-        let named = match &world {
+        let judged = self.judge(&all)?;
+        let named = match &judged.world {
             Some(world) => self.named(world)?,
             None => Vec::new(),
         };
-        let mut notes = Vec::new();
-        if self.again > 0 {
-            notes.push(format!(
-                "strikes left out, for the object speeds up again after it slowed down, as if the arm went on behind it: {}",
-                self.again
-            ));
-        }
-        if self.pushed > 0 {
-            notes.push(format!(
-                "{} strikes were left out: in the identified world their object does not leave the tip",
-                self.pushed
-            ));
-        }
-        if verdict == Verdict::Named && left > 0.0 {
+        let verdict = judged.verdict;
+        let mut notes = self.notes.clone();
+        notes.extend(judged.note.clone());
+        let noise = self.noise();
+        notes.extend(notes::noise(&noise, &self.selection.fitted, verdict));
+        if verdict == Verdict::Named && self.left.all > 0.0 {
             notes.push(format!(
                 "{:.0} % of the gap's evidence is left beside the effects named; the residual model carries it",
-                100.0 * (1.0 - share)
+                100.0 * (1.0 - self.share())
             ));
         }
-        let [speed, angle, ..] = self.null.estimated.spread.nuisance;
-        if verdict != Verdict::Consistent && (speed > WILD.0 || angle > WILD.1) {
-            notes.push(format!(
-                "launches scatter by {:.0} % of speed and {:.0}° without effects, more than an arm does: look at how it delivers its blows",
-                100.0 * speed,
-                angle.to_degrees()
-            ));
-        }
-        if gap.heldout_strikes < 10 {
-            let judges = match gap.heldout_strikes {
-                1 => "only one strike judges".into(),
-                count => format!("only {count} strikes judge"),
-            };
-            notes.push(format!("{judges} the gap: its figures are coarse"));
-        }
+        notes.extend(notes::few_judges(judged.gap.heldout_strikes));
         Ok(Found {
-            looks: gap::looks(&all, &before, &after),
+            looks: gap::looks(&all, &judged.before, &judged.after),
             diagnosis: Diagnosis {
-                summary: summary(verdict, &named, self.p_value, share),
+                summary: summary(verdict, &named, self.p_value, self.share()),
                 verdict,
-                p_value: self.p_value,
-                strikes: self.field.strikes.len(),
+                p_value: self.p_value.drawn,
+                p_value_signs: self.p_value.flipped,
+                replicates: DRAWN,
+                noise,
+                strikes: self.selection.field.strikes.len(),
                 r#where: match verdict {
                     Verdict::Consistent => Vec::new(),
                     _ => words::r#where(self.before),
                 },
                 effects: named,
                 ranking: self.ranking(),
-                gap,
+                gap: judged.gap,
                 next_strikes: self.next(verdict)?,
                 detectable: self.detectable(),
                 notes,
+                maps: match verdict {
+                    Verdict::Consistent => Vec::new(),
+                    _ => self.maps.clone(),
+                },
             },
-            world,
+            world: judged.world,
         })
     }
 
-    /// The identified world with the model's values and effects, each with its interval.
-    fn world(&self, fitted: &Fitted) -> Result<World, DiagnoseError> {
-        let model = &fitted.model;
-        let covariance = fitted.covariance().ok_or_else(|| DiagnoseError::NoFit {
-            why: "its parameters cannot be told apart".into(),
-        })?;
-        let estimate = |place: usize| {
-            let (value, error) = (
-                model.values[place],
-                covariance[(place, place)].max(0.0).sqrt(),
-            );
-            let free = &model.free[place];
-            let bound = |v: f64| v.clamp(free.low, free.high);
-            Estimate::with_interval(
-                value,
-                bound(value - NINETY_FIVE * error),
-                bound(value + NINETY_FIVE * error),
-            )
+    /// Share of the log-likelihood that the effects hold.
+    fn share(&self) -> f64 {
+        let gained = self.selection.gain();
+        gained / (gained + self.left.all).max(1e-9)
+    }
+
+    fn explains(&self) -> bool {
+        let gained = self.selection.gain();
+        let beyond = gained / (gained + self.left.beyond_form).max(1e-9);
+        !self.selection.effects.is_empty() && beyond >= EXPLAINS && self.share() >= EXPLAINS_IN_FORM
+    }
+
+    fn judge(&self, all: &[(&Strike, bool)]) -> Result<Judged, DiagnoseError> {
+        let rig = &self.input.rig;
+        let Selection {
+            field,
+            null,
+            fitted,
+            ..
+        } = self.selection;
+        let strikes: Vec<&Strike> = all.iter().map(|(strike, _)| *strike).collect();
+        let part = |residuals: &[Option<Point>], heldout: bool| -> Vec<Option<Point>> {
+            let each = all.iter().zip(residuals);
+            each.filter(|((_, is_heldout), _)| *is_heldout == heldout)
+                .map(|(_, r)| *r)
+                .collect()
         };
-        let mut world = self.input.world.clone();
-        let spread = &fitted.estimated.spread;
-        world.scatter.speed = spread.nuisance[0];
-        world.scatter.angle = spread.nuisance[1];
-        world.scatter.camera = spread.camera;
-        world
-            .parameters
-            .insert("friction".into(), estimate(FRICTION));
-        world
-            .parameters
-            .insert("restitution".into(), estimate(RESTITUTION));
-        for (place, part) in model.fitted_parts(&model.values).iter().enumerate() {
-            let mut parameters: BTreeMap<String, Estimate> = part
-                .parameters
-                .iter()
-                .map(|(name, value)| (name.clone(), Estimate::fixed(*value)))
-                .collect();
-            for (i, free) in model.free.iter().enumerate() {
-                if let Some((_, name)) = free.of.as_ref().filter(|(of, _)| *of == place) {
-                    parameters.insert(name.clone(), estimate(i));
-                }
-            }
-            world.effects.push(AddedEffect {
-                name: part.name.into(),
-                parameters,
-            });
+        // The identified world, or what it became in the fit here, whichever serves the strikes that were fitted better.
+        let identified = gap::stop_residuals(rig, &self.input.world, &strikes)?;
+        let plain = fitted_world(&self.input.world, null, field.noise)?;
+        let refitted = gap::stop_residuals(rig, &plain, &strikes)?;
+        let fits =
+            |residuals: &[Option<Point>]| gap::rms(part(residuals, false).into_iter().flatten());
+        let before = if fits(&identified) < fits(&refitted) {
+            identified
+        } else {
+            refitted
+        };
+        let floor = gap::noise_floor(field, fitted)?;
+        let gap_to =
+            |after: &[Option<Point>]| gap::gap(&part(&before, true), &part(after, true), floor);
+        let unnamed = |verdict, note| Judged {
+            verdict,
+            world: None,
+            gap: gap_to(&before),
+            after: before.clone(),
+            before: before.clone(),
+            note,
+        };
+        if !self.p_value.is_real() {
+            return Ok(unnamed(Verdict::Consistent, None));
         }
-        world.check()?;
-        Ok(world)
+        if !self.explains() {
+            let note = (!self.selection.effects.is_empty())
+                .then(|| notes::not_named(&self.names(), "too much of the gap is left beside"));
+            return Ok(unnamed(Verdict::Unexplained, note));
+        }
+        let world = fitted_world(&self.input.world, fitted, field.noise)?;
+        let after = gap::stop_residuals(rig, &world, &strikes)?;
+        let gap = gap_to(&after);
+        if gap.heldout_strikes >= FEWEST_JUDGES && gap.after >= gap.before {
+            let why = format!(
+                "on {} held-out strikes stops are off by {:.1} mm with and {:.1} mm without",
+                gap.heldout_strikes,
+                1e3 * gap.after,
+                1e3 * gap.before
+            );
+            let note = notes::not_named(&self.names(), &why);
+            return Ok(unnamed(Verdict::Unexplained, Some(note)));
+        }
+        Ok(Judged {
+            verdict: Verdict::Named,
+            world: Some(world),
+            gap,
+            before,
+            after,
+            note: None,
+        })
+    }
+
+    fn names(&self) -> Vec<&'static str> {
+        let effects = self.selection.effects.iter();
+        effects.map(|effect| effect.name).collect()
+    }
+
+    fn noise(&self) -> Noise {
+        let field = &self.selection.field;
+        let scatter = scatter(&self.selection.fitted, field.noise);
+        Noise {
+            speed: scatter.speed,
+            angle: scatter.angle,
+            friction: scatter.friction,
+            camera: scatter.camera,
+            camera_correlation: scatter.camera_correlation,
+            stamp_jitter: scatter.stamp_jitter,
+            frames_left_out: field.frames_left_out(),
+        }
     }
 
     fn named(&self, world: &World) -> Result<Vec<Named>, DiagnoseError> {
         world
             .effects
             .iter()
-            .zip(&self.searched.standing)
+            .zip(&self.selection.effects)
             .map(|(added, standing)| {
                 Ok(Named {
                     name: added.name.clone(),
@@ -282,20 +289,20 @@ impl Case<'_, '_> {
         if verdict == Verdict::Consistent || self.stage.next_strikes == 0 {
             return Ok(Vec::new());
         }
-        let margin = |s: &&Standing| {
+        let margin = |s: &&SelectedEffect| {
             let rival = s.rivals.first();
             rival.map_or(f64::INFINITY, |rival| s.evidence - rival.evidence)
         };
         let closest = self
-            .searched
-            .standing
+            .selection
+            .effects
             .iter()
             .min_by(|a, b| margin(a).total_cmp(&margin(b)));
         let Some(standing) = closest.filter(|s| !s.rivals.is_empty()) else {
             return Ok(Vec::new());
         };
         // All that could stand in its place, or else who comes nearest.
-        let rivals: Vec<&Step> = standing
+        let rivals: Vec<&CandidateFit> = standing
             .rivals
             .iter()
             .enumerate()
@@ -306,21 +313,21 @@ impl Case<'_, '_> {
         let why = format!("{} or {}", standing.name, names.join(" or "));
         let fitted: Vec<&Fitted> = rivals.iter().map(|rival| &rival.fitted).collect();
         Ok(next_strikes(
-            &self.input.rig,
+            &self.selection.field,
             &self.input.world,
-            &self.searched.fitted,
+            &self.selection.fitted,
             &fitted,
-            &self.field.strikes,
             &why,
             self.stage,
         )?)
     }
 }
 
-fn summary(verdict: Verdict, named: &[Named], p_value: f64, share: f64) -> String {
+fn summary(verdict: Verdict, named: &[Named], p_value: PValue, share: f64) -> String {
     match verdict {
         Verdict::Consistent => format!(
-            "no gap beyond noise (p = {p_value:.2}); see `detectable` for the least that would have shown"
+            "no gap beyond noise ({}); see `detectable` for the least that would have shown",
+            words::p_value(p_value)
         ),
         Verdict::Unexplained => {
             "a real gap that no candidate explains; see `where` for what it depends on".into()

@@ -11,8 +11,19 @@ pub struct Diagnosis {
     pub verdict: Verdict,
     /// One sentence for a person.
     pub summary: String,
-    /// Probability of a gap like this one, or a larger, if only launches and camera scattered.
+    /// Probability of a gap like this one, or a larger, if only launches, friction and camera scattered: the share of
+    /// residuals drawn from the fitted noise that show as much, everything that was looked at counted. Never below
+    /// 1/(1 + `replicates`).
     pub p_value: f64,
+    /// The same by flipping the signs of whole strikes' scores, which takes no model of noise on trust.
+    #[serde(default = "certain")]
+    pub p_value_signs: f64,
+    /// Residuals drawn.
+    #[serde(default)]
+    pub replicates: usize,
+    /// How repeats of one command differ, as estimated beside the effects named.
+    #[serde(default)]
+    pub noise: Noise,
     /// Strikes that were looked at, the held-out ones apart.
     pub strikes: usize,
     /// What the gap depends on, the strongest first; empty where there is no gap.
@@ -29,6 +40,57 @@ pub struct Diagnosis {
     pub detectable: Vec<Detectable>,
     /// Sentences on what was dropped, or is short of data.
     pub notes: Vec<String>,
+    /// How much of the gap smooth maps without physics would take; empty where there is no gap.
+    #[serde(default)]
+    pub maps: Vec<SmoothMap>,
+}
+
+/// A smooth map of the launch over commands, or of friction over the table: what it would take of the gap, whatever its cause.
+/// A launch map that takes most says to look at the arm, a friction map to look at the table.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SmoothMap {
+    /// `launch`, over the commanded speed (m/s) and angle (rad), or `friction`, over the table (m).
+    pub name: String,
+    /// Root mean square stop error in m without effects, of strikes that each fit leaves out.
+    pub before: f64,
+    /// The same with the map, of the same strikes.
+    pub after: f64,
+    /// Share of the squared stop error that it takes, 0 to 1.
+    pub share: f64,
+    /// The map, where strikes have been.
+    pub points: Vec<MapPoint>,
+}
+
+/// One place of a smooth map.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MapPoint {
+    /// Commanded speed (m/s) and angle (rad), or x and y on the table (m).
+    pub at: [f64; 2],
+    /// Relative speed and angle (rad) of the launch beyond the command; or relative friction, and 0.
+    pub change: [f64; 2],
+}
+
+fn certain() -> f64 {
+    1.0
+}
+
+/// How repeats of one command differ: standard deviations, but for the correlation and the count.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Noise {
+    /// Of the delivered speed, relative.
+    pub speed: f64,
+    /// Of the delivered angle, in rad.
+    pub angle: f64,
+    /// Of a strike's friction, relative.
+    pub friction: f64,
+    /// Of a centroid's coordinate, in m.
+    pub camera: f64,
+    /// Correlation of its error with that of the frame before.
+    pub camera_correlation: f64,
+    /// Of a frame's stamp, in s.
+    pub stamp_jitter: f64,
+    /// Frames that were left out, for they lie far from where their strike was.
+    pub frames_left_out: usize,
 }
 
 /// What was found.

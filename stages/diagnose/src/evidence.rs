@@ -1,82 +1,203 @@
 //! Whether: is there a gap at all?
+//!
+//! One statistic over everything that is looked at, candidates and smooth dependences alike: the most that any of them gains
+//! beyond its own 99 % quantile under drawn residuals. Its distribution, the choice among all looks included, comes from the
+//! same replicates: drawn from the fitted world and its noise, and by flipping the signs of whole strikes' scores.
 
 use std::collections::BTreeMap;
 
 use statrs::statistics::{Data, OrderStatistics};
 
 use crate::{
+    score::Replicates,
     screen::{Chance, Screened},
-    search::EXCLUDED,
-    smooth::Dependence,
+    smooth::{Dependence, covariate::Covariate},
 };
 
-/// Residuals drawn from the fitted world without effects, to know what chance gains.
-pub(crate) const REPLICATES: usize = 200;
-/// A gap is real from this probability of chance on.
+/// Residuals drawn, and flips. With 299 drawn, a probability below 1 % is at most one of them beyond.
+pub(crate) const DRAWN: usize = 299;
+pub(crate) const FLIPPED: usize = 499;
+/// A gap is real below this probability by drawn residuals, if it is below the other by flipped signs.
 pub(crate) const REAL: f64 = 0.01;
-/// Quantile of the replicates that a candidate must exceed; what many candidates gain together comes on top.
+pub(crate) const CONFIRMED: f64 = 0.05;
+/// Quantile of the drawn residuals that a look must exceed; what many looks gain together comes on top.
 const QUANTILE: f64 = 0.99;
+
+/// The replicates of a diagnosis.
+pub(crate) fn replicates(seed: u64) -> Replicates {
+    Replicates {
+        drawn: DRAWN,
+        flipped: FLIPPED,
+        seed,
+    }
+}
 
 /// What each candidate gains by chance.
 pub(crate) fn chance(screened: &[Screened]) -> Chance {
     let many = (screened.len().max(1) as f64).ln();
     screened
         .iter()
-        .map(|s| {
-            let quantile = Data::new(s.by_chance.clone()).quantile(QUANTILE);
-            (s.name, quantile + many)
-        })
+        .map(|s| (s.name, quantile(&s.by_chance) + many))
         .collect::<BTreeMap<_, _>>()
 }
 
-/// Probability that chance gains as much as the best candidate does, over all candidates: by scores, or by the gain of a whole
-/// step, which sees what a score at the scatter that an effect itself makes is blind to.
-pub(crate) fn p_value(screened: &[Screened], chance: &Chance) -> f64 {
-    let gained = screened
-        .iter()
-        .map(|s| s.gain() - chance[s.name])
-        .fold(f64::NEG_INFINITY, f64::max);
-    // What chance gains of a whole step is not drawn: so odds of a hundred to one come on top of its scores' quantile.
-    let by_gain = REAL * (EXCLUDED - gained).exp();
-    by_score(screened, chance).min(by_gain)
-}
-
-/// The rank among the replicates, and beyond them an exponential tail, which gains in log-likelihood have.
-fn by_score(screened: &[Screened], chance: &Chance) -> f64 {
-    let over = |gain: f64, s: &Screened| gain - chance[s.name];
-    let best = screened
-        .iter()
-        .map(|s| over(s.score, s))
-        .fold(f64::NEG_INFINITY, f64::max);
-    let replicates: Vec<f64> = (0..REPLICATES)
-        .map(|k| {
-            screened
-                .iter()
-                .map(|s| over(s.by_chance[k], s))
-                .fold(f64::NEG_INFINITY, f64::max)
-        })
-        .collect();
-    let more = replicates.iter().filter(|r| **r >= best).count();
-    let rank = (1.0 + more as f64) / (1.0 + REPLICATES as f64);
-    if more > 0 {
-        return rank;
+fn quantile(by_chance: &[f64]) -> f64 {
+    let drawn = by_chance[..DRAWN.min(by_chance.len())].to_vec();
+    if drawn.is_empty() {
+        return 0.0;
     }
-    let mut tail = Data::new(replicates);
-    let (from, share) = (tail.quantile(0.9), 0.1);
-    (share * (from - best).exp()).min(rank)
+    Data::new(drawn).quantile(QUANTILE)
 }
 
-/// The least probability of chance over all covariates, corrected for their number.
-pub(crate) fn least(dependences: &[Dependence]) -> f64 {
-    let least = dependences.iter().map(|d| d.p_value).fold(1.0, f64::min);
-    (least * dependences.len() as f64).min(1.0)
+/// What is looked at: a candidate's best score or a smooth dependence.
+pub(crate) struct Statistic<'s> {
+    pub(crate) name: &'s str,
+    pub(crate) gain: f64,
+    pub(crate) by_chance: &'s [f64],
 }
 
-/// Gain in log-likelihood of the covariate that explains most beyond chance.
-pub(crate) fn left(dependences: &[Dependence]) -> f64 {
+impl<'s> Statistic<'s> {
+    /// All that was screened, then all dependences.
+    pub(crate) fn all(screened: &'s [Screened], dependences: &'s [Dependence]) -> Vec<Self> {
+        let candidates = screened.iter().map(|s| Self {
+            name: s.name,
+            gain: s.score,
+            by_chance: &s.by_chance,
+        });
+        let smooth = dependences.iter().map(|d| Self {
+            name: d.covariate.name(),
+            gain: d.gain,
+            by_chance: &d.by_chance,
+        });
+        candidates.chain(smooth).collect()
+    }
+}
+
+/// How likely chance alone gains as much as something that was looked at.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct PValue {
+    /// By residuals drawn from the fitted world and its noise.
+    pub(crate) drawn: f64,
+    /// By flipping the signs of whole strikes' scores.
+    pub(crate) flipped: f64,
+}
+
+impl PValue {
+    /// Whether both say that it is no chance.
+    pub(crate) fn is_real(self) -> bool {
+        self.drawn < REAL && self.flipped < CONFIRMED
+    }
+}
+
+/// The alarm over a set of looks.
+pub(crate) struct Alarm {
+    /// Of each look: its name, and its gain beyond its quantile.
+    excess: Vec<(String, f64)>,
+    /// The most over all looks in each replicate.
+    drawn: Vec<f64>,
+    flipped: Vec<f64>,
+}
+
+impl Alarm {
+    /// Of all looks together.
+    pub(crate) fn new(looks: &[Statistic<'_>]) -> Self {
+        let quantiles: Vec<f64> = looks.iter().map(|look| quantile(look.by_chance)).collect();
+        let most = |k: usize| {
+            looks
+                .iter()
+                .zip(&quantiles)
+                .map(|(look, quantile)| look.by_chance[k] - quantile)
+                .fold(f64::NEG_INFINITY, f64::max)
+        };
+        let replicates = looks.first().map_or(0, |look| look.by_chance.len());
+        let drawn = DRAWN.min(replicates);
+        Self {
+            excess: looks
+                .iter()
+                .zip(&quantiles)
+                .map(|(look, quantile)| (look.name.to_string(), look.gain - quantile))
+                .collect(),
+            drawn: (0..drawn).map(most).collect(),
+            flipped: (drawn..replicates).map(most).collect(),
+        }
+    }
+
+    fn of_excess(&self, excess: f64) -> PValue {
+        let share = |replicates: &[f64]| {
+            let more = replicates.iter().filter(|r| **r >= excess).count();
+            (1 + more) as f64 / (1 + replicates.len()) as f64
+        };
+        PValue {
+            drawn: share(&self.drawn),
+            flipped: share(&self.flipped),
+        }
+    }
+
+    /// Of the look that gains most: whether there is a gap.
+    pub(crate) fn p_value(&self) -> PValue {
+        let each = self.excess.iter().map(|(_, excess)| *excess);
+        self.of_excess(each.fold(f64::NEG_INFINITY, f64::max))
+    }
+
+    /// Of one look, as one among all.
+    pub(crate) fn p_value_of(&self, name: &str) -> PValue {
+        let found = self.excess.iter().find(|(look, _)| look == name);
+        self.of_excess(found.map_or(f64::NEG_INFINITY, |(_, excess)| *excess))
+    }
+}
+
+/// Gain in log-likelihood of the dependence that explains most, of those that are no chance and count.
+pub(crate) fn left(dependences: &[Dependence], counts: impl Fn(Covariate) -> bool) -> f64 {
+    let alarm = Alarm::new(&Statistic::all(&[], dependences));
     dependences
         .iter()
-        .filter(|d| d.p_value * (dependences.len() as f64) < REAL)
+        .filter(|d| counts(d.covariate) && alarm.p_value_of(d.covariate.name()).is_real())
         .map(|d| d.gain)
         .fold(0.0, f64::max)
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::SeedableRng;
+    use rand_chacha::ChaCha8Rng;
+    use rand_distr::{Distribution, Exp1};
+
+    use super::*;
+
+    fn gains(seed: u64) -> Vec<f64> {
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        (0..DRAWN + FLIPPED)
+            .map(|_| Exp1.sample(&mut random))
+            .collect()
+    }
+
+    fn alarm(gain: f64) -> Alarm {
+        let chance: Vec<Vec<f64>> = (0..20).map(gains).collect();
+        let looks: Vec<Statistic<'_>> = chance
+            .iter()
+            .enumerate()
+            .map(|(i, by_chance)| Statistic {
+                name: if i == 7 { "patch" } else { "other" },
+                gain: if i == 7 { gain } else { 0.5 },
+                by_chance,
+            })
+            .collect();
+        Alarm::new(&looks)
+    }
+
+    #[test]
+    fn the_choice_among_many_looks_counts() {
+        // Alone, a gain of 5 has a probability of 0.7 %; the best of twenty has 13 %.
+        let p = alarm(5.0).p_value();
+        assert!((0.03..0.35).contains(&p.drawn), "{p:?}");
+        assert!(!p.is_real());
+        assert!(alarm(12.0).p_value().is_real());
+    }
+
+    #[test]
+    fn no_p_value_is_less_than_the_replicates_can_show() {
+        let p = alarm(500.0).p_value_of("patch");
+        assert_eq!(p.drawn, 1.0 / (1 + DRAWN) as f64);
+        assert_eq!(p.flipped, 1.0 / (1 + FLIPPED) as f64);
+    }
 }

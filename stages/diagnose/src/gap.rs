@@ -1,19 +1,16 @@
 //! The gap: stop errors in MuJoCo's world before and after, on strikes that took no part.
 
-use nalgebra::SVector;
 use rayon::prelude::*;
 use values::{Point, Rig, Strike};
 use world::{Simulator, World, WorldError};
 
 use crate::{
     diagnosis::{Gap, Look},
-    fit::{Field, Fitted},
-    mixed::NUISANCES,
+    fit::Fitted,
+    mixed::{ANGLE, FRICTION, SPEED},
     model::CLOCK,
+    strikes::{Nuisances, PreparedStrikes},
 };
-
-/// A stop is the mean of about this many frames.
-const STOP_FRAMES: f64 = 10.0;
 
 /// Measured less simulated stops, in m; `None` where a strike does not rest in that world.
 pub(crate) fn stop_residuals(
@@ -46,22 +43,23 @@ pub(crate) fn rms(residuals: impl Iterator<Item = Point>) -> f64 {
     (sum / count.max(1) as f64).sqrt()
 }
 
-/// What repeats of these strikes would scatter by: launch and camera as estimated with the best model, in m.
-pub(crate) fn noise_floor(field: &Field<'_>, fitted: &Fitted) -> Result<f64, WorldError> {
+/// What repeats of these strikes would scatter by: launch, friction and camera as estimated with the best model, in m.
+pub(crate) fn noise_floor(field: &PreparedStrikes<'_>, fitted: &Fitted) -> Result<f64, WorldError> {
     let model = &fitted.model;
     let effects = model.effects(field.rig, &model.values)?;
     let planar = field.planar(&model.values, &effects);
-    let spread = &fitted.estimated.spread;
+    let components = &fitted.estimated.components;
     let clock = model.values[CLOCK];
-    let none = SVector::<f64, NUISANCES>::zeros();
+    let none = Nuisances::zeros();
     let variances: Vec<f64> = (0..field.strikes.len())
         .filter_map(|i| {
-            let stop = field.frames(&planar, i, clock, &none)?.stop;
-            let mut variance = 2.0 * spread.camera.powi(2) / STOP_FRAMES;
-            for nuisance in [0, 1, 3, 4] {
+            let stop = field.simulate(&planar, i, clock, &none)?.stop;
+            // The resting place after, as the one before below.
+            let mut variance = components.nuisance[3].powi(2) + components.nuisance[4].powi(2);
+            for nuisance in [SPEED, ANGLE, 3, 4, FRICTION] {
                 let mut b = none;
-                b[nuisance] = spread.nuisance[nuisance];
-                let moved = field.frames(&planar, i, clock, &b)?.stop - stop;
+                b[nuisance] = components.nuisance[nuisance];
+                let moved = field.simulate(&planar, i, clock, &b)?.stop - stop;
                 variance += moved.dot(moved);
             }
             Some(variance)

@@ -2,40 +2,56 @@
 //! the gap shrinks with it.
 //!
 //! The strike is the unit of evidence: its launch scatters, so a whole track is worth far less than its frames ([`mixed`]).
+//! What else a table and a camera scatter by is estimated first ([`noise`], [`null`]).
 //! Worlds are tried in planar form ([`world::planar`]), which follows MuJoCo's to a twentieth of a millimetre, a hundred times as
-//! fast. Whether: score tests of every candidate, against residuals drawn from the fitted world ([`evidence`]). Which: fits of
-//! the best candidates, forward, replaced and dropped again ([`search`]). None of these: what smooth dependences still find
-//! beside the best model ([`smooth`]). The gap is judged in MuJoCo, on strikes that took no part ([`gap`]).
+//! fast. Whether: score tests of every candidate, against residuals drawn from the fitted world and its noise, confirmed by
+//! flipped signs of whole strikes ([`evidence`]). Which: fits of the best candidates, forward, replaced and dropped again
+//! ([`search`]); what they name must predict strikes that took no part ([`heldout`]). None of these: what smooth dependences
+//! still find beside the best model ([`smooth`], [`maps`]). The gap is judged in MuJoCo ([`gap`]).
 
 mod candidates;
 mod conclude;
 mod diagnosis;
 mod evidence;
 mod fit;
+mod fitted_world;
 mod gap;
+mod heldout;
+mod linearisation;
+mod maps;
 mod mixed;
 mod model;
 mod next;
+mod noise;
+mod notes;
+mod null;
 mod score;
 mod screen;
 mod search;
 mod smooth;
+mod strikes;
 mod words;
 
 pub use diagnosis::{
-    Detectable, Diagnosis, Gap, Look, Named, NextStrike, Parameter, Ranked, Verdict, Where,
+    Detectable, Diagnosis, Gap, Look, MapPoint, Named, NextStrike, Noise, Parameter, Ranked,
+    SmoothMap, Verdict, Where,
 };
 
-use nalgebra::SVector;
 use serde::{Deserialize, Serialize};
 use stage::{Progress, Stage};
 use values::{Command, Rig, Shape, Split, Strike};
 use world::{World, WorldError, launch::launches};
 
 use crate::{
-    fit::{Field, Fitted},
-    mixed::Spread,
-    model::{Model, RESTITUTION},
+    candidates::{Candidate, candidates},
+    conclude::{Case, Left},
+    evidence::{Alarm, Statistic, replicates},
+    fit::ITERATIONS,
+    score::ScoreTest,
+    screen::{Chance, screen_by},
+    search::{Limits, Selection, search, without},
+    smooth::{Dependence, covariate::family, dependences, dependences_of},
+    strikes::PreparedStrikes,
 };
 
 /// How to diagnose.
@@ -138,19 +154,9 @@ const FEWEST: usize = 8;
 /// Frames that a track must have.
 const FRAMES: usize = 6;
 
-/// Change of restitution from which launches are taken again about the fit, and how often at the most.
-const FAR: f64 = 0.1;
-const REBASED: usize = 4;
-
-fn diverges() -> DiagnoseError {
-    DiagnoseError::NoFit {
-        why: "its fit diverges".into(),
-    }
-}
-
 impl Stage for Diagnose {
     const NAME: &'static str = "diagnose";
-    const VERSION: u32 = 9;
+    const VERSION: u32 = 10;
     type Input = Input;
     type Output = Found;
     type Error = DiagnoseError;
@@ -160,7 +166,68 @@ impl Stage for Diagnose {
         if rig.object.shape == Shape::Sphere {
             return Err(DiagnoseError::Rolls);
         }
-        let frame = 1.0 / rig.camera.rate;
+        progress.set_message("how the object leaves the tip");
+        let (usable, pushed_again) = self.usable(input)?;
+        let (field, pushed) = prepared(rig, &input.world, &usable)?;
+
+        progress.set_message("the world without effects, and the noise about it");
+        let (field, null) = null::fit_null(field, &input.world)?;
+
+        progress.set_message("every candidate by its score");
+        let candidates = candidates(rig, &field.strikes);
+        let replicates = replicates(self.seed);
+        let test =
+            ScoreTest::new(&field, &null, &[], replicates).ok_or_else(|| DiagnoseError::NoFit {
+                why: "friction and restitution cannot be told apart".into(),
+            })?;
+        let screened = screen_by(&field, &null, &test, &candidates, replicates)?;
+        let before = dependences_of(&field, &null, &test)?;
+        drop(test);
+        let chance = evidence::chance(&screened);
+        let p_value = Alarm::new(&Statistic::all(&screened, &before)).p_value();
+
+        progress.set_message("which effects");
+        let limits = Limits {
+            effects: if p_value.is_real() {
+                self.most_effects
+            } else {
+                0
+            },
+            replicates,
+        };
+        let selection = search(&field, &null, &screened, &candidates, &chance, &limits)?;
+        let (selection, left) = self.pruned(selection, &candidates, &chance)?;
+        let (selection, mut notes) = paying(selection)?;
+        notes.extend(notes::left_out(pushed_again, pushed));
+
+        progress.set_message("how far the gap shrinks");
+        let maps = if p_value.is_real() {
+            maps::maps(&selection.field, &selection.null)?
+        } else {
+            Vec::new()
+        };
+        let selection = about_itself(selection, &input.world)?;
+        Case {
+            stage: self,
+            input,
+            selection: &selection,
+            screened: &screened,
+            chance: &chance,
+            before: &before,
+            left,
+            p_value,
+            maps,
+            notes,
+        }
+        .conclude()
+    }
+}
+
+impl Diagnose {
+    /// The strikes that fit and choose, from where their impact is over; and how many were left out, for their object is pushed
+    /// a second time.
+    fn usable(&self, input: &Input) -> Result<(Vec<Strike>, usize), DiagnoseError> {
+        let frame = 1.0 / input.rig.camera.rate;
         let mut usable: Vec<Strike> = self
             .sample(&input.strikes)
             .iter()
@@ -177,104 +244,100 @@ impl Stage for Diagnose {
                 needed: FEWEST,
             });
         }
-        progress.set_message("how the object leaves the tip");
-        let commands: Vec<Command> = usable.iter().map(|strike| strike.command).collect();
-        let (strikes, launches): (Vec<&Strike>, Vec<_>) = usable
-            .iter()
-            .zip(launches(rig, &input.world, &commands)?)
-            .filter_map(|(strike, launch)| Some((strike, launch?)))
-            .unzip();
-        let mut field = Field::new(rig, strikes, launches);
-        let pushed = usable.len() - field.strikes.len();
-        if field.strikes.len() < FEWEST {
-            return Err(DiagnoseError::NoFit {
-                why: format!("in {pushed} strikes the object does not leave the tip"),
-            });
-        }
-
-        progress.set_message("the world without effects");
-        let plain = Model::plain(
-            input.world.value("friction")?,
-            input.world.value("restitution")?,
-            frame,
-        );
-        let kicks = vec![SVector::zeros(); field.strikes.len()];
-        let spread = Spread::initial(rig.camera.noise, frame);
-        let mut null = field
-            .fit(&plain, &spread, &kicks, fit::ITERATIONS)?
-            .ok_or_else(diverges)?;
-        let mut about = input.world.value("restitution")?;
-        for _ in 0..REBASED {
-            let Fitted {
-                model,
-                estimated,
-                kicks,
-                ..
-            } = &null;
-            if (model.values[RESTITUTION] - about).abs() < FAR {
-                break;
-            }
-            // Far from the blows that launches were taken about, they are taken again.
-            about = model.values[RESTITUTION];
-            field = field.about(&input.world, &null)?;
-            null = field
-                .fit(model, &estimated.spread, kicks, fit::ITERATIONS)?
-                .ok_or_else(diverges)?;
-        }
-
-        progress.set_message("every candidate at a glance");
-        let candidates = candidates::candidates(rig, &field.strikes);
-        let screened = screen::screen(&field, &null, &candidates, evidence::REPLICATES, self.seed)?;
-        let chance = evidence::chance(&screened);
-        let before = smooth::dependences(&field, &null, self.seed)?;
-        let p_value = evidence::p_value(&screened, &chance).min(evidence::least(&before));
-
-        let most = if p_value < evidence::REAL {
-            self.most_effects
-        } else {
-            0
-        };
-        progress.set_message("which effects");
-        let mut searched = search::search(&field, &null, &screened, &candidates, &chance, most)?;
-        let mut after = Vec::new();
-        while !searched.standing.is_empty() {
-            after = smooth::dependences(&field, &searched.fitted, self.seed)?;
-            // An effect weaker than what no candidate explains is no finding.
-            // Nor is one that may as well be none.
-            let weak = searched.weaker_than(evidence::left(&after));
-            let Some(weak) = weak.or_else(|| searched.fitted.unsure()) else {
-                break;
-            };
-            searched = search::without(&field, &searched, weak, &candidates, &chance)?;
-        }
-
-        progress.set_message("how far the gap shrinks");
-        let about = field.about(&input.world, &searched.fitted)?;
-        if !searched.standing.is_empty() {
-            let Fitted {
-                model,
-                estimated,
-                kicks,
-                ..
-            } = &searched.fitted;
-            if let Some(fitted) = about.fit(model, &estimated.spread, kicks, fit::ITERATIONS)? {
-                searched.fitted = fitted;
-            }
-        }
-        conclude::Case {
-            stage: self,
-            input,
-            field: &about,
-            null: &null,
-            screened: &screened,
-            chance: &chance,
-            searched: &searched,
-            before: &before,
-            after: &after,
-            p_value,
-            pushed,
-            again,
-        }
-        .conclude()
+        Ok((usable, again))
     }
+
+    /// Without the effects that are weaker than what no candidate explains, and those whose strength may as well be none; and
+    /// what smooth dependences gain beside the rest.
+    fn pruned<'a>(
+        &self,
+        mut selection: Selection<'a>,
+        candidates: &[Candidate],
+        chance: &Chance,
+    ) -> Result<(Selection<'a>, Left), DiagnoseError> {
+        while !selection.effects.is_empty() {
+            let after = dependences(&selection.field, &selection.fitted, replicates(self.seed))?;
+            let left = left(&selection, &after);
+            let weak = selection.weaker_than(left.beyond_form);
+            let Some(weak) = weak.or_else(|| selection.fitted.unsure()) else {
+                return Ok((selection, left));
+            };
+            selection = without(selection, weak, candidates, chance)?;
+        }
+        Ok((selection, Left::default()))
+    }
+}
+
+/// Strikes with their launches, and how many were left out, for their object does not leave the tip.
+fn prepared<'a>(
+    rig: &'a Rig,
+    world: &World,
+    usable: &'a [Strike],
+) -> Result<(PreparedStrikes<'a>, usize), DiagnoseError> {
+    let commands: Vec<Command> = usable.iter().map(|strike| strike.command).collect();
+    let (strikes, launches): (Vec<&Strike>, Vec<_>) = usable
+        .iter()
+        .zip(launches(rig, world, &commands)?)
+        .filter_map(|(strike, launch)| Some((strike, launch?)))
+        .unzip();
+    let pushed = usable.len() - strikes.len();
+    if strikes.len() < FEWEST {
+        return Err(DiagnoseError::NoFit {
+            why: format!("in {pushed} strikes the object does not leave the tip"),
+        });
+    }
+    Ok((PreparedStrikes::new(rig, strikes, launches), pushed))
+}
+
+/// What smooth dependences gain beside a model.
+fn left(selection: &Selection<'_>, after: &[Dependence]) -> Left {
+    let held: Vec<_> = selection
+        .effects
+        .iter()
+        .flat_map(|effect| family(effect.name))
+        .collect();
+    Left {
+        all: evidence::left(after, |_| true),
+        beyond_form: evidence::left(after, |covariate| !held.contains(&&covariate)),
+    }
+}
+
+/// The effects, if together they predict strikes that took no part in their fit; none otherwise, with a sentence that says so.
+fn paying(selection: Selection<'_>) -> Result<(Selection<'_>, Vec<String>), DiagnoseError> {
+    if selection.effects.is_empty() {
+        return Ok((selection, Vec::new()));
+    }
+    let gains = heldout::gains(&selection.field, &selection.null, &selection.fitted)?;
+    let (sum, error) = heldout::total(&gains);
+    if sum > 0.0 {
+        return Ok((selection, Vec::new()));
+    }
+    let names: Vec<&str> = selection.effects.iter().map(|effect| effect.name).collect();
+    let why = format!(
+        "fitted to four fifths of the strikes, it predicts the others no better: {sum:+.1} ± {error:.1} of log-likelihood"
+    );
+    let note = notes::not_named(&names, &why);
+    let none = Selection {
+        fitted: selection.null.clone(),
+        effects: Vec::new(),
+        ..selection
+    };
+    Ok((none, vec![note]))
+}
+
+/// The same, fitted with launches about its own impacts.
+fn about_itself<'a>(
+    mut selection: Selection<'a>,
+    world: &World,
+) -> Result<Selection<'a>, DiagnoseError> {
+    let field = selection.field.about(world, &selection.fitted.model)?;
+    if !selection.effects.is_empty() {
+        let from = &selection.fitted;
+        let components = &from.estimated.components;
+        if let Some(fitted) = field.fit(&from.model, components, &from.nuisances, ITERATIONS)? {
+            selection.fitted = fitted;
+        }
+    }
+    selection.field = field;
+    Ok(selection)
 }

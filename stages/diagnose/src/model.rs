@@ -53,6 +53,13 @@ pub(crate) struct Model {
     pub(crate) values: Vec<f64>,
 }
 
+/// An end of a range.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum RangeEnd {
+    Low,
+    High,
+}
+
 /// Range of the world's restitution; below 0 the object leaves more slowly than the tip.
 const RESTITUTIONS: (f64, f64) = (-0.6, 0.99);
 /// How many scales wide the prior of an effect's parameter is: wide enough to move no estimate that the data tell.
@@ -146,10 +153,29 @@ impl Model {
 
     /// Whether no effect is as strong as its range allows: one that would be stronger still stands for something else.
     pub(crate) fn is_possible(&self) -> bool {
-        self.free.iter().zip(&self.values).all(|(free, value)| {
-            let edge = EDGE * (free.high - free.low);
-            !free.is_strength || (free.low + edge..=free.high - edge).contains(value)
+        (0..self.free.len()).all(|i| !self.free[i].is_strength || self.end(i).is_none())
+    }
+
+    /// Whether a parameter of an effect's form (a place, a radius, a speed) lies at the end of its range.
+    pub(crate) fn is_form_at_end(&self, part: usize) -> bool {
+        (0..self.free.len()).any(|i| {
+            let is_form = !self.free[i].is_strength
+                && self.free[i].of.as_ref().is_some_and(|(of, _)| *of == part);
+            is_form && self.end(i).is_some()
         })
+    }
+
+    /// The end of a value's range at which it lies: low, or high.
+    pub(crate) fn end(&self, i: usize) -> Option<RangeEnd> {
+        let (free, value) = (&self.free[i], self.values[i]);
+        let edge = EDGE * (free.high - free.low);
+        if value < free.low + edge {
+            Some(RangeEnd::Low)
+        } else if value > free.high - edge {
+            Some(RangeEnd::High)
+        } else {
+            None
+        }
     }
 
     /// The effects at these values.

@@ -3,7 +3,7 @@
 //! T = min over the rival's parameters of ‖f_A − f_B‖², weighed as the strikes' own evidence. What the rival can still follow is
 //! projected off, with all that it has learnt from the strikes at hand; strikes are added one by one, then exchanged.
 
-use nalgebra::{DMatrix, DVector, SVector};
+use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use values::{Command, Conditions, Point, Rig, Split, Strike, Track};
 use world::{World, WorldError, launch::launches};
@@ -11,9 +11,11 @@ use world::{World, WorldError, launch::launches};
 use crate::{
     Diagnose,
     diagnosis::NextStrike,
-    fit::{Field, Fitted, stack},
-    mixed::{NUISANCES, posterior},
+    fit::Fitted,
+    linearisation::Linearised,
+    mixed::posterior,
     model::CLOCK,
+    strikes::{Nuisances, PreparedStrikes, stack},
 };
 
 /// Speeds, angles and places along each side from which strikes are chosen, the ends of each range among them.
@@ -42,15 +44,15 @@ struct Against<'r> {
 
 /// Strikes within the robot's limits that best separate `named` from its rivals, the most telling first.
 pub(crate) fn next_strikes(
-    rig: &Rig,
+    seen: &PreparedStrikes<'_>,
     world: &World,
     named: &Fitted,
     rivals: &[&Fitted],
-    seen: &[&Strike],
     why: &str,
     settings: &Diagnose,
 ) -> Result<Vec<NextStrike>, WorldError> {
-    let pool = pool(rig, seen);
+    let rig = seen.rig;
+    let pool = pool(rig, &seen.strikes);
     let commands: Vec<Command> = commands(rig);
     let launches = launches(rig, world, &commands)?;
     let launch_of = |command: &Command| {
@@ -61,7 +63,7 @@ pub(crate) fn next_strikes(
         .iter()
         .filter_map(|strike| Some((strike, launch_of(&strike.command)?)))
         .unzip();
-    let field = Field::new(rig, strikes, launches);
+    let field = PreparedStrikes::new(rig, strikes, launches).with_noise(seen.noise);
     let pairs = rivals
         .iter()
         .map(|rival| {
@@ -209,12 +211,12 @@ fn pool(rig: &Rig, seen: &[&Strike]) -> Vec<Strike> {
 
 /// For each strike how far the rival's track lies from the named model's; `None` where one leaves the table.
 fn tells(
-    field: &Field<'_>,
+    field: &PreparedStrikes<'_>,
     named: &Fitted,
     rival: &Fitted,
 ) -> Result<Vec<Option<Tells>>, WorldError> {
-    let none = vec![SVector::<f64, NUISANCES>::zeros(); field.strikes.len()];
-    let Some(columns) = field.columns(&rival.model, &none)? else {
+    let none = vec![Nuisances::zeros(); field.strikes.len()];
+    let Some(columns) = Linearised::all(field, &rival.model, &none)? else {
         return Ok((0..none.len()).map(|_| None).collect());
     };
     let effects = named.model.effects(field.rig, &named.model.values)?;
@@ -226,20 +228,21 @@ fn tells(
             && p.y > table.y.low + MARGIN
             && p.y < table.y.high - MARGIN
     };
-    let spread = &named.estimated.spread;
+    let components = &named.estimated.components;
     Ok(columns
         .into_par_iter()
         .enumerate()
-        .map(|(i, columns)| {
-            let frames = field.frames(&planar, i, named.model.values[CLOCK], &none[i])?;
+        .map(|(i, raw)| {
+            let frames = field.simulate(&planar, i, named.model.values[CLOCK], &none[i])?;
             if !is_on(frames.stop) {
                 return None;
             }
-            let rivals = field.simulated(i, &columns, &none[i]);
-            let apart = stack(&frames.at) - rivals;
+            let whitening = &field.whitenings[i];
+            let apart = whitening.column(&(stack(&frames.at) - &raw.simulated));
+            let columns = raw.whitened(whitening);
             let g = &columns.nuisances;
-            let precision = spread.camera.powi(-2);
-            let posterior = posterior(g, spread) * precision;
+            let precision = components.camera.powi(-2);
+            let posterior = posterior(g, components) * precision;
             let weigh = |m: &DMatrix<f64>| m * precision - g * (&posterior * g.tr_mul(m));
             let column = DMatrix::from_column_slice(apart.len(), 1, apart.as_slice());
             let weighed = weigh(&column);
@@ -253,7 +256,11 @@ fn tells(
 }
 
 impl<'r> Against<'r> {
-    fn new(field: &Field<'_>, model: &Fitted, rival: &'r Fitted) -> Result<Self, WorldError> {
+    fn new(
+        field: &PreparedStrikes<'_>,
+        model: &Fitted,
+        rival: &'r Fitted,
+    ) -> Result<Self, WorldError> {
         Ok(Self {
             rival,
             tells: tells(field, model, rival)?,

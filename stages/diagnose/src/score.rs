@@ -1,49 +1,91 @@
 //! Score tests: how much a small change would explain of what a fitted model leaves.
 //!
 //! At a fitted model a column c (the derivative of every track by some strength) gains S/2 of log-likelihood, S = u²/V, with
-//! u = cᵀΣ⁻¹r and V what is left of cᵀΣ⁻¹c beside the model's own columns. The same columns seen through residuals drawn from
-//! the fitted model tell what is gained by chance.
+//! u = cᵀΣ⁻¹r and V what is left of cᵀΣ⁻¹c beside the model's own columns. What chance gains is known from the same columns in
+//! two ways: residuals drawn from the fitted model and its noise (parametric bootstrap), and the measured residuals with the
+//! signs of whole strikes flipped, which takes no model of noise on trust.
 
 use nalgebra::{DMatrix, DVector};
-use rand::SeedableRng;
+use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use rand_distr::{Distribution, StandardNormal};
+use rand_distr::{ChiSquared, Distribution, StandardNormal};
 use rayon::prelude::*;
 use values::Point;
 use world::planar::Planar;
 
 use crate::{
-    fit::{Columns, Field, Fitted, prior, stack},
+    fit::{Fitted, prior},
+    linearisation::Whitened,
     mixed::{self, Estimated, NUISANCES, posterior},
     model::CLOCK,
+    strikes::{PreparedStrikes, stack},
 };
 
 /// A column of which less than this share is left beside the model's own differs from them by rounding.
 const APART: f64 = 1e-6;
 
+/// How many residuals are drawn, and how many times signs are flipped.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Replicates {
+    pub(crate) drawn: usize,
+    pub(crate) flipped: usize,
+    pub(crate) seed: u64,
+}
+
+impl Replicates {
+    /// Scores alone.
+    pub(crate) const NONE: Self = Self {
+        drawn: 0,
+        flipped: 0,
+        seed: 0,
+    };
+}
+
+/// Whitened columns of each strike; none where it is not touched.
+pub(crate) type Moved = Vec<Option<DMatrix<f64>>>;
+
+/// Columns that stand beside the model's own, with coefficients of mean zero and this variance.
+#[derive(Clone, Debug)]
+pub(crate) struct RandomColumns {
+    pub(crate) moved: Moved,
+    pub(crate) variance: f64,
+}
+
+impl RandomColumns {
+    fn count(&self) -> usize {
+        let first = self.moved.iter().flatten().next();
+        first.map_or(0, DMatrix::ncols)
+    }
+}
+
 /// One strike at a fitted model.
 struct At<'f> {
-    columns: &'f Columns,
-    frames: DVector<f64>,
-    /// Σ⁻¹·[X, r, replicates].
+    whitened: &'f Whitened,
+    simulated: &'f DVector<f64>,
+    /// The model's own columns X, the random ones among them.
+    own: DMatrix<f64>,
+    /// Σ⁻¹·[X, r, drawn residuals].
     weighed: DMatrix<f64>,
+    /// Σ⁻¹·(r − X·β).
+    left: DVector<f64>,
     /// C/σ² and 1/σ².
     posterior: DMatrix<f64>,
     precision: f64,
 }
 
-/// Columns of each strike; none where it is not touched.
-pub(crate) type Moved = Vec<Option<DMatrix<f64>>>;
-
-/// A fitted model, ready to be asked.
-pub(crate) struct Asked<'f, 'a> {
-    field: &'f Field<'a>,
+/// A fitted model, ready to be tested against columns that it lacks.
+pub(crate) struct ScoreTest<'f, 'a> {
+    field: &'f PreparedStrikes<'a>,
     fitted: &'f Fitted,
     strikes: Vec<At<'f>>,
-    /// (XᵀΣ⁻¹X)⁻¹.
+    /// (XᵀΣ⁻¹X + prior precision)⁻¹.
     inverse: DMatrix<f64>,
-    /// XᵀΣ⁻¹·[r, replicates].
+    /// XᵀΣ⁻¹·[r, drawn residuals].
     scores: DMatrix<f64>,
+    /// A row for each strike, a column for each flip: 1 or −1.
+    signs: DMatrix<f64>,
+    /// How much more a drawn residual's scatter may be than what is estimated from it.
+    studentised: Vec<f64>,
 }
 
 /// What a few columns say together.
@@ -55,12 +97,12 @@ pub(crate) struct Score {
     pub(crate) coefficients: Vec<f64>,
     /// Standard error of the first column's coefficient.
     pub(crate) error: f64,
-    /// The gain in each replicate.
+    /// The gain in each replicate: those drawn, then those flipped.
     pub(crate) by_chance: Vec<f64>,
 }
 
-/// Score u and information V of columns, the model's own projected off.
-pub(crate) struct Told {
+/// Scores u and information V of columns, the model's own projected off.
+pub(crate) struct ColumnScores {
     pub(crate) information: DMatrix<f64>,
     /// What each column's information would be alone.
     pub(crate) alone: Vec<f64>,
@@ -70,62 +112,51 @@ pub(crate) struct Told {
     pub(crate) made_up: DMatrix<f64>,
 }
 
-impl<'f, 'a> Asked<'f, 'a> {
-    /// Prepares a fitted model, with this many replicates drawn from it.
+impl<'f, 'a> ScoreTest<'f, 'a> {
+    /// Prepares a fitted model with random columns beside it; `None` where its values cannot be told apart.
     pub(crate) fn new(
-        field: &'f Field<'a>,
+        field: &'f PreparedStrikes<'a>,
         fitted: &'f Fitted,
-        replicates: usize,
-        seed: u64,
+        random: &[RandomColumns],
+        replicates: Replicates,
     ) -> Option<Self> {
-        let spread = &fitted.estimated.spread;
         let p = fitted.model.free.len();
-        let strikes: Vec<At<'_>> = fitted
-            .taken
-            .columns
-            .par_iter()
-            .enumerate()
-            .map(|(i, columns)| {
-                let g = &columns.nuisances;
-                let rows = g.nrows();
-                let mut random = ChaCha8Rng::seed_from_u64(seed);
-                random.set_stream(i as u64);
-                let mut all = DMatrix::zeros(rows, p + 1 + replicates);
-                all.columns_mut(0, p).copy_from(&columns.values);
-                all.set_column(p, &columns.residual);
-                let mut normal = || -> f64 { StandardNormal.sample(&mut random) };
-                for replicate in 0..replicates {
-                    let b = DVector::from_fn(NUISANCES, |k, _| spread.nuisance[k] * normal());
-                    let noise = DVector::from_fn(rows, |_, _| spread.camera * normal());
-                    all.set_column(p + 1 + replicate, &(g * b + noise));
-                }
-                let precision = spread.camera.powi(-2);
-                let posterior = posterior(g, spread) * precision;
-                let weighed = &all * precision - g * (&posterior * g.tr_mul(&all));
-                At {
-                    frames: field.simulated(i, columns, &fitted.kicks[i]),
-                    columns,
-                    weighed,
-                    posterior,
-                    precision,
-                }
-            })
+        let all = p + random.iter().map(RandomColumns::count).sum::<usize>();
+        let common = common_heights(random, replicates);
+        let mut strikes: Vec<At<'f>> = (0..field.strikes.len())
+            .into_par_iter()
+            .map(|i| At::new(field, fitted, i, random, &common, replicates))
             .collect();
-        let mut information = DMatrix::zeros(p, p + 1 + replicates);
+        let mut information = DMatrix::zeros(all, all + 1 + replicates.drawn);
         for at in &strikes {
-            information += at.columns.values.tr_mul(&at.weighed);
+            information += at.own.tr_mul(&at.weighed);
         }
         // What the strikes say nothing of, such as a cap above all speeds, is left to its prior.
-        let mut known = information.columns(0, p).into_owned();
+        let mut known = information.columns(0, all).into_owned();
         for (i, free) in fitted.model.free.iter().enumerate() {
             known[(i, i)] += free.width.powi(-2);
         }
+        let mut place = p;
+        for columns in random {
+            for _ in 0..columns.count() {
+                known[(place, place)] += columns.variance.recip();
+                place += 1;
+            }
+        }
+        let inverse = known.try_inverse()?;
+        let scores = information.columns(all, 1 + replicates.drawn).into_owned();
+        let beta = &inverse * scores.column(0);
+        strikes.par_iter_mut().for_each(|at| {
+            at.left = at.weighed.column(all) - at.weighed.columns(0, all) * &beta;
+        });
         Some(Self {
+            signs: signs(strikes.len(), replicates),
+            studentised: studentised(strikes.len(), p, replicates),
             field,
             fitted,
             strikes,
-            inverse: known.try_inverse()?,
-            scores: information.columns(p, 1 + replicates).into_owned(),
+            inverse,
+            scores,
         })
     }
 
@@ -142,15 +173,17 @@ impl<'f, 'a> Asked<'f, 'a> {
             .enumerate()
             .map(|(i, at)| {
                 let mut columns: Option<DMatrix<f64>> = None;
+                let whitening = &self.field.whitenings[i];
                 for (k, (planar, step)) in worlds.iter().enumerate() {
                     if !touches(k, i) {
                         continue;
                     }
-                    let frames = self.field.frames(planar, i, clock, &self.fitted.kicks[i])?;
-                    let column = (stack(&frames.at) - &at.frames) / *step;
+                    let b = &self.fitted.nuisances[i];
+                    let frames = self.field.simulate(planar, i, clock, b)?;
+                    let column = (stack(&frames.at) - at.simulated) / *step;
                     columns
                         .get_or_insert_with(|| DMatrix::zeros(column.len(), worlds.len()))
-                        .set_column(k, &column);
+                        .set_column(k, &whitening.column(&column));
                 }
                 Some(columns)
             })
@@ -166,16 +199,17 @@ impl<'f, 'a> Asked<'f, 'a> {
         is_kept: &[bool],
         precision: &[f64],
     ) -> Option<Estimated> {
-        let p = self.inverse.nrows();
+        let p = self.fitted.model.free.len();
         let free: Vec<usize> = (0..is_kept.len()).filter(|k| !is_kept[*k]).collect();
         let products: Vec<_> = self
             .strikes
             .par_iter()
             .zip(moved)
-            .map(|(at, columns)| {
-                let mut x = DMatrix::zeros(at.frames.len(), p + free.len() + 1);
-                x.columns_mut(0, p).copy_from(&at.columns.values);
-                let mut residual = at.columns.residual.clone();
+            .zip(&self.field.whitenings)
+            .map(|((at, columns), whitening)| {
+                let mut x = DMatrix::zeros(at.simulated.len(), p + free.len() + 1);
+                x.columns_mut(0, p).copy_from(&at.whitened.values);
+                let mut residual = at.whitened.residual.clone();
                 if let Some(columns) = columns {
                     for (place, k) in free.iter().enumerate() {
                         x.set_column(p + place, &columns.column(*k));
@@ -185,7 +219,7 @@ impl<'f, 'a> Asked<'f, 'a> {
                     }
                 }
                 x.set_column(p + free.len(), &residual);
-                mixed::Products::new(&at.columns.nuisances, &x)
+                mixed::Products::new(&at.whitened.nuisances, &x, whitening)
             })
             .collect();
         let own = prior(&self.fitted.model);
@@ -200,14 +234,14 @@ impl<'f, 'a> Asked<'f, 'a> {
                 .into(),
             away: own.away.resize_vertically(p + free.len(), 0.0),
         };
-        mixed::estimate(&products, &prior, &self.fitted.estimated.spread)
+        mixed::estimate(&products, &prior, &self.fitted.estimated.components)
     }
 
     /// Columns as multiples of a strike's nuisances: `factors(strike)` has a row for each nuisance, a column for each column.
     pub(crate) fn launches(&self, factors: &(dyn Fn(usize) -> DMatrix<f64> + Sync)) -> Moved {
         let strikes = self.strikes.par_iter().enumerate();
         strikes
-            .map(|(i, at)| Some(&at.columns.nuisances * factors(i)))
+            .map(|(i, at)| Some(&at.whitened.nuisances * factors(i)))
             .collect()
     }
 
@@ -217,7 +251,7 @@ impl<'f, 'a> Asked<'f, 'a> {
         self.strikes
             .iter()
             .map(|at| {
-                let seen = at.columns.nuisances.tr_mul(&(&at.columns.values * change));
+                let seen = at.whitened.nuisances.tr_mul(&(&at.own * change));
                 let launch = &at.posterior * seen / at.precision;
                 Point::new(launch[0], launch[1])
             })
@@ -225,17 +259,18 @@ impl<'f, 'a> Asked<'f, 'a> {
     }
 
     /// What `count` columns say, the model's own projected off.
-    pub(crate) fn tell(&self, count: usize, moved: &Moved) -> Told {
+    pub(crate) fn scores(&self, count: usize, moved: &Moved) -> ColumnScores {
         let p = self.inverse.nrows();
+        let (drawn, flipped) = (self.studentised.len(), self.signs.ncols());
         let mut own = DMatrix::zeros(count, count);
-        let mut cross = DMatrix::zeros(count, self.strikes[0].weighed.ncols());
+        let mut cross = DMatrix::zeros(count, p + 1 + drawn);
         let parts: Vec<_> = self
             .strikes
             .par_iter()
             .zip(moved)
             .map(|(at, columns)| {
                 columns.as_ref().map(|c| {
-                    let projected = at.columns.nuisances.tr_mul(c);
+                    let projected = at.whitened.nuisances.tr_mul(c);
                     let own = c.tr_mul(c) * at.precision
                         - projected.tr_mul(&(&at.posterior * &projected));
                     (own, c.tr_mul(&at.weighed))
@@ -247,16 +282,135 @@ impl<'f, 'a> Asked<'f, 'a> {
             cross += with;
         }
         let beside = cross.columns(0, p) * &self.inverse;
-        Told {
+        let projected = cross.columns(p, 1 + drawn) - &beside * &self.scores;
+        let mut scores = projected.resize_horizontally(1 + drawn + flipped, 0.0);
+        for (k, factor) in self.studentised.iter().enumerate() {
+            scores.column_mut(1 + k).scale_mut(*factor);
+        }
+        if flipped > 0 {
+            let by_strike = self.by_strike(count, moved, &beside);
+            scores
+                .columns_mut(1 + drawn, flipped)
+                .copy_from(&(by_strike * &self.signs));
+        }
+        ColumnScores {
             alone: own.diagonal().iter().copied().collect(),
             information: own - &beside * cross.columns(0, p).transpose(),
-            scores: cross.columns(p, cross.ncols() - p) - &beside * &self.scores,
+            scores,
             made_up: beside,
+        }
+    }
+
+    /// Each strike's own score (a column each): what it says of the columns, the model's own projected off.
+    fn by_strike(&self, count: usize, moved: &Moved, beside: &DMatrix<f64>) -> DMatrix<f64> {
+        let mut all = DMatrix::zeros(count, self.strikes.len());
+        for (i, (at, columns)) in self.strikes.iter().zip(moved).enumerate() {
+            let mut score = -(beside * at.own.tr_mul(&at.left));
+            if let Some(columns) = columns {
+                score += columns.tr_mul(&at.left);
+            }
+            all.set_column(i, &score);
+        }
+        all
+    }
+}
+
+impl<'f> At<'f> {
+    fn new(
+        field: &PreparedStrikes<'_>,
+        fitted: &'f Fitted,
+        i: usize,
+        random: &[RandomColumns],
+        common: &DMatrix<f64>,
+        replicates: Replicates,
+    ) -> Self {
+        let components = &fitted.estimated.components;
+        let whitened = &fitted.linearisation.whitened[i];
+        let g = &whitened.nuisances;
+        let (rows, p) = (g.nrows(), whitened.values.ncols());
+        let mut own = whitened
+            .values
+            .clone()
+            .resize_horizontally(p + common.nrows(), 0.0);
+        let mut place = p;
+        for columns in random {
+            if let Some(mine) = &columns.moved[i] {
+                own.columns_mut(place, mine.ncols()).copy_from(mine);
+            }
+            place += columns.count();
+        }
+        let kept = &field.frames[i].kept;
+        let is_kept = |row: usize| kept[row % kept.len()];
+        let mut stream = ChaCha8Rng::seed_from_u64(replicates.seed);
+        stream.set_stream(i as u64);
+        let mut all = DMatrix::zeros(rows, place + 1 + replicates.drawn);
+        all.columns_mut(0, place).copy_from(&own);
+        all.set_column(place, &whitened.residual);
+        let mut normal = || -> f64 { StandardNormal.sample(&mut stream) };
+        for replicate in 0..replicates.drawn {
+            let b = DVector::from_fn(NUISANCES, |k, _| components.nuisance[k] * normal());
+            let mut drawn = g * b;
+            for row in 0..rows {
+                let noise = components.camera * normal();
+                if is_kept(row) {
+                    drawn[row] += noise;
+                }
+            }
+            drawn += own.columns(p, place - p) * common.column(replicate);
+            all.set_column(place + 1 + replicate, &drawn);
+        }
+        let precision = components.camera.powi(-2);
+        let posterior = posterior(g, components) * precision;
+        let weighed = &all * precision - g * (&posterior * g.tr_mul(&all));
+        Self {
+            simulated: &fitted.linearisation.raw[i].simulated,
+            whitened,
+            own,
+            weighed,
+            left: DVector::zeros(0),
+            posterior,
+            precision,
         }
     }
 }
 
-impl Told {
+/// Coefficients of the random columns in each replicate, the same for all strikes.
+fn common_heights(random: &[RandomColumns], replicates: Replicates) -> DMatrix<f64> {
+    let scales: Vec<f64> = random
+        .iter()
+        .flat_map(|columns| vec![columns.variance.sqrt(); columns.count()])
+        .collect();
+    let mut stream = ChaCha8Rng::seed_from_u64(replicates.seed);
+    stream.set_stream(u64::MAX);
+    DMatrix::from_fn(scales.len(), replicates.drawn, |k, _| {
+        let normal: f64 = StandardNormal.sample(&mut stream);
+        scales[k] * normal
+    })
+}
+
+fn signs(strikes: usize, replicates: Replicates) -> DMatrix<f64> {
+    let mut stream = ChaCha8Rng::seed_from_u64(replicates.seed);
+    stream.set_stream(u64::MAX - 1);
+    DMatrix::from_fn(strikes, replicates.flipped, |_, _| {
+        if stream.random::<bool>() { 1.0 } else { -1.0 }
+    })
+}
+
+/// The scatter of strikes is estimated from as many strikes, less the values fitted to them: scores over the estimated
+/// scatter follow Student's t.
+fn studentised(strikes: usize, fitted: usize, replicates: Replicates) -> Vec<f64> {
+    let freedom = strikes.saturating_sub(fitted).max(1) as f64;
+    let mut stream = ChaCha8Rng::seed_from_u64(replicates.seed);
+    stream.set_stream(u64::MAX - 2);
+    let Ok(distribution) = ChiSquared::new(freedom) else {
+        return vec![1.0; replicates.drawn];
+    };
+    (0..replicates.drawn)
+        .map(|_| (freedom / distribution.sample(&mut stream)).sqrt())
+        .collect()
+}
+
+impl ColumnScores {
     /// The joint score, columns that are kept at a coefficient of 1; `None` where the model's own columns leave nothing of these.
     pub(crate) fn score(&self, is_kept: &[bool]) -> Option<Score> {
         let count = self.information.nrows();

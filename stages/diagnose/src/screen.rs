@@ -1,17 +1,17 @@
-//! Every candidate at a glance: the score of each of its starts, and a whole linear step from the best of them.
+//! Every candidate by the score of each of its starts, and a whole linear step from the best of them.
 
 use std::collections::BTreeMap;
 
-use nalgebra::SVector;
 use rayon::prelude::*;
 use world::{WorldError, effects::FitStart, planar::Planar};
 
 use crate::{
     candidates::{Candidate, begun, little},
-    fit::{Field, Fitted},
-    mixed::{Estimated, NUISANCES, Spread},
+    fit::Fitted,
+    mixed::{Estimated, VarianceComponents},
     model::{Model, PRIOR, added, specification},
-    score::{Asked, Moved, Score},
+    score::{Moved, Replicates, Score, ScoreTest},
+    strikes::{Nuisances, PreparedStrikes},
 };
 
 /// What each candidate gains by chance where it is not: the quantile of its replicates, by name.
@@ -27,14 +27,15 @@ const SHORT: usize = 16;
 #[derive(Clone, Debug)]
 pub(crate) struct Start {
     pub(crate) model: Model,
-    pub(crate) spread: Spread,
-    pub(crate) kicks: Vec<SVector<f64, NUISANCES>>,
+    pub(crate) components: VarianceComponents,
+    pub(crate) nuisances: Vec<Nuisances>,
     /// Gain in log-likelihood, were all linear.
     pub(crate) gain: f64,
 }
 
 impl Start {
-    fn worth(&self) -> f64 {
+    /// As Akaike would have it: a parameter more must bring as much.
+    fn penalised_gain(&self) -> f64 {
         self.gain - self.model.free.len() as f64
     }
 }
@@ -62,17 +63,27 @@ impl Screened {
     }
 }
 
-/// Screens all candidates that the model does not hold.
+/// Screens all candidates that the model does not hold, by their scores alone.
 pub(crate) fn screen(
-    field: &Field<'_>,
+    field: &PreparedStrikes<'_>,
     fitted: &Fitted,
     candidates: &[Candidate],
-    replicates: usize,
-    seed: u64,
 ) -> Result<Vec<Screened>, WorldError> {
-    let Some(asked) = Asked::new(field, fitted, replicates, seed) else {
-        return Ok(Vec::new());
-    };
+    match ScoreTest::new(field, fitted, &[], Replicates::NONE) {
+        Some(test) => screen_by(field, fitted, &test, candidates, Replicates::NONE),
+        None => Ok(Vec::new()),
+    }
+}
+
+/// The same by a test that is there, with its replicates.
+pub(crate) fn screen_by(
+    field: &PreparedStrikes<'_>,
+    fitted: &Fitted,
+    test: &ScoreTest<'_, '_>,
+    candidates: &[Candidate],
+    replicates: Replicates,
+) -> Result<Vec<Screened>, WorldError> {
+    let replicates = replicates.drawn + replicates.flipped;
     let held = |name: &str| fitted.model.parts.iter().any(|part| part.name == name);
     candidates
         .par_iter()
@@ -81,19 +92,19 @@ pub(crate) fn screen(
             let mut beside: Vec<Beside<'_>> = candidate
                 .starts
                 .par_iter()
-                .map(|start| Beside::new(field, fitted, &asked, candidate.name, start))
+                .map(|start| Beside::new(field, fitted, test, candidate.name, start))
                 .collect::<Result<Vec<_>, WorldError>>()?
                 .into_iter()
                 .flatten()
                 .collect();
-            beside.sort_by(|a, b| b.worth().total_cmp(&a.worth()));
+            beside.sort_by(|a, b| b.penalised_gain().total_cmp(&a.penalised_gain()));
             let scores = || beside.iter().map(|beside| &beside.score);
             let mut starts: Vec<Start> = beside
                 .par_iter()
                 .take(STEPS)
-                .map(|beside| beside.start(&asked))
+                .map(|beside| beside.start(test))
                 .collect();
-            starts.sort_by(|a, b| b.worth().total_cmp(&a.worth()));
+            starts.sort_by(|a, b| b.penalised_gain().total_cmp(&a.penalised_gain()));
             Ok(Screened {
                 name: candidate.name,
                 score: scores().map(|score| score.gain).fold(0.0, f64::max),
@@ -129,9 +140,9 @@ struct Beside<'b> {
 impl<'b> Beside<'b> {
     /// `None` where a strike does not come to rest, or the strikes do not tell it from the model's own values.
     fn new(
-        field: &Field<'_>,
+        field: &PreparedStrikes<'_>,
         fitted: &'b Fitted,
-        asked: &Asked<'_, '_>,
+        test: &ScoreTest<'_, '_>,
         name: &'static str,
         begin: &'b FitStart,
     ) -> Result<Option<Self>, WorldError> {
@@ -154,8 +165,8 @@ impl<'b> Beside<'b> {
             let region = begin.columns[column].region;
             region.is_none_or(|(centre, radius)| field.passes(strike, centre, radius))
         };
-        Ok(asked.moved(&worlds, &touches).and_then(|moved| {
-            let score = asked.tell(worlds.len(), &moved).score(&begin.is_kept())?;
+        Ok(test.moved(&worlds, &touches).and_then(|moved| {
+            let score = test.scores(worlds.len(), &moved).score(&begin.is_kept())?;
             Some(Self {
                 fitted,
                 name,
@@ -166,8 +177,8 @@ impl<'b> Beside<'b> {
         }))
     }
 
-    /// As Akaike would have it: a parameter more must be worth it.
-    fn worth(&self) -> f64 {
+    /// As Akaike would have it: a parameter more must bring as much.
+    fn penalised_gain(&self) -> f64 {
         self.score.gain - self.begin.free.len() as f64
     }
 
@@ -179,7 +190,7 @@ impl<'b> Beside<'b> {
     }
 
     /// A whole step from here, or what the score says where that has no answer.
-    fn start(&self, asked: &Asked<'_, '_>) -> Start {
+    fn start(&self, test: &ScoreTest<'_, '_>) -> Start {
         let columns = &self.begin.columns;
         let is_kept = self.begin.is_kept();
         let precision: Vec<f64> = columns
@@ -190,12 +201,12 @@ impl<'b> Beside<'b> {
                 ((value - spec.neutral) / (PRIOR * spec.scale)).powi(2)
             })
             .collect();
-        match asked.step(&self.moved, &is_kept, &precision) {
+        match test.step(&self.moved, &is_kept, &precision) {
             Some(stepped) => self.stepped(&stepped, &is_kept),
             None => Start {
                 model: self.model(&self.score.coefficients),
-                spread: self.fitted.estimated.spread,
-                kicks: self.fitted.kicks.clone(),
+                components: self.fitted.estimated.components,
+                nuisances: self.fitted.nuisances.clone(),
                 gain: self.score.gain,
             },
         }
@@ -223,8 +234,8 @@ impl<'b> Beside<'b> {
         }
         Start {
             model,
-            spread: stepped.spread,
-            kicks: stepped.nuisances.clone(),
+            components: stepped.components,
+            nuisances: stepped.nuisances.clone(),
             gain: stepped.likelihood_there - self.fitted.estimated.likelihood_there,
         }
     }

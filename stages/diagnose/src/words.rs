@@ -2,24 +2,9 @@
 
 use crate::{
     diagnosis::Where,
-    evidence::REAL,
-    smooth::{Covariate, Dependence},
+    evidence::{Alarm, DRAWN, FLIPPED, PValue, Statistic},
+    smooth::{Dependence, covariate::Covariate},
 };
-
-impl Covariate {
-    /// Its name in `diagnosis.json`.
-    pub(crate) fn name(self) -> &'static str {
-        match self {
-            Self::Position => "position",
-            Self::Surface => "surface",
-            Self::SlidingSpeed => "sliding_speed",
-            Self::Phase => "phase",
-            Self::Speed => "speed",
-            Self::Angle => "angle",
-            Self::Order => "order",
-        }
-    }
-}
 
 fn launch(d: &Dependence) -> String {
     format!(
@@ -52,7 +37,7 @@ fn description(d: &Dependence) -> String {
             d.at.x
         ),
         Covariate::Phase => format!(
-            "the object is pushed by up to {:.2} m/s² towards {:.0}°, {:.2} s after the blow",
+            "the object is pushed by up to {:.2} m/s² towards {:.0}°, {:.2} s after the impact",
             d.peak.norm(),
             d.peak.bearing().to_degrees(),
             d.at.x
@@ -67,16 +52,33 @@ fn description(d: &Dependence) -> String {
             launch(d),
             d.at.x.to_degrees()
         ),
+        Covariate::Command => format!(
+            "launches are off by {} at a commanded {:.2} m/s and {:.0}°",
+            launch(d),
+            d.at.x,
+            d.at.y.to_degrees()
+        ),
+        Covariate::Heading => format!(
+            "the object is {slower}, by up to {:.2} m/s², when it slides towards {:.0}°",
+            d.peak.norm(),
+            d.at.x.to_degrees()
+        ),
         Covariate::Order => format!("launches are off by {} at strike {:.0}", launch(d), d.at.x),
+        Covariate::Wear => format!(
+            "friction is off by {:+.1} % at strike {:.0}",
+            100.0 * d.peak.x,
+            d.at.x
+        ),
     }
 }
 
 /// The dependences that are no chance, the strongest first.
 pub(crate) fn r#where(dependences: &[Dependence]) -> Vec<Where> {
-    let looks = dependences.len() as f64;
+    let alarm = Alarm::new(&Statistic::all(&[], dependences));
+    let p_value = |d: &Dependence| alarm.p_value_of(d.covariate.name());
     let mut real: Vec<&Dependence> = dependences
         .iter()
-        .filter(|d| d.p_value * looks < REAL)
+        .filter(|d| p_value(d).is_real())
         .collect();
     real.sort_by(|a, b| b.gain.total_cmp(&a.gain));
     let all: f64 = real.iter().map(|d| d.gain).sum();
@@ -84,8 +86,25 @@ pub(crate) fn r#where(dependences: &[Dependence]) -> Vec<Where> {
         .map(|d| Where {
             covariate: d.covariate.name().into(),
             description: description(d),
-            p_value: (d.p_value * looks).min(1.0),
+            p_value: p_value(d).drawn,
             share: d.gain / all,
         })
         .collect()
+}
+
+/// Both probabilities, as far as the replicates can show them.
+pub(crate) fn p_value(p: PValue) -> String {
+    let one = |p: f64, replicates: usize| {
+        let least = 1.0 / (1 + replicates) as f64;
+        if p <= least {
+            format!("p < 1/{}", 1 + replicates)
+        } else {
+            format!("p = {p:.2}")
+        }
+    };
+    format!(
+        "{} by drawn noise, {} by flipped signs",
+        one(p.drawn, DRAWN),
+        one(p.flipped, FLIPPED)
+    )
 }

@@ -43,6 +43,10 @@ pub fn found_tilt() -> Found {
         verdict: Verdict::Named,
         summary: "The table is not level.".into(),
         p_value: 1e-12,
+        p_value_signs: 0.002,
+        replicates: 299,
+        noise: diagnose::Noise::default(),
+        maps: Vec::new(),
         strikes: 80,
         r#where: vec![Where {
             covariate: "angle".into(),

@@ -1,0 +1,77 @@
+//! A fitted model as a world: `world.toml`.
+
+use std::collections::BTreeMap;
+
+use world::{AddedEffect, Estimate, Scatter, World};
+
+use crate::{
+    DiagnoseError,
+    fit::{Fitted, NINETY_FIVE},
+    mixed::{ANGLE, FRICTION as OWN_FRICTION, SPEED},
+    model::{FRICTION, RESTITUTION},
+    noise::FrameNoise,
+};
+
+/// The identified world with the model's values and effects, each with its 95 % interval, and the scatter under which they were
+/// fitted.
+pub(crate) fn fitted_world(
+    identified: &World,
+    fitted: &Fitted,
+    noise: FrameNoise,
+) -> Result<World, DiagnoseError> {
+    let model = &fitted.model;
+    let covariance = fitted.covariance().ok_or_else(|| DiagnoseError::NoFit {
+        why: "its parameters cannot be told apart".into(),
+    })?;
+    let estimate = |place: usize| {
+        let free = &model.free[place];
+        let value = model.values[place];
+        // At the end of its range a form is not told: the data want one that the library does not have.
+        if !free.is_strength && free.of.is_some() && model.end(place).is_some() {
+            return Estimate::with_interval(value, free.low, free.high);
+        }
+        let error = covariance[(place, place)].max(0.0).sqrt();
+        let bound = |v: f64| v.clamp(free.low, free.high);
+        Estimate::with_interval(
+            value,
+            bound(value - NINETY_FIVE * error),
+            bound(value + NINETY_FIVE * error),
+        )
+    };
+    let mut world = identified.clone();
+    world.scatter = scatter(fitted, noise);
+    for (name, place) in [("friction", FRICTION), ("restitution", RESTITUTION)] {
+        world.parameters.insert(name.into(), estimate(place));
+    }
+    for (place, part) in model.fitted_parts(&model.values).iter().enumerate() {
+        let mut parameters: BTreeMap<String, Estimate> = part
+            .parameters
+            .iter()
+            .map(|(name, value)| (name.clone(), Estimate::fixed(*value)))
+            .collect();
+        for (i, free) in model.free.iter().enumerate() {
+            if let Some((_, name)) = free.of.as_ref().filter(|(of, _)| *of == place) {
+                parameters.insert(name.clone(), estimate(i));
+            }
+        }
+        world.effects.push(AddedEffect {
+            name: part.name.into(),
+            parameters,
+        });
+    }
+    world.check()?;
+    Ok(world)
+}
+
+/// Scatter and noise of a fit.
+pub(crate) fn scatter(fitted: &Fitted, noise: FrameNoise) -> Scatter {
+    let components = &fitted.estimated.components;
+    Scatter {
+        speed: components.nuisance[SPEED],
+        angle: components.nuisance[ANGLE],
+        friction: components.nuisance[OWN_FRICTION],
+        camera: components.camera,
+        camera_correlation: noise.correlation,
+        stamp_jitter: noise.jitter * components.camera,
+    }
+}

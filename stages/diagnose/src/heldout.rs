@@ -1,0 +1,109 @@
+//! Whether a set of effects predicts strikes that took no part in its fit: cross-validation by groups of strikes.
+//!
+//! Strikes of one command are one group. Each fifth of the groups is predicted by fits to the others, with and without the
+//! effects: the difference in log-likelihood of whole tracks, launch, friction and noise integrated out.
+
+use std::collections::BTreeMap;
+
+use nalgebra::DVector;
+use world::WorldError;
+
+use crate::{
+    fit::Fitted,
+    linearisation::{Linearisation, Linearised},
+    mixed::posterior,
+    strikes::PreparedStrikes,
+};
+
+/// Parts into which the strikes are divided.
+const FOLDS: usize = 5;
+/// Iterations of each fit, which starts from the fit to all strikes.
+const ITERATIONS: usize = 4;
+/// Commands that differ by less than this (m/s and rad) are one.
+const SAME: f64 = 1e-3;
+
+/// The part of each strike: strikes of one command share it.
+pub(crate) fn folds(field: &PreparedStrikes<'_>) -> Vec<usize> {
+    let mut groups: BTreeMap<(i64, i64), usize> = BTreeMap::new();
+    field
+        .strikes
+        .iter()
+        .map(|strike| {
+            let key = |value: f64| (value / SAME).round() as i64;
+            let next = groups.len();
+            let group = (key(strike.command.speed), key(strike.command.angle));
+            *groups.entry(group).or_insert(next) % FOLDS
+        })
+        .collect()
+}
+
+/// Log-likelihood that the model gains over the world without effects on each strike, neither fitted to it.
+pub(crate) fn gains(
+    field: &PreparedStrikes<'_>,
+    null: &Fitted,
+    fitted: &Fitted,
+) -> Result<Vec<f64>, WorldError> {
+    let folds = folds(field);
+    let mut gains = vec![0.0; folds.len()];
+    for fold in 0..FOLDS {
+        let learns: Vec<usize> = (0..folds.len()).filter(|i| folds[*i] != fold).collect();
+        if learns.len() == folds.len() || learns.is_empty() {
+            continue;
+        }
+        let (Some(with), Some(without)) = (
+            predictive(field, fitted, &learns)?,
+            predictive(field, null, &learns)?,
+        ) else {
+            continue;
+        };
+        for i in (0..folds.len()).filter(|i| folds[*i] == fold) {
+            gains[i] = with[i] - without[i];
+        }
+    }
+    Ok(gains)
+}
+
+/// Log-likelihood of every strike under a model that is fitted to some.
+fn predictive(
+    field: &PreparedStrikes<'_>,
+    from: &Fitted,
+    learns: &[usize],
+) -> Result<Option<Vec<f64>>, WorldError> {
+    let part = field.only(learns);
+    let nuisances: Vec<_> = learns.iter().map(|i| from.nuisances[*i]).collect();
+    let Some(fitted) = part.fit(
+        &from.model,
+        &from.estimated.components,
+        &nuisances,
+        ITERATIONS,
+    )?
+    else {
+        return Ok(None);
+    };
+    let Some(raw) = Linearised::all(field, &fitted.model, &from.nuisances)? else {
+        return Ok(None);
+    };
+    let all = Linearisation::new(field, raw.into());
+    let components = &fitted.estimated.components;
+    let precision = components.camera.powi(-2);
+    let each = all.whitened.iter().zip(&all.products);
+    Ok(Some(
+        each.map(|(whitened, products)| {
+            let r = &whitened.residual;
+            let posterior = posterior(&whitened.nuisances, components);
+            let seen: DVector<f64> = whitened.nuisances.tr_mul(r);
+            let square = precision * (r.norm_squared() - seen.dot(&(&posterior * &seen)));
+            -0.5 * (square + products.log_determinant(components))
+        })
+        .collect(),
+    ))
+}
+
+/// Sum of the gains, and its standard error over strikes.
+pub(crate) fn total(gains: &[f64]) -> (f64, f64) {
+    let n = gains.len().max(1) as f64;
+    let sum: f64 = gains.iter().sum();
+    let mean = sum / n;
+    let variance = gains.iter().map(|g| (g - mean).powi(2)).sum::<f64>() / (n - 1.0).max(1.0);
+    (sum, (n * variance).sqrt())
+}

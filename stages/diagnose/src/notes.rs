@@ -1,0 +1,96 @@
+//! Sentences beside the verdict: the noise, what was left out, what was not named.
+
+use crate::{
+    diagnosis::{Noise, Verdict},
+    fit::Fitted,
+    mixed::{ANGLE, FRICTION, SPEED},
+};
+
+/// Noise that is worth a sentence: friction (relative), correlation, jitter of stamps in s.
+const TOLD: (f64, f64, f64) = (0.005, 0.2, 0.001);
+
+/// What repeats differ by, beside launches.
+pub(crate) fn noise(noise: &Noise, fitted: &Fitted, verdict: Verdict) -> Vec<String> {
+    let mut notes = Vec::new();
+    let mut kinds = Vec::new();
+    if noise.friction > TOLD.0 {
+        kinds.push(format!(
+            "friction scatters by {:.1} % from strike to strike",
+            100.0 * noise.friction
+        ));
+    }
+    if noise.camera_correlation > TOLD.1 {
+        kinds.push(format!(
+            "camera errors are correlated from frame to frame ({:.2})",
+            noise.camera_correlation
+        ));
+    }
+    if noise.stamp_jitter > TOLD.2 {
+        kinds.push(format!(
+            "stamps jitter by {:.1} ms",
+            1e3 * noise.stamp_jitter
+        ));
+    }
+    if noise.frames_left_out > 0 {
+        kinds.push(format!(
+            "{} stray frames were left out",
+            noise.frames_left_out
+        ));
+    }
+    if !kinds.is_empty() {
+        notes.push(format!("noise: {}", kinds.join("; ")));
+    }
+    let components = &fitted.estimated.components;
+    for (place, what) in [
+        (SPEED, "launch speed"),
+        (ANGLE, "launch angle"),
+        (FRICTION, "friction"),
+    ] {
+        if components.is_at_bound(place) && verdict != Verdict::Consistent {
+            let bound = match place {
+                ANGLE => format!("{:.0}°", crate::mixed::GREATEST.to_degrees()),
+                _ => format!("{:.0} %", 100.0 * crate::mixed::GREATEST),
+            };
+            notes.push(format!(
+                "{what} scatters from strike to strike by as much as is allowed for, {bound}: something is missing there that no candidate holds"
+            ));
+        }
+    }
+    notes
+}
+
+/// Effects that fit the strikes and are not named.
+pub(crate) fn not_named(names: &[&str], why: &str) -> String {
+    format!(
+        "would have been named, but is not: {} ({why})",
+        names.join(" and ")
+    )
+}
+
+/// Strikes that were left out before anything was fitted.
+pub(crate) fn left_out(pushed_again: usize, pushed: usize) -> Vec<String> {
+    let mut notes = Vec::new();
+    if pushed_again > 0 {
+        notes.push(format!(
+            "strikes left out, for the object speeds up again after it slowed down, as if the arm went on behind it: {pushed_again}"
+        ));
+    }
+    if pushed > 0 {
+        notes.push(format!(
+            "{pushed} strikes were left out: in the identified world their object does not leave the tip"
+        ));
+    }
+    notes
+}
+
+/// Held-out strikes below which the gap's figures are coarse.
+const JUDGES: usize = 10;
+
+/// That few strikes judge the gap.
+pub(crate) fn few_judges(count: usize) -> Option<String> {
+    let judges = match count {
+        1 => "only one strike judges".into(),
+        count => format!("only {count} strikes judge"),
+    };
+    (count < JUDGES).then(|| format!("{judges} the gap: its figures are coarse"))
+}

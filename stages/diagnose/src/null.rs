@@ -1,0 +1,142 @@
+//! The world without effects, and the noise about it.
+//!
+//! Order: launches first, under independent errors; then ρ and κ by the profile likelihood with wild frames left out; then the
+//! world again under this noise. ρ and κ tuned before launches are fitted end in a wrong mode.
+
+use world::{World, WorldError};
+
+use crate::{
+    DiagnoseError,
+    fit::{Fitted, ITERATIONS, prior},
+    linearisation::products_under,
+    mixed::{VarianceComponents, estimate_within},
+    model::{Model, RESTITUTION},
+    noise::{self, FIRST_SEARCH, FrameNoise, REFINEMENT, Rule, Search},
+    strikes::{Nuisances, PreparedStrikes},
+};
+
+/// Change of restitution from which launches are taken again about the fit, and how often at the most.
+const FAR: f64 = 0.1;
+const REBASED: usize = 4;
+/// Steps of expectation and maximisation at each trial of ρ and κ, and of Gauss–Newton after it.
+const EM_STEPS: usize = 4;
+const AFTER: usize = 4;
+
+/// Fits the world without effects from where it was identified; the strikes come back with their noise and frames.
+pub(crate) fn fit_null<'a>(
+    mut field: PreparedStrikes<'a>,
+    world: &World,
+) -> Result<(PreparedStrikes<'a>, Fitted), DiagnoseError> {
+    let camera = &field.rig.camera;
+    let frame = 1.0 / camera.rate;
+    let mut about = world.value("restitution")?;
+    let plain = Model::plain(world.value("friction")?, about, frame);
+    let components = VarianceComponents::initial(camera.noise, frame);
+    let start = vec![Nuisances::zeros(); field.strikes.len()];
+    let mut null = field
+        .fit(&plain, &components, &start, ITERATIONS)?
+        .ok_or_else(diverges)?;
+    for _ in 0..REBASED {
+        if (null.model.values[RESTITUTION] - about).abs() < FAR {
+            break;
+        }
+        // Far from the blows that launches were taken about, they are taken again.
+        about = null.model.values[RESTITUTION];
+        field = field.about(world, &null.model)?;
+        null = field
+            .fit(
+                &null.model,
+                &null.estimated.components,
+                &null.estimated.nuisances,
+                ITERATIONS,
+            )?
+            .ok_or_else(diverges)?;
+    }
+    for (rule, search) in [(Rule::FIRST, FIRST_SEARCH), (Rule::FITTED, REFINEMENT)] {
+        field = with_noise_about(field, &null, rule, search);
+        null = field.refit(&null, AFTER)?.ok_or_else(diverges)?;
+    }
+    Ok((field, null))
+}
+
+fn diverges() -> DiagnoseError {
+    DiagnoseError::NoFit {
+        why: "its fit diverges".into(),
+    }
+}
+
+/// The strikes with frames left out and noise estimated about a fitted model.
+fn with_noise_about<'a>(
+    field: PreparedStrikes<'a>,
+    fitted: &Fitted,
+    rule: Rule,
+    search: Search,
+) -> PreparedStrikes<'a> {
+    let field = without_outliers(field, fitted, rule);
+    let prior = prior(&fitted.model);
+    let raw = &fitted.linearisation.raw;
+    let start = (field.noise != FrameNoise::WHITE).then_some(field.noise);
+    let noise = noise::estimate(start, search, |noise| {
+        let products = products_under(&field, raw, noise);
+        let components = fitted.estimated.components.under(noise);
+        estimate_within(&products, &prior, &components, EM_STEPS)
+            .map_or(f64::NEG_INFINITY, |estimated| estimated.likelihood_there)
+    });
+    field.with_noise(noise)
+}
+
+/// Strikes whose noise and frames are estimated anew about a model with effects, the model fitted so, and the same of the
+/// world without effects.
+pub(crate) fn renewed<'a>(
+    field: &PreparedStrikes<'a>,
+    null: &Fitted,
+    fitted: &Fitted,
+) -> Result<Option<(PreparedStrikes<'a>, Fitted, Fitted)>, WorldError> {
+    let field = with_noise_about(field.clone(), fitted, Rule::FITTED, REFINEMENT);
+    let null = field.refit(null, AFTER)?;
+    let fitted = field.refit(fitted, AFTER)?;
+    Ok(null.zip(fitted).map(|(null, fitted)| (field, null, fitted)))
+}
+
+/// Passes of leaving frames out: a stray frame bends its strike's launch, and hides others until it is gone.
+const PASSES: usize = 3;
+
+fn without_outliers<'a>(
+    mut field: PreparedStrikes<'a>,
+    fitted: &Fitted,
+    rule: Rule,
+) -> PreparedStrikes<'a> {
+    let raw = &fitted.linearisation.raw;
+    let prior = prior(&fitted.model);
+    let mut estimated = fitted.estimated.clone();
+    for _ in 0..PASSES {
+        let mut frames = field.frames.clone();
+        for (frames, raw) in frames.iter_mut().zip(raw.iter()) {
+            frames.speeds = raw.speeds();
+        }
+        let left: Vec<_> = raw
+            .iter()
+            .zip(&estimated.nuisances)
+            .map(|(raw, b)| &raw.residual - &raw.values * &estimated.beta - &raw.nuisances * b)
+            .collect();
+        let kept = noise::kept_frames(&frames, &left, rule);
+        let is_steady = frames
+            .iter()
+            .zip(&kept)
+            .all(|(frames, kept)| frames.kept == *kept);
+        for (frames, kept) in frames.iter_mut().zip(kept) {
+            frames.kept = kept;
+        }
+        field = field.with_frames(frames);
+        if is_steady {
+            break;
+        }
+        let products = products_under(&field, raw, field.noise);
+        let components = estimated.components;
+        match estimate_within(&products, &prior, &components, EM_STEPS) {
+            Some(again) => estimated = again,
+            None => break,
+        }
+    }
+    field
+}

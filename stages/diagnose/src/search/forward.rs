@@ -1,0 +1,164 @@
+//! Adds effects one by one.
+
+use world::WorldError;
+
+use super::{
+    CandidateFit, Selection, alike,
+    fits::{Tried, fit_best},
+    refine::{ALIKE, BETTER, refine},
+};
+use crate::{
+    candidates::Candidate,
+    evidence::{Alarm, Statistic},
+    fit::Fitted,
+    null::renewed,
+    score::{Replicates, ScoreTest},
+    screen::{Chance, Screened, screen_by},
+    smooth::family_columns,
+    strikes::PreparedStrikes,
+};
+
+/// Evidence that another effect must bring beyond chance for each value that it frees: one missing effect is likelier than two.
+const ANOTHER: f64 = 2.0;
+/// Share of what the effects so far explain that another must bring: a real effect never has quite the library's form, and what
+/// is left of a strong one looks like a weak one.
+const FORM: f64 = 0.02;
+
+/// What a search may do.
+pub(crate) struct Limits {
+    /// Effects at the most.
+    pub(crate) effects: usize,
+    /// By which another effect is shown to be no chance.
+    pub(crate) replicates: Replicates,
+}
+
+/// Adds effects while each brings more than chance, and asks of each whether another could stand in its place.
+pub(crate) fn search<'a>(
+    field: &PreparedStrikes<'a>,
+    null: &Fitted,
+    first: &[Screened],
+    candidates: &[Candidate],
+    chance: &Chance,
+    limits: &Limits,
+) -> Result<Selection<'a>, WorldError> {
+    let mut selection = Selection {
+        field: field.clone(),
+        null: null.clone(),
+        fitted: null.clone(),
+        effects: Vec::new(),
+    };
+    let mut screened = first.to_vec();
+    let mut significant: Option<Alarm> = None;
+    for _ in 0..limits.effects {
+        let Some(fit) = next_effect(&selection, &screened, chance, significant.as_ref())? else {
+            break;
+        };
+        let held = selection.fitted.model.parts.len();
+        if let Some((field, null, fitted)) =
+            renewed(&selection.field, &selection.null, &fit.fitted)?
+        {
+            let short = shortlist(candidates, &screened);
+            selection = refine(
+                Selection {
+                    field,
+                    null,
+                    fitted,
+                    effects: Vec::new(),
+                },
+                &short,
+                chance,
+                held,
+            )?;
+        } else {
+            break;
+        }
+        if selection.fitted.model.parts.len() <= held {
+            break;
+        }
+        let Some((again, alarm)) = screen_beside_family(&selection, candidates, limits)? else {
+            break;
+        };
+        (screened, significant) = (again, Some(alarm));
+    }
+    Ok(selection)
+}
+
+/// Every candidate beside the model and what a wrong form of its effects would leave; and how likely each is by chance.
+fn screen_beside_family(
+    selection: &Selection<'_>,
+    candidates: &[Candidate],
+    limits: &Limits,
+) -> Result<Option<(Vec<Screened>, Alarm)>, WorldError> {
+    let Selection { field, fitted, .. } = selection;
+    let family = family_columns(field, fitted)?;
+    let Some(test) = ScoreTest::new(field, fitted, &family, limits.replicates) else {
+        return Ok(None);
+    };
+    let screened = screen_by(field, fitted, &test, candidates, limits.replicates)?;
+    let alarm = Alarm::new(&Statistic::all(&screened, &[]));
+    Ok(Some((screened, alarm)))
+}
+
+/// The effect that is added next, fitted; none where no candidate brings enough.
+fn next_effect(
+    selection: &Selection<'_>,
+    screened: &[Screened],
+    chance: &Chance,
+    significant: Option<&Alarm>,
+) -> Result<Option<CandidateFit>, WorldError> {
+    let Selection { field, fitted, .. } = selection;
+    let mut tried = Tried::new();
+    let mut best_but = |name: Option<&str>| {
+        let others: Vec<Screened> = screened
+            .iter()
+            .filter(|s| Some(s.name) != name)
+            .cloned()
+            .collect();
+        let asked = name.map_or(&[] as &[&str], alike);
+        fit_best(field, fitted, &others, chance, asked, &mut tried)
+    };
+    let is_enough = |fit: &CandidateFit| {
+        fit.evidence > asked_of(selection, fit)
+            && significant.is_none_or(|alarm| alarm.p_value_of(fit.name).is_real())
+    };
+    let Some(fit) = best_but(None)?.into_iter().find(is_enough) else {
+        return Ok(None);
+    };
+    // A rival that was left after its first iterations may be the better one.
+    let rivals = best_but(Some(fit.name))?;
+    let better = rivals
+        .into_iter()
+        .find(|rival| rival.evidence > fit.evidence + BETTER && is_enough(rival));
+    Ok(Some(better.unwrap_or(fit)))
+}
+
+/// Evidence that is asked of another effect.
+fn asked_of(selection: &Selection<'_>, fit: &CandidateFit) -> f64 {
+    if selection.effects.is_empty() {
+        return 0.0;
+    }
+    let own = fit.fitted.model.free.len() - selection.fitted.model.free.len();
+    let form = FORM * selection.gain();
+    // An effect that does nearly what another does stands beside it only where the form of neither is enough.
+    let alike = alike(fit.name);
+    selection
+        .effects
+        .iter()
+        .filter(|held| alike.contains(&held.name))
+        .map(|held| (1.0 - ALIKE) * held.evidence)
+        .fold(f64::max(ANOTHER * own as f64, form), f64::max)
+}
+
+/// Starts of each candidate that are tried in another's place: the best where it was last screened.
+fn shortlist(candidates: &[Candidate], screened: &[Screened]) -> Vec<Candidate> {
+    candidates
+        .iter()
+        .map(|candidate| {
+            let found = screened.iter().find(|s| s.name == candidate.name);
+            Candidate {
+                name: candidate.name,
+                starts: found.map_or_else(|| candidate.starts.clone(), |s| s.shortlist.clone()),
+            }
+        })
+        .collect()
+}

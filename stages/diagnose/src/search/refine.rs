@@ -1,0 +1,136 @@
+//! Asks of every effect held whether another fits better in its place, and how firmly it stands.
+
+use world::WorldError;
+
+use super::{
+    CandidateFit, EXCLUDED, SelectedEffect, Selection, alike,
+    fits::{Tried, fit_best},
+};
+use crate::{
+    candidates::Candidate,
+    fit::{Fitted, ITERATIONS},
+    screen::{Chance, Screened, screen},
+};
+
+/// Evidence by which another effect in an effect's place is better.
+pub(super) const BETTER: f64 = 0.5;
+/// Share of the evidence below which an effect that is nearly the same by construction is excluded.
+pub(super) const ALIKE: f64 = 0.6;
+
+/// The same without one of its effects.
+pub(crate) fn without<'a>(
+    mut selection: Selection<'a>,
+    place: usize,
+    candidates: &[Candidate],
+    chance: &Chance,
+) -> Result<Selection<'a>, WorldError> {
+    let from = &selection.fitted;
+    let model = from.model.without(place);
+    let components = &from.estimated.components;
+    let fitted = selection
+        .field
+        .fit(&model, components, &from.nuisances, ITERATIONS)?;
+    if let Some(fitted) = fitted {
+        selection.fitted = fitted;
+    } else {
+        selection.fitted = selection.null.clone();
+    }
+    refine(selection, candidates, chance, 0)
+}
+
+/// Replaces or drops an effect where that is better, at most so many times, then says how firmly each stands.
+pub(super) fn refine<'a>(
+    mut selection: Selection<'a>,
+    candidates: &[Candidate],
+    chance: &Chance,
+    mut changes: usize,
+) -> Result<Selection<'a>, WorldError> {
+    loop {
+        let mut better = None;
+        let mut effects = Vec::new();
+        for place in 0..selection.fitted.model.parts.len() {
+            let (effect, reduced) = standing(&selection, place, candidates, chance)?;
+            if changes > 0 {
+                better = replacement(&effect, reduced);
+                if better.is_some() {
+                    break;
+                }
+            }
+            effects.push(effect);
+        }
+        match better {
+            Some(fitted) => {
+                selection.fitted = fitted;
+                changes -= 1;
+            }
+            None => {
+                selection.effects = effects;
+                return Ok(selection);
+            }
+        }
+    }
+}
+
+/// The model that is better than the one with this effect: without it, or with a rival in its place.
+fn replacement(effect: &SelectedEffect, reduced: Option<Fitted>) -> Option<Fitted> {
+    if effect.evidence < 0.0 {
+        return reduced;
+    }
+    let rival = effect.rivals.first()?;
+    (rival.evidence > effect.evidence + BETTER).then(|| rival.fitted.clone())
+}
+
+/// How firmly one effect stands beside the others, and the model without it.
+fn standing(
+    selection: &Selection<'_>,
+    place: usize,
+    candidates: &[Candidate],
+    chance: &Chance,
+) -> Result<(SelectedEffect, Option<Fitted>), WorldError> {
+    let Selection { field, fitted, .. } = selection;
+    let name = fitted.model.parts[place].name;
+    let model = fitted.model.without(place);
+    let components = &fitted.estimated.components;
+    let Some(reduced) = field.fit(&model, components, &fitted.nuisances, ITERATIONS)? else {
+        let firm = SelectedEffect {
+            name,
+            evidence: f64::INFINITY,
+            equivalent: Vec::new(),
+            rivals: Vec::new(),
+        };
+        return Ok((firm, None));
+    };
+    let evidence = fitted.likelihood() - reduced.likelihood() - chance[name];
+    let screened: Vec<Screened> = screen(field, &reduced, candidates)?
+        .into_iter()
+        .filter(|s| s.name != name)
+        .collect();
+    let tried = &mut Tried::new();
+    let rivals = fit_best(field, &reduced, &screened, chance, alike(name), tried)?;
+    let is_at_end = fitted.model.is_form_at_end(place);
+    let equivalent = rivals
+        .iter()
+        .enumerate()
+        // A form at the end of its range stands for something else, the best rival first of all.
+        .filter(|(rank, rival)| (is_at_end && *rank == 0) || !is_excluded(name, evidence, rival))
+        .map(|(_, rival)| rival.name)
+        .collect();
+    let effect = SelectedEffect {
+        name,
+        evidence,
+        equivalent,
+        rivals,
+    };
+    Ok((effect, Some(reduced)))
+}
+
+/// Whether the data exclude another effect in the place of a named one. Of effects that differ in form alone, and whose form is
+/// a choice of the library's, more is asked than odds.
+fn is_excluded(name: &str, evidence: f64, rival: &CandidateFit) -> bool {
+    let share = if alike(name).contains(&rival.name) {
+        ALIKE
+    } else {
+        1.0
+    };
+    rival.evidence < share * (evidence - EXCLUDED)
+}

@@ -1,0 +1,327 @@
+//! Bumps: small smooth changes over a covariate, as columns of every strike.
+
+use nalgebra::{DMatrix, DVector};
+use values::Point;
+use world::{WorldError, effects::Experiment, planar::Push};
+
+use super::covariate::Covariate;
+use crate::{
+    fit::Fitted,
+    mixed::{ANGLE, FRICTION, NUISANCES, SPEED},
+    score::{Moved, ScoreTest},
+    strikes::PreparedStrikes,
+};
+
+/// Distance of bumps on the table in m; their width is the same share of it as for all bumps.
+const SPACING: f64 = 0.09;
+const WIDTH: f64 = 0.7;
+/// Frames within a cell from which a bump stands there, and the most bumps: a wider table has wider bumps.
+const FRAMES: usize = 8;
+const MOST_CELLS: usize = 60;
+/// Bumps along a line, and along each side of the plane of commands.
+const BUMPS: usize = 7;
+const PLANE: usize = 4;
+/// Push in m/s² of the finite differences.
+const PUSH: f64 = 0.02;
+
+/// A bump's place, and the direction in which it acts.
+pub(super) type Place = (Point, Point);
+
+/// The bumps of one covariate.
+pub(crate) struct Bumps {
+    pub(super) places: Vec<Place>,
+    pub(crate) moved: Moved,
+    /// Height that is neither small nor large.
+    pub(crate) scale: f64,
+    /// Height of the bump that stands at the first place, at the second, on the table or among commands.
+    shape: Box<dyn Fn(Point, Point) -> f64 + Send + Sync>,
+}
+
+impl Bumps {
+    /// How many.
+    pub(crate) fn count(&self) -> usize {
+        self.places.len()
+    }
+
+    /// Where they stand, each place once.
+    pub(crate) fn middles(&self) -> Vec<Point> {
+        let mut middles: Vec<Point> = self.places.iter().map(|place| place.0).collect();
+        middles.dedup();
+        middles
+    }
+
+    /// What bumps of these heights do together at a place.
+    pub(crate) fn height_at(&self, at: Point, heights: &DVector<f64>) -> Point {
+        let each = self.places.iter().zip(heights.iter());
+        each.fold(Point::default(), |sum, (place, height)| {
+            sum + place.1 * (*height * (self.shape)(place.0, at))
+        })
+    }
+}
+
+/// Height of a bump at a distance from its middle.
+pub(super) fn bump(distance: f64, spacing: f64) -> f64 {
+    (-0.5 * (distance / (WIDTH * spacing)).powi(2)).exp()
+}
+
+fn range(values: impl Iterator<Item = f64>) -> (f64, f64) {
+    values.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| {
+        (l.min(v), h.max(v))
+    })
+}
+
+/// Middles of bumps over a range, and their distance.
+fn line(values: impl Iterator<Item = f64>, count: usize) -> (Vec<f64>, f64) {
+    let (low, high) = range(values);
+    let spacing = ((high - low) / (count - 1) as f64).max(1e-9);
+    (
+        (0..count).map(|i| low + spacing * i as f64).collect(),
+        spacing,
+    )
+}
+
+/// The bumps of a covariate at a fitted model; `None` where a strike with one does not come to rest.
+pub(crate) fn bumps(
+    field: &PreparedStrikes<'_>,
+    fitted: &Fitted,
+    test: &ScoreTest<'_, '_>,
+    covariate: Covariate,
+) -> Result<Option<Bumps>, WorldError> {
+    let builder = Builder {
+        field,
+        fitted,
+        test,
+    };
+    let strikes = &field.strikes;
+    let (ahead, left) = (Point::new(1.0, 0.0), Point::new(0.0, 1.0));
+    let on_line = |(centres, _): &(Vec<f64>, f64), directions: &[Point]| -> Vec<Place> {
+        centres
+            .iter()
+            .flat_map(|c| directions.iter().map(|d| (Point::new(*c, 0.0), *d)))
+            .collect()
+    };
+    Ok(match covariate {
+        Covariate::Position | Covariate::Surface => {
+            let directions: &[Point] = match covariate {
+                Covariate::Position => &[ahead, left],
+                _ => &[ahead],
+            };
+            let mut spacing = SPACING;
+            let experiment = Experiment {
+                rig: field.rig,
+                strikes,
+            };
+            let mut middles = experiment.cells(spacing, FRAMES);
+            while middles.len() > MOST_CELLS {
+                spacing *= 1.25;
+                middles = experiment.cells(spacing, FRAMES);
+            }
+            let places: Vec<Place> = middles
+                .into_iter()
+                .flat_map(|c| directions.iter().map(move |d| (c, *d)))
+                .collect();
+            let is_surface = covariate == Covariate::Surface;
+            let acts = if is_surface {
+                Acts::OnFriction
+            } else {
+                Acts::AsForce
+            };
+            let found = builder.pushed(acts, places, &|(centre, direction), _, at, v| {
+                push(is_surface, direction, v) * bump(at.distance(centre), spacing)
+            })?;
+            found.map(|bumps| Bumps {
+                shape: Box::new(move |middle, at| bump(at.distance(middle), spacing)),
+                ..bumps
+            })
+        }
+        Covariate::SlidingSpeed => {
+            let fastest = strikes.iter().map(|s| s.command.speed).fold(0.0, f64::max);
+            let speeds = line([0.0, 1.5 * fastest].into_iter(), BUMPS);
+            builder.pushed(
+                Acts::OnFriction,
+                on_line(&speeds, &[ahead]),
+                &|(centre, direction), _, _, v| {
+                    push(true, direction, v) * bump(v.norm() - centre.x, speeds.1)
+                },
+            )?
+        }
+        Covariate::Heading => {
+            let headings = line(strikes.iter().map(|s| s.path().bearing()), BUMPS);
+            let places = on_line(&headings, &[ahead, left]);
+            builder.pushed(Acts::OnFriction, places, &|(centre, direction), _, _, v| {
+                let along = push(true, direction, v);
+                let acts = if direction.x > 0.0 {
+                    along
+                } else {
+                    Point::new(-along.y, along.x)
+                };
+                acts * bump(v.bearing() - centre.x, headings.1)
+            })?
+        }
+        Covariate::Phase => {
+            let times = line(
+                strikes.iter().flat_map(|s| s.track.t.iter().copied()),
+                BUMPS,
+            );
+            let places = on_line(&times, &[ahead, left]);
+            builder.pushed(Acts::AsForce, places, &|(centre, direction), t, _, _| {
+                direction * bump(t - centre.x, times.1)
+            })?
+        }
+        Covariate::Wear => {
+            let orders = line(strikes.iter().map(|s| s.conditions.order), BUMPS);
+            Some(builder.own(on_line(&orders, &[ahead]), 0.05, &|i, place| {
+                let height = bump(strikes[i].conditions.order - place.0.x, orders.1);
+                [0.0, 0.0, height]
+            }))
+        }
+        Covariate::Order => {
+            let orders = line(strikes.iter().map(|s| s.conditions.order), BUMPS);
+            Some(
+                builder.launched(on_line(&orders, &[ahead, left]), &|i, place| {
+                    bump(strikes[i].conditions.order - place.x, orders.1)
+                }),
+            )
+        }
+        Covariate::Speed => {
+            let speeds = line(strikes.iter().map(|s| s.command.speed), BUMPS);
+            Some(
+                builder.launched(on_line(&speeds, &[ahead, left]), &|i, place| {
+                    bump(strikes[i].command.speed - place.x, speeds.1)
+                }),
+            )
+        }
+        Covariate::Angle => {
+            let angles = line(strikes.iter().map(|s| s.command.angle), BUMPS);
+            Some(
+                builder.launched(on_line(&angles, &[ahead, left]), &|i, place| {
+                    bump(strikes[i].command.angle - place.x, angles.1)
+                }),
+            )
+        }
+        Covariate::Command => {
+            let speeds = line(strikes.iter().map(|s| s.command.speed), PLANE);
+            let angles = line(strikes.iter().map(|s| s.command.angle), PLANE);
+            let places = speeds
+                .0
+                .iter()
+                .flat_map(|x| angles.0.iter().map(|y| Point::new(*x, *y)))
+                .flat_map(|at| [(at, ahead), (at, left)])
+                .collect();
+            let (wide, high) = (speeds.1, angles.1);
+            let shape = move |middle: Point, at: Point| {
+                bump(at.x - middle.x, wide) * bump(at.y - middle.y, high)
+            };
+            let found = builder.launched(places, &|i, place| {
+                let command = strikes[i].command;
+                shape(place, Point::new(command.speed, command.angle))
+            });
+            Some(Bumps {
+                shape: Box::new(shape),
+                ..found
+            })
+        }
+    })
+}
+
+/// What a push stands for.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Acts {
+    /// A force that is there whatever the friction.
+    AsForce,
+    /// A change of friction.
+    OnFriction,
+}
+
+struct Builder<'s, 'f, 'a> {
+    field: &'f PreparedStrikes<'a>,
+    fitted: &'f Fitted,
+    test: &'s ScoreTest<'f, 'a>,
+}
+
+impl Builder<'_, '_, '_> {
+    /// Pushes: `acceleration(place, time, position, velocity)` at unit height.
+    fn pushed(
+        &self,
+        acts: Acts,
+        places: Vec<Place>,
+        acceleration: &(dyn Fn(Place, f64, Point, Point) -> Point + Sync),
+    ) -> Result<Option<Bumps>, WorldError> {
+        let model = &self.fitted.model;
+        let effects = model.effects(self.field.rig, &model.values)?;
+        let pushes: Vec<Box<Push<'_>>> = places
+            .iter()
+            .map(|place| {
+                let place = *place;
+                Box::new(move |t: f64, at: Point, v: Point| acceleration(place, t, at, v) * PUSH)
+                    as Box<Push<'_>>
+            })
+            .collect();
+        let worlds: Vec<_> = pushes
+            .iter()
+            .map(|push| {
+                let mut planar = self.field.planar(&model.values, &effects);
+                planar.push = Some(push.as_ref());
+                (planar, PUSH)
+            })
+            .collect();
+        let mut moved = self.test.moved(&worlds, &|_, _| true);
+        if acts == Acts::OnFriction {
+            // In shares of each strike's own friction, as the model's friction is: a bump of the same push for all would tell
+            // strikes of much friction from those of little, and find the scatter of friction again.
+            for (columns, b) in moved.iter_mut().flatten().zip(&self.fitted.nuisances) {
+                if let Some(columns) = columns {
+                    columns.scale_mut(b[FRICTION].exp());
+                }
+            }
+        }
+        Ok(moved.map(|moved| Bumps {
+            places,
+            moved,
+            scale: 0.1,
+            shape: Box::new(|middle, at| f64::from(middle == at)),
+        }))
+    }
+
+    /// Launches: speed for a place that points ahead, angle for one that points left.
+    fn launched(&self, places: Vec<Place>, height: &(dyn Fn(usize, Point) -> f64 + Sync)) -> Bumps {
+        self.own(places, 0.01, &|i, place| {
+            let height = height(i, place.0);
+            [place.1.x * height, place.1.y * height, 0.0]
+        })
+    }
+
+    /// A strike's own speed, angle and friction, at unit height.
+    fn own(
+        &self,
+        places: Vec<Place>,
+        scale: f64,
+        shares: &(dyn Fn(usize, &Place) -> [f64; 3] + Sync),
+    ) -> Bumps {
+        let moved = self.test.launches(&|i| {
+            let mut factors = DMatrix::zeros(NUISANCES, places.len());
+            for (k, place) in places.iter().enumerate() {
+                let [speed, angle, friction] = shares(i, place);
+                factors[(SPEED, k)] = speed;
+                factors[(ANGLE, k)] = angle;
+                factors[(FRICTION, k)] = friction;
+            }
+            factors
+        });
+        Bumps {
+            places,
+            moved,
+            scale,
+            shape: Box::new(|middle, at| f64::from(middle == at)),
+        }
+    }
+}
+
+/// Ahead or to the left on the table; or against the motion.
+fn push(is_friction: bool, direction: Point, velocity: Point) -> Point {
+    if is_friction {
+        velocity * (-1.0 / velocity.norm().max(1e-6))
+    } else {
+        direction
+    }
+}

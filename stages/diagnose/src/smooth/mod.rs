@@ -1,0 +1,110 @@
+//! Where: smooth dependences of the gap on each covariate, with no physics assumed.
+//!
+//! Each is a set of small bumps (over the table, over speed, over strikes …) whose heights are Gaussian with one common
+//! standard deviation; the gain in marginal likelihood says how much of the gap goes with that covariate, and what the same
+//! bumps gain in replicates says whether it is real. What is left here after the best effects is what no candidate explains.
+//! What is told of a dependence is net of what the model's own values (friction, restitution …) make up for.
+
+pub(crate) mod bumps;
+pub(crate) mod covariate;
+mod peak;
+pub(crate) mod ridge;
+
+use values::Point;
+use world::WorldError;
+
+use self::{
+    bumps::bumps,
+    covariate::{COVARIATES, Covariate, family},
+    peak::Peak,
+    ridge::Ridge,
+};
+use crate::{
+    fit::Fitted,
+    score::{RandomColumns, Replicates, ScoreTest},
+    strikes::PreparedStrikes,
+};
+
+/// What a covariate has to do with the gap.
+#[derive(Clone, Debug)]
+pub(crate) struct Dependence {
+    pub(crate) covariate: Covariate,
+    /// Gain in marginal likelihood.
+    pub(crate) gain: f64,
+    /// The same in each replicate: those drawn, then those flipped.
+    pub(crate) by_chance: Vec<f64>,
+    /// Where it is strongest (in the covariate's unit; on the table x and y, in m), and how strong there: m/s², relative
+    /// friction, relative speed, or rad.
+    pub(crate) at: Point,
+    pub(crate) peak: Point,
+}
+
+/// Every covariate's dependence at a fitted model.
+pub(crate) fn dependences(
+    field: &PreparedStrikes<'_>,
+    fitted: &Fitted,
+    replicates: Replicates,
+) -> Result<Vec<Dependence>, WorldError> {
+    match ScoreTest::new(field, fitted, &[], replicates) {
+        Some(test) => dependences_of(field, fitted, &test),
+        None => Ok(Vec::new()),
+    }
+}
+
+/// The same of a test that is there.
+pub(crate) fn dependences_of(
+    field: &PreparedStrikes<'_>,
+    fitted: &Fitted,
+    test: &ScoreTest<'_, '_>,
+) -> Result<Vec<Dependence>, WorldError> {
+    let mut found = Vec::new();
+    for covariate in COVARIATES {
+        let Some(bumps) = bumps(field, fitted, test, covariate)? else {
+            continue;
+        };
+        let scores = test.scores(bumps.places.len(), &bumps.moved);
+        let ridge = Ridge::new(&scores, bumps.scale);
+        let peak = Peak { field, test };
+        let (at, peak) = peak.strongest(covariate, &scores, &bumps.places, &ridge.heights);
+        found.push(Dependence {
+            covariate,
+            gain: ridge.gain,
+            by_chance: ridge.by_chance,
+            at,
+            peak,
+        });
+    }
+    Ok(found)
+}
+
+/// What a wrong form of the effects held would leave: smooth dependences of their families, each as large as the marginal
+/// likelihood would have it. They stand beside a model while it is asked whether it lacks another effect.
+pub(crate) fn family_columns(
+    field: &PreparedStrikes<'_>,
+    fitted: &Fitted,
+) -> Result<Vec<RandomColumns>, WorldError> {
+    let parts = fitted.model.parts.iter();
+    let mut covariates: Vec<Covariate> = parts
+        .flat_map(|part| family(part.name).iter().copied())
+        .collect();
+    covariates.sort_unstable();
+    covariates.dedup();
+    let mut random: Vec<RandomColumns> = Vec::new();
+    for covariate in covariates {
+        let Some(test) = ScoreTest::new(field, fitted, &random, Replicates::NONE) else {
+            break;
+        };
+        let Some(bumps) = bumps(field, fitted, &test, covariate)? else {
+            continue;
+        };
+        let scores = test.scores(bumps.places.len(), &bumps.moved);
+        let ridge = Ridge::new(&scores, bumps.scale);
+        if ridge.variance > 0.0 {
+            random.push(RandomColumns {
+                moved: bumps.moved,
+                variance: ridge.variance,
+            });
+        }
+    }
+    Ok(random)
+}

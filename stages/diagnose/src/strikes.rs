@@ -1,0 +1,191 @@
+//! The strikes of a diagnosis, prepared for fits: how each leaves the tip, which of its frames are used, and the noise by which
+//! they are weighed.
+
+use nalgebra::{DVector, SVector};
+use values::{Point, Rig, Strike};
+use world::{
+    Base, Blow, World, WorldError,
+    effects::Effect,
+    launch::{Launch, launches_about},
+    planar::{self, Frames, Job, Kick, Planar},
+};
+
+use crate::{
+    mixed::NUISANCES,
+    model::{FRICTION, Model, RESTITUTION},
+    noise::{self, FrameNoise, Whitening},
+};
+
+/// Nuisances of one strike: see [`crate::mixed`].
+pub(crate) type Nuisances = SVector<f64, NUISANCES>;
+
+/// Strikes with their launches and noise.
+#[derive(Clone)]
+pub(crate) struct PreparedStrikes<'a> {
+    pub(crate) rig: &'a Rig,
+    pub(crate) strikes: Vec<&'a Strike>,
+    pub(crate) launches: Vec<Launch>,
+    base: Base,
+    gyration: f64,
+    /// ρ and κ.
+    pub(crate) noise: FrameNoise,
+    /// Each strike's frames.
+    pub(crate) frames: Vec<noise::Frames>,
+    /// What makes each strike's errors independent.
+    pub(crate) whitenings: Vec<Whitening>,
+}
+
+/// A strike's nuisances, as planar form takes them.
+fn kick(clock: f64, b: &Nuisances) -> Kick {
+    Kick {
+        speed: b[0],
+        angle: b[1],
+        delay: clock + b[2],
+        rest: Point::new(b[3], b[4]),
+        friction: b[5],
+    }
+}
+
+/// Measured coordinates: all x, then all y.
+pub(crate) fn measured(strike: &Strike) -> DVector<f64> {
+    DVector::from_iterator(
+        2 * strike.track.len(),
+        strike.track.x.iter().chain(&strike.track.y).copied(),
+    )
+}
+
+/// Points as a column: all x, then all y.
+pub(crate) fn stack(points: &[Point]) -> DVector<f64> {
+    DVector::from_iterator(
+        2 * points.len(),
+        points.iter().map(|p| p.x).chain(points.iter().map(|p| p.y)),
+    )
+}
+
+impl<'a> PreparedStrikes<'a> {
+    /// Strikes with their launches, under independent camera errors.
+    pub(crate) fn new(rig: &'a Rig, strikes: Vec<&'a Strike>, launches: Vec<Launch>) -> Self {
+        let frames: Vec<noise::Frames> = strikes
+            .iter()
+            .map(|strike| noise::Frames::new(strike, 1.0 / rig.camera.rate))
+            .collect();
+        Self {
+            rig,
+            strikes,
+            launches,
+            base: Base::of(&rig.object),
+            gyration: planar::gyration(rig),
+            noise: FrameNoise::WHITE,
+            whitenings: whitenings(&frames, FrameNoise::WHITE),
+            frames,
+        }
+    }
+
+    /// The same strikes under other noise.
+    pub(crate) fn with_noise(mut self, noise: FrameNoise) -> Self {
+        self.whitenings = whitenings(&self.frames, noise);
+        self.noise = noise;
+        self
+    }
+
+    /// The same with other frames left out, and other speeds (m/s) at them.
+    pub(crate) fn with_frames(mut self, frames: Vec<noise::Frames>) -> Self {
+        self.whitenings = whitenings(&frames, self.noise);
+        self.frames = frames;
+        self
+    }
+
+    /// Some of the strikes.
+    pub(crate) fn only(&self, places: &[usize]) -> Self {
+        Self {
+            strikes: places.iter().map(|i| self.strikes[*i]).collect(),
+            launches: places.iter().map(|i| self.launches[*i]).collect(),
+            frames: places.iter().map(|i| self.frames[*i].clone()).collect(),
+            whitenings: places.iter().map(|i| self.whitenings[*i].clone()).collect(),
+            ..self.clone()
+        }
+    }
+
+    /// Frames that are left out, over all strikes.
+    pub(crate) fn frames_left_out(&self) -> usize {
+        let each = self.frames.iter().flat_map(|frames| &frames.kept);
+        each.filter(|kept| !**kept).count()
+    }
+
+    /// The same strikes, their launches taken around the blows of a fitted model: far from a launch's own blow its parabola
+    /// leaves MuJoCo. As it stands where an object would not leave the tip.
+    pub(crate) fn about(&self, world: &World, model: &Model) -> Result<Self, WorldError> {
+        let effects = model.effects(self.rig, &model.values)?;
+        let blows: Vec<Blow> = self
+            .strikes
+            .iter()
+            .map(|strike| {
+                let delivered =
+                    world::effects::deliver(&effects, strike.command, &strike.conditions);
+                Blow::of(
+                    &effects,
+                    model.values[RESTITUTION],
+                    delivered,
+                    &strike.conditions,
+                )
+            })
+            .collect();
+        let launches: Option<Vec<Launch>> = launches_about(self.rig, world, &blows)?
+            .into_iter()
+            .collect();
+        let mut about = self.clone();
+        if let Some(launches) = launches {
+            about.launches = launches;
+        }
+        Ok(about)
+    }
+
+    /// The planar world of a model at these values.
+    pub(crate) fn planar<'e>(&self, values: &[f64], effects: &'e [Box<dyn Effect>]) -> Planar<'e> {
+        Planar::of(
+            [values[FRICTION], values[RESTITUTION]],
+            self.base,
+            self.gyration,
+            effects,
+        )
+    }
+
+    /// One strike's simulated frames; `None` where it does not come to rest.
+    pub(crate) fn simulate(
+        &self,
+        planar: &Planar<'_>,
+        i: usize,
+        clock: f64,
+        b: &Nuisances,
+    ) -> Option<Frames> {
+        planar.strike(&self.strikes[i].into(), &self.launches[i], &kick(clock, b))
+    }
+
+    /// The same, to be simulated beside others.
+    pub(crate) fn job<'j>(
+        &'j self,
+        planar: &'j Planar<'j>,
+        i: usize,
+        clock: f64,
+        b: &Nuisances,
+    ) -> Job<'j> {
+        Job {
+            planar,
+            shot: self.strikes[i].into(),
+            launch: &self.launches[i],
+            kick: kick(clock, b),
+        }
+    }
+
+    /// Whether a strike's track comes this near (m) to a point.
+    pub(crate) fn passes(&self, i: usize, point: Point, radius: f64) -> bool {
+        let strike = self.strikes[i];
+        (0..strike.track.len()).any(|frame| strike.track.point(frame).distance(point) < radius)
+            || strike.initial.distance(point) < radius
+    }
+}
+
+fn whitenings(frames: &[noise::Frames], noise: FrameNoise) -> Vec<Whitening> {
+    let each = frames.iter();
+    each.map(|frames| Whitening::new(frames, noise)).collect()
+}
