@@ -5,7 +5,6 @@ use std::io::Cursor;
 use std::sync::Arc;
 
 use logs::{Decoder, Limits, SchemaText, Wanted};
-use sha2::{Digest, Sha256};
 use store::{Network, Store};
 use values::{Command, Conditions, FieldTopic, Point, Rig, Shape};
 use world::{Simulator, World};
@@ -259,10 +258,7 @@ fn resealed(manifest: &[u8]) -> Vec<u8> {
         return sealed;
     }
     sealed[own.clone()].fill(b'0');
-    let hash: String = Sha256::digest(&sealed)
-        .iter()
-        .map(|byte| format!("{byte:02x}"))
-        .collect();
+    let hash = durable::sha256(&sealed);
     sealed[own].copy_from_slice(hash.as_bytes());
     sealed
 }

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::Output;
 use std::sync::Arc;
 
+use durable::sha256;
 use serde_json::{Value, json};
 use store::{SIGNATURE, Signer, Store};
 use tempfile::TempDir;
@@ -80,12 +81,6 @@ fn forge(dir: &Path, name: &str, change: impl FnOnce(Vec<u8>) -> Vec<u8>) {
     manifest(dir, |value| {
         value["files"][name] = json!({"sha256": sha256, "size": bytes.len()});
     });
-}
-
-fn sha256(bytes: &[u8]) -> String {
-    use sha2::{Digest, Sha256};
-    let digest = Sha256::digest(bytes);
-    digest.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 fn replace(from: &'static str, to: &'static str) -> impl FnOnce(Vec<u8>) -> Vec<u8> {

@@ -1,0 +1,55 @@
+//! Runs command lines in this process.
+
+use std::path::Path;
+
+use carom::{Cli, Error, Outcome, Output, execute};
+use clap::Parser;
+use serde_json::Value;
+
+pub fn carom(line: &str) -> Result<Output, Error> {
+    let words = line.split_whitespace();
+    let cli = Cli::try_parse_from(["carom", "--quiet"].into_iter().chain(words));
+    execute(&cli.unwrap_or_else(|error| panic!("{line}: {error}")))
+}
+
+pub fn done(line: &str) -> Value {
+    match carom(line) {
+        Ok(said) => {
+            assert_eq!(said.outcome, Outcome::Done, "{line}: {}", said.text);
+            said.json
+        }
+        Err(error) => panic!("{line}: failed to {error}"),
+    }
+}
+
+pub fn computed(said: &Value) -> Vec<(String, u64)> {
+    let stages = said["stages"].as_array().expect("stages");
+    let row = |stage: &Value| {
+        let name = stage["name"].as_str().expect("a name");
+        (name.into(), stage["computed"].as_u64().expect("a count"))
+    };
+    stages.iter().map(row).collect()
+}
+
+/// The outcome of a command that fails, and what it says.
+pub fn refusal(line: &str) -> (Outcome, String) {
+    match carom(line) {
+        Ok(said) => panic!("{line}: {}", said.text),
+        Err(error) => (error.outcome(), error.to_string()),
+    }
+}
+
+pub fn json(dir: &Path, file: &str) -> Value {
+    let text = std::fs::read_to_string(dir.join(file)).expect(file);
+    serde_json::from_str(&text).expect("JSON")
+}
+
+/// Whether every address in the page is the name of SVG's namespace, which nothing fetches.
+pub fn only_namespaces(page: &str) -> bool {
+    page.match_indices("http")
+        .all(|(at, _)| page[at..].starts_with("http://www.w3.org/2000/svg"))
+}
+
+pub fn write(path: &Path, text: &str) {
+    std::fs::write(path, text).expect("written");
+}

@@ -1,0 +1,206 @@
+//! What the commands make of logs: several, grown, cut off, rejected, none.
+
+use carom::Outcome;
+
+use crate::fixture::{carom, done, refusal, write};
+
+#[test]
+fn a_log_that_has_grown_and_another_of_its_name_are_told_apart_at_night() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let dir = folder.path().display();
+    done(&format!("demo --strikes 40 --hide none --out {dir}/rig"));
+    let session = |number: u32| {
+        let path = format!("rig/logs/session_00{number}.mcap");
+        std::fs::read(folder.path().join(path)).expect("a log")
+    };
+    let put = |day: &str, bytes: &[u8]| {
+        let day = folder.path().join("days").join(day);
+        std::fs::create_dir_all(&day).expect("a folder");
+        std::fs::write(day.join("session.mcap"), bytes).expect("written");
+    };
+    let night = |more: &str| {
+        let said = carom(&format!("nightly {more} --out {dir}/run"));
+        let said = said.unwrap_or_else(|error| panic!("failed to {error}"));
+        let count = |key: &str| said.json[key].as_u64().expect("a count");
+        (count("strikes"), count("new_strikes"))
+    };
+    let last = session(3);
+    put("d0", &session(0));
+    put("d1", &last[..last.len() / 2]);
+    let (cut, _) = night(&format!("{dir}/days --rig {dir}/rig/rig.toml"));
+    assert!((11..20).contains(&cut), "{cut}");
+    put("d1", &last);
+    assert_eq!(night(""), (20, 20 - cut), "it has grown");
+    // Made before the last strike that the version knows.
+    put("d1", &session(1));
+    assert_eq!(night(""), (20, 10), "another of its name");
+}
+
+#[test]
+fn what_cannot_be_worked_with_is_bad_input_that_names_what_and_where() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let dir = folder.path().display();
+    done(&format!("demo --strikes 1 --hide none --out {dir}/rig"));
+    let rig = format!("--rig {dir}/rig/rig.toml --out {dir}/run");
+    write(&folder.path().join("no.mcap"), "no log");
+    write(&folder.path().join("bad.toml"), "[object]\nshpae = 1\n");
+    std::fs::create_dir(folder.path().join("own")).expect("a folder");
+    write(&folder.path().join("own/rig.toml"), "a person's");
+    for (line, named) in [
+        (format!("run {dir}/none {rig}"), "none"),
+        (format!("run {dir}/no.mcap {rig}"), "no.mcap"),
+        (
+            format!("run {dir}/rig/logs --rig {dir}/bad.toml --out {dir}/run"),
+            "shpae",
+        ),
+        (format!("run {dir}/rig/logs {rig}"), "log more strikes"),
+        (format!("run {dir}/rig/logs {rig}"), "1 were kept"),
+        (format!("demo --out {dir}/own"), "own/rig.toml is there"),
+        (
+            format!("demo --hide none --hide table_tilt --out {dir}/x"),
+            "leave out one of them",
+        ),
+        (format!("sysid --out {dir}/nothing"), "carom ingest"),
+        (format!("artifacts verify --artifacts {dir}"), "carom run"),
+        (format!("demo --hide frction --out {dir}/x"), "friction"),
+        (format!("rig init --out {dir}/bad.toml"), "bad.toml"),
+    ] {
+        let (outcome, text) = refusal(&line);
+        assert_eq!(outcome, Outcome::BadInput, "{line}: {text}");
+        assert!(text.contains(named), "{line}: {text}");
+    }
+    let own = std::fs::read_to_string(folder.path().join("own/rig.toml"));
+    assert_eq!(own.expect("still there"), "a person's");
+}
+
+#[test]
+fn logs_of_one_name_in_several_folders_are_other_sessions() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let dir = folder.path().display();
+    done(&format!("demo --strikes 40 --hide none --out {dir}/rig"));
+    for day in 0..4 {
+        let to = folder.path().join(format!("days/d{day}"));
+        std::fs::create_dir_all(&to).expect("a folder");
+        let log = folder.path().join(format!("rig/logs/session_00{day}.mcap"));
+        std::fs::copy(&log, to.join("session.mcap")).expect("copied");
+    }
+    let ingest = |logs: &str| {
+        let options = format!("--rig {dir}/rig/rig.toml --out {dir}/run");
+        carom(&format!("ingest {logs} {options}")).unwrap_or_else(|error| panic!("{error}"));
+        let strikes = tables::read_strikes(&folder.path().join("run")).expect("a table");
+        strikes
+            .into_iter()
+            .map(|strike| {
+                assert_eq!(strike.conditions.session, strike.log);
+                strike.log
+            })
+            .collect::<std::collections::BTreeSet<_>>()
+    };
+    let days = ["d0", "d1", "d2", "d3"].map(|day| format!("{day}/session.mcap"));
+    assert_eq!(ingest(&format!("{dir}/days")), days.into());
+    // Alone, a log is called as its file is.
+    let one = ingest(&format!("{dir}/days/d1"));
+    assert_eq!(one, ["session.mcap".to_string()].into());
+}
+
+#[test]
+fn a_cut_off_log_gives_what_is_whole_and_says_so() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let dir = folder.path().display();
+    done(&format!("demo --strikes 10 --hide none --out {dir}/rig"));
+    let log = folder.path().join("rig/logs/session_000.mcap");
+    let bytes = std::fs::read(&log).expect("a log");
+    std::fs::write(&log, &bytes[..bytes.len() / 2]).expect("written");
+    let line = format!("ingest {dir}/rig/logs --rig {dir}/rig/rig.toml --out {dir}");
+    let said = carom(&line).unwrap_or_else(|error| panic!("failed to {error}"));
+    assert_eq!(said.outcome, Outcome::Rejected);
+    assert!(said.json["strikes"].as_u64() < Some(10));
+    assert!(said.text.contains("session_000.mcap"), "{}", said.text);
+
+    // Cut before the first strike, it is the cut that is told of.
+    std::fs::write(&log, &bytes[..bytes.len() / 12]).expect("written");
+    let (outcome, text) = refusal(&line);
+    assert_eq!(outcome, Outcome::BadInput);
+    assert!(
+        text.contains("session_000.mcap is not whole") && text.contains("truncated at byte"),
+        "{text}"
+    );
+}
+
+#[test]
+fn strikes_that_are_rejected_are_told_with_an_example_of_each_reason() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let dir = folder.path().display();
+    done(&format!("demo --strikes 12 --hide none --out {dir}/rig"));
+    let rig = std::fs::read_to_string(folder.path().join("rig/rig.toml")).expect("a rig file");
+    let ingest = |x: &str| {
+        let other = rig.replace("x = [0.1, 1.0]", x);
+        assert_ne!(other, rig);
+        std::fs::write(folder.path().join("other.toml"), other).expect("written");
+        carom(&format!(
+            "ingest {dir}/rig/logs --rig {dir}/other.toml --out {dir}"
+        ))
+    };
+    let some = ingest("x = [0.1, 0.6]").unwrap_or_else(|error| panic!("failed to {error}"));
+    let told = "off_table, such as strike ";
+    assert!(some.text.contains(told), "{}", some.text);
+    let none = ingest("x = [2.0, 3.0]").expect_err("no strike is left");
+    assert!(none.to_string().contains(told), "{none}");
+    assert_eq!(none.outcome(), Outcome::BadInput);
+}
+
+#[test]
+fn logs_that_are_none_are_left_out_and_told_and_the_others_are_read() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let dir = folder.path().display();
+    done(&format!("demo --strikes 12 --hide none --out {dir}/rig"));
+    let line = format!("ingest {dir}/rig/logs --rig {dir}/rig/rig.toml --out {dir}");
+    let before = done(&line);
+    let logs = folder.path().join("rig/logs");
+    let whole = std::fs::read(logs.join("session_000.mcap")).expect("a log");
+    std::fs::write(logs.join("empty.mcap"), "").expect("written");
+    std::fs::write(logs.join("text.mcap"), "no log").expect("written");
+    std::fs::write(logs.join("magic.mcap"), &whole[..8]).expect("written");
+    // The first chunk holds the schemas: without it no message makes sense.
+    let mut damaged = whole.clone();
+    damaged[4000] ^= 1;
+    std::fs::write(logs.join("damaged.mcap"), damaged).expect("written");
+    std::os::unix::fs::symlink("nowhere", logs.join("dead.mcap")).expect("a link");
+    let pipe = std::process::Command::new("mkfifo")
+        .arg(logs.join("pipe.mcap"))
+        .status();
+    assert!(pipe.expect("mkfifo").success());
+
+    let said = carom(&line).unwrap_or_else(|error| panic!("failed to {error}"));
+    assert_eq!(said.outcome, Outcome::Rejected);
+    assert_eq!(said.json["strikes"], before["strikes"]);
+    let left_out: Vec<_> = said.json["left_out"]
+        .as_array()
+        .expect("a list")
+        .iter()
+        .collect();
+    let mut names: Vec<_> = left_out
+        .iter()
+        .filter_map(|log| log["log"].as_str())
+        .collect();
+    names.sort_unstable();
+    assert_eq!(names, ["dead.mcap", "empty.mcap", "pipe.mcap", "text.mcap"]);
+    for name in names.iter().chain(&["damaged.mcap", "magic.mcap"]) {
+        let line = said.text.lines().find(|line| line.contains(name));
+        assert!(
+            line.is_some_and(|line| line.len() > 40),
+            "{name}: {}",
+            said.text
+        );
+    }
+
+    // Where none can be read, that is bad input.
+    let (outcome, text) = refusal(&format!(
+        "ingest {dir}/rig/logs/empty.mcap --rig {dir}/rig/rig.toml --out {dir}/none"
+    ));
+    assert_eq!(outcome, Outcome::BadInput, "{text}");
+    assert!(
+        text.contains("empty.mcap") && text.contains("0 bytes"),
+        "{text}"
+    );
+}

@@ -1,0 +1,225 @@
+//! The commands in the order in which a person gives them, on a small demo.
+
+use carom::Outcome;
+use serde_json::Value;
+
+use crate::fixture::{carom, computed, done, json, only_namespaces, refusal};
+
+#[test]
+fn a_demo_becomes_a_version_that_strikes_and_can_be_rebuilt() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let dir = folder.path().display();
+    done(&format!("demo --strikes 80 --seed 3 --out {dir}/rig"));
+    let first = format!("run {dir}/rig/logs/session_000.mcap {dir}/rig/logs/session_001.mcap");
+    let options = format!("--rig {dir}/rig/rig.toml --out {dir}");
+    let said = done(&format!("{first} {options}"));
+    assert_eq!(said["version"], "v0001");
+    for file in [
+        "strikes.parquet",
+        "tracks.parquet",
+        "rejects.parquet",
+        "world.toml",
+        "diagnosis.json",
+        "solutions.parquet",
+        "residuals.parquet",
+        "evaluation.json",
+        "report.html",
+        "versions/v0001/manifest.json",
+        "latest",
+    ] {
+        assert!(folder.path().join(file).is_file(), "{file}");
+    }
+
+    // Nothing new: nothing is computed, and no version is made.
+    let said = done(&format!("{first} {options}"));
+    assert!(computed(&said).iter().all(|(_, count)| *count == 0));
+    assert_eq!(said["version"], "v0001");
+    let said = done(&format!("solve --out {dir}"));
+    assert!(computed(&said).iter().all(|(_, count)| *count == 0));
+
+    // Another log: only it is read. A version is published that holds it.
+    let said = done(&format!(
+        "{first} {dir}/rig/logs/session_002.mcap {options}"
+    ));
+    assert!(computed(&said).contains(&("ingest".into(), 1)));
+    assert_eq!(said["version"], "v0002");
+
+    let trial = done(&format!(
+        "trial --artifacts {dir} --robot sim --targets 4 --repeats 2"
+    ));
+    for model in ["nominal", "sysid"] {
+        for (outcome, struck_at) in [(&trial[model], 4), (&trial["figure_8"][model], 16)] {
+            let count = |key: &str| outcome[key].as_array().expect("a list").len();
+            assert_eq!(count("strikes") + count("refusals"), struck_at, "{model}");
+        }
+    }
+    let report = std::fs::read_to_string(folder.path().join("report.html")).expect("a report");
+    assert!(report.contains("Closed loop") && report.contains("v0002"));
+    assert!(only_namespaces(&report), "the page fetches nothing");
+
+    let score = done(&format!(
+        "score {dir}/rig/logs/session_003.mcap --artifacts {dir}"
+    ));
+    assert_eq!(
+        score["sysid"]["n"].as_u64(),
+        score["sysid"]["strikes"]
+            .as_array()
+            .map(|all| all.len() as u64)
+    );
+
+    assert_eq!(
+        done(&format!("rebuild v0002 --artifacts {dir}"))["same"],
+        true
+    );
+    let rolled = done(&format!("artifacts rollback --artifacts {dir}"));
+    assert_eq!(rolled["latest"], "v0001");
+    assert_eq!(
+        done(&format!("artifacts verify --artifacts {dir}"))["whole"],
+        true
+    );
+
+    // What was rolled back is not brought back in silence.
+    let line = format!("publish --out {dir}");
+    let said = carom(&line).unwrap_or_else(|error| panic!("failed to {error}"));
+    assert_eq!(
+        (&said.json["version"], &said.json["latest"]),
+        (&Value::from("v0002"), &Value::from("v0001"))
+    );
+    assert!(
+        said.text.contains("v0001 stays in use")
+            && said.text.contains("carom artifacts rollback v0002"),
+        "{}",
+        said.text
+    );
+    signs(&dir);
+}
+
+/// What is signed stays so, and a rebuild is the same with or without it.
+fn signs(dir: &std::path::Display<'_>) {
+    done(&format!("key new --out {dir}/carom.key"));
+    let artifacts = format!("--artifacts {dir}");
+    let verify = format!("artifacts verify {artifacts} --key {dir}/carom.pub");
+    let (outcome, text) = refusal(&verify);
+    assert_eq!(outcome, Outcome::BadInput, "{text}");
+    assert!(text.contains("not signed"), "{text}");
+    done(&format!("artifacts sign {artifacts} --key {dir}/carom.key"));
+    assert_eq!(done(&verify)["sequence"], 1);
+    for line in [
+        format!("artifacts rollback v0002 {artifacts}"),
+        format!("publish --out {dir}"),
+    ] {
+        let (outcome, text) = refusal(&line);
+        assert_eq!(outcome, Outcome::BadInput, "{text}");
+        assert!(text.contains("--key FILE"), "{line}: {text}");
+    }
+    done(&format!(
+        "artifacts rollback v0002 {artifacts} --key {dir}/carom.key"
+    ));
+    let verified = done(&verify);
+    assert_eq!(
+        (&verified["version"], &verified["sequence"]),
+        (&"v0002".into(), &2.into())
+    );
+    assert_eq!(done(&format!("rebuild v0002 {artifacts}"))["same"], true);
+}
+
+#[test]
+fn a_hidden_effect_is_named_used_kept_out_on_request_and_struck_with() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (path, dir) = (folder.path(), folder.path().display());
+    done(&format!(
+        "demo --strikes 120 --seed 3 --hide table_tilt=0.012,0.008 --out {dir}/rig"
+    ));
+    let logs = format!("{dir}/rig/logs --rig {dir}/rig/rig.toml --out {dir}");
+    done(&format!("ingest {logs}"));
+    let diagnosis = done(&format!("diagnose --out {dir}"))["diagnosis"].clone();
+    assert_eq!(diagnosis["verdict"], "named");
+    assert_eq!(diagnosis["effects"][0]["name"], "table_tilt");
+    assert_eq!(json(path, "diagnosis.json"), diagnosis);
+    let report = std::fs::read_to_string(path.join("report.html")).expect("a report");
+    assert!(report.contains("Where simulation and strikes disagree") && only_namespaces(&report));
+
+    let said = done(&format!("run {logs}"));
+    assert!(computed(&said).contains(&("diagnose".into(), 0)));
+    let mean = |table: &Value, model: &str| table[model]["mean"].as_f64().expect("a mean");
+    let evaluation = json(path, "evaluation.json");
+    assert!(mean(&evaluation, "effect") < 0.8 * mean(&evaluation, "sysid"));
+    assert!(evaluation["effect_residual"].is_object());
+    assert!(path.join("world_sysid.toml").is_file());
+    assert!(path.join("versions/v0001/world_sysid.toml").is_file());
+    let trial = done(&format!(
+        "trial --artifacts {dir} --robot sim --targets 4 --repeats 1"
+    ));
+    let score = done(&format!("score {dir}/rig/logs --artifacts {dir}"));
+    for table in [&trial, &score] {
+        assert!(mean(table, "effect") > 0.0 && mean(table, "effect_residual") > 0.0);
+    }
+
+    // Kept out: as if nothing was named, but the diagnosis is there.
+    let said = done(&format!("run {logs} --without-effects"));
+    assert_eq!(said["version"], "v0002");
+    assert_eq!(said["diagnosis"], diagnosis);
+    assert!(json(path, "evaluation.json")["effect"].is_null());
+    assert!(!path.join("world_sysid.toml").exists());
+    for version in ["v0001", "v0002"] {
+        let again = done(&format!("rebuild {version} --artifacts {dir}"));
+        assert_eq!(again["same"], true, "{version}");
+    }
+
+    // The strikes that would tell more, where there are any, are a plan for the rig.
+    if path.join("next_strikes.json").is_file() {
+        let line =
+            format!("demo --hide table_tilt --plan {dir}/next_strikes.json --out {dir}/more");
+        let planned = json(path, "next_strikes.json").as_array().map(Vec::len);
+        assert_eq!(done(&line)["strikes"].as_u64().map(|n| n as usize), planned);
+    }
+}
+
+#[test]
+fn too_few_strikes_to_diagnose_are_no_failure_of_a_run() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let dir = folder.path().display();
+    done(&format!(
+        "demo --strikes 7 --seed 2 --hide none --out {dir}/rig"
+    ));
+    let said = done(&format!(
+        "run {dir}/rig/logs --rig {dir}/rig/rig.toml --out {dir}"
+    ));
+    let why = said["no_diagnosis"].as_str().expect("a reason");
+    assert!(why.contains("log more strikes"), "{why}");
+    assert!(!folder.path().join("diagnosis.json").exists());
+    let (outcome, text) = refusal(&format!("diagnose --out {dir}"));
+    assert_eq!(outcome, Outcome::BadInput, "{text}");
+    assert!(text.contains("log more strikes"), "{text}");
+}
+
+#[test]
+fn a_ball_is_identified_and_learnt_though_nothing_diagnoses_it() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let dir = folder.path().display();
+    done(&format!(
+        "demo --object sphere --strikes 30 --hide none --out {dir}/rig"
+    ));
+    let said = done(&format!(
+        "run {dir}/rig/logs --rig {dir}/rig/rig.toml --out {dir}"
+    ));
+    assert_eq!(said["version"], "v0001");
+    let why = said["no_diagnosis"].as_str().expect("a reason");
+    assert!(why.contains("a ball rolls"), "{why}");
+    let (outcome, why) = refusal(&format!("diagnose --out {dir}"));
+    assert_eq!(outcome, Outcome::BadInput, "{why}");
+}
+
+#[test]
+fn a_second_run_in_a_folder_is_told_to_try_again() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let dir = folder.path().display();
+    done(&format!("demo --strikes 1 --hide none --out {dir}/rig"));
+    let options = stage::Options::default();
+    let first = stage::Run::open(&folder.path().join("run"), options).expect("a run");
+    let (outcome, text) = refusal(&format!(
+        "ingest {dir}/rig/logs --rig {dir}/rig/rig.toml --out {dir}/run"
+    ));
+    assert_eq!(outcome, Outcome::Busy, "{text}");
+    drop(first);
+}
