@@ -1,6 +1,5 @@
 //! What can keep logs from being ingested.
 
-use std::fmt::Write;
 use std::io::Read;
 use std::path::Path;
 
@@ -44,18 +43,8 @@ pub(crate) fn hash_file(path: &Path) -> Result<String, IngestError> {
     loop {
         let read = file.read(&mut buffer).map_err(io)?;
         if read == 0 {
-            return Ok(hex(&hasher.finalize()));
+            return Ok(durable::hex(&hasher.finalize()));
         }
         hasher.update(&buffer[..read]);
     }
-}
-
-/// Bytes in lower-case hex.
-pub(crate) fn hex(bytes: &[u8]) -> String {
-    bytes
-        .iter()
-        .fold(String::with_capacity(2 * bytes.len()), |mut text, byte| {
-            let _ = write!(text, "{byte:02x}");
-            text
-        })
 }

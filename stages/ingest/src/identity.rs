@@ -3,8 +3,6 @@
 use logs::Sample;
 use sha2::{Digest, Sha256};
 
-use crate::error::hex;
-
 /// Centroids count until this long after the command fell back, in ns.
 pub(crate) const AFTER: i64 = 250_000_000;
 
@@ -33,7 +31,7 @@ pub(crate) fn strike_id<'a>(
     {
         hasher.update(canonical(centroid));
     }
-    hex(&hasher.finalize()[..8])
+    durable::hex(&hasher.finalize()[..8])
 }
 
 /// A sample in 24 bytes; both zeros are one.

@@ -1,6 +1,5 @@
 //! The records of a file, one after another, and how it ends.
 
-use std::fmt::Write;
 use std::io::{Read, Seek, SeekFrom};
 
 use mcap::McapError;
@@ -214,11 +213,7 @@ impl<'a, R: Read + Seek> Records<'a, R> {
             .seek(SeekFrom::Start(self.taken))
             .map_err(|source| self.io(source))?;
         self.take_until(self.size)?;
-        let mut hex = String::with_capacity(64);
-        for byte in self.hasher.finalize() {
-            let _ = write!(hex, "{byte:02x}");
-        }
-        Ok(hex)
+        Ok(durable::hex(&self.hasher.finalize()))
     }
 
     fn io(&self, source: std::io::Error) -> LogError {
