@@ -2,16 +2,17 @@
 
 use std::collections::BTreeMap;
 
-use diagnose::{Diagnosis, Found, Gap, Named, NextStrike, Verdict};
+use diagnose::{Diagnosis, Found, Gap, Named, NextStrike, Noise, Verdict};
 use maud::{Markup, html};
 use values::Strike;
 
 use super::input::ReportInput;
+use super::maps::maps;
 use super::markup::{PageError, drawing, fill, legend, section};
 use super::plot::short;
 use super::residual_plots::{self, COVARIATES, ResidualOf, StrikeResidual};
 use crate::outputs::NEXT_STRIKES;
-use crate::summary::diagnosis::{gap, numbers, sentence, to_two_figures_of};
+use crate::summary::diagnosis::{gap, numbers, probability, sentence, to_two_figures_of};
 
 /// Candidates of the ranking that are shown.
 const RANKED: usize = 12;
@@ -30,7 +31,9 @@ pub fn diagnosis_section(shown: &ReportInput<'_>, found: &Found) -> Result<Marku
                 div { (gap_bars(&diagnosis.gap, &diagnosis.effects, repeats(shown))) (where_table(diagnosis)) }
                 div { (ranking_bars(diagnosis)) }
             }
+            (maps(diagnosis)?)
             (pictures(shown, found)?)
+            (noise_table(&diagnosis.noise))
             (next_strikes(&diagnosis.next_strikes))
             (details(diagnosis))
         },
@@ -172,7 +175,7 @@ fn where_table(diagnosis: &Diagnosis) -> Markup {
                     @for place in &diagnosis.r#where {
                         tr {
                             td { (place.covariate) } td { (place.description) }
-                            td.number { (probability(place.p_value)) }
+                            td.number { (probability(place.p_value, diagnosis.replicates)) }
                             td.number { (format!("{:.0} %", 100.0 * place.share)) }
                         }
                     }
@@ -182,17 +185,22 @@ fn where_table(diagnosis: &Diagnosis) -> Markup {
     }
 }
 
-/// Smaller probabilities mean no more than that they are.
-const SMALLEST_P: f64 = 1e-12;
-
-/// A probability as short as it can be said.
-fn probability(p: f64) -> String {
-    if p < SMALLEST_P {
-        format!("below {SMALLEST_P:.0e}")
-    } else if p < 1e-3 {
-        format!("{p:.0e}")
-    } else {
-        format!("{p:.3}")
+/// How repeats of one command differ, as estimated.
+fn noise_table(noise: &Noise) -> Markup {
+    html! {
+        details {
+            summary { "How repeats of one command differ, as estimated" }
+            table { tbody {
+                tr { td { "speed of a launch" } td.number { (format!("{:.2} %", 100.0 * noise.speed)) } }
+                tr { td { "angle of a launch" } td.number { (format!("{:.2}°", noise.angle.to_degrees())) } }
+                tr { td { "friction of a strike" } td.number { (format!("{:.2} %", 100.0 * noise.friction)) } }
+                tr { td { "a centroid" } td.number { (format!("{:.2} mm", 1e3 * noise.camera)) } }
+                tr { td { "correlation of a centroid's error with the frame before" } td.number { (format!("{:.2}", noise.camera_correlation)) } }
+                tr { td { "a frame's stamp" } td.number { (format!("{:.1} ms", 1e3 * noise.stamp_jitter)) } }
+                tr { td { "frames left out, far from where their strike was" } td.number { (noise.frames_left_out) } }
+            } }
+            p.note { "Standard deviations, but for the correlation and the count. They are part of the model and no effect." }
+        }
     }
 }
 
@@ -293,7 +301,7 @@ fn details(diagnosis: &Diagnosis) -> Markup {
         }
         p.note {
             "Looked at " (diagnosis.strikes) " strikes; a gap like this one, or a larger, would come by chance with probability "
-            (probability(diagnosis.p_value)) "."
+            (probability(diagnosis.p_value, diagnosis.replicates)) "."
         }
     }
 }

@@ -5,6 +5,7 @@ mod diagnosis;
 mod figure_8;
 mod figures;
 mod input;
+mod maps;
 mod markup;
 mod models;
 mod page;

@@ -46,7 +46,22 @@ pub fn found_tilt() -> Found {
         p_value_signs: 0.002,
         replicates: 299,
         noise: diagnose::Noise::default(),
-        maps: Vec::new(),
+        maps: vec![diagnose::SmoothMap {
+            name: "launch".into(),
+            before: 0.02,
+            after: 0.01,
+            share: 0.75,
+            points: vec![
+                diagnose::MapPoint {
+                    at: [0.5, 0.1],
+                    change: [0.05, -0.01],
+                },
+                diagnose::MapPoint {
+                    at: [0.9, -0.1],
+                    change: [-0.10, 0.02],
+                },
+            ],
+        }],
         strikes: 80,
         r#where: vec![Where {
             covariate: "angle".into(),
@@ -153,11 +168,15 @@ fn the_page_shows_verdict_parameters_gap_pictures_and_next_strikes() {
         "tells table_tilt from table_bowl",
         "0.021 /s²",
         "one candidate diverged",
+        "launch speed beyond the command (up to 10.0 %)",
+        "75 %",
+        "the arm",
+        "How repeats of one command differ",
     ] {
         assert!(page.contains(said), "{said}");
     }
-    // The strikes' map; two of residuals; along and across against five covariates.
-    assert_eq!(page.matches("<svg").count(), 1 + 2 + 2 * 5);
+    // The strikes' map; the launch's speed and angle; two of residuals; along and across against five covariates.
+    assert_eq!(page.matches("<svg").count(), 1 + 2 + 2 + 2 * 5);
     assert!(!page.contains("not added"));
     assert!(text(found_tilt(), false).contains("not added"));
 }
@@ -171,6 +190,6 @@ fn without_a_named_effect_there_is_one_map_and_no_after() {
     found.diagnosis.verdict = Verdict::Unexplained;
     let page = text(found, true);
     assert!(page.contains("Unexplained:"));
-    assert_eq!(page.matches("<svg").count(), 1 + 1 + 2 * 5);
+    assert_eq!(page.matches("<svg").count(), 1 + 2 + 1 + 2 * 5);
     assert!(!page.contains("with the effects") && !page.contains("Strikes that would tell more"));
 }

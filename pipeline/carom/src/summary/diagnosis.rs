@@ -131,6 +131,18 @@ fn closed(gap: &Gap) -> Option<f64> {
     (open > 0.0 && gap.after < gap.before).then(|| 100.0 * (gap.before - gap.after) / open)
 }
 
+/// A probability as short as it can be said: replicates show none below one in their number.
+pub fn probability(p: f64, replicates: usize) -> String {
+    let least = 1.0 / (1.0 + replicates as f64);
+    if replicates > 0 && p <= least {
+        format!("< 1/{replicates}")
+    } else if p < 1e-3 {
+        format!("{p:.0e}")
+    } else {
+        format!("{p:.3}")
+    }
+}
+
 /// A parameter's value and the ends of its interval, to two figures of the interval's width.
 pub fn numbers(parameter: &Parameter) -> [String; 3] {
     let Parameter {
@@ -194,6 +206,14 @@ mod tests {
         ] {
             assert_eq!(numbers(&parameter), text);
         }
+    }
+
+    #[test]
+    fn a_probability_is_told_no_smaller_than_its_replicates_show() {
+        assert_eq!(probability(0.005, 199), "< 1/199");
+        assert_eq!(probability(1e-9, 199), "< 1/199");
+        assert_eq!(probability(0.01, 199), "0.010");
+        assert_eq!(probability(2e-7, 0), "2e-7");
     }
 
     #[test]

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use diagnose::{Diagnosis, Parameter, Verdict};
 
-use super::diagnosis::{gap_in_brief, numbers, verdict};
+use super::diagnosis::{gap_in_brief, numbers, probability, verdict};
 use super::shared::{stop_errors, strikes, unused_diagnosis};
 use crate::outputs::NEXT_STRIKES;
 use crate::results::Results;
@@ -36,7 +36,11 @@ pub fn overview(results: &Results) -> String {
 
 /// The verdict, one effect a line, the gap, and what to do next.
 fn diagnosis(diagnosis: &Diagnosis) -> String {
-    let mut text = format!("diagnosis  {}\n", verdict(diagnosis.verdict));
+    let mut text = format!(
+        "diagnosis  {} (p {})\n",
+        verdict(diagnosis.verdict),
+        probability(diagnosis.p_value, diagnosis.replicates)
+    );
     for effect in &diagnosis.effects {
         let values: Vec<String> = effect
             .parameters
@@ -60,6 +64,15 @@ fn diagnosis(diagnosis: &Diagnosis) -> String {
                 text,
                 "           the gap depends on: {}",
                 depends.join(", ")
+            );
+        }
+    }
+    if diagnosis.verdict == Verdict::Unexplained {
+        for map in &diagnosis.maps {
+            let (name, share) = (&map.name, 100.0 * map.share);
+            let _ = writeln!(
+                text,
+                "           a smooth {name} map would take {share:.0} % of the squared stop error"
             );
         }
     }
@@ -123,7 +136,7 @@ mod tests {
         );
         let parameter = &found.diagnosis.effects[0].parameters["tilt_x"];
         assert!(text.contains(&value("tilt_x", parameter)), "{text}");
-        assert!(text.contains("diagnosis  named\n"), "{text}");
+        assert!(text.contains("diagnosis  named (p "), "{text}");
         assert!(text.contains("next       "), "{text}");
     }
 
