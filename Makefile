@@ -1,6 +1,6 @@
 # Everything that carom needs beside rustup's stable Rust, Python 3 with pip and a C compiler is set up here,
 # under .native/. A second run of any target does nothing that is done.
-.PHONY: build install run test lint blind kuka bench fuzz soak setup clean
+.PHONY: build install run test lint blind kuka bench fuzz arm soak setup clean
 .DEFAULT_GOAL := build
 
 DEMO := artifacts/demo
@@ -77,6 +77,18 @@ fuzz: build
 	@for target in mcap cdr json protobuf rig world manifest weights batch signature; do \
 		nice -n 19 $(BIN)/fuzz $$target --seconds $(FUZZ_SECONDS) --seed $(FUZZ_SEED) & pids="$$pids $$!"; \
 	done; for pid in $$pids; do wait $$pid || exit 1; done
+
+# The emulated xArm7 under the maker's own SDK, whose bytes for each call are compared with those that the driver's tests hold; then
+# every fault at every step of a strike. Ports 502, 30000 and 30001 of 127.0.0.1 are taken: 502 needs root.
+XARM := artifacts/runs/arm/sdk
+$(XARM)/done: tests/peers/requirements_xarm.txt
+	python3 -m venv $(XARM)
+	$(XARM)/bin/python -m pip install --quiet --disable-pip-version-check --requirement $<
+	touch $@
+arm: setup $(XARM)/done
+	cargo build --package arm --locked
+	$(XARM)/bin/python tests/peers/arm.py $(BIN)/arm-emulator tests/arm/tests/sdk_frames.txt --check
+	cargo test --package arm --locked -- --nocapture
 
 # A hundred nights on growing data, a fault in each: some twenty minutes.
 soak: build

@@ -22,7 +22,7 @@ fn no_dependency_runs_up_a_floor() {
     let mut up = Vec::new();
     for member in members.iter().map(|member| member.as_str().unwrap()) {
         // What proves the whole stands beside the house.
-        if member == "tests" {
+        if member.starts_with("tests") {
             continue;
         }
         let crate_manifest = read(&root.join(member).join("Cargo.toml"));

@@ -30,6 +30,7 @@ pub use logs::write::Samples;
 pub use plan::{Details, FEW, Plan};
 pub use planner::Planner;
 pub use refusal::{Reason, Refusal};
+pub use robot::xarm;
 pub use robot::{
     Choice, DryRun, Robot, RobotError, SimRobot, Struck, TruthSource, UnknownRobot, execute,
 };

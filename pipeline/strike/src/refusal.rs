@@ -44,13 +44,11 @@ pub enum Reason {
     NotTrusted,
     /// The robot must not strike in the state that it is in.
     NotReady,
-    /// This version has no driver for the robot that was named.
-    NoDriver,
 }
 
 impl Reason {
     /// Every reason.
-    pub const ALL: [Self; 19] = [
+    pub const ALL: [Self; 18] = [
         Self::NotFinite,
         Self::OffTable,
         Self::OutsideTrainedRegion,
@@ -69,7 +67,6 @@ impl Reason {
         Self::OtherRig,
         Self::NotTrusted,
         Self::NotReady,
-        Self::NoDriver,
     ];
 
     /// The name in files, such as `off_table`.
@@ -93,7 +90,6 @@ impl Reason {
             Self::OtherRig => "other_rig",
             Self::NotTrusted => "not_trusted",
             Self::NotReady => "not_ready",
-            Self::NoDriver => "no_driver",
         }
     }
 }

@@ -3,6 +3,7 @@
 mod choice;
 mod dry_run;
 mod sim;
+pub mod xarm;
 
 pub use choice::{Choice, UnknownRobot};
 pub use dry_run::DryRun;
@@ -40,8 +41,12 @@ pub trait Robot {
 pub struct Struck {
     /// What goes into the log.
     pub samples: Samples,
-    /// Where the camera saw the object come to rest, in m.
-    pub stop: Point,
+    /// Where the camera saw the object come to rest, in m; none where no camera looked.
+    pub stop: Option<Point>,
+    /// Speed that the arm delivered at contact, in m/s; none where it is not measured.
+    pub delivered_speed: Option<f64>,
+    /// What a person should look at; none where nothing is.
+    pub warning: Option<String>,
 }
 
 /// Why a robot did not strike. Texts complete "failed to …".

@@ -16,6 +16,8 @@ Examples:
     strike --artifacts artifacts/demo --rig rig.toml --model sysid --to 0.70 0.10
   Strike only with what the holder of a key signed:
     strike --artifacts artifacts/demo --key carom.pub --rig rig.toml --to 0.70 0.10 --robot sim
+  Strike with an xArm7, after a dry-run of the same; nothing of this is safety-rated:
+    strike --artifacts artifacts/demo --key carom.pub --rig rig.toml --from 0.30 0.00 --to 0.70 0.10 --robot xarm:192.168.1.10
   Plan many targets, a line {\"from\": [x, y], \"to\": [x, y]} each:
     strike --artifacts artifacts/demo --batch targets.jsonl > plans.jsonl
 
@@ -23,7 +25,7 @@ Exit codes: 0 done; 1 failed; 2 wrong usage or bad input; 3 done, but a line of 
 elsewhere; 4 refused; 75 busy.
 A refusal tells its reason: not_finite, off_table, outside_trained_region, unreachable, diverged, speed_limit,
 angle_limit, reach, keep_out, obstacle, second_push, turned (a box), residual_too_large, plan_expired, malformed (a line of a
-batch), no_driver or not_ready (the robot), other_rig (the
+batch), not_ready (the robot), other_rig (the
 artifact was made for another object or striker), not_trusted (not signed by the key, or older than what was loaded before).
 Nothing is ever moved into a limit. A damaged artifact is bad input: exit code 2. With --json every end is one object: a plan,
 a refusal, or {\"failed\": text}; what was struck is told and kept even where something failed after it.";
@@ -70,7 +72,7 @@ pub struct Args {
     )]
     pub yaw: f64,
     /// Robot: dry-run, sim (the rig whose truth.json lies in DIR or DIR/rig, else the demo's), sim:FOLDER (the one of
-    /// FOLDER's); xarm:HOST has no driver yet and is refused
+    /// FOLDER's), xarm:HOST (UFACTORY's xArm7; needs --key and --rig)
     #[arg(long, value_name = "ROBOT", default_value = "dry-run")]
     pub robot: Choice,
     /// Log of the strike [default: the next strike_NNNNNN.mcap in DIR/strikes]; never overwrites

@@ -11,7 +11,7 @@ use std::io::{self, Write};
 use std::path::Path;
 use std::process::ExitCode;
 
-use strike::{Choice, Planner, Reason, Refusal, batch};
+use strike::{Choice, Planner, batch};
 use values::Point;
 
 pub use args::Args;
@@ -31,14 +31,6 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
         ));
     }
     let (artifact, rig) = load(args)?;
-    if let Some(detail) = args.robot.lacks_driver() {
-        return Err(Failure::Refused(Refusal {
-            from: args.from.as_deref().map(point),
-            to: args.to.as_deref().map(point),
-            refused: Reason::NoDriver,
-            detail,
-        }));
-    }
     let model = args
         .model
         .unwrap_or(artifact.manifest.provenance.default_model);

@@ -4,7 +4,7 @@ use std::io::{self, Write};
 use std::path::PathBuf;
 
 use serde::Serialize;
-use strike::{FEW, Plan};
+use strike::{FEW, Plan, Struck};
 use values::Point;
 
 use super::Failure;
@@ -20,6 +20,12 @@ pub struct Answer {
     /// Distance from there to the target, in m.
     #[serde(skip_serializing_if = "Option::is_none")]
     miss: Option<f64>,
+    /// Speed that the arm delivered at contact, in m/s, where it is measured.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    delivered_speed: Option<f64>,
+    /// What a person should look at.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    warning: Option<String>,
     /// The log.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub log: Option<PathBuf>,
@@ -38,16 +44,20 @@ impl Answer {
             plan: plan.clone(),
             stopped: None,
             miss: None,
+            delivered_speed: None,
+            warning: None,
             log: None,
             log_moved: None,
             failed: None,
         }
     }
 
-    /// The robot struck, and the object came to rest here (m).
-    pub fn stopped(&mut self, stop: Point) {
-        self.stopped = Some(stop);
-        self.miss = Some(stop.distance(self.plan.to));
+    /// The robot struck.
+    pub fn struck(&mut self, struck: &Struck) {
+        self.stopped = struck.stop;
+        self.miss = struck.stop.map(|stop| stop.distance(self.plan.to));
+        self.delivered_speed = struck.delivered_speed;
+        self.warning.clone_from(&struck.warning);
     }
 }
 
@@ -126,6 +136,12 @@ pub fn struck(answer: &Answer) -> Result<(), Failure> {
             stop.y,
             miss * 1e3
         );
+    }
+    if let Some(speed) = answer.delivered_speed {
+        text += &format!("delivered   {speed:8.4} m/s at contact\n");
+    }
+    if let Some(warning) = &answer.warning {
+        text += &format!("warning     {warning}\n");
     }
     if let Some(log) = &answer.log {
         text += &format!("log         {}\n", log.display());

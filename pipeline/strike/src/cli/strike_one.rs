@@ -1,8 +1,12 @@
 //! One target: plan, strike, log, answer.
 
 use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 use rig::SimChoice;
+use signal_hook::consts::{SIGINT, SIGTERM};
+use strike::xarm::{Ports, XArm};
 use strike::{
     Choice, Destination, DryRun, OpenLog, Plan, Planner, Reason, Refusal, Robot, RobotError,
     SimRobot, TruthSource, execute, take_number,
@@ -30,7 +34,11 @@ pub fn strike_one(args: &Args, planner: &Planner, to: Point) -> Result<ExitCode,
             let (mut robot, log) = open_sim(args, planner, sim)?;
             strike_with(&mut robot, &plan, Some(log), topics)?
         }
-        _ => strike_with(&mut DryRun, &plan, None, topics)?,
+        Choice::XArm(host) => {
+            let (mut robot, log) = open_xarm(args, planner, host)?;
+            strike_with(&mut robot, &plan, Some(log), topics)?
+        }
+        Choice::DryRun => strike_with(&mut DryRun, &plan, None, topics)?,
     };
     if args.json {
         show::json(&answer)?;
@@ -65,17 +73,41 @@ fn open_sim(
     let source = truth
         .as_deref()
         .map_or(TruthSource::Demo, TruthSource::File);
-    let destination = args.log.clone().map_or_else(
-        || Destination::Next(args.artifacts.join("strikes")),
-        Destination::File,
-    );
-    let log = OpenLog::open(destination)?;
+    let log = OpenLog::open(destination(args))?;
     let number = take_number(&args.artifacts).map_err(|error| match error {
         durable::LockError::Busy { .. } => Failure::Busy(error.to_string()),
         durable::LockError::Io(_) => Failure::failed(error),
     })?;
     let robot = SimRobot::open(planner.rig(), source, number).map_err(Failure::input)?;
     Ok((robot, log))
+}
+
+/// The arm, stopped by SIGINT and SIGTERM, and the log of its strike.
+fn open_xarm(args: &Args, planner: &Planner, host: &str) -> Result<(XArm, OpenLog), Failure> {
+    let log = OpenLog::open(destination(args))?;
+    let interrupted = Arc::new(AtomicBool::new(false));
+    for signal in [SIGINT, SIGTERM] {
+        signal_hook::flag::register(signal, interrupted.clone())
+            .map_err(|error| Failure::failed(format!("take signals: {error}")))?;
+    }
+    let name = format!("xarm:{host}");
+    let ports = Ports::of(host)
+        .map_err(|error| Failure::input(format!("find the arm at `{host}`: {error}")))?;
+    let robot =
+        XArm::connect(&name, ports, planner.rig(), interrupted).map_err(|error| match error {
+            RobotError::NotReady { .. } => {
+                Failure::refused(Reason::NotReady, format!("failed to {error}"))
+            }
+            error => Failure::failed(error),
+        })?;
+    Ok((robot, log))
+}
+
+fn destination(args: &Args) -> Destination {
+    args.log.clone().map_or_else(
+        || Destination::Next(args.artifacts.join("strikes")),
+        Destination::File,
+    )
 }
 
 /// Strikes and keeps the log. Errors only where nothing was struck: what was is told, whatever came after.
@@ -89,7 +121,7 @@ fn strike_with(
     match execute(robot, plan) {
         Ok(None) => return Ok(answer),
         Ok(Some(struck)) => {
-            answer.stopped(struck.stop);
+            answer.struck(&struck);
             keep(&mut answer, log, &struck.samples, topics);
         }
         Err(RobotError::Refused(refusal)) => return Err(Failure::Refused(refusal)),

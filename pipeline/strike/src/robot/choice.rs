@@ -11,7 +11,7 @@ pub enum Choice {
     DryRun,
     /// `sim` or `sim:FOLDER`: the embedded rig.
     Sim(SimChoice),
-    /// `xarm:HOST`: an arm for which there is no driver yet.
+    /// `xarm:HOST`: UFACTORY's xArm7.
     XArm(String),
 }
 
@@ -30,7 +30,7 @@ pub enum UnknownRobot {
 }
 
 /// What can be struck with.
-pub(crate) const KNOWN: &str = "`dry-run`, `sim` and `sim:FOLDER`";
+pub(crate) const KNOWN: &str = "`dry-run`, `sim`, `sim:FOLDER` and `xarm:HOST`";
 
 impl Choice {
     /// Whether it can move something in this world. One that can needs an artifact that somebody vouches for, and a rig file of
@@ -40,15 +40,6 @@ impl Choice {
             Self::DryRun | Self::Sim(_) => false,
             Self::XArm(_) => true,
         }
-    }
-
-    /// Why nothing can strike with it: this version has no driver for it.
-    pub fn lacks_driver(&self) -> Option<String> {
-        let Self::XArm(host) = self else { return None };
-        Some(format!(
-            "there is no driver for the xArm at {host} in this version, and nothing was sent to it; plan with `dry-run` and hand \
-             the plan (--json) to the arm's own program; robots are {KNOWN}"
-        ))
     }
 }
 

@@ -69,8 +69,10 @@ impl Robot for SimRobot {
     fn strike(&mut self, plan: &Plan) -> Result<Option<Struck>, RobotError> {
         let recording = self.sim.strike(plan.from, plan.command());
         Ok(Some(Struck {
-            stop: recording.stop,
+            stop: Some(recording.stop),
             samples: recording.samples,
+            delivered_speed: None,
+            warning: None,
         }))
     }
 

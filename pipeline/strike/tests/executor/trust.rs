@@ -416,6 +416,38 @@ fn two_stores_that_sign_with_one_key_are_told_apart() {
 }
 
 #[test]
+fn an_arm_whose_rig_file_says_too_little_is_not_connected_to() {
+    let computer = Computer::new();
+    let config = computer.own("strike.toml");
+    let arguments = [
+        "--to",
+        "0.6",
+        "0.1",
+        "--robot",
+        "xarm:127.0.0.1",
+        "--json",
+        "--config",
+    ];
+    let arguments = [arguments.as_slice(), &[config.to_str().unwrap()]].concat();
+    let refusal = |output: Output, code: i32| -> Value {
+        assert_eq!(output.status.code(), Some(code), "{}", stderr(&output));
+        serde_json::from_slice(&output.stdout).unwrap()
+    };
+    let told = refusal(strike(computer.store.path(), &arguments), 4);
+    assert_eq!(told["refused"], "not_ready");
+    assert!(
+        told["detail"].as_str().unwrap().contains("lacks base"),
+        "{told}"
+    );
+    // Another rig's artifact is refused before the arm is thought of.
+    let mut other = fixture::rig();
+    other.object.mass = 0.3;
+    fs::write(computer.own("rig.toml"), other.to_toml()).unwrap();
+    let told = refusal(strike(computer.store.path(), &arguments), 4);
+    assert_eq!(told["refused"], "other_rig");
+}
+
+#[test]
 fn a_record_of_before_manifests_were_kept_is_read_and_completed() {
     let computer = Computer::new();
     let seen = computer.own("carom.seen");

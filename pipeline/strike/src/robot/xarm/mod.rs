@@ -1,0 +1,451 @@
+//! UFACTORY's xArm7 over its private TCP protocol.
+//!
+//! The driver connects, checks, enables, moves at travel height and at most 100 mm/s to the start, down, along one straight line
+//! through the strike point, and up. It never clears an error, never clamps a value, and stops with state 4. While anything
+//! moves, every report is held against the line that was told ([`guard`]); what does not keep to it is stopped from the thread
+//! that reads the reports. None of this is safety-rated.
+
+mod control;
+mod guard;
+mod record;
+mod setup;
+mod watch;
+mod wire;
+
+use std::io;
+use std::net::{SocketAddr, TcpStream, ToSocketAddrs};
+use std::panic::{self, AssertUnwindSafe};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant, SystemTime};
+
+use values::Rig;
+
+pub use control::StopHandle;
+use control::{CONNECT, Control};
+use guard::{Line, norm};
+use record::samples;
+use setup::{Setup, TRAVEL};
+use watch::Watch;
+pub use wire::{Register, line_payload, request};
+
+use super::{Robot, RobotError, Struck};
+use crate::{Plan, Ramp};
+
+/// Axes of the arm that this drives.
+const AXES: &str = "7";
+/// The oldest firmware that takes the lines that are sent.
+const FIRMWARE: (u32, u32, u32) = (1, 11, 100);
+/// A line may take this share and this many seconds longer than planned.
+const LONGER: (f64, f64) = (0.5, 1.0);
+/// The controller settles after it was enabled within this time.
+const SETTLE: Duration = Duration::from_secs(2);
+/// A report comes within this time, and after a stop the arm rests within it.
+const PATIENCE: Duration = Duration::from_secs(1);
+/// States of the controller: in motion, ready.
+const READY: [u8; 2] = [0, 2];
+/// Another program has paused its motion.
+const PAUSED: u8 = 3;
+/// The delivered speed may differ from the commanded one by this share before it is told.
+const SPEED_WARNING: f64 = 0.01;
+/// Shorter lines than this, in mm, are not moved.
+const SHORTEST: f64 = 0.2;
+
+/// Where an arm listens.
+#[derive(Clone, Copy, Debug)]
+pub struct Ports {
+    /// Requests and replies.
+    pub control: SocketAddr,
+    /// The real-time report.
+    pub realtime: SocketAddr,
+    /// The ordinary report.
+    pub report: SocketAddr,
+}
+
+impl Ports {
+    /// The maker's ports of a host. Errors where the name is not known.
+    pub fn of(host: &str) -> io::Result<Self> {
+        let address = (host, wire::CONTROL_PORT)
+            .to_socket_addrs()?
+            .next()
+            .ok_or_else(|| io::Error::other("the name has no address"))?;
+        let with = |port| SocketAddr::new(address.ip(), port);
+        Ok(Self {
+            control: address,
+            realtime: with(wire::REALTIME_PORT),
+            report: with(wire::REPORT_PORT),
+        })
+    }
+}
+
+/// An xArm7, connected.
+#[derive(Debug)]
+pub struct XArm {
+    name: String,
+    ports: Ports,
+    setup: Setup,
+    control: Control,
+    watch: Watch,
+    stop: StopHandle,
+    interrupted: Arc<AtomicBool>,
+    is_moving: bool,
+}
+
+impl XArm {
+    /// Connects; moves nothing. `interrupted` stops the arm once it is set, as from a signal's handler. Errors where the rig file
+    /// lacks what an arm needs, or nothing answers.
+    pub fn connect(
+        name: &str,
+        ports: Ports,
+        rig: &Rig,
+        interrupted: Arc<AtomicBool>,
+    ) -> Result<Self, RobotError> {
+        let setup = Setup::of(rig).map_err(|why| not_ready(name, why))?;
+        let failed = |error: io::Error| unreachable_arm(name, &error);
+        let control = Control::connect(ports.control).map_err(failed)?;
+        let stop = control.stop_handle();
+        let watch =
+            Watch::start(ports.realtime, stop.clone(), interrupted.clone()).map_err(failed)?;
+        Ok(Self {
+            name: name.into(),
+            ports,
+            setup,
+            control,
+            watch,
+            stop,
+            interrupted,
+            is_moving: false,
+        })
+    }
+
+    /// Stops the arm from any thread, while it strikes too.
+    pub fn stop_handle(&self) -> StopHandle {
+        self.stop.clone()
+    }
+
+    fn not_ready(&self, why: impl Into<String>) -> RobotError {
+        not_ready(&self.name, why)
+    }
+
+    fn unreachable(&self, error: &io::Error) -> RobotError {
+        unreachable_arm(&self.name, error)
+    }
+
+    /// The tool and the errors that the controller tells.
+    fn status(&self) -> io::Result<wire::Status> {
+        let mut stream = TcpStream::connect_timeout(&self.ports.report, CONNECT)?;
+        stream.set_read_timeout(Some(CONNECT))?;
+        wire::read_status(&mut stream)
+    }
+
+    /// All motions of a strike. Errors with the line that was not ended, and why.
+    fn move_all(&mut self, plan: &Plan) -> Result<Instant, (&'static str, String)> {
+        let told = |what| move |error: io::Error| (what, error.to_string());
+        let control = &mut self.control;
+        control.enable().map_err(told("enable"))?;
+        control.set_mode(0).map_err(told("enable"))?;
+        control.set_state(0).map_err(told("enable"))?;
+        self.settle().map_err(|why| ("enable", why))?;
+        let (jerk, acceleration) = (self.setup.jerk, self.setup.acceleration);
+        self.control.set_jerk(jerk).map_err(told("enable"))?;
+        self.control
+            .set_acceleration(acceleration.max(TRAVEL.1))
+            .map_err(told("enable"))?;
+
+        let here = self.control.pose().map_err(told("travel"))?;
+        let above = self
+            .setup
+            .high(self.setup.on_table([here[0], here[1], here[2]]));
+        let (start, stop) = (plan.start, plan.stop);
+        self.travel("lift", above)?;
+        self.travel("travel", self.setup.high(start))?;
+        self.travel("lower", self.setup.low(start))?;
+        self.watch.record();
+        let begun = self.strike_line(plan)?;
+        self.travel("raise", self.setup.high(stop))?;
+        Ok(begun)
+    }
+
+    /// Waits until the controller is ready to move.
+    fn settle(&mut self) -> Result<(), String> {
+        let until = Instant::now() + SETTLE;
+        loop {
+            let state = self.control.state().map_err(|error| error.to_string())?;
+            if READY.contains(&state) {
+                return Ok(());
+            }
+            if Instant::now() > until {
+                return Err(format!(
+                    "the controller does not become ready, state {state}"
+                ));
+            }
+            std::thread::sleep(Duration::from_millis(20));
+        }
+    }
+
+    fn travel(
+        &mut self,
+        what: &'static str,
+        to: [f64; 3],
+    ) -> Result<Instant, (&'static str, String)> {
+        let (speed, acceleration) = TRAVEL;
+        self.line(what, to, speed, acceleration, None)
+    }
+
+    fn strike_line(&mut self, plan: &Plan) -> Result<Instant, (&'static str, String)> {
+        let (speed, to) = (plan.speed * 1e3, self.setup.low(plan.stop));
+        let reached_at = plan.start.distance(plan.pre_strike) * 1e3;
+        self.line(
+            "strike",
+            to,
+            speed,
+            self.setup.acceleration,
+            Some(reached_at),
+        )
+    }
+
+    /// One straight line from where the tip is to a place in the arm's frame (mm), guarded. Gives when it was accepted.
+    fn line(
+        &mut self,
+        what: &'static str,
+        to: [f64; 3],
+        speed: f64,
+        acceleration: f64,
+        reached_at: Option<f64>,
+    ) -> Result<Instant, (&'static str, String)> {
+        let failed = |why: String| (what, why);
+        if self.interrupted.load(Ordering::Relaxed) {
+            return Err(failed("it was interrupted by a signal".into()));
+        }
+        let last = self
+            .watch
+            .next(PATIENCE)
+            .ok_or_else(|| failed("its reports ceased before the line".into()))?;
+        let [x, y, z, ..] = last.report.pose;
+        let line = Line {
+            from: [x, y, z],
+            to,
+            speed,
+            reached_at,
+        };
+        if line.length() < SHORTEST {
+            return Ok(Instant::now());
+        }
+        self.is_moving = true;
+        self.watch.guard(line);
+        let [roll, pitch, yaw] = self.setup.orientation;
+        self.control
+            .move_line([to[0], to[1], to[2], roll, pitch, yaw], speed, acceleration)
+            .map_err(|error| failed(self.watch.fault().unwrap_or_else(|| error.to_string())))?;
+        let begun = Instant::now();
+        let ramps = 2.0 * Ramp::to(speed, acceleration, Some(self.setup.jerk)).duration;
+        let (share, more) = LONGER;
+        let patience = (line.length() / speed + ramps) * (1.0 + share) + more;
+        self.watch
+            .wait_for_end(Duration::from_secs_f64(patience))
+            .map_err(failed)?;
+        Ok(begun)
+    }
+
+    /// How far (m) the tip has come since recording began.
+    fn moved(&self) -> f64 {
+        let record = self.watch.recorded();
+        let place = |sample: &guard::Sample| {
+            let [x, y, z, ..] = sample.report.pose;
+            [x, y, z]
+        };
+        record
+            .windows(2)
+            .map(|pair| guard::distance(place(&pair[0]), place(&pair[1])))
+            .sum::<f64>()
+            * 1e-3
+    }
+}
+
+impl Robot for XArm {
+    fn name(&self) -> String {
+        self.name.clone()
+    }
+
+    fn check(&mut self, plan: &Plan) -> Result<(), RobotError> {
+        let version = self.control.version().map_err(|e| self.unreachable(&e))?;
+        check_version(&version).map_err(|why| self.not_ready(why))?;
+        let (error, warning) = self.control.error().map_err(|e| self.unreachable(&e))?;
+        let status = self.status().map_err(|e| self.unreachable(&e))?;
+        for (error, warning) in [(error, warning), (status.error, status.warning)] {
+            if error != 0 || warning != 0 {
+                return Err(self.not_ready(format!(
+                    "the controller tells error {error} and warning {warning}; look them up in the arm's manual, mend the cause, and \
+                     clear them by the arm's own program"
+                )));
+            }
+        }
+        self.setup
+            .check_tool(&status)
+            .map_err(|why| self.not_ready(why))?;
+        let Some(last) = self.watch.next(PATIENCE) else {
+            return Err(self.not_ready("no real-time report comes"));
+        };
+        if norm(last.report.velocity) > 1.0 || last.report.state == 1 {
+            return Err(self.not_ready("the arm is moving"));
+        }
+        if last.report.mode != 0 || last.report.state == PAUSED {
+            return Err(self.not_ready(format!(
+                "another program uses the arm: mode {}, state {}; end it first",
+                last.report.mode, last.report.state
+            )));
+        }
+        let pose = self.control.pose().map_err(|e| self.unreachable(&e))?;
+        self.setup
+            .check_orientation(pose)
+            .map_err(|why| self.not_ready(why))?;
+        let here = self.setup.on_table([pose[0], pose[1], pose[2]]);
+        plan.check_approach(here).map_err(|why| self.not_ready(why))
+    }
+
+    fn strike(&mut self, plan: &Plan) -> Result<Option<Struck>, RobotError> {
+        let clock = (SystemTime::now(), Instant::now());
+        // The motion has a thread of its own; a panic of it stops the arm like any other failure.
+        let outcome = std::thread::scope(|scope| {
+            let motion = AssertUnwindSafe(|| self.move_all(plan));
+            let thread = scope.spawn(move || panic::catch_unwind(motion));
+            thread.join().unwrap_or_else(Err)
+        });
+        let record = self.watch.recorded();
+        match outcome {
+            Ok(Ok(begun)) => {
+                self.is_moving = false;
+                let (samples, delivered) = samples(&record, plan, &self.setup, clock, begun);
+                let warning = delivered
+                    .filter(|delivered| (delivered / plan.speed - 1.0).abs() > SPEED_WARNING)
+                    .map(|delivered| {
+                        format!(
+                            "the arm delivered {delivered:.4} m/s of {:.4} m/s at the blow: look at its load, reach and jerk",
+                            plan.speed
+                        )
+                    });
+                Ok(Some(Struck {
+                    samples,
+                    stop: None,
+                    delivered_speed: delivered,
+                    warning,
+                }))
+            }
+            failed => {
+                let stopped = self.stop.stop();
+                let (what, why) = match failed {
+                    Ok(Err(told)) => told,
+                    _ => ("strike", "the driver panicked".to_owned()),
+                };
+                let unsent = stopped.err().map_or(String::new(), |error| {
+                    format!("; the stop could not be sent: {error}")
+                });
+                let (samples, _) = samples(&record, plan, &self.setup, clock, clock.1);
+                Err(RobotError::Interrupted {
+                    robot: self.name.clone(),
+                    why: format!(
+                        "{why}, while it was to `{what}`; since the record began the tip had moved {:.3} m{unsent}",
+                        self.moved()
+                    ),
+                    samples: (!record.is_empty()).then(|| Box::new(samples)),
+                })
+            }
+        }
+    }
+
+    /// Sends the stop, again over a new connection where the arm is not seen at rest after it.
+    fn abort(&mut self) -> Result<(), RobotError> {
+        let sent = self.stop.stop();
+        self.is_moving = false;
+        if sent.is_ok() && self.watch.rests_within(PATIENCE) {
+            return Ok(());
+        }
+        let again = Control::connect(self.ports.control).and_then(|mut control| {
+            control.set_state(4)?;
+            control.state()
+        });
+        match again {
+            Ok(4 | 5) => Ok(()),
+            Ok(state) => Err(RobotError::Connection {
+                robot: self.name.clone(),
+                why: format!("the controller was told to stop and is in state {state}"),
+            }),
+            Err(error) => Err(self.unreachable(&error)),
+        }
+    }
+}
+
+impl Drop for XArm {
+    /// Whatever ends the program's use of it: what moves is stopped.
+    fn drop(&mut self) {
+        if self.is_moving {
+            // Nothing is left that could be told.
+            let _ = self.stop.stop();
+        }
+    }
+}
+
+/// An xArm7 with a firmware that takes the lines that are sent; the text is as `7,7,SN,BOX,v1.12.10`.
+fn check_version(text: &str) -> Result<(), String> {
+    let numbers: Vec<&str> = text.split(',').collect();
+    let firmware = || {
+        let last = numbers.last()?.rsplit(['v', 'V']).next()?;
+        let mut parts = last.split('.').map(|part| {
+            let digits: String = part.chars().take_while(char::is_ascii_digit).collect();
+            digits.parse::<u32>().ok()
+        });
+        Some((parts.next()??, parts.next()??, parts.next()??))
+    };
+    let axes = numbers.first().and_then(|text| text.chars().last());
+    if axes.is_none_or(|axes| AXES != axes.to_string()) {
+        return Err(format!(
+            "the controller says `{text}`: this drives an xArm with {AXES} axes"
+        ));
+    }
+    match firmware() {
+        Some(found) if found >= FIRMWARE => Ok(()),
+        _ => Err(format!(
+            "the controller says `{text}`: its firmware must be {}.{}.{} or later",
+            FIRMWARE.0, FIRMWARE.1, FIRMWARE.2
+        )),
+    }
+}
+
+fn not_ready(name: &str, why: impl Into<String>) -> RobotError {
+    RobotError::NotReady {
+        robot: name.into(),
+        why: why.into(),
+    }
+}
+
+fn unreachable_arm(name: &str, error: &io::Error) -> RobotError {
+    RobotError::Connection {
+        robot: name.into(),
+        why: format!("{error}; check its power and network, and that no other program drives it"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_an_xarm7_with_a_new_firmware_is_driven() {
+        for text in [
+            "7,7,XI1300,AC1300,v1.12.10",
+            "7,7,,,V2.0.0",
+            "v7,7,a,b,v1.11.100",
+        ] {
+            assert_eq!(check_version(text), Ok(()), "{text}");
+        }
+        for text in [
+            "6,6,XI1300,AC1300,v1.12.10",
+            "7,7,a,b,v1.10.9",
+            "",
+            "7",
+            "7,7,a,b,vx",
+        ] {
+            assert!(check_version(text).is_err(), "{text}");
+        }
+    }
+}

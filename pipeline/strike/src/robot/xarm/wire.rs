@@ -1,0 +1,252 @@
+//! Frames of UFACTORY's private TCP protocol: requests and replies of the control port, and the real-time report.
+//!
+//! Source: the maker's documents (xArm-Developer/ufactory_docs) and the published Python SDK, whose bytes for the same calls are
+//! kept beside the tests. Numbers of a header are big-endian, those of a payload little-endian 32-bit floats; lengths are mm.
+
+use std::io::{self, ErrorKind, Read};
+
+/// Port of requests and replies.
+pub const CONTROL_PORT: u16 = 502;
+/// Port of the real-time report, at up to 250 Hz.
+pub const REALTIME_PORT: u16 = 30_000;
+/// Port of the ordinary report, at 5 Hz: it also tells the tool and the errors.
+pub const REPORT_PORT: u16 = 30_001;
+
+/// The private protocol's number in a header.
+const PROTOCOL: u16 = 2;
+/// Bytes of a header, with the register.
+const HEADER: usize = 7;
+/// Longest reply that is read, in bytes: the longest that is asked for has 50.
+const LONGEST_REPLY: usize = 1024;
+/// Bytes of a real-time report up to the last field that is read; whole ones have 804.
+const LEAST_REALTIME: usize = 520;
+/// Bytes of an ordinary report up to the payload.
+const LEAST_REPORT: usize = 131;
+/// Longest report that is read, in bytes.
+const LONGEST_REPORT: usize = 4096;
+
+/// The registers that a strike needs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Register {
+    /// Model, axes, serial numbers and firmware, as text.
+    Version = 1,
+    /// Enables the motors.
+    MotionEnable = 11,
+    /// Sets the state: 0 ready, 4 stop.
+    SetState = 12,
+    /// The state.
+    GetState = 13,
+    /// Error and warning code.
+    GetError = 15,
+    /// Sets the mode: 0 takes positions.
+    SetMode = 19,
+    /// A straight line to a pose.
+    MoveLine = 21,
+    /// Jerk of straight lines, in mm/s³.
+    TcpJerk = 31,
+    /// Greatest acceleration of straight lines, in mm/s².
+    TcpAcceleration = 32,
+    /// The tip's pose.
+    GetPose = 41,
+}
+
+/// A request, ready to send.
+pub fn request(transaction: u16, register: Register, payload: &[u8]) -> Vec<u8> {
+    let mut frame = Vec::with_capacity(HEADER + payload.len());
+    frame.extend(transaction.to_be_bytes());
+    frame.extend(PROTOCOL.to_be_bytes());
+    frame.extend((payload.len() as u16 + 1).to_be_bytes());
+    frame.push(register as u8);
+    frame.extend(payload);
+    frame
+}
+
+/// Floats as a payload; an error where one is no finite number, which never goes on the wire.
+pub fn floats(numbers: &[f64]) -> io::Result<Vec<u8>> {
+    let mut bytes = Vec::with_capacity(4 * numbers.len());
+    for number in numbers {
+        let number = *number as f32;
+        if !number.is_finite() {
+            let why = format!("{number} is not sent to an arm");
+            return Err(io::Error::new(ErrorKind::InvalidInput, why));
+        }
+        bytes.extend(number.to_le_bytes());
+    }
+    Ok(bytes)
+}
+
+/// What is told of a straight line to a pose (mm, rad) at a speed (mm/s) and acceleration (mm/s²). Errors where a number is not
+/// finite.
+pub fn line_payload(pose: [f64; 6], speed: f64, acceleration: f64) -> io::Result<Vec<u8>> {
+    /// No blending into the next line.
+    const NO_RADIUS: f64 = -1.0;
+    /// As fast as speed and acceleration allow.
+    const NO_TIME: f64 = 0.0;
+    let mut numbers = pose.to_vec();
+    numbers.extend([speed, acceleration, NO_TIME, NO_RADIUS]);
+    let mut payload = floats(&numbers)?;
+    // In the base's frame, roll-pitch-yaw, moved and not only checked.
+    payload.extend([0, 0, 0]);
+    Ok(payload)
+}
+
+/// A reply.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Reply {
+    /// Number of the request.
+    pub transaction: u16,
+    /// Register of the request.
+    pub register: u8,
+    /// Bits: 0x40 an error is set, 0x20 a warning, 0x10 not ready to move, 0x08 the request is invalid.
+    pub status: u8,
+    /// What was asked for.
+    pub payload: Vec<u8>,
+}
+
+impl Reply {
+    /// Bytes of the payload from `at` as a float.
+    pub fn float(&self, at: usize) -> Option<f64> {
+        float(&self.payload, at)
+    }
+}
+
+/// Reads one reply. Errors where it makes no sense: what follows cannot be trusted either.
+pub fn read_reply(stream: &mut impl Read) -> io::Result<Reply> {
+    let mut header = [0; 6];
+    stream.read_exact(&mut header)?;
+    let number = |at: usize| u16::from_be_bytes([header[at], header[at + 1]]);
+    let length = usize::from(number(4));
+    if number(2) != PROTOCOL || !(2..=LONGEST_REPLY).contains(&length) {
+        return Err(garbage(format!("a reply begins with {header:02x?}")));
+    }
+    let mut body = vec![0; length];
+    stream.read_exact(&mut body)?;
+    Ok(Reply {
+        transaction: number(0),
+        register: body[0],
+        status: body[1],
+        payload: body.split_off(2),
+    })
+}
+
+/// A sample of the real-time report: pose and speed as measured.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Realtime {
+    /// The controller's clock, in µs.
+    pub clock: u64,
+    /// 1 in motion, 2 ready, 3 paused, 4 stopped.
+    pub state: u8,
+    /// 0 takes positions.
+    pub mode: u8,
+    /// x, y, z in mm, roll, pitch, yaw in rad.
+    pub pose: [f64; 6],
+    /// Velocity along x, y, z in mm/s.
+    pub velocity: [f64; 3],
+}
+
+/// What the ordinary report tells of the tool and of errors.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Status {
+    /// Error code; 0 where there is none.
+    pub error: u8,
+    /// Warning code; 0 where there is none.
+    pub warning: u8,
+    /// x, y, z in mm, roll, pitch, yaw in rad.
+    pub tool_offset: [f64; 6],
+    /// Mass of the tool, in kg.
+    pub payload: f64,
+}
+
+/// Reads one real-time report.
+pub fn read_realtime(stream: &mut impl Read) -> io::Result<Realtime> {
+    let frame = read_report(stream, LEAST_REALTIME)?;
+    let mut clock = [0; 8];
+    clock.copy_from_slice(&frame[4..12]);
+    let vector = |at: usize| std::array::from_fn(|i| float(&frame, at + 4 * i).unwrap_or(f64::NAN));
+    let sample = Realtime {
+        clock: u64::from_be_bytes(clock),
+        state: frame[12] & 0x0f,
+        mode: frame[12] >> 4,
+        pose: vector(472),
+        velocity: {
+            let velocity: [f64; 6] = vector(496);
+            [velocity[0], velocity[1], velocity[2]]
+        },
+    };
+    let is_finite = |numbers: &[f64]| numbers.iter().all(|number| number.is_finite());
+    if is_finite(&sample.pose) && is_finite(&sample.velocity) {
+        Ok(sample)
+    } else {
+        Err(garbage("a report's pose is no number".into()))
+    }
+}
+
+/// Reads one ordinary report.
+pub fn read_status(stream: &mut impl Read) -> io::Result<Status> {
+    let frame = read_report(stream, LEAST_REPORT)?;
+    let vector = std::array::from_fn(|i| float(&frame, 91 + 4 * i).unwrap_or(f64::NAN));
+    Ok(Status {
+        error: frame[89],
+        warning: frame[90],
+        tool_offset: vector,
+        payload: float(&frame, 115).unwrap_or(f64::NAN),
+    })
+}
+
+fn read_report(stream: &mut impl Read, least: usize) -> io::Result<Vec<u8>> {
+    let mut size = [0; 4];
+    stream.read_exact(&mut size)?;
+    let length = u32::from_be_bytes(size) as usize;
+    if !(least..=LONGEST_REPORT).contains(&length) {
+        return Err(garbage(format!("a report says that it has {length} bytes")));
+    }
+    let mut frame = vec![0; length];
+    frame[..4].copy_from_slice(&size);
+    stream.read_exact(&mut frame[4..])?;
+    Ok(frame)
+}
+
+fn float(bytes: &[u8], at: usize) -> Option<f64> {
+    let four = bytes.get(at..at + 4)?;
+    Some(f64::from(f32::from_le_bytes(four.try_into().ok()?)))
+}
+
+fn garbage(why: String) -> io::Error {
+    io::Error::new(ErrorKind::InvalidData, why)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_number_that_is_not_finite_goes_on_the_wire() {
+        for number in [f64::NAN, f64::INFINITY, 1e39] {
+            assert!(floats(&[0.0, number]).is_err());
+        }
+        assert_eq!(floats(&[1.5]).expect("finite"), [0, 0, 0xc0, 0x3f]);
+    }
+
+    #[test]
+    fn replies_and_reports_of_any_bytes_are_read_or_told() {
+        // Short, cut off, and of lengths that nothing has.
+        for bytes in [
+            &[][..],
+            &[0, 1, 0, 2],
+            &[0, 1, 0, 2, 0, 1, 13],
+            &[0, 1, 0, 2, 0xff, 0xff, 13],
+            &[0xff; 64],
+            &[0, 0, 0, 0],
+        ] {
+            assert!(read_reply(&mut &*bytes).is_err());
+            assert!(read_realtime(&mut &*bytes).is_err());
+            assert!(read_status(&mut &*bytes).is_err());
+        }
+        let reply = read_reply(&mut &[0, 9, 0, 2, 0, 3, 13, 0x10, 4][..]).expect("a reply");
+        assert_eq!(
+            (reply.transaction, reply.status, &*reply.payload),
+            (9, 0x10, &[4][..])
+        );
+    }
+}

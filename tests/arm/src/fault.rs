@@ -1,0 +1,79 @@
+//! What can go wrong, and when.
+
+/// When in a strike a fault is made.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Step {
+    /// From the start.
+    Connect,
+    /// When the error code is asked for.
+    Check,
+    /// When the motors are enabled.
+    Enable,
+    /// In the middle of the n-th line since then, from 1.
+    Line(u32),
+}
+
+/// What goes wrong.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Fault {
+    /// All connections are reset; new ones are taken.
+    Reset,
+    /// All connections are reset, and none is taken any more.
+    Gone,
+    /// What is connected stays open, and nothing is read or answered on it; new connections are taken.
+    HalfOpen,
+    /// Reports cease.
+    Silent,
+    /// Reports are no reports.
+    Garbage,
+    /// A report ends in its middle, and its connection with it.
+    ShortFrame,
+    /// Replies to requests come after three seconds.
+    SlowReplies,
+    /// Replies are of no protocol.
+    GarbageReply,
+    /// The controller finds an error, and stops.
+    Error(u8),
+    /// The emergency stop is pressed.
+    EmergencyStop,
+    /// Another program sets the mode to manual.
+    OtherController,
+    /// Another program pauses the motion.
+    Paused,
+    /// The arm leaves its line.
+    OffLine,
+    /// A report says that the arm is elsewhere.
+    Jump,
+    /// Reports come later and later.
+    Lag,
+    /// Reports hold no numbers.
+    NotANumber,
+    /// The arm moves at 80 % of the speed that it was told.
+    TooSlow,
+    /// The state never becomes ready.
+    NeverReady,
+}
+
+impl Fault {
+    /// All of them.
+    pub const ALL: [Self; 18] = [
+        Self::Reset,
+        Self::Gone,
+        Self::HalfOpen,
+        Self::Silent,
+        Self::Garbage,
+        Self::ShortFrame,
+        Self::SlowReplies,
+        Self::GarbageReply,
+        Self::Error(31),
+        Self::EmergencyStop,
+        Self::OtherController,
+        Self::Paused,
+        Self::OffLine,
+        Self::Jump,
+        Self::Lag,
+        Self::NotANumber,
+        Self::TooSlow,
+        Self::NeverReady,
+    ];
+}

@@ -1,0 +1,236 @@
+//! The ports: each connection on a thread of its own.
+
+use std::io::{self, Write};
+use std::net::{IpAddr, SocketAddr, TcpListener, TcpStream};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use crate::frames::Request;
+use crate::state::{Event, Model, State};
+use crate::{Fault, Step};
+
+/// From one real-time report to the next, and from one ordinary report to the next.
+const REALTIME: Duration = Duration::from_millis(4);
+const ORDINARY: Duration = Duration::from_millis(200);
+
+/// Where to listen.
+#[derive(Clone, Copy, Debug)]
+pub enum Listening {
+    /// The maker's ports of an address.
+    Standard(IpAddr),
+    /// Free ports of the loopback address.
+    Free,
+}
+
+/// A controller that runs until it is dropped.
+pub struct Emulator {
+    /// Control, real-time and ordinary report.
+    pub ports: [SocketAddr; 3],
+    shared: Arc<Shared>,
+}
+
+struct Shared {
+    state: Mutex<State>,
+    ends: AtomicBool,
+}
+
+impl Shared {
+    fn lock(&self) -> MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn ends(&self) -> bool {
+        self.ends.load(Ordering::Relaxed)
+    }
+}
+
+impl Emulator {
+    /// Starts one; the fault is made once, at its step.
+    pub fn start(
+        listening: Listening,
+        model: Model,
+        fault: Option<(Step, Fault)>,
+    ) -> io::Result<Self> {
+        let listen = |port: u16| match listening {
+            Listening::Standard(address) => TcpListener::bind((address, port)),
+            Listening::Free => TcpListener::bind(("127.0.0.1", 0)),
+        };
+        let listeners = [listen(502)?, listen(30_000)?, listen(30_001)?];
+        let shared = Arc::new(Shared {
+            state: Mutex::new(State::new(model, fault)),
+            ends: AtomicBool::new(false),
+        });
+        let mut ports = Vec::new();
+        let serve: [fn(&Shared, TcpStream); 3] = [control, realtime, ordinary];
+        for (listener, serve) in listeners.into_iter().zip(serve) {
+            ports.push(listener.local_addr()?);
+            listener.set_nonblocking(true)?;
+            let shared = shared.clone();
+            thread::spawn(move || accept(&shared, &listener, serve));
+        }
+        let ticking = shared.clone();
+        thread::spawn(move || {
+            while !ticking.ends() {
+                ticking.lock().pass();
+                thread::sleep(Duration::from_millis(1));
+            }
+        });
+        Ok(Self {
+            ports: [ports[0], ports[1], ports[2]],
+            shared,
+        })
+    }
+
+    /// What came, and when the fault was made.
+    pub fn events(&self) -> Vec<(Instant, Event)> {
+        self.shared.lock().events.clone()
+    }
+
+    /// How far the tip moved since the first stop, in mm.
+    pub fn moved_after_stop(&self) -> f64 {
+        self.shared.lock().moved_after_stop
+    }
+
+    /// State, as reports tell it.
+    pub fn state(&self) -> u8 {
+        self.shared.lock().reported().state
+    }
+
+    /// Where the tip is, in mm and rad.
+    pub fn pose(&self) -> [f64; 6] {
+        self.shared.lock().reported().pose
+    }
+}
+
+impl Drop for Emulator {
+    fn drop(&mut self) {
+        self.shared.ends.store(true, Ordering::Relaxed);
+    }
+}
+
+fn accept(shared: &Arc<Shared>, listener: &TcpListener, serve: fn(&Shared, TcpStream)) {
+    while !shared.ends() {
+        if shared.lock().is_made(Fault::Gone) {
+            // Closing the listener refuses what comes.
+            return;
+        }
+        match listener.accept() {
+            Ok((stream, _)) => {
+                let shared = shared.clone();
+                thread::spawn(move || {
+                    let _ = stream.set_nonblocking(false);
+                    let _ = stream.set_nodelay(true);
+                    serve(&shared, stream);
+                });
+            }
+            Err(_) => thread::sleep(Duration::from_millis(2)),
+        }
+    }
+}
+
+/// Whether a connection that was made before the fault is cut by it.
+fn is_cut(shared: &Shared, since: Instant) -> bool {
+    let made = shared.lock().made;
+    made.is_some_and(|(at, fault)| matches!(fault, Fault::Reset | Fault::Gone) && since <= at)
+}
+
+/// Whether nothing goes through a connection that was made before the fault.
+fn is_dead(shared: &Shared, since: Instant) -> bool {
+    let made = shared.lock().made;
+    made.is_some_and(|(at, fault)| fault == Fault::HalfOpen && since <= at)
+}
+
+fn control(shared: &Shared, mut stream: TcpStream) {
+    let since = Instant::now();
+    let _ = stream.set_read_timeout(Some(Duration::from_millis(5)));
+    let mut waiting = Vec::new();
+    while !shared.ends() && !is_cut(shared, since) {
+        let mut more = [0; 512];
+        match io::Read::read(&mut stream, &mut more) {
+            Ok(0) => return,
+            Ok(count) => waiting.extend(&more[..count]),
+            Err(error)
+                if matches!(
+                    error.kind(),
+                    io::ErrorKind::WouldBlock | io::ErrorKind::TimedOut
+                ) => {}
+            Err(_) => return,
+        }
+        if is_dead(shared, since) {
+            waiting.clear();
+            continue;
+        }
+        // The maker's heartbeats have no register of their own and no answer.
+        while let Some(request) = whole(&mut waiting) {
+            let reply = shared.lock().answer(&request);
+            let made = shared.lock().made.map(|(_, fault)| fault);
+            let reply = match made {
+                Some(Fault::SlowReplies) => {
+                    thread::sleep(Duration::from_secs(3));
+                    reply
+                }
+                Some(Fault::GarbageReply) => vec![0xa5; 32],
+                _ => reply,
+            };
+            if is_cut(shared, since) || stream.write_all(&reply).is_err() {
+                return;
+            }
+        }
+    }
+}
+
+fn whole(waiting: &mut Vec<u8>) -> Option<Request> {
+    let length = 6 + usize::from(u16::from_be_bytes([*waiting.get(4)?, *waiting.get(5)?]));
+    if waiting.len() < length {
+        return None;
+    }
+    let rest = waiting.split_off(length);
+    let bytes = std::mem::replace(waiting, rest);
+    if bytes[6] == 0 {
+        return whole(waiting);
+    }
+    Some(Request { bytes })
+}
+
+fn realtime(shared: &Shared, mut stream: TcpStream) {
+    let since = Instant::now();
+    let mut next = Instant::now();
+    while !shared.ends() && !is_cut(shared, since) {
+        next += REALTIME;
+        thread::sleep(next.saturating_duration_since(Instant::now()));
+        let (frame, made) = {
+            let state = shared.lock();
+            let made = state.made.map(|(_, fault)| fault);
+            (state.reported().realtime(), made)
+        };
+        let bytes = match made {
+            Some(Fault::Silent) => continue,
+            Some(Fault::HalfOpen) if is_dead(shared, since) => continue,
+            Some(Fault::Garbage) => vec![0x5a; 804],
+            Some(Fault::ShortFrame) => {
+                let _ = stream.write_all(&frame[..300]);
+                return;
+            }
+            _ => frame,
+        };
+        if stream.write_all(&bytes).is_err() {
+            return;
+        }
+    }
+}
+
+fn ordinary(shared: &Shared, mut stream: TcpStream) {
+    let since = Instant::now();
+    while !shared.ends() && !is_cut(shared, since) {
+        let frame = shared.lock().reported().ordinary();
+        if is_dead(shared, since) {
+            return;
+        }
+        if stream.write_all(&frame).is_err() {
+            return;
+        }
+        thread::sleep(ORDINARY);
+    }
+}

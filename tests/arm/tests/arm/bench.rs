@@ -1,0 +1,72 @@
+//! A plan, a rig with an arm, and one strike against the emulator.
+
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use std::time::Duration;
+
+use arm::{Emulator, Fault, Listening, Model, Step};
+use strike::xarm::{Ports, XArm};
+use strike::{Plan, Planner, RobotError, Struck, execute};
+use values::{Point, Rig};
+
+use crate::fixture;
+
+/// The demo's rig with all that an arm needs.
+pub fn rig() -> Rig {
+    let mut rig = fixture::rig();
+    let robot = &mut rig.robot;
+    robot.base = Some(Point::new(0.0, 0.0));
+    robot.keep_out = Some(0.1);
+    robot.reach = Some([0.1, 0.9].into());
+    robot.jerk = Some(100.0);
+    robot.strike_height = Some(0.02);
+    robot.travel_height = Some(0.07);
+    robot.tool_orientation = Some([std::f64::consts::PI, 0.0, 0.0]);
+    robot.tool_offset = Some([0.0, 0.0, 0.1, 0.0, 0.0, 0.0]);
+    robot.payload = Some(0.3);
+    rig
+}
+
+/// A plan of sysid for this rig.
+pub fn plan(rig: &Rig, to: Point) -> Plan {
+    let planner = Planner::within(&fixture::artifact(), store::Model::Sysid, rig).unwrap();
+    planner
+        .good_for(Duration::from_secs(60))
+        .plan(Point::new(0.36, 0.0), to)
+        .unwrap()
+}
+
+/// An arm near the start of the plan, so that a strike takes two seconds.
+pub fn model() -> Model {
+    Model {
+        pose: [200.0, 10.0, 65.0, std::f64::consts::PI, 0.0, 0.0],
+        ..Model::default()
+    }
+}
+
+pub fn ports(emulator: &Emulator) -> Ports {
+    let [control, realtime, report] = emulator.ports;
+    Ports {
+        control,
+        realtime,
+        report,
+    }
+}
+
+/// One strike, from the connection on.
+pub fn strike(emulator: &Emulator, plan: &Plan) -> Result<Option<Struck>, RobotError> {
+    let interrupted = Arc::new(AtomicBool::new(false));
+    let mut arm = XArm::connect("xarm", ports(emulator), plan.rig(), interrupted)?;
+    execute(&mut arm, plan)
+}
+
+/// An emulator of this model, and a strike of it.
+pub fn run(
+    model: Model,
+    fault: Option<(Step, Fault)>,
+    plan: &Plan,
+) -> (Emulator, Result<Option<Struck>, RobotError>) {
+    let emulator = Emulator::start(Listening::Free, model, fault).unwrap();
+    let outcome = strike(&emulator, plan);
+    (emulator, outcome)
+}

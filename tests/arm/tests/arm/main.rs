@@ -1,0 +1,12 @@
+//! The driver of the xArm7 against the emulated controller.
+
+#![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+#[path = "../../../../pipeline/strike/tests/executor/fixture.rs"]
+#[expect(dead_code, reason = "the executor's own tests use the rest")]
+mod fixture;
+
+mod bench;
+mod bytes;
+mod faults;
+mod strikes;
