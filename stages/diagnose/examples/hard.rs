@@ -204,7 +204,7 @@ fn main() {
                     );
                 }
                 let mut ranking = found.ranking.clone();
-                ranking.truncate(3);
+                ranking.truncate(9);
                 for rank in ranking {
                     println!("    rank {} {:.1}", rank.name, rank.evidence);
                 }

@@ -12,6 +12,7 @@ use crate::{
     fit::Fitted,
     fitted_world::{fitted_world, scatter},
     gap,
+    heldout::{self, Gains},
     model::specification,
     next::next_strikes,
     notes,
@@ -27,8 +28,8 @@ const EXPLAINS: f64 = 0.75;
 const EXPLAINS_IN_FORM: f64 = 0.5;
 /// Standard errors by which an effect must exceed what chance gains, to be found in four cases of five.
 const POWER: f64 = 0.84;
-/// Held-out strikes from which on a gap that grows takes a name away.
-const FEWEST_JUDGES: usize = 5;
+/// Standard errors by which the held-out gap may grow by chance (5 %, one-sided).
+const BY_CHANCE: f64 = 1.64;
 
 /// All that was found, before it is judged.
 pub(crate) struct Case<'c, 'a> {
@@ -40,6 +41,8 @@ pub(crate) struct Case<'c, 'a> {
     pub(crate) before: &'c [Dependence],
     /// What smooth dependences gain beside the model: all, and those that no other form of its effects would take.
     pub(crate) left: Left,
+    /// What the effects gain on strikes that were left out of their fit.
+    pub(crate) gains: Gains,
     pub(crate) p_value: PValue,
     pub(crate) maps: Vec<SmoothMap>,
     /// Sentences from the steps before.
@@ -181,7 +184,7 @@ impl Case<'_, '_> {
         let world = fitted_world(&self.input.world, fitted, field.noise)?;
         let after = gap::stop_residuals(rig, &world, &strikes)?;
         let gap = gap_to(&after);
-        if gap.heldout_strikes >= FEWEST_JUDGES && gap.after >= gap.before {
+        if !self.pays(&part(&before, true), &part(&after, true)) {
             let why = format!(
                 "on {} held-out strikes stops are off by {:.1} mm with and {:.1} mm without",
                 gap.heldout_strikes,
@@ -199,6 +202,19 @@ impl Case<'_, '_> {
             after,
             note: None,
         })
+    }
+
+    /// Whether the effects shrink stop errors of strikes that took no part: of those that judge and those left out of fits
+    /// together, and not grow those of the judges alone beyond chance.
+    fn pays(&self, before: &[Option<Point>], after: &[Option<Point>]) -> bool {
+        let judges: Vec<f64> = before
+            .iter()
+            .zip(after)
+            .filter_map(|(b, a)| Some((*b)?.dot((*b)?) - (*a)?.dot((*a)?)))
+            .collect();
+        let (sum, error) = heldout::total(&judges);
+        let all = sum + self.gains.stop.iter().sum::<f64>();
+        all > 0.0 && sum > -BY_CHANCE * error
     }
 
     fn names(&self) -> Vec<&'static str> {

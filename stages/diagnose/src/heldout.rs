@@ -37,14 +37,26 @@ pub(crate) fn folds(field: &PreparedStrikes<'_>) -> Vec<usize> {
         .collect()
 }
 
-/// Log-likelihood that the model gains over the world without effects on each strike, neither fitted to it.
+/// What a model gains over the world without effects on each strike, neither fitted to it.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Gains {
+    /// Log-likelihood of the whole track.
+    pub(crate) likelihood: Vec<f64>,
+    /// By how much the square of the stop error falls, in m².
+    pub(crate) stop: Vec<f64>,
+}
+
+/// The gains of every strike.
 pub(crate) fn gains(
     field: &PreparedStrikes<'_>,
     null: &Fitted,
     fitted: &Fitted,
-) -> Result<Vec<f64>, WorldError> {
+) -> Result<Gains, WorldError> {
     let folds = folds(field);
-    let mut gains = vec![0.0; folds.len()];
+    let mut gains = Gains {
+        likelihood: vec![0.0; folds.len()],
+        stop: vec![0.0; folds.len()],
+    };
     for fold in 0..FOLDS {
         let learns: Vec<usize> = (0..folds.len()).filter(|i| folds[*i] != fold).collect();
         if learns.len() == folds.len() || learns.is_empty() {
@@ -57,18 +69,19 @@ pub(crate) fn gains(
             continue;
         };
         for i in (0..folds.len()).filter(|i| folds[*i] == fold) {
-            gains[i] = with[i] - without[i];
+            gains.likelihood[i] = with[i].0 - without[i].0;
+            gains.stop[i] = without[i].1 - with[i].1;
         }
     }
     Ok(gains)
 }
 
-/// Log-likelihood of every strike under a model that is fitted to some.
+/// Log-likelihood of every strike under a model that is fitted to some, and the square of its stop error in m².
 fn predictive(
     field: &PreparedStrikes<'_>,
     from: &Fitted,
     learns: &[usize],
-) -> Result<Option<Vec<f64>>, WorldError> {
+) -> Result<Option<Vec<(f64, f64)>>, WorldError> {
     let part = field.only(learns);
     let nuisances: Vec<_> = learns.iter().map(|i| from.nuisances[*i]).collect();
     let Some(fitted) = part.fit(
@@ -86,14 +99,16 @@ fn predictive(
     let all = Linearisation::new(field, raw.into());
     let components = &fitted.estimated.components;
     let precision = components.camera.powi(-2);
-    let each = all.whitened.iter().zip(&all.products);
+    let each = all.whitened.iter().zip(&all.products).zip(all.raw.iter());
     Ok(Some(
-        each.map(|(whitened, products)| {
+        each.map(|((whitened, products), raw)| {
             let r = &whitened.residual;
             let posterior = posterior(&whitened.nuisances, components);
             let seen: DVector<f64> = whitened.nuisances.tr_mul(r);
             let square = precision * (r.norm_squared() - seen.dot(&(&posterior * &seen)));
-            -0.5 * (square + products.log_determinant(components))
+            let last = raw.residual.len() / 2 - 1;
+            let stop = raw.residual[last].powi(2) + raw.residual[2 * last + 1].powi(2);
+            (-0.5 * (square + products.log_determinant(components)), stop)
         })
         .collect(),
     ))

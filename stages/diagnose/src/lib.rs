@@ -47,6 +47,7 @@ use crate::{
     conclude::{Case, Left},
     evidence::{Alarm, Statistic, replicates},
     fit::ITERATIONS,
+    heldout::Gains,
     score::ScoreTest,
     screen::{Chance, screen_by},
     search::{Limits, Selection, search, without},
@@ -197,7 +198,7 @@ impl Stage for Diagnose {
         };
         let selection = search(&field, &null, &screened, &candidates, &chance, &limits)?;
         let (selection, left) = self.pruned(selection, &candidates, &chance)?;
-        let (selection, mut notes) = paying(selection)?;
+        let (selection, gains, mut notes) = paying(selection)?;
         notes.extend(notes::left_out(pushed_again, pushed));
 
         progress.set_message("how far the gap shrinks");
@@ -215,6 +216,7 @@ impl Stage for Diagnose {
             chance: &chance,
             before: &before,
             left,
+            gains,
             p_value,
             maps,
             notes,
@@ -303,14 +305,14 @@ fn left(selection: &Selection<'_>, after: &[Dependence]) -> Left {
 }
 
 /// The effects, if together they predict strikes that took no part in their fit; none otherwise, with a sentence that says so.
-fn paying(selection: Selection<'_>) -> Result<(Selection<'_>, Vec<String>), DiagnoseError> {
+fn paying(selection: Selection<'_>) -> Result<(Selection<'_>, Gains, Vec<String>), DiagnoseError> {
     if selection.effects.is_empty() {
-        return Ok((selection, Vec::new()));
+        return Ok((selection, Gains::default(), Vec::new()));
     }
     let gains = heldout::gains(&selection.field, &selection.null, &selection.fitted)?;
-    let (sum, error) = heldout::total(&gains);
+    let (sum, error) = heldout::total(&gains.likelihood);
     if sum > 0.0 {
-        return Ok((selection, Vec::new()));
+        return Ok((selection, gains, Vec::new()));
     }
     let names: Vec<&str> = selection.effects.iter().map(|effect| effect.name).collect();
     let why = format!(
@@ -322,7 +324,7 @@ fn paying(selection: Selection<'_>) -> Result<(Selection<'_>, Vec<String>), Diag
         effects: Vec::new(),
         ..selection
     };
-    Ok((none, vec![note]))
+    Ok((none, gains, vec![note]))
 }
 
 /// The same, fitted with launches about its own impacts.

@@ -9,7 +9,7 @@ use world::{ParameterSpec, World, WorldError, parameter};
 use crate::{
     SysidError,
     compare::{Batch, Lab, Launch},
-    scatter::{self, Evidence, Spread},
+    scatter::{self, Evidence, FRICTION, VarianceComponents},
     slopes::{DIFFERENCE, LAUNCH_STEP, nuisances, sensitivities},
 };
 
@@ -28,7 +28,7 @@ pub(crate) struct Fitted {
     pub(crate) world: World,
     pub(crate) free: Vec<String>,
     pub(crate) launch: Launch,
-    pub(crate) spread: Spread,
+    pub(crate) spread: VarianceComponents,
     /// Σ Jᵀ·Σ⁻¹·J over strikes; the freed parameters, then the means.
     pub(crate) information: DMatrix<f64>,
     /// Jᵀ·Σ⁻¹·r of each strike.
@@ -117,8 +117,9 @@ struct Slopes {
 
 impl Slopes {
     fn new(lab: &Lab<'_>, place: &Place, free: &[String]) -> Result<Self, WorldError> {
-        let by_nuisance = nuisances(lab, &place.world, &place.simulate(lab)?)?;
+        let mut by_nuisance = nuisances(lab, &place.world, &place.simulate(lab)?)?;
         let by_free = sensitivities(lab, &place.world, place.launch, free)?;
+        own_friction(&place.world, free, &by_free, &mut by_nuisance)?;
         let by_fitted = by_free
             .into_iter()
             .zip(&by_nuisance)
@@ -151,6 +152,23 @@ impl Slopes {
     }
 }
 
+/// Gives each strike a friction of its own, where friction is fitted: its derivative by the logarithm of friction.
+pub(crate) fn own_friction(
+    world: &World,
+    free: &[String],
+    by_free: &[DMatrix<f64>],
+    by_nuisance: &mut [DMatrix<f64>],
+) -> Result<(), WorldError> {
+    let Some(place) = free.iter().position(|name| name == "friction") else {
+        return Ok(());
+    };
+    let friction = world.value("friction")?;
+    for (nuisances, parameters) in by_nuisance.iter_mut().zip(by_free) {
+        nuisances.set_column(FRICTION, &(parameters.column(place) * friction));
+    }
+    Ok(())
+}
+
 /// Derivatives by parameters with those by the mean turn and the mean delay after them.
 pub(crate) fn beside_means(
     by_parameters: DMatrix<f64>,
@@ -167,7 +185,7 @@ fn evidence<'a>(
     strikes: &[&Strike],
     batch: &Batch,
     slopes: &'a Slopes,
-    spread: &Spread,
+    spread: &VarianceComponents,
 ) -> Vec<Evidence<'a>> {
     strikes
         .par_iter()
@@ -260,7 +278,7 @@ pub(crate) fn fit(
     };
     let mut batch = place.simulate(lab)?;
     let mut slopes = Slopes::new(beside, &place, &free)?;
-    let mut spread = Spread::initial(rig.camera.noise, 1.0 / rig.camera.rate);
+    let mut spread = VarianceComponents::initial(rig.camera.noise, 1.0 / rig.camera.rate);
     let mut weights_now = vec![1.0; strikes.len()];
     let mut simulations = count + a_slope;
     let mut iterations = 0;

@@ -6,7 +6,7 @@ use world::{PARAMETERS, World, WorldError};
 
 use crate::{
     compare::Lab,
-    fit::{Fitted, MEANS, beside_means},
+    fit::{Fitted, MEANS, beside_means, own_friction},
     scatter::Evidence,
     slopes::{nuisances, sensitivities},
 };
@@ -22,7 +22,7 @@ const WORTH: f64 = 12.0;
 
 /// What can be told.
 #[derive(Default)]
-pub(crate) struct Told {
+pub(crate) struct Identifiability {
     /// One sentence for each group of parameters that cannot be told.
     pub(crate) notes: Vec<String>,
     /// A parameter that the data tell, and that explains more of them.
@@ -80,7 +80,7 @@ pub(crate) fn what_can_be_told(
     rig: &Rig,
     fitted: &Fitted,
     strikes: &[&Strike],
-) -> Result<Told, WorldError> {
+) -> Result<Identifiability, WorldError> {
     let stride = strikes.len().div_ceil(STRIKES);
     let strikes: Vec<&Strike> = strikes.iter().step_by(stride).copied().collect();
     let others: Vec<String> = PARAMETERS
@@ -92,7 +92,8 @@ pub(crate) fn what_can_be_told(
     let slopes = |names| sensitivities(&lab, &fitted.world, fitted.launch, names);
     let (by_free, by_others) = (slopes(&fitted.free)?, slopes(&others)?);
     let batch = lab.simulate(&fitted.world, fitted.launch)?;
-    let launch = nuisances(&lab, &fitted.world, &batch)?;
+    let mut launch = nuisances(&lab, &fitted.world, &batch)?;
+    own_friction(&fitted.world, &fitted.free, &by_free, &mut launch)?;
 
     let free = fitted.free.len() + MEANS;
     let all = free + others.len();
@@ -153,7 +154,7 @@ pub(crate) fn what_can_be_told(
             fitted.free.join(" and ")
         ));
     }
-    Ok(Told {
+    Ok(Identifiability {
         notes,
         worth_freeing: worth.map(|(_, name)| name),
         simulations: (strikes.len() * (2 * (all - MEANS) + 3)) as u64,

@@ -17,7 +17,7 @@ mod slopes;
 mod start;
 
 use compare::{Lab, Launch};
-use identify::Told;
+use identify::Identifiability;
 use serde::{Deserialize, Serialize};
 use stage::{Progress, Stage};
 use values::{Rig, Split, Strike};
@@ -114,7 +114,7 @@ fn pushed_again(count: usize, are_left_out: bool) -> String {
 
 impl Stage for Sysid {
     const NAME: &'static str = "sysid";
-    const VERSION: u32 = 8;
+    const VERSION: u32 = 9;
     type Input = Input;
     type Output = Fit;
     type Error = SysidError;
@@ -170,7 +170,7 @@ impl Stage for Sysid {
             fit::fit(&mujoco, beside, world, launch, free, progress)
         };
         let mut fitted = fit(&begun, Launch::EXACT, free)?;
-        let mut told = Told::default();
+        let mut told = Identifiability::default();
         if default {
             let (scanned, simulations) = identify::scan(&input.rig, &fitted, &strikes)?;
             if scanned != fitted.world {
@@ -193,6 +193,7 @@ impl Stage for Sysid {
             notes.push(pushed_again(again, strikes.len() < sliding.len()));
         }
         notes.extend(fitted.at_bounds());
+        notes.extend(fitted.spread.at_bounds());
         notes.extend(fitted.bias());
         notes.extend(start::held(&input.world, &fitted));
         Ok(Fit {

@@ -1,15 +1,29 @@
 //! Launch scatter and camera noise, estimated along with the parameters (EM), and the weight that they give to each
 //! strike's evidence.
 //!
-//! A strike's residual is r = G·b + ε: b the scatter of its launch (speed, angle), the error of its clock and of its
-//! resting place, ε the camera's noise. With b ~ N(0, P), Σ⁻¹ = (I − G·C·Gᵀ)/σ², C = (GᵀG + σ²P⁻¹)⁻¹. What is off in
+//! A strike's residual is r = G·b + ε: b the scatter of its launch (speed, angle) and of its friction, the error of its clock
+//! and of its resting place, ε the camera's noise. With b ~ N(0, P), Σ⁻¹ = (I − G·C·Gᵀ)/σ², C = (GᵀG + σ²P⁻¹)⁻¹. What is off in
 //! every strike alike is no scatter: the fit takes the mean angle and clock out of r, and restitution the mean speed.
 
 use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 use world::Scatter;
 
-/// Speed, angle, clock, resting x, resting y.
-pub(crate) const NUISANCES: usize = 5;
+/// Speed, angle, clock, resting x, resting y, friction.
+pub(crate) const NUISANCES: usize = 6;
+/// Those whose scatter is estimated, and of them those that are a robot's or a table's, each with its name.
+const ESTIMATED: [usize; 4] = [0, 1, 2, FRICTION];
+const BOUNDED: [(usize, &str); 3] = [
+    (0, "launch speed"),
+    (1, "launch angle"),
+    (FRICTION, "friction"),
+];
+/// Place of a strike's own friction among the nuisances.
+pub(crate) const FRICTION: usize = 5;
+/// The greatest scatter that a robot and a table have, relative and in rad: what differs more from strike to strike is no
+/// scatter but something that is missing.
+const GREATEST: f64 = 0.12;
+/// Scatter that shows in no track, relative and in rad: changes below it are no changes.
+const NEGLIGIBLE: f64 = 1e-3;
 
 type Square = SMatrix<f64, NUISANCES, NUISANCES>;
 type Column = SVector<f64, NUISANCES>;
@@ -21,19 +35,19 @@ const STEADY: f64 = 1e-4;
 
 /// Standard deviations of a strike's nuisances and of the camera.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Spread {
-    /// Relative speed, angle (rad), clock (s), resting x and y (m).
+pub(crate) struct VarianceComponents {
+    /// Relative speed, angle (rad), clock (s), resting x and y (m), relative friction.
     pub(crate) nuisance: [f64; NUISANCES],
     /// Of a centroid's coordinate, in m.
     pub(crate) camera: f64,
 }
 
-impl Spread {
+impl VarianceComponents {
     /// Before anything is estimated: 1 % of speed, 0.5°, half a frame, and a resting place averaged over ten frames.
     pub(crate) fn initial(camera_noise: f64, frame: f64) -> Self {
         let rest = camera_noise / 10f64.sqrt();
         Self {
-            nuisance: [0.01, 0.5f64.to_radians(), 0.5 * frame, rest, rest],
+            nuisance: [0.01, 0.5f64.to_radians(), 0.5 * frame, rest, rest, 0.01],
             camera: camera_noise,
         }
     }
@@ -44,15 +58,38 @@ impl Spread {
             speed: self.nuisance[0],
             angle: self.nuisance[1],
             camera: self.camera,
+            friction: self.nuisance[FRICTION],
             ..Scatter::default()
         }
     }
 
+    /// A sentence for each scatter that is as great as is allowed for.
+    pub(crate) fn at_bounds(&self) -> Vec<String> {
+        BOUNDED
+            .iter()
+            .filter(|(i, _)| self.nuisance[*i] > 0.999 * GREATEST)
+            .map(|(i, what)| {
+                let bound = match i {
+                    1 => format!("{:.0}°", GREATEST.to_degrees()),
+                    _ => format!("{:.0} %", 100.0 * GREATEST),
+                };
+                format!(
+                    "{what} scatters from strike to strike by as much as is allowed for, {bound}: the model lacks something"
+                )
+            })
+            .collect()
+    }
+
     /// Largest relative change of a standard deviation.
     fn change(&self, next: &Self) -> f64 {
-        let pairs = self.nuisance.iter().zip(&next.nuisance);
-        pairs
-            .map(|(old, new)| (new / old - 1.0).abs())
+        ESTIMATED
+            .into_iter()
+            .map(|i| {
+                let (old, new) = (self.nuisance[i], next.nuisance[i]);
+                // A clock is in seconds, and never negligible.
+                let least = if i == 2 { 0.0 } else { NEGLIGIBLE };
+                (new - old).abs() / old.max(least)
+            })
             .fold((next.camera / self.camera - 1.0).abs(), f64::max)
     }
 }
@@ -74,7 +111,7 @@ impl<'a> Evidence<'a> {
     pub(crate) fn new(
         residual: DVector<f64>,
         nuisances: &'a DMatrix<f64>,
-        spread: &Spread,
+        spread: &VarianceComponents,
     ) -> Self {
         let gram = nuisances.tr_mul(nuisances);
         let projected = nuisances.tr_mul(&residual);
@@ -92,7 +129,7 @@ impl<'a> Evidence<'a> {
     }
 
     /// Takes another scatter for true.
-    fn reweigh(&mut self, spread: &Spread) {
+    fn reweigh(&mut self, spread: &VarianceComponents) {
         let variance = spread.camera * spread.camera;
         let mut precision = self.gram;
         for (i, sd) in spread.nuisance.iter().enumerate() {
@@ -130,11 +167,11 @@ impl<'a> Evidence<'a> {
 /// The scatter under which these residuals are most likely; each strike counts by its weight. `fitted` parameters were
 /// fitted to the same strikes, mean speed, angle and clock among them.
 pub(crate) fn settle(
-    spread: &Spread,
+    spread: &VarianceComponents,
     strikes: &mut [Evidence<'_>],
     weights: &[f64],
     fitted: usize,
-) -> Spread {
+) -> VarianceComponents {
     let mut spread = *spread;
     for _ in 0..MOST_STEPS {
         let next = update(&spread, strikes, weights, fitted);
@@ -151,10 +188,15 @@ pub(crate) fn settle(
 }
 
 /// One step of expectation and maximisation. The resting place keeps its prior: a constant shift is all but invisible.
-fn update(spread: &Spread, strikes: &[Evidence<'_>], weights: &[f64], fitted: usize) -> Spread {
+fn update(
+    spread: &VarianceComponents,
+    strikes: &[Evidence<'_>],
+    weights: &[f64],
+    fitted: usize,
+) -> VarianceComponents {
     let variance = spread.camera * spread.camera;
     let mut next = *spread;
-    let (mut squares, mut count) = ([0.0; 3], -1.0);
+    let (mut squares, mut count) = ([0.0; NUISANCES], -1.0);
     let (mut sum, mut freedom) = (0.0, -(fitted as f64));
     for (evidence, weight) in strikes.iter().zip(weights) {
         let guess = evidence.nuisance();
@@ -168,8 +210,10 @@ fn update(spread: &Spread, strikes: &[Evidence<'_>], weights: &[f64], fitted: us
             .sum();
         freedom += weight * (evidence.residual.len() as f64 - (NUISANCES as f64 - shrunk));
     }
-    for (i, square) in squares.iter().enumerate() {
-        next.nuisance[i] = (square / count.max(1.0)).sqrt().clamp(1e-5, 1.0);
+    for i in ESTIMATED {
+        // A clock's error is in seconds.
+        let most = if i == 2 { 1.0 } else { GREATEST };
+        next.nuisance[i] = (squares[i] / count.max(1.0)).sqrt().clamp(1e-5, most);
     }
     next.camera = (sum / freedom.max(1.0)).sqrt().max(1e-6);
     for i in [3, 4] {
