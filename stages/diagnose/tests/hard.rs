@@ -1,0 +1,74 @@
+//! What a diagnosis makes of a table whose friction scatters and whose camera is no ideal one, and of forms that the library does
+//! not have. Seeds are of development: no page reports them.
+
+#[expect(
+    dead_code,
+    reason = "the example that measures uses the other kinds of noise"
+)]
+#[path = "support/table.rs"]
+mod table;
+
+use diagnose::{Diagnose, Diagnosis, Input, Verdict};
+use stage::{Progress, Stage};
+use table::{Hidden, Noise, Table};
+use world::World;
+
+fn diagnosed(noise: Noise, hidden: Hidden, seed: u64) -> Diagnosis {
+    let table = Table {
+        noise,
+        hidden: vec![hidden],
+        strikes: 160,
+        seed,
+    };
+    let (rig, strikes) = table.strike();
+    let world = World::nominal(&rig)
+        .with("friction", 0.2)
+        .with("restitution", 0.45);
+    let settings = Diagnose {
+        next_strikes: 0,
+        ..Diagnose::default()
+    };
+    let input = Input {
+        rig,
+        world,
+        strikes,
+    };
+    let found = settings.run(&input, &Progress::hidden());
+    found.expect("a diagnosis").diagnosis
+}
+
+#[test]
+fn friction_that_scatters_and_a_correlated_camera_are_noise_and_told() {
+    let found = diagnosed(Noise::Mixed, Hidden::Nothing, 12);
+    assert_eq!(found.verdict, Verdict::Consistent, "{}", found.summary);
+    let noise = found.noise;
+    assert!((0.015..0.025).contains(&noise.friction), "{noise:?}");
+    assert!((0.4..0.6).contains(&noise.camera_correlation), "{noise:?}");
+    assert!((0.9e-3..1.1e-3).contains(&noise.camera), "{noise:?}");
+    assert!(
+        found
+            .notes
+            .iter()
+            .any(|note| note.contains("friction scatters")),
+        "{:?}",
+        found.notes
+    );
+}
+
+#[test]
+fn stray_frames_are_left_out() {
+    let found = diagnosed(Noise::Stray, Hidden::Nothing, 2);
+    assert_eq!(found.verdict, Verdict::Consistent, "{}", found.summary);
+    assert!(found.noise.frames_left_out > 10, "{:?}", found.noise);
+    assert!(found.noise.camera < 1.1e-3, "{:?}", found.noise);
+}
+
+#[test]
+fn a_rectangle_of_friction_is_a_patch_and_nothing_else() {
+    let found = diagnosed(Noise::Mixed, Hidden::Rectangle(0.2), 40);
+    assert_eq!(found.verdict, Verdict::Named, "{}", found.summary);
+    let names: Vec<&str> = found.effects.iter().map(|e| e.name.as_str()).collect();
+    assert_eq!(names, ["friction_patch"]);
+    assert!(found.gap.after < found.gap.before);
+    assert!(found.p_value >= 1.0 / (1 + found.replicates) as f64);
+}
