@@ -4,12 +4,14 @@
 //! robot's base projected onto the table, x away from the robot, y to its left, z up. Angles are measured
 //! from +x, counter-clockwise. Nothing here knows of logs, tables, simulators or files other than `rig.toml`.
 
+mod delivery;
 mod geometry;
 mod rig;
 mod slide;
 mod split;
 mod strike;
 
+pub use delivery::{ArmScatter, arm_scatter, delivered_strikes};
 pub use geometry::Point;
 pub use rig::{
     Camera, Colour, FieldTopic, ImageTopic, Interval, Object, Obstacle, PoseTopic, Rig, RigError,

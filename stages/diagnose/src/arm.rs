@@ -1,0 +1,189 @@
+//! What the arm makes of its commands, told from its logged state, apart from all that follows.
+//!
+//! Where the launch that was delivered is known, the rest is diagnosed from it: restitution, camera and table can no longer stand for
+//! the arm. What the arm does is a regression of its own, of delivered on commanded speeds and angles, by the formulas of the library's
+//! effects of the striker.
+
+use rayon::prelude::*;
+use values::{Command, Point, Split, Strike, arm_scatter, delivered_strikes};
+use world::effects::{self, AddedEffect};
+use world::{Estimate, Simulator, World, WorldError};
+
+use crate::diagnosis::{Gap, Look, Named, Parameter, Verdict};
+use crate::model::specification;
+use crate::{DiagnoseError, Found, Input};
+
+use law::{Law, fit};
+
+mod law;
+
+/// Effects of the library that act on what the arm is told begin with this: they are told here, where the arm's state is known.
+const STRIKER: &str = "striker_";
+
+/// Whether an effect is the arm's own.
+pub(crate) fn is_the_arms(name: &str) -> bool {
+    name.starts_with(STRIKER)
+}
+
+/// An arm whose state was logged.
+pub(crate) struct Arm {
+    laws: Vec<Law>,
+    /// The strikes from what was delivered.
+    pub(crate) input: Input,
+}
+
+impl Arm {
+    /// The arm of these strikes; `None` where its state is known of fewer than half.
+    pub(crate) fn of(input: &Input) -> Result<Option<Self>, DiagnoseError> {
+        let Some(strikes) = delivered_strikes(&input.strikes) else {
+            return Ok(None);
+        };
+        let fitted: Vec<&Strike> = input
+            .strikes
+            .iter()
+            .filter(|strike| strike.split != Split::Test && !strike.is_pushed_again())
+            .collect();
+        let laws = fit(&input.rig, &fitted)?;
+        let input = Input {
+            strikes,
+            ..input.clone()
+        };
+        Ok(Some(Self { laws, input }))
+    }
+
+    /// What was found from the delivered launches, with what the arm does to its commands.
+    pub(crate) fn complete(self, mut found: Found, input: &Input) -> Result<Found, DiagnoseError> {
+        let scatter = arm_scatter(&input.strikes);
+        let impact = found.world.as_ref().unwrap_or(&input.world).scatter;
+        let diagnosis = &mut found.diagnosis;
+        diagnosis.notes.push(format!(
+            "the arm's state is logged: launches were taken as delivered, and scatter by {:.1} % and {:.2}° in the arm, by {:.1} % and \
+             {:.2}° at the impact",
+            100.0 * scatter.speed,
+            scatter.angle.to_degrees(),
+            100.0 * impact.speed,
+            impact.angle.to_degrees()
+        ));
+        // What was measured stands for nothing else.
+        for named in &mut diagnosis.effects {
+            named.equivalent.retain(|name| !is_the_arms(name));
+            named.rivals.retain(|rival| !is_the_arms(&rival.name));
+        }
+        if self.laws.is_empty() {
+            return Ok(found);
+        }
+        let statements: Vec<String> = self
+            .laws
+            .iter()
+            .map(|law| effects::statement(&law.added))
+            .collect::<Result<_, _>>()?;
+        let also = statements.join(", and ");
+        diagnosis.summary = match diagnosis.verdict {
+            Verdict::Named => format!("{also}, and {}", diagnosis.summary),
+            Verdict::Consistent => format!("{also}, by its logged state; beside that there is no gap"),
+            Verdict::Unexplained => {
+                diagnosis.notes.push(
+                    "beside what the arm does there is a gap that no candidate explains; see `where`"
+                        .into(),
+                );
+                format!("{also}, by its logged state; beside that a gap is left that no candidate explains")
+            }
+        };
+        diagnosis.verdict = Verdict::Named;
+        let named = self.laws.iter().zip(statements);
+        let named: Vec<Named> = named.map(|(law, text)| named_law(law, text)).collect();
+        diagnosis.effects.splice(0..0, named);
+
+        let mut world = found.world.take().unwrap_or_else(|| input.world.clone());
+        let added = self.laws.into_iter().map(|law| law.added);
+        world.effects.splice(0..0, added);
+        world.scatter.speed = world.scatter.speed.hypot(scatter.speed);
+        world.scatter.angle = world.scatter.angle.hypot(scatter.angle);
+        let strikes: Vec<&Strike> = input
+            .strikes
+            .iter()
+            .filter(|strike| !strike.is_pushed_again())
+            .collect();
+        let before = stops(input, &input.world, &strikes)?;
+        let after = stops(input, &world, &strikes)?;
+        found.looks = looks(&strikes, &before, &after);
+        let judges: Vec<(Point, Point)> = strikes
+            .iter()
+            .zip(before.iter().zip(&after))
+            .filter(|(strike, _)| strike.split == Split::Test)
+            .filter_map(|(_, (before, after))| Some(((*before)?, (*after)?)))
+            .collect();
+        found.diagnosis.gap = Gap {
+            heldout_strikes: judges.len(),
+            before: rms(judges.iter().map(|(before, _)| *before)),
+            after: rms(judges.iter().map(|(_, after)| *after)),
+            ..found.diagnosis.gap
+        };
+        found.world = Some(world);
+        Ok(found)
+    }
+}
+
+fn named_law(law: &Law, statement: String) -> Named {
+    let parameter = |(name, estimate): (&String, &Estimate)| {
+        let parameter = Parameter {
+            value: estimate.value,
+            low: estimate.low.unwrap_or(estimate.value),
+            high: estimate.high.unwrap_or(estimate.value),
+            unit: specification(law.name, name).unit.to_string(),
+        };
+        (name.clone(), parameter)
+    };
+    Named {
+        name: law.added.name.clone(),
+        parameters: law.added.parameters.iter().map(parameter).collect(),
+        statement,
+        evidence: law.evidence,
+        equivalent: Vec::new(),
+        rivals: Vec::new(),
+    }
+}
+
+/// Measured less simulated stops of what was commanded, in m; `None` where a strike does not rest in that world.
+fn stops(input: &Input, world: &World, strikes: &[&Strike]) -> Result<Vec<Option<Point>>, WorldError> {
+    let simulator = Simulator::new(&input.rig, world)?;
+    let stop = |worker: &mut world::Worker<'_>, strike: &&Strike| {
+        let Strike {
+            initial,
+            command,
+            conditions,
+            ..
+        } = *strike;
+        let simulated = worker.strike(*initial, *command, conditions).ok()?;
+        Some(strike.stop - simulated.stop)
+    };
+    Ok(strikes
+        .par_iter()
+        .map_init(|| simulator.worker(), stop)
+        .collect())
+}
+
+fn looks(strikes: &[&Strike], before: &[Option<Point>], after: &[Option<Point>]) -> Vec<Look> {
+    let look = |(strike, (before, after)): (&&Strike, (&Option<Point>, &Option<Point>))| {
+        let path = strike.path();
+        let ahead = path * (1.0 / path.norm().max(1e-9));
+        let split = |r: Point| [r.dot(ahead), r.y * ahead.x - r.x * ahead.y];
+        Some(Look {
+            strike_id: strike.id.clone(),
+            is_heldout: strike.split == Split::Test,
+            before: split((*before)?),
+            after: split((*after)?),
+        })
+    };
+    strikes
+        .iter()
+        .zip(before.iter().zip(after))
+        .filter_map(look)
+        .collect()
+}
+
+/// Root mean square length, in m.
+fn rms(residuals: impl Iterator<Item = Point>) -> f64 {
+    let (count, sum) = residuals.fold((0_usize, 0.0), |(count, sum), r| (count + 1, sum + r.dot(r)));
+    (sum / count.max(1) as f64).sqrt()
+}
