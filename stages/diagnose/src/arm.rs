@@ -5,8 +5,8 @@
 //! effects of the striker.
 
 use rayon::prelude::*;
-use values::{Command, Point, Split, Strike, arm_scatter, delivered_strikes};
-use world::effects::{self, AddedEffect};
+use values::{Point, Split, Strike, arm_scatter, delivered_strikes};
+use world::effects;
 use world::{Estimate, Simulator, World, WorldError};
 
 use crate::diagnosis::{Gap, Look, Named, Parameter, Verdict};
@@ -54,7 +54,18 @@ impl Arm {
     /// What was found from the delivered launches, with what the arm does to its commands.
     pub(crate) fn complete(self, mut found: Found, input: &Input) -> Result<Found, DiagnoseError> {
         let scatter = arm_scatter(&input.strikes);
-        let impact = found.world.as_ref().unwrap_or(&input.world).scatter;
+        // A world that was fitted here scatters by the impact alone; the identified one by the arm, too.
+        let mut impact = found.world.as_ref().unwrap_or(&input.world).scatter;
+        match &mut found.world {
+            Some(world) => {
+                world.scatter.speed = world.scatter.speed.hypot(scatter.speed);
+                world.scatter.angle = world.scatter.angle.hypot(scatter.angle);
+            }
+            None => {
+                impact.speed = without(impact.speed, scatter.speed);
+                impact.angle = without(impact.angle, scatter.angle);
+            }
+        }
         let diagnosis = &mut found.diagnosis;
         diagnosis.notes.push(format!(
             "the arm's state is logged: launches were taken as delivered, and scatter by {:.1} % and {:.2}° in the arm, by {:.1} % and \
@@ -80,13 +91,17 @@ impl Arm {
         let also = statements.join(", and ");
         diagnosis.summary = match diagnosis.verdict {
             Verdict::Named => format!("{also}, and {}", diagnosis.summary),
-            Verdict::Consistent => format!("{also}, by its logged state; beside that there is no gap"),
+            Verdict::Consistent => {
+                format!("{also}, by its logged state; beside that there is no gap")
+            }
             Verdict::Unexplained => {
                 diagnosis.notes.push(
                     "beside what the arm does there is a gap that no candidate explains; see `where`"
                         .into(),
                 );
-                format!("{also}, by its logged state; beside that a gap is left that no candidate explains")
+                format!(
+                    "{also}, by its logged state; beside that a gap is left that no candidate explains"
+                )
             }
         };
         diagnosis.verdict = Verdict::Named;
@@ -97,8 +112,6 @@ impl Arm {
         let mut world = found.world.take().unwrap_or_else(|| input.world.clone());
         let added = self.laws.into_iter().map(|law| law.added);
         world.effects.splice(0..0, added);
-        world.scatter.speed = world.scatter.speed.hypot(scatter.speed);
-        world.scatter.angle = world.scatter.angle.hypot(scatter.angle);
         let strikes: Vec<&Strike> = input
             .strikes
             .iter()
@@ -124,6 +137,11 @@ impl Arm {
     }
 }
 
+/// A deviation without one that it was added to.
+fn without(total: f64, part: f64) -> f64 {
+    (total * total - part * part).max(0.0).sqrt()
+}
+
 fn named_law(law: &Law, statement: String) -> Named {
     let parameter = |(name, estimate): (&String, &Estimate)| {
         let parameter = Parameter {
@@ -145,7 +163,11 @@ fn named_law(law: &Law, statement: String) -> Named {
 }
 
 /// Measured less simulated stops of what was commanded, in m; `None` where a strike does not rest in that world.
-fn stops(input: &Input, world: &World, strikes: &[&Strike]) -> Result<Vec<Option<Point>>, WorldError> {
+fn stops(
+    input: &Input,
+    world: &World,
+    strikes: &[&Strike],
+) -> Result<Vec<Option<Point>>, WorldError> {
     let simulator = Simulator::new(&input.rig, world)?;
     let stop = |worker: &mut world::Worker<'_>, strike: &&Strike| {
         let Strike {
@@ -184,6 +206,8 @@ fn looks(strikes: &[&Strike], before: &[Option<Point>], after: &[Option<Point>])
 
 /// Root mean square length, in m.
 fn rms(residuals: impl Iterator<Item = Point>) -> f64 {
-    let (count, sum) = residuals.fold((0_usize, 0.0), |(count, sum), r| (count + 1, sum + r.dot(r)));
+    let (count, sum) = residuals.fold((0_usize, 0.0), |(count, sum), r| {
+        (count + 1, sum + r.dot(r))
+    });
     (sum / count.max(1) as f64).sqrt()
 }

@@ -9,6 +9,7 @@
 //! ([`search`]); what they name must predict strikes that took no part ([`heldout`]). None of these: what smooth dependences
 //! still find beside the best model ([`smooth`], [`maps`]). The gap is judged in MuJoCo ([`gap`]).
 
+mod arm;
 mod candidates;
 mod conclude;
 mod diagnosis;
@@ -43,6 +44,7 @@ use values::{Command, Rig, Shape, Split, Strike};
 use world::{World, WorldError, launch::launches};
 
 use crate::{
+    arm::Arm,
     candidates::{Candidate, candidates},
     conclude::{Case, Left},
     evidence::{Alarm, Statistic, replicates},
@@ -157,16 +159,34 @@ const FRAMES: usize = 6;
 
 impl Stage for Diagnose {
     const NAME: &'static str = "diagnose";
-    const VERSION: u32 = 10;
+    const VERSION: u32 = 11;
     type Input = Input;
     type Output = Found;
     type Error = DiagnoseError;
 
     fn run(&self, input: &Input, progress: &Progress) -> Result<Found, DiagnoseError> {
-        let rig = &input.rig;
-        if rig.object.shape == Shape::Sphere {
+        if input.rig.object.shape == Shape::Sphere {
             return Err(DiagnoseError::Rolls);
         }
+        match Arm::of(input)? {
+            Some(arm) => {
+                let found = self.diagnose(&arm.input, true, progress)?;
+                arm.complete(found, input)
+            }
+            None => self.diagnose(input, false, progress),
+        }
+    }
+}
+
+impl Diagnose {
+    /// The diagnosis of strikes as they were commanded, or as they were delivered, which no effect of the arm explains.
+    fn diagnose(
+        &self,
+        input: &Input,
+        is_delivered: bool,
+        progress: &Progress,
+    ) -> Result<Found, DiagnoseError> {
+        let rig = &input.rig;
         progress.set_message("how the object leaves the tip");
         let (usable, pushed_again) = self.usable(input)?;
         let (field, pushed) = prepared(rig, &input.world, &usable)?;
@@ -175,7 +195,8 @@ impl Stage for Diagnose {
         let (field, null) = null::fit_null(field, &input.world)?;
 
         progress.set_message("every candidate by its score");
-        let candidates = candidates(rig, &field.strikes);
+        let mut candidates = candidates(rig, &field.strikes);
+        candidates.retain(|candidate| !(is_delivered && arm::is_the_arms(candidate.name)));
         let replicates = replicates(self.seed);
         let test =
             ScoreTest::new(&field, &null, &[], replicates).ok_or_else(|| DiagnoseError::NoFit {

@@ -20,7 +20,7 @@ use compare::{Lab, Launch};
 use identify::Identifiability;
 use serde::{Deserialize, Serialize};
 use stage::{Progress, Stage};
-use values::{Rig, Split, Strike};
+use values::{Rig, Split, Strike, arm_scatter, delivered_strikes};
 use world::{World, WorldError, parameter};
 
 /// How to identify.
@@ -120,8 +120,10 @@ impl Stage for Sysid {
     type Error = SysidError;
 
     fn run(&self, input: &Input, progress: &Progress) -> Result<Fit, SysidError> {
-        let sliding: Vec<Strike> = input
-            .strikes
+        // Where the arm's state is logged, launches are taken as delivered.
+        let delivered = delivered_strikes(&input.strikes);
+        let strikes = delivered.as_deref().unwrap_or(&input.strikes);
+        let sliding: Vec<Strike> = strikes
             .iter()
             .filter(|strike| strike.split == Split::Train)
             .map(|strike| strike.after_impact(1.0 / input.rig.camera.rate))
@@ -187,7 +189,13 @@ impl Stage for Sysid {
             told.simulations += simulations;
         }
         let rms = |world| Ok::<_, WorldError>(mujoco.simulate(world, Launch::EXACT)?.rms(&strikes));
-        let world = interval::with_intervals(&fitted)?;
+        let mut world = interval::with_intervals(&fitted)?;
+        if delivered.is_some() {
+            // Its scatter is the impact's; the arm's comes on top.
+            let arm = arm_scatter(&input.strikes);
+            world.scatter.speed = world.scatter.speed.hypot(arm.speed);
+            world.scatter.angle = world.scatter.angle.hypot(arm.angle);
+        }
         let mut notes = told.notes;
         if again > 0 {
             notes.push(pushed_again(again, strikes.len() < sliding.len()));

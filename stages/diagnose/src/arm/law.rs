@@ -104,7 +104,9 @@ fn forms(of: Of, pairs: &[Pair<'_>]) -> Vec<Form> {
     let mut forms = Vec::new();
     let mut add = |name: &str, free: &[&str], starts: Vec<Vec<f64>>| {
         if let Some(spec) = find(name)
-            && free.iter().all(|parameter| spec.parameter(parameter).is_some())
+            && free
+                .iter()
+                .all(|parameter| spec.parameter(parameter).is_some())
         {
             forms.push(Form {
                 name: spec.name,
@@ -136,7 +138,11 @@ fn forms(of: Of, pairs: &[Pair<'_>]) -> Vec<Form> {
                     };
                     free.iter().map(value).collect()
                 };
-                add(name, free, CAPS.map(|share| start(share * fastest)).to_vec());
+                add(
+                    name,
+                    free,
+                    CAPS.map(|share| start(share * fastest)).to_vec(),
+                );
             }
         }
         Of::Angle => {
@@ -148,8 +154,10 @@ fn forms(of: Of, pairs: &[Pair<'_>]) -> Vec<Form> {
             ] {
                 add("striker_angle_error", free, vec![vec![0.0; free.len()]]);
             }
-            let mut sessions: Vec<&str> =
-                pairs.iter().map(|p| p.conditions.session.as_str()).collect();
+            let mut sessions: Vec<&str> = pairs
+                .iter()
+                .map(|p| p.conditions.session.as_str())
+                .collect();
             sessions.sort_unstable();
             sessions.dedup();
             if sessions.len() > 1 {
@@ -169,7 +177,10 @@ fn best<'f>(
     pairs: &[&Pair<'_>],
 ) -> Result<Option<(&'f Form, Fitted, f64)>, WorldError> {
     let n = pairs.len() as f64;
-    let told: Vec<f64> = pairs.iter().map(|pair| pair.difference(of, pair.command)).collect();
+    let told: Vec<f64> = pairs
+        .iter()
+        .map(|pair| pair.difference(of, pair.command))
+        .collect();
     let plain = squares(&told);
     let mut best: Option<(&Form, Fitted, f64, f64)> = None;
     for form in forms {
@@ -181,10 +192,9 @@ fn best<'f>(
             continue;
         };
         let gain = 0.5 * n * (plain / fitted.squares).ln();
-        let by_chance = ChiSquared::new(k as f64)
-            .map_or(f64::INFINITY, |chance| {
-                0.5 * chance.inverse_cdf(1.0 - CHANCE / forms.len() as f64)
-            });
+        let by_chance = ChiSquared::new(k as f64).map_or(f64::INFINITY, |chance| {
+            0.5 * chance.inverse_cdf(1.0 - CHANCE / forms.len() as f64)
+        });
         let score = gain - 0.5 * k as f64 * n.ln();
         if gain > by_chance && best.as_ref().is_none_or(|(.., least)| score > *least) {
             best = Some((form, fitted, gain - by_chance, score));
@@ -233,12 +243,19 @@ fn residuals(
 }
 
 /// The best fit from all starts.
-fn fitted(rig: &Rig, of: Of, form: &Form, pairs: &[&Pair<'_>]) -> Result<Option<Fitted>, WorldError> {
+fn fitted(
+    rig: &Rig,
+    of: Of,
+    form: &Form,
+    pairs: &[&Pair<'_>],
+) -> Result<Option<Fitted>, WorldError> {
     let mut best: Option<Fitted> = None;
     for start in &form.starts {
         let fitted = descend(rig, of, form, start, pairs)?;
         if let Some(fitted) = fitted
-            && best.as_ref().is_none_or(|best| fitted.squares < best.squares)
+            && best
+                .as_ref()
+                .is_none_or(|best| fitted.squares < best.squares)
         {
             best = Some(fitted);
         }
@@ -277,7 +294,13 @@ fn descend(
     let jacobian = |values: &[f64], here: &[f64]| -> Result<DMatrix<f64>, WorldError> {
         let mut jacobian = DMatrix::zeros(pairs.len(), values.len());
         for (i, own) in own.iter().enumerate() {
-            let step = STEP * own.scale * if values[i] + STEP * own.scale > own.high { -1.0 } else { 1.0 };
+            let step = STEP
+                * own.scale
+                * if values[i] + STEP * own.scale > own.high {
+                    -1.0
+                } else {
+                    1.0
+                };
             let mut moved = values.to_vec();
             moved[i] += step;
             let there = residuals(rig, of, form, &moved, pairs)?;
@@ -289,7 +312,10 @@ fn descend(
     };
     for _ in 0..STEPS {
         let j = jacobian(&values, &here)?;
-        let (normal, slope) = (j.transpose() * &j, j.transpose() * DVector::from_column_slice(&here));
+        let (normal, slope) = (
+            j.transpose() * &j,
+            j.transpose() * DVector::from_column_slice(&here),
+        );
         let mut damped = normal.clone();
         for i in 0..values.len() {
             damped[(i, i)] += damping * normal[(i, i)].max(1e-12);
@@ -320,7 +346,8 @@ fn descend(
     let freedom = pairs.len().saturating_sub(values.len()).max(1) as f64;
     let squares = squares(&here);
     let covariance = inverse * (squares / freedom);
-    let is_told = (0..values.len()).all(|i| covariance[(i, i)].is_finite() && covariance[(i, i)] >= 0.0);
+    let is_told =
+        (0..values.len()).all(|i| covariance[(i, i)].is_finite() && covariance[(i, i)] >= 0.0);
     Ok(is_told.then_some(Fitted {
         values,
         squares,
@@ -334,8 +361,14 @@ fn law(form: &Form, fitted: &Fitted, evidence: f64) -> Law {
         .iter()
         .enumerate()
         .map(|(i, parameter)| {
-            let (value, half) = (fitted.values[i], NINETY_FIVE * fitted.covariance[(i, i)].sqrt());
-            (parameter.clone(), Estimate::with_interval(value, value - half, value + half))
+            let (value, half) = (
+                fitted.values[i],
+                NINETY_FIVE * fitted.covariance[(i, i)].sqrt(),
+            );
+            (
+                parameter.clone(),
+                Estimate::with_interval(value, value - half, value + half),
+            )
         })
         .collect();
     Law {

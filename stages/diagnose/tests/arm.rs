@@ -1,0 +1,97 @@
+//! Where the arm's state is logged, what the arm does is told from it, apart from the impact and the camera.
+
+use diagnose::{Diagnose, Found, Input, Verdict};
+use ingest::{Ingest, assemble, ingest_log};
+use rig::{Hidden, demo};
+use stage::{Progress, Stage};
+use values::{Rig, Shape};
+use world::World;
+
+/// The diagnosis of a demo of 120 strikes with this hidden, its arm's state logged or not.
+fn diagnosis(hidden: &str, log_state: bool) -> Found {
+    let folder = tempfile::tempdir().expect("a folder");
+    let hidden = Hidden::parse(&[hidden]).expect("an effect");
+    let mut settings = demo::Settings::new(Shape::Cylinder, 120, 11, Some(hidden));
+    settings.log_state = log_state;
+    let written = demo::write(&settings, folder.path()).expect("writes");
+    let rig = Rig::load(&written.rig).expect("the rig file is accepted");
+    let read = |log| ingest_log(log, &rig, &Ingest::default()).expect("the log is read");
+    let (strikes, _) = assemble(written.logs.iter().map(|log| read(log)).collect());
+    let identify = sysid::Input {
+        rig: rig.clone(),
+        world: World::nominal(&rig),
+        strikes: strikes.clone(),
+    };
+    let fit = sysid::Sysid::default()
+        .run(&identify, &Progress::hidden())
+        .expect("identifies");
+    let input = Input {
+        rig,
+        world: fit.world,
+        strikes,
+    };
+    Diagnose::default()
+        .run(&input, &Progress::hidden())
+        .expect("diagnoses")
+}
+
+fn names(found: &Found) -> Vec<&str> {
+    let effects = found.diagnosis.effects.iter();
+    effects.map(|effect| effect.name.as_str()).collect()
+}
+
+#[test]
+fn the_arms_effects_and_what_they_are_taken_for_are_each_told_alone() {
+    for hidden in [
+        "striker_speed_error",
+        "striker_angle_bias",
+        "speed_dependent_restitution",
+    ] {
+        let found = diagnosis(hidden, true);
+        let diagnosis = &found.diagnosis;
+        println!("{hidden}: {}", diagnosis.summary);
+        for note in &diagnosis.notes {
+            println!("  {note}");
+        }
+        assert_eq!(diagnosis.verdict, Verdict::Named, "{hidden}");
+        assert_eq!(names(&found), [hidden], "{}", diagnosis.summary);
+        assert_eq!(diagnosis.effects[0].equivalent, [] as [&str; 0], "{hidden}");
+        assert!(
+            diagnosis.gap.after < 0.7 * diagnosis.gap.before,
+            "{hidden} {:?}",
+            diagnosis.gap
+        );
+    }
+}
+
+#[test]
+fn a_turned_camera_is_not_taken_for_the_arm() {
+    let found = diagnosis("camera_rotation", true);
+    println!("{}", found.diagnosis.summary);
+    let effect = &found.diagnosis.effects[0];
+    let class: Vec<&str> = [effect.name.as_str()]
+        .into_iter()
+        .chain(effect.equivalent.iter().map(String::as_str))
+        .collect();
+    assert!(class.contains(&"camera_rotation"), "{class:?}");
+    assert!(
+        class.iter().all(|name| !name.starts_with("striker")),
+        "{class:?}"
+    );
+}
+
+#[test]
+fn an_arm_that_does_as_it_is_told_is_told_nothing_of() {
+    let found = diagnosis("viscous_drag", true);
+    assert_eq!(
+        names(&found),
+        ["viscous_drag"],
+        "{}",
+        found.diagnosis.summary
+    );
+    let notes = found.diagnosis.notes.join("\n");
+    assert!(
+        notes.contains("in the arm") && notes.contains("at the impact"),
+        "{notes}"
+    );
+}
