@@ -80,7 +80,7 @@ mod tests {
             angle: 0.3 - 0.02 * f64::from(i),
         };
         // A share of 0.9 and a turn, with 1 % and 2 mrad that alternate.
-        let sign = if i % 2 == 0 { 1.0 } else { -1.0 };
+        let sign = if i.is_multiple_of(2) { 1.0 } else { -1.0 };
         Strike {
             id: i.to_string(),
             log: String::new(),
@@ -103,7 +103,7 @@ mod tests {
 
     #[test]
     fn what_was_delivered_stands_in_for_the_command_where_most_is_known() {
-        let half: Vec<Strike> = (0..10).map(|i| strike(i, i % 2 == 0)).collect();
+        let half: Vec<Strike> = (0..10).map(|i| strike(i, i.is_multiple_of(2))).collect();
         let delivered = delivered_strikes(&half).expect("half is known");
         assert_eq!(delivered.len(), 5);
         assert!((delivered[0].command.speed - 0.5 * 0.91).abs() < 1e-12);
