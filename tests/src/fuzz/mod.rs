@@ -36,7 +36,7 @@ pub struct Budget {
 
 /// What came of a target.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Tally {
+pub struct FuzzCounts {
     /// Inputs tried.
     pub tries: u64,
     /// Those of them that were read.
@@ -55,11 +55,11 @@ pub struct Finding {
 }
 
 /// Tries inputs on a target until the budget is spent, or one does harm. The same seed tries the same ones.
-pub fn fuzz(target: &Target, seed: u64, budget: Budget) -> Result<Tally, Box<Finding>> {
+pub fn fuzz(target: &Target, seed: u64, budget: Budget) -> Result<FuzzCounts, Box<Finding>> {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let mut corpus = target.seeds.clone();
     let mut kinds = HashSet::new();
-    let mut tally = Tally::default();
+    let mut tally = FuzzCounts::default();
     let begun = Instant::now();
     while tally.tries < budget.tries && begun.elapsed() < budget.time {
         let at = usize::try_from(tally.tries).unwrap_or(usize::MAX);
@@ -86,7 +86,7 @@ pub fn fuzz(target: &Target, seed: u64, budget: Budget) -> Result<Tally, Box<Fin
             corpus.push(input);
         }
     }
-    Ok(Tally {
+    Ok(FuzzCounts {
         kinds: kinds.len(),
         ..tally
     })

@@ -12,7 +12,7 @@ use values::Rig;
 
 use crate::Error;
 use crate::args::examples;
-use crate::dataset::{FILES, Lock, Pinned, Recipe, Rows, hashes, pin};
+use crate::dataset::{FILES, Lock, PinnedLog, Recipe, Rows, hashes, pin};
 use crate::error::Outcome;
 use crate::naming::name_logs;
 use crate::output::Output;
@@ -97,7 +97,7 @@ fn make_lock(args: &DatasetArgs, again: bool) -> Result<Output, Error> {
         None => Vec::new(),
     };
     // What was pinned keeps its name.
-    let is_new = |log: &Pinned| known.iter().all(|known| known.sha256 != log.sha256);
+    let is_new = |log: &PinnedLog| known.iter().all(|known| known.sha256 != log.sha256);
     let mut logs = pin(&found, &recipe.filters);
     logs.retain(is_new);
     let new = logs.len();

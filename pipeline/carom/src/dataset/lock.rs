@@ -40,13 +40,13 @@ pub struct Lock {
     /// SHA-256 of each file of the dataset.
     pub files: BTreeMap<String, String>,
     /// The logs, by name and hash.
-    pub log: Vec<Pinned>,
+    pub log: Vec<PinnedLog>,
 }
 
 /// A log as it was at first sight.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Pinned {
+pub struct PinnedLog {
     /// File name at first sight, with folders where others were called the same: its name in the tables, however it is called
     /// later.
     pub name: String,
@@ -56,7 +56,7 @@ pub struct Pinned {
 
 impl Lock {
     /// A lock of logs out of which nothing came yet.
-    pub fn new(rig: String, seed: u64, filters: Filters, log: Vec<Pinned>) -> Self {
+    pub fn new(rig: String, seed: u64, filters: Filters, log: Vec<PinnedLog>) -> Self {
         Self {
             schema: SCHEMA,
             rig,
@@ -108,8 +108,8 @@ impl Lock {
 
     /// Each pinned log where it lies now, by its hash, whatever its name; an error names the first that was changed or is
     /// not there.
-    pub fn locate(&self, found: &[LogFile]) -> Result<Vec<(Pinned, PathBuf)>, Error> {
-        let locate = |pinned: &Pinned| {
+    pub fn locate(&self, found: &[LogFile]) -> Result<Vec<(PinnedLog, PathBuf)>, Error> {
+        let locate = |pinned: &PinnedLog| {
             let same = found.iter().find(|log| log.sha256 == pinned.sha256);
             same.map(|log| (pinned.clone(), log.path.clone()))
                 .ok_or_else(|| Self::lost(pinned, found))
@@ -117,8 +117,8 @@ impl Lock {
         self.log.iter().map(locate).collect()
     }
 
-    fn lost(pinned: &Pinned, found: &[LogFile]) -> Error {
-        let Pinned { name, sha256 } = pinned;
+    fn lost(pinned: &PinnedLog, found: &[LogFile]) -> Error {
+        let PinnedLog { name, sha256 } = pinned;
         Error::input(match found.iter().find(|log| log.path.ends_with(name)) {
             Some(log) => format!(
                 "use the log {}: it is not what it was when it was pinned (SHA-256 {} instead of {sha256}); take it from a \
@@ -135,11 +135,11 @@ impl Lock {
 }
 
 /// The logs to pin: each content once, under the first of its names.
-pub fn pin(found: &[LogFile], filters: &Filters) -> Vec<Pinned> {
-    let mut logs: Vec<Pinned> = found
+pub fn pin(found: &[LogFile], filters: &Filters) -> Vec<PinnedLog> {
+    let mut logs: Vec<PinnedLog> = found
         .iter()
         .filter(|log| !filters.leave_out(&log.path))
-        .map(|log| Pinned {
+        .map(|log| PinnedLog {
             name: log.name.clone(),
             sha256: log.sha256.clone(),
         })

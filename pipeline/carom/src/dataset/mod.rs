@@ -6,6 +6,6 @@ mod lock;
 mod recipe;
 mod rows;
 
-pub use lock::{Lock, Pinned, pin};
+pub use lock::{Lock, PinnedLog, pin};
 pub use recipe::Recipe;
 pub use rows::{FILES, Rows, hashes};

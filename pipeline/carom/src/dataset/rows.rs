@@ -8,7 +8,7 @@ use ingest::{Ingest, LogFile, LogOutcome, assemble, ingest_log};
 use rayon::prelude::*;
 use values::{Reject, Rig, Strike};
 
-use super::lock::{Lock, Pinned};
+use super::lock::{Lock, PinnedLog};
 use crate::Error;
 
 /// Files of a dataset, beside its lock.
@@ -35,7 +35,7 @@ impl Rows {
     /// Reads the pinned logs, each under the name that it was pinned by.
     pub fn read(rig: &Rig, lock: &Lock, found: &[LogFile]) -> Result<Self, Error> {
         let settings = Ingest { seed: lock.seed };
-        let read = |(pinned, path): &(Pinned, PathBuf)| {
+        let read = |(pinned, path): &(PinnedLog, PathBuf)| {
             let outcome = ingest_log(path, rig, &settings).map_err(Error::input)?;
             if outcome.sha256 == pinned.sha256 {
                 Ok(named(outcome, &pinned.name))
