@@ -17,8 +17,10 @@ fn what_is_read_from_outside_is_read_or_refused() {
         };
         println!("{}: {tally:?}", target.name);
         let seeds = target.seeds.len() as u64;
+        // A signature holds, or fails in a few ways.
+        let kinds = if target.name == "signature" { 3 } else { 5 };
         assert!(
-            tally.tries > seeds && tally.kinds > 5,
+            tally.tries > seeds && tally.kinds > kinds,
             "{}: {tally:?}",
             target.name
         );

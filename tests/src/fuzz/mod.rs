@@ -7,6 +7,7 @@
 mod executor;
 mod mutate;
 mod seeds;
+mod target;
 mod targets;
 
 use std::collections::HashSet;
@@ -16,7 +17,8 @@ use std::time::{Duration, Instant};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-pub use targets::{Target, targets};
+pub use target::{Reads, Target};
+pub use targets::targets;
 
 /// Inputs that are gone on from, at the most.
 const LARGEST_CORPUS: usize = 500;

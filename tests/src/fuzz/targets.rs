@@ -9,22 +9,8 @@ use store::{Network, Store};
 use values::{Command, Conditions, FieldTopic, Point, Rig, Shape};
 use world::{Simulator, World};
 
+use super::target::Target;
 use super::{executor, seeds};
-
-/// Something that reads bytes.
-pub struct Target {
-    /// Its name.
-    pub name: &'static str,
-    /// Inputs that it reads.
-    pub seeds: Vec<Vec<u8>>,
-    /// Words that mean something to it.
-    pub words: &'static [&'static str],
-    /// Reads an input, or says why not.
-    pub read: Reads,
-}
-
-/// Reads an input, or says why not.
-pub type Reads = Box<dyn Fn(&[u8]) -> Result<(), String> + Send + Sync>;
 
 /// All of them.
 pub fn targets() -> Vec<Target> {
@@ -131,7 +117,14 @@ pub fn targets() -> Vec<Target> {
         Target {
             name: "batch",
             seeds: executor::lines(),
-            words: &["{\"from\":", "\"to\":", "[0.3, 0.0]", "1e999", "\n", "null"],
+            words: &[
+                "{\"from\":",
+                "\"to\":",
+                "[0.25, 0.05]",
+                "1e999",
+                "\n",
+                "null",
+            ],
             read: Box::new(executor::batch_reader()),
         },
         Target {

@@ -1,0 +1,16 @@
+//! What a target of the fuzzer is.
+
+/// Something that reads bytes.
+pub struct Target {
+    /// Its name.
+    pub name: &'static str,
+    /// Inputs that it reads.
+    pub seeds: Vec<Vec<u8>>,
+    /// Words that mean something to it.
+    pub words: &'static [&'static str],
+    /// Reads an input, or says why not.
+    pub read: Reads,
+}
+
+/// Reads an input, or says why not.
+pub type Reads = Box<dyn Fn(&[u8]) -> Result<(), String> + Send + Sync>;
