@@ -75,14 +75,14 @@ pub fn write(settings: &Settings, out: &Path) -> Result<Written, RigSimError> {
     let plan = match &settings.plan {
         Some(plan) => plan.clone(),
         None => plan::draw(
-            sim.bench(),
+            sim.prepared(),
             when,
             count,
             &mut random(settings.truth.seed, Purpose::Plan, 0),
         )?,
     };
     for (index, strike) in plan.iter().enumerate() {
-        plan::check(sim.bench(), index, strike)?;
+        plan::check(sim.prepared(), index, strike)?;
     }
 
     let folder = out.join("logs");

@@ -5,7 +5,7 @@ use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 use values::{Command, Interval, Point};
 
-use crate::shot::Bench;
+use crate::shot::PreparedRig;
 use crate::{RigSimError, When};
 
 /// Strikes in a row that leave the table before the draw is given up.
@@ -67,12 +67,12 @@ pub fn parse_plan(text: &str) -> Result<Vec<PlannedStrike>, RigSimError> {
 /// Draws strikes as the paper's section 3.4: positions, speeds and angles at random, drawn again where the object
 /// would leave the table. Positions lie in the table's near third, the paper's reach of the arm.
 pub(crate) fn draw(
-    bench: &Bench,
+    prepared: &PreparedRig,
     when: impl Fn(usize) -> When,
     count: usize,
     random: &mut ChaCha8Rng,
 ) -> Result<Vec<PlannedStrike>, RigSimError> {
-    let rig = &bench.truth.rig;
+    let rig = &prepared.truth.rig;
     let within = |interval: Interval, from: f64, to: f64| Interval {
         low: interval.low + from * (interval.high - interval.low),
         high: interval.low + to * (interval.high - interval.low),
@@ -93,7 +93,7 @@ pub(crate) fn draw(
             speed: round(between(rig.robot.speed)),
             angle: round(between(rig.robot.angle)),
         };
-        if stays(bench, &strike, when(strikes.len())) {
+        if stays(prepared, &strike, when(strikes.len())) {
             strikes.push(strike);
             tries = 0;
         } else {
@@ -112,18 +112,18 @@ fn round(value: f64) -> f64 {
 }
 
 /// Whether the object moves and stays on the table, as it is and as the camera sees it.
-fn stays(bench: &Bench, strike: &PlannedStrike, when: When) -> bool {
-    let truth = &bench.truth;
+fn stays(prepared: &PreparedRig, strike: &PlannedStrike, when: When) -> bool {
+    let truth = &prepared.truth;
     let from = truth
         .hidden
         .unsee(strike.initial(), truth.rig.camera.centre, when);
-    let shot = bench.shoot(
+    let shot = prepared.shoot(
         from,
         truth.hidden.deliver(strike.command(), when),
         when,
         1.0,
     );
-    let edge = MARGIN + bench.reach();
+    let edge = MARGIN + prepared.reach();
     let inside = |at: Point| {
         let table = &truth.rig.table;
         (table.x.low + edge..=table.x.high - edge).contains(&at.x)
@@ -137,7 +137,7 @@ fn stays(bench: &Bench, strike: &PlannedStrike, when: When) -> bool {
 
 /// Whether a planned strike can be made at all.
 pub(crate) fn check(
-    bench: &Bench,
+    prepared: &PreparedRig,
     index: usize,
     strike: &PlannedStrike,
 ) -> Result<(), RigSimError> {
@@ -149,7 +149,7 @@ pub(crate) fn check(
     if strike.speed <= 0.0 {
         return wrong(format!("its speed {} must be above 0 m/s", strike.speed));
     }
-    if !bench.truth.rig.table.contains(strike.initial()) {
+    if !prepared.truth.rig.table.contains(strike.initial()) {
         return wrong(format!(
             "({}, {}) is not on the table of the rig file",
             strike.x0, strike.y0

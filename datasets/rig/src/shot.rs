@@ -52,12 +52,12 @@ impl Shot {
 
 /// A truth made ready to strike.
 #[derive(Clone, Debug)]
-pub(crate) struct Bench {
+pub(crate) struct PreparedRig {
     pub truth: Truth,
     body: Body,
 }
 
-impl Bench {
+impl PreparedRig {
     /// Errors if the rig file's object lacks a size.
     pub(crate) fn new(truth: Truth) -> Result<Self, RigSimError> {
         let body = Body::new(&truth.rig.object)?;

@@ -10,7 +10,7 @@ use values::{Command, Point, Rig};
 use crate::camera::film;
 use crate::disturbance::Disturbance;
 use crate::noise::Levels;
-use crate::shot::Bench;
+use crate::shot::PreparedRig;
 use crate::striker::Profile;
 use crate::{Hidden, RigSimError, Samples, Stamped, StateSample, StrikeTruth, Truth, When};
 
@@ -41,7 +41,7 @@ pub struct Recording {
 /// A rig that strikes one command after another. The same truth, seed and number of strikes before give the same recording.
 #[derive(Clone, Debug)]
 pub struct Sim {
-    bench: Bench,
+    prepared: PreparedRig,
     when: When,
     start: u64,
     log_state: bool,
@@ -68,12 +68,12 @@ impl Sim {
 
     /// The rig of this truth; strikes noted in it are forgotten.
     pub fn from(truth: Truth) -> Result<Self, RigSimError> {
-        let bench = Bench::new(Truth {
+        let prepared = PreparedRig::new(Truth {
             strikes: Vec::new(),
             ..truth
         })?;
         Ok(Self {
-            bench,
+            prepared,
             when: When::default(),
             start: ORIGIN,
             log_state: false,
@@ -106,16 +106,16 @@ impl Sim {
 
     /// The truth that it was made from.
     pub fn truth(&self) -> &Truth {
-        &self.bench.truth
+        &self.prepared.truth
     }
 
-    pub(crate) fn bench(&self) -> &Bench {
-        &self.bench
+    pub(crate) fn prepared(&self) -> &PreparedRig {
+        &self.prepared
     }
 
     /// Lays the object where the camera sees it at `initial` (m) and strikes. The arm aims at the object's true centre.
     pub fn strike(&mut self, initial: Point, command: Command) -> Recording {
-        let truth = &self.bench.truth;
+        let truth = &self.prepared.truth;
         let centre = truth.rig.camera.centre;
         let when = self.when;
         let levels = truth.noise.levels();
@@ -123,7 +123,7 @@ impl Sim {
         let from = truth.hidden.unsee(initial, centre, when);
         let delivered = self.launch(command, &levels, &disturbance);
         let shot = self
-            .bench
+            .prepared
             .shoot(from, delivered, when, disturbance.friction);
 
         let profile = Profile::new(command, truth.rig.robot.acceleration);
@@ -197,7 +197,7 @@ impl Sim {
     fn launch(&self, command: Command, levels: &Levels, disturbance: &Disturbance) -> Command {
         let mut random = self.random(Purpose::Launch);
         let [speed, angle]: [f64; 2] = std::array::from_fn(|_| StandardNormal.sample(&mut random));
-        let truth = &self.bench.truth;
+        let truth = &self.prepared.truth;
         let delivered = truth.hidden.deliver(command, self.when);
         let robot = &truth.rig.robot;
         let growth = levels.launch_growth(
@@ -216,7 +216,7 @@ impl Sim {
     }
 
     fn random(&self, purpose: Purpose) -> ChaCha8Rng {
-        random(self.bench.truth.seed, purpose, self.when.order)
+        random(self.prepared.truth.seed, purpose, self.when.order)
     }
 }
 

@@ -5,7 +5,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 use values::{Command, Point, Rig, Shape};
 
-use crate::shot::Bench;
+use crate::shot::PreparedRig;
 use crate::{Hidden, Noise, RigSimError, Shot, When};
 
 /// A rig as it really is; `truth.json`.
@@ -152,9 +152,9 @@ impl Truth {
 
     /// The strike without scatter or noise: `initial` is where the camera sees the object, `command` what the arm is told.
     pub fn shot(&self, initial: Point, command: Command, when: When) -> Result<Shot, RigSimError> {
-        let bench = Bench::new(self.without_strikes())?;
+        let prepared = PreparedRig::new(self.without_strikes())?;
         let from = self.hidden.unsee(initial, self.rig.camera.centre, when);
-        Ok(bench.shoot(from, self.hidden.deliver(command, when), when, 1.0))
+        Ok(prepared.shoot(from, self.hidden.deliver(command, when), when, 1.0))
     }
 
     /// The same truth before it struck.

@@ -10,9 +10,9 @@ use std::sync::Mutex;
 use anyhow::Context;
 use clap::Parser;
 use tests::blind::{
-    Case, Diagnosed, HardOutcome, Judged, Outcome, Peers, Struck, beside, cases, diagnosed,
+    Case, Diagnosed, HardOutcome, Judged, Outcome, Peers, Separation, beside, cases, diagnosed,
     diagnosed_hard, hard_cases, hard_page, is_for_peers, lines, page, peers, resumed, run,
-    run_hard, starts, struck,
+    run_hard, separate, starts,
 };
 
 /// Hides effects in strikes, and grades whether the diagnosis names them.
@@ -129,8 +129,8 @@ fn plain(args: &Args, judged: &mut Judged) -> anyhow::Result<Option<String>> {
             &beside(&args.outcomes, "_chosen"),
             &starts(args.seeds, args.first),
             |case| &case.id,
-            |separation: &Struck| &separation.id,
-            struck,
+            |separation: &Separation| &separation.id,
+            separate,
         )?)
     } else {
         None

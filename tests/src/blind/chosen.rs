@@ -1,7 +1,7 @@
 //! Strikes needed to tell a pair apart: those that the diagnosis asks for, against more of the same.
 //!
-//! A set whose diagnosis leaves the hidden effect and others standing is struck on in the embedded rig, once as `next_strikes` says
-//! and once at random, and diagnosed again each time: until the hidden effect is named, and T, twice the logarithm of the odds,
+//! Strikes are added to a set whose diagnosis leaves the hidden effect and others standing, once as `next_strikes` says and once
+//! at random, and it is diagnosed again each time: until the hidden effect is named, and T, twice the logarithm of the odds,
 //! exceeds 10.8 against that other (95 %: Φ(√T/2)).
 
 use diagnose::{Diagnose, Diagnosis, Input};
@@ -21,7 +21,7 @@ const LOOKS: [usize; 7] = [1, 2, 4, 8, 12, 24, 48];
 /// Chosen strikes are asked for this many at a time.
 const AT_A_TIME: usize = 12;
 
-/// Strikes of a set that is struck on, and what is hidden in it: effects of the table and the camera, which strikes elsewhere, faster
+/// Strikes that a set begins with, and what is hidden in it: effects of the table and the camera, which strikes elsewhere, faster
 /// or at another angle can tell.
 const FEW: usize = 20;
 const STARTS: [&str; 6] = [
@@ -33,11 +33,11 @@ const STARTS: [&str; 6] = [
     "camera_distortion",
 ];
 /// Odds in log-likelihood at which a pair is told: half of T.
-const TOLD: f64 = 5.4;
+const TOLD_APART: f64 = 5.4;
 
-/// A set that was struck on, both ways.
+/// A set to which strikes were added, both ways.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct Struck {
+pub struct Separation {
     /// The set.
     pub id: String,
     /// What stood beside the hidden effect; empty where the first diagnosis left nothing to tell apart.
@@ -70,7 +70,7 @@ impl Pair {
     }
 }
 
-/// Sets that are struck on: few strikes of weak effects that stand for one another while strikes are few.
+/// Sets to which strikes are added: few strikes of weak effects that stand for one another while strikes are few.
 pub fn starts(seeds: u64, first: u64) -> Vec<Case> {
     let mut all = Vec::new();
     for effect in STARTS {
@@ -128,7 +128,7 @@ impl Start {
         let (_, hidden) = all.iter().find(|(name, _)| **name == self.name)?;
         let others = all
             .iter()
-            .filter(|(name, evidence)| **name != self.name && *evidence > hidden - TOLD);
+            .filter(|(name, evidence)| **name != self.name && *evidence > hidden - TOLD_APART);
         Some(others.map(|(name, _)| name.to_string()).collect())
     }
 
@@ -221,15 +221,15 @@ impl Start {
     }
 }
 
-/// Strikes a case on, both ways.
-pub fn struck(case: &Case) -> Struck {
-    Struck {
+/// Adds strikes to a case until its pairs are told apart, both ways.
+pub fn separate(case: &Case) -> Separation {
+    Separation {
         id: case.id.clone(),
-        pairs: struck_on(case).unwrap_or_default(),
+        pairs: separated(case).unwrap_or_default(),
     }
 }
 
-fn struck_on(case: &Case) -> Option<Vec<Pair>> {
+fn separated(case: &Case) -> Option<Vec<Pair>> {
     let folder = tempfile::tempdir().ok()?;
     let truth = hide::truth(case)?;
     let make = Make {

@@ -20,7 +20,7 @@ mod set;
 mod size;
 
 pub use cases::{Case, Kind, cases, slice};
-pub use chosen::{Pair, Struck, starts, struck};
+pub use chosen::{Pair, Separation, separate, starts};
 pub use grade::is_right;
 pub use hard::{
     Drawn, HardCase, HardKind, HardOutcome, diagnosed_hard, hard_cases, hard_page, run_hard,

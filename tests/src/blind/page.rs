@@ -6,7 +6,7 @@ use std::fmt::Write;
 mod beside;
 
 use super::cases::{EFFECTS, FOREIGN, Kind, MAGNITUDES, STRIKES};
-use super::chosen::{Pair, Struck};
+use super::chosen::{Pair, Separation};
 use super::grade::{is_claimed_alone, is_exact, is_of_its_own, is_right};
 use super::judged::{Figure, Judged};
 use super::outcome::Outcome;
@@ -20,7 +20,7 @@ const BENCHMARK: &str = "plain";
 pub fn page(
     outcomes: &[Outcome],
     peers: Option<&[Peers]>,
-    separations: Option<&[Struck]>,
+    separations: Option<&[Separation]>,
     judged: &mut Judged,
     command: &str,
 ) -> String {
@@ -75,7 +75,7 @@ pub fn page(
         beside::peers(&mut text, &made, peers);
     }
     if let Some(separations) = separations {
-        beside::struck(&mut text, separations);
+        beside::separations(&mut text, separations);
     }
     wrong(&mut text, &made);
     text
@@ -155,8 +155,8 @@ fn figures(made: &[&Outcome]) -> Vec<Figure> {
 }
 
 /// Median of random strikes for each chosen one, over the pairs that either told.
-fn fewer(struck: &[Struck]) -> String {
-    let pairs = || struck.iter().flat_map(|s| &s.pairs);
+fn fewer(separations: &[Separation]) -> String {
+    let pairs = || separations.iter().flat_map(|s| &s.pairs);
     let mut times: Vec<f64> = pairs().filter_map(Pair::times).collect();
     times.sort_by(f64::total_cmp);
     match times.get(times.len() / 2) {

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write;
 
 use super::super::cases::{CLASSES, EFFECTS, Kind, SLIDING};
-use super::super::chosen::Struck;
+use super::super::chosen::Separation;
 use super::super::outcome::Outcome;
 use super::super::peers::Peers;
 use super::super::proportion::Proportion;
@@ -192,7 +192,7 @@ fn freed(text: &mut String, both: &[Both<'_>]) {
 }
 
 /// Strikes that told pairs apart.
-pub(super) fn struck(text: &mut String, struck: &[Struck]) {
+pub(super) fn separations(text: &mut String, separations: &[Separation]) {
     let _ = write!(
         text,
         "\n## Strikes chosen, and strikes at random\n\nSets of 20 strikes with a weak effect, whose diagnosis leaves another standing beside what \
@@ -201,7 +201,7 @@ pub(super) fn struck(text: &mut String, struck: &[Struck]) {
          | set | against | chosen | random |\n|---|---|---|---|\n"
     );
     let needed = |strikes: Option<usize>| strikes.map_or("not enough".into(), |n| n.to_string());
-    for set in struck {
+    for set in separations {
         for pair in &set.pairs {
             let _ = writeln!(
                 text,
@@ -213,10 +213,13 @@ pub(super) fn struck(text: &mut String, struck: &[Struck]) {
             );
         }
     }
-    let nothing = struck.iter().filter(|set| set.pairs.is_empty()).count();
+    let nothing = separations
+        .iter()
+        .filter(|set| set.pairs.is_empty())
+        .count();
     let _ = writeln!(
         text,
         "\n{nothing} of {} sets left nothing to tell apart, or not what is hidden.",
-        struck.len()
+        separations.len()
     );
 }
