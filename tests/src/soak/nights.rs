@@ -60,24 +60,6 @@ impl Soaked {
     }
 }
 
-/// How much larger than the largest peak of the earlier nights a later one may be: a part of a night's memory is its strikes'.
-const GROWTH: f64 = 1.25;
-
-impl Soaked {
-    /// Largest peaks of the first and the second half of the nights, in bytes: a fault that interrupts a night lowers its peak, and the
-    /// largest of several is a whole night's. For a few nights, where a mean would tell faults and not memory.
-    pub fn largest_peaks(&self) -> [u64; 2] {
-        let (first, second) = self.memory.split_at(self.memory.len() / 2);
-        [first, second].map(|half| half.iter().copied().max().unwrap_or(0))
-    }
-
-    /// Whether the later nights take no more memory than the earlier ones, but for their strikes.
-    pub fn memory_is_steady(&self) -> bool {
-        let [first, second] = self.largest_peaks();
-        second as f64 <= GROWTH * first as f64
-    }
-}
-
 /// Goes through the nights; `faulty` is that program, and `tell` hears of each night. An error says what did not hold.
 pub fn soak(
     faulty: &Path,
@@ -154,23 +136,4 @@ pub fn soak(
         );
     }
     Ok(soaked)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn memory_that_grows_is_seen_though_faults_interrupt_nights() {
-        let soaked = |memory: &[u64]| Soaked {
-            strikes: 0,
-            faults: Vec::new(),
-            promoted: 0,
-            promoted_after_fault: 0,
-            latest: String::new(),
-            memory: memory.iter().map(|mib| mib << 20).collect(),
-        };
-        assert!(soaked(&[80, 40, 82, 41, 83, 40, 84, 85]).memory_is_steady());
-        assert!(!soaked(&[80, 40, 82, 90, 95, 40, 110, 120]).memory_is_steady());
-    }
 }
