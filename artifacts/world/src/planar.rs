@@ -387,7 +387,10 @@ mod tests {
                 &[("center_x", 0.5), ("change", 0.3), ("radius", 0.08)],
             ),
             ("friction_drift", &[("rate", 0.2)]),
-            ("friction_by_session", &[("monday.mcap", 0.1)]),
+            (
+                "friction_by_session",
+                &[("monday.mcap", 0.1), ("tuesday.mcap", -0.1)],
+            ),
             ("table_tilt", &[("tilt_x", -0.004), ("tilt_y", 0.006)]),
             ("table_bowl", &[("curvature", 0.04), ("center_x", 0.4)]),
             ("striker_speed_error", &[("offset", -0.04), ("cap", 0.9)]),
@@ -396,6 +399,30 @@ mod tests {
             ("off_centre_contact", &[("offset", 0.002)]),
             ("camera_rotation", &[("angle", 0.02)]),
             ("camera_distortion", &[("k1", 0.08)]),
+            (
+                "striker_angle_error",
+                &[("gain", 0.3), ("bias", 0.02), ("slope", -0.05)],
+            ),
+            (
+                "striker_angle_by_session",
+                &[("monday.mcap", 0.04), ("tuesday.mcap", 0.0)],
+            ),
+            ("restitution_drift", &[("rate", -0.3)]),
+            (
+                "friction_gradient",
+                &[("gradient_x", 0.5), ("gradient_y", -0.3)],
+            ),
+            (
+                "friction_step",
+                &[("direction", 0.4), ("offset", 0.45), ("change", 0.3)],
+            ),
+            (
+                "friction_map",
+                &[("height_12", 0.2), ("height_21", -0.2), ("low_x", 0.3)],
+            ),
+            ("camera_lean", &[("lean_x", 0.06), ("lean_y", -0.03)]),
+            ("striker_speed_error", &[("cap", 1.1), ("softness", 0.4)]),
+            ("friction_drift", &[("rate", 1.0), ("saturation", 5.0)]),
         ];
         let plain = apart(Shape::Cylinder, None);
         assert!(plain < 1e-4, "without effects: {plain} m");

@@ -1,13 +1,16 @@
 //! A world as plain data: `world.toml`.
 
-use std::{collections::BTreeMap, path::Path};
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    path::Path,
+};
 
 use serde::{Deserialize, Serialize};
 use values::Rig;
 
 use crate::{
     Estimate, PARAMETERS, WorldError,
-    effects::{self, AddedEffect},
+    effects::{self, AddedEffect, Parameters, Population, UNKNOWN},
     parameter,
     range::in_range,
 };
@@ -22,6 +25,9 @@ pub struct World {
     /// How repeats of one command differ.
     #[serde(default)]
     pub scatter: Scatter,
+    /// What differs from session to session, by the name of the effect: what is known of a session that was never seen.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub sessions: BTreeMap<String, Population>,
     /// Effects, in the order added.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub effects: Vec<AddedEffect>,
@@ -54,6 +60,7 @@ impl World {
         Self {
             parameters: BTreeMap::new(),
             scatter: Scatter::default(),
+            sessions: BTreeMap::new(),
             effects: Vec::new(),
         }
     }
@@ -100,6 +107,30 @@ impl World {
         for effect in &self.effects {
             effects::check(effect)?;
         }
+        for (name, population) in &self.sessions {
+            let parameter = effects::effect(name)?.parameter(UNKNOWN);
+            let known = self.effects.iter().any(|effect| effect.name == *name);
+            let Some(parameter) = parameter.filter(|_| known) else {
+                let why = format!("sessions.{name}: the world has no such effect by session");
+                return Err(WorldError::Parse(why));
+            };
+            let widest = parameter.high - parameter.low;
+            let (mean, scatter) = (population.mean, population.scatter);
+            in_range(
+                &format!("sessions.{name}.mean"),
+                mean,
+                parameter.low,
+                parameter.high,
+                parameter.unit,
+            )?;
+            in_range(
+                &format!("sessions.{name}.scatter"),
+                scatter,
+                0.0,
+                widest,
+                parameter.unit,
+            )?;
+        }
         let added = self.effects.iter().flat_map(|effect| &effect.parameters);
         for (name, estimate) in self.parameters.iter().chain(added) {
             let mut ends = [estimate.low, estimate.high].into_iter().flatten();
@@ -118,6 +149,41 @@ impl World {
             .parameters
             .get(name)
             .map_or(spec.nominal, |estimate| estimate.value))
+    }
+
+    /// The sessions that its effects know, in their order; none where nothing differs by session.
+    pub fn known_sessions(&self) -> BTreeSet<&str> {
+        let by_session = self.effects.iter().filter(|added| {
+            let spec = effects::effect(&added.name);
+            spec.is_ok_and(|spec| matches!(spec.parameters, Parameters::BySession { .. }))
+        });
+        by_session
+            .flat_map(|added| added.parameters.keys())
+            .map(String::as_str)
+            .filter(|name| *name != UNKNOWN)
+            .collect()
+    }
+
+    /// The same world, in which sessions that it does not know have this value of an effect in place of the mean.
+    pub fn with_unknown_sessions(mut self, effect: &str, value: f64) -> Self {
+        for added in self.effects.iter_mut().filter(|added| added.name == effect) {
+            let value = Estimate::fixed(value);
+            added.parameters.insert(UNKNOWN.into(), value);
+        }
+        self
+    }
+
+    /// The same world with what its effects by session say of the population they are drawn from.
+    pub fn with_populations(mut self) -> Self {
+        self.sessions.clear();
+        for added in &self.effects {
+            let spec = effects::effect(&added.name);
+            if spec.is_ok_and(|spec| matches!(spec.parameters, Parameters::BySession { .. })) {
+                let population = Population::of(&added.parameters);
+                self.sessions.insert(added.name.clone(), population);
+            }
+        }
+        self
     }
 
     /// The same world with one parameter set to a value, without an interval.

@@ -10,6 +10,7 @@ use crate::{
     mixed::{ANGLE, FRICTION as OWN_FRICTION, SPEED},
     model::{FRICTION, RESTITUTION},
     noise::FrameNoise,
+    sessions,
 };
 
 /// The identified world with the model's values and effects, each with its 95 % interval, and the scatter under which they were
@@ -54,11 +55,22 @@ pub(crate) fn fitted_world(
                 parameters.insert(name.clone(), estimate(i));
             }
         }
+        let (free, places): (Vec<&str>, Vec<usize>) = model
+            .free
+            .iter()
+            .enumerate()
+            .filter_map(|(i, free)| {
+                let (_, name) = free.of.as_ref().filter(|(of, _)| *of == place)?;
+                Some((name.as_str(), i))
+            })
+            .unzip();
+        let own = covariance.select_rows(&places).select_columns(&places);
         world.effects.push(AddedEffect {
             name: part.name.into(),
-            parameters,
+            parameters: sessions::told(part.name, parameters, &free, &own),
         });
     }
+    let world = world.with_populations();
     world.check()?;
     Ok(world)
 }

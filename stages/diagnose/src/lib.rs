@@ -29,6 +29,7 @@ mod null;
 mod score;
 mod screen;
 mod search;
+mod sessions;
 mod smooth;
 mod strikes;
 mod words;

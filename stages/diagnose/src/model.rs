@@ -42,6 +42,8 @@ pub(crate) struct Part {
     pub(crate) strengths: Vec<String>,
     /// Ranges narrower than the library's, where these strikes say nothing beyond.
     pub(crate) within: BTreeMap<String, (f64, f64)>,
+    /// Standard deviation about neutral that its strengths are drawn towards, for an effect of many.
+    pub(crate) shrinks_to: Option<f64>,
 }
 
 /// A world with effects, and what of it is free.
@@ -110,14 +112,19 @@ impl Model {
                 .get(name)
                 .copied()
                 .unwrap_or((spec.low, spec.high));
+            let is_strength = part.strengths.contains(name);
+            let (centre, width) = match part.shrinks_to {
+                Some(width) if is_strength => (spec.neutral, width),
+                _ => (value, PRIOR * spec.scale),
+            };
             model.free.push(Free {
                 of: Some((place, name.clone())),
-                is_strength: part.strengths.contains(name),
+                is_strength,
                 step: STEP * spec.scale,
                 low,
                 high,
-                centre: value,
-                width: PRIOR * spec.scale,
+                centre,
+                width,
             });
             model.values.push(value.clamp(low, high));
         }

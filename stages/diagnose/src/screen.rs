@@ -198,7 +198,8 @@ impl<'b> Beside<'b> {
             .map(|column| {
                 let (name, value) = &column.strength;
                 let spec = specification(self.name, name);
-                ((value - spec.neutral) / (PRIOR * spec.scale)).powi(2)
+                let width = self.begin.shrinks_to.unwrap_or(PRIOR * spec.scale);
+                ((value - spec.neutral) / width).powi(2)
             })
             .collect();
         match test.step(&self.moved, &is_kept, &precision) {

@@ -4,34 +4,42 @@ use values::{Point, Rig};
 
 use super::{
     action::{Acts, Effect},
-    spec::{EffectParameter, EffectSpec, Family, Parameters, Values},
-    start::FitStart,
+    spec::{EffectParameter, EffectSpec, Family, Parameters, Values, centre},
+    start::{Column, Experiment, FitStart},
     wording,
 };
 
 /// Distance in m from the camera's centre at which the distortion is stated.
 const STATED_AT: f64 = 0.5;
 
-/// Camera distortion; parameter `k1` = k₁, in metres of the table.
+/// Camera distortion; parameter `k1` = k₁, in metres of the table, and `center_x`, `center_y` = c (the rig's
+/// camera where they are not given).
 pub const SPEC: EffectSpec = EffectSpec {
     name: "camera_distortion",
-    parameters: Parameters::Listed(&[EffectParameter {
-        name: "k1",
-        unit: "1/m²",
-        low: -1.0,
-        high: 1.5,
-        neutral: 0.0,
-        scale: 0.05,
-    }]),
+    parameters: Parameters::Listed(&[
+        EffectParameter {
+            name: "k1",
+            unit: "1/m²",
+            low: -1.0,
+            high: 1.5,
+            neutral: 0.0,
+            scale: 0.05,
+        },
+        centre("center_x", 0.45),
+        centre("center_y", 0.0),
+    ]),
     family: Family::SeenByPlace,
     equivalent: &[],
     contains: &[],
     is_last_resort: false,
     source: "first radial term of lens distortion (Brown 1971)",
-    starts: |_| FitStart::linear(("k1", 0.02)),
+    starts: |experiment: &Experiment<'_>| {
+        let column = Column::new(&experiment.camera_centre(), ("k1", 0.02));
+        vec![FitStart::new(vec![column], &["k1"])]
+    },
     build: |values: &Values, rig: &Rig| {
         Box::new(CameraDistortion {
-            centre: rig.camera.centre,
+            centre: values.camera_centre(rig),
             k1: values.get("k1"),
         })
     },

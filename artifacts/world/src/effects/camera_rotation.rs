@@ -4,32 +4,40 @@ use values::{Point, Rig};
 
 use super::{
     action::{Acts, Effect},
-    spec::{EffectParameter, EffectSpec, Family, Parameters, Values},
-    start::FitStart,
+    spec::{EffectParameter, EffectSpec, Family, Parameters, Values, centre},
+    start::{Column, Experiment, FitStart},
     wording,
 };
 
-/// Camera rotation; parameter `angle`, by which what is seen is turned counter-clockwise.
+/// Camera rotation; parameter `angle`, by which what is seen is turned counter-clockwise, and `center_x`, `center_y` of
+/// the point about which (the rig's camera where they are not given).
 pub const SPEC: EffectSpec = EffectSpec {
     name: "camera_rotation",
-    parameters: Parameters::Listed(&[EffectParameter {
-        name: "angle",
-        unit: "rad",
-        low: -0.3,
-        high: 0.3,
-        neutral: 0.0,
-        scale: 0.015,
-    }]),
-    family: Family::SeenByPlace,
+    parameters: Parameters::Listed(&[
+        EffectParameter {
+            name: "angle",
+            unit: "rad",
+            low: -0.3,
+            high: 0.3,
+            neutral: 0.0,
+            scale: 0.015,
+        },
+        centre("center_x", 0.45),
+        centre("center_y", 0.0),
+    ]),
+    family: Family::LaunchAngle,
     equivalent: &["striker_angle_bias", "off_centre_contact"],
     contains: &[],
     is_last_resort: false,
     source: "error of a camera's extrinsic calibration about its optical axis",
-    starts: |_| FitStart::linear(("angle", 0.005)),
+    starts: |experiment: &Experiment<'_>| {
+        let column = Column::new(&experiment.camera_centre(), ("angle", 0.005));
+        vec![FitStart::new(vec![column], &["angle"])]
+    },
     build: |values: &Values, rig: &Rig| {
         let (sin, cos) = values.get("angle").sin_cos();
         Box::new(CameraRotation {
-            centre: rig.camera.centre,
+            centre: values.camera_centre(rig),
             sin,
             cos,
         })

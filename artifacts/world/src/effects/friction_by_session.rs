@@ -1,27 +1,30 @@
 //! Friction that differs from log to log: another day, object or surface.
 
-use std::collections::BTreeMap;
-
 use values::Rig;
 
 use super::{
     action::{Acts, Effect, Slide},
+    sessions::BySession,
     spec::{EffectParameter, EffectSpec, Family, Parameters, Values},
     start::{Column, Experiment, FitStart},
     wording,
 };
 
-/// Friction by session; parameters are named by session, each the relative change of friction in it.
+/// Friction by session; parameters are named by session, each the relative change of friction in it from the mean over
+/// sessions, which is the world's friction and that of sessions that are not known.
 pub const SPEC: EffectSpec = EffectSpec {
     name: "friction_by_session",
-    parameters: Parameters::BySession(EffectParameter {
-        name: "session",
-        unit: "",
-        low: -0.9,
-        high: 3.0,
-        neutral: 0.0,
-        scale: 0.15,
-    }),
+    parameters: Parameters::BySession {
+        parameter: EffectParameter {
+            name: "session",
+            unit: "",
+            low: -0.9,
+            high: 3.0,
+            neutral: 0.0,
+            scale: 0.15,
+        },
+        is_relative: true,
+    },
     family: Family::FrictionByOrder,
     equivalent: &[],
     contains: &[],
@@ -30,27 +33,36 @@ pub const SPEC: EffectSpec = EffectSpec {
     starts: sessions,
     build: |values: &Values, _: &Rig| {
         Box::new(FrictionBySession {
-            factors: values
-                .iter()
-                .map(|(session, change)| (session.to_string(), 1.0 + change))
-                .collect(),
+            change: BySession::relative(values),
         })
     },
     statement: |values| {
-        let sessions: Vec<_> = values
-            .iter()
+        let sessions: Vec<_> = BySession::relative(values)
+            .known()
             .map(|(session, change)| format!("{} in {session}", wording::higher(change)))
             .collect();
         if sessions.is_empty() {
             "friction is the same in every session".into()
         } else {
-            format!("friction is {}", sessions.join(", "))
+            format!("friction is {} than in their mean", sessions.join(", "))
         }
     },
 };
 
+/// The first session stands still, for the mean is friction's own: the columns of the others tell the differences.
+fn sessions(experiment: &Experiment<'_>) -> Vec<FitStart> {
+    match experiment.sessions()[..] {
+        [] | [_] => Vec::new(),
+        [first, ref others @ ..] => {
+            let still = [(first, 0.0)];
+            let column = |name: &&str| Column::new(&still, (*name, 0.02));
+            vec![FitStart::new(others.iter().map(column).collect(), others)]
+        }
+    }
+}
+
 struct FrictionBySession {
-    factors: BTreeMap<String, f64>,
+    change: BySession,
 }
 
 impl Effect for FrictionBySession {
@@ -59,21 +71,7 @@ impl Effect for FrictionBySession {
     }
 
     fn friction_factor(&self, slide: &Slide<'_>) -> f64 {
-        self.factors
-            .get(&slide.conditions.session)
-            .copied()
-            .unwrap_or(1.0)
-    }
-}
-
-/// One session is the friction that all have: the columns of the others tell the differences.
-fn sessions(experiment: &Experiment<'_>) -> Vec<FitStart> {
-    match experiment.sessions()[..] {
-        [] | [_] => Vec::new(),
-        [_, ref others @ ..] => {
-            let column = |name: &&str| Column::new(&[], (*name, 0.02));
-            vec![FitStart::new(others.iter().map(column).collect(), others)]
-        }
+        1.0 + self.change.value(&slide.conditions.session)
     }
 }
 
@@ -83,17 +81,19 @@ mod tests {
 
     #[test]
     fn it_changes_the_track() {
-        Bench::with("friction_by_session", &[("monday.mcap", 0.15)])
+        let changes = [("monday.mcap", 0.15), ("tuesday.mcap", -0.15)];
+        Bench::with("friction_by_session", &changes)
             .during("monday.mcap", 3.0)
             .assert_changes_track();
     }
 
     #[test]
-    fn each_session_stops_by_its_formula_and_others_as_the_world() {
-        let changes = [("monday.mcap", 0.3), ("tuesday.mcap", -0.2)];
+    fn each_session_stops_by_its_formula_and_others_by_the_mean() {
+        // Taken from their mean, 1.1.
+        let changes = [("monday.mcap", 0.3), ("tuesday.mcap", -0.1)];
         for (session, factor) in [
-            ("monday.mcap", 1.3),
-            ("tuesday.mcap", 0.8),
+            ("monday.mcap", 1.3 / 1.1),
+            ("tuesday.mcap", 0.9 / 1.1),
             ("friday.mcap", 1.0),
             ("", 1.0),
         ] {

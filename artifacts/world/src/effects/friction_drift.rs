@@ -1,41 +1,76 @@
-//! Friction that changes from strike to strike, by wear or warming: μ(n) = μ·(1 + rate·n/100), n the strikes before.
+//! Friction that changes from strike to strike, by wear or warming: μ(n) = μ·(1 + rate·n'/100), n the strikes before.
+//!
+//! n' = n where it goes on, and (1 − exp(−k·n))/k where it comes to an end after some 1/k strikes.
 
 use values::Rig;
 
 use super::{
     action::{Acts, Effect, Slide},
     spec::{EffectParameter, EffectSpec, Family, Parameters, Values},
-    start::FitStart,
+    start::{Column, Experiment, FitStart},
     wording,
 };
 
 /// However long a falling drift goes on, this share of friction is left.
 const LEAST_FACTOR: f64 = 0.05;
 
-/// Friction drift; parameter `rate`: relative change of friction per 100 strikes, from that of the first.
+/// A saturation per 100 strikes that is worth a word: below, the drift has hardly bent after 500 strikes.
+const STATED: f64 = 0.1;
+/// How many times over a drift is taken to saturate during the strikes: starts of fits.
+const SATURATIONS: [f64; 2] = [2.0, 6.0];
+
+/// Friction drift; parameters `rate`: relative change of friction per 100 strikes, from that of the first, as it begins; and
+/// `saturation` = 100·k, per 100 strikes.
 pub const SPEC: EffectSpec = EffectSpec {
     name: "friction_drift",
-    parameters: Parameters::Listed(&[EffectParameter {
-        name: "rate",
-        unit: "per 100 strikes",
-        low: -0.9,
-        high: 3.0,
-        neutral: 0.0,
-        scale: 0.15,
-    }]),
+    parameters: Parameters::Listed(&[
+        EffectParameter {
+            name: "rate",
+            unit: "per 100 strikes",
+            low: -10.0,
+            high: 20.0,
+            neutral: 0.0,
+            scale: 0.15,
+        },
+        EffectParameter {
+            name: "saturation",
+            unit: "per 100 strikes",
+            low: 0.0,
+            high: 100.0,
+            neutral: 0.0,
+            scale: 1.0,
+        },
+    ]),
     family: Family::FrictionByOrder,
     equivalent: &[],
     contains: &[],
     is_last_resort: false,
     source: "friction changes with the number of pushes (Yu et al. 2016), to first order",
-    starts: |_| FitStart::linear(("rate", 0.02)),
+    starts: |experiment: &Experiment<'_>| {
+        let mut starts = FitStart::linear(("rate", 0.02));
+        let hundreds = 0.01 * experiment.span().max(1.0);
+        for saturation in SATURATIONS.map(|times| times / hundreds) {
+            let column = Column::new(&[("saturation", saturation)], ("rate", 0.02));
+            starts.push(FitStart::new(vec![column], &["rate", "saturation"]));
+        }
+        starts
+    },
     build: |values: &Values, _: &Rig| {
         Box::new(FrictionDrift {
             per_strike: 0.01 * values.get("rate"),
+            saturation: 0.01 * values.get("saturation"),
         })
     },
     statement: |values| {
-        let rate = values.get("rate");
+        let (rate, saturation) = (values.get("rate"), values.get("saturation"));
+        if saturation >= STATED {
+            return format!(
+                "friction {} by {} in all, two thirds of that within {:.0} strikes",
+                if rate < 0.0 { "falls" } else { "rises" },
+                wording::percent(rate / saturation),
+                100.0 / saturation
+            );
+        }
         format!(
             "friction {} by {} of its first value every 100 strikes",
             if rate < 0.0 { "falls" } else { "rises" },
@@ -46,6 +81,7 @@ pub const SPEC: EffectSpec = EffectSpec {
 
 struct FrictionDrift {
     per_strike: f64,
+    saturation: f64,
 }
 
 impl Effect for FrictionDrift {
@@ -54,7 +90,14 @@ impl Effect for FrictionDrift {
     }
 
     fn friction_factor(&self, slide: &Slide<'_>) -> f64 {
-        (1.0 + self.per_strike * slide.conditions.order).max(LEAST_FACTOR)
+        let so_far = self.saturation * slide.conditions.order;
+        // (1 − exp(−x))/x, 1 where x is none.
+        let bent = if so_far > 0.0 {
+            -(-so_far).exp_m1() / so_far
+        } else {
+            1.0
+        };
+        (1.0 + self.per_strike * slide.conditions.order * bent).max(LEAST_FACTOR)
     }
 }
 
@@ -73,6 +116,17 @@ mod tests {
     fn the_stop_follows_its_formula() {
         for (order, factor) in [(0.0, 1.0), (50.0, 1.2), (200.0, 1.8)] {
             let slid = Bench::with("friction_drift", &[("rate", 0.4)])
+                .during("", order)
+                .slide(0.9, 0.0);
+            slid.assert_distance(slid.speed().powi(2) / (2.0 * DRY * factor));
+        }
+    }
+    #[test]
+    fn a_drift_that_saturates_stops_by_its_formula() {
+        let drift = [("rate", 0.4), ("saturation", 2.0)];
+        for order in [30.0f64, 400.0] {
+            let factor = 1.0 + 0.2 * (1.0 - (-0.02 * order).exp());
+            let slid = Bench::with("friction_drift", &drift)
                 .during("", order)
                 .slide(0.9, 0.0);
             slid.assert_distance(slid.speed().powi(2) / (2.0 * DRY * factor));

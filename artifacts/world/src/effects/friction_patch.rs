@@ -4,19 +4,15 @@
 
 use std::f64::consts::PI;
 
-use values::{Point, Rig, Shape};
+use values::{Point, Rig};
 
 use super::{
     action::{Acts, Effect, Slide},
+    footprint,
     spec::{EffectParameter, EffectSpec, Family, Parameters, Values},
     start::{Column, Experiment, FitStart},
     wording,
 };
-
-/// Radius in m of the spot by which a ball is taken to touch: a point would make the friction jump within a step.
-const BALL_SPOT: f64 = 0.005;
-/// Share of the base's radius over which its covered share is smooth, wherever the patch's edge is.
-const EDGE: f64 = 0.4;
 
 const fn centre(name: &'static str, neutral: f64) -> EffectParameter {
     EffectParameter {
@@ -69,14 +65,7 @@ pub const SPEC: EffectSpec = EffectSpec {
             centre: Point::new(values.get("center_x"), values.get("center_y")),
             radius: values.get("radius"),
             change: values.get("change"),
-            base: match rig.object.shape {
-                Shape::Cylinder => rig.object.radius.unwrap_or(BALL_SPOT),
-                Shape::Box => {
-                    let [x, y, _] = rig.object.half_size.unwrap_or_default();
-                    (4.0 * x * y / PI).sqrt()
-                }
-                Shape::Sphere => BALL_SPOT,
-            },
+            base: footprint::radius(rig),
         })
     },
     statement: |values| {
@@ -110,7 +99,7 @@ impl Effect for FrictionPatch {
 
     fn stretch(&self, position: Point) -> f64 {
         let outside = position.distance(self.centre) - (self.base + self.radius);
-        outside.max(EDGE * self.base)
+        outside.max(footprint::SMOOTH * self.base)
     }
 }
 

@@ -28,6 +28,13 @@ pub const EFFECTS: &[&EffectSpec] = &[
     &super::off_centre_contact::SPEC,
     &super::camera_rotation::SPEC,
     &super::camera_distortion::SPEC,
+    &super::striker_angle_error::SPEC,
+    &super::striker_angle_by_session::SPEC,
+    &super::restitution_drift::SPEC,
+    &super::friction_gradient::SPEC,
+    &super::friction_step::SPEC,
+    &super::camera_lean::SPEC,
+    &super::friction_map::SPEC,
 ];
 
 /// Effects of other crates.
@@ -63,7 +70,7 @@ pub fn values(added: &AddedEffect) -> Result<Values, WorldError> {
     let spec = effect(&added.name)?;
     let listed = match spec.parameters {
         Parameters::Listed(listed) => listed,
-        Parameters::BySession(_) => &[],
+        Parameters::BySession { .. } => &[],
     };
     let mut values: BTreeMap<String, f64> = listed
         .iter()
@@ -82,7 +89,10 @@ pub fn values(added: &AddedEffect) -> Result<Values, WorldError> {
         in_range(&full, estimate.value, p.low, p.high, p.unit)?;
         values.insert(name.clone(), estimate.value);
     }
-    Ok(Values(values))
+    Ok(Values {
+        all: values,
+        given: added.parameters.keys().cloned().collect(),
+    })
 }
 
 /// Whether an added effect is known and its values lie in their ranges.

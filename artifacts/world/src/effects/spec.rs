@@ -1,8 +1,8 @@
 //! What is known of a kind of effect before it is fitted.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
-use values::Rig;
+use values::{Point, Rig};
 
 use super::{
     action::Effect,
@@ -40,7 +40,7 @@ impl EffectSpec {
     pub fn parameter(&self, name: &str) -> Option<&EffectParameter> {
         match &self.parameters {
             Parameters::Listed(listed) => listed.iter().find(|p| p.name == name),
-            Parameters::BySession(parameter) => Some(parameter),
+            Parameters::BySession { parameter, .. } => Some(parameter),
         }
     }
 }
@@ -62,8 +62,10 @@ pub enum Family {
     LaunchSpeed,
     /// Launch speed, by the number of strikes before or the session.
     LaunchSpeedByOrder,
-    /// Launch angle, by commanded speed and angle.
+    /// Launch angle, by commanded angle.
     LaunchAngle,
+    /// Launch angle, by commanded speed and angle.
+    LaunchAngleByCommand,
     /// Launch angle, by the number of strikes before or the session.
     LaunchAngleByOrder,
     /// What is seen, by place on the table.
@@ -75,8 +77,13 @@ pub enum Family {
 pub enum Parameters {
     /// These; one left out is neutral.
     Listed(&'static [EffectParameter]),
-    /// One of this kind for each session, named as [`values::Conditions::session`].
-    BySession(EffectParameter),
+    /// One of this kind for each session, named as [`values::Conditions::session`]; sessions are draws ([`super::Population`]).
+    BySession {
+        /// What each is.
+        parameter: EffectParameter,
+        /// Whether they are relative changes from the sessions' mean, which the world itself holds.
+        is_relative: bool,
+    },
 }
 
 /// One parameter of an effect.
@@ -96,17 +103,45 @@ pub struct EffectParameter {
     pub scale: f64,
 }
 
+/// A coordinate of the point that a camera looks down on.
+pub(super) const fn centre(name: &'static str, neutral: f64) -> EffectParameter {
+    EffectParameter {
+        name,
+        unit: "m",
+        low: -5.0,
+        high: 5.0,
+        neutral,
+        scale: 0.2,
+    }
+}
+
 /// Values of an effect's parameters, by name, in the parameters' units.
-pub struct Values(pub(super) BTreeMap<String, f64>);
+pub struct Values {
+    /// Every one that is listed or given.
+    pub(super) all: BTreeMap<String, f64>,
+    /// Names of those that the world gives.
+    pub(super) given: BTreeSet<String>,
+}
 
 impl Values {
     /// Value of a parameter that the effect's specification lists.
     pub fn get(&self, name: &str) -> f64 {
-        self.0[name]
+        self.all[name]
     }
 
     /// Names and values, in the order of their names.
     pub fn iter(&self) -> impl Iterator<Item = (&str, f64)> {
-        self.0.iter().map(|(name, value)| (name.as_str(), *value))
+        self.all.iter().map(|(name, value)| (name.as_str(), *value))
+    }
+
+    /// The point that the camera looks down on, in m: the effect's own, so that another rig file changes nothing; the rig's
+    /// where the effect does not say.
+    pub fn camera_centre(&self, rig: &Rig) -> Point {
+        let own = |name: &str, rig: f64| match self.given.contains(name) {
+            true => self.get(name),
+            false => rig,
+        };
+        let centre = rig.camera.centre;
+        Point::new(own("center_x", centre.x), own("center_y", centre.y))
     }
 }

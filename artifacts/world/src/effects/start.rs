@@ -146,6 +146,12 @@ impl FitStart {
 }
 
 impl Experiment<'_> {
+    /// The point that the camera looks down on, as parameters of form.
+    pub fn camera_centre(&self) -> [(&'static str, f64); 2] {
+        let centre = self.rig.camera.centre;
+        [("center_x", centre.x), ("center_y", centre.y)]
+    }
+
     /// Least and greatest x and y in m of all that was seen.
     pub fn extent(&self) -> [(f64, f64); 2] {
         let points = || {

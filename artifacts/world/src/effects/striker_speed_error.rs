@@ -1,4 +1,7 @@
 //! An arm that does not deliver the speed it is told: min(a + b·commanded, cap).
+//!
+//! An arm may come near its cap smoothly: u/(1 + (u/cap)^(1/s))^s, u = a + b·commanded, s its softness. That is min(u, cap)
+//! for s = 0, and cap·tanh(u/cap) to 3 % for s = 0.37.
 
 use values::{Command, Conditions, Rig};
 
@@ -16,7 +19,16 @@ const STATED: f64 = 0.0005;
 /// Shares of the commanded speeds at which a cap is tried: a start a little beside it shows none of its sharp bend.
 const CAPS: [f64; 8] = [0.3, 0.45, 0.58, 0.68, 0.76, 0.84, 0.9, 0.95];
 
-/// Striker speed error; parameters `offset` = a, `slope` = b, `cap`. A cap above the speeds that were struck at changes
+/// Softness below which a cap is hard: it differs by less than rounding.
+const HARD: f64 = 1e-9;
+/// Softness of a tanh, to 3 %, from which fits start.
+const SOFT: f64 = 0.37;
+/// Softness that is told.
+const STATED_SOFTNESS: f64 = 0.1;
+/// Caps over the fastest command at which a soft one is tried: it acts well below itself.
+const SOFT_CAPS: [f64; 4] = [0.7, 1.0, 1.4, 2.0];
+
+/// Striker speed error; parameters `offset` = a, `slope` = b, `cap`, `softness` = s. A cap above the speeds that were struck at changes
 /// nothing, so a fit of it starts among them.
 pub const SPEC: EffectSpec = EffectSpec {
     name: "striker_speed_error",
@@ -45,6 +57,14 @@ pub const SPEC: EffectSpec = EffectSpec {
             neutral: NO_CAP,
             scale: 0.2,
         },
+        EffectParameter {
+            name: "softness",
+            unit: "",
+            low: 0.0,
+            high: 1.0,
+            neutral: 0.0,
+            scale: 0.2,
+        },
     ]),
     family: Family::LaunchSpeed,
     equivalent: &["speed_dependent_restitution"],
@@ -57,6 +77,7 @@ pub const SPEC: EffectSpec = EffectSpec {
             offset: values.get("offset"),
             slope: values.get("slope"),
             cap: values.get("cap"),
+            softness: values.get("softness"),
         })
     },
     statement: |values| {
@@ -78,7 +99,12 @@ pub const SPEC: EffectSpec = EffectSpec {
             } else {
                 ", but"
             };
-            text += &format!("{and} at most {cap:.2} m/s");
+            let how = if values.get("softness") < STATED_SOFTNESS {
+                "at most"
+            } else {
+                "ever less than that as it comes near"
+            };
+            text += &format!("{and} {how} {cap:.2} m/s");
         }
         text
     },
@@ -88,6 +114,19 @@ struct StrikerSpeedError {
     offset: f64,
     slope: f64,
     cap: f64,
+    softness: f64,
+}
+
+impl StrikerSpeedError {
+    fn capped(&self, speed: f64) -> f64 {
+        if self.cap >= NO_CAP || speed <= 0.0 || self.softness < HARD {
+            return speed.min(self.cap);
+        }
+        // In logarithms, for the power may be any.
+        let over = (speed / self.cap).ln() / self.softness;
+        let softplus = over.max(0.0) + (-over.abs()).exp().ln_1p();
+        speed * (-self.softness * softplus).exp()
+    }
 }
 
 impl Effect for StrikerSpeedError {
@@ -97,7 +136,7 @@ impl Effect for StrikerSpeedError {
 
     fn deliver(&self, command: Command, _: &Conditions) -> Command {
         Command {
-            speed: (self.offset + self.slope * command.speed).min(self.cap),
+            speed: self.capped(self.offset + self.slope * command.speed),
             ..command
         }
     }
@@ -113,6 +152,12 @@ fn caps_and_offsets(experiment: &Experiment<'_>) -> Vec<FitStart> {
         starts.push(FitStart::new(vec![cap.clone()], &["cap"]));
         let both = FitStart::new(vec![cap, offset()], &["cap", "offset"]);
         starts.push(both.combined_by(moved_cap));
+    }
+    for share in SOFT_CAPS {
+        let cap = share * experiment.speed_at(1.0);
+        let mut soft = Column::new(&[("softness", SOFT)], ("cap", cap));
+        soft.is_kept = true;
+        starts.push(FitStart::new(vec![soft], &["cap", "softness"]));
     }
     starts
 }
@@ -142,6 +187,31 @@ mod tests {
                 .strike(told, 0.2)
                 .stop;
             assert_near(stop, Bench::plain().strike(delivered, 0.2).stop, 1e-6);
+        }
+    }
+    #[test]
+    fn a_soft_cap_is_nearly_a_tanh_and_a_hard_one_its_limit() {
+        let delivered = |softness: f64, told: f64| {
+            let effect = super::StrikerSpeedError {
+                offset: 0.0,
+                slope: 1.0,
+                cap: 1.5,
+                softness,
+            };
+            effect.capped(told)
+        };
+        for i in 1..40 {
+            let told = 0.1 * f64::from(i);
+            let tanh = 1.5 * (told / 1.5).tanh();
+            assert!(
+                (delivered(super::SOFT, told) / tanh - 1.0).abs() < 0.03,
+                "{told}"
+            );
+            assert!(
+                (delivered(1e-4, told) - told.min(1.5)).abs() < 2e-4,
+                "{told}"
+            );
+            assert_eq!(delivered(0.0, told), told.min(1.5));
         }
     }
 }

@@ -160,7 +160,7 @@ fn every_effect_is_known_by_its_name_and_neutral_does_nothing() {
         let neutral = Bench::with(spec.name, &[]).strike(0.8, 0.1);
         assert!(without.stop.distance(neutral.stop) < 1e-6, "{}", spec.name);
     }
-    assert_eq!(EFFECTS.len(), 15);
+    assert_eq!(EFFECTS.len(), 22);
 }
 
 #[test]
@@ -176,7 +176,9 @@ fn halving_every_step_moves_no_stop_by_half_a_millimetre_whatever_the_effect() {
                 .iter()
                 .map(|p| (p.name, (p.neutral + 2.0 * p.scale).min(p.high)))
                 .collect(),
-            Parameters::BySession(p) => vec![("monday.mcap", 2.0 * p.scale)],
+            Parameters::BySession { parameter: p, .. } => {
+                vec![("monday.mcap", 2.0 * p.scale), ("tuesday.mcap", p.neutral)]
+            }
         };
         let bench = Bench::with(spec.name, &strong).during("monday.mcap", 80.0);
         for speed in [0.4, 0.55, 0.7, 0.85, 1.0] {
@@ -198,14 +200,17 @@ fn every_parameter_has_room_on_both_sides_of_its_scale() {
         let one;
         let parameters = match parameters {
             Parameters::Listed(listed) => *listed,
-            Parameters::BySession(parameter) => {
+            Parameters::BySession { parameter, .. } => {
                 one = [*parameter];
                 &one
             }
         };
         for p in parameters {
             assert!(
-                p.low < p.neutral && p.neutral <= p.high && p.low + 4.0 * p.scale <= p.high,
+                p.low <= p.neutral
+                    && p.neutral <= p.high
+                    && p.low < p.high
+                    && p.low + 4.0 * p.scale <= p.high,
                 "{name}.{}",
                 p.name
             );
@@ -216,6 +221,9 @@ fn every_parameter_has_room_on_both_sides_of_its_scale() {
 #[test]
 fn what_cannot_be_told_apart_says_so_on_both_sides() {
     for spec in EFFECTS {
+        for simpler in spec.contains {
+            assert!(effect(simpler).expect("known").contains.is_empty());
+        }
         for other in spec.equivalent {
             let other = effect(other).expect("known");
             assert!(other.equivalent.contains(&spec.name), "{}", other.name);
@@ -249,7 +257,9 @@ fn a_world_with_every_effect_reads_back_as_it_was_written() {
     for spec in EFFECTS {
         let parameters = match spec.parameters {
             Parameters::Listed(listed) => listed.iter().map(|p| (p.name, p.low)).collect(),
-            Parameters::BySession(p) => vec![("monday.mcap", p.low), ("tuesday.mcap", p.high)],
+            Parameters::BySession { parameter: p, .. } => {
+                vec![("monday.mcap", p.low), ("tuesday.mcap", p.high)]
+            }
         };
         world.effects.push(added(spec.name, &parameters));
     }
@@ -297,7 +307,7 @@ fn fitted_values_are_stated_in_a_sentence() {
         (
             "friction_by_session",
             &[("monday.mcap", 0.12), ("tuesday.mcap", -0.05)],
-            "friction is 12 % higher in monday.mcap, 5.0 % lower in tuesday.mcap",
+            "friction is 8.2 % higher in monday.mcap, 8.2 % lower in tuesday.mcap than in their mean",
         ),
         (
             "table_tilt",
@@ -328,6 +338,51 @@ fn fitted_values_are_stated_in_a_sentence() {
             "off_centre_contact",
             &[("offset", 0.0012)],
             "the tip passes 1.2 mm to the left of the object's centre",
+        ),
+        (
+            "friction_drift",
+            &[("rate", 0.5), ("saturation", 2.0)],
+            "friction rises by 25 % in all, two thirds of that within 50 strikes",
+        ),
+        (
+            "striker_angle_error",
+            &[("gain", 0.64), ("slope", -0.1)],
+            "the arm strikes at 1.64 times the commanded angle, 5.7° to the right for every m/s of speed",
+        ),
+        (
+            "striker_angle_by_session",
+            &[("monday.mcap", 0.02), ("tuesday.mcap", -0.01)],
+            "the arm strikes 1.1° to the left in monday.mcap, 0.6° to the right in tuesday.mcap",
+        ),
+        (
+            "restitution_drift",
+            &[("rate", -0.1)],
+            "restitution falls by 10 % of its first value every 100 strikes",
+        ),
+        (
+            "friction_gradient",
+            &[("gradient_y", 0.25)],
+            "friction rises by 25 % per metre towards 90° from +x",
+        ),
+        (
+            "friction_step",
+            &[("offset", 0.5), ("change", -0.2)],
+            "friction is 20 % lower beyond the line through (0.50, 0.00) m, towards 0° from +x",
+        ),
+        (
+            "friction_map",
+            &[("height_12", 0.2), ("height_31", -0.1)],
+            "friction varies over the table: 20 % higher around (0.35, 0.10) m, 9.6 % lower around (0.65, -0.10) m",
+        ),
+        (
+            "camera_lean",
+            &[("lean_x", 0.035)],
+            "the camera leans: it shows lengths 3.5 % smaller for every metre towards 0° from +x",
+        ),
+        (
+            "striker_speed_error",
+            &[("cap", 1.48), ("softness", 0.4)],
+            "but for a constant factor that restitution holds, the arm delivers the commanded speed, but ever less than that as it comes near 1.48 m/s",
         ),
         (
             "camera_rotation",
@@ -363,7 +418,9 @@ fn each_acts_where_it_says_and_nowhere_else() {
         let strong = |p: &EffectParameter| (p.neutral + 0.7 * p.scale).clamp(p.low, p.high);
         let parameters: Vec<(&str, f64)> = match &spec.parameters {
             Parameters::Listed(listed) => listed.iter().map(|p| (p.name, strong(p))).collect(),
-            Parameters::BySession(p) => vec![("monday.mcap", strong(p))],
+            Parameters::BySession { parameter: p, .. } => {
+                vec![("monday.mcap", strong(p)), ("tuesday.mcap", p.neutral)]
+            }
         };
         let effect = build(&added(spec.name, &parameters), &rig).expect("valid");
         let slides = places.map(|position| {

@@ -1,5 +1,7 @@
 //! What smooth dependences run over.
 
+use world::effects::{Family, effect};
+
 /// What a set of bumps does, and over what.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Covariate {
@@ -55,21 +57,19 @@ impl Covariate {
 }
 
 /// Over what an effect of another form than the library's would differ from it: what is left of a wrong form lies there.
-pub(crate) fn family(effect: &str) -> &'static [Covariate] {
-    match effect {
-        "friction_drift" | "friction_by_session" => &[Covariate::Wear],
-        "restitution_drift" | "striker_angle_by_session" => &[Covariate::Order],
-        "friction_patch" | "friction_gradient" | "friction_step" | "friction_map" => {
-            &[Covariate::Surface]
-        }
-        "viscous_drag" | "quadratic_drag" | "speed_weakening_friction" => {
-            &[Covariate::SlidingSpeed]
-        }
-        "anisotropic_friction" => &[Covariate::Heading],
-        "striker_speed_error" | "speed_dependent_restitution" => &[Covariate::Speed],
-        "striker_angle_error" => &[Covariate::Angle, Covariate::Speed],
-        "striker_angle_bias" | "off_centre_contact" | "camera_rotation" => &[Covariate::Angle],
-        "table_tilt" | "table_bowl" | "camera_distortion" | "camera_lean" => &[Covariate::Position],
-        _ => &[],
+pub(crate) fn family(name: &str) -> &'static [Covariate] {
+    let Ok(spec) = effect(name) else {
+        return &[];
+    };
+    match spec.family {
+        Family::FrictionByOrder => &[Covariate::Wear],
+        Family::LaunchSpeedByOrder | Family::LaunchAngleByOrder => &[Covariate::Order],
+        Family::FrictionByPlace => &[Covariate::Surface],
+        Family::FrictionBySpeed => &[Covariate::SlidingSpeed],
+        Family::FrictionByHeading => &[Covariate::Heading],
+        Family::LaunchSpeed => &[Covariate::Speed],
+        Family::LaunchAngle => &[Covariate::Angle],
+        Family::LaunchAngleByCommand => &[Covariate::Angle, Covariate::Speed],
+        Family::ForceByPlace | Family::SeenByPlace => &[Covariate::Position],
     }
 }

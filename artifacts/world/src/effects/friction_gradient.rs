@@ -1,0 +1,118 @@
+//! Friction that changes linearly over the table: μ(p) = μ·(1 + g·(p − c)).
+
+use values::{Point, Rig};
+
+use super::{
+    action::{Acts, Effect, Slide},
+    spec::{EffectParameter, EffectSpec, Family, Parameters, Values},
+    start::{Column, Experiment, FitStart},
+    wording,
+};
+
+/// However far a falling gradient goes on, this share of friction is left.
+const LEAST_FACTOR: f64 = 0.05;
+
+const fn along(name: &'static str) -> EffectParameter {
+    EffectParameter {
+        name,
+        unit: "1/m",
+        low: -3.0,
+        high: 3.0,
+        neutral: 0.0,
+        scale: 0.2,
+    }
+}
+
+const fn centre(name: &'static str, neutral: f64) -> EffectParameter {
+    EffectParameter {
+        name,
+        unit: "m",
+        low: -5.0,
+        high: 5.0,
+        neutral,
+        scale: 0.2,
+    }
+}
+
+/// Friction gradient; parameters `gradient_x`, `gradient_y` = g, and `center_x`, `center_y` = c, where friction is the
+/// world's: the middle of the strikes that were fitted.
+pub const SPEC: EffectSpec = EffectSpec {
+    name: "friction_gradient",
+    parameters: Parameters::Listed(&[
+        along("gradient_x"),
+        along("gradient_y"),
+        centre("center_x", 0.5),
+        centre("center_y", 0.0),
+    ]),
+    family: Family::FrictionByPlace,
+    equivalent: &[],
+    contains: &[],
+    is_last_resort: false,
+    source: "friction varies over a table (Yu et al. 2016; Ma and Rodriguez 2018), to first order",
+    starts: |experiment: &Experiment<'_>| {
+        let [x, y] = experiment.extent();
+        let centre = [
+            ("center_x", 0.5 * (x.0 + x.1)),
+            ("center_y", 0.5 * (y.0 + y.1)),
+        ];
+        let names = ["gradient_x", "gradient_y"];
+        let columns = names.map(|name| Column::new(&centre, (name, 0.05)));
+        vec![FitStart::new(columns.into(), &names)]
+    },
+    build: |values: &Values, _: &Rig| {
+        Box::new(FrictionGradient {
+            gradient: Point::new(values.get("gradient_x"), values.get("gradient_y")),
+            centre: Point::new(values.get("center_x"), values.get("center_y")),
+        })
+    },
+    statement: |values| {
+        let gradient = Point::new(values.get("gradient_x"), values.get("gradient_y"));
+        format!(
+            "friction rises by {} per metre towards {:.0}° from +x",
+            wording::percent(gradient.norm()),
+            gradient.bearing().to_degrees()
+        )
+    },
+};
+
+struct FrictionGradient {
+    gradient: Point,
+    centre: Point,
+}
+
+impl Effect for FrictionGradient {
+    fn acts(&self) -> Acts {
+        Acts::Slide
+    }
+
+    fn friction_factor(&self, slide: &Slide<'_>) -> f64 {
+        (1.0 + self.gradient.dot(slide.position - self.centre)).max(LEAST_FACTOR)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use values::Point;
+
+    use crate::effects::tests::{Bench, DRY};
+
+    #[test]
+    fn it_changes_the_track() {
+        Bench::with("friction_gradient", &[("gradient_x", 0.3)]).assert_changes_track();
+    }
+
+    #[test]
+    fn the_stop_follows_its_formula() {
+        let gradient = Point::new(0.6, -0.8);
+        let parameters = [
+            ("gradient_x", gradient.x),
+            ("gradient_y", gradient.y),
+            ("center_x", 0.4),
+        ];
+        let slid = Bench::with("friction_gradient", &parameters).slide(0.9, 0.2);
+        slid.assert_integrates(|position, velocity| {
+            let more = gradient.dot(position - Point::new(0.4, 0.0));
+            velocity * (-DRY * more / velocity.norm())
+        });
+    }
+}

@@ -1,0 +1,190 @@
+//! Friction that differs on the two sides of a line: two sheets, a seam, a coated half.
+//!
+//! Friction changes by the share of the object's base, taken as a circle, that lies beyond the line, so that it is smooth.
+
+use std::f64::consts::{FRAC_PI_4, PI};
+
+use values::{Point, Rig};
+
+use super::{
+    action::{Acts, Effect, Slide},
+    footprint,
+    spec::{EffectParameter, EffectSpec, Family, Parameters, Values},
+    start::{Column, Experiment, FitStart},
+    wording,
+};
+
+/// Directions across lines that are tried, in eighths of a turn, and lines of each: so many that a start lies within a base or
+/// two of any seam.
+const DIRECTIONS: [f64; 4] = [-1.0, 0.0, 1.0, 2.0];
+const LINES: u32 = 7;
+
+/// Friction step; parameters `direction`: of the line's normal, from +x; `offset`: of the line from the origin along that
+/// normal; `change`: the relative change of friction beyond it.
+pub const SPEC: EffectSpec = EffectSpec {
+    name: "friction_step",
+    parameters: Parameters::Listed(&[
+        EffectParameter {
+            name: "direction",
+            unit: "rad",
+            low: -PI,
+            high: PI,
+            neutral: 0.0,
+            scale: 0.3,
+        },
+        EffectParameter {
+            name: "offset",
+            unit: "m",
+            low: -3.0,
+            high: 3.0,
+            neutral: 0.5,
+            scale: 0.1,
+        },
+        EffectParameter {
+            name: "change",
+            unit: "",
+            low: -0.9,
+            high: 3.0,
+            neutral: 0.0,
+            scale: 0.2,
+        },
+    ]),
+    family: Family::FrictionByPlace,
+    equivalent: &[],
+    contains: &[],
+    is_last_resort: false,
+    source: "two surfaces that meet; area of a segment of a circle",
+    starts: lines,
+    build: |values: &Values, rig: &Rig| {
+        Box::new(FrictionStep {
+            normal: Point::polar(1.0, values.get("direction")),
+            offset: values.get("offset"),
+            change: values.get("change"),
+            base: footprint::radius(rig),
+        })
+    },
+    statement: |values| {
+        let direction = values.get("direction");
+        let foot = Point::polar(values.get("offset"), direction);
+        format!(
+            "friction is {} beyond the line through ({:.2}, {:.2}) m, towards {:.0}° from +x",
+            wording::higher(values.get("change")),
+            foot.x,
+            foot.y,
+            direction.to_degrees()
+        )
+    },
+};
+
+fn lines(experiment: &Experiment<'_>) -> Vec<FitStart> {
+    let points = || {
+        experiment.strikes.iter().flat_map(|strike| {
+            let track = (0..strike.track.len()).map(|i| strike.track.point(i));
+            track.chain([strike.initial])
+        })
+    };
+    let mut starts = Vec::new();
+    for direction in DIRECTIONS.map(|eighths| eighths * FRAC_PI_4) {
+        let normal = Point::polar(1.0, direction);
+        let (low, high) = points()
+            .map(|point| normal.dot(point))
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| {
+                (low.min(v), high.max(v))
+            });
+        for line in 1..=LINES {
+            let offset = low + (high - low) * f64::from(line) / f64::from(LINES + 1);
+            let form = [("direction", direction), ("offset", offset)];
+            let column = Column::new(&form, ("change", 0.1));
+            starts.push(FitStart::new(
+                vec![column],
+                &["direction", "offset", "change"],
+            ));
+        }
+    }
+    starts
+}
+
+struct FrictionStep {
+    /// Unit vector across the line.
+    normal: Point,
+    offset: f64,
+    change: f64,
+    /// Radius of the circle of the base's area, in m.
+    base: f64,
+}
+
+impl FrictionStep {
+    /// Distance in m beyond the line.
+    fn beyond(&self, position: Point) -> f64 {
+        self.normal.dot(position) - self.offset
+    }
+}
+
+impl Effect for FrictionStep {
+    fn acts(&self) -> Acts {
+        Acts::Slide
+    }
+
+    fn friction_factor(&self, slide: &Slide<'_>) -> f64 {
+        1.0 + self.change * share_beyond(self.beyond(slide.position) / self.base)
+    }
+
+    fn stretch(&self, position: Point) -> f64 {
+        let outside = self.beyond(position).abs() - self.base;
+        outside.max(footprint::SMOOTH * self.base)
+    }
+}
+
+/// Share of a circle beyond a line, by how far its centre is beyond it, in radii.
+fn share_beyond(centre: f64) -> f64 {
+    let z = centre.clamp(-1.0, 1.0);
+    1.0 - (z.acos() - z * (1.0 - z * z).sqrt()) / PI
+}
+
+#[cfg(test)]
+mod tests {
+    use super::share_beyond;
+    use crate::effects::tests::{Bench, DRY};
+    use values::Point;
+
+    #[test]
+    fn it_changes_the_track() {
+        let step = [("offset", 0.4), ("change", 0.3)];
+        Bench::with("friction_step", &step).assert_changes_track();
+    }
+
+    #[test]
+    fn the_share_of_a_circle_beyond_a_line_is_its_area() {
+        assert_eq!((share_beyond(-1.5), share_beyond(2.0)), (0.0, 1.0));
+        assert!((share_beyond(0.0) - 0.5).abs() < 1e-12);
+        // By counting.
+        let (mut inside, mut all) = (0, 0);
+        for i in -500..500 {
+            for j in -500..500 {
+                let (x, y) = (f64::from(i) / 500.0, f64::from(j) / 500.0);
+                if x * x + y * y < 1.0 {
+                    all += 1;
+                    inside += i32::from(x > -0.4);
+                }
+            }
+        }
+        let counted = f64::from(inside) / f64::from(all);
+        assert!((share_beyond(0.4) - counted).abs() < 2e-3, "{counted}");
+    }
+
+    #[test]
+    fn the_stop_follows_its_formula() {
+        let (direction, offset, change, base) = (0.5, 0.45, 0.6, 0.03);
+        let step = [
+            ("direction", direction),
+            ("offset", offset),
+            ("change", change),
+        ];
+        let slid = Bench::with("friction_step", &step).slide(0.95, 0.1);
+        slid.assert_integrates(|position, velocity| {
+            let beyond = Point::polar(1.0, direction).dot(position) - offset;
+            let more = change * share_beyond(beyond / base);
+            velocity * (-DRY * more / velocity.norm())
+        });
+    }
+}

@@ -1,0 +1,108 @@
+//! A direction that errs differently from log to log: the camera or the table was moved between them.
+
+use values::{Command, Conditions, Rig};
+
+use super::{
+    action::{Acts, Effect},
+    sessions::BySession,
+    spec::{EffectParameter, EffectSpec, Family, Parameters, Values},
+    start::{Column, Experiment, FitStart},
+    wording,
+};
+
+/// Striker angle by session; parameters are named by session, each the error δ of the angle in it, counter-clockwise. A session
+/// that is not known has their mean.
+pub const SPEC: EffectSpec = EffectSpec {
+    name: "striker_angle_by_session",
+    parameters: Parameters::BySession {
+        parameter: EffectParameter {
+            name: "session",
+            unit: "rad",
+            low: -0.5,
+            high: 0.5,
+            neutral: 0.0,
+            scale: 0.02,
+        },
+        is_relative: false,
+    },
+    family: Family::LaunchAngleByOrder,
+    equivalent: &[],
+    contains: &["striker_angle_bias"],
+    is_last_resort: false,
+    source: "an effect of the group, as in mixed models (Laird and Ware 1982), on the direction of the launch",
+    starts: sessions,
+    build: |values: &Values, _: &Rig| {
+        Box::new(StrikerAngleBySession {
+            bias: BySession::new(values),
+        })
+    },
+    statement: |values| {
+        let sessions: Vec<_> = BySession::new(values)
+            .known()
+            .map(|(session, bias)| {
+                let side = wording::side(bias);
+                format!("{:.1}° to the {side} in {session}", bias.abs().to_degrees())
+            })
+            .collect();
+        if sessions.is_empty() {
+            "the arm strikes in the same direction in every session".into()
+        } else {
+            format!("the arm strikes {}", sessions.join(", "))
+        }
+    },
+};
+
+fn sessions(experiment: &Experiment<'_>) -> Vec<FitStart> {
+    let names = experiment.sessions();
+    if names.len() < 2 {
+        return Vec::new();
+    }
+    let columns = names.iter().map(|name| Column::new(&[], (name, 0.005)));
+    vec![FitStart::new(columns.collect(), &names)]
+}
+
+struct StrikerAngleBySession {
+    bias: BySession,
+}
+
+impl Effect for StrikerAngleBySession {
+    fn acts(&self) -> Acts {
+        Acts::Launch
+    }
+
+    fn deliver(&self, command: Command, conditions: &Conditions) -> Command {
+        Command {
+            angle: command.angle + self.bias.value(&conditions.session),
+            ..command
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::effects::tests::{Bench, assert_near};
+
+    #[test]
+    fn it_changes_the_track() {
+        Bench::with("striker_angle_by_session", &[("monday.mcap", 0.02)])
+            .during("monday.mcap", 3.0)
+            .assert_changes_track();
+    }
+
+    #[test]
+    fn each_session_strikes_by_its_formula_and_others_by_the_mean() {
+        let biases = [("monday.mcap", 0.05), ("tuesday.mcap", -0.01)];
+        for (session, bias) in [
+            ("monday.mcap", 0.05),
+            ("tuesday.mcap", -0.01),
+            ("friday.mcap", 0.02),
+            ("", 0.02),
+        ] {
+            let stop = Bench::with("striker_angle_by_session", &biases)
+                .during(session, 0.0)
+                .strike(0.8, 0.1)
+                .stop;
+            assert_near(stop, Bench::plain().strike(0.8, 0.1 + bias).stop, 1e-6);
+        }
+    }
+}

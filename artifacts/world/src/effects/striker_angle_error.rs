@@ -1,0 +1,127 @@
+//! An arm whose direction errs with what it is told: delivered angle = commanded·(1 + a) + δ + b·speed.
+
+use values::{Command, Conditions, Rig};
+
+use super::{
+    action::{Acts, Effect},
+    spec::{EffectParameter, EffectSpec, Family, Parameters, Values},
+    start::{Column, FitStart},
+    wording,
+};
+
+/// Slopes in rad per m/s, and gains, that are worth a word.
+const STATED: f64 = 0.002;
+
+/// Striker angle error; parameters `gain` = a, `bias` = δ, `slope` = b.
+pub const SPEC: EffectSpec = EffectSpec {
+    name: "striker_angle_error",
+    parameters: Parameters::Listed(&[
+        EffectParameter {
+            name: "gain",
+            unit: "",
+            low: -0.9,
+            high: 3.0,
+            neutral: 0.0,
+            scale: 0.1,
+        },
+        EffectParameter {
+            name: "bias",
+            unit: "rad",
+            low: -0.5,
+            high: 0.5,
+            neutral: 0.0,
+            scale: 0.02,
+        },
+        EffectParameter {
+            name: "slope",
+            unit: "rad·s/m",
+            low: -0.5,
+            high: 0.5,
+            neutral: 0.0,
+            scale: 0.03,
+        },
+    ]),
+    family: Family::LaunchAngleByCommand,
+    equivalent: &[],
+    contains: &["striker_angle_bias"],
+    is_last_resort: false,
+    source: "to first order in the command: a joint's gain, and a tip that yields sideways the more the faster it goes",
+    starts: |_| {
+        let column = |name| Column::new(&[], (name, 0.005));
+        [
+            &["gain", "bias"][..],
+            &["slope", "bias"],
+            &["gain", "slope", "bias"],
+        ]
+        .map(|names| {
+            let columns = names.iter().map(|name| column(*name)).collect();
+            FitStart::new(columns, names)
+        })
+        .into()
+    },
+    build: |values: &Values, _: &Rig| {
+        Box::new(StrikerAngleError {
+            gain: values.get("gain"),
+            bias: values.get("bias"),
+            slope: values.get("slope"),
+        })
+    },
+    statement: |values| {
+        let (gain, bias, slope) = (values.get("gain"), values.get("bias"), values.get("slope"));
+        let mut text = String::from("the arm strikes at");
+        if gain.abs() >= STATED {
+            text += &format!(" {:.2} times", 1.0 + gain);
+        }
+        text += " the commanded angle";
+        for (value, per) in [(bias, ""), (slope, " for every m/s of speed")] {
+            if value.abs() >= STATED {
+                let side = wording::side(value);
+                text += &format!(", {:.1}° to the {side}{per}", value.abs().to_degrees());
+            }
+        }
+        text
+    },
+};
+
+struct StrikerAngleError {
+    gain: f64,
+    bias: f64,
+    slope: f64,
+}
+
+impl Effect for StrikerAngleError {
+    fn acts(&self) -> Acts {
+        Acts::Launch
+    }
+
+    fn deliver(&self, command: Command, _: &Conditions) -> Command {
+        let by = self.gain * command.angle + self.bias + self.slope * command.speed;
+        Command {
+            angle: command.angle + by,
+            ..command
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::effects::tests::{Bench, assert_near};
+
+    #[test]
+    fn it_changes_the_track() {
+        for parameter in [("gain", 0.1), ("bias", 0.02), ("slope", 0.02)] {
+            Bench::with("striker_angle_error", &[parameter]).assert_changes_track();
+        }
+    }
+
+    #[test]
+    fn it_strikes_as_if_told_the_angle_of_its_formula() {
+        let error = [("gain", 0.5), ("bias", -0.03), ("slope", 0.1)];
+        for (speed, told, delivered) in [(0.6, 0.2, 0.33), (0.9, -0.1, -0.09)] {
+            let stop = Bench::with("striker_angle_error", &error)
+                .strike(speed, told)
+                .stop;
+            assert_near(stop, Bench::plain().strike(speed, delivered).stop, 1e-6);
+        }
+    }
+}
