@@ -16,6 +16,16 @@ pub enum PlannerError {
         /// What there is.
         has: String,
     },
+    /// A session that the version does not know.
+    #[error("plan for session `{session}`: version {version} does not know it; it knows {}", if known.is_empty() { "none: nothing that it named differs by session" } else { known })]
+    NoSession {
+        /// What was asked for.
+        session: String,
+        /// The artifact.
+        version: String,
+        /// What there is.
+        known: String,
+    },
     /// The world of the artifact cannot be simulated.
     #[error("compile the world of version {version}: {source}; publish the version again")]
     World {

@@ -17,6 +17,7 @@ mod plan;
 mod planner;
 mod refusal;
 mod robot;
+mod session;
 mod stroke;
 #[cfg(test)]
 mod testing;

@@ -1,14 +1,16 @@
 //! From a target to a plan: solve, add the residual, check every limit.
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 use std::time::Duration;
 
 use store::{Artifact, Metrics, Model, Network, TrainedRegion};
-use values::{Command, Conditions, Interval, Point, Rig};
-use world::{Simulated, Simulator, SolveSettings, SolveStatus};
+use values::{Command, Conditions, Interval, Point, Rig, Strike};
+use world::{Simulated, Simulator, SolveSettings, SolveStatus, recent_session};
 
 use crate::limits::{self, Broken};
 use crate::plan::{Details, GOOD_FOR};
+use crate::session::OpenSession;
 use crate::stroke::Stroke;
 use crate::{Plan, PlannerError, Reason, Refusal, clearance};
 
@@ -36,8 +38,10 @@ pub struct Planner {
     metrics: Option<Metrics>,
     /// Of the same world without the residual on held-out strikes; none for a model without one.
     unaided: Option<Metrics>,
-    /// Strikes that the version knows: the order of the next one.
-    order: f64,
+    /// What it plans in: a session that is not known, after all strikes that the version knows.
+    conditions: Conditions,
+    /// What the session leaves open.
+    open: OpenSession,
     /// How long a plan is good for.
     good_for: Duration,
 }
@@ -55,10 +59,12 @@ impl Planner {
         let (world, residual) = artifact
             .model(model)
             .ok_or_else(|| no_model(artifact, model))?;
-        let simulator = Simulator::new(rig, &world).map_err(|source| PlannerError::World {
+        let in_world = |source| PlannerError::World {
             version: version.clone(),
             source,
-        })?;
+        };
+        let simulator = Simulator::new(rig, &world).map_err(in_world)?;
+        let open = OpenSession::unknown(rig, &world).map_err(in_world)?;
         let metrics = &artifact.manifest.provenance.metrics;
         let unaided = match model {
             Model::SysidResidual => metrics.get(&Model::Sysid),
@@ -74,13 +80,53 @@ impl Planner {
             region: artifact.manifest.provenance.trained_region,
             metrics: metrics.get(&model).copied(),
             unaided: unaided.copied(),
-            order: artifact
-                .manifest
-                .provenance
-                .strikes
-                .map_or(0.0, |strikes| strikes.count as f64),
+            conditions: Conditions {
+                session: String::new(),
+                order: next_order(artifact),
+            },
+            open,
             good_for: GOOD_FOR,
         })
+    }
+
+    /// The same in a session that the version knows. Errors where it does not.
+    pub fn in_session(mut self, artifact: &Artifact, session: &str) -> Result<Self, PlannerError> {
+        let effects = artifact.effect.as_ref();
+        let known = effects.map_or_else(BTreeSet::new, |effect| effect.world.known_sessions());
+        if !known.contains(session) {
+            return Err(PlannerError::NoSession {
+                session: session.into(),
+                version: self.version,
+                known: known.into_iter().collect::<Vec<_>>().join(", "),
+            });
+        }
+        self.conditions.session = session.into();
+        self.open = OpenSession::default();
+        Ok(self)
+    }
+
+    /// The same in a new session, of which these strikes are the first: what differs by session is estimated from them.
+    pub fn after_recent(
+        mut self,
+        artifact: &Artifact,
+        strikes: &[Strike],
+    ) -> Result<Self, PlannerError> {
+        let Some((mut world, _)) = artifact.model(self.model) else {
+            return Err(no_model(artifact, self.model));
+        };
+        let in_world = |source| PlannerError::World {
+            version: artifact.version.clone(),
+            source,
+        };
+        let order = next_order(artifact);
+        let values = recent_session(&self.rig, &world, strikes, order).map_err(in_world)?;
+        for value in &values {
+            world = world.with_unknown_sessions(&value.effect, value.estimate.value);
+        }
+        self.simulator = Simulator::new(&self.rig, &world).map_err(in_world)?;
+        self.open = OpenSession::estimated(&self.rig, &world, &values).map_err(in_world)?;
+        self.conditions.order = order + strikes.len() as f64;
+        Ok(self)
     }
 
     /// The same, whose plans may be executed for so long after they were made; 5 s unless given.
@@ -166,7 +212,10 @@ impl Planner {
             strike: stroke.strike,
             stop: stroke.stop,
             acceleration: self.rig.robot.acceleration,
-            expected_miss: self.metrics.map(|metrics| metrics.mean),
+            expected_miss: self.metrics.map(|metrics| {
+                self.open
+                    .expected_miss(metrics.mean, from, command, &self.conditions)
+            }),
             expected_miss_strikes: self.metrics.map(|metrics| metrics.n),
         };
         Ok(Plan::new(details, stroke, self.rig.clone(), self.good_for))
@@ -210,7 +259,7 @@ impl Planner {
     fn simulate(&self, from: Point, command: Command) -> Result<Simulated, Broken> {
         let mut worker = self.simulator.worker();
         worker
-            .strike(from, command, &self.conditions())
+            .strike(from, command, &self.conditions)
             .map_err(|error| {
                 (
                     Reason::Diverged,
@@ -228,22 +277,14 @@ impl Planner {
         })
     }
 
-    /// A strike yet to be made belongs to no session, and comes after all that the version knows.
-    fn conditions(&self) -> Conditions {
-        Conditions {
-            session: String::new(),
-            order: self.order,
-        }
-    }
-
     /// The world's own command. The robot's limits are those of the final command, not of this one.
     fn solve(&self, from: Point, to: Point) -> Result<Command, Broken> {
         let settings = SolveSettings::default();
-        let conditions = self.conditions();
+        let conditions = &self.conditions;
         let solution = self
             .simulator
             .worker()
-            .solve(from, to, &conditions, &settings, None);
+            .solve(from, to, conditions, &settings, None);
         match solution.status {
             SolveStatus::Solved => Ok(solution.command),
             SolveStatus::Unreachable => Err((
@@ -273,6 +314,12 @@ impl Planner {
             network.predict([path.x, path.y, simulated.speed, simulated.angle])
         })
     }
+}
+
+/// Strikes that the version knows: the order of the next one.
+fn next_order(artifact: &Artifact) -> f64 {
+    let strikes = artifact.manifest.provenance.strikes;
+    strikes.map_or(0.0, |strikes| strikes.count as f64)
 }
 
 fn no_model(artifact: &Artifact, model: Model) -> PlannerError {

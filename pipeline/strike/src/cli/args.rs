@@ -78,6 +78,12 @@ pub struct Args {
     /// Log of the strike [default: the next strike_NNNNNN.mcap in DIR/strikes]; never overwrites
     #[arg(long, value_name = "FILE")]
     pub log: Option<PathBuf>,
+    /// Plan for this session, which the version knows (its log's name); without it, for one that it has never seen
+    #[arg(long, value_name = "NAME", conflicts_with = "recent")]
+    pub session: Option<String>,
+    /// Logs of a new session's first strikes, from which what differs by session is estimated
+    #[arg(long, value_name = "LOG", num_args = 1..)]
+    pub recent: Vec<PathBuf>,
     /// Plan every line of a file, or of standard input (`-`), and strike none
     #[arg(long, value_name = "FILE", conflicts_with_all = ["to", "from", "robot", "log"])]
     pub batch: Option<PathBuf>,

@@ -8,11 +8,11 @@ mod strike_one;
 
 use std::fs::File;
 use std::io::{self, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use strike::{Choice, Planner, batch};
-use values::Point;
+use strike::{Choice, Planner, Reason, Refusal, batch};
+use values::{Point, Rig, Strike};
 
 pub use args::Args;
 use failure::Failure;
@@ -35,6 +35,12 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
         .model
         .unwrap_or(artifact.manifest.provenance.default_model);
     let planner = Planner::within(&artifact, model, &rig).map_err(Failure::input)?;
+    let planner = match (&args.session, &args.recent[..]) {
+        (Some(session), _) => planner.in_session(&artifact, session),
+        (None, []) => Ok(planner),
+        (None, logs) => planner.after_recent(&artifact, &recent_strikes(logs, &rig)?),
+    }
+    .map_err(Failure::input)?;
     match (&args.batch, &args.to) {
         (Some(file), _) => plan_batch(args, &planner, file),
         (None, Some(to)) => strike_one(args, &planner, point(to)),
@@ -42,6 +48,23 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
             "give a target, `--to X Y`, or `--batch FILE`",
         )),
     }
+}
+
+/// The strikes of a new session's logs, in the order of time.
+fn recent_strikes(logs: &[PathBuf], rig: &Rig) -> Result<Vec<Strike>, Failure> {
+    let outcomes = logs
+        .iter()
+        .map(|log| ingest::ingest_log(log, rig, &ingest::Ingest::default()))
+        .collect::<Result<Vec<_>, _>>()
+        .map_err(Failure::input)?;
+    let (strikes, rejects) = ingest::assemble(outcomes);
+    if strikes.is_empty() {
+        return Err(Failure::input(format!(
+            "estimate the session: its logs hold no strike that can be used ({} were rejected)",
+            rejects.len()
+        )));
+    }
+    Ok(strikes)
 }
 
 fn plan_batch(args: &Args, planner: &Planner, file: &Path) -> Result<ExitCode, Failure> {

@@ -8,5 +8,6 @@ mod dependencies;
 mod fixture;
 mod plans;
 mod refusals;
+mod sessions;
 mod strikes;
 mod trust;
