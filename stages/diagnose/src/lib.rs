@@ -160,7 +160,7 @@ const FRAMES: usize = 6;
 
 impl Stage for Diagnose {
     const NAME: &'static str = "diagnose";
-    const VERSION: u32 = 11;
+    const VERSION: u32 = 12;
     type Input = Input;
     type Output = Found;
     type Error = DiagnoseError;

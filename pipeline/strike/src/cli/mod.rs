@@ -11,7 +11,7 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use strike::{Choice, Planner, Reason, Refusal, batch};
+use strike::{Choice, Planner, batch};
 use values::{Point, Rig, Strike};
 
 pub use args::Args;
