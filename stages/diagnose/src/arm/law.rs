@@ -169,7 +169,8 @@ fn forms(of: Of, pairs: &[Pair<'_>]) -> Vec<Form> {
     forms
 }
 
-/// The form that these strikes need, by the Bayesian information criterion, with its evidence; none where the arm does as it is told.
+/// The form that these strikes need, with its evidence; none where the arm does as it is told. A form with further values must
+/// bring as much beyond the best of the simpler ones as it must beyond none.
 fn best<'f>(
     rig: &Rig,
     of: Of,
@@ -182,25 +183,39 @@ fn best<'f>(
         .map(|pair| pair.difference(of, pair.command))
         .collect();
     let plain = squares(&told);
-    let mut best: Option<(&Form, Fitted, f64, f64)> = None;
+    let by_chance = |values: usize| {
+        ChiSquared::new(values as f64).map_or(f64::INFINITY, |chance| {
+            0.5 * chance.inverse_cdf(1.0 - CHANCE / forms.len() as f64)
+        })
+    };
+    let mut gains = Vec::new();
     for form in forms {
-        let k = form.free.len();
-        if pairs.len() < 4 * k + 4 {
+        let values = form.free.len();
+        if pairs.len() < 4 * values + 4 {
             continue;
         }
-        let Some(fitted) = fitted(rig, of, form, pairs)? else {
-            continue;
-        };
-        let gain = 0.5 * n * (plain / fitted.squares).ln();
-        let by_chance = ChiSquared::new(k as f64).map_or(f64::INFINITY, |chance| {
-            0.5 * chance.inverse_cdf(1.0 - CHANCE / forms.len() as f64)
-        });
-        let score = gain - 0.5 * k as f64 * n.ln();
-        if gain > by_chance && best.as_ref().is_none_or(|(.., least)| score > *least) {
-            best = Some((form, fitted, gain - by_chance, score));
+        if let Some(fitted) = fitted(rig, of, form, pairs)? {
+            let gain = 0.5 * n * (plain / fitted.squares).ln();
+            gains.push((form, fitted, gain));
         }
     }
-    Ok(best.map(|(form, fitted, evidence, _)| (form, fitted, evidence)))
+    gains.sort_by(|a, b| {
+        let values = |of: &(&Form, Fitted, f64)| of.0.free.len();
+        values(a).cmp(&values(b)).then(b.2.total_cmp(&a.2))
+    });
+    let mut best: Option<(&Form, Fitted, f64)> = None;
+    for (form, fitted, gain) in gains {
+        let (values, least) = best
+            .as_ref()
+            .map_or((0, 0.0), |(form, _, gain)| (form.free.len(), *gain));
+        if form.free.len() > values && gain - least > by_chance(form.free.len() - values) {
+            best = Some((form, fitted, gain));
+        }
+    }
+    Ok(best.map(|(form, fitted, gain)| {
+        let evidence = gain - by_chance(form.free.len());
+        (form, fitted, evidence)
+    }))
 }
 
 impl Pair<'_> {

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use rayon::prelude::*;
 use world::WorldError;
 
+use super::evidence_of;
 use crate::{
     fit::{Fitted, ITERATIONS, TRIAL_ITERATIONS},
     screen::{Chance, Screened, Start},
@@ -51,7 +52,12 @@ pub(super) fn fit_best(
 ) -> Result<Vec<CandidateFit>, WorldError> {
     let starts = promising(screened, chance, asked);
     let of = |name: &'static str, fitted: Fitted| CandidateFit {
-        evidence: fitted.likelihood() - from.likelihood() - chance[name],
+        evidence: evidence_of(
+            name,
+            fitted.likelihood() - from.likelihood(),
+            fitted.model.free.len() - from.model.free.len(),
+            chance[name],
+        ),
         name,
         fitted,
     };

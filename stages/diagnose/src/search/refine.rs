@@ -3,8 +3,9 @@
 use world::WorldError;
 
 use super::{
-    CandidateFit, EXCLUDED, SelectedEffect, Selection, alike,
+    CandidateFit, EXCLUDED, SelectedEffect, Selection, alike, evidence_of,
     fits::{Tried, fit_best},
+    simpler,
 };
 use crate::{
     candidates::Candidate,
@@ -100,7 +101,12 @@ fn standing(
         };
         return Ok((firm, None));
     };
-    let evidence = fitted.likelihood() - reduced.likelihood() - chance[name];
+    let evidence = evidence_of(
+        name,
+        fitted.likelihood() - reduced.likelihood(),
+        fitted.model.free.len() - reduced.model.free.len(),
+        chance[name],
+    );
     let screened: Vec<Screened> = screen(field, &reduced, candidates)?
         .into_iter()
         .filter(|s| s.name != name)
@@ -112,6 +118,8 @@ fn standing(
         .iter()
         .enumerate()
         // A form at the end of its range stands for something else, the best rival first of all.
+        // One that contains this effect is never excluded, and says no other thing.
+        .filter(|(_, rival)| !contains(rival.name, name))
         .filter(|(rank, rival)| (is_at_end && *rank == 0) || !is_excluded(name, evidence, rival))
         .map(|(_, rival)| rival.name)
         .collect();
@@ -133,4 +141,10 @@ fn is_excluded(name: &str, evidence: f64, rival: &CandidateFit) -> bool {
         1.0
     };
     rival.evidence < share * (evidence - EXCLUDED)
+}
+
+/// Whether an effect, or one that does nearly the same, is a special case of another.
+fn contains(name: &str, special: &str) -> bool {
+    let of = simpler(name);
+    of.contains(&special) || alike(special).iter().any(|alike| of.contains(alike))
 }
