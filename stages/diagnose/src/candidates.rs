@@ -31,10 +31,25 @@ fn all(rig: &Rig, strikes: &[&Strike], is_last_resort: bool) -> Vec<Candidate> {
         .filter(|spec| spec.is_last_resort == is_last_resort)
         .map(|spec| Candidate {
             name: spec.name,
-            starts: (spec.starts)(&experiment),
+            starts: (spec.starts)(&experiment)
+                .into_iter()
+                .filter(|start| start.columns.iter().all(|column| is_in_range(spec, column)))
+                .collect(),
         })
         .filter(|candidate| !candidate.starts.is_empty())
         .collect()
+}
+
+/// Whether an effect may have a column's parameters: fast strikes start caps beyond what a robot reaches.
+fn is_in_range(spec: &EffectSpec, column: &Column) -> bool {
+    column
+        .form
+        .iter()
+        .chain([&column.strength])
+        .all(|(name, value)| {
+            spec.parameter(name)
+                .is_some_and(|p| (p.low..=p.high).contains(value))
+        })
 }
 
 /// A little of an effect: a column's parameters.
@@ -64,4 +79,41 @@ pub(crate) fn begun(name: &'static str, start: &FitStart, coefficients: &[f64]) 
 
 fn spec(name: &str) -> &'static EffectSpec {
     effect(name).expect("a candidate is an effect of the library")
+}
+
+#[cfg(test)]
+mod tests {
+    use values::{Command, Conditions, Point, Shape, Split, Track};
+
+    use super::*;
+
+    #[test]
+    fn fits_begin_within_the_ranges_of_the_library_however_fast_the_strikes() {
+        let strikes: Vec<Strike> = (0..40)
+            .map(|i| Strike {
+                id: i.to_string(),
+                log: "a.mcap".into(),
+                index: i,
+                t_start: f64::from(i),
+                initial: Point::new(0.3, 0.0),
+                stop: Point::new(0.9, 0.1),
+                command: Command {
+                    speed: 0.5 + 0.1 * f64::from(i),
+                    angle: 0.01 * f64::from(i),
+                },
+                track: Track::default(),
+                split: Split::Train,
+                conditions: Conditions::default(),
+                delivered: None,
+            })
+            .collect();
+        let strikes: Vec<&Strike> = strikes.iter().collect();
+        let candidates = candidates(&Rig::demo(Shape::Cylinder), &strikes);
+        assert!(candidates.iter().any(|c| c.name == "striker_speed_error"));
+        for candidate in candidates {
+            for column in candidate.starts.iter().flat_map(|start| &start.columns) {
+                assert!(is_in_range(spec(candidate.name), column), "{column:?}");
+            }
+        }
+    }
 }
