@@ -4,7 +4,7 @@ use values::Rig;
 use world::World;
 
 use crate::contents::models;
-use crate::{Calibrated, Manifest, Model, Network};
+use crate::{Calibrated, Manifest, Model, ResidualModel};
 
 /// A version, every part of which was checked when it was loaded.
 #[derive(Clone, Debug, PartialEq)]
@@ -28,7 +28,7 @@ impl Artifact {
     }
 
     /// The world of a model and the residual on top of it; none where it does not hold the model.
-    pub fn model(&self, model: Model) -> Option<(World, Option<&Network>)> {
+    pub fn model(&self, model: Model) -> Option<(World, Option<&ResidualModel>)> {
         let with_residual = |calibrated: &'_ Calibrated| calibrated.residual.is_some();
         match model {
             Model::Nominal => Some((World::nominal(&self.rig), None)),

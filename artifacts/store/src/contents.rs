@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use values::Rig;
 use world::World;
 
-use crate::{Model, Network, Provenance};
+use crate::{Model, Provenance, ResidualModel};
 
 /// A world, and what is to be added to its commands.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -12,7 +12,7 @@ pub struct Calibrated {
     /// The world.
     pub world: World,
     /// The residual model on top of it; none where there were too few strikes to learn one.
-    pub residual: Option<Network>,
+    pub residual: Option<ResidualModel>,
 }
 
 /// All that goes into a version.

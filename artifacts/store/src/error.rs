@@ -1,6 +1,6 @@
 //! What can be wrong with a store, and how to mend it.
 
-use crate::{Model, NetworkError};
+use crate::{Model, ResidualModelError};
 
 /// Why a version was not published, loaded or rolled back to. Texts complete "failed to …".
 #[derive(Debug, thiserror::Error)]
@@ -256,7 +256,7 @@ pub enum ArtifactError {
         /// The file.
         file: String,
         /// What is wrong with it.
-        source: NetworkError,
+        source: ResidualModelError,
     },
     /// The manifest speaks of a model that the version does not hold.
     #[error("load {version}: its manifest names the model {model}, it holds [{has}]; {MEND}")]

@@ -10,10 +10,12 @@ mod change;
 mod contents;
 mod error;
 mod files;
+pub mod launch_map;
 mod load;
 mod manifest;
 mod model;
 pub mod network;
+mod residual_model;
 mod signature;
 mod store;
 mod version;
@@ -21,11 +23,14 @@ mod version;
 pub use artifact::Artifact;
 pub use contents::{Calibrated, Contents};
 pub use error::ArtifactError;
+pub use launch_map::{LaunchMap, LaunchMapError, LaunchOffset};
 pub use manifest::{
-    FileHash, InputFile, Logged, Manifest, Metrics, Provenance, StageRecord, TrainedRegion,
+    Explained, FileHash, InputFile, Logged, Manifest, Metrics, Provenance, StageRecord,
+    TrainedRegion,
 };
 pub use model::Model;
 pub use network::{Network, NetworkError};
+pub use residual_model::{MOST_NETWORKS, Networks, ResidualModel, ResidualModelError};
 pub use signature::{Key, SIGNATURE, Signer};
 pub use store::{Listing, Store};
 

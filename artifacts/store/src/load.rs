@@ -13,7 +13,8 @@ use world::World;
 
 use crate::files::{MAIN, MANIFEST, PLAIN, RIG, identity};
 use crate::{
-    Artifact, ArtifactError, Calibrated, Key, Manifest, Metrics, Network, SCHEMA_VERSION, SIGNATURE,
+    Artifact, ArtifactError, Calibrated, Key, Manifest, Metrics, ResidualModel, SCHEMA_VERSION,
+    SIGNATURE,
 };
 
 /// Longest manifest that is read, in bytes: one of a hundred thousand logs is shorter.
@@ -287,7 +288,7 @@ fn calibrated(
         .and_then(|text| World::parse(text).map_err(|error| format!("failed to {error}")))
         .map_err(bad)?;
     let network = files.get(residual).map(|bytes| {
-        Network::from_safetensors(bytes).map_err(|source| ArtifactError::BadNetwork {
+        ResidualModel::from_safetensors(bytes).map_err(|source| ArtifactError::BadNetwork {
             version: version.into(),
             file: residual.into(),
             source,
@@ -306,6 +307,7 @@ fn models(artifact: &Artifact) -> Result<(), ArtifactError> {
     match provenance
         .metrics
         .keys()
+        .chain(provenance.explained.keys())
         .chain([&provenance.default_model])
         .find(|model| !has.contains(model))
     {
@@ -339,6 +341,30 @@ fn numbers(manifest: &Manifest, version: &str) -> Result<(), ArtifactError> {
                 name.into(),
                 format!("[{}, {}] is no interval", interval.low, interval.high),
             );
+        }
+    }
+    for (model, explained) in &manifest.provenance.explained {
+        for (name, interval) in [
+            ("d_speed", explained.d_speed),
+            ("d_angle", explained.d_angle),
+        ] {
+            if !(interval.low.is_finite()
+                && interval.high.is_finite()
+                && interval.low <= interval.high)
+            {
+                return bad(
+                    format!("explained.{model}.{name}"),
+                    format!("[{}, {}] is no interval", interval.low, interval.high),
+                );
+            }
+        }
+        for (name, share) in explained.shares() {
+            if !(share >= 0.0 && share.is_finite()) {
+                return bad(
+                    format!("explained.{model}.{name}"),
+                    format!("{share} is no share"),
+                );
+            }
         }
     }
     for (

@@ -43,6 +43,10 @@ pub struct Provenance {
     pub metrics: BTreeMap<Model, Metrics>,
     /// What repeats of one command scatter by, in the same terms.
     pub noise_floor: Option<Metrics>,
+    /// What the training of a model's residual explains, by model; what is beyond, the executor refuses. Models without a residual
+    /// are not among them, nor any in versions of before it was recorded.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub explained: BTreeMap<Model, Explained>,
     /// Where the strikes lie that it learnt from.
     pub trained_region: TrainedRegion,
     /// The strikes that it was computed from; none in versions of before it was recorded.
@@ -119,6 +123,38 @@ pub struct Metrics {
     pub n: usize,
     /// Strikes for which the model predicts no stop; they are in none of the numbers above.
     pub failed: usize,
+}
+
+/// What the training of a residual explains. Distances are shares of the path's length: a miss grows with it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Explained {
+    /// Strikes that it learnt from.
+    pub strikes: usize,
+    /// Least and greatest speed that it adds on them, in m/s.
+    pub d_speed: Interval,
+    /// Least and greatest angle that it adds on them, in rad.
+    pub d_angle: Interval,
+    /// Largest distance between a measured stop and the stop that the world without the residual gives to the command that was sent.
+    pub displacement: f64,
+    /// Mean distance between measured and predicted stop, each predicted by a residual that learnt from other commands.
+    pub miss: f64,
+    /// The distance that one in twenty of them exceeds.
+    pub miss_p95: f64,
+    /// How many times the distance that the residual itself expects; one where it expects none.
+    pub calibration: f64,
+}
+
+impl Explained {
+    /// Each distance and factor with its name.
+    pub(crate) fn shares(&self) -> [(&'static str, f64); 4] {
+        [
+            ("displacement", self.displacement),
+            ("miss", self.miss),
+            ("miss_p95", self.miss_p95),
+            ("calibration", self.calibration),
+        ]
+    }
 }
 
 /// Bounds of what was learnt from, ends included.

@@ -7,6 +7,7 @@
 //! Nothing here knows of logs, tables, files of a run, or the artifact store.
 
 mod base;
+mod delivery;
 pub mod effects;
 mod engine;
 mod error;
@@ -29,6 +30,7 @@ mod touch;
 mod world;
 
 pub use base::Base;
+pub use delivery::{AsCommanded, Delivery};
 pub use effects::AddedEffect;
 pub use engine::mujoco_version;
 pub use error::WorldError;

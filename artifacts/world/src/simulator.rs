@@ -4,10 +4,12 @@
 //! sawtooth of the speed), takes fine steps while tip and object are close and long ones while the object slides
 //! alone, and ends when it rests.
 
+use std::sync::Arc;
+
 use values::{Command, Conditions, Point, Rig, Shape, Track};
 
 use crate::{
-    Base, Blow, GRAVITY, Profile, World, WorldError, contact_solref,
+    Base, Blow, Delivery, GRAVITY, Profile, World, WorldError, contact_solref,
     effects::{self, Effect, Slide},
     engine::{Engine, Rubbing, Scene},
     grip::Grip,
@@ -57,6 +59,8 @@ pub struct Simulator {
     rig: Rig,
     scene: Scene,
     effects: Vec<Box<dyn Effect>>,
+    /// What strikes told of the arm beside the effects.
+    delivery: Option<Arc<dyn Delivery>>,
     friction: f64,
     restitution: f64,
     contact_time: f64,
@@ -113,6 +117,7 @@ impl Simulator {
                 .iter()
                 .map(|added| effects::build(added, rig))
                 .collect::<Result<_, _>>()?,
+            delivery: None,
             friction: world.value("friction")?,
             restitution: world.value("restitution")?,
             contact_time: world.value("contact_time")?,
@@ -123,6 +128,23 @@ impl Simulator {
             scene,
             steps,
         })
+    }
+
+    /// The same world, whose arm delivers what this correction says.
+    pub fn with_delivery(self, delivery: Arc<dyn Delivery>) -> Self {
+        Self {
+            delivery: Some(delivery),
+            ..self
+        }
+    }
+
+    /// What the arm makes of a command, in m/s and rad: effects, then the correction.
+    pub fn delivered(&self, command: Command, conditions: &Conditions) -> Command {
+        let by_effects = effects::deliver(&self.effects, command, conditions);
+        match &self.delivery {
+            Some(delivery) => delivery.deliver(command, by_effects),
+            None => by_effects,
+        }
     }
 
     /// A worker: model and data of one thread.
@@ -171,8 +193,7 @@ impl Simulator {
 
     /// What the arm makes of a command.
     pub(crate) fn blow(&self, command: Command, conditions: &Conditions) -> Blow {
-        let delivered = effects::deliver(&self.effects, command, conditions);
-        self.struck(delivered, conditions)
+        self.struck(self.delivered(command, conditions), conditions)
     }
 
     /// The blow of a tip with this speed and angle, as delivered.

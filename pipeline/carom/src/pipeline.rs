@@ -1,14 +1,13 @@
 //! The pipeline: one function of straight typed calls.
 
-use std::collections::HashSet;
-
 use diagnose::{Diagnose, DiagnoseError, Found};
 use evaluate::{Candidate, Evaluation, Judge, Model, Noise, Predict, Repeat};
-use residual::{Residual, Residuals};
+use residual::{Launched, Launches, Residuals};
 use solve::Solve;
 use stage::{Run, RunError};
+use store::ResidualModel;
 use sysid::{Fit, Sysid};
-use train::{CurvePoint, Settings, Train, Trained, curve_sizes};
+use train::{CurvePoint, Learned, Settings, Train, curve_sizes, examples};
 use values::{Rig, Split, Strike};
 use world::World;
 
@@ -95,18 +94,24 @@ pub fn pipeline(run: &Run, inputs: &Inputs, last: Step) -> Result<Results, Error
         return Ok(results);
     }
 
+    let launched: Vec<Launched> = strikes.iter().map(Launched::from).collect();
     for learnt in results.sysid.iter_mut().chain(&mut results.effect) {
         let solved = (strikes.clone(), learnt.solutions.clone());
         learnt.residuals = run.stage(&Residuals::default(), &solved)?;
+        let shared = residual::Shared {
+            rig: rig.clone(),
+            world: learnt.world.clone(),
+        };
+        learnt.launches = run.items(&Launches {}, &shared, &launched)?;
     }
     if last < Step::Train {
         return Ok(results);
     }
 
-    let (trained, curve) = learn(run, *seed, &results)?;
+    let (learned, curve) = learn(run, *seed, &results)?;
     let worlds = results.sysid.iter_mut().chain(&mut results.effect);
-    for (learnt, trained) in worlds.zip(trained) {
-        learnt.trained = trained;
+    for (learnt, learned) in worlds.zip(learned) {
+        learnt.learned = Some(learned);
     }
     results.curve = curve;
     if last < Step::Evaluate {
@@ -181,7 +186,7 @@ fn find_effects(
     })
 }
 
-/// Trains in each world on the strikes that learn, and on the first of them for the learning curve of the world
+/// Learns in each world from the strikes that learn, and from the first of them for the learning curve of the world
 /// that will be used.
 fn learn(run: &Run, seed: u64, results: &Results) -> Result<Taught, Error> {
     let settings = Settings {
@@ -189,47 +194,30 @@ fn learn(run: &Run, seed: u64, results: &Results) -> Result<Taught, Error> {
         ..Settings::default()
     };
     let worlds: Vec<&Learnt> = results.sysid.iter().chain(&results.effect).collect();
-    // The identified world outlives the one with effects: networks are kept with it.
+    // The identified world outlives the one with effects: what was learnt is kept with it.
     let family = worlds
         .first()
         .map_or(String::new(), |learnt| learnt.world.to_toml());
-    // What is pushed twice stops where no one command sends it.
-    let learning: HashSet<&str> = learning(&results.strikes)
-        .iter()
-        .filter(|s| !s.is_pushed_again())
-        .map(|s| s.id.as_str())
-        .collect();
-    let learns = |row: &&Residual| learning.contains(row.strike_id.as_str());
-    let rows = |learnt: &Learnt| {
-        learnt
-            .residuals
-            .rows
-            .iter()
-            .filter(learns)
-            .cloned()
-            .collect()
-    };
-    let mut sets: Vec<Vec<Residual>> = worlds.iter().map(|learnt| rows(learnt)).collect();
+    let learning = learning(&results.strikes);
+    let of = |learnt: &Learnt| examples(learning, &learnt.launches, &learnt.residuals.rows);
+    let mut sets: Vec<_> = worlds.iter().map(|learnt| of(learnt)).collect();
     let mut sizes = Vec::new();
     if let Some((_, used)) = results.used() {
-        let rows: Vec<Residual> = rows(used);
-        sizes = curve_sizes(rows.len());
-        sets.extend(sizes.iter().map(|size| rows[..*size].to_vec()));
+        let examples = of(used);
+        sizes = curve_sizes(examples.len());
+        sets.extend(sizes.iter().map(|size| examples[..*size].to_vec()));
     }
-    let mut trained = run.items(&Train { settings }, family.as_str(), &sets)?;
-    let points = trained.split_off(worlds.len());
-    let points = sizes.into_iter().zip(points);
-    let curve = points.filter_map(|(strikes, trained)| {
-        Some(CurvePoint {
-            strikes,
-            trained: trained?,
-        })
-    });
-    Ok((trained, curve.collect()))
+    let mut learned = run.items(&Train { settings }, family.as_str(), &sets)?;
+    let points = learned.split_off(worlds.len());
+    let curve = sizes
+        .into_iter()
+        .zip(points)
+        .map(|(strikes, learned)| CurvePoint { strikes, learned });
+    Ok((learned, curve.collect()))
 }
 
-/// A network for each world, and those of the learning curve.
-type Taught = (Vec<Option<Trained>>, Vec<CurvePoint>);
+/// What was learnt in each world, and what makes the learning curve.
+type Taught = (Vec<Learned>, Vec<CurvePoint>);
 
 /// The candidates' stop errors on the judges; what a strike said of a model is kept.
 pub(crate) fn judge(
@@ -260,27 +248,31 @@ fn models(rig: &Rig, results: &Results) -> Vec<Candidate> {
     }];
     for (name, learnt) in [("sysid", &results.sysid), ("effect", &results.effect)] {
         let Some(learnt) = learnt else { continue };
-        let candidate = |name: String, trained: Option<&Trained>| Candidate {
+        let candidate = |name: String, residual: Option<&ResidualModel>| Candidate {
             name,
             world: learnt.world.clone(),
-            residual: trained.map(|trained| trained.network.clone()),
+            residual: residual.cloned(),
         };
         models.push(candidate(name.into(), None));
-        if let Some(trained) = &learnt.trained {
-            models.push(candidate(format!("{name}_residual"), Some(trained)));
+        let residual = learnt
+            .learned
+            .as_ref()
+            .and_then(|learned| learned.model.as_ref());
+        if residual.is_some() {
+            models.push(candidate(format!("{name}_residual"), residual));
         }
     }
     models
 }
 
-/// The network of each point of the curve, named by its number of strikes.
+/// What was learnt at each point of the curve, named by its number of strikes.
 fn curve_candidates(world: &World, curve: &[CurvePoint]) -> Vec<Candidate> {
     curve
         .iter()
         .map(|point| Candidate {
             name: point.strikes.to_string(),
             world: world.clone(),
-            residual: Some(point.trained.network.clone()),
+            residual: point.learned.model.clone(),
         })
         .collect()
 }

@@ -7,7 +7,8 @@ use evaluate::{Evaluation, StopError};
 use ingest::LogFile;
 use publish::Publish;
 use stage::Run;
-use store::{ArtifactError, Calibrated, Contents, InputFile, Metrics, Model, Store};
+use store::{ArtifactError, Calibrated, Contents, Explained, InputFile, Metrics, Model, Store};
+use train::Learned;
 
 use crate::Error;
 use crate::inputs::Inputs;
@@ -45,6 +46,8 @@ pub fn contents(run: &Run, inputs: &Inputs, results: &Results) -> Result<Content
             effect: results.effect.as_ref().map(calibrated),
             metrics: metrics(evaluation),
             noise_floor: evaluation.noise_floor.as_ref().map(of),
+            best: best_model(results),
+            explained: explained(results),
             logs: input_files(&results.logs)?,
             stages: publish::stage_records(run.records()),
         },
@@ -63,10 +66,40 @@ fn calibrated(learnt: &Learnt) -> Calibrated {
     Calibrated {
         world: learnt.world.clone(),
         residual: learnt
-            .trained
+            .learned
             .as_ref()
-            .map(|trained| trained.network.clone()),
+            .and_then(|learned| learned.model.clone()),
     }
+}
+
+/// The model that predicts best what it did not learn from, among the training strikes: held-out ones have no part in it.
+fn best_model(results: &Results) -> Model {
+    let worlds = [
+        (&results.sysid, Model::Sysid, Model::SysidResidual),
+        (&results.effect, Model::Effect, Model::EffectResidual),
+    ];
+    let (models, learned): (Vec<Model>, Vec<&Learned>) = worlds
+        .into_iter()
+        .filter_map(|(learnt, plain, residual)| {
+            let learned = learnt.as_ref()?.learned.as_ref()?;
+            let has_residual = learned.model.is_some();
+            Some((if has_residual { residual } else { plain }, learned))
+        })
+        .unzip();
+    train::best(&learned).map_or(Model::Sysid, |place| models[place])
+}
+
+/// What the training of each residual explains.
+fn explained(results: &Results) -> BTreeMap<Model, Explained> {
+    let worlds = [
+        (&results.sysid, Model::SysidResidual),
+        (&results.effect, Model::EffectResidual),
+    ];
+    let told = worlds.into_iter().filter_map(|(learnt, model)| {
+        let explained = learnt.as_ref()?.learned.as_ref()?.explained?;
+        Some((model, explained))
+    });
+    told.collect()
 }
 
 /// Under which name a manifest records the seed of a run.

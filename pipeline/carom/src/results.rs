@@ -3,10 +3,10 @@
 use diagnose::Found;
 use evaluate::Evaluation;
 use ingest::{LogFile, Strikes};
-use residual::ResidualTable;
+use residual::{LaunchResidual, ResidualTable};
 use store::Contents;
 use sysid::Fit;
-use train::{CurvePoint, Trained};
+use train::{CurvePoint, Learned};
 use values::{Reject, Strike};
 use world::{Solution, World};
 
@@ -61,8 +61,10 @@ pub struct Learnt {
     pub solutions: Vec<Solution>,
     /// What it still gets wrong; from the residual on.
     pub residuals: ResidualTable,
-    /// A network that knows it; from training on, none where there are too few strikes.
-    pub trained: Option<Trained>,
+    /// What strikes tell of the arm beside it, one a strike; from the residual on.
+    pub launches: Vec<Option<LaunchResidual>>,
+    /// What is added to its commands; from training on.
+    pub learned: Option<Learned>,
 }
 
 impl Learnt {
@@ -72,7 +74,8 @@ impl Learnt {
             world,
             solutions: Vec::new(),
             residuals: ResidualTable::default(),
-            trained: None,
+            launches: Vec::new(),
+            learned: None,
         }
     }
 }

@@ -214,31 +214,45 @@ pub(crate) fn command(rig: &Rig, command: Command, simulated: Command) -> Result
     Ok(())
 }
 
-/// The final command, simulated, stops on the table, no farther from the target than what the residual may make good (m).
-pub(crate) fn residual(rig: &Rig, to: Point, stop: Point, most: f64) -> Result<(), Broken> {
-    let shift = stop.distance(to);
-    let told = if !rig.table.contains(stop) {
-        format!(
-            "off the table, x in {} and y in {} m",
-            range(rig.table.x),
-            range(rig.table.y)
-        )
-    } else if shift <= most {
+/// The final command, simulated without its residual, stops no farther from the target than what the residual may make good (m).
+pub(crate) fn shift(to: Point, stop: Point, most: f64) -> Result<(), Broken> {
+    let distance = stop.distance(to);
+    if distance <= most {
         return Ok(());
-    } else {
-        format!(
+    }
+    Err(residual_too_large(
+        stop,
+        &format!(
             "{:.1} mm from `to`, more than the {:.1} mm that the residual was trained to make good",
-            shift * 1e3,
+            distance * 1e3,
             most * 1e3
-        )
-    };
-    Err((
+        ),
+    ))
+}
+
+/// The final command, simulated without its residual, stops on the table.
+pub(crate) fn shifted_on_table(table: &Table, stop: Point) -> Result<(), Broken> {
+    if table.contains(stop) {
+        return Ok(());
+    }
+    Err(residual_too_large(
+        stop,
+        &format!(
+            "off the table, x in {} and y in {} m",
+            range(table.x),
+            range(table.y)
+        ),
+    ))
+}
+
+fn residual_too_large(stop: Point, told: &str) -> Broken {
+    (
         Reason::ResidualTooLarge,
         format!(
             "simulated with its residual, the command stops at {}, {told}; use the --model without it, or train it anew",
             place(stop)
         ),
-    ))
+    )
 }
 
 /// After the blow tip and object part and never meet again, while either moves. `clear` (m) is the distance of their centres at

@@ -4,9 +4,13 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 use std::time::Duration;
 
-use store::{Artifact, Metrics, Model, Network, TrainedRegion};
+use store::{
+    Artifact, Explained, LaunchMap, Metrics, Model, Networks, ResidualModel, TrainedRegion,
+};
 use values::{Command, Conditions, Interval, Point, Rig, Strike};
-use world::{Simulated, Simulator, SolveSettings, SolveStatus, recent_session};
+use world::{
+    Simulated, Simulator, Solution, SolveSettings, SolveStatus, World, WorldError, recent_session,
+};
 
 use crate::limits::{self, Broken};
 use crate::plan::{Details, GOOD_FOR};
@@ -22,6 +26,33 @@ const CHOSEN_START: &str = "the start in the middle of the trained paths (no --f
 const MOST_SHIFT: f64 = 2.0;
 /// Share of the path by which the residual may move a stop where nobody measured what the world alone misses by.
 const UNKNOWN_SHIFT: f64 = 0.1;
+/// How far beyond the commands learnt from a launch map is asked, in half widths of their range: the arm's own scatter about its
+/// outermost commands, and no more.
+const BEYOND: f64 = 0.1;
+
+/// What is added to the world's command.
+enum Residual {
+    /// The world in which the arm delivers what the map says.
+    Launch(Box<Simulator>, LaunchMap),
+    Networks(Networks),
+}
+
+impl Residual {
+    fn in_world(
+        rig: &Rig,
+        world: &World,
+        residual: Option<&ResidualModel>,
+    ) -> Result<Option<Self>, WorldError> {
+        Ok(match residual {
+            Some(launch @ ResidualModel::Launch(map)) => {
+                let delivering = ResidualModel::simulator(rig, world, Some(launch))?;
+                Some(Self::Launch(Box::new(delivering), map.clone()))
+            }
+            Some(ResidualModel::Networks(networks)) => Some(Self::Networks(networks.clone())),
+            None => None,
+        })
+    }
+}
 
 /// Speeds that are tried to tell which one would fit.
 const SPEEDS: u32 = 60;
@@ -32,7 +63,9 @@ pub struct Planner {
     model: Model,
     rig: Arc<Rig>,
     simulator: Simulator,
-    residual: Option<Network>,
+    residual: Option<Residual>,
+    /// What the residual's training explains.
+    explained: Option<Explained>,
     region: TrainedRegion,
     /// Of the model on held-out strikes.
     metrics: Option<Metrics>,
@@ -65,19 +98,22 @@ impl Planner {
         };
         let simulator = Simulator::new(rig, &world).map_err(in_world)?;
         let open = OpenSession::unknown(rig, &world).map_err(in_world)?;
-        let metrics = &artifact.manifest.provenance.metrics;
+        let provenance = &artifact.manifest.provenance;
+        let metrics = &provenance.metrics;
         let unaided = match model {
             Model::SysidResidual => metrics.get(&Model::Sysid),
             Model::EffectResidual => metrics.get(&Model::Effect),
             Model::Nominal | Model::Sysid | Model::Effect => None,
         };
+        let residual = Residual::in_world(rig, &world, residual).map_err(in_world)?;
         Ok(Self {
             version: version.clone(),
             model,
             rig: Arc::new(rig.clone()),
             simulator,
-            residual: residual.cloned(),
-            region: artifact.manifest.provenance.trained_region,
+            residual,
+            explained: provenance.explained.get(&model).copied(),
+            region: provenance.trained_region,
             metrics: metrics.get(&model).copied(),
             unaided: unaided.copied(),
             conditions: Conditions {
@@ -111,7 +147,7 @@ impl Planner {
         artifact: &Artifact,
         strikes: &[Strike],
     ) -> Result<Self, PlannerError> {
-        let Some((mut world, _)) = artifact.model(self.model) else {
+        let Some((mut world, residual)) = artifact.model(self.model) else {
             return Err(no_model(artifact, self.model));
         };
         let in_world = |source| PlannerError::World {
@@ -124,6 +160,7 @@ impl Planner {
             world = world.with_unknown_sessions(&value.effect, value.estimate.value);
         }
         self.simulator = Simulator::new(&self.rig, &world).map_err(in_world)?;
+        self.residual = Residual::in_world(&self.rig, &world, residual).map_err(in_world)?;
         self.open = OpenSession::estimated(&self.rig, &world, &values).map_err(in_world)?;
         self.conditions.order = order + strikes.len() as f64;
         Ok(self)
@@ -182,17 +219,20 @@ impl Planner {
         limits::points(&self.rig, from, to)?;
         limits::trained(&self.region, from, to)?;
         let path = to - from;
-        let simulated = self.solve(from, to)?;
-        let [d_speed, d_angle] = self.residual(path, simulated);
-        let command = Command {
-            speed: simulated.speed + d_speed,
-            angle: simulated.angle + d_angle,
-        };
+        let (simulated, command) = self.commands(from, to)?;
         limits::command(&self.rig, command, simulated)?;
         let stroke = self.stroke(from, command)?;
-        let object = self.simulate(from, command)?;
-        if self.residual.is_some() {
-            limits::residual(&self.rig, to, object.stop, self.farthest_shift(path))?;
+        let mut object = self.simulate(&self.simulator, from, command)?;
+        if let Some(residual) = &self.residual {
+            limits::shift(to, object.stop, self.farthest_shift(path))?;
+            match residual {
+                Residual::Networks(_) => limits::shifted_on_table(&self.rig.table, object.stop)?,
+                // An arm that delivers far less than it is told would, by the world alone, throw the object off the table: of a map of
+                // what it delivers only the shift is limited, and the object moves as in the world where the map acts.
+                Residual::Launch(delivering, _) => {
+                    object = self.simulate(delivering, from, command)?;
+                }
+            }
         }
         limits::second_push(&stroke, &object, limits::sizes(&self.rig).0)?;
         let details = Details {
@@ -203,8 +243,8 @@ impl Planner {
             path,
             speed_sim: simulated.speed,
             angle_sim: simulated.angle,
-            d_speed,
-            d_angle,
+            d_speed: command.speed - simulated.speed,
+            d_angle: command.angle - simulated.angle,
             speed: command.speed,
             angle: command.angle,
             start: stroke.start,
@@ -212,10 +252,7 @@ impl Planner {
             strike: stroke.strike,
             stop: stroke.stop,
             acceleration: self.rig.robot.acceleration,
-            expected_miss: self.metrics.map(|metrics| {
-                self.open
-                    .expected_miss(metrics.mean, from, command, &self.conditions)
-            }),
+            expected_miss: self.expected_miss(from, path, command),
             expected_miss_strikes: self.metrics.map(|metrics| metrics.n),
         };
         Ok(Plan::new(details, stroke, self.rig.clone(), self.good_for))
@@ -255,9 +292,14 @@ impl Planner {
         })
     }
 
-    /// What the object does when it is struck with the final command, in the model's world.
-    fn simulate(&self, from: Point, command: Command) -> Result<Simulated, Broken> {
-        let mut worker = self.simulator.worker();
+    /// What the object does when it is struck with the final command, in a world.
+    fn simulate(
+        &self,
+        world: &Simulator,
+        from: Point,
+        command: Command,
+    ) -> Result<Simulated, Broken> {
+        let mut worker = world.worker();
         worker
             .strike(from, command, &self.conditions)
             .map_err(|error| {
@@ -270,49 +312,101 @@ impl Planner {
             })
     }
 
-    /// How far (m) the residual may move the simulated stop from the target: it makes good what the world alone misses by.
+    /// How far (m) the residual may move the simulated stop from the target: it makes good what the world alone misses by, on the
+    /// strikes that it learnt from or, where the version does not tell, on held-out ones.
     fn farthest_shift(&self, path: Point) -> f64 {
+        if let Some(explained) = self.explained {
+            return explained.displacement * path.norm();
+        }
         self.unaided.map_or(UNKNOWN_SHIFT * path.norm(), |unaided| {
             MOST_SHIFT * unaided.p95
         })
     }
 
-    /// The world's own command. The robot's limits are those of the final command, not of this one.
-    fn solve(&self, from: Point, to: Point) -> Result<Command, Broken> {
-        let settings = SolveSettings::default();
-        let conditions = &self.conditions;
-        let solution = self
-            .simulator
-            .worker()
-            .solve(from, to, conditions, &settings, None);
-        match solution.status {
-            SolveStatus::Solved => Ok(solution.command),
-            SolveStatus::Unreachable => Err((
-                Reason::Unreachable,
-                format!(
-                    "after {} simulations the nearest strike, {:.4} m/s at {:.4} rad, stops {:.1} mm from `to`; \
-                     choose another target, or lay the object elsewhere",
-                    solution.evaluations,
-                    solution.command.speed,
-                    solution.command.angle,
-                    solution.miss * 1e3
-                ),
-            )),
-            SolveStatus::Diverged => Err((
-                Reason::Diverged,
-                format!(
-                    "none of {} simulations came to rest; check the artifact's world, or use another --model",
-                    solution.evaluations
-                ),
-            )),
+    /// The world's own command, and the one to send. The robot's limits are those of the latter.
+    fn commands(&self, from: Point, to: Point) -> Result<(Command, Command), Broken> {
+        let in_world = self.solve(&self.simulator, from, to);
+        match &self.residual {
+            None => solved(in_world).map(|command| (command, command)),
+            Some(Residual::Networks(networks)) => {
+                let simulated = solved(in_world)?;
+                let path = to - from;
+                let [d_speed, d_angle] =
+                    networks.predict([path.x, path.y, simulated.speed, simulated.angle]);
+                let command = Command {
+                    speed: simulated.speed + d_speed,
+                    angle: simulated.angle + d_angle,
+                };
+                Ok((simulated, command))
+            }
+            Some(Residual::Launch(delivering, map)) => {
+                // The world alone may not reach what the arm does: its nearest command is then what stands beside.
+                let command = solved(self.solve(delivering, from, to))?;
+                let outside = map.outside(command);
+                if outside > BEYOND {
+                    return Err((
+                        Reason::OutsideTrainedRegion,
+                        format!(
+                            "the command {:.4} m/s at {:.4} rad lies {:.0} % of half the range of those learnt from outside it; choose a \
+                             target among the training strikes' stops, or train on strikes that go there",
+                            command.speed,
+                            command.angle,
+                            100.0 * outside
+                        ),
+                    ));
+                }
+                Ok((in_world.command, command))
+            }
         }
     }
 
-    /// What the residual adds to the simulated command: speed in m/s and angle in rad.
-    fn residual(&self, path: Point, simulated: Command) -> [f64; 2] {
-        self.residual.as_ref().map_or([0.0, 0.0], |network| {
-            network.predict([path.x, path.y, simulated.speed, simulated.angle])
+    fn solve(&self, world: &Simulator, from: Point, to: Point) -> Solution {
+        let settings = SolveSettings::default();
+        world
+            .worker()
+            .solve(from, to, &self.conditions, &settings, None)
+    }
+
+    /// Expected distance (m) between stop and target: of a residual as its training's held-out commands missed, at this path's length
+    /// and, of a launch map, as sure as it is of this command; else as the model missed held-out strikes.
+    fn expected_miss(&self, from: Point, path: Point, command: Command) -> Option<f64> {
+        let in_known_session = match (&self.residual, self.explained) {
+            (Some(Residual::Launch(_, map)), Some(explained)) => {
+                let share = map.offset(command).expected_miss();
+                Some(path.norm() * explained.calibration * share)
+            }
+            (Some(Residual::Networks(_)), Some(explained)) => Some(path.norm() * explained.miss),
+            _ => self.metrics.map(|metrics| metrics.mean),
+        };
+        in_known_session.map(|known| {
+            self.open
+                .expected_miss(known, from, command, &self.conditions)
         })
+    }
+}
+
+/// The command that was found, or why there is none.
+fn solved(solution: Solution) -> Result<Command, Broken> {
+    match solution.status {
+        SolveStatus::Solved => Ok(solution.command),
+        SolveStatus::Unreachable => Err((
+            Reason::Unreachable,
+            format!(
+                "after {} simulations the nearest strike, {:.4} m/s at {:.4} rad, stops {:.1} mm from `to`; \
+                 choose another target, or lay the object elsewhere",
+                solution.evaluations,
+                solution.command.speed,
+                solution.command.angle,
+                solution.miss * 1e3
+            ),
+        )),
+        SolveStatus::Diverged => Err((
+            Reason::Diverged,
+            format!(
+                "none of {} simulations came to rest; check the artifact's world, or use another --model",
+                solution.evaluations
+            ),
+        )),
     }
 }
 

@@ -6,7 +6,7 @@
 //! simulation (distance as speed squared, bearing as angle); on that stand-in the equation is solved by Newton's method
 //! and the solution simulated, until stand-in and simulation agree: two or three simulations.
 
-use store::network::Network;
+use store::Networks;
 use values::{Command, Conditions, Point};
 use world::Worker;
 
@@ -32,7 +32,7 @@ const SPEED: (f64, f64) = (0.05, 4.0);
 /// conditions. Never fails: what cannot be met is a status, with the nearest path found.
 pub(crate) fn meant_by(
     worker: &mut Worker<'_>,
-    network: &Network,
+    networks: &Networks,
     initial: Point,
     wanted: Command,
     conditions: &Conditions,
@@ -52,7 +52,7 @@ pub(crate) fn meant_by(
         };
     };
     loop {
-        let (command, is_met) = near.solve(network, wanted);
+        let (command, is_met) = near.solve(networks, wanted);
         let path = near.path_of(command);
         let is_near = path.distance(near.path) < TRUSTED;
         if !is_near
@@ -89,9 +89,9 @@ impl Anchor {
     }
 
     /// What would be sent beyond `wanted`, if `command` were the world's answer: in m/s and rad.
-    fn excess(&self, network: &Network, command: Command, wanted: Command) -> [f64; 2] {
+    fn excess(&self, networks: &Networks, command: Command, wanted: Command) -> [f64; 2] {
         let path = self.path_of(command);
-        let [d_speed, d_angle] = network.predict([path.x, path.y, command.speed, command.angle]);
+        let [d_speed, d_angle] = networks.predict([path.x, path.y, command.speed, command.angle]);
         [
             command.speed + d_speed - wanted.speed,
             residual::wrap(command.angle + d_angle - wanted.angle),
@@ -100,23 +100,23 @@ impl Anchor {
 
     /// The world's answer to which the residual adds up to `wanted`, and whether it does; by damped Newton steps from
     /// the anchor.
-    fn solve(&self, network: &Network, wanted: Command) -> (Command, bool) {
+    fn solve(&self, networks: &Networks, wanted: Command) -> (Command, bool) {
         // Relative to the speed, so that both components weigh as the displacement they cause.
         let size = |excess: [f64; 2]| (2.0 * excess[0] / wanted.speed).hypot(excess[1]);
         let mut command = self.command;
-        let mut excess = self.excess(network, command, wanted);
+        let mut excess = self.excess(networks, command, wanted);
         for _ in 0..STEPS {
             if size(excess) < MET {
                 return (command, true);
             }
-            let step = self.newton_step(network, command, excess, wanted);
+            let step = self.newton_step(networks, command, excess, wanted);
             let better = (0..HALVINGS).find_map(|halvings| {
                 let share = 0.5f64.powi(halvings as i32);
                 let next = Command {
                     speed: (command.speed + share * step[0]).clamp(SPEED.0, SPEED.1),
                     angle: command.angle + share * step[1],
                 };
-                let left = self.excess(network, next, wanted);
+                let left = self.excess(networks, next, wanted);
                 (size(left) < size(excess)).then_some((next, left))
             });
             let Some(next) = better else { break };
@@ -128,7 +128,7 @@ impl Anchor {
     /// −J⁻¹·excess, or −excess (a residual changes little, so J is near one) where J has no sound inverse.
     fn newton_step(
         &self,
-        network: &Network,
+        networks: &Networks,
         at: Command,
         excess: [f64; 2],
         wanted: Command,
@@ -142,7 +142,7 @@ impl Anchor {
             ..at
         };
         let column = |moved| {
-            let there = self.excess(network, moved, wanted);
+            let there = self.excess(networks, moved, wanted);
             [
                 (there[0] - excess[0]) / DIFFERENCE,
                 (there[1] - excess[1]) / DIFFERENCE,

@@ -3,9 +3,9 @@
 use rayon::prelude::*;
 use serde::Serialize;
 use stage::{ItemStage, Progress};
-use store::network::Network;
+use store::ResidualModel;
 use values::Rig;
-use world::{Simulator, Worker, World};
+use world::{Worker, World};
 
 use crate::{Candidate, EvaluateError, Judge, Predicted, Slopes, predict};
 
@@ -14,7 +14,7 @@ use crate::{Candidate, EvaluateError, Judge, Predicted, Slopes, predict};
 pub struct Model {
     rig: Rig,
     world: World,
-    residual: Option<Network>,
+    residual: Option<ResidualModel>,
 }
 
 impl Model {
@@ -42,7 +42,7 @@ pub struct Predict;
 
 impl ItemStage for Predict {
     const NAME: &'static str = "predict";
-    const VERSION: u32 = 3;
+    const VERSION: u32 = 4;
     type Shared = Model;
     type Item = Judge;
     type Output = Predicted;
@@ -54,9 +54,9 @@ impl ItemStage for Predict {
         judges: &[&Judge],
         progress: &Progress,
     ) -> Result<Vec<Predicted>, EvaluateError> {
-        let residual = model.residual.as_ref();
+        let networks = model.residual.as_ref().and_then(ResidualModel::networks);
         each(model, judges, progress, |worker, judge| {
-            predict(worker, residual, judge)
+            predict(worker, networks, judge)
         })
     }
 }
@@ -90,7 +90,7 @@ fn each<T: Send>(
     progress: &Progress,
     answer: impl Fn(&mut Worker<'_>, &Judge) -> T + Sync,
 ) -> Result<Vec<T>, EvaluateError> {
-    let simulator = Simulator::new(&model.rig, &model.world)?;
+    let simulator = ResidualModel::simulator(&model.rig, &model.world, model.residual.as_ref())?;
     let answers = judges.par_iter().map_init(
         || simulator.worker(),
         |worker, judge| {

@@ -15,7 +15,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use serde::{Deserialize, Serialize};
 use stage::{ItemStage, Progress, Stage};
-use store::network::Network;
+use store::ResidualModel;
 use values::{Point, Rig, Split, Strike};
 use world::World;
 
@@ -50,7 +50,7 @@ pub struct Candidate {
     /// Its world.
     pub world: World,
     /// What it adds to the world's solution.
-    pub residual: Option<Network>,
+    pub residual: Option<ResidualModel>,
 }
 
 /// What the stage computes from.
@@ -99,7 +99,7 @@ pub struct Evaluation {
 
 impl Stage for Evaluate {
     const NAME: &'static str = "evaluate";
-    const VERSION: u32 = 4;
+    const VERSION: u32 = 5;
     type Input = Input;
     type Output = Evaluation;
     type Error = EvaluateError;

@@ -1,7 +1,7 @@
 //! Where a model says a logged strike stops.
 
 use serde::{Deserialize, Serialize};
-use store::network::Network;
+use store::Networks;
 use values::{Command, Conditions, Point, Strike};
 use world::Worker;
 
@@ -59,16 +59,17 @@ impl From<&Strike> for Judge {
     }
 }
 
-/// The stop that a model predicts for the command that was sent: the worker's world alone, or with a residual.
-pub fn predict(worker: &mut Worker<'_>, residual: Option<&Network>, judge: &Judge) -> Predicted {
+/// The stop that a model predicts for the command that was sent: the worker's world alone, in which a launch map already acts, or with
+/// networks.
+pub fn predict(worker: &mut Worker<'_>, networks: Option<&Networks>, judge: &Judge) -> Predicted {
     let Judge {
         initial,
         command,
         conditions,
         ..
     } = judge;
-    if let Some(network) = residual {
-        return inverse::meant_by(worker, network, *initial, *command, conditions);
+    if let Some(networks) = networks {
+        return inverse::meant_by(worker, networks, *initial, *command, conditions);
     }
     let simulated = worker.strike(*initial, *command, conditions);
     let status = match simulated {

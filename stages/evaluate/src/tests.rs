@@ -2,13 +2,14 @@
 
 use stage::{Progress, Stage};
 use store::network::{LAYERS, Layer, Network, SIZES};
+use store::{Networks, ResidualModel};
 use values::{Command, Conditions, Point, Rig, Shape, Split, Strike, Track};
 use world::{Simulator, SolveSettings, SolveStatus, World};
 
 use crate::{Candidate, Evaluate, Evaluation, Input, Noise, PredictionStatus, predict};
 
 /// Δv = 0.02 + 0.10·v_sim, Δθ = −0.05 + 0.15·path_x: large beside real residuals.
-fn residual() -> Network {
+fn residual() -> Networks {
     let mut layers: Vec<Layer> = (0..LAYERS)
         .map(|i| Layer {
             weight: vec![0.0; SIZES[i] * SIZES[i + 1]],
@@ -25,7 +26,8 @@ fn residual() -> Network {
     layers[3].weight[0] = 0.10;
     layers[3].weight[SIZES[3] + 1] = 0.15;
     layers[3].bias = vec![0.02, -0.05];
-    Network::new(layers).expect("shapes are right")
+    let network = Network::new(layers).expect("shapes are right");
+    Networks::new(vec![network]).expect("one")
 }
 
 fn strike(index: u32, command: Command, initial: Point, stop: Point, split: Split) -> Strike {
@@ -126,7 +128,7 @@ fn evaluate(threads: usize, stage: Evaluate) -> Evaluation {
         Candidate {
             name: "sysid_residual".into(),
             world: world.clone(),
-            residual: Some(residual()),
+            residual: Some(ResidualModel::Networks(residual())),
         },
     ];
     let strikes = planned(&rig, &world);

@@ -9,14 +9,15 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 use stage::{Progress, Record, Stage};
 use store::{
-    Calibrated, Contents, InputFile, Logged, Metrics, Model, Provenance, StageRecord, TrainedRegion,
+    Calibrated, Contents, Explained, InputFile, Logged, Metrics, Model, Provenance, StageRecord,
+    TrainedRegion,
 };
 use values::{Rig, Split, Strike};
 
 /// The stage.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Publish {
-    /// The model to use unless another is asked for; none means the best on held-out strikes.
+    /// The model to use unless another is asked for; none means the input's best.
     pub default_model: Option<Model>,
     /// Whether effects that the data name were kept out of the world on request; a rebuild does the same.
     pub without_effects: bool,
@@ -39,6 +40,10 @@ pub struct Input {
     pub metrics: BTreeMap<Model, Metrics>,
     /// What repeats of one command scatter by.
     pub noise_floor: Option<Metrics>,
+    /// The model that predicts best what it did not learn from, among the training strikes: held-out strikes, which judge, do not choose.
+    pub best: Model,
+    /// What the training of each residual explains.
+    pub explained: BTreeMap<Model, Explained>,
     /// The logs that everything was computed from.
     pub logs: Vec<InputFile>,
     /// The stages that computed it, in order.
@@ -68,7 +73,7 @@ pub enum PublishError {
 
 impl Stage for Publish {
     const NAME: &'static str = "publish";
-    const VERSION: u32 = 2;
+    const VERSION: u32 = 3;
     type Input = Input;
     type Output = Contents;
     type Error = PublishError;
@@ -79,9 +84,10 @@ impl Stage for Publish {
             sysid: input.sysid.clone(),
             effect: input.effect.clone(),
             provenance: Provenance {
-                default_model: best(&input.metrics),
+                default_model: input.best,
                 metrics: input.metrics.clone(),
                 noise_floor: input.noise_floor,
+                explained: input.explained.clone(),
                 trained_region: trained_region(&input.strikes)?,
                 strikes: Some(logged(&input.strikes)),
                 without_effects: self.without_effects,
@@ -119,15 +125,6 @@ pub fn stage_records(records: Vec<Record>) -> Vec<StageRecord> {
         settings,
     };
     records.into_iter().map(keep).collect()
-}
-
-/// The model with the least mean stop error, the plainest of equals; where nothing was judged, the identified world.
-/// Models that leave strikes without a prediction come after those that predict more of them.
-fn best(metrics: &BTreeMap<Model, Metrics>) -> Model {
-    metrics
-        .iter()
-        .min_by(|(_, a), (_, b)| a.failed.cmp(&b.failed).then(a.mean.total_cmp(&b.mean)))
-        .map_or(Model::Sysid, |(model, _)| *model)
 }
 
 fn trained_region(strikes: &[Strike]) -> Result<TrainedRegion, PublishError> {
@@ -220,6 +217,8 @@ mod tests {
             ]
             .into(),
             noise_floor: None,
+            best: Model::Sysid,
+            explained: BTreeMap::new(),
             logs: vec![log("b.mcap"), log("a.mcap")],
             stages: vec![StageRecord {
                 name: "sysid".into(),
@@ -254,51 +253,18 @@ mod tests {
     }
 
     #[test]
-    fn the_default_is_the_best_model_or_the_one_chosen() {
+    fn the_default_is_what_training_strikes_chose_whatever_held_out_strikes_say() {
         let default = |publish: &Publish, input: &Input| {
             contents(publish, input).map(|contents| contents.provenance.default_model)
         };
-        assert_eq!(default(&Publish::default(), &input()), Ok(Model::Sysid));
+        let mut lucky = input();
+        lucky.metrics.insert(Model::Nominal, metrics(0.001, 0));
+        assert_eq!(default(&Publish::default(), &lucky), Ok(Model::Sysid));
         let chosen = Publish {
             default_model: Some(Model::Nominal),
             ..Publish::default()
         };
         assert_eq!(default(&chosen, &input()), Ok(Model::Nominal));
-        let unjudged = Input {
-            metrics: BTreeMap::new(),
-            ..input()
-        };
-        assert_eq!(default(&Publish::default(), &unjudged), Ok(Model::Sysid));
-        let equal = [
-            (Model::Sysid, metrics(0.01, 0)),
-            (Model::Nominal, metrics(0.01, 0)),
-        ]
-        .into();
-        assert_eq!(
-            default(
-                &Publish::default(),
-                &Input {
-                    metrics: equal,
-                    ..input()
-                }
-            ),
-            Ok(Model::Nominal)
-        );
-        let failing = [
-            (Model::Sysid, metrics(0.001, 5)),
-            (Model::Nominal, metrics(0.01, 0)),
-        ]
-        .into();
-        assert_eq!(
-            default(
-                &Publish::default(),
-                &Input {
-                    metrics: failing,
-                    ..input()
-                }
-            ),
-            Ok(Model::Nominal)
-        );
         let absent = Publish {
             default_model: Some(Model::Effect),
             ..Publish::default()

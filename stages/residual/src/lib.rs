@@ -5,12 +5,16 @@
 //! measured path. A strike whose path the world cannot reach has no residual; it is excluded by name, with the solve's
 //! status. Rows in = residuals + excluded.
 
+mod launch;
+
 use std::f64::consts::{PI, TAU};
 
 use serde::{Deserialize, Serialize};
 use stage::{Progress, Stage};
 use values::{Point, Split, Strike};
 use world::{Solution, SolveStatus};
+
+pub use launch::{LaunchResidual, Launched, Launches, Shared};
 
 /// One row of `residuals.parquet`: what the residual model learns from.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

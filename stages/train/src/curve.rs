@@ -2,20 +2,20 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::Trained;
+use crate::Learned;
 
-/// The model trained on the first strikes.
+/// What was learnt from the first strikes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CurvePoint {
     /// Number of strikes made, of all splits.
     pub strikes: usize,
-    /// What came of them. Its test error is measured on the test rows among them.
-    pub trained: Trained,
+    /// What came of them.
+    pub learned: Learned,
 }
 
-/// Rows at which a curve is drawn.
-const SIZES: [usize; 5] = [25, 50, 100, 200, 500];
-/// Numbers of the earliest rows to train on for a curve: 25, 50, 100, 200 and 500, those that exceed `count` cut to it, once.
+/// Strikes at which a curve is drawn.
+const SIZES: [usize; 7] = [10, 20, 35, 50, 100, 200, 500];
+/// Numbers of the earliest strikes to learn from for a curve: 10 to 500, those that exceed `count` cut to it, once.
 pub fn curve_sizes(count: usize) -> Vec<usize> {
     let mut sizes = SIZES.map(|size| size.min(count)).to_vec();
     sizes.dedup();
@@ -28,8 +28,8 @@ mod tests {
 
     #[test]
     fn a_curve_ends_at_all_rows() {
-        assert_eq!(curve_sizes(900), [25, 50, 100, 200, 500]);
-        assert_eq!(curve_sizes(120), [25, 50, 100, 120]);
-        assert_eq!(curve_sizes(10), [10]);
+        assert_eq!(curve_sizes(900), [10, 20, 35, 50, 100, 200, 500]);
+        assert_eq!(curve_sizes(120), [10, 20, 35, 50, 100, 120]);
+        assert_eq!(curve_sizes(8), [8]);
     }
 }

@@ -7,8 +7,8 @@ use mcap::WriteOptions;
 use mcap::records::MessageHeader;
 use store::network::{LAYERS, Layer, SIZES};
 use store::{
-    Calibrated, Contents, InputFile, Logged, Metrics, Model, Network, Provenance, StageRecord,
-    Store, TrainedRegion,
+    Calibrated, Contents, InputFile, Logged, Metrics, Model, Network, Provenance, ResidualModel,
+    StageRecord, Store, TrainedRegion,
 };
 use values::{Point, Rig, Shape};
 use world::effects::{EFFECTS, Parameters};
@@ -253,7 +253,7 @@ fn network() -> Network {
 }
 
 pub(super) fn weights() -> Vec<u8> {
-    network().to_safetensors()
+    ResidualModel::from(network()).to_safetensors()
 }
 
 /// What a version may hold.
@@ -274,7 +274,7 @@ pub(super) fn contents() -> Contents {
     Contents {
         sysid: Calibrated {
             world: World::nominal(&rig),
-            residual: Some(network()),
+            residual: Some(network().into()),
         },
         rig,
         effect: None,
@@ -282,6 +282,7 @@ pub(super) fn contents() -> Contents {
             default_model: Model::SysidResidual,
             metrics: [(Model::Nominal, metrics), (Model::SysidResidual, metrics)].into(),
             noise_floor: Some(metrics),
+            explained: [].into(),
             trained_region: TrainedRegion::of(strikes.into_iter()).expect("two strikes"),
             strikes: Some(Logged {
                 count: 2,

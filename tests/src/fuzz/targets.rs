@@ -5,7 +5,7 @@ use std::io::Cursor;
 use std::sync::Arc;
 
 use logs::{Decoder, Limits, SchemaText, Wanted};
-use store::{Network, Store};
+use store::{ResidualModel, Store};
 use values::{Command, Conditions, FieldTopic, Point, Rig, Shape};
 use world::{Simulator, World};
 
@@ -109,7 +109,7 @@ pub fn targets() -> Vec<Target> {
                 "\"shape\":[",
             ],
             read: Box::new(|input| {
-                Network::from_safetensors(input)
+                ResidualModel::from_safetensors(input)
                     .map(drop)
                     .map_err(|error| error.to_string())
             }),

@@ -260,7 +260,7 @@ fn every_kind_of_damage_is_refused_by_name() {
     refused!(
         forged("residual.safetensors", |bytes| bytes[..99].to_vec()),
         E::BadNetwork {
-            source: NetworkError::Format(_),
+            source: ResidualModelError::Network(NetworkError::Format(_)),
             ..
         },
         "residual.safetensors"
@@ -272,7 +272,7 @@ fn every_kind_of_damage_is_refused_by_name() {
             bytes
         }),
         E::BadNetwork {
-            source: NetworkError::NotFinite { .. },
+            source: ResidualModelError::Network(NetworkError::NotFinite { .. }),
             ..
         },
         "not finite"
@@ -289,7 +289,7 @@ fn every_kind_of_damage_is_refused_by_name() {
             bytes
         }),
         E::BadNetwork {
-            source: NetworkError::Names { .. },
+            source: ResidualModelError::Network(NetworkError::Names { .. }),
             ..
         },
         "residual_sysid.safetensors"
@@ -298,6 +298,16 @@ fn every_kind_of_damage_is_refused_by_name() {
         manifest(|m| m["default_model"] = "best".into()),
         E::BadManifest { .. },
         "best"
+    );
+    refused!(
+        manifest(|m| m["explained"]["sysid_residual"]["d_speed"] = serde_json::json!([0.9, 0.5])),
+        E::BadNumber { .. },
+        "explained.sysid_residual.d_speed"
+    );
+    refused!(
+        manifest(|m| m["explained"]["sysid_residual"]["displacement"] = serde_json::json!(-0.1)),
+        E::BadNumber { .. },
+        "displacement"
     );
     refused!(
         manifest(|m| m["trained_region"]["stop_x"] = serde_json::json!([0.9, 0.5])),

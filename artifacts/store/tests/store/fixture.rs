@@ -23,6 +23,19 @@ pub fn network(scale: f32) -> Network {
     Network::new((0..LAYERS).map(layer).collect()).expect("right shapes")
 }
 
+fn explained() -> Explained {
+    let about_zero = |most: f64| [-most, most].into();
+    Explained {
+        strikes: 40,
+        d_speed: about_zero(0.1),
+        d_angle: about_zero(0.05),
+        displacement: 0.3,
+        miss: 0.05,
+        miss_p95: 0.1,
+        calibration: 1.1,
+    }
+}
+
 /// Contents that differ with their friction.
 pub fn contents(friction: f64) -> Contents {
     let rig = Rig::demo(Shape::Cylinder);
@@ -50,7 +63,7 @@ pub fn contents(friction: f64) -> Contents {
         rig,
         sysid: Calibrated {
             world,
-            residual: Some(network(0.01)),
+            residual: Some(network(0.01).into()),
         },
         effect: None,
         provenance: Provenance {
@@ -61,6 +74,7 @@ pub fn contents(friction: f64) -> Contents {
             ]
             .into(),
             noise_floor: Some(metrics(0.001)),
+            explained: [(Model::SysidResidual, explained())].into(),
             trained_region: region.expect("two strikes"),
             strikes: Some(Logged {
                 count: 2,
@@ -91,7 +105,7 @@ pub fn with_effect() -> Contents {
     });
     contents.effect = Some(Calibrated {
         world,
-        residual: Some(network(0.02)),
+        residual: Some(network(0.02).into()),
     });
     contents.provenance.default_model = Model::EffectResidual;
     contents

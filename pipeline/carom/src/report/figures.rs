@@ -268,11 +268,17 @@ pub fn learning_curve(
     })
 }
 
-/// The paper's own measure of the curve: validation MAE of residuals.
-pub fn mae_points(curve: &[CurvePoint]) -> Vec<(usize, f64)> {
+/// Mean distance in m between measured and predicted stop, on commands held out of what was learnt from.
+pub fn held_out_points(curve: &[CurvePoint]) -> Vec<(usize, f64)> {
     curve
         .iter()
-        .map(|point| (point.strikes, point.trained.validation.raw))
+        .filter_map(|point| {
+            let chosen = point.learned.scores.iter();
+            let chosen = chosen
+                .filter(|score| score.kind == point.learned.kind)
+                .next()?;
+            Some((point.strikes, chosen.by_setting))
+        })
         .collect()
 }
 

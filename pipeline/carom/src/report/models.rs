@@ -3,8 +3,8 @@
 use evaluate::Evaluation;
 use maud::{Markup, html};
 use sysid::Fit;
-use train::Trained;
-use values::{Split, Strike, Track};
+use train::Learned;
+use values::{Command, Split, Strike, Track};
 use world::{PARAMETERS, Simulator, World, WorldError};
 
 use super::figures;
@@ -123,13 +123,15 @@ fn way(strike: &Strike, track: &Track) -> Vec<(f64, f64)> {
 
 pub fn learning_section(results: &Results, evaluation: &Evaluation) -> Result<Markup, PageError> {
     let learnt = results.used();
-    let Some((world, learnt, trained)) =
-        learnt.and_then(|(name, learnt)| Some((name, learnt, learnt.trained.as_ref()?)))
-    else {
+    let Some((world, learnt, learned, residual)) = learnt.and_then(|(name, learnt)| {
+        let learned = learnt.learned.as_ref()?;
+        Some((name, learnt, learned, learned.model.as_ref()?))
+    }) else {
         return Ok(section(
             "The residual model",
             html! {
-                p { "None: there are too few strikes to train on. The identified simulator serves alone." }
+                p { "None: what was tried predicts held-out commands no better than the simulator alone, which serves by itself." }
+                @if let Some(learned) = learnt.and_then(|(_, learnt)| learnt.learned.as_ref()) { (scores(learned)) }
             },
         ));
     };
@@ -139,9 +141,10 @@ pub fn learning_section(results: &Results, evaluation: &Evaluation) -> Result<Ma
         .rows
         .iter()
         .map(|row| {
-            trained
-                .network
-                .predict([row.path.x, row.path.y, row.speed_sim, row.angle_sim])
+            let command = |speed, angle| Command { speed, angle };
+            let simulated = command(row.speed_sim, row.angle_sim);
+            let sent = command(row.speed_sim + row.d_speed, row.angle_sim + row.d_angle);
+            residual.added(row.path, simulated, sent)
         })
         .collect();
     let plain = evaluation.models.get(world);
@@ -158,19 +161,24 @@ pub fn learning_section(results: &Results, evaluation: &Evaluation) -> Result<Ma
             div.three {
                 figure { (drawing(&figures::residuals(&model, rows, &said, 0)?)) }
                 figure { (drawing(&figures::residuals(&model, rows, &said, 1)?)) }
-                figure { (drawing(&figures::history(&model, &trained.history, trained.best_epoch)?)) }
+                @if let Some(training) = &learned.training {
+                    figure { (drawing(&figures::history(&model, &training.history, training.best_epoch)?)) }
+                }
             }
             p.legend {
                 "● what was commanded, less what the simulator would command   "
-                span style=(fill(&model)) { "●" } " what the network says   ― training   "
-                span style=(fill(&model)) { "―" } " validation"
+                span style=(fill(&model)) { "●" } " what the " (learned.kind.name()) " says"
+                @if learned.training.is_some() {
+                    "   ― training of a network   "
+                    span style=(fill(&model)) { "―" } " its validation"
+                }
             }
             div.columns {
                 figure {
                     (drawing(&figures::learning_curve(&model, &results.curve_errors, &levels)?))
                     (legend(&[&model, world, "noise_floor"], None))
                 }
-                div { (errors_of_training(trained)) (curve_table(results)) }
+                div { (scores(learned)) (curve_table(results)) }
             }
             @if !learnt.residuals.excluded.is_empty() {
                 p { (learnt.residuals.excluded.len()) " strikes have no residual, for the simulator does not reach their path." }
@@ -179,31 +187,28 @@ pub fn learning_section(results: &Results, evaluation: &Evaluation) -> Result<Ma
     ))
 }
 
-fn errors_of_training(trained: &Trained) -> Markup {
-    let errors = [
-        ("validation", Some(trained.validation)),
-        ("held out", trained.test),
-    ];
+/// What was tried, and how each predicts commands that it did not learn from.
+fn scores(learned: &Learned) -> Markup {
+    let centimetres = |metres: f64| format!("{:.2} cm", metres * 100.0);
     html! {
         table {
-            thead { tr { th { "mean absolute error" } th { "both outputs" } th { "Δ speed" } th { "Δ angle" } th { "rows" } } }
+            thead { tr { th { "added to the simulator" } th { "held-out commands" } th { "held-out sessions" } } }
             tbody {
-                @for (name, mae) in errors {
-                    @if let Some(mae) = mae {
-                        tr {
-                            td { (name) }
-                            td.number { (format!("{:.4}", mae.raw)) }
-                            td.number { (format!("{:.4} m/s", mae.d_speed)) }
-                            td.number { (format!("{:.4} rad", mae.d_angle)) }
-                            td.number { (mae.rows) }
-                        }
+                @for score in &learned.scores {
+                    tr {
+                        td { (score.kind.name()) @if score.kind == learned.kind { " (used)" } }
+                        td.number { (centimetres(score.by_setting)) }
+                        td.number { (score.by_session.map_or("—".into(), centimetres)) }
                     }
                 }
             }
         }
         p.note {
-            "The paper reports a validation error of 0.015. Trained on " (trained.train_rows) " strikes; the weights are those of epoch "
-            (trained.best_epoch) " of " (trained.history.len()) "."
+            "Mean distance between measured and predicted stop of the " (learned.strikes) " strikes learnt from, each predicted by what \
+             was learnt without it. The plainer one stays unless another is better beyond one standard error."
+            @if let Some(training) = &learned.training {
+                " The first network's validation error is " (format!("{:.4}", training.validation.raw)) "; the paper reports 0.015."
+            }
         }
     }
 }
@@ -211,9 +216,9 @@ fn errors_of_training(trained: &Trained) -> Markup {
 fn curve_table(results: &Results) -> Markup {
     html! {
         table {
-            thead { tr { th { "strikes" } th { "mean stop error" } th { "validation error" } } }
+            thead { tr { th { "strikes" } th { "mean stop error" } th { "held-out commands" } } }
             tbody {
-                @for (strikes, mae) in figures::mae_points(&results.curve) {
+                @for (strikes, held_out) in figures::held_out_points(&results.curve) {
                     tr {
                         td.number { (strikes) }
                         td.number {
@@ -222,7 +227,7 @@ fn curve_table(results: &Results) -> Markup {
                                 None => { "—" },
                             }
                         }
-                        td.number { (format!("{mae:.4}")) }
+                        td.number { (format!("{:.2} cm", held_out * 100.0)) }
                     }
                 }
             }

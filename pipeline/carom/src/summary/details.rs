@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use sysid::Fit;
-use train::Trained;
+use train::Learned;
 use world::{PARAMETERS, Solution, SolveStatus};
 
 use super::diagnosis;
@@ -26,10 +26,8 @@ pub fn details(results: &Results) -> String {
         if !learnt.solutions.is_empty() {
             text += &solutions(name, &learnt.solutions);
         }
-        if let Some(trained) = &learnt.trained {
-            text += &residual(name, trained);
-        } else if results.evaluation.is_some() {
-            text += "residual   none: too few strikes to train on\n";
+        if let Some(learned) = &learnt.learned {
+            text += &residual(name, learned);
         }
     }
     text += &stop_errors(results);
@@ -82,16 +80,17 @@ fn solutions(model: &str, solutions: &[Solution]) -> String {
     )
 }
 
-fn residual(model: &str, trained: &Trained) -> String {
-    let mae = trained.validation;
-    format!(
-        "residual   on `{model}`: validation error {:.4} ({:.4} m/s, {:.4} rad), epoch {} of {}\n",
-        mae.raw,
-        mae.d_speed,
-        mae.d_angle,
-        trained.best_epoch,
-        trained.history.len()
-    )
+fn residual(model: &str, learned: &Learned) -> String {
+    let mut text = format!("residual   on `{model}`: {}", learned.kind.name());
+    if learned.scores.len() > 1 {
+        let scores: Vec<String> = learned
+            .scores
+            .iter()
+            .map(|score| format!("{} {:.2} cm", score.kind.name(), 100.0 * score.by_setting))
+            .collect();
+        let _ = write!(text, "; held-out commands: {}", scores.join(", "));
+    }
+    text + "\n"
 }
 
 /// Where a rollback took the version out of use: what is in use instead, and how to change that.

@@ -69,11 +69,11 @@ fn contents(seed: u64) -> Contents {
         rig: rig(),
         sysid: Calibrated {
             world: sysid(),
-            residual: Some(constant(SYSID_RESIDUAL)),
+            residual: Some(constant(SYSID_RESIDUAL).into()),
         },
         effect: Some(Calibrated {
             world: effect(),
-            residual: Some(constant(EFFECT_RESIDUAL)),
+            residual: Some(constant(EFFECT_RESIDUAL).into()),
         }),
         provenance: Provenance {
             default_model: DEFAULT,
@@ -83,6 +83,7 @@ fn contents(seed: u64) -> Contents {
             ]
             .into(),
             noise_floor: None,
+            explained: [].into(),
             trained_region: TrainedRegion {
                 distance: [0.05, 0.65].into(),
                 bearing: [-1.0, 1.0].into(),

@@ -1,0 +1,20 @@
+//! What an arm delivers in place of a command, where strikes told it and no effect explains it.
+
+use values::Command;
+
+/// A correction of what the arm delivers, learnt from strikes: it acts after the world's effects and before the impact.
+pub trait Delivery: Send + Sync {
+    /// What is delivered (m/s, rad) for the command that was sent, where the world's effects alone would deliver `by_effects`.
+    fn deliver(&self, commanded: Command, by_effects: Command) -> Command;
+}
+
+/// The arm delivers what it is told, whatever the world's effects make of a command: a solve then answers with the launch that a
+/// path needs.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct AsCommanded;
+
+impl Delivery for AsCommanded {
+    fn deliver(&self, commanded: Command, _by_effects: Command) -> Command {
+        commanded
+    }
+}

@@ -1,0 +1,159 @@
+//! What the arm delivered beside the world, strike by strike: what a launch map learns from.
+//!
+//! The solve answers with the launch that a strike's path needs when the arm delivers what it is told. Beside it stands what the
+//! world's effects make of the command that was sent. Targets from where strikes stop carry what the slide does otherwise, too: on
+//! the real strikes a map of them predicts held-out stops better than one of speeds seen right after the impact.
+
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+use stage::{ItemStage, Progress};
+use values::{Command, Conditions, Point, Rig, Strike};
+use world::{AsCommanded, Simulator, SolveSettings, SolveStatus, World, WorldError};
+
+use crate::wrap;
+
+/// The stage.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Launches {}
+
+/// What every strike is seen from.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Shared {
+    /// The set-up.
+    pub rig: Rig,
+    /// The world.
+    pub world: World,
+}
+
+/// What of a strike tells its launch.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Launched {
+    /// Where the object rested, in m.
+    pub initial: Point,
+    /// Where it came to rest, in m.
+    pub stop: Point,
+    /// What was commanded.
+    pub command: Command,
+    /// When and in which session.
+    pub conditions: Conditions,
+}
+
+impl From<&Strike> for Launched {
+    fn from(strike: &Strike) -> Self {
+        Self {
+            initial: strike.initial,
+            stop: strike.stop,
+            command: strike.command,
+            conditions: strike.conditions.clone(),
+        }
+    }
+}
+
+/// What a strike's path needs beside what the world says is delivered.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LaunchResidual {
+    /// Logarithm of the factor on the speed.
+    pub speed: f64,
+    /// Added to the angle, in rad, in (−π, π].
+    pub angle: f64,
+}
+
+impl ItemStage for Launches {
+    const NAME: &'static str = "launches";
+    const VERSION: u32 = 1;
+    type Shared = Shared;
+    type Item = Launched;
+    /// None where no launch leads along the path.
+    type Output = Option<LaunchResidual>;
+    type Error = WorldError;
+
+    fn run_items(
+        &self,
+        shared: &Shared,
+        strikes: &[&Launched],
+        progress: &Progress,
+    ) -> Result<Vec<Self::Output>, WorldError> {
+        let world = Simulator::new(&shared.rig, &shared.world)?;
+        let as_told = Simulator::new(&shared.rig, &shared.world)?
+            .with_delivery(std::sync::Arc::new(AsCommanded));
+        let residual = |worker: &mut world::Worker<'_>, strike: &&Launched| {
+            let needed = worker.solve(
+                strike.initial,
+                strike.stop,
+                &strike.conditions,
+                &SolveSettings::default(),
+                None,
+            );
+            let delivered = world.delivered(strike.command, &strike.conditions);
+            progress.inc(1);
+            let is_told = needed.status == SolveStatus::Solved && delivered.speed > 0.0;
+            is_told.then(|| LaunchResidual {
+                speed: (needed.command.speed / delivered.speed).ln(),
+                angle: wrap(needed.command.angle - delivered.angle),
+            })
+        };
+        let all = strikes.par_iter().map_init(|| as_told.worker(), residual);
+        Ok(all.collect())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use values::Shape;
+    use world::{AddedEffect, Estimate};
+
+    use super::*;
+
+    /// A strike of the world without effects, whose arm delivers `delivered` when told `command`.
+    fn struck(command: Command, delivered: Command) -> Launched {
+        let rig = Rig::demo(Shape::Cylinder);
+        let simulator = Simulator::new(&rig, &World::nominal(&rig)).expect("valid");
+        let (initial, conditions) = (Point::new(0.3, 0.0), Conditions::default());
+        let stop = simulator
+            .worker()
+            .strike(initial, delivered, &conditions)
+            .expect("rests")
+            .stop;
+        Launched {
+            initial,
+            stop,
+            command,
+            conditions,
+        }
+    }
+
+    fn told(world: World, strike: &Launched) -> LaunchResidual {
+        let rig = Rig::demo(Shape::Cylinder);
+        let answer = Launches {}
+            .run_items(&Shared { rig, world }, &[strike], &Progress::hidden())
+            .expect("valid");
+        answer[0].expect("within reach")
+    }
+
+    fn command(speed: f64, angle: f64) -> Command {
+        Command { speed, angle }
+    }
+
+    #[test]
+    fn it_is_what_the_arm_delivered_beside_the_command() {
+        let strike = struck(command(0.7, 0.1), command(0.7 * 0.9, 0.13));
+        let world = World::nominal(&Rig::demo(Shape::Cylinder));
+        let residual = told(world, &strike);
+        assert!((residual.speed - 0.9f64.ln()).abs() < 2e-3, "{residual:?}");
+        assert!((residual.angle - 0.03).abs() < 2e-3, "{residual:?}");
+    }
+
+    #[test]
+    fn what_an_effect_explains_is_no_residual_even_beyond_a_cap() {
+        let mut world = World::nominal(&Rig::demo(Shape::Cylinder));
+        world.effects.push(AddedEffect {
+            name: "striker_speed_error".into(),
+            parameters: [("cap".to_string(), Estimate::fixed(0.6))].into(),
+        });
+        // The arm delivers a little more than the cap: no command reaches that path through it, and it has a residual all the same.
+        let strike = struck(command(0.9, 0.1), command(0.63, 0.1));
+        let residual = told(world, &strike);
+        assert!((residual.speed - 1.05f64.ln()).abs() < 2e-3, "{residual:?}");
+    }
+}

@@ -1,0 +1,54 @@
+//! What is learnt from: strikes, and what a world leaves of each.
+
+use std::collections::HashMap;
+
+use residual::{LaunchResidual, Residual};
+use serde::{Deserialize, Serialize};
+use values::{Command, Split, Strike};
+
+/// One strike to learn from.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Example {
+    /// The strike.
+    pub strike_id: String,
+    /// What was commanded.
+    pub command: Command,
+    /// The log that it comes from.
+    pub session: String,
+    /// Length of its path in m.
+    pub distance: f64,
+    /// The part that it plays.
+    pub split: Split,
+    /// What the arm delivered beside the world; none where no launch leads along its path.
+    pub launch: Option<LaunchResidual>,
+    /// What was commanded beside the world's command; none where the world's arm cannot reach its stop.
+    pub residual: Option<Residual>,
+}
+
+/// The examples that strikes are, in one world: their launches in the same order, and the residuals of those that have one, found by
+/// the strike. A strike that was pushed twice is none: no one command sends an object there.
+pub fn examples(
+    strikes: &[Strike],
+    launches: &[Option<LaunchResidual>],
+    residuals: &[Residual],
+) -> Vec<Example> {
+    let by_strike: HashMap<&str, &Residual> = residuals
+        .iter()
+        .map(|row| (row.strike_id.as_str(), row))
+        .collect();
+    let example = |(strike, launch): (&Strike, &Option<LaunchResidual>)| Example {
+        strike_id: strike.id.clone(),
+        command: strike.command,
+        session: strike.conditions.session.clone(),
+        distance: strike.path().norm(),
+        split: strike.split,
+        launch: *launch,
+        residual: by_strike.get(strike.id.as_str()).map(|row| (*row).clone()),
+    };
+    strikes
+        .iter()
+        .zip(launches)
+        .filter(|(strike, _)| !strike.is_pushed_again())
+        .map(example)
+        .collect()
+}

@@ -1,0 +1,79 @@
+//! Which strikes are held out together: commands that are alike, and sessions.
+
+use rand::{SeedableRng, seq::SliceRandom};
+use rand_chacha::ChaCha8Rng;
+use values::Command;
+
+/// Commands are alike within this share of the speed, and this angle in rad: a robot repeats its own commands better, and commands
+/// drawn at random seldom lie so near.
+const ALIKE: (f64, f64) = (5e-3, 5e-3);
+
+/// The group of each command: commands that are alike, or joined by such, have one number.
+pub(crate) fn settings(commands: &[Command]) -> Vec<usize> {
+    let is_alike = |a: &Command, b: &Command| {
+        (a.speed - b.speed).abs() <= ALIKE.0 * a.speed.max(b.speed)
+            && (a.angle - b.angle).abs() <= ALIKE.1
+    };
+    let mut groups: Vec<usize> = (0..commands.len()).collect();
+    for (i, command) in commands.iter().enumerate() {
+        for j in 0..i {
+            if groups[i] != groups[j] && is_alike(command, &commands[j]) {
+                let (low, high) = (groups[i].min(groups[j]), groups[i].max(groups[j]));
+                for group in &mut groups[..=i] {
+                    if *group == high {
+                        *group = low;
+                    }
+                }
+            }
+        }
+    }
+    groups
+}
+
+/// The group of each name.
+pub(crate) fn by_name(names: &[&str]) -> Vec<usize> {
+    let first = |name: &&str| names.iter().position(|other| other == name).unwrap_or(0);
+    names.iter().map(first).collect()
+}
+
+/// The fold of each item, at most `most`, so that a group stays whole: groups are dealt in an order drawn from the seed.
+pub(crate) fn folds(groups: &[usize], most: usize, seed: u64) -> Vec<usize> {
+    let mut distinct = groups.to_vec();
+    distinct.sort_unstable();
+    distinct.dedup();
+    distinct.shuffle(&mut ChaCha8Rng::seed_from_u64(seed));
+    let mut fold_of = vec![0; groups.iter().max().map_or(0, |most| most + 1)];
+    for (place, group) in distinct.iter().enumerate() {
+        fold_of[*group] = place % most.max(1);
+    }
+    groups.iter().map(|group| fold_of[*group]).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn commands_that_are_alike_stay_together_and_others_do_not() {
+        let command = |(speed, angle)| Command { speed, angle };
+        let commands = [
+            (0.5, 0.1),
+            (0.7, 0.1),
+            (0.501, 0.101),
+            (0.5, -0.1),
+            (0.7, 0.1),
+        ];
+        let groups = settings(&commands.map(command));
+        assert_eq!(groups, [0, 1, 0, 3, 1]);
+        for seed in 0..20 {
+            let folds = folds(&groups, 3, seed);
+            assert_eq!((folds[0], folds[1]), (folds[2], folds[4]));
+            assert!(folds[0] != folds[1] && folds.iter().all(|fold| *fold < 3));
+        }
+    }
+
+    #[test]
+    fn sessions_are_told_by_their_names() {
+        assert_eq!(by_name(&["a", "b", "a", "c", "b"]), [0, 1, 0, 3, 1]);
+    }
+}

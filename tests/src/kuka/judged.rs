@@ -1,0 +1,163 @@
+//! One fold: the steps of a run on what is not held out, and the stop errors of every model on what is.
+
+use std::collections::BTreeMap;
+
+use diagnose::Diagnose;
+use evaluate::{Judge, predict};
+use residual::{Launched, Launches, Residuals};
+use solve::Solve;
+use stage::{ItemStage, Progress, Stage};
+use store::ResidualModel;
+use sysid::Sysid;
+use train::{Kind, Learned, Settings, best, examples, learn};
+use values::{Rig, Split, Strike, split_of};
+use world::World;
+
+use super::Fold;
+
+/// Names of the models, the plainest first; `default` is the one that the training strikes choose.
+pub const MODELS: [&str; 6] = [
+    "nominal",
+    "sysid",
+    "sysid_residual",
+    "effect",
+    "effect_residual",
+    "default",
+];
+
+/// What a fold showed.
+#[derive(Clone, Debug)]
+pub struct Judged {
+    /// The fold.
+    pub fold: Fold,
+    /// Stop errors in m of each of [`MODELS`], a held-out strike each; none where a model predicts no stop.
+    pub errors: BTreeMap<&'static str, Vec<Option<f64>>>,
+    /// Effects that were named.
+    pub named: Vec<String>,
+    /// What is added to the identified world, and to the one with effects.
+    pub added: [Kind; 2],
+}
+
+/// Learns from all strikes but those held out, with the splits that a run would give them, and judges by those.
+pub fn judge(rig: &Rig, strikes: &[Strike], fold: &Fold) -> anyhow::Result<Judged> {
+    let (mut known, mut held_out) = (Vec::new(), Vec::new());
+    for (place, strike) in strikes.iter().enumerate() {
+        if fold.held_out.contains(&place) {
+            held_out.push(Strike {
+                split: Split::Test,
+                ..strike.clone()
+            });
+        } else {
+            let split = split_of(&strike.id, fold.seed);
+            known.push(Strike {
+                split,
+                ..strike.clone()
+            });
+        }
+    }
+    let progress = Progress::hidden();
+    let fit = Sysid::default().run(
+        &sysid::Input {
+            rig: rig.clone(),
+            world: World::nominal(rig),
+            strikes: known.clone(),
+        },
+        &progress,
+    )?;
+    let diagnose = Diagnose {
+        seed: fold.seed,
+        ..Diagnose::default()
+    };
+    let found = diagnose.run(
+        &diagnose::Input {
+            rig: rig.clone(),
+            world: fit.world.clone(),
+            strikes: known.clone(),
+        },
+        &progress,
+    )?;
+    let settings = Settings {
+        seed: fold.seed,
+        ..Settings::default()
+    };
+    let sysid = learned(rig, &fit.world, &known, &settings)?;
+    let effect = match &found.world {
+        Some(world) => Some((world.clone(), learned(rig, world, &known, &settings)?)),
+        None => None,
+    };
+
+    let judges: Vec<Judge> = held_out.iter().map(Judge::from).collect();
+    let errors =
+        |world: &World, residual: Option<&ResidualModel>| errors(rig, world, residual, &judges);
+    let mut all = BTreeMap::new();
+    all.insert("nominal", errors(&World::nominal(rig), None)?);
+    all.insert("sysid", errors(&fit.world, None)?);
+    all.insert("sysid_residual", errors(&fit.world, sysid.model.as_ref())?);
+    let (world, with_effects) = match &effect {
+        Some((world, learned)) => (world, learned),
+        None => (&fit.world, &sysid),
+    };
+    all.insert("effect", errors(world, None)?);
+    all.insert(
+        "effect_residual",
+        errors(world, with_effects.model.as_ref())?,
+    );
+    let default = match best(&[&sysid, with_effects]) {
+        Some(1) => "effect_residual",
+        _ => "sysid_residual",
+    };
+    all.insert("default", all[default].clone());
+    Ok(Judged {
+        fold: fold.clone(),
+        errors: all,
+        named: found
+            .diagnosis
+            .effects
+            .iter()
+            .map(|effect| effect.name.clone())
+            .collect(),
+        added: [sysid.kind, with_effects.kind],
+    })
+}
+
+fn learned(
+    rig: &Rig,
+    world: &World,
+    strikes: &[Strike],
+    settings: &Settings,
+) -> anyhow::Result<Learned> {
+    let progress = Progress::hidden();
+    let paths: Vec<solve::Path> = strikes.iter().map(solve::Path::from).collect();
+    let shared = solve::Shared {
+        rig: rig.clone(),
+        world: world.clone(),
+    };
+    let solutions =
+        Solve::default().run_items(&shared, &paths.iter().collect::<Vec<_>>(), &progress)?;
+    let residuals = Residuals::default().run(&(strikes.to_vec(), solutions), &progress)?;
+    let launched: Vec<Launched> = strikes.iter().map(Launched::from).collect();
+    let shared = residual::Shared {
+        rig: rig.clone(),
+        world: world.clone(),
+    };
+    let launches =
+        Launches {}.run_items(&shared, &launched.iter().collect::<Vec<_>>(), &progress)?;
+    let examples = examples(strikes, &launches, &residuals.rows);
+    Ok(learn(&examples, settings, &|_| {})?)
+}
+
+fn errors(
+    rig: &Rig,
+    world: &World,
+    residual: Option<&ResidualModel>,
+    judges: &[Judge],
+) -> anyhow::Result<Vec<Option<f64>>> {
+    let simulator = ResidualModel::simulator(rig, world, residual)?;
+    let mut worker = simulator.worker();
+    let networks = residual.and_then(ResidualModel::networks);
+    let error = |judge: &Judge| {
+        let predicted = predict(&mut worker, networks, judge);
+        predicted.stop.map(|stop| stop.distance(judge.stop))
+    };
+    Ok(judges.iter().map(error).collect())
+}
