@@ -56,7 +56,8 @@ pub struct Score {
     pub kind: Kind,
     /// Mean distance in m, commands that are alike held out together.
     pub by_setting: f64,
-    /// Mean distance in m, whole sessions held out together; none where it was not measured.
+    /// Mean distance in m, whole sessions held out together, over commands among those of the other sessions; none where it was not
+    /// measured.
     pub by_session: Option<f64>,
 }
 
@@ -95,13 +96,15 @@ pub fn learn(
         model: None,
         misses: none.clone(),
         expected: Vec::new(),
+        asked: Vec::new(),
     };
     let mut scores = vec![field.score(&best)];
     if let Some(map) = field.launch_map(settings.seed) {
         let mut score = field.score(&map);
         let by_session = field.sessions().and_then(|sessions| {
             let map = field.held_out_maps(&sessions, None)?;
-            let measured = |misses: &[Miss]| field.mean_of(misses, |i| sessions[i].is_some());
+            // Beyond the commands learnt from, the executor asks no map.
+            let measured = |misses: &[Miss]| field.mean_of(misses, |i| map.asked[i]);
             Some((measured(&none)?, measured(&map.misses)?))
         });
         if let Some((without, with)) = by_session {
@@ -147,13 +150,13 @@ struct Candidate {
     misses: Vec<Miss>,
     /// The share of the path that it expected to leave; of a map alone.
     expected: Vec<f64>,
+    /// Whether a map that learnt from other parts was asked of a command among those that it learnt from.
+    asked: Vec<bool>,
 }
 
 impl<'a> Field<'a> {
     fn of(examples: &'a [Example]) -> Result<Self, TrainError> {
-        let learns = examples
-            .iter()
-            .filter(|example| example.split != Split::Test);
+        let learns = examples.iter().filter(|example| example.split != Split::Test);
         let mut rows = Vec::new();
         for example in learns {
             let Some(launch) = example.launch else {
@@ -177,18 +180,13 @@ impl<'a> Field<'a> {
 
     fn none(&self) -> Vec<Miss> {
         let rows = self.rows.iter();
-        rows.map(|(_, launch)| Miss::of_launch(launch, [0.0; 2]))
-            .collect()
+        rows.map(|(_, launch)| Miss::of_launch(launch, [0.0; 2])).collect()
     }
 
     /// Sessions held out in at most as many parts as networks; strikes of sessions with few of them have none. None where there are
     /// not two sessions that judge.
     fn sessions(&self) -> Option<Vec<Option<usize>>> {
-        let names: Vec<&str> = self
-            .rows
-            .iter()
-            .map(|(row, _)| row.session.as_str())
-            .collect();
+        let names: Vec<&str> = self.rows.iter().map(|(row, _)| row.session.as_str()).collect();
         let groups = by_name(&names);
         let size = |group: usize| groups.iter().filter(|other| **other == group).count();
         let folds = folds(&groups, NETWORKS, 0);
@@ -243,24 +241,23 @@ impl<'a> Field<'a> {
                 Some(fit_launch_map(&launches, near)?.map)
             })
             .collect();
-        let told = self
-            .rows
-            .iter()
-            .zip(parts)
-            .map(|((example, launch), part)| {
-                let map = part.and_then(|part| maps[part].as_ref());
-                map.map_or((Miss::of_launch(launch, [0.0; 2]), 0.0), |map| {
-                    let offset = map.offset(example.command);
-                    let miss = Miss::of_launch(launch, [offset.speed, offset.angle]);
-                    (miss, offset.expected_miss())
-                })
-            });
-        let (misses, expected) = told.unzip();
+        let told = self.rows.iter().zip(parts).map(|((example, launch), part)| {
+            let map = part.and_then(|part| maps[part].as_ref());
+            map.map_or((Miss::of_launch(launch, [0.0; 2]), (0.0, false)), |map| {
+                let offset = map.offset(example.command);
+                let miss = Miss::of_launch(launch, [offset.speed, offset.angle]);
+                let is_among = map.outside(example.command) <= 0.0;
+                (miss, (offset.expected_miss(), is_among))
+            })
+        });
+        let (misses, told): (Vec<Miss>, Vec<(f64, bool)>) = told.unzip();
+        let (expected, asked) = told.into_iter().unzip();
         Some(Candidate {
             kind: Kind::LaunchMap,
             model: None,
             misses,
             expected,
+            asked,
         })
     }
 
@@ -270,13 +267,7 @@ impl<'a> Field<'a> {
         settings: &Settings,
         on_epoch: &(dyn Fn(&Epoch) + Sync),
     ) -> Result<Option<(Candidate, Trained)>, TrainError> {
-        if self
-            .rows
-            .iter()
-            .filter(|(row, _)| row.residual.is_some())
-            .count()
-            < LEAST_FOR_NETWORKS
-        {
+        if self.rows.iter().filter(|(row, _)| row.residual.is_some()).count() < LEAST_FOR_NETWORKS {
             return Ok(None);
         }
         let parts = folds(&self.groups, NETWORKS, settings.seed);
@@ -300,9 +291,7 @@ impl<'a> Field<'a> {
                     seed: settings.seed.wrapping_add(part as u64),
                     ..settings.clone()
                 };
-                fit(&rows.collect::<Vec<_>>(), &settings, &mut |epoch| {
-                    on_epoch(epoch)
-                })
+                fit(&rows.collect::<Vec<_>>(), &settings, &mut |epoch| on_epoch(epoch))
             })
             .collect();
         let trained = match trained.into_iter().collect::<Result<Vec<Trained>, _>>() {
@@ -316,16 +305,12 @@ impl<'a> Field<'a> {
             .map(|((row, _), part)| Answer::of(row.residual.as_ref()?, &trained[*part]))
             .collect();
         let share = Answer::best_share(answers.iter().flatten());
-        let misses = self
-            .rows
-            .iter()
-            .zip(&answers)
-            .map(|((row, launch), answer)| {
-                let miss = answer.as_ref().and_then(|answer| {
-                    Miss::of_command(row.command, row.residual.as_ref()?, answer.times(share))
-                });
-                miss.unwrap_or_else(|| Miss::of_launch(launch, [0.0; 2]))
+        let misses = self.rows.iter().zip(&answers).map(|((row, launch), answer)| {
+            let miss = answer.as_ref().and_then(|answer| {
+                Miss::of_command(row.command, row.residual.as_ref()?, answer.times(share))
             });
+            miss.unwrap_or_else(|| Miss::of_launch(launch, [0.0; 2]))
+        });
         let networks = trained.iter().map(|one| one.network.scaled(share));
         let model = networks
             .collect::<Result<Vec<_>, _>>()
@@ -337,11 +322,10 @@ impl<'a> Field<'a> {
             misses: misses.collect(),
             model,
             expected: Vec::new(),
+            asked: Vec::new(),
         };
         let first = trained.into_iter().next();
-        Ok(first
-            .filter(|_| candidate.model.is_some())
-            .map(|first| (candidate, first)))
+        Ok(first.filter(|_| candidate.model.is_some()).map(|first| (candidate, first)))
     }
 
     /// Mean distance in m, of strikes that count.

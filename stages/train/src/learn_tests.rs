@@ -27,7 +27,7 @@ fn arm(command: Command, _: &str) -> [f64; 2] {
     [-0.5 * (command.speed - 0.6), 0.3 * command.angle]
 }
 
-/// A camera that was turned between two days, on each of which the arm struck to one side only.
+/// A camera that was turned between two days, on each of which the arm struck more to one side.
 fn turned(_: Command, session: &str) -> [f64; 2] {
     [0.0, if session == "a" { 0.15 } else { -0.15 }]
 }
@@ -37,12 +37,13 @@ fn strikes(count: usize, seed: u64, truth: Truth) -> Vec<Example> {
     let noise = Normal::new(0.0, SCATTER).expect("finite");
     (0..count)
         .map(|index| {
-            let angle: f64 = rng.random_range(-0.6..0.6);
+            let is_first = index % 2 == 0;
+            let angle: f64 = rng.random_range(-0.6..0.6) + if is_first { -0.4 } else { 0.4 };
             let command = Command {
                 speed: rng.random_range(0.4..1.2),
                 angle,
             };
-            let session = if angle < 0.0 { "a" } else { "b" };
+            let session = if is_first { "a" } else { "b" };
             let [speed, turn] = truth(command, session).map(|truth| truth + noise.sample(&mut rng));
             let strike_id = format!("{seed}-{index}");
             let split = split_of(&strike_id, 7);
