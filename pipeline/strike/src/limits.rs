@@ -231,7 +231,7 @@ pub(crate) fn shift(to: Point, stop: Point, most: f64) -> Result<(), Broken> {
 }
 
 /// The final command, simulated without its residual, stops on the table.
-pub(crate) fn shifted_on_table(table: &Table, stop: Point) -> Result<(), Broken> {
+pub(crate) fn shifted_on_table(table: &values::Table, stop: Point) -> Result<(), Broken> {
     if table.contains(stop) {
         return Ok(());
     }

@@ -156,7 +156,9 @@ struct Candidate {
 
 impl<'a> Field<'a> {
     fn of(examples: &'a [Example]) -> Result<Self, TrainError> {
-        let learns = examples.iter().filter(|example| example.split != Split::Test);
+        let learns = examples
+            .iter()
+            .filter(|example| example.split != Split::Test);
         let mut rows = Vec::new();
         for example in learns {
             let Some(launch) = example.launch else {
@@ -180,13 +182,18 @@ impl<'a> Field<'a> {
 
     fn none(&self) -> Vec<Miss> {
         let rows = self.rows.iter();
-        rows.map(|(_, launch)| Miss::of_launch(launch, [0.0; 2])).collect()
+        rows.map(|(_, launch)| Miss::of_launch(launch, [0.0; 2]))
+            .collect()
     }
 
     /// Sessions held out in at most as many parts as networks; strikes of sessions with few of them have none. None where there are
     /// not two sessions that judge.
     fn sessions(&self) -> Option<Vec<Option<usize>>> {
-        let names: Vec<&str> = self.rows.iter().map(|(row, _)| row.session.as_str()).collect();
+        let names: Vec<&str> = self
+            .rows
+            .iter()
+            .map(|(row, _)| row.session.as_str())
+            .collect();
         let groups = by_name(&names);
         let size = |group: usize| groups.iter().filter(|other| **other == group).count();
         let folds = folds(&groups, NETWORKS, 0);
@@ -241,15 +248,19 @@ impl<'a> Field<'a> {
                 Some(fit_launch_map(&launches, near)?.map)
             })
             .collect();
-        let told = self.rows.iter().zip(parts).map(|((example, launch), part)| {
-            let map = part.and_then(|part| maps[part].as_ref());
-            map.map_or((Miss::of_launch(launch, [0.0; 2]), (0.0, false)), |map| {
-                let offset = map.offset(example.command);
-                let miss = Miss::of_launch(launch, [offset.speed, offset.angle]);
-                let is_among = map.outside(example.command) <= 0.0;
-                (miss, (offset.expected_miss(), is_among))
-            })
-        });
+        let told = self
+            .rows
+            .iter()
+            .zip(parts)
+            .map(|((example, launch), part)| {
+                let map = part.and_then(|part| maps[part].as_ref());
+                map.map_or((Miss::of_launch(launch, [0.0; 2]), (0.0, false)), |map| {
+                    let offset = map.offset(example.command);
+                    let miss = Miss::of_launch(launch, [offset.speed, offset.angle]);
+                    let is_among = map.outside(example.command) <= 0.0;
+                    (miss, (offset.expected_miss(), is_among))
+                })
+            });
         let (misses, told): (Vec<Miss>, Vec<(f64, bool)>) = told.unzip();
         let (expected, asked) = told.into_iter().unzip();
         Some(Candidate {
@@ -267,7 +278,13 @@ impl<'a> Field<'a> {
         settings: &Settings,
         on_epoch: &(dyn Fn(&Epoch) + Sync),
     ) -> Result<Option<(Candidate, Trained)>, TrainError> {
-        if self.rows.iter().filter(|(row, _)| row.residual.is_some()).count() < LEAST_FOR_NETWORKS {
+        if self
+            .rows
+            .iter()
+            .filter(|(row, _)| row.residual.is_some())
+            .count()
+            < LEAST_FOR_NETWORKS
+        {
             return Ok(None);
         }
         let parts = folds(&self.groups, NETWORKS, settings.seed);
@@ -291,7 +308,9 @@ impl<'a> Field<'a> {
                     seed: settings.seed.wrapping_add(part as u64),
                     ..settings.clone()
                 };
-                fit(&rows.collect::<Vec<_>>(), &settings, &mut |epoch| on_epoch(epoch))
+                fit(&rows.collect::<Vec<_>>(), &settings, &mut |epoch| {
+                    on_epoch(epoch)
+                })
             })
             .collect();
         let trained = match trained.into_iter().collect::<Result<Vec<Trained>, _>>() {
@@ -305,12 +324,16 @@ impl<'a> Field<'a> {
             .map(|((row, _), part)| Answer::of(row.residual.as_ref()?, &trained[*part]))
             .collect();
         let share = Answer::best_share(answers.iter().flatten());
-        let misses = self.rows.iter().zip(&answers).map(|((row, launch), answer)| {
-            let miss = answer.as_ref().and_then(|answer| {
-                Miss::of_command(row.command, row.residual.as_ref()?, answer.times(share))
+        let misses = self
+            .rows
+            .iter()
+            .zip(&answers)
+            .map(|((row, launch), answer)| {
+                let miss = answer.as_ref().and_then(|answer| {
+                    Miss::of_command(row.command, row.residual.as_ref()?, answer.times(share))
+                });
+                miss.unwrap_or_else(|| Miss::of_launch(launch, [0.0; 2]))
             });
-            miss.unwrap_or_else(|| Miss::of_launch(launch, [0.0; 2]))
-        });
         let networks = trained.iter().map(|one| one.network.scaled(share));
         let model = networks
             .collect::<Result<Vec<_>, _>>()
@@ -325,7 +348,9 @@ impl<'a> Field<'a> {
             asked: Vec::new(),
         };
         let first = trained.into_iter().next();
-        Ok(first.filter(|_| candidate.model.is_some()).map(|first| (candidate, first)))
+        Ok(first
+            .filter(|_| candidate.model.is_some())
+            .map(|first| (candidate, first)))
     }
 
     /// Mean distance in m, of strikes that count.
