@@ -101,17 +101,21 @@ pub fn learn(
     let mut scores = vec![field.score(&best)];
     if let Some(map) = field.launch_map(settings.seed) {
         let mut score = field.score(&map);
-        let by_session = field.sessions().and_then(|sessions| {
-            let map = field.held_out_maps(&sessions, None)?;
+        let mut harms_sessions = false;
+        if let Some(others) = field
+            .sessions()
+            .and_then(|sessions| field.held_out_maps(&sessions, None))
+        {
             // Beyond the commands learnt from, the executor asks no map.
-            let measured = |misses: &[Miss]| field.mean_of(misses, |i| map.asked[i]);
-            Some((measured(&none)?, measured(&map.misses)?))
-        });
-        if let Some((without, with)) = by_session {
-            scores[0].by_session = Some(without);
-            score.by_session = Some(with);
+            let asked: Vec<usize> = (0..others.asked.len())
+                .filter(|i| others.asked[*i])
+                .collect();
+            if asked.len() >= LEAST_OF_SESSION {
+                scores[0].by_session = field.mean_of(&none, &asked);
+                score.by_session = field.mean_of(&others.misses, &asked);
+                harms_sessions = field.is_less(&none, &others.misses, &asked);
+            }
         }
-        let harms_sessions = by_session.is_some_and(|(without, with)| with > without);
         if field.is_better(&map, &best) && !harms_sessions {
             best = map;
         }
@@ -353,16 +357,19 @@ impl<'a> Field<'a> {
             .map(|first| (candidate, first)))
     }
 
-    /// Mean distance in m, of strikes that count.
-    fn mean_of(&self, misses: &[Miss], counts: impl Fn(usize) -> bool) -> Option<f64> {
-        let told = (0..misses.len()).filter(|i| counts(*i));
-        mean(told.map(|i| self.rows[i].0.distance * misses[i].share()))
+    /// Mean distance in m, of these strikes.
+    fn mean_of(&self, misses: &[Miss], strikes: &[usize]) -> Option<f64> {
+        mean(
+            strikes
+                .iter()
+                .map(|&i| self.rows[i].0.distance * misses[i].share()),
+        )
     }
 
     fn score(&self, candidate: &Candidate) -> Score {
         Score {
             kind: candidate.kind,
-            by_setting: self.mean_of(&candidate.misses, |_| true).unwrap_or(0.0),
+            by_setting: self.mean_of(&candidate.misses, &self.all()).unwrap_or(0.0),
             by_session: None,
         }
     }
@@ -373,13 +380,19 @@ impl<'a> Field<'a> {
             .collect()
     }
 
-    /// Whether the first misses by less than the second, beyond one standard error of the mean difference.
+    fn all(&self) -> Vec<usize> {
+        (0..self.rows.len()).collect()
+    }
+
     fn is_better(&self, first: &Candidate, second: &Candidate) -> bool {
-        let gains: Vec<f64> = (0..self.rows.len())
-            .map(|i| {
-                let gain = second.misses[i].share() - first.misses[i].share();
-                self.rows[i].0.distance * gain
-            })
+        self.is_less(&first.misses, &second.misses, &self.all())
+    }
+
+    /// Whether the first are less than the second on these strikes, beyond one standard error of the mean difference.
+    fn is_less(&self, first: &[Miss], second: &[Miss], strikes: &[usize]) -> bool {
+        let gains: Vec<f64> = strikes
+            .iter()
+            .map(|&i| self.rows[i].0.distance * (second[i].share() - first[i].share()))
             .collect();
         let count = gains.len() as f64;
         let Some(gain) = mean(gains.iter().copied()).filter(|_| count > 1.0) else {
