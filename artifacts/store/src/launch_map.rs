@@ -335,7 +335,9 @@ mod tests {
             |parts| parts.centre[0] = f64::NAN,
             |parts| parts.half_width[1] = 0.0,
             |parts| parts.speed.weights[3] = f64::INFINITY,
-            |parts| drop(parts.angle.covariance.pop()),
+            |parts| {
+                parts.angle.covariance.pop();
+            },
             |parts| parts.angle.scatter = -1.0,
             |parts| parts.speed.prior[0] = f64::NAN,
         ];

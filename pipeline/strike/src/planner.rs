@@ -1,16 +1,20 @@
 //! From a target to a plan: solve, add the residual, check every limit.
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 use std::time::Duration;
 
 use store::{
     Artifact, Explained, LaunchMap, Metrics, Model, Networks, ResidualModel, TrainedRegion,
 };
-use values::{Command, Conditions, Interval, Point, Rig};
-use world::{Simulated, Simulator, Solution, SolveSettings, SolveStatus};
+use values::{Command, Conditions, Interval, Point, Rig, Strike};
+use world::{
+    Simulated, Simulator, Solution, SolveSettings, SolveStatus, World, WorldError, recent_session,
+};
 
 use crate::limits::{self, Broken};
 use crate::plan::{Details, GOOD_FOR};
+use crate::session::OpenSession;
 use crate::stroke::Stroke;
 use crate::{Plan, PlannerError, Reason, Refusal, clearance};
 
@@ -33,6 +37,23 @@ enum Residual {
     Networks(Networks),
 }
 
+impl Residual {
+    fn in_world(
+        rig: &Rig,
+        world: &World,
+        residual: Option<&ResidualModel>,
+    ) -> Result<Option<Self>, WorldError> {
+        Ok(match residual {
+            Some(launch @ ResidualModel::Launch(map)) => {
+                let delivering = ResidualModel::simulator(rig, world, Some(launch))?;
+                Some(Self::Launch(Box::new(delivering), map.clone()))
+            }
+            Some(ResidualModel::Networks(networks)) => Some(Self::Networks(networks.clone())),
+            None => None,
+        })
+    }
+}
+
 /// Speeds that are tried to tell which one would fit.
 const SPEEDS: u32 = 60;
 
@@ -50,8 +71,10 @@ pub struct Planner {
     metrics: Option<Metrics>,
     /// Of the same world without the residual on held-out strikes; none for a model without one.
     unaided: Option<Metrics>,
-    /// Strikes that the version knows: the order of the next one.
-    order: f64,
+    /// What it plans in: a session that is not known, after all strikes that the version knows.
+    conditions: Conditions,
+    /// What the session leaves open.
+    open: OpenSession,
     /// How long a plan is good for.
     good_for: Duration,
 }
@@ -69,10 +92,12 @@ impl Planner {
         let (world, residual) = artifact
             .model(model)
             .ok_or_else(|| no_model(artifact, model))?;
-        let simulator = Simulator::new(rig, &world).map_err(|source| PlannerError::World {
+        let in_world = |source| PlannerError::World {
             version: version.clone(),
             source,
-        })?;
+        };
+        let simulator = Simulator::new(rig, &world).map_err(in_world)?;
+        let open = OpenSession::unknown(rig, &world).map_err(in_world)?;
         let provenance = &artifact.manifest.provenance;
         let metrics = &provenance.metrics;
         let unaided = match model {
@@ -80,18 +105,7 @@ impl Planner {
             Model::EffectResidual => metrics.get(&Model::Effect),
             Model::Nominal | Model::Sysid | Model::Effect => None,
         };
-        let residual = match residual {
-            Some(residual @ ResidualModel::Launch(map)) => {
-                let delivering = ResidualModel::simulator(rig, &world, Some(residual));
-                let delivering = delivering.map_err(|source| PlannerError::World {
-                    version: version.clone(),
-                    source,
-                })?;
-                Some(Residual::Launch(Box::new(delivering), map.clone()))
-            }
-            Some(ResidualModel::Networks(networks)) => Some(Residual::Networks(networks.clone())),
-            None => None,
-        };
+        let residual = Residual::in_world(rig, &world, residual).map_err(in_world)?;
         Ok(Self {
             version: version.clone(),
             model,
@@ -102,11 +116,54 @@ impl Planner {
             region: provenance.trained_region,
             metrics: metrics.get(&model).copied(),
             unaided: unaided.copied(),
-            order: provenance
-                .strikes
-                .map_or(0.0, |strikes| strikes.count as f64),
+            conditions: Conditions {
+                session: String::new(),
+                order: next_order(artifact),
+            },
+            open,
             good_for: GOOD_FOR,
         })
+    }
+
+    /// The same in a session that the version knows. Errors where it does not.
+    pub fn in_session(mut self, artifact: &Artifact, session: &str) -> Result<Self, PlannerError> {
+        let effects = artifact.effect.as_ref();
+        let known = effects.map_or_else(BTreeSet::new, |effect| effect.world.known_sessions());
+        if !known.contains(session) {
+            return Err(PlannerError::NoSession {
+                session: session.into(),
+                version: self.version,
+                known: known.into_iter().collect::<Vec<_>>().join(", "),
+            });
+        }
+        self.conditions.session = session.into();
+        self.open = OpenSession::default();
+        Ok(self)
+    }
+
+    /// The same in a new session, of which these strikes are the first: what differs by session is estimated from them.
+    pub fn after_recent(
+        mut self,
+        artifact: &Artifact,
+        strikes: &[Strike],
+    ) -> Result<Self, PlannerError> {
+        let Some((mut world, residual)) = artifact.model(self.model) else {
+            return Err(no_model(artifact, self.model));
+        };
+        let in_world = |source| PlannerError::World {
+            version: artifact.version.clone(),
+            source,
+        };
+        let order = next_order(artifact);
+        let values = recent_session(&self.rig, &world, strikes, order).map_err(in_world)?;
+        for value in &values {
+            world = world.with_unknown_sessions(&value.effect, value.estimate.value);
+        }
+        self.simulator = Simulator::new(&self.rig, &world).map_err(in_world)?;
+        self.residual = Residual::in_world(&self.rig, &world, residual).map_err(in_world)?;
+        self.open = OpenSession::estimated(&self.rig, &world, &values).map_err(in_world)?;
+        self.conditions.order = order + strikes.len() as f64;
+        Ok(self)
     }
 
     /// The same, whose plans may be executed for so long after they were made; 5 s unless given.
@@ -195,7 +252,7 @@ impl Planner {
             strike: stroke.strike,
             stop: stroke.stop,
             acceleration: self.rig.robot.acceleration,
-            expected_miss: self.expected_miss(path, command),
+            expected_miss: self.expected_miss(from, path, command),
             expected_miss_strikes: self.metrics.map(|metrics| metrics.n),
         };
         Ok(Plan::new(details, stroke, self.rig.clone(), self.good_for))
@@ -244,7 +301,7 @@ impl Planner {
     ) -> Result<Simulated, Broken> {
         let mut worker = world.worker();
         worker
-            .strike(from, command, &self.conditions())
+            .strike(from, command, &self.conditions)
             .map_err(|error| {
                 (
                     Reason::Diverged,
@@ -264,14 +321,6 @@ impl Planner {
         self.unaided.map_or(UNKNOWN_SHIFT * path.norm(), |unaided| {
             MOST_SHIFT * unaided.p95
         })
-    }
-
-    /// A strike yet to be made belongs to no session, and comes after all that the version knows.
-    fn conditions(&self) -> Conditions {
-        Conditions {
-            session: String::new(),
-            order: self.order,
-        }
     }
 
     /// The world's own command, and the one to send. The robot's limits are those of the latter.
@@ -312,22 +361,27 @@ impl Planner {
     }
 
     fn solve(&self, world: &Simulator, from: Point, to: Point) -> Solution {
-        let conditions = self.conditions();
         let settings = SolveSettings::default();
-        world.worker().solve(from, to, &conditions, &settings, None)
+        world
+            .worker()
+            .solve(from, to, &self.conditions, &settings, None)
     }
 
     /// Expected distance (m) between stop and target: of a residual as its training's held-out commands missed, at this path's length
     /// and, of a launch map, as sure as it is of this command; else as the model missed held-out strikes.
-    fn expected_miss(&self, path: Point, command: Command) -> Option<f64> {
-        match (&self.residual, self.explained) {
+    fn expected_miss(&self, from: Point, path: Point, command: Command) -> Option<f64> {
+        let in_known_session = match (&self.residual, self.explained) {
             (Some(Residual::Launch(_, map)), Some(explained)) => {
                 let share = map.offset(command).expected_miss();
                 Some(path.norm() * explained.calibration * share)
             }
             (Some(Residual::Networks(_)), Some(explained)) => Some(path.norm() * explained.miss),
             _ => self.metrics.map(|metrics| metrics.mean),
-        }
+        };
+        in_known_session.map(|known| {
+            self.open
+                .expected_miss(known, from, command, &self.conditions)
+        })
     }
 }
 
@@ -354,6 +408,12 @@ fn solved(solution: Solution) -> Result<Command, Broken> {
             ),
         )),
     }
+}
+
+/// Strikes that the version knows: the order of the next one.
+fn next_order(artifact: &Artifact) -> f64 {
+    let strikes = artifact.manifest.provenance.strikes;
+    strikes.map_or(0.0, |strikes| strikes.count as f64)
 }
 
 fn no_model(artifact: &Artifact, model: Model) -> PlannerError {
