@@ -273,10 +273,8 @@ pub fn held_out_points(curve: &[CurvePoint]) -> Vec<(usize, f64)> {
     curve
         .iter()
         .filter_map(|point| {
-            let chosen = point.learned.scores.iter();
-            let chosen = chosen
-                .filter(|score| score.kind == point.learned.kind)
-                .next()?;
+            let mut scores = point.learned.scores.iter();
+            let chosen = scores.find(|score| score.kind == point.learned.kind)?;
             Some((point.strikes, chosen.by_setting))
         })
         .collect()
