@@ -64,6 +64,7 @@ fn a_version_without_residual_has_no_residual_model() {
     let mut contents = contents(0.2);
     contents.sysid.residual = None;
     contents.provenance.metrics.remove(&Model::SysidResidual);
+    contents.provenance.explained.clear();
     contents.provenance.default_model = Model::Sysid;
     let (_dir, store) = published(&contents);
     let artifact = store.load(None).expect("whole");
