@@ -58,8 +58,6 @@ pub struct SmoothMap {
     pub covariance: Vec<f64>,
     /// Variance of each weight before any strike.
     pub prior: Vec<f64>,
-    /// Variance of the smooth part before any strike.
-    pub amplitude: f64,
     /// Variance from strike to strike.
     pub scatter: f64,
 }
@@ -119,9 +117,20 @@ impl LaunchMap {
 
     /// What is delivered beside the world for this command.
     pub fn offset(&self, command: Command) -> LaunchOffset {
-        let features = features(self.parts.centre, self.parts.half_width, command);
-        let (speed, by_speed) = self.parts.speed.at(&features);
-        let (angle, by_angle) = self.parts.angle.at(&features);
+        let Parts {
+            centre, half_width, ..
+        } = self.parts;
+        let within = |value: f64, i: usize| {
+            value.clamp(centre[i] - half_width[i], centre[i] + half_width[i])
+        };
+        let nearest = Command {
+            speed: within(command.speed, 0),
+            angle: within(command.angle, 1),
+        };
+        let at = features(centre, half_width, command);
+        let nearest = features(centre, half_width, nearest);
+        let (speed, by_speed) = self.parts.speed.at(&at, &nearest);
+        let (angle, by_angle) = self.parts.angle.at(&at, &nearest);
         let most = MOST.0.ln();
         LaunchOffset {
             speed: speed.clamp(-most, most),
@@ -163,7 +172,7 @@ impl SmoothMap {
             return wrong("weights", "are not all finite and of a sensible size");
         }
         let is_variance = |value: &f64| (0.0..=GREATEST).contains(value);
-        let variances = self.prior.iter().chain([&self.amplitude, &self.scatter]);
+        let variances = self.prior.iter().chain([&self.scatter]);
         if variances.into_iter().all(is_variance) {
             Ok(())
         } else {
@@ -171,8 +180,8 @@ impl SmoothMap {
         }
     }
 
-    /// Mean, and standard deviation for one more strike.
-    fn at(&self, features: &[f64; FEATURES]) -> (f64, f64) {
+    /// Mean, and standard deviation for one more strike, by the features of a command and of the nearest one among those learnt from.
+    fn at(&self, features: &[f64; FEATURES], nearest: &[f64; FEATURES]) -> (f64, f64) {
         let dot = |row: &[f64]| row.iter().zip(features).map(|(a, b)| a * b).sum::<f64>();
         let mean = dot(&self.weights);
         let told: f64 = self
@@ -181,12 +190,15 @@ impl SmoothMap {
             .zip(features)
             .map(|(row, feature)| feature * dot(row))
             .sum();
-        let kept: f64 = (LINEAR..FEATURES)
-            .map(|i| self.prior[i] * features[i] * features[i])
-            .sum();
-        // What the features cannot show of the kernel, near the edge of the box and beyond it.
-        let unseen = (self.amplitude - kept).max(0.0);
-        (mean, (told.max(0.0) + unseen + self.scatter).sqrt())
+        let prior = |features: &[f64; FEATURES]| -> f64 {
+            (LINEAR..FEATURES)
+                .map(|i| self.prior[i] * features[i] * features[i])
+                .sum()
+        };
+        // Beyond the commands learnt from the features fade, and with them what they say of the smooth part's uncertainty: as much as
+        // they lose from the nearest of those commands on is added.
+        let faded = (prior(nearest) - prior(features)).max(0.0);
+        (mean, (told.max(0.0) + faded + self.scatter).sqrt())
     }
 }
 
@@ -271,7 +283,6 @@ mod tests {
             weights: vec![0.0; FEATURES],
             covariance,
             prior,
-            amplitude,
             scatter: 0.0,
         };
         Parts {
@@ -312,7 +323,16 @@ mod tests {
         for far in [command(1.8, 0.0), command(0.0, -9.0), command(40.0, 40.0)] {
             let offset = map.offset(far);
             assert_eq!(offset.speed, 0.0);
-            assert!((offset.deviation[0] - 0.2).abs() < 1e-9, "{offset:?}");
+            let edge = map.offset(command(
+                ((far.speed - CENTRE[0]) / HALF_WIDTH[0]).clamp(-1.0, 1.0),
+                ((far.angle - CENTRE[1]) / HALF_WIDTH[1]).clamp(-1.0, 1.0),
+            ));
+            // Nothing was learnt at that edge either: the deviation there is the prior's.
+            let apart = offset.deviation[0] - edge.deviation[0];
+            assert!(
+                apart.abs() < 1e-9 && edge.deviation[0] > 0.05,
+                "{offset:?} {edge:?}"
+            );
             assert!(map.outside(far) > 0.7);
         }
         assert_eq!(map.outside(command(1.0, -1.0)), 0.0);

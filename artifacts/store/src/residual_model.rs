@@ -206,7 +206,7 @@ impl From<Networks> for Vec<Network> {
 }
 
 /// Version of a launch map's tensors; raised when one changes its name or meaning.
-const LAUNCH_VERSION: f64 = 1.0;
+const LAUNCH_VERSION: f64 = 2.0;
 /// Its tensors, all f64, and their shapes.
 const LAUNCH_TENSORS: [(&str, &[usize]); 11] = [
     ("launch.version", &[1]),
@@ -215,11 +215,11 @@ const LAUNCH_TENSORS: [(&str, &[usize]); 11] = [
     ("launch.speed.weights", &[FEATURES]),
     ("launch.speed.covariance", &[FEATURES, FEATURES]),
     ("launch.speed.prior", &[FEATURES]),
-    ("launch.speed.variances", &[2]),
+    ("launch.speed.scatter", &[1]),
     ("launch.angle.weights", &[FEATURES]),
     ("launch.angle.covariance", &[FEATURES, FEATURES]),
     ("launch.angle.prior", &[FEATURES]),
-    ("launch.angle.variances", &[2]),
+    ("launch.angle.scatter", &[1]),
 ];
 
 fn map_to_safetensors(map: &LaunchMap) -> Vec<u8> {
@@ -234,7 +234,7 @@ fn map_to_safetensors(map: &LaunchMap) -> Vec<u8> {
             map.weights.clone(),
             map.covariance.clone(),
             map.prior.clone(),
-            vec![map.amplitude, map.scatter],
+            vec![map.scatter],
         ]
     };
     let mut numbers = vec![vec![LAUNCH_VERSION], centre.to_vec(), half_width.to_vec()];
@@ -283,13 +283,11 @@ fn map_from_safetensors(file: &SafeTensors) -> Result<LaunchMap, ResidualModelEr
     let (centre, half_width) = (pair(next()), pair(next()));
     let mut map = || {
         let (weights, covariance, prior) = (next(), next(), next());
-        let [amplitude, scatter] = pair(next());
         SmoothMap {
             weights,
             covariance,
             prior,
-            amplitude,
-            scatter,
+            scatter: next()[0],
         }
     };
     let parts = Parts {
@@ -354,7 +352,6 @@ mod tests {
                 .map(|i| if i % (FEATURES + 1) == 0 { 1e-3 } else { 0.0 })
                 .collect(),
             prior: prior.clone(),
-            amplitude: 0.02,
             scatter: 0.001,
         };
         let parts = Parts {
@@ -461,7 +458,7 @@ mod tests {
     fn a_map_of_another_version_or_with_a_tensor_too_many_is_refused() {
         let bytes = ResidualModel::from(map()).to_safetensors();
         let file = SafeTensors::deserialize(&bytes).expect("own file");
-        let version = 2.0f64.to_le_bytes();
+        let version = (LAUNCH_VERSION + 1.0).to_le_bytes();
         let newer = file.tensors().into_iter().map(|(name, view)| {
             if name == "launch.version" {
                 let view = TensorView::new(Dtype::F64, vec![1], &version).expect("8 bytes");

@@ -205,7 +205,7 @@ fn scores(learned: &Learned) -> Markup {
         }
         p.note {
             "Mean distance between measured and predicted stop of the " (learned.strikes) " strikes learnt from, each predicted by what \
-             was learnt without it. The plainer one stays unless another is better beyond one standard error."
+             was learnt without it. The plainer one stays unless another is better beyond two standard errors."
             @if let Some(training) = &learned.training {
                 " The first network's validation error is " (format!("{:.4}", training.validation.raw)) "; the paper reports 0.015."
             }
