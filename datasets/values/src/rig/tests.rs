@@ -161,7 +161,11 @@ fn the_text_of_default_topics_is_that_of_the_rig_files_before_poses_were_read() 
 fn keys_of_the_state_and_the_pose_are_known_and_slips_of_them_are_named() {
     for (from, to, nearest) in [
         ("position_x =", "positon_x =", "`topics.state.position_x`"),
-        ("orientation =", "orientaton =", "`topics.pose.orientation`"),
+        (
+            "orientation = \"pose.orientation\"",
+            "orientaton = \"pose.orientation\"",
+            "`topics.pose.orientation`",
+        ),
         ("[topics.pose]", "[topics.poses]", "`topics.pose`"),
     ] {
         let text = refusal(from, to);
