@@ -7,7 +7,7 @@ use values::{Command, Conditions, Point, Rig, Shape};
 use world::{
     Simulator, SolveSettings, World,
     launch::{Launch, launches},
-    planar::{self, Job, Kick, Planar, Shot},
+    planar::{self, Deviation, Job, Planar, StrikeInput},
 };
 
 /// A cylinder and a box, struck at 0.7 m/s a little to the left; the time of a step is that of a strike over its steps.
@@ -46,7 +46,7 @@ fn strikes(criterion: &mut Criterion) {
         let launches: Vec<Launch> = launches.into_iter().flatten().collect();
         let planar = Planar::new(&rig, &world, &[]).expect("the nominal world");
         let times: Vec<f64> = (1..40).map(|i| f64::from(i) / rig.camera.rate).collect();
-        let shot = Shot {
+        let input = StrikeInput {
             initial,
             command,
             conditions: &conditions,
@@ -56,9 +56,9 @@ fn strikes(criterion: &mut Criterion) {
             .iter()
             .map(|launch| Job {
                 planar: &planar,
-                shot,
+                input,
                 launch,
-                kick: Kick::default(),
+                deviation: Deviation::default(),
             })
             .collect();
         group.throughput(Throughput::Elements(jobs.len() as u64));

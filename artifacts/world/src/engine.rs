@@ -64,12 +64,12 @@ impl Scene {
     }
 
     /// A worker's own copy of model and data.
-    pub(crate) fn engine(&self, rubbing: Rubbing) -> Engine {
+    pub(crate) fn engine(&self, table_contact: TableContact) -> Engine {
         let data = MjData::new(Box::new(self.0.clone()));
         Engine {
             nv_object: data.model().nv() as usize - 2,
             base_friction: self.0.pair_friction()[LOAD],
-            rubbing,
+            table_contact,
             friction: 1.0,
             pushed: Point::default(),
             steps: [0; 2],
@@ -92,7 +92,7 @@ pub(crate) struct Engine {
     data: MjData<Box<MjModel>>,
     nv_object: usize,
     base_friction: [f64; 5],
-    rubbing: Rubbing,
+    table_contact: TableContact,
     /// What scales the friction on the table in the next steps.
     friction: f64,
     /// What the next steps push the object's centre with, in m/s².
@@ -103,7 +103,7 @@ pub(crate) struct Engine {
 
 /// What of the object rubs on the table.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Rubbing {
+pub(crate) enum TableContact {
     /// A base, and the square of the radius of gyration in m².
     Flat(Base, f64),
     /// A ball's lowest point: its radius in m.
@@ -251,9 +251,9 @@ impl Engine {
         let weight = (self.friction * self.base_friction[0]).max(LEAST_FRICTION) * GRAVITY;
         let fastest = 0.9 / self.data.model_opt().timestep;
         let rate = |slip: f64| (BEYOND_CONE * weight / slip.max(1e-9)).min(fastest);
-        let (rate, axes) = match self.rubbing {
-            Rubbing::Ball(radius) => (rate(self.ball_slip(radius)), [1.0; 2]),
-            Rubbing::Flat(base, gyration) => {
+        let (rate, axes) = match self.table_contact {
+            TableContact::Ball(radius) => (rate(self.ball_slip(radius)), [1.0; 2]),
+            TableContact::Flat(base, gyration) => {
                 let (v, w) = (self.velocity().norm().max(1e-9), base.arm * self.spin());
                 let rate = rate(v.hypot(w));
                 let [pull, turning] = base.pull(v * v, w * w);

@@ -1,10 +1,10 @@
-//! Friction between tip and object within a blow.
+//! Friction between tip and object within an impact.
 //!
 //! MuJoCo's friction cone is convex: where a contact slips, what friction falls short of its reference pushes the contact
-//! apart, μ times as much. At the reference that a friction inherits from the blow's damper a tip that should stick creeps,
+//! apart, μ times as much. At the reference that a friction inherits from the impact's damper a tip that should stick creeps,
 //! and at a harder one a box struck aslant leaves too slow by several per cent. So the reference follows the slip: just beyond what
 //! the cone holds while the contact slips, and all of the slip where that is less. Newton's restitution and Coulomb's friction
-//! come out, as a rigid blow has them (tested).
+//! come out, as a rigid impact has them (tested).
 
 use values::Point;
 
@@ -15,7 +15,7 @@ const BEYOND_CONE: f64 = 1.02;
 /// Share of the slip that one step takes away where friction can.
 const TAKEN: f64 = 0.9;
 
-/// What one step of a blow knows of its contact.
+/// What one step of an impact knows of its contact.
 pub(crate) struct Grip {
     /// Square of the object's radius of gyration in m².
     pub(crate) gyration: f64,
@@ -57,7 +57,7 @@ mod tests {
     use super::*;
     use crate::{Release, Simulator, World};
 
-    /// Velocity of the centre, per unit of the tip's speed, that a rigid blow with Newton's restitution and Coulomb's friction leaves,
+    /// Velocity of the centre, per unit of the tip's speed, that a rigid impact with Newton's restitution and Coulomb's friction leaves,
     /// and the spin (rad/m).
     fn rigid(rig: &Rig, angle: f64, restitution: f64, friction: f64) -> (Point, f64) {
         let [x, y, _] = rig.object.half_size.expect("a box");
@@ -85,7 +85,7 @@ mod tests {
     fn a_box_leaves_the_tip_as_from_a_rigid_blow() {
         let rig = Rig::demo(Shape::Box);
         for (friction, speed, bearing) in [(0.7, 2e-3, 3e-4), (0.2, 1e-2, 3e-3)] {
-            // A table that brakes little while the blow lasts.
+            // A table that brakes little while the impact lasts.
             let world = World::nominal(&rig)
                 .with("tip_friction", friction)
                 .with("friction", 0.02);
@@ -95,7 +95,7 @@ mod tests {
                 let angle = f64::from(degrees).to_radians();
                 let command = Command { speed: 0.6, angle };
                 let release = worker
-                    .release(simulator.blow(command, &Conditions::default()))
+                    .release(simulator.impact(command, &Conditions::default()))
                     .expect("parts");
                 let release = Release::of(release.scaled(command.speed), command);
                 let (velocity, spin) = rigid(&rig, angle, 0.5, friction);

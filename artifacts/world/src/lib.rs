@@ -3,7 +3,7 @@
 //! A [`World`] is plain data (`world.toml`): parameters with 95 % intervals, launch scatter, and the effects added to it.
 //! A [`Simulator`] is a world compiled for one rig, shared between threads; each thread strikes with a [`Worker`] of its own.
 //! Where thousands of worlds or commands must be tried, the slide is integrated without contacts ([`planar`]), from MuJoCo's
-//! blow ([`launch`]).
+//! impact ([`launch`]).
 //! Nothing here knows of logs, tables, files of a run, or the artifact store.
 
 mod base;
@@ -12,6 +12,7 @@ pub mod effects;
 mod engine;
 mod error;
 mod grip;
+mod impact;
 pub mod launch;
 mod measured;
 mod parameter;
@@ -19,14 +20,18 @@ pub mod planar;
 mod profile;
 mod range;
 mod recent;
+mod record;
 mod release;
 mod releases;
 mod restitution;
 mod scene;
 mod search;
 mod simulator;
+mod solution;
 mod solve;
+mod tip_motion;
 mod touch;
+mod worker;
 mod world;
 
 pub use base::Base;
@@ -34,14 +39,17 @@ pub use delivery::{AsCommanded, Delivery};
 pub use effects::AddedEffect;
 pub use engine::mujoco_version;
 pub use error::WorldError;
+pub use impact::Impact;
 pub use measured::Estimate;
 pub use parameter::{PARAMETERS, ParameterSpec, parameter};
 pub use profile::Profile;
 pub use recent::{SessionValue, recent_session};
-pub use release::{Blow, Release};
+pub use record::Simulated;
+pub use release::Release;
 pub use restitution::contact_solref;
-pub use simulator::{Simulated, Simulator, Steps, Worker};
-pub use solve::{Solution, SolveSettings, SolveStatus};
+pub use simulator::{Simulator, Steps};
+pub use solution::{Solution, SolveSettings, SolveStatus};
+pub use worker::Worker;
 pub use world::{Scatter, World};
 
 /// Acceleration by weight, in m/s².

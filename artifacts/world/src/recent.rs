@@ -13,7 +13,7 @@ use crate::{
     Estimate, World, WorldError,
     effects::{self, Effect},
     launch::{Launch, launches},
-    planar::{Frames, Kick, Planar, Shot},
+    planar::{Deviation, Frames, Planar, StrikeInput},
 };
 
 /// Steps of the differences: relative speed, angle in rad, relative friction.
@@ -184,17 +184,17 @@ impl Session {
     }
 
     fn columns(&self, strike: &Strike, launch: &Launch, own: &DVector<f64>) -> Option<Columns> {
-        let shot = Shot::from(strike);
+        let input = StrikeInput::from(strike);
         let here = self.planar(&self.here)?;
         let frames = |planar: &Planar<'_>, own: &DVector<f64>| -> Option<Frames> {
-            let kick = Kick {
+            let deviation = Deviation {
                 speed: own[0],
                 angle: own[1],
                 friction: own[2],
                 delay: 0.5 * self.frame + own[3],
                 rest: Point::new(own[4], own[5]),
             };
-            planar.strike(&shot, launch, &kick)
+            planar.strike(&input, launch, &deviation)
         };
         let at = frames(&here, own)?;
         let now = stack(&at.at);

@@ -14,7 +14,7 @@ use std::cell::RefCell;
 use nlopt::{Algorithm, Nlopt, Target};
 use values::{Command, Interval, Point};
 
-use crate::{SolveSettings, solve::SOLVED};
+use crate::solution::{SOLVED, SolveSettings};
 
 /// Less than this much bearing for an angle: the tip slips along the face.
 const SLIPPING: f64 = 0.25;

@@ -4,86 +4,20 @@
 //! millimetre in a few microseconds a trial; its answer is then simulated, and corrected where MuJoCo misses. Only MuJoCo
 //! says whether a target is reached.
 
-use serde::{Deserialize, Serialize};
 use values::{Command, Conditions, Interval, Point};
 
 use crate::{
     GRAVITY, Worker,
-    planar::{Kick, Shot},
+    planar::{Deviation, StrikeInput},
     search::{Ending, ISOTROPIC, Inverse, Search, Trial, wrap},
+    solution::{SOLVED, Solution, SolveSettings, SolveStatus},
     touch,
 };
 
 /// How many times the miss of a solved row may be left at the end of reach for the search to go on.
 const NEARLY: f64 = 3.0;
-/// What the corrections bring within this many tolerances is solved; what is further off at a bound is out of reach.
-pub(crate) const SOLVED: f64 = 2.0;
 /// Miss in m at which the search in planar form ends, and trials that it may take.
 const PLANAR: (f64, u32) = (1e-5, 40);
-
-/// How a solve goes.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct SolveSettings {
-    /// Miss in m at which a solve ends; one that comes within twice that is solved too.
-    pub tolerance: f64,
-    /// Speeds in m/s that may be tried.
-    pub speed: Interval,
-    /// Corrections by scaling and Broyden steps before NLopt takes over.
-    pub corrections: u32,
-    /// Simulations that NLopt may use; 0 leaves it out.
-    pub fallback: u32,
-}
-
-impl Default for SolveSettings {
-    /// 0.5 mm; 0.05–4 m/s; 12 corrections; 25 simulations.
-    fn default() -> Self {
-        Self {
-            tolerance: 0.5e-3,
-            speed: Interval {
-                low: 0.05,
-                high: 4.0,
-            },
-            corrections: 12,
-            fallback: 25,
-        }
-    }
-}
-
-/// How a solve ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum SolveStatus {
-    /// The miss is within twice the tolerance: less than a millimetre by default.
-    Solved,
-    /// No command within the speeds allowed, on a face of a box, reaches the target; the nearest found is given.
-    Unreachable,
-    /// No simulation of this row came to a finite rest.
-    Diverged,
-}
-
-impl SolveStatus {
-    /// The name in files.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Solved => "solved",
-            Self::Unreachable => "unreachable",
-            Self::Diverged => "diverged",
-        }
-    }
-}
-
-/// What a solve found.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Solution {
-    /// Speed in m/s and angle in rad.
-    pub command: Command,
-    /// Distance in m between target and simulated stop; infinite where nothing came to rest.
-    pub miss: f64,
-    /// MuJoCo's simulations of a whole strike; trials in planar form are not counted.
-    pub evaluations: u32,
-    /// How it ended.
-    pub status: SolveStatus,
-}
 
 /// A path to solve.
 #[derive(Clone, Copy)]
@@ -143,14 +77,14 @@ impl Worker<'_> {
     fn planar_solution(&mut self, aim: &Aim<'_>, straight: Command) -> Option<(Command, Inverse)> {
         let planar = self.simulator.planar()?;
         let mut lead = |command| {
-            let shot = Shot {
+            let input = StrikeInput {
                 initial: aim.initial,
                 command,
                 conditions: aim.conditions,
                 times: &[],
             };
             let release = self.likely_release(command, aim.conditions)?;
-            Some(planar.slide(&shot, release, &Kick::default())?.stop - aim.initial)
+            Some(planar.slide(&input, release, &Deviation::default())?.stop - aim.initial)
         };
         let (tolerance, corrections) = PLANAR;
         let settings = SolveSettings {

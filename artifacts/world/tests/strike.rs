@@ -13,7 +13,7 @@ const ORIGIN: Point = Point::new(0.3, 0.0);
 fn commands() -> impl Iterator<Item = Command> {
     (0..=12).map(|i| Command {
         speed: 0.4 + 0.05 * f64::from(i),
-        // Nearer to a box's corner a tip that moves on strikes it twice, and both blows hang on a hair.
+        // Nearer to a box's corner a tip that moves on strikes it twice, and both impacts hang on a hair.
         angle: -0.48 + 0.08 * f64::from(i),
     })
 }

@@ -69,7 +69,7 @@ pub(crate) fn little(name: &'static str, column: &Column) -> Part {
 pub(crate) fn begun(name: &'static str, start: &FitStart, coefficients: &[f64]) -> Part {
     Part {
         name,
-        parameters: start.parameters(spec(name), coefficients),
+        parameters: start.parameters(&spec(name).parameters, coefficients),
         free: start.free.clone(),
         strengths: start.strengths(),
         within: start.within.clone(),

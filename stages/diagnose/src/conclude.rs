@@ -71,14 +71,13 @@ struct Judged {
 
 impl Case<'_, '_> {
     pub(crate) fn conclude(self) -> Result<Found, DiagnoseError> {
-        let all: Vec<(&Strike, bool)> = self
+        let strikes: Vec<&Strike> = self
             .input
             .strikes
             .iter()
             .filter(|strike| !strike.is_pushed_again())
-            .map(|strike| (strike, strike.split == Split::Test))
             .collect();
-        let judged = self.judge(&all)?;
+        let judged = self.judge(&strikes)?;
         let named = match &judged.world {
             Some(world) => self.named(world)?,
             None => Vec::new(),
@@ -96,7 +95,7 @@ impl Case<'_, '_> {
         }
         notes.extend(notes::few_judges(judged.gap.heldout_strikes));
         Ok(Found {
-            looks: gap::looks(&all, &judged.before, &judged.after),
+            residuals: gap::residuals(&strikes, &judged.before, &judged.after),
             diagnosis: Diagnosis {
                 summary: summary(verdict, &named, self.p_value, self.share()),
                 verdict,
@@ -104,7 +103,7 @@ impl Case<'_, '_> {
                 p_value_signs: self.p_value.flipped,
                 replicates: DRAWN,
                 noise,
-                strikes: self.selection.field.strikes.len(),
+                strikes: self.selection.prepared.strikes.len(),
                 r#where: match verdict {
                     Verdict::Consistent => Vec::new(),
                     _ => words::r#where(self.before),
@@ -136,25 +135,24 @@ impl Case<'_, '_> {
         !self.selection.effects.is_empty() && beyond >= EXPLAINS && self.share() >= EXPLAINS_IN_FORM
     }
 
-    fn judge(&self, all: &[(&Strike, bool)]) -> Result<Judged, DiagnoseError> {
+    fn judge(&self, strikes: &[&Strike]) -> Result<Judged, DiagnoseError> {
         let rig = &self.input.rig;
         let Selection {
-            field,
+            prepared,
             null,
             fitted,
             ..
         } = self.selection;
-        let strikes: Vec<&Strike> = all.iter().map(|(strike, _)| *strike).collect();
         let part = |residuals: &[Option<Point>], heldout: bool| -> Vec<Option<Point>> {
-            let each = all.iter().zip(residuals);
-            each.filter(|((_, is_heldout), _)| *is_heldout == heldout)
+            let each = strikes.iter().zip(residuals);
+            each.filter(|(strike, _)| (strike.split == Split::Test) == heldout)
                 .map(|(_, r)| *r)
                 .collect()
         };
         // The identified world, or what it became in the fit here, whichever serves the strikes that were fitted better.
-        let identified = gap::stop_residuals(rig, &self.input.world, &strikes)?;
-        let plain = fitted_world(&self.input.world, null, field.noise)?;
-        let refitted = gap::stop_residuals(rig, &plain, &strikes)?;
+        let identified = gap::stop_residuals(rig, &self.input.world, strikes)?;
+        let plain = fitted_world(&self.input.world, null, prepared.noise)?;
+        let refitted = gap::stop_residuals(rig, &plain, strikes)?;
         let fits =
             |residuals: &[Option<Point>]| gap::rms(part(residuals, false).into_iter().flatten());
         let before = if fits(&identified) < fits(&refitted) {
@@ -162,7 +160,7 @@ impl Case<'_, '_> {
         } else {
             refitted
         };
-        let floor = gap::noise_floor(field, fitted)?;
+        let floor = gap::noise_floor(prepared, fitted)?;
         let gap_to =
             |after: &[Option<Point>]| gap::gap(&part(&before, true), &part(after, true), floor);
         let unnamed = |verdict, note| Judged {
@@ -181,8 +179,8 @@ impl Case<'_, '_> {
                 .then(|| notes::not_named(&self.names(), "too much of the gap is left beside"));
             return Ok(unnamed(Verdict::Unexplained, note));
         }
-        let world = fitted_world(&self.input.world, fitted, field.noise)?;
-        let after = gap::stop_residuals(rig, &world, &strikes)?;
+        let world = fitted_world(&self.input.world, fitted, prepared.noise)?;
+        let after = gap::stop_residuals(rig, &world, strikes)?;
         let gap = gap_to(&after);
         if !self.pays(&part(&before, true), &part(&after, true)) {
             let why = format!(
@@ -223,8 +221,8 @@ impl Case<'_, '_> {
     }
 
     fn noise(&self) -> Noise {
-        let field = &self.selection.field;
-        let scatter = scatter(&self.selection.fitted, field.noise);
+        let prepared = &self.selection.prepared;
+        let scatter = scatter(&self.selection.fitted, prepared.noise);
         Noise {
             speed: scatter.speed,
             angle: scatter.angle,
@@ -232,7 +230,7 @@ impl Case<'_, '_> {
             camera: scatter.camera,
             camera_correlation: scatter.camera_correlation,
             stamp_jitter: scatter.stamp_jitter,
-            frames_left_out: field.frames_left_out(),
+            frames_left_out: prepared.frames_left_out(),
         }
     }
 
@@ -241,14 +239,14 @@ impl Case<'_, '_> {
             .effects
             .iter()
             .zip(&self.selection.effects)
-            .map(|(added, standing)| {
+            .map(|(added, selected)| {
                 Ok(Named {
                     name: added.name.clone(),
                     parameters: added
                         .parameters
                         .iter()
                         .map(|(name, e)| {
-                            let unit = specification(standing.name, name).unit.to_string();
+                            let unit = specification(selected.name, name).unit.to_string();
                             let parameter = Parameter {
                                 value: e.value,
                                 low: e.low.unwrap_or(e.value),
@@ -259,9 +257,9 @@ impl Case<'_, '_> {
                         })
                         .collect(),
                     statement: effects::statement(added)?,
-                    evidence: standing.evidence,
-                    equivalent: standing.equivalent.iter().map(|n| n.to_string()).collect(),
-                    rivals: standing
+                    evidence: selected.evidence,
+                    equivalent: selected.equivalent.iter().map(|n| n.to_string()).collect(),
+                    rivals: selected
                         .rivals
                         .iter()
                         .map(|rival| Ranked {
@@ -314,22 +312,22 @@ impl Case<'_, '_> {
             .effects
             .iter()
             .min_by(|a, b| margin(a).total_cmp(&margin(b)));
-        let Some(standing) = closest.filter(|s| !s.rivals.is_empty()) else {
+        let Some(selected) = closest.filter(|s| !s.rivals.is_empty()) else {
             return Ok(Vec::new());
         };
         // All that could stand in its place, or else who comes nearest.
-        let rivals: Vec<&CandidateFit> = standing
+        let rivals: Vec<&CandidateFit> = selected
             .rivals
             .iter()
             .enumerate()
-            .filter(|(i, rival)| *i == 0 || standing.equivalent.contains(&rival.name))
+            .filter(|(i, rival)| *i == 0 || selected.equivalent.contains(&rival.name))
             .map(|(_, rival)| rival)
             .collect();
         let names: Vec<&str> = rivals.iter().map(|rival| rival.name).collect();
-        let why = format!("{} or {}", standing.name, names.join(" or "));
+        let why = format!("{} or {}", selected.name, names.join(" or "));
         let fitted: Vec<&Fitted> = rivals.iter().map(|rival| &rival.fitted).collect();
         Ok(next_strikes(
-            &self.selection.field,
+            &self.selection.prepared,
             &self.input.world,
             &self.selection.fitted,
             &fitted,

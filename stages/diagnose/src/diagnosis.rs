@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
+use world::World;
 
 /// The whole of it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -203,9 +204,20 @@ pub struct Detectable {
     pub unit: String,
 }
 
+/// What was found.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Found {
+    /// For people and files.
+    pub diagnosis: Diagnosis,
+    /// The identified world with the effects named, its parameters fitted again; none where nothing was named.
+    pub world: Option<World>,
+    /// Each strike's residual, before and after.
+    pub residuals: Vec<StopResidual>,
+}
+
 /// One strike's stop residual (measured less simulated, in m), for the pictures.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Look {
+pub struct StopResidual {
     /// The strike.
     pub strike_id: String,
     /// Whether it took part in fit and choice.

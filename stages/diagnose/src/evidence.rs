@@ -1,7 +1,7 @@
 //! Whether: is there a gap at all?
 //!
 //! One statistic over everything that is looked at, candidates and smooth dependences alike: the most that any of them gains
-//! beyond its own 99 % quantile under drawn residuals. Its distribution, the choice among all looks included, comes from the
+//! beyond its own 99 % quantile under drawn residuals. Its distribution, the choice among all statistics included, comes from the
 //! same replicates: drawn from the fitted world and its noise, and by flipping the signs of whole strikes' scores.
 
 use std::collections::BTreeMap;
@@ -20,7 +20,7 @@ pub(crate) const FLIPPED: usize = 499;
 /// A gap is real below this probability by drawn residuals, if it is below the other by flipped signs.
 pub(crate) const REAL: f64 = 0.01;
 pub(crate) const CONFIRMED: f64 = 0.05;
-/// Quantile of the drawn residuals that a look must exceed; what many looks gain together comes on top.
+/// Quantile of the drawn residuals that a statistic must exceed; what many gain together comes on top.
 const QUANTILE: f64 = 0.99;
 
 /// The replicates of a diagnosis.
@@ -89,33 +89,40 @@ impl PValue {
     }
 }
 
-/// The alarm over a set of looks.
+/// The alarm over a set of statistics.
 pub(crate) struct Alarm {
     /// Of each look: its name, and its gain beyond its quantile.
     excess: Vec<(String, f64)>,
-    /// The most over all looks in each replicate.
+    /// The most over all statistics in each replicate.
     drawn: Vec<f64>,
     flipped: Vec<f64>,
 }
 
 impl Alarm {
-    /// Of all looks together.
-    pub(crate) fn new(looks: &[Statistic<'_>]) -> Self {
-        let quantiles: Vec<f64> = looks.iter().map(|look| quantile(look.by_chance)).collect();
+    /// Of all statistics together.
+    pub(crate) fn new(statistics: &[Statistic<'_>]) -> Self {
+        let quantiles: Vec<f64> = statistics
+            .iter()
+            .map(|statistic| quantile(statistic.by_chance))
+            .collect();
         let most = |k: usize| {
-            looks
+            statistics
                 .iter()
                 .zip(&quantiles)
-                .map(|(look, quantile)| look.by_chance[k] - quantile)
+                .map(|(statistic, quantile)| statistic.by_chance[k] - quantile)
                 .fold(f64::NEG_INFINITY, f64::max)
         };
-        let replicates = looks.first().map_or(0, |look| look.by_chance.len());
+        let replicates = statistics
+            .first()
+            .map_or(0, |statistic| statistic.by_chance.len());
         let drawn = DRAWN.min(replicates);
         Self {
-            excess: looks
+            excess: statistics
                 .iter()
                 .zip(&quantiles)
-                .map(|(look, quantile)| (look.name.to_string(), look.gain - quantile))
+                .map(|(statistic, quantile)| {
+                    (statistic.name.to_string(), statistic.gain - quantile)
+                })
                 .collect(),
             drawn: (0..drawn).map(most).collect(),
             flipped: (drawn..replicates).map(most).collect(),
@@ -141,7 +148,7 @@ impl Alarm {
 
     /// Of one look, as one among all.
     pub(crate) fn p_value_of(&self, name: &str) -> PValue {
-        let found = self.excess.iter().find(|(look, _)| look == name);
+        let found = self.excess.iter().find(|(statistic, _)| statistic == name);
         self.of_excess(found.map_or(f64::NEG_INFINITY, |(_, excess)| *excess))
     }
 }
@@ -173,7 +180,7 @@ mod tests {
 
     fn alarm(gain: f64) -> Alarm {
         let chance: Vec<Vec<f64>> = (0..20).map(gains).collect();
-        let looks: Vec<Statistic<'_>> = chance
+        let statistics: Vec<Statistic<'_>> = chance
             .iter()
             .enumerate()
             .map(|(i, by_chance)| Statistic {
@@ -182,11 +189,11 @@ mod tests {
                 by_chance,
             })
             .collect();
-        Alarm::new(&looks)
+        Alarm::new(&statistics)
     }
 
     #[test]
-    fn the_choice_among_many_looks_counts() {
+    fn the_choice_among_many_statistics_counts() {
         // Alone, a gain of 5 has a probability of 0.7 %; the best of twenty has 13 %.
         let p = alarm(5.0).p_value();
         assert!((0.03..0.35).contains(&p.drawn), "{p:?}");

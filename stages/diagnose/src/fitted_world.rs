@@ -22,7 +22,7 @@ pub(crate) fn fitted_world(
 ) -> Result<World, DiagnoseError> {
     let model = &fitted.model;
     let covariance = fitted.covariance().ok_or_else(|| DiagnoseError::NoFit {
-        why: "its parameters cannot be told apart".into(),
+        why: "its parameters cannot be centred_estimates apart".into(),
     })?;
     let estimate = |place: usize| {
         let free = &model.free[place];
@@ -67,7 +67,7 @@ pub(crate) fn fitted_world(
         let own = covariance.select_rows(&places).select_columns(&places);
         world.effects.push(AddedEffect {
             name: part.name.into(),
-            parameters: sessions::told(part.name, parameters, &free, &own),
+            parameters: sessions::centred_estimates(part.name, parameters, &free, &own),
         });
     }
     let world = world.with_populations();

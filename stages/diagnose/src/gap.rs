@@ -1,11 +1,11 @@
 //! The gap: stop errors in MuJoCo's world before and after, on strikes that took no part.
 
 use rayon::prelude::*;
-use values::{Point, Rig, Strike};
+use values::{Point, Rig, Split, Strike};
 use world::{Simulator, World, WorldError};
 
 use crate::{
-    diagnosis::{Gap, Look},
+    diagnosis::{Gap, StopResidual},
     fit::Fitted,
     mixed::{ANGLE, FRICTION, SPEED},
     model::CLOCK,
@@ -44,22 +44,25 @@ pub(crate) fn rms(residuals: impl Iterator<Item = Point>) -> f64 {
 }
 
 /// What repeats of these strikes would scatter by: launch, friction and camera as estimated with the best model, in m.
-pub(crate) fn noise_floor(field: &PreparedStrikes<'_>, fitted: &Fitted) -> Result<f64, WorldError> {
+pub(crate) fn noise_floor(
+    prepared: &PreparedStrikes<'_>,
+    fitted: &Fitted,
+) -> Result<f64, WorldError> {
     let model = &fitted.model;
-    let effects = model.effects(field.rig, &model.values)?;
-    let planar = field.planar(&model.values, &effects);
+    let effects = model.effects(prepared.rig, &model.values)?;
+    let planar = prepared.planar(&model.values, &effects);
     let components = &fitted.estimated.components;
     let clock = model.values[CLOCK];
     let none = Nuisances::zeros();
-    let variances: Vec<f64> = (0..field.strikes.len())
+    let variances: Vec<f64> = (0..prepared.strikes.len())
         .filter_map(|i| {
-            let stop = field.simulate(&planar, i, clock, &none)?.stop;
+            let stop = prepared.simulate(&planar, i, clock, &none)?.stop;
             // The resting place after, as the one before below.
             let mut variance = components.nuisance[3].powi(2) + components.nuisance[4].powi(2);
             for nuisance in [SPEED, ANGLE, 3, 4, FRICTION] {
                 let mut b = none;
                 b[nuisance] = components.nuisance[nuisance];
-                let moved = field.simulate(&planar, i, clock, &b)?.stop - stop;
+                let moved = prepared.simulate(&planar, i, clock, &b)?.stop - stop;
                 variance += moved.dot(moved);
             }
             Some(variance)
@@ -86,21 +89,21 @@ pub(crate) fn gap(before: &[Option<Point>], after: &[Option<Point>], noise_floor
 }
 
 /// Each strike's residual along and across its path.
-pub(crate) fn looks(
-    strikes: &[(&Strike, bool)],
+pub(crate) fn residuals(
+    strikes: &[&Strike],
     before: &[Option<Point>],
     after: &[Option<Point>],
-) -> Vec<Look> {
+) -> Vec<StopResidual> {
     strikes
         .iter()
         .zip(before.iter().zip(after))
-        .filter_map(|((strike, is_heldout), (before, after))| {
+        .filter_map(|(strike, (before, after))| {
             let path = strike.path();
             let ahead = path * (1.0 / path.norm().max(1e-9));
             let split = |r: Point| [r.dot(ahead), r.y * ahead.x - r.x * ahead.y];
-            Some(Look {
+            Some(StopResidual {
                 strike_id: strike.id.clone(),
-                is_heldout: *is_heldout,
+                is_heldout: strike.split == Split::Test,
                 before: split((*before)?),
                 after: split((*after)?),
             })

@@ -23,9 +23,9 @@ const ITERATIONS: usize = 4;
 const SAME: f64 = 1e-3;
 
 /// The part of each strike: strikes of one command share it.
-pub(crate) fn folds(field: &PreparedStrikes<'_>) -> Vec<usize> {
+pub(crate) fn folds(prepared: &PreparedStrikes<'_>) -> Vec<usize> {
     let mut groups: BTreeMap<(i64, i64), usize> = BTreeMap::new();
-    field
+    prepared
         .strikes
         .iter()
         .map(|strike| {
@@ -48,11 +48,11 @@ pub(crate) struct Gains {
 
 /// The gains of every strike.
 pub(crate) fn gains(
-    field: &PreparedStrikes<'_>,
+    prepared: &PreparedStrikes<'_>,
     null: &Fitted,
     fitted: &Fitted,
 ) -> Result<Gains, WorldError> {
-    let folds = folds(field);
+    let folds = folds(prepared);
     let mut gains = Gains {
         likelihood: vec![0.0; folds.len()],
         stop: vec![0.0; folds.len()],
@@ -63,8 +63,8 @@ pub(crate) fn gains(
             continue;
         }
         let (Some(with), Some(without)) = (
-            predictive(field, fitted, &learns)?,
-            predictive(field, null, &learns)?,
+            predictive(prepared, fitted, &learns)?,
+            predictive(prepared, null, &learns)?,
         ) else {
             continue;
         };
@@ -78,11 +78,11 @@ pub(crate) fn gains(
 
 /// Log-likelihood of every strike under a model that is fitted to some, and the square of its stop error in m².
 fn predictive(
-    field: &PreparedStrikes<'_>,
+    prepared: &PreparedStrikes<'_>,
     from: &Fitted,
     learns: &[usize],
 ) -> Result<Option<Vec<(f64, f64)>>, WorldError> {
-    let part = field.only(learns);
+    let part = prepared.only(learns);
     let nuisances: Vec<_> = learns.iter().map(|i| from.nuisances[*i]).collect();
     let Some(fitted) = part.fit(
         &from.model,
@@ -93,10 +93,10 @@ fn predictive(
     else {
         return Ok(None);
     };
-    let Some(raw) = Linearised::all(field, &fitted.model, &from.nuisances)? else {
+    let Some(raw) = Linearised::all(prepared, &fitted.model, &from.nuisances)? else {
         return Ok(None);
     };
-    let all = Linearisation::new(field, raw.into());
+    let all = Linearisation::new(prepared, raw.into());
     let components = &fitted.estimated.components;
     let precision = components.camera.powi(-2);
     let each = all.whitened.iter().zip(&all.products).zip(all.raw.iter());

@@ -51,10 +51,10 @@ pub(crate) struct Linearisation {
 
 impl Linearisation {
     /// Of strikes under their noise.
-    pub(crate) fn new(field: &PreparedStrikes<'_>, raw: Arc<Vec<Linearised>>) -> Self {
+    pub(crate) fn new(prepared: &PreparedStrikes<'_>, raw: Arc<Vec<Linearised>>) -> Self {
         let (whitened, products) = raw
             .par_iter()
-            .zip(&field.whitenings)
+            .zip(&prepared.whitenings)
             .map(|(raw, whitening)| {
                 let whitened = raw.whitened(whitening);
                 let products = whitened.products(whitening);
@@ -71,12 +71,12 @@ impl Linearisation {
 
 /// Products of all strikes under other noise.
 pub(crate) fn products_under(
-    field: &PreparedStrikes<'_>,
+    prepared: &PreparedStrikes<'_>,
     raw: &[Linearised],
     noise: FrameNoise,
 ) -> Vec<Products> {
     raw.par_iter()
-        .zip(&field.frames)
+        .zip(&prepared.frames)
         .map(|(raw, frames)| {
             let whitening = Whitening::new(frames, noise);
             raw.whitened(&whitening).products(&whitening)
@@ -87,7 +87,7 @@ pub(crate) fn products_under(
 impl Linearised {
     /// Every strike about a model; `None` where one does not come to rest.
     pub(crate) fn all(
-        field: &PreparedStrikes<'_>,
+        prepared: &PreparedStrikes<'_>,
         model: &Model,
         nuisances: &[Nuisances],
     ) -> Result<Option<Vec<Self>>, WorldError> {
@@ -101,27 +101,27 @@ impl Linearised {
                 free.step
             };
             values[place] += step;
-            let effects = model.effects(field.rig, &values)?;
+            let effects = model.effects(prepared.rig, &values)?;
             beside.push((values, effects, step));
         }
-        let effects = model.effects(field.rig, &model.values)?;
-        let here = field.planar(&model.values, &effects);
+        let effects = model.effects(prepared.rig, &model.values)?;
+        let here = prepared.planar(&model.values, &effects);
         let worlds: Vec<(Planar<'_>, f64)> = beside
             .iter()
             .enumerate()
             .filter(|(place, _)| *place != CLOCK)
-            .map(|(_, (values, effects, step))| (field.planar(values, effects), *step))
+            .map(|(_, (values, effects, step))| (prepared.planar(values, effects), *step))
             .collect();
         let clock = model.values[CLOCK];
-        Ok((0..field.strikes.len())
+        Ok((0..prepared.strikes.len())
             .into_par_iter()
-            .map(|i| Self::one(field, i, &here, &worlds, clock, &nuisances[i]))
+            .map(|i| Self::one(prepared, i, &here, &worlds, clock, &nuisances[i]))
             .collect())
     }
 
     /// `beside`: for each value but the clock, the world a step beside.
     fn one(
-        field: &PreparedStrikes<'_>,
+        prepared: &PreparedStrikes<'_>,
         i: usize,
         here: &Planar<'_>,
         beside: &[(Planar<'_>, f64)],
@@ -131,11 +131,11 @@ impl Linearised {
         let moved = |place: usize, step: f64| {
             let mut moved = *b;
             moved[place] += step;
-            field.job(here, i, clock, &moved)
+            prepared.job(here, i, clock, &moved)
         };
         let (speed, angle, friction) = STEPS;
         let mut jobs: Vec<Job<'_>> = vec![
-            field.job(here, i, clock, b),
+            prepared.job(here, i, clock, b),
             moved(0, speed),
             moved(1, angle),
             moved(5, friction),
@@ -143,7 +143,7 @@ impl Linearised {
         jobs.extend(
             beside
                 .iter()
-                .map(|(planar, _)| field.job(planar, i, clock, b)),
+                .map(|(planar, _)| prepared.job(planar, i, clock, b)),
         );
         let mut found = planar::strikes(&jobs).into_iter();
         let frames = found.next()??;
@@ -167,7 +167,7 @@ impl Linearised {
             };
             values.set_column(place, &column);
         }
-        let residual = measured(field.strikes[i]) - &simulated + &nuisances * b;
+        let residual = measured(prepared.strikes[i]) - &simulated + &nuisances * b;
         Some(Self {
             simulated,
             nuisances,

@@ -12,7 +12,7 @@ use crate::{
     fit::Fitted,
     heldout::folds,
     mixed::posterior,
-    score::{Moved, Replicates, ScoreTest},
+    score::{Replicates, ScoreTest, StrikeColumns},
     smooth::{
         bumps::{Bumps, bumps},
         covariate::Covariate,
@@ -29,20 +29,20 @@ const MAPS: [(&str, Covariate); 2] = [
 
 /// Both maps beside a fitted model.
 pub(crate) fn maps(
-    field: &PreparedStrikes<'_>,
+    prepared: &PreparedStrikes<'_>,
     fitted: &Fitted,
 ) -> Result<Vec<SmoothMap>, WorldError> {
-    let Some(test) = ScoreTest::new(field, fitted, &[], Replicates::NONE) else {
+    let Some(test) = ScoreTest::new(prepared, fitted, &[], Replicates::NONE) else {
         return Ok(Vec::new());
     };
     let mut maps = Vec::new();
     for (name, covariate) in MAPS {
-        let Some(bumps) = bumps(field, fitted, &test, covariate)? else {
+        let Some(bumps) = bumps(prepared, fitted, &test, covariate)? else {
             continue;
         };
         let scores = test.scores(bumps.count(), &bumps.moved);
         let ridge = Ridge::new(&scores, bumps.scale);
-        let Some([before, after]) = judged(field, fitted, &bumps, ridge.variance) else {
+        let Some([before, after]) = judged(prepared, fitted, &bumps, ridge.variance) else {
             continue;
         };
         let unit = match covariate {
@@ -79,15 +79,15 @@ struct Normal {
 
 /// Root mean square residuals of last frames, without and with the bumps, of strikes that took no part.
 fn judged(
-    field: &PreparedStrikes<'_>,
+    prepared: &PreparedStrikes<'_>,
     fitted: &Fitted,
     bumps: &Bumps,
     variance: f64,
 ) -> Option<[f64; 2]> {
-    let normals: Vec<Normal> = (0..field.strikes.len())
-        .map(|i| normal(field, fitted, &bumps.moved, bumps.count(), i))
+    let normals: Vec<Normal> = (0..prepared.strikes.len())
+        .map(|i| normal(prepared, fitted, &bumps.moved, bumps.count(), i))
         .collect();
-    let folds = folds(field);
+    let folds = folds(prepared);
     let own = fitted.model.free.len();
     let mut errors = [0.0; 2];
     for fold in folds
@@ -126,9 +126,9 @@ fn judged(
 }
 
 fn normal(
-    field: &PreparedStrikes<'_>,
+    prepared: &PreparedStrikes<'_>,
     fitted: &Fitted,
-    moved: &Moved,
+    moved: &StrikeColumns,
     count: usize,
     i: usize,
 ) -> Normal {
@@ -150,7 +150,7 @@ fn normal(
     if let Some(columns) = &moved[i] {
         all.columns_mut(own, count).copy_from(columns);
         for j in 0..count {
-            let restored = field.whitenings[i].restored(columns.column(j));
+            let restored = prepared.whitenings[i].restored(columns.column(j));
             for (k, row) in last.iter().enumerate() {
                 slopes[(k, own + j)] = restored[*row];
             }

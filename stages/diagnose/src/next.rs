@@ -30,16 +30,16 @@ const FRAMES: usize = 40;
 const ENOUGH: f64 = 10.8;
 
 /// How much one strike tells two models apart, and what of it the rival could follow.
-struct Tells {
+struct StrikeInformation {
     square: f64,
     slope: DVector<f64>,
     information: DMatrix<f64>,
 }
 
 /// What each strike of a pool tells of a model against a rival.
-struct Against<'r> {
+struct Contrast<'r> {
     rival: &'r Fitted,
-    tells: Vec<Option<Tells>>,
+    by_strike: Vec<Option<StrikeInformation>>,
 }
 
 /// Strikes within the robot's limits that best separate `named` from its rivals, the most telling first.
@@ -63,33 +63,33 @@ pub(crate) fn next_strikes(
         .iter()
         .filter_map(|strike| Some((strike, launch_of(&strike.command)?)))
         .unzip();
-    let field = PreparedStrikes::new(rig, strikes, launches).with_noise(seen.noise);
+    let prepared = PreparedStrikes::new(rig, strikes, launches).with_noise(seen.noise);
     let pairs = rivals
         .iter()
         .map(|rival| {
-            let forth = Against::new(&field, named, rival)?;
-            let back = Against::new(&field, rival, named)?;
+            let forth = Contrast::new(&prepared, named, rival)?;
+            let back = Contrast::new(&prepared, rival, named)?;
             Ok((forth, back))
         })
         .collect::<Result<Vec<_>, WorldError>>()?;
     // Concave, so that the pair that is told least counts most; what nothing here can tell apart adds nothing.
-    let value = |learnt: &[(Learnt, Learnt)]| -> f64 {
-        let each = learnt.iter().map(|(forth, back)| {
+    let value = |sets: &[(SetInformation, SetInformation)]| -> f64 {
+        let each = sets.iter().map(|(forth, back)| {
             let apart = forth.separation().min(back.separation());
             (apart.max(0.0) / ENOUGH).ln_1p()
         });
         each.sum()
     };
-    let learnt = |chosen: &[usize]| -> Vec<(Learnt, Learnt)> {
+    let information_of = |chosen: &[usize]| -> Vec<(SetInformation, SetInformation)> {
         let each = pairs.iter();
-        each.map(|(forth, back)| (forth.learnt(chosen), back.learnt(chosen)))
+        each.map(|(forth, back)| (forth.information_of(chosen), back.information_of(chosen)))
             .collect()
     };
-    let possible: Vec<usize> = (0..field.strikes.len())
+    let possible: Vec<usize> = (0..prepared.strikes.len())
         .filter(|i| {
             pairs
                 .iter()
-                .all(|(forth, back)| forth.tells[*i].is_some() && back.tells[*i].is_some())
+                .all(|(forth, back)| forth.by_strike[*i].is_some() && back.by_strike[*i].is_some())
         })
         .collect();
     let best = |chosen: &[usize], from: &[usize], place: Option<usize>| -> Option<(f64, usize)> {
@@ -97,11 +97,11 @@ pub(crate) fn next_strikes(
         if let Some(place) = place {
             rest.remove(place);
         }
-        let so_far = learnt(&rest);
+        let so_far = information_of(&rest);
         from.par_iter()
             .filter(|i| !chosen.contains(i))
             .map(|i| {
-                let with: Vec<(Learnt, Learnt)> = pairs
+                let with: Vec<(SetInformation, SetInformation)> = pairs
                     .iter()
                     .zip(&so_far)
                     .map(|((forth, back), (f, b))| (forth.and(f, *i), back.and(b, *i)))
@@ -122,7 +122,7 @@ pub(crate) fn next_strikes(
     };
     let mut chosen = grow(&possible);
     for place in 0..chosen.len() {
-        let now = value(&learnt(&chosen));
+        let now = value(&information_of(&chosen));
         if let Some((_, other)) =
             best(&chosen, &possible, Some(place)).filter(|(value, _)| *value > now)
         {
@@ -133,7 +133,7 @@ pub(crate) fn next_strikes(
     Ok(grow(&chosen)
         .iter()
         .map(|i| {
-            let strike = field.strikes[*i];
+            let strike = prepared.strikes[*i];
             NextStrike {
                 x0: strike.initial.x,
                 y0: strike.initial.y,
@@ -210,18 +210,18 @@ fn pool(rig: &Rig, seen: &[&Strike]) -> Vec<Strike> {
 }
 
 /// For each strike how far the rival's track lies from the named model's; `None` where one leaves the table.
-fn tells(
-    field: &PreparedStrikes<'_>,
+fn by_strike(
+    prepared: &PreparedStrikes<'_>,
     named: &Fitted,
     rival: &Fitted,
-) -> Result<Vec<Option<Tells>>, WorldError> {
-    let none = vec![Nuisances::zeros(); field.strikes.len()];
-    let Some(columns) = Linearised::all(field, &rival.model, &none)? else {
+) -> Result<Vec<Option<StrikeInformation>>, WorldError> {
+    let none = vec![Nuisances::zeros(); prepared.strikes.len()];
+    let Some(columns) = Linearised::all(prepared, &rival.model, &none)? else {
         return Ok((0..none.len()).map(|_| None).collect());
     };
-    let effects = named.model.effects(field.rig, &named.model.values)?;
-    let planar = field.planar(&named.model.values, &effects);
-    let table = &field.rig.table;
+    let effects = named.model.effects(prepared.rig, &named.model.values)?;
+    let planar = prepared.planar(&named.model.values, &effects);
+    let table = &prepared.rig.table;
     let is_on = |p: Point| {
         p.x > table.x.low + MARGIN
             && p.x < table.x.high - MARGIN
@@ -233,11 +233,11 @@ fn tells(
         .into_par_iter()
         .enumerate()
         .map(|(i, raw)| {
-            let frames = field.simulate(&planar, i, named.model.values[CLOCK], &none[i])?;
+            let frames = prepared.simulate(&planar, i, named.model.values[CLOCK], &none[i])?;
             if !is_on(frames.stop) {
                 return None;
             }
-            let whitening = &field.whitenings[i];
+            let whitening = &prepared.whitenings[i];
             let apart = whitening.column(&(stack(&frames.at) - &raw.simulated));
             let columns = raw.whitened(whitening);
             let g = &columns.nuisances;
@@ -246,7 +246,7 @@ fn tells(
             let weigh = |m: &DMatrix<f64>| m * precision - g * (&posterior * g.tr_mul(m));
             let column = DMatrix::from_column_slice(apart.len(), 1, apart.as_slice());
             let weighed = weigh(&column);
-            Some(Tells {
+            Some(StrikeInformation {
                 square: weighed.column(0).dot(&apart),
                 slope: columns.values.tr_mul(&weighed).column(0).into_owned(),
                 information: columns.values.tr_mul(&weigh(&columns.values)),
@@ -255,37 +255,35 @@ fn tells(
         .collect())
 }
 
-impl<'r> Against<'r> {
+impl<'r> Contrast<'r> {
     fn new(
-        field: &PreparedStrikes<'_>,
+        prepared: &PreparedStrikes<'_>,
         model: &Fitted,
         rival: &'r Fitted,
     ) -> Result<Self, WorldError> {
         Ok(Self {
             rival,
-            tells: tells(field, model, rival)?,
+            by_strike: by_strike(prepared, model, rival)?,
         })
     }
 
     /// What a set of strikes says, beside all that the rival has learnt.
-    fn learnt(&self, chosen: &[usize]) -> Learnt {
-        let nothing = Learnt {
+    fn information_of(&self, chosen: &[usize]) -> SetInformation {
+        let nothing = SetInformation {
             square: 0.0,
             slope: DVector::zeros(self.rival.model.free.len()),
             information: self.rival.estimated.information.clone(),
         };
-        chosen
-            .iter()
-            .fold(nothing, |learnt, i| self.and(&learnt, *i))
+        chosen.iter().fold(nothing, |sum, i| self.and(&sum, *i))
     }
 
     /// The same with one more.
-    fn and(&self, learnt: &Learnt, i: usize) -> Learnt {
-        let mut more = learnt.clone();
-        if let Some(told) = &self.tells[i] {
-            more.square += told.square;
-            more.slope += &told.slope;
-            more.information += &told.information;
+    fn and(&self, set: &SetInformation, i: usize) -> SetInformation {
+        let mut more = set.clone();
+        if let Some(strike) = &self.by_strike[i] {
+            more.square += strike.square;
+            more.slope += &strike.slope;
+            more.information += &strike.information;
         }
         more
     }
@@ -293,13 +291,13 @@ impl<'r> Against<'r> {
 
 /// What a set of strikes says between a model and its rival.
 #[derive(Clone)]
-struct Learnt {
+struct SetInformation {
     square: f64,
     slope: DVector<f64>,
     information: DMatrix<f64>,
 }
 
-impl Learnt {
+impl SetInformation {
     /// T: how far the rival is from explaining them.
     fn separation(&self) -> f64 {
         match self.information.clone().cholesky() {

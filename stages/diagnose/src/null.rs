@@ -24,26 +24,26 @@ const AFTER: usize = 4;
 
 /// Fits the world without effects from where it was identified; the strikes come back with their noise and frames.
 pub(crate) fn fit_null<'a>(
-    mut field: PreparedStrikes<'a>,
+    mut prepared: PreparedStrikes<'a>,
     world: &World,
 ) -> Result<(PreparedStrikes<'a>, Fitted), DiagnoseError> {
-    let camera = &field.rig.camera;
+    let camera = &prepared.rig.camera;
     let frame = 1.0 / camera.rate;
     let mut about = world.value("restitution")?;
     let plain = Model::plain(world.value("friction")?, about, frame);
     let components = VarianceComponents::initial(camera.noise, frame);
-    let start = vec![Nuisances::zeros(); field.strikes.len()];
-    let mut null = field
+    let start = vec![Nuisances::zeros(); prepared.strikes.len()];
+    let mut null = prepared
         .fit(&plain, &components, &start, ITERATIONS)?
         .ok_or_else(diverges)?;
     for _ in 0..REBASED {
         if (null.model.values[RESTITUTION] - about).abs() < FAR {
             break;
         }
-        // Far from the blows that launches were taken about, they are taken again.
+        // Far from the impacts that launches were taken about, they are taken again.
         about = null.model.values[RESTITUTION];
-        field = field.about(world, &null.model)?;
-        null = field
+        prepared = prepared.about(world, &null.model)?;
+        null = prepared
             .fit(
                 &null.model,
                 &null.estimated.components,
@@ -53,10 +53,10 @@ pub(crate) fn fit_null<'a>(
             .ok_or_else(diverges)?;
     }
     for (rule, search) in [(Rule::FIRST, FIRST_SEARCH), (Rule::FITTED, REFINEMENT)] {
-        field = with_noise_about(field, &null, rule, search);
-        null = field.refit(&null, AFTER)?.ok_or_else(diverges)?;
+        prepared = with_noise_about(prepared, &null, rule, search);
+        null = prepared.refit(&null, AFTER)?.ok_or_else(diverges)?;
     }
-    Ok((field, null))
+    Ok((prepared, null))
 }
 
 fn diverges() -> DiagnoseError {
@@ -67,42 +67,44 @@ fn diverges() -> DiagnoseError {
 
 /// The strikes with frames left out and noise estimated about a fitted model.
 fn with_noise_about<'a>(
-    field: PreparedStrikes<'a>,
+    prepared: PreparedStrikes<'a>,
     fitted: &Fitted,
     rule: Rule,
     search: Search,
 ) -> PreparedStrikes<'a> {
-    let field = without_outliers(field, fitted, rule);
+    let prepared = without_outliers(prepared, fitted, rule);
     let prior = prior(&fitted.model);
     let raw = &fitted.linearisation.raw;
-    let start = (field.noise != FrameNoise::WHITE).then_some(field.noise);
+    let start = (prepared.noise != FrameNoise::WHITE).then_some(prepared.noise);
     let noise = noise::estimate(start, search, |noise| {
-        let products = products_under(&field, raw, noise);
+        let products = products_under(&prepared, raw, noise);
         let components = fitted.estimated.components.under(noise);
         estimate_within(&products, &prior, &components, EM_STEPS)
             .map_or(f64::NEG_INFINITY, |estimated| estimated.likelihood_there)
     });
-    field.with_noise(noise)
+    prepared.with_noise(noise)
 }
 
 /// Strikes whose noise and frames are estimated anew about a model with effects, the model fitted so, and the same of the
 /// world without effects.
 pub(crate) fn renewed<'a>(
-    field: &PreparedStrikes<'a>,
+    prepared: &PreparedStrikes<'a>,
     null: &Fitted,
     fitted: &Fitted,
 ) -> Result<Option<(PreparedStrikes<'a>, Fitted, Fitted)>, WorldError> {
-    let field = with_noise_about(field.clone(), fitted, Rule::FITTED, REFINEMENT);
-    let null = field.refit(null, AFTER)?;
-    let fitted = field.refit(fitted, AFTER)?;
-    Ok(null.zip(fitted).map(|(null, fitted)| (field, null, fitted)))
+    let prepared = with_noise_about(prepared.clone(), fitted, Rule::FITTED, REFINEMENT);
+    let null = prepared.refit(null, AFTER)?;
+    let fitted = prepared.refit(fitted, AFTER)?;
+    Ok(null
+        .zip(fitted)
+        .map(|(null, fitted)| (prepared, null, fitted)))
 }
 
 /// Passes of leaving frames out: a stray frame bends its strike's launch, and hides others until it is gone.
 const PASSES: usize = 3;
 
 fn without_outliers<'a>(
-    mut field: PreparedStrikes<'a>,
+    mut prepared: PreparedStrikes<'a>,
     fitted: &Fitted,
     rule: Rule,
 ) -> PreparedStrikes<'a> {
@@ -110,7 +112,7 @@ fn without_outliers<'a>(
     let prior = prior(&fitted.model);
     let mut estimated = fitted.estimated.clone();
     for _ in 0..PASSES {
-        let mut frames = field.frames.clone();
+        let mut frames = prepared.frames.clone();
         for (frames, raw) in frames.iter_mut().zip(raw.iter()) {
             frames.speeds = raw.speeds();
         }
@@ -127,16 +129,16 @@ fn without_outliers<'a>(
         for (frames, kept) in frames.iter_mut().zip(kept) {
             frames.kept = kept;
         }
-        field = field.with_frames(frames);
+        prepared = prepared.with_frames(frames);
         if is_steady {
             break;
         }
-        let products = products_under(&field, raw, field.noise);
+        let products = products_under(&prepared, raw, prepared.noise);
         let components = estimated.components;
         match estimate_within(&products, &prior, &components, EM_STEPS) {
             Some(again) => estimated = again,
             None => break,
         }
     }
-    field
+    prepared
 }

@@ -10,7 +10,7 @@ use crate::{
     fit::Fitted,
     mixed::{Estimated, VarianceComponents},
     model::{Model, PRIOR, added, specification},
-    score::{Moved, Replicates, Score, ScoreTest},
+    score::{Replicates, Score, ScoreTest, StrikeColumns},
     strikes::{Nuisances, PreparedStrikes},
 };
 
@@ -65,19 +65,19 @@ impl Screened {
 
 /// Screens all candidates that the model does not hold, by their scores alone.
 pub(crate) fn screen(
-    field: &PreparedStrikes<'_>,
+    prepared: &PreparedStrikes<'_>,
     fitted: &Fitted,
     candidates: &[Candidate],
 ) -> Result<Vec<Screened>, WorldError> {
-    match ScoreTest::new(field, fitted, &[], Replicates::NONE) {
-        Some(test) => screen_by(field, fitted, &test, candidates, Replicates::NONE),
+    match ScoreTest::new(prepared, fitted, &[], Replicates::NONE) {
+        Some(test) => screen_by(prepared, fitted, &test, candidates, Replicates::NONE),
         None => Ok(Vec::new()),
     }
 }
 
 /// The same by a test that is there, with its replicates.
 pub(crate) fn screen_by(
-    field: &PreparedStrikes<'_>,
+    prepared: &PreparedStrikes<'_>,
     fitted: &Fitted,
     test: &ScoreTest<'_, '_>,
     candidates: &[Candidate],
@@ -92,7 +92,7 @@ pub(crate) fn screen_by(
             let mut beside: Vec<Beside<'_>> = candidate
                 .starts
                 .par_iter()
-                .map(|start| Beside::new(field, fitted, test, candidate.name, start))
+                .map(|start| Beside::new(prepared, fitted, test, candidate.name, start))
                 .collect::<Result<Vec<_>, WorldError>>()?
                 .into_iter()
                 .flatten()
@@ -133,14 +133,14 @@ struct Beside<'b> {
     name: &'static str,
     begin: &'b FitStart,
     /// What it changes of each strike, and what that says.
-    moved: Moved,
+    moved: StrikeColumns,
     score: Score,
 }
 
 impl<'b> Beside<'b> {
     /// `None` where a strike does not come to rest, or the strikes do not tell it from the model's own values.
     fn new(
-        field: &PreparedStrikes<'_>,
+        prepared: &PreparedStrikes<'_>,
         fitted: &'b Fitted,
         test: &ScoreTest<'_, '_>,
         name: &'static str,
@@ -151,19 +151,19 @@ impl<'b> Beside<'b> {
             .columns
             .iter()
             .map(|column| {
-                let mut all = model.effects(field.rig, &model.values)?;
+                let mut all = model.effects(prepared.rig, &model.values)?;
                 let part = added(&little(name, column));
-                all.push(world::effects::build(&part, field.rig)?);
+                all.push(world::effects::build(&part, prepared.rig)?);
                 Ok(all)
             })
             .collect::<Result<Vec<_>, WorldError>>()?;
         let worlds: Vec<(Planar<'_>, f64)> = effects
             .iter()
-            .map(|effects| (field.planar(&model.values, effects), 1.0))
+            .map(|effects| (prepared.planar(&model.values, effects), 1.0))
             .collect();
         let touches = |column: usize, strike| {
             let region = begin.columns[column].region;
-            region.is_none_or(|(centre, radius)| field.passes(strike, centre, radius))
+            region.is_none_or(|(centre, radius)| prepared.passes(strike, centre, radius))
         };
         Ok(test.moved(&worlds, &touches).and_then(|moved| {
             let score = test.scores(worlds.len(), &moved).score(&begin.is_kept())?;

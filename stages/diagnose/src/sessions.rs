@@ -14,7 +14,7 @@ use world::{
 use crate::fit::NINETY_FIVE;
 
 /// The parameters of an effect as they are told; `free` are those that were fitted, by name, with their `covariance`.
-pub(crate) fn told(
+pub(crate) fn centred_estimates(
     name: &str,
     parameters: BTreeMap<String, Estimate>,
     free: &[&str],
@@ -69,12 +69,20 @@ mod tests {
             .into();
         // Three sessions measured alike, each compared with the first: the differences share its error.
         let covariance = DMatrix::from_row_slice(2, 2, &[2e-4, 1e-4, 1e-4, 2e-4]);
-        let told = told("friction_by_session", parameters, &["b", "c"], &covariance);
+        let centred_estimates =
+            centred_estimates("friction_by_session", parameters, &["b", "c"], &covariance);
         let half = |name: &str| {
-            let estimate = told[name];
+            let estimate = centred_estimates[name];
             0.5 * (estimate.high.expect("an end") - estimate.low.expect("an end"))
         };
-        assert!(told.values().map(|e| e.value).sum::<f64>().abs() < 1e-12);
+        assert!(
+            centred_estimates
+                .values()
+                .map(|e| e.value)
+                .sum::<f64>()
+                .abs()
+                < 1e-12
+        );
         // As if each had been measured to 1 %, and their mean taken off.
         let alone = NINETY_FIVE * 0.01 * (2.0f64 / 3.0).sqrt() / 1.1;
         for name in ["a", "b", "c"] {
@@ -91,7 +99,7 @@ mod tests {
         let parameters: BTreeMap<String, Estimate> =
             [("rate".to_string(), Estimate::with_interval(0.3, 0.2, 0.4))].into();
         let covariance = DMatrix::identity(1, 1);
-        let kept = told("viscous_drag", parameters.clone(), &["rate"], &covariance);
+        let kept = centred_estimates("viscous_drag", parameters.clone(), &["rate"], &covariance);
         assert_eq!(kept, parameters);
     }
 }

@@ -4,10 +4,10 @@
 use nalgebra::{DVector, SVector};
 use values::{Point, Rig, Strike};
 use world::{
-    Base, Blow, World, WorldError,
+    Base, Impact, World, WorldError,
     effects::Effect,
     launch::{Launch, launches_about},
-    planar::{self, Frames, Job, Kick, Planar},
+    planar::{self, Deviation, Frames, Job, Planar},
 };
 
 use crate::{
@@ -36,8 +36,8 @@ pub(crate) struct PreparedStrikes<'a> {
 }
 
 /// A strike's nuisances, as planar form takes them.
-fn kick(clock: f64, b: &Nuisances) -> Kick {
-    Kick {
+fn deviation(clock: f64, b: &Nuisances) -> Deviation {
+    Deviation {
         speed: b[0],
         angle: b[1],
         delay: clock + b[2],
@@ -112,17 +112,17 @@ impl<'a> PreparedStrikes<'a> {
         each.filter(|kept| !**kept).count()
     }
 
-    /// The same strikes, their launches taken around the blows of a fitted model: far from a launch's own blow its parabola
+    /// The same strikes, their launches taken around the impacts of a fitted model: far from a launch's own impact its parabola
     /// leaves MuJoCo. As it stands where an object would not leave the tip.
     pub(crate) fn about(&self, world: &World, model: &Model) -> Result<Self, WorldError> {
         let effects = model.effects(self.rig, &model.values)?;
-        let blows: Vec<Blow> = self
+        let impacts: Vec<Impact> = self
             .strikes
             .iter()
             .map(|strike| {
                 let delivered =
                     world::effects::deliver(&effects, strike.command, &strike.conditions);
-                Blow::of(
+                Impact::of(
                     &effects,
                     model.values[RESTITUTION],
                     delivered,
@@ -130,7 +130,7 @@ impl<'a> PreparedStrikes<'a> {
                 )
             })
             .collect();
-        let launches: Option<Vec<Launch>> = launches_about(self.rig, world, &blows)?
+        let launches: Option<Vec<Launch>> = launches_about(self.rig, world, &impacts)?
             .into_iter()
             .collect();
         let mut about = self.clone();
@@ -158,7 +158,11 @@ impl<'a> PreparedStrikes<'a> {
         clock: f64,
         b: &Nuisances,
     ) -> Option<Frames> {
-        planar.strike(&self.strikes[i].into(), &self.launches[i], &kick(clock, b))
+        planar.strike(
+            &self.strikes[i].into(),
+            &self.launches[i],
+            &deviation(clock, b),
+        )
     }
 
     /// The same, to be simulated beside others.
@@ -171,9 +175,9 @@ impl<'a> PreparedStrikes<'a> {
     ) -> Job<'j> {
         Job {
             planar,
-            shot: self.strikes[i].into(),
+            input: self.strikes[i].into(),
             launch: &self.launches[i],
-            kick: kick(clock, b),
+            deviation: deviation(clock, b),
         }
     }
 

@@ -4,37 +4,9 @@ use rayon::prelude::*;
 use serde::Serialize;
 use stage::{ItemStage, Progress};
 use store::ResidualModel;
-use values::Rig;
-use world::{Worker, World};
+use world::Worker;
 
-use crate::{Candidate, EvaluateError, Judge, Predicted, Slopes, predict};
-
-/// A model without its name.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Model {
-    rig: Rig,
-    world: World,
-    residual: Option<ResidualModel>,
-}
-
-impl Model {
-    /// A candidate on this rig.
-    pub fn of(rig: &Rig, candidate: &Candidate) -> Self {
-        Self {
-            rig: rig.clone(),
-            world: candidate.world.clone(),
-            residual: candidate.residual.clone(),
-        }
-    }
-
-    /// The same without its residual.
-    pub fn world_alone(self) -> Self {
-        Self {
-            residual: None,
-            ..self
-        }
-    }
-}
+use crate::{EvaluateError, Judge, Model, Predicted, Slopes, predict};
 
 /// A model's prediction of each strike.
 #[derive(Clone, Copy, Debug, Serialize)]

@@ -7,22 +7,24 @@
 mod error;
 mod inverse;
 mod items;
+mod model;
 mod noise;
 mod predict;
+mod predicted;
 mod statistics;
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use serde::{Deserialize, Serialize};
 use stage::{ItemStage, Progress, Stage};
-use store::ResidualModel;
 use values::{Point, Rig, Split, Strike};
-use world::World;
 
 pub use error::EvaluateError;
-pub use items::{Model, Predict, Repeat};
+pub use items::{Predict, Repeat};
+pub use model::{Candidate, Model};
 pub use noise::{Noise, Slopes};
-pub use predict::{Judge, Predicted, PredictionStatus, predict};
+pub use predict::{Judge, predict};
+pub use predicted::{Predicted, PredictionStatus};
 pub use statistics::StopError;
 
 /// The stage that judges models as a whole; for strikes that come night by night, [`Predict`] and [`Repeat`] keep what each
@@ -40,17 +42,6 @@ impl Default for Evaluate {
             split: Some(Split::Test),
         }
     }
-}
-
-/// A model to be judged.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Candidate {
-    /// Its name, such as `sysid_residual`.
-    pub name: String,
-    /// Its world.
-    pub world: World,
-    /// What it adds to the world's solution.
-    pub residual: Option<ResidualModel>,
 }
 
 /// What the stage computes from.

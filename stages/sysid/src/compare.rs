@@ -6,10 +6,10 @@ use values::{Command, Point, Rig, Shape, Strike};
 use world::{
     Simulated, Simulator, World, WorldError,
     launch::{self, launches},
-    planar::{Frames, Kick, Planar, Shot},
+    planar::{Deviation, Frames, Planar, StrikeInput},
 };
 
-/// Parameters that planar form knows; the blow depends on the others, or they are the air's.
+/// Parameters that planar form knows; the impact depends on the others, or they are the air's.
 const PLANAR: &[&str] = &["friction", "restitution", "torsional_friction", "inertia_z"];
 
 /// Where strikes are simulated: in MuJoCo, or in planar form, which follows it to a tenth of a millimetre in a twentieth of
@@ -91,21 +91,21 @@ impl<'a> Lab<'a> {
         launches: &[launch::Launch],
     ) -> Result<Vec<Seen>, WorldError> {
         let planar = Planar::new(self.rig, world, &[])?;
-        let kick = Kick {
+        let deviation = Deviation {
             delay: launch.delay,
-            ..Kick::default()
+            ..Deviation::default()
         };
         self.strikes
             .par_iter()
             .zip(launches)
             .map(|(strike, near)| {
                 let command = launch.of(strike.command);
-                let shot = Shot {
+                let input = StrikeInput {
                     command,
-                    ..Shot::from(*strike)
+                    ..StrikeInput::from(*strike)
                 };
                 planar
-                    .strike(&shot, near, &kick)
+                    .strike(&input, near, &deviation)
                     .map(Seen::Frames)
                     .ok_or(WorldError::Diverged {
                         speed: command.speed,

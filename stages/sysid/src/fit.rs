@@ -28,7 +28,7 @@ pub(crate) struct Fitted {
     pub(crate) world: World,
     pub(crate) free: Vec<String>,
     pub(crate) launch: Launch,
-    pub(crate) spread: VarianceComponents,
+    pub(crate) components: VarianceComponents,
     /// Σ Jᵀ·Σ⁻¹·J over strikes; the freed parameters, then the means.
     pub(crate) information: DMatrix<f64>,
     /// Jᵀ·Σ⁻¹·r of each strike.
@@ -185,12 +185,18 @@ fn evidence<'a>(
     strikes: &[&Strike],
     batch: &Batch,
     slopes: &'a Slopes,
-    spread: &VarianceComponents,
+    components: &VarianceComponents,
 ) -> Vec<Evidence<'a>> {
     strikes
         .par_iter()
         .enumerate()
-        .map(|(i, strike)| Evidence::new(batch.residual(i, strike), &slopes.by_nuisance[i], spread))
+        .map(|(i, strike)| {
+            Evidence::new(
+                batch.residual(i, strike),
+                &slopes.by_nuisance[i],
+                components,
+            )
+        })
         .collect()
 }
 
@@ -278,14 +284,15 @@ pub(crate) fn fit(
     };
     let mut batch = place.simulate(lab)?;
     let mut slopes = Slopes::new(beside, &place, &free)?;
-    let mut spread = VarianceComponents::initial(rig.camera.noise, 1.0 / rig.camera.rate);
+    let mut components = VarianceComponents::initial(rig.camera.noise, 1.0 / rig.camera.rate);
     let mut weights_now = vec![1.0; strikes.len()];
     let mut simulations = count + a_slope;
     let mut iterations = 0;
     loop {
         iterations += 1;
-        let mut all = evidence(strikes, &batch, &slopes, &spread);
-        spread = scatter::settle(&spread, &mut all, &weights_now, slopes.fitted());
+        let mut all = evidence(strikes, &batch, &slopes, &components);
+        components =
+            scatter::estimate_components(&components, &mut all, &weights_now, slopes.fitted());
         weights_now = weights(&all);
         let mut information = DMatrix::zeros(slopes.fitted(), slopes.fitted());
         let mut scores = Vec::with_capacity(strikes.len());
@@ -324,7 +331,7 @@ pub(crate) fn fit(
                 let trial = place.moved(&specs, &(&step * share))?;
                 simulations += count;
                 if let Ok(tried) = trial.simulate(lab) {
-                    let then = evidence(strikes, &tried, &slopes, &spread);
+                    let then = evidence(strikes, &tried, &slopes, &components);
                     if objective(&then, &weights_now) <= now * (1.0 + 1e-9) {
                         moved = Some((trial, tried));
                     }
@@ -334,12 +341,12 @@ pub(crate) fn fit(
         }
         let Some(next) = moved else {
             let mut world = place.world;
-            world.scatter = spread.scatter();
+            world.scatter = components.scatter();
             return Ok(Fitted {
                 world,
                 free,
                 launch: place.launch,
-                spread,
+                components,
                 information,
                 scores,
                 iterations,

@@ -100,7 +100,7 @@ pub(crate) fn what_can_be_told(
     let mut information = DMatrix::<f64>::zeros(all, all);
     let mut score = nalgebra::DVector::<f64>::zeros(all);
     for (i, strike) in strikes.iter().enumerate() {
-        let evidence = Evidence::new(batch.residual(i, strike), &launch[i], &fitted.spread);
+        let evidence = Evidence::new(batch.residual(i, strike), &launch[i], &fitted.components);
         let mut slopes = beside_means(by_free[i].clone(), &launch[i]).resize_horizontally(all, 0.0);
         slopes
             .columns_mut(free, others.len())
@@ -113,7 +113,7 @@ pub(crate) fn what_can_be_told(
         .view((0, 0), (free, free))
         .into_owned()
         .try_inverse();
-    let (mut blind, mut aliased, mut worth) = (Vec::new(), Vec::new(), None::<(f64, String)>);
+    let (mut blind, mut aliased, mut candidate) = (Vec::new(), Vec::new(), None::<(f64, String)>);
     for (i, name) in (free..).zip(&others) {
         let cross = information.view((0, i), (free, 1)).into_owned();
         let alone = information[(i, i)];
@@ -135,8 +135,8 @@ pub(crate) fn what_can_be_told(
             aliased.push(name.clone());
         } else if candidates(rig).contains(&name.as_str()) {
             let gain = pull * pull / apart;
-            if gain > WORTH && worth.as_ref().is_none_or(|(best, _)| gain > *best) {
-                worth = Some((gain, name.clone()));
+            if gain > WORTH && candidate.as_ref().is_none_or(|(best, _)| gain > *best) {
+                candidate = Some((gain, name.clone()));
             }
         }
     }
@@ -156,7 +156,7 @@ pub(crate) fn what_can_be_told(
     }
     Ok(Identifiability {
         notes,
-        worth_freeing: worth.map(|(_, name)| name),
+        worth_freeing: candidate.map(|(_, name)| name),
         simulations: (strikes.len() * (2 * (all - MEANS) + 3)) as u64,
     })
 }

@@ -1,4 +1,4 @@
-//! 95 % intervals from the spread between strikes.
+//! 95 % intervals from how strikes differ.
 
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, StudentsT};

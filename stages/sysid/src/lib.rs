@@ -3,18 +3,21 @@
 //! Stop distance alone goes as (1+e)²/μ and cannot tell friction from restitution; tracks can. Each strike's launch
 //! scatters in speed and angle, so the strike is the unit of evidence: residuals are weighed by
 //! Σ = σ²I + σ_v²·J_v·J_vᵀ + σ_θ²·J_θ·J_θᵀ + …, the scatter is estimated along with the parameters (EM), and intervals come
-//! from the spread between strikes. What turns or delays every strike alike is fitted
+//! from how strikes differ. What turns or delays every strike alike is fitted
 //! beside the parameters and told in a note: it is no scatter, and it does not move the world. Gauss–Newton on large-step central differences starts from a line through
 //! √(D − d(t)), which needs no simulation; NLopt's polish and the paper's Algorithm 2 are in [`algorithm2`].
 
 pub mod algorithm2;
 mod compare;
+mod error;
 mod fit;
 mod identify;
 mod interval;
 mod scatter;
 mod slopes;
 mod start;
+
+pub use error::SysidError;
 
 use compare::{Lab, Launch};
 use identify::Identifiability;
@@ -72,32 +75,6 @@ pub struct Fit {
     pub simulations: u64,
     /// Sentences for a person: what the data cannot tell, and what went to a bound.
     pub notes: Vec<String>,
-}
-
-/// Why nothing was identified. Texts complete "failed to …".
-#[derive(Debug, thiserror::Error)]
-pub enum SysidError {
-    /// Fewer strikes than parameters need.
-    #[error(
-        "identify {parameters} parameters from {strikes} strikes: at least {needed} are needed; log more strikes"
-    )]
-    TooFewStrikes {
-        /// Strikes that learn.
-        strikes: usize,
-        /// Parameters freed.
-        parameters: usize,
-        /// Strikes needed.
-        needed: usize,
-    },
-    /// The world could not be simulated.
-    #[error(transparent)]
-    World(#[from] WorldError),
-    /// The data do not determine the freed parameters at all.
-    #[error("identify {names}: these strikes do not tell them apart; free fewer parameters")]
-    Singular {
-        /// The parameters freed.
-        names: String,
-    },
 }
 
 fn pushed_again(count: usize, are_left_out: bool) -> String {
@@ -201,7 +178,7 @@ impl Stage for Sysid {
             notes.push(pushed_again(again, strikes.len() < sliding.len()));
         }
         notes.extend(fitted.at_bounds());
-        notes.extend(fitted.spread.at_bounds());
+        notes.extend(fitted.components.at_bounds());
         notes.extend(fitted.bias());
         notes.extend(start::held(&input.world, &fitted));
         Ok(Fit {

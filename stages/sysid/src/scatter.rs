@@ -111,7 +111,7 @@ impl<'a> Evidence<'a> {
     pub(crate) fn new(
         residual: DVector<f64>,
         nuisances: &'a DMatrix<f64>,
-        spread: &VarianceComponents,
+        components: &VarianceComponents,
     ) -> Self {
         let gram = nuisances.tr_mul(nuisances);
         let projected = nuisances.tr_mul(&residual);
@@ -122,23 +122,23 @@ impl<'a> Evidence<'a> {
             gram: Square::from_fn(|i, j| gram[(i, j)]),
             projected: Column::from_fn(|i, _| projected[i]),
             posterior: Square::zeros(),
-            camera: spread.camera,
+            camera: components.camera,
         };
-        evidence.reweigh(spread);
+        evidence.reweigh(components);
         evidence
     }
 
     /// Takes another scatter for true.
-    fn reweigh(&mut self, spread: &VarianceComponents) {
-        let variance = spread.camera * spread.camera;
+    fn reweigh(&mut self, components: &VarianceComponents) {
+        let variance = components.camera * components.camera;
         let mut precision = self.gram;
-        for (i, sd) in spread.nuisance.iter().enumerate() {
+        for (i, sd) in components.nuisance.iter().enumerate() {
             precision[(i, i)] += variance / (sd * sd).max(1e-18);
         }
         self.posterior = precision
             .cholesky()
             .map_or_else(Square::zeros, |c| c.inverse());
-        self.camera = spread.camera;
+        self.camera = components.camera;
     }
 
     /// Σ⁻¹·m for a matrix of as many rows as the residual.
@@ -166,36 +166,36 @@ impl<'a> Evidence<'a> {
 
 /// The scatter under which these residuals are most likely; each strike counts by its weight. `fitted` parameters were
 /// fitted to the same strikes, mean speed, angle and clock among them.
-pub(crate) fn settle(
-    spread: &VarianceComponents,
+pub(crate) fn estimate_components(
+    components: &VarianceComponents,
     strikes: &mut [Evidence<'_>],
     weights: &[f64],
     fitted: usize,
 ) -> VarianceComponents {
-    let mut spread = *spread;
+    let mut components = *components;
     for _ in 0..MOST_STEPS {
-        let next = update(&spread, strikes, weights, fitted);
-        let is_steady = spread.change(&next) < STEADY;
-        spread = next;
+        let next = update(&components, strikes, weights, fitted);
+        let is_steady = components.change(&next) < STEADY;
+        components = next;
         for evidence in &mut *strikes {
-            evidence.reweigh(&spread);
+            evidence.reweigh(&components);
         }
         if is_steady {
             break;
         }
     }
-    spread
+    components
 }
 
 /// One step of expectation and maximisation. The resting place keeps its prior: a constant shift is all but invisible.
 fn update(
-    spread: &VarianceComponents,
+    components: &VarianceComponents,
     strikes: &[Evidence<'_>],
     weights: &[f64],
     fitted: usize,
 ) -> VarianceComponents {
-    let variance = spread.camera * spread.camera;
-    let mut next = *spread;
+    let variance = components.camera * components.camera;
+    let mut next = *components;
     let (mut squares, mut count) = ([0.0; NUISANCES], -1.0);
     let (mut sum, mut freedom) = (0.0, -(fitted as f64));
     for (evidence, weight) in strikes.iter().zip(weights) {
@@ -206,7 +206,9 @@ fn update(
         count += weight;
         sum += weight * evidence.unexplained(&guess);
         let shrunk: f64 = (0..NUISANCES)
-            .map(|i| evidence.posterior[(i, i)] * variance / spread.nuisance[i].powi(2).max(1e-18))
+            .map(|i| {
+                evidence.posterior[(i, i)] * variance / components.nuisance[i].powi(2).max(1e-18)
+            })
             .sum();
         freedom += weight * (evidence.residual.len() as f64 - (NUISANCES as f64 - shrunk));
     }

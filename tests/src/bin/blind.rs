@@ -120,7 +120,7 @@ fn plain(args: &Args, judged: &mut Judged) -> anyhow::Result<Option<String>> {
         |outcome: &Outcome| &outcome.case.id,
         run,
     )?;
-    let beside_it = match &args.peers {
+    let peers = match &args.peers {
         Some(python) => Some(peers_of(&args.outcomes, python, &all)?),
         None => None,
     };
@@ -138,7 +138,7 @@ fn plain(args: &Args, judged: &mut Judged) -> anyhow::Result<Option<String>> {
     let command = format!("make blind SEEDS={} FIRST={}", args.seeds, args.first);
     Ok(Some(page(
         &outcomes,
-        beside_it.as_deref(),
+        peers.as_deref(),
         separations.as_deref(),
         judged,
         &command,

@@ -79,8 +79,11 @@ pub fn launches(strikes: &[Strike], path: &Path) -> anyhow::Result<()> {
 /// What the identified world leaves of the stops, along the path, over commanded speeds.
 pub fn gaps(strikes: &[Strike], found: &Found, path: &Path) -> anyhow::Result<()> {
     let along = |strike: &Strike| {
-        let look = found.looks.iter().find(|look| look.strike_id == strike.id);
-        look.map(|look| look.before[0])
+        let residual = found
+            .residuals
+            .iter()
+            .find(|residual| residual.strike_id == strike.id);
+        residual.map(|residual| residual.before[0])
     };
     let seen: Vec<(&Strike, f64)> = strikes
         .iter()

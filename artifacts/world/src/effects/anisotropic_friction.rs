@@ -10,7 +10,8 @@ use values::{Point, Rig, Shape};
 
 use super::{
     action::{Acts, Effect, Slide},
-    spec::{EffectParameter, EffectSpec, Family, Parameters, Values},
+    parameters::{EffectParameter, Parameters, Values},
+    spec::{EffectSpec, Family},
     start::{Column, FitStart},
     wording,
 };

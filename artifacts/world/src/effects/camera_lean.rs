@@ -4,7 +4,8 @@ use values::{Point, Rig};
 
 use super::{
     action::{Acts, Effect},
-    spec::{EffectParameter, EffectSpec, Family, Parameters, Values, centre},
+    parameters::{EffectParameter, Parameters, Values, centre},
+    spec::{EffectSpec, Family},
     start::{Column, Experiment, FitStart},
 };
 

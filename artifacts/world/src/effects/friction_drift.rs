@@ -6,7 +6,8 @@ use values::Rig;
 
 use super::{
     action::{Acts, Effect, Slide},
-    spec::{EffectParameter, EffectSpec, Family, Parameters, Values},
+    parameters::{EffectParameter, Parameters, Values},
+    spec::{EffectSpec, Family},
     start::{Column, Experiment, FitStart},
     wording,
 };

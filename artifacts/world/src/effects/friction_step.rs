@@ -9,7 +9,8 @@ use values::{Point, Rig};
 use super::{
     action::{Acts, Effect, Slide},
     footprint,
-    spec::{EffectParameter, EffectSpec, Family, Parameters, Values},
+    parameters::{EffectParameter, Parameters, Values},
+    spec::{EffectSpec, Family},
     start::{Column, Experiment, FitStart},
     wording,
 };

@@ -7,7 +7,8 @@ use values::Rig;
 use super::{
     action::Effect,
     added::AddedEffect,
-    spec::{EffectSpec, Parameters, Values},
+    parameters::{Parameters, Values},
+    spec::EffectSpec,
 };
 use crate::{WorldError, range::in_range};
 

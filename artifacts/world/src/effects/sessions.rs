@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use super::spec::Values;
+use super::parameters::Values;
 use crate::Estimate;
 
 /// The name under which a world may hold the value of sessions that it does not know, in place of the population's mean: no

@@ -1,11 +1,10 @@
 //! What is known of a kind of effect before it is fitted.
 
-use std::collections::{BTreeMap, BTreeSet};
-
-use values::{Point, Rig};
+use values::Rig;
 
 use super::{
     action::Effect,
+    parameters::{EffectParameter, Parameters, Values},
     start::{Experiment, FitStart},
 };
 
@@ -38,10 +37,7 @@ pub struct EffectSpec {
 impl EffectSpec {
     /// The parameter of that name; where parameters are named by session, every name is one.
     pub fn parameter(&self, name: &str) -> Option<&EffectParameter> {
-        match &self.parameters {
-            Parameters::Listed(listed) => listed.iter().find(|p| p.name == name),
-            Parameters::BySession { parameter, .. } => Some(parameter),
-        }
+        self.parameters.get(name)
     }
 }
 
@@ -70,78 +66,4 @@ pub enum Family {
     LaunchAngleByOrder,
     /// What is seen, by place on the table.
     SeenByPlace,
-}
-
-/// How the parameters of an effect are named.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Parameters {
-    /// These; one left out is neutral.
-    Listed(&'static [EffectParameter]),
-    /// One of this kind for each session, named as [`values::Conditions::session`]; sessions are draws ([`super::Population`]).
-    BySession {
-        /// What each is.
-        parameter: EffectParameter,
-        /// Whether they are relative changes from the sessions' mean, which the world itself holds.
-        is_relative: bool,
-    },
-}
-
-/// One parameter of an effect.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct EffectParameter {
-    /// Its name.
-    pub name: &'static str,
-    /// Its unit; empty where it has none.
-    pub unit: &'static str,
-    /// Least value.
-    pub low: f64,
-    /// Greatest value.
-    pub high: f64,
-    /// Value at which the effect does nothing, or where a fit starts.
-    pub neutral: f64,
-    /// Size that real tables show: the scale of a prior and of finite differences.
-    pub scale: f64,
-}
-
-/// A coordinate of the point that a camera looks down on.
-pub(super) const fn centre(name: &'static str, neutral: f64) -> EffectParameter {
-    EffectParameter {
-        name,
-        unit: "m",
-        low: -5.0,
-        high: 5.0,
-        neutral,
-        scale: 0.2,
-    }
-}
-
-/// Values of an effect's parameters, by name, in the parameters' units.
-pub struct Values {
-    /// Every one that is listed or given.
-    pub(super) all: BTreeMap<String, f64>,
-    /// Names of those that the world gives.
-    pub(super) given: BTreeSet<String>,
-}
-
-impl Values {
-    /// Value of a parameter that the effect's specification lists.
-    pub fn get(&self, name: &str) -> f64 {
-        self.all[name]
-    }
-
-    /// Names and values, in the order of their names.
-    pub fn iter(&self) -> impl Iterator<Item = (&str, f64)> {
-        self.all.iter().map(|(name, value)| (name.as_str(), *value))
-    }
-
-    /// The point that the camera looks down on, in m: the effect's own, so that another rig file changes nothing; the rig's
-    /// where the effect does not say.
-    pub fn camera_centre(&self, rig: &Rig) -> Point {
-        let own = |name: &str, rig: f64| match self.given.contains(name) {
-            true => self.get(name),
-            false => rig,
-        };
-        let centre = rig.camera.centre;
-        Point::new(own("center_x", centre.x), own("center_y", centre.y))
-    }
 }

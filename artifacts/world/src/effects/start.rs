@@ -8,7 +8,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use values::{Point, Rig, Strike};
 
-use super::spec::EffectSpec;
+use super::parameters::Parameters;
 
 /// How far a place may lie beyond the strikes, as a share of their extent: one far away is a slope by another name.
 const BEYOND: f64 = 0.25;
@@ -111,8 +111,8 @@ impl FitStart {
     }
 
     /// Range of a parameter in a fit from here.
-    pub fn range(&self, spec: &EffectSpec, parameter: &str) -> (f64, f64) {
-        let own = spec.parameter(parameter);
+    pub fn range(&self, parameters: &Parameters, parameter: &str) -> (f64, f64) {
+        let own = parameters.get(parameter);
         self.within.get(parameter).copied().unwrap_or_else(|| {
             own.map_or((f64::NEG_INFINITY, f64::INFINITY), |own| {
                 (own.low, own.high)
@@ -120,28 +120,32 @@ impl FitStart {
         })
     }
 
-    /// Parameters at which a fit begins, given the coefficients of the columns.
-    pub fn parameters(&self, spec: &EffectSpec, coefficients: &[f64]) -> BTreeMap<String, f64> {
-        let mut parameters = BTreeMap::new();
+    /// Values of the effect's parameters at which a fit begins, given the coefficients of the columns.
+    pub fn parameters(
+        &self,
+        parameters: &Parameters,
+        coefficients: &[f64],
+    ) -> BTreeMap<String, f64> {
+        let mut values = BTreeMap::new();
         for (column, coefficient) in self.columns.iter().zip(coefficients) {
-            parameters.extend(column.form.iter().cloned());
+            values.extend(column.form.iter().cloned());
             let (strength, value) = &column.strength;
-            let neutral = spec.parameter(strength).map_or(0.0, |own| own.neutral);
+            let neutral = parameters.get(strength).map_or(0.0, |own| own.neutral);
             let scaled = if column.is_kept {
                 *value
             } else {
                 neutral + coefficient * (value - neutral)
             };
-            parameters.insert(strength.clone(), scaled);
+            values.insert(strength.clone(), scaled);
         }
         if let Some(combine) = self.combine {
-            parameters.extend(combine(self, coefficients));
+            values.extend(combine(self, coefficients));
         }
-        for (parameter, value) in &mut parameters {
-            let (low, high) = self.range(spec, parameter);
+        for (parameter, value) in &mut values {
+            let (low, high) = self.range(parameters, parameter);
             *value = value.clamp(low, high);
         }
-        parameters
+        values
     }
 }
 

@@ -4,8 +4,9 @@ use values::{Command, Conditions, Rig};
 
 use super::{
     action::{Acts, Effect},
+    parameters::{EffectParameter, Parameters, Values},
     sessions::BySession,
-    spec::{EffectParameter, EffectSpec, Family, Parameters, Values},
+    spec::{EffectSpec, Family},
     start::{Column, Experiment, FitStart},
     wording,
 };

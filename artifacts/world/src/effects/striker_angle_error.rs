@@ -4,7 +4,8 @@ use values::{Command, Conditions, Rig};
 
 use super::{
     action::{Acts, Effect},
-    spec::{EffectParameter, EffectSpec, Family, Parameters, Values},
+    parameters::{EffectParameter, Parameters, Values},
+    spec::{EffectSpec, Family},
     start::{Column, FitStart},
     wording,
 };

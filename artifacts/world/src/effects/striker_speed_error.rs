@@ -7,7 +7,8 @@ use values::{Command, Conditions, Rig};
 
 use super::{
     action::{Acts, Effect},
-    spec::{EffectParameter, EffectSpec, Family, Parameters, Values},
+    parameters::{EffectParameter, Parameters, Values},
+    spec::{EffectSpec, Family},
     start::{Column, Experiment, FitStart},
 };
 

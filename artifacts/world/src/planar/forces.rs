@@ -2,7 +2,7 @@
 
 use values::{Conditions, Point};
 
-use super::Planar;
+use super::world::Planar;
 use crate::{GRAVITY, effects::Slide};
 
 #[derive(Clone, Copy)]

@@ -3,8 +3,9 @@
 use values::Point;
 
 use super::{
-    Frames, Kick, Planar, Shot,
     forces::{Body, Forces, Rate},
+    strike::{Deviation, Frames, StrikeInput},
+    world::Planar,
 };
 use crate::{Release, effects};
 
@@ -46,22 +47,22 @@ pub(super) enum Phase {
 impl<'s> Sliding<'s> {
     pub(super) fn new(
         planar: &'s Planar<'s>,
-        shot: &Shot<'s>,
+        input: &StrikeInput<'s>,
         release: Release,
-        kick: &Kick,
+        deviation: &Deviation,
     ) -> Self {
-        // A kick turns and speeds what leaves the tip, and never turns it back, however large it is.
+        // A deviation turns and speeds what leaves the tip, and never turns it back, however large it is.
         let mut release = release;
-        release.position = release.position.rotated(kick.angle);
-        release.velocity = release.velocity.rotated(kick.angle) * kick.speed.exp();
-        release.spin *= kick.speed.exp();
-        let origin = effects::unobserve(planar.effects, shot.initial + kick.rest);
+        release.position = release.position.rotated(deviation.angle);
+        release.velocity = release.velocity.rotated(deviation.angle) * deviation.speed.exp();
+        release.spin *= deviation.speed.exp();
+        let origin = effects::unobserve(planar.effects, input.initial + deviation.rest);
         let body = Body {
             position: origin + release.position,
             velocity: release.velocity,
             spin: release.spin,
         };
-        let times = shot.times;
+        let times = input.times;
         let mut seen = Frames {
             at: Vec::with_capacity(times.len()),
             rate: Vec::with_capacity(times.len()),
@@ -69,19 +70,19 @@ impl<'s> Sliding<'s> {
         };
         // Frames before the release lie on the way there.
         let mut frame = 0;
-        while frame < times.len() && times[frame] + kick.delay < release.time {
-            let share = (times[frame] + kick.delay).max(0.0) / release.time;
+        while frame < times.len() && times[frame] + deviation.delay < release.time {
+            let share = (times[frame] + deviation.delay).max(0.0) / release.time;
             let at = origin + release.position * (share * share);
             let rate = release.position * (2.0 * share / release.time);
             seen.push(planar.observe(at), rate);
             frame += 1;
         }
-        let forces = Forces::new(planar, shot.conditions, kick.friction);
+        let forces = Forces::new(planar, input.conditions, deviation.friction);
         let mut object = Self {
             rate: forces.rate(release.time, &body),
             forces,
             times,
-            delay: kick.delay,
+            delay: deviation.delay,
             body,
             t: release.time,
             frame,

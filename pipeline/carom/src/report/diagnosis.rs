@@ -213,7 +213,7 @@ fn pictures(shown: &ReportInput<'_>, found: &Found) -> Result<Markup, PageError>
         .map(|strike| (strike.id.as_str(), strike))
         .collect();
     let seen: Vec<StrikeResidual<'_>> = found
-        .looks
+        .residuals
         .iter()
         .filter_map(|look| Some((*strikes.get(look.strike_id.as_str())?, look)))
         .collect();

@@ -1,6 +1,6 @@
 //! Residuals of stops, before and after the effects named, as pictures.
 
-use diagnose::Look;
+use diagnose::StopResidual;
 use plotters::prelude::*;
 use values::{Point, Rig, Strike};
 
@@ -17,10 +17,10 @@ const ARROW: f64 = 0.06;
 const BARB: (f64, f64) = (0.3, 2.7);
 
 /// A strike and its residual.
-pub type StrikeResidual<'a> = (&'a Strike, &'a Look);
+pub type StrikeResidual<'a> = (&'a Strike, &'a StopResidual);
 
 /// Which of a strike's residuals is drawn: along and across the simulated path, in m.
-pub type ResidualOf = fn(&Look) -> [f64; 2];
+pub type ResidualOf = fn(&StopResidual) -> [f64; 2];
 
 /// What a residual is drawn against.
 pub struct Covariate {
@@ -207,7 +207,7 @@ mod tests {
     fn arrows_are_magnified_in_round_steps() {
         let strike = strike(Point::new(0.6, 0.1));
         let of = |length: f64| {
-            let look = Look {
+            let look = StopResidual {
                 strike_id: "a".into(),
                 is_heldout: true,
                 before: [length, 0.0],

@@ -1,7 +1,8 @@
 //! A diagnosis made by hand, and the page that shows it.
 
 use diagnose::{
-    Detectable, Diagnosis, Found, Gap, Look, Named, NextStrike, Parameter, Ranked, Verdict, Where,
+    Detectable, Diagnosis, Found, Gap, Named, NextStrike, Parameter, Ranked, StopResidual, Verdict,
+    Where,
 };
 use values::{Command, Conditions, Point, Rig, Shape, Split, Strike, Track};
 use world::{AddedEffect, Estimate, World};
@@ -33,7 +34,7 @@ pub fn found_tilt() -> Found {
         name: name.into(),
         evidence,
     };
-    let look = |index: usize| Look {
+    let residual = |index: usize| StopResidual {
         strike_id: index.to_string(),
         is_heldout: index.is_multiple_of(3),
         before: [0.02, -0.01 * index as f64],
@@ -104,7 +105,7 @@ pub fn found_tilt() -> Found {
     Found {
         diagnosis,
         world: Some(world),
-        looks: (0..4).map(look).collect(),
+        residuals: (0..4).map(residual).collect(),
     }
 }
 

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use rayon::prelude::*;
 use world::WorldError;
 
-use super::evidence_of;
+use super::penalty::evidence_of;
 use crate::{
     fit::{Fitted, ITERATIONS, TRIAL_ITERATIONS},
     screen::{Chance, Screened, Start},
@@ -41,16 +41,16 @@ impl CandidateFit {
 /// Fits beside one model, by candidate and start: what was fitted once is not fitted again.
 pub(super) type Tried = BTreeMap<(&'static str, usize), Option<CandidateFit>>;
 
-/// The candidates worth a fit, and those that are `asked` for in any case, each fitted beside a model; the best first.
+/// The candidates worth a fit, and those `required` in any case, each fitted beside a model; the best first.
 pub(super) fn fit_best(
-    field: &PreparedStrikes<'_>,
+    prepared: &PreparedStrikes<'_>,
     from: &Fitted,
     screened: &[Screened],
     chance: &Chance,
-    asked: &[&str],
+    required: &[&str],
     tried: &mut Tried,
 ) -> Result<Vec<CandidateFit>, WorldError> {
-    let starts = promising(screened, chance, asked);
+    let starts = promising(screened, chance, required);
     let of = |name: &'static str, fitted: Fitted| CandidateFit {
         evidence: evidence_of(
             name,
@@ -65,7 +65,7 @@ pub(super) fn fit_best(
         .par_iter()
         .filter(|(key, _)| !tried.contains_key(key))
         .map(|(key, start)| {
-            let fitted = begin(field, from, start)?;
+            let fitted = begin(prepared, from, start)?;
             Ok((*key, fitted.map(|fitted| of(key.0, fitted))))
         })
         .collect::<Result<_, WorldError>>()?;
@@ -82,10 +82,10 @@ pub(super) fn fit_best(
         .into_par_iter()
         .map(|(key, begun)| {
             // Far behind after its first iterations, it is left there: a rival all the same, if a poor one.
-            if begun.evidence < BEHIND * best && !asked.contains(&begun.name) {
+            if begun.evidence < BEHIND * best && !required.contains(&begun.name) {
                 return Ok((key, begun.clone()));
             }
-            let fitted = field.further(begun.fitted.clone(), ITERATIONS - TRIAL_ITERATIONS)?;
+            let fitted = prepared.further(begun.fitted.clone(), ITERATIONS - TRIAL_ITERATIONS)?;
             Ok((key, of(begun.name, fitted)))
         })
         .collect::<Result<_, WorldError>>()?;
@@ -99,7 +99,7 @@ type Key = (&'static str, usize);
 fn promising<'s>(
     screened: &'s [Screened],
     chance: &Chance,
-    asked: &[&str],
+    required: &[&str],
 ) -> Vec<(Key, &'s Start)> {
     let mut order: Vec<&Screened> = screened.iter().collect();
     order.sort_by(|a, b| (b.gain() - chance[b.name]).total_cmp(&(a.gain() - chance[a.name])));
@@ -107,7 +107,7 @@ fn promising<'s>(
     order
         .into_iter()
         .enumerate()
-        .filter(|(rank, s)| (*rank < FITTED && s.gain() >= least) || asked.contains(&s.name))
+        .filter(|(rank, s)| (*rank < FITTED && s.gain() >= least) || required.contains(&s.name))
         .flat_map(|(_, s)| {
             let starts = s.starts.iter().take(STARTS).enumerate();
             starts.map(|(i, start)| ((s.name, i), start))
@@ -117,11 +117,11 @@ fn promising<'s>(
 
 /// The first iterations of a fit.
 fn begin(
-    field: &PreparedStrikes<'_>,
+    prepared: &PreparedStrikes<'_>,
     from: &Fitted,
     start: &Start,
 ) -> Result<Option<Fitted>, WorldError> {
-    let fitted = field.fit(
+    let fitted = prepared.fit(
         &start.model,
         &start.components,
         &start.nuisances,
@@ -137,7 +137,7 @@ fn begin(
     let own = from.model.values.len();
     let mut model = start.model.clone();
     model.values[..own].copy_from_slice(&from.model.values);
-    field.fit(
+    prepared.fit(
         &model,
         &from.estimated.components,
         &from.nuisances,

@@ -3,8 +3,9 @@
 use world::WorldError;
 
 use super::{
-    CandidateFit, Selection, alike,
+    CandidateFit, Selection,
     fits::{Tried, fit_best},
+    penalty::alike,
     refine::{ALIKE, BETTER, refine},
 };
 use crate::{
@@ -34,7 +35,7 @@ pub(crate) struct Limits {
 
 /// Adds effects while each brings more than chance, and asks of each whether another could stand in its place.
 pub(crate) fn search<'a>(
-    field: &PreparedStrikes<'a>,
+    prepared: &PreparedStrikes<'a>,
     null: &Fitted,
     first: &[Screened],
     candidates: &[Candidate],
@@ -42,7 +43,7 @@ pub(crate) fn search<'a>(
     limits: &Limits,
 ) -> Result<Selection<'a>, WorldError> {
     let mut selection = Selection {
-        field: field.clone(),
+        prepared: prepared.clone(),
         null: null.clone(),
         fitted: null.clone(),
         effects: Vec::new(),
@@ -54,13 +55,13 @@ pub(crate) fn search<'a>(
             break;
         };
         let held = selection.fitted.model.parts.len();
-        if let Some((field, null, fitted)) =
-            renewed(&selection.field, &selection.null, &fit.fitted)?
+        if let Some((prepared, null, fitted)) =
+            renewed(&selection.prepared, &selection.null, &fit.fitted)?
         {
             let short = shortlist(candidates, &screened);
             selection = refine(
                 Selection {
-                    field,
+                    prepared,
                     null,
                     fitted,
                     effects: Vec::new(),
@@ -89,12 +90,14 @@ fn screen_beside_family(
     candidates: &[Candidate],
     limits: &Limits,
 ) -> Result<Option<(Vec<Screened>, Alarm)>, WorldError> {
-    let Selection { field, fitted, .. } = selection;
-    let family = family_columns(field, fitted)?;
-    let Some(test) = ScoreTest::new(field, fitted, &family, limits.replicates) else {
+    let Selection {
+        prepared, fitted, ..
+    } = selection;
+    let family = family_columns(prepared, fitted)?;
+    let Some(test) = ScoreTest::new(prepared, fitted, &family, limits.replicates) else {
         return Ok(None);
     };
-    let screened = screen_by(field, fitted, &test, candidates, limits.replicates)?;
+    let screened = screen_by(prepared, fitted, &test, candidates, limits.replicates)?;
     let alarm = Alarm::new(&Statistic::all(&screened, &[]));
     Ok(Some((screened, alarm)))
 }
@@ -106,7 +109,9 @@ fn next_effect(
     chance: &Chance,
     significant: Option<&Alarm>,
 ) -> Result<Option<CandidateFit>, WorldError> {
-    let Selection { field, fitted, .. } = selection;
+    let Selection {
+        prepared, fitted, ..
+    } = selection;
     let mut tried = Tried::new();
     let mut best_but = |name: Option<&str>| {
         let others: Vec<Screened> = screened
@@ -114,11 +119,11 @@ fn next_effect(
             .filter(|s| Some(s.name) != name)
             .cloned()
             .collect();
-        let asked = name.map_or(&[] as &[&str], alike);
-        fit_best(field, fitted, &others, chance, asked, &mut tried)
+        let required = name.map_or(&[] as &[&str], alike);
+        fit_best(prepared, fitted, &others, chance, required, &mut tried)
     };
     let is_enough = |fit: &CandidateFit| {
-        fit.evidence > asked_of(selection, fit)
+        fit.evidence > required_evidence(selection, fit)
             && significant.is_none_or(|alarm| alarm.p_value_of(fit.name).is_real())
     };
     let Some(fit) = best_but(None)?.into_iter().find(is_enough) else {
@@ -133,7 +138,7 @@ fn next_effect(
 }
 
 /// Evidence that is asked of another effect.
-fn asked_of(selection: &Selection<'_>, fit: &CandidateFit) -> f64 {
+fn required_evidence(selection: &Selection<'_>, fit: &CandidateFit) -> f64 {
     if selection.effects.is_empty() {
         return 0.0;
     }

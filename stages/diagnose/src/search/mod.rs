@@ -6,6 +6,7 @@
 
 mod fits;
 mod forward;
+mod penalty;
 mod refine;
 
 pub(crate) use fits::{CandidateFit, EXCLUDED};
@@ -17,7 +18,7 @@ use crate::{fit::Fitted, strikes::PreparedStrikes};
 /// What a search ends with.
 pub(crate) struct Selection<'a> {
     /// The strikes with the noise and frames of the model found.
-    pub(crate) field: PreparedStrikes<'a>,
+    pub(crate) prepared: PreparedStrikes<'a>,
     /// The world without effects, under the same noise.
     pub(crate) null: Fitted,
     pub(crate) fitted: Fitted,
@@ -51,31 +52,4 @@ pub(crate) struct SelectedEffect {
     pub(crate) equivalent: Vec<&'static str>,
     /// Models with another effect in its place, the best first.
     pub(crate) rivals: Vec<CandidateFit>,
-}
-
-/// Effects that do the same by construction, or nearly so.
-fn alike(name: &str) -> &'static [&'static str] {
-    world::effects::effect(name).map_or(&[], |spec| spec.equivalent)
-}
-
-/// Share of what an effect gains that one which contains a simpler effect must bring beyond it: what is left by a form that is not
-/// quite the simpler one's is no reason for the other.
-const CONTAINS_SHARE: f64 = 0.02;
-/// Evidence that each further value of such an effect must bring.
-const CONTAINS_VALUE: f64 = 2.0;
-
-/// Gain in log-likelihood of an effect that frees so many values, less what it would gain by chance, and less what is asked
-/// of an effect that contains a simpler one.
-fn evidence_of(name: &'static str, gain: f64, freed: usize, chance: f64) -> f64 {
-    let further = if simpler(name).is_empty() {
-        0.0
-    } else {
-        CONTAINS_SHARE * gain.max(0.0) + CONTAINS_VALUE * freed.saturating_sub(1) as f64
-    };
-    gain - chance - further
-}
-
-/// Effects that are one's special cases.
-fn simpler(name: &str) -> &'static [&'static str] {
-    world::effects::effect(name).map_or(&[], |spec| spec.contains)
 }

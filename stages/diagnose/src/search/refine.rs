@@ -3,9 +3,9 @@
 use world::WorldError;
 
 use super::{
-    CandidateFit, EXCLUDED, SelectedEffect, Selection, alike, evidence_of,
+    CandidateFit, EXCLUDED, SelectedEffect, Selection,
     fits::{Tried, fit_best},
-    simpler,
+    penalty::{alike, evidence_of, simpler},
 };
 use crate::{
     candidates::Candidate,
@@ -29,7 +29,7 @@ pub(crate) fn without<'a>(
     let model = from.model.without(place);
     let components = &from.estimated.components;
     let fitted = selection
-        .field
+        .prepared
         .fit(&model, components, &from.nuisances, ITERATIONS)?;
     if let Some(fitted) = fitted {
         selection.fitted = fitted;
@@ -50,7 +50,7 @@ pub(super) fn refine<'a>(
         let mut better = None;
         let mut effects = Vec::new();
         for place in 0..selection.fitted.model.parts.len() {
-            let (effect, reduced) = standing(&selection, place, candidates, chance)?;
+            let (effect, reduced) = assess(&selection, place, candidates, chance)?;
             if changes > 0 {
                 better = replacement(&effect, reduced);
                 if better.is_some() {
@@ -82,17 +82,19 @@ fn replacement(effect: &SelectedEffect, reduced: Option<Fitted>) -> Option<Fitte
 }
 
 /// How firmly one effect stands beside the others, and the model without it.
-fn standing(
+fn assess(
     selection: &Selection<'_>,
     place: usize,
     candidates: &[Candidate],
     chance: &Chance,
 ) -> Result<(SelectedEffect, Option<Fitted>), WorldError> {
-    let Selection { field, fitted, .. } = selection;
+    let Selection {
+        prepared, fitted, ..
+    } = selection;
     let name = fitted.model.parts[place].name;
     let model = fitted.model.without(place);
     let components = &fitted.estimated.components;
-    let Some(reduced) = field.fit(&model, components, &fitted.nuisances, ITERATIONS)? else {
+    let Some(reduced) = prepared.fit(&model, components, &fitted.nuisances, ITERATIONS)? else {
         let firm = SelectedEffect {
             name,
             evidence: f64::INFINITY,
@@ -107,12 +109,12 @@ fn standing(
         fitted.model.free.len() - reduced.model.free.len(),
         chance[name],
     );
-    let screened: Vec<Screened> = screen(field, &reduced, candidates)?
+    let screened: Vec<Screened> = screen(prepared, &reduced, candidates)?
         .into_iter()
         .filter(|s| s.name != name)
         .collect();
     let tried = &mut Tried::new();
-    let rivals = fit_best(field, &reduced, &screened, chance, alike(name), tried)?;
+    let rivals = fit_best(prepared, &reduced, &screened, chance, alike(name), tried)?;
     let is_at_end = fitted.model.is_form_at_end(place);
     let equivalent = rivals
         .iter()

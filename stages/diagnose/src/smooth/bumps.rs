@@ -8,7 +8,7 @@ use super::covariate::Covariate;
 use crate::{
     fit::Fitted,
     mixed::{ANGLE, FRICTION, NUISANCES, SPEED},
-    score::{Moved, ScoreTest},
+    score::{ScoreTest, StrikeColumns},
     strikes::PreparedStrikes,
 };
 
@@ -30,7 +30,7 @@ pub(super) type Place = (Point, Point);
 /// The bumps of one covariate.
 pub(crate) struct Bumps {
     pub(super) places: Vec<Place>,
-    pub(crate) moved: Moved,
+    pub(crate) moved: StrikeColumns,
     /// Height that is neither small nor large.
     pub(crate) scale: f64,
     /// Height of the bump that stands at the first place, at the second, on the table or among commands.
@@ -82,17 +82,17 @@ fn line(values: impl Iterator<Item = f64>, count: usize) -> (Vec<f64>, f64) {
 
 /// The bumps of a covariate at a fitted model; `None` where a strike with one does not come to rest.
 pub(crate) fn bumps(
-    field: &PreparedStrikes<'_>,
+    prepared: &PreparedStrikes<'_>,
     fitted: &Fitted,
     test: &ScoreTest<'_, '_>,
     covariate: Covariate,
 ) -> Result<Option<Bumps>, WorldError> {
     let builder = Builder {
-        field,
+        prepared,
         fitted,
         test,
     };
-    let strikes = &field.strikes;
+    let strikes = &prepared.strikes;
     let (ahead, left) = (Point::new(1.0, 0.0), Point::new(0.0, 1.0));
     let on_line = |(centres, _): &(Vec<f64>, f64), directions: &[Point]| -> Vec<Place> {
         centres
@@ -108,7 +108,7 @@ pub(crate) fn bumps(
             };
             let mut spacing = SPACING;
             let experiment = Experiment {
-                rig: field.rig,
+                rig: prepared.rig,
                 strikes,
             };
             let mut middles = experiment.cells(spacing, FRAMES);
@@ -234,7 +234,7 @@ enum Acts {
 }
 
 struct Builder<'s, 'f, 'a> {
-    field: &'f PreparedStrikes<'a>,
+    prepared: &'f PreparedStrikes<'a>,
     fitted: &'f Fitted,
     test: &'s ScoreTest<'f, 'a>,
 }
@@ -248,7 +248,7 @@ impl Builder<'_, '_, '_> {
         acceleration: &(dyn Fn(Place, f64, Point, Point) -> Point + Sync),
     ) -> Result<Option<Bumps>, WorldError> {
         let model = &self.fitted.model;
-        let effects = model.effects(self.field.rig, &model.values)?;
+        let effects = model.effects(self.prepared.rig, &model.values)?;
         let pushes: Vec<Box<Push<'_>>> = places
             .iter()
             .map(|place| {
@@ -260,7 +260,7 @@ impl Builder<'_, '_, '_> {
         let worlds: Vec<_> = pushes
             .iter()
             .map(|push| {
-                let mut planar = self.field.planar(&model.values, &effects);
+                let mut planar = self.prepared.planar(&model.values, &effects);
                 planar.push = Some(push.as_ref());
                 (planar, PUSH)
             })

@@ -41,30 +41,30 @@ pub(crate) struct Dependence {
 
 /// Every covariate's dependence at a fitted model.
 pub(crate) fn dependences(
-    field: &PreparedStrikes<'_>,
+    prepared: &PreparedStrikes<'_>,
     fitted: &Fitted,
     replicates: Replicates,
 ) -> Result<Vec<Dependence>, WorldError> {
-    match ScoreTest::new(field, fitted, &[], replicates) {
-        Some(test) => dependences_of(field, fitted, &test),
+    match ScoreTest::new(prepared, fitted, &[], replicates) {
+        Some(test) => dependences_of(prepared, fitted, &test),
         None => Ok(Vec::new()),
     }
 }
 
 /// The same of a test that is there.
 pub(crate) fn dependences_of(
-    field: &PreparedStrikes<'_>,
+    prepared: &PreparedStrikes<'_>,
     fitted: &Fitted,
     test: &ScoreTest<'_, '_>,
 ) -> Result<Vec<Dependence>, WorldError> {
     let mut found = Vec::new();
     for covariate in COVARIATES {
-        let Some(bumps) = bumps(field, fitted, test, covariate)? else {
+        let Some(bumps) = bumps(prepared, fitted, test, covariate)? else {
             continue;
         };
         let scores = test.scores(bumps.places.len(), &bumps.moved);
         let ridge = Ridge::new(&scores, bumps.scale);
-        let peak = Peak { field, test };
+        let peak = Peak { prepared, test };
         let (at, peak) = peak.strongest(covariate, &scores, &bumps.places, &ridge.heights);
         found.push(Dependence {
             covariate,
@@ -80,7 +80,7 @@ pub(crate) fn dependences_of(
 /// What a wrong form of the effects held would leave: smooth dependences of their families, each as large as the marginal
 /// likelihood would have it. They stand beside a model while it is asked whether it lacks another effect.
 pub(crate) fn family_columns(
-    field: &PreparedStrikes<'_>,
+    prepared: &PreparedStrikes<'_>,
     fitted: &Fitted,
 ) -> Result<Vec<RandomColumns>, WorldError> {
     let parts = fitted.model.parts.iter();
@@ -91,10 +91,10 @@ pub(crate) fn family_columns(
     covariates.dedup();
     let mut random: Vec<RandomColumns> = Vec::new();
     for covariate in covariates {
-        let Some(test) = ScoreTest::new(field, fitted, &random, Replicates::NONE) else {
+        let Some(test) = ScoreTest::new(prepared, fitted, &random, Replicates::NONE) else {
             break;
         };
-        let Some(bumps) = bumps(field, fitted, &test, covariate)? else {
+        let Some(bumps) = bumps(prepared, fitted, &test, covariate)? else {
             continue;
         };
         let scores = test.scores(bumps.places.len(), &bumps.moved);

@@ -19,7 +19,7 @@ const SEEN: f64 = 0.1;
 
 /// Where a covariate's bumps act most strongly, and how strongly there.
 pub(super) struct Peak<'s, 'f, 'a> {
-    pub(super) field: &'f PreparedStrikes<'a>,
+    pub(super) prepared: &'f PreparedStrikes<'a>,
     pub(super) test: &'s ScoreTest<'f, 'a>,
 }
 
@@ -45,7 +45,7 @@ impl Peak<'_, '_, '_> {
                 sum + place.1 * (*height * bump(at.distance(place.0), spacing))
             })
         };
-        let strikes = &self.field.strikes;
+        let strikes = &self.prepared.strikes;
         let launched = |of: &dyn Fn(&Strike) -> f64| {
             let made_up = self.test.as_launches(&change);
             let by_strike: Vec<(f64, Point)> = strikes

@@ -6,7 +6,7 @@ use nalgebra::{DMatrix, DVector};
 use values::{Point, Rig, Strike};
 use world::effects::{self, Effect};
 use world::launch::Launch;
-use world::planar::{Kick, Planar, Shot, gyration};
+use world::planar::{Deviation, Planar, StrikeInput, gyration};
 use world::{AddedEffect, Estimate};
 
 /// Friction, restitution and a turn common to all launches (rad).
@@ -80,19 +80,19 @@ impl Fits<'_> {
             gyration(self.rig),
             &effects,
         );
-        let kick = Kick {
+        let deviation = Deviation {
             angle: base[2],
             delay: 0.5 / self.rig.camera.rate,
-            ..Kick::default()
+            ..Deviation::default()
         };
         let mut all = Vec::new();
         for (strike, launch) in &self.strikes {
             let times = if whole { &strike.track.t[..] } else { &[] };
-            let shot = Shot {
+            let input = StrikeInput {
                 times,
-                ..Shot::from(*strike)
+                ..StrikeInput::from(*strike)
             };
-            let frames = planar.strike(&shot, launch, &kick)?;
+            let frames = planar.strike(&input, launch, &deviation)?;
             let mut add = |a: Point, b: Point| all.extend([a.x - b.x, a.y - b.y]);
             for (i, at) in frames.at.iter().enumerate() {
                 add(strike.track.point(i), *at);

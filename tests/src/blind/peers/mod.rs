@@ -83,7 +83,7 @@ fn fill(case: &Case, found: &mut Peers) -> Option<String> {
     let (judging, learning) = launched
         .into_iter()
         .partition(|(s, _)| s.split == Split::Test);
-    let learners = Fits {
+    let training = Fits {
         rig: &rig,
         strikes: learning,
     };
@@ -98,7 +98,7 @@ fn fill(case: &Case, found: &mut Peers) -> Option<String> {
         name: "friction_by_session".into(),
         parameters: others().collect(),
     });
-    let learn: Vec<&Strike> = learners.strikes.iter().map(|(strike, _)| *strike).collect();
+    let learn: Vec<&Strike> = training.strikes.iter().map(|(strike, _)| *strike).collect();
     let tracks = Tracks {
         id: &case.id,
         tracks: learn.iter().map(|strike| &strike.track).collect(),
@@ -113,7 +113,7 @@ fn fill(case: &Case, found: &mut Peers) -> Option<String> {
             })
             .collect(),
     };
-    found.freed = learners.freed(&judges);
-    found.swept = learners.swept(by_session.as_slice(), case.seed);
+    found.freed = training.freed(&judges);
+    found.swept = training.swept(by_session.as_slice(), case.seed);
     serde_json::to_string(&tracks).ok()
 }

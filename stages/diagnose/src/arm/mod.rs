@@ -4,17 +4,19 @@
 //! the arm. What the arm does is a regression of its own, of delivered on commanded speeds and angles, by the formulas of the library's
 //! effects of the striker.
 
-use rayon::prelude::*;
 use values::{Point, Split, Strike, arm_scatter, delivered_strikes};
+use world::Estimate;
 use world::effects;
-use world::{Estimate, Simulator, World, WorldError};
 
-use crate::diagnosis::{Gap, Look, Named, Parameter, Verdict};
+use crate::diagnosis::{Gap, Named, Parameter, Verdict};
+use crate::gap;
 use crate::model::specification;
 use crate::{DiagnoseError, Found, Input};
 
 use law::{Law, fit};
 
+mod descent;
+mod forms;
 mod law;
 
 /// Effects of the library that act on what the arm is told begin with this: they are told here, where the arm's state is known.
@@ -117,9 +119,9 @@ impl Arm {
             .iter()
             .filter(|strike| !strike.is_pushed_again())
             .collect();
-        let before = stops(input, &input.world, &strikes)?;
-        let after = stops(input, &world, &strikes)?;
-        found.looks = looks(&strikes, &before, &after);
+        let before = gap::stop_residuals(&input.rig, &input.world, &strikes)?;
+        let after = gap::stop_residuals(&input.rig, &world, &strikes)?;
+        found.residuals = gap::residuals(&strikes, &before, &after);
         let judges: Vec<(Point, Point)> = strikes
             .iter()
             .zip(before.iter().zip(&after))
@@ -128,8 +130,8 @@ impl Arm {
             .collect();
         found.diagnosis.gap = Gap {
             heldout_strikes: judges.len(),
-            before: rms(judges.iter().map(|(before, _)| *before)),
-            after: rms(judges.iter().map(|(_, after)| *after)),
+            before: gap::rms(judges.iter().map(|(before, _)| *before)),
+            after: gap::rms(judges.iter().map(|(_, after)| *after)),
             ..found.diagnosis.gap
         };
         found.world = Some(world);
@@ -160,54 +162,4 @@ fn named_law(law: &Law, statement: String) -> Named {
         equivalent: Vec::new(),
         rivals: Vec::new(),
     }
-}
-
-/// Measured less simulated stops of what was commanded, in m; `None` where a strike does not rest in that world.
-fn stops(
-    input: &Input,
-    world: &World,
-    strikes: &[&Strike],
-) -> Result<Vec<Option<Point>>, WorldError> {
-    let simulator = Simulator::new(&input.rig, world)?;
-    let stop = |worker: &mut world::Worker<'_>, strike: &&Strike| {
-        let Strike {
-            initial,
-            command,
-            conditions,
-            ..
-        } = *strike;
-        let simulated = worker.strike(*initial, *command, conditions).ok()?;
-        Some(strike.stop - simulated.stop)
-    };
-    Ok(strikes
-        .par_iter()
-        .map_init(|| simulator.worker(), stop)
-        .collect())
-}
-
-fn looks(strikes: &[&Strike], before: &[Option<Point>], after: &[Option<Point>]) -> Vec<Look> {
-    let look = |(strike, (before, after)): (&&Strike, (&Option<Point>, &Option<Point>))| {
-        let path = strike.path();
-        let ahead = path * (1.0 / path.norm().max(1e-9));
-        let split = |r: Point| [r.dot(ahead), r.y * ahead.x - r.x * ahead.y];
-        Some(Look {
-            strike_id: strike.id.clone(),
-            is_heldout: strike.split == Split::Test,
-            before: split((*before)?),
-            after: split((*after)?),
-        })
-    };
-    strikes
-        .iter()
-        .zip(before.iter().zip(after))
-        .filter_map(look)
-        .collect()
-}
-
-/// Root mean square length, in m.
-fn rms(residuals: impl Iterator<Item = Point>) -> f64 {
-    let (count, sum) = residuals.fold((0_usize, 0.0), |(count, sum), r| {
-        (count + 1, sum + r.dot(r))
-    });
-    (sum / count.max(1) as f64).sqrt()
 }

@@ -1,83 +1,38 @@
 //! Score tests: how much a small change would explain of what a fitted model leaves.
 //!
-//! At a fitted model a column c (the derivative of every track by some strength) gains S/2 of log-likelihood, S = u²/V, with
+//! StrikeAtFit a fitted model a column c (the derivative of every track by some strength) gains S/2 of log-likelihood, S = u²/V, with
 //! u = cᵀΣ⁻¹r and V what is left of cᵀΣ⁻¹c beside the model's own columns. What chance gains is known from the same columns in
 //! two ways: residuals drawn from the fitted model and its noise (parametric bootstrap), and the measured residuals with the
 //! signs of whole strikes flipped, which takes no model of noise on trust.
 
+mod columns;
+mod replicates;
+mod strike;
+
+pub(crate) use columns::{ColumnScores, RandomColumns, Score, StrikeColumns};
+pub(crate) use replicates::Replicates;
+
 use nalgebra::{DMatrix, DVector};
-use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
-use rand_distr::{ChiSquared, Distribution, StandardNormal};
 use rayon::prelude::*;
 use values::Point;
 use world::planar::Planar;
 
+use self::{
+    replicates::{common_heights, signs, studentised},
+    strike::StrikeAtFit,
+};
 use crate::{
     fit::{Fitted, prior},
-    linearisation::Whitened,
-    mixed::{self, Estimated, NUISANCES, posterior},
+    mixed::{self, Estimated},
     model::CLOCK,
     strikes::{PreparedStrikes, stack},
 };
 
-/// A column of which less than this share is left beside the model's own differs from them by rounding.
-const APART: f64 = 1e-6;
-
-/// How many residuals are drawn, and how many times signs are flipped.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Replicates {
-    pub(crate) drawn: usize,
-    pub(crate) flipped: usize,
-    pub(crate) seed: u64,
-}
-
-impl Replicates {
-    /// Scores alone.
-    pub(crate) const NONE: Self = Self {
-        drawn: 0,
-        flipped: 0,
-        seed: 0,
-    };
-}
-
-/// Whitened columns of each strike; none where it is not touched.
-pub(crate) type Moved = Vec<Option<DMatrix<f64>>>;
-
-/// Columns that stand beside the model's own, with coefficients of mean zero and this variance.
-#[derive(Clone, Debug)]
-pub(crate) struct RandomColumns {
-    pub(crate) moved: Moved,
-    pub(crate) variance: f64,
-}
-
-impl RandomColumns {
-    fn count(&self) -> usize {
-        let first = self.moved.iter().flatten().next();
-        first.map_or(0, DMatrix::ncols)
-    }
-}
-
-/// One strike at a fitted model.
-struct At<'f> {
-    whitened: &'f Whitened,
-    simulated: &'f DVector<f64>,
-    /// The model's own columns X, the random ones among them.
-    own: DMatrix<f64>,
-    /// Σ⁻¹·[X, r, drawn residuals].
-    weighed: DMatrix<f64>,
-    /// Σ⁻¹·(r − X·β).
-    left: DVector<f64>,
-    /// C/σ² and 1/σ².
-    posterior: DMatrix<f64>,
-    precision: f64,
-}
-
 /// A fitted model, ready to be tested against columns that it lacks.
 pub(crate) struct ScoreTest<'f, 'a> {
-    field: &'f PreparedStrikes<'a>,
+    prepared: &'f PreparedStrikes<'a>,
     fitted: &'f Fitted,
-    strikes: Vec<At<'f>>,
+    strikes: Vec<StrikeAtFit<'f>>,
     /// (XᵀΣ⁻¹X + prior precision)⁻¹.
     inverse: DMatrix<f64>,
     /// XᵀΣ⁻¹·[r, drawn residuals].
@@ -88,34 +43,10 @@ pub(crate) struct ScoreTest<'f, 'a> {
     studentised: Vec<f64>,
 }
 
-/// What a few columns say together.
-#[derive(Clone, Debug)]
-pub(crate) struct Score {
-    /// Gain in log-likelihood, S/2.
-    pub(crate) gain: f64,
-    /// Best coefficient of each column.
-    pub(crate) coefficients: Vec<f64>,
-    /// Standard error of the first column's coefficient.
-    pub(crate) error: f64,
-    /// The gain in each replicate: those drawn, then those flipped.
-    pub(crate) by_chance: Vec<f64>,
-}
-
-/// Scores u and information V of columns, the model's own projected off.
-pub(crate) struct ColumnScores {
-    pub(crate) information: DMatrix<f64>,
-    /// What each column's information would be alone.
-    pub(crate) alone: Vec<f64>,
-    /// One column for the residual, then one for each replicate.
-    pub(crate) scores: DMatrix<f64>,
-    /// How far each of the model's own values (columns) makes up for each of these (rows).
-    pub(crate) made_up: DMatrix<f64>,
-}
-
 impl<'f, 'a> ScoreTest<'f, 'a> {
     /// Prepares a fitted model with random columns beside it; `None` where its values cannot be told apart.
     pub(crate) fn new(
-        field: &'f PreparedStrikes<'a>,
+        prepared: &'f PreparedStrikes<'a>,
         fitted: &'f Fitted,
         random: &[RandomColumns],
         replicates: Replicates,
@@ -123,9 +54,9 @@ impl<'f, 'a> ScoreTest<'f, 'a> {
         let p = fitted.model.free.len();
         let all = p + random.iter().map(RandomColumns::count).sum::<usize>();
         let common = common_heights(random, replicates);
-        let mut strikes: Vec<At<'f>> = (0..field.strikes.len())
+        let mut strikes: Vec<StrikeAtFit<'f>> = (0..prepared.strikes.len())
             .into_par_iter()
-            .map(|i| At::new(field, fitted, i, random, &common, replicates))
+            .map(|i| StrikeAtFit::new(prepared, fitted, i, random, &common, replicates))
             .collect();
         let mut information = DMatrix::zeros(all, all + 1 + replicates.drawn);
         for at in &strikes {
@@ -152,7 +83,7 @@ impl<'f, 'a> ScoreTest<'f, 'a> {
         Some(Self {
             signs: signs(strikes.len(), replicates),
             studentised: studentised(strikes.len(), p, replicates),
-            field,
+            prepared,
             fitted,
             strikes,
             inverse,
@@ -166,20 +97,20 @@ impl<'f, 'a> ScoreTest<'f, 'a> {
         &self,
         worlds: &[(Planar<'_>, f64)],
         touches: &(dyn Fn(usize, usize) -> bool + Sync),
-    ) -> Option<Moved> {
+    ) -> Option<StrikeColumns> {
         let clock = self.fitted.model.values[CLOCK];
         self.strikes
             .par_iter()
             .enumerate()
             .map(|(i, at)| {
                 let mut columns: Option<DMatrix<f64>> = None;
-                let whitening = &self.field.whitenings[i];
+                let whitening = &self.prepared.whitenings[i];
                 for (k, (planar, step)) in worlds.iter().enumerate() {
                     if !touches(k, i) {
                         continue;
                     }
                     let b = &self.fitted.nuisances[i];
-                    let frames = self.field.simulate(planar, i, clock, b)?;
+                    let frames = self.prepared.simulate(planar, i, clock, b)?;
                     let column = (stack(&frames.at) - at.simulated) / *step;
                     columns
                         .get_or_insert_with(|| DMatrix::zeros(column.len(), worlds.len()))
@@ -195,7 +126,7 @@ impl<'f, 'a> ScoreTest<'f, 'a> {
     /// weak prior of this `precision`. β is the model's values, then the columns that are not kept.
     pub(crate) fn step(
         &self,
-        moved: &Moved,
+        moved: &StrikeColumns,
         is_kept: &[bool],
         precision: &[f64],
     ) -> Option<Estimated> {
@@ -205,7 +136,7 @@ impl<'f, 'a> ScoreTest<'f, 'a> {
             .strikes
             .par_iter()
             .zip(moved)
-            .zip(&self.field.whitenings)
+            .zip(&self.prepared.whitenings)
             .map(|((at, columns), whitening)| {
                 let mut x = DMatrix::zeros(at.simulated.len(), p + free.len() + 1);
                 x.columns_mut(0, p).copy_from(&at.whitened.values);
@@ -238,7 +169,10 @@ impl<'f, 'a> ScoreTest<'f, 'a> {
     }
 
     /// Columns as multiples of a strike's nuisances: `factors(strike)` has a row for each nuisance, a column for each column.
-    pub(crate) fn launches(&self, factors: &(dyn Fn(usize) -> DMatrix<f64> + Sync)) -> Moved {
+    pub(crate) fn launches(
+        &self,
+        factors: &(dyn Fn(usize) -> DMatrix<f64> + Sync),
+    ) -> StrikeColumns {
         let strikes = self.strikes.par_iter().enumerate();
         strikes
             .map(|(i, at)| Some(&at.whitened.nuisances * factors(i)))
@@ -259,7 +193,7 @@ impl<'f, 'a> ScoreTest<'f, 'a> {
     }
 
     /// What `count` columns say, the model's own projected off.
-    pub(crate) fn scores(&self, count: usize, moved: &Moved) -> ColumnScores {
+    pub(crate) fn scores(&self, count: usize, moved: &StrikeColumns) -> ColumnScores {
         let p = self.inverse.nrows();
         let (drawn, flipped) = (self.studentised.len(), self.signs.ncols());
         let mut own = DMatrix::zeros(count, count);
@@ -302,7 +236,12 @@ impl<'f, 'a> ScoreTest<'f, 'a> {
     }
 
     /// Each strike's own score (a column each): what it says of the columns, the model's own projected off.
-    fn by_strike(&self, count: usize, moved: &Moved, beside: &DMatrix<f64>) -> DMatrix<f64> {
+    fn by_strike(
+        &self,
+        count: usize,
+        moved: &StrikeColumns,
+        beside: &DMatrix<f64>,
+    ) -> DMatrix<f64> {
         let mut all = DMatrix::zeros(count, self.strikes.len());
         for (i, (at, columns)) in self.strikes.iter().zip(moved).enumerate() {
             let mut score = -(beside * at.own.tr_mul(&at.left));
@@ -312,138 +251,5 @@ impl<'f, 'a> ScoreTest<'f, 'a> {
             all.set_column(i, &score);
         }
         all
-    }
-}
-
-impl<'f> At<'f> {
-    fn new(
-        field: &PreparedStrikes<'_>,
-        fitted: &'f Fitted,
-        i: usize,
-        random: &[RandomColumns],
-        common: &DMatrix<f64>,
-        replicates: Replicates,
-    ) -> Self {
-        let components = &fitted.estimated.components;
-        let whitened = &fitted.linearisation.whitened[i];
-        let g = &whitened.nuisances;
-        let (rows, p) = (g.nrows(), whitened.values.ncols());
-        let mut own = whitened
-            .values
-            .clone()
-            .resize_horizontally(p + common.nrows(), 0.0);
-        let mut place = p;
-        for columns in random {
-            if let Some(mine) = &columns.moved[i] {
-                own.columns_mut(place, mine.ncols()).copy_from(mine);
-            }
-            place += columns.count();
-        }
-        let kept = &field.frames[i].kept;
-        let is_kept = |row: usize| kept[row % kept.len()];
-        let mut stream = ChaCha8Rng::seed_from_u64(replicates.seed);
-        stream.set_stream(i as u64);
-        let mut all = DMatrix::zeros(rows, place + 1 + replicates.drawn);
-        all.columns_mut(0, place).copy_from(&own);
-        all.set_column(place, &whitened.residual);
-        let mut normal = || -> f64 { StandardNormal.sample(&mut stream) };
-        for replicate in 0..replicates.drawn {
-            let b = DVector::from_fn(NUISANCES, |k, _| components.nuisance[k] * normal());
-            let mut drawn = g * b;
-            for row in 0..rows {
-                let noise = components.camera * normal();
-                if is_kept(row) {
-                    drawn[row] += noise;
-                }
-            }
-            drawn += own.columns(p, place - p) * common.column(replicate);
-            all.set_column(place + 1 + replicate, &drawn);
-        }
-        let precision = components.camera.powi(-2);
-        let posterior = posterior(g, components) * precision;
-        let weighed = &all * precision - g * (&posterior * g.tr_mul(&all));
-        Self {
-            simulated: &fitted.linearisation.raw[i].simulated,
-            whitened,
-            own,
-            weighed,
-            left: DVector::zeros(0),
-            posterior,
-            precision,
-        }
-    }
-}
-
-/// Coefficients of the random columns in each replicate, the same for all strikes.
-fn common_heights(random: &[RandomColumns], replicates: Replicates) -> DMatrix<f64> {
-    let scales: Vec<f64> = random
-        .iter()
-        .flat_map(|columns| vec![columns.variance.sqrt(); columns.count()])
-        .collect();
-    let mut stream = ChaCha8Rng::seed_from_u64(replicates.seed);
-    stream.set_stream(u64::MAX);
-    DMatrix::from_fn(scales.len(), replicates.drawn, |k, _| {
-        let normal: f64 = StandardNormal.sample(&mut stream);
-        scales[k] * normal
-    })
-}
-
-fn signs(strikes: usize, replicates: Replicates) -> DMatrix<f64> {
-    let mut stream = ChaCha8Rng::seed_from_u64(replicates.seed);
-    stream.set_stream(u64::MAX - 1);
-    DMatrix::from_fn(strikes, replicates.flipped, |_, _| {
-        if stream.random::<bool>() { 1.0 } else { -1.0 }
-    })
-}
-
-/// The scatter of strikes is estimated from as many strikes, less the values fitted to them: scores over the estimated
-/// scatter follow Student's t.
-fn studentised(strikes: usize, fitted: usize, replicates: Replicates) -> Vec<f64> {
-    let freedom = strikes.saturating_sub(fitted).max(1) as f64;
-    let mut stream = ChaCha8Rng::seed_from_u64(replicates.seed);
-    stream.set_stream(u64::MAX - 2);
-    let Ok(distribution) = ChiSquared::new(freedom) else {
-        return vec![1.0; replicates.drawn];
-    };
-    (0..replicates.drawn)
-        .map(|_| (freedom / distribution.sample(&mut stream)).sqrt())
-        .collect()
-}
-
-impl ColumnScores {
-    /// The joint score, columns that are kept at a coefficient of 1; `None` where the model's own columns leave nothing of these.
-    pub(crate) fn score(&self, is_kept: &[bool]) -> Option<Score> {
-        let count = self.information.nrows();
-        if (0..count).any(|i| self.information[(i, i)] < APART * self.alone[i]) {
-            return None;
-        }
-        let errors = self.information.clone().cholesky()?.inverse();
-        let at =
-            |kept: bool| -> Vec<usize> { (0..count).filter(|i| is_kept[*i] == kept).collect() };
-        let (kept, free) = (at(true), at(false));
-        let between = |a: &[usize], b: &[usize]| self.information.select_rows(a).select_columns(b);
-        let ones = DVector::repeat(kept.len(), 1.0);
-        let all_or_nothing = -0.5 * ones.dot(&(between(&kept, &kept) * &ones));
-        let moved = between(&free, &kept) * ones;
-        let factor = between(&free, &free).cholesky()?;
-        let gained = |k: usize| {
-            let u = self.scores.column(k);
-            let left = DVector::from_fn(free.len(), |i, _| u[free[i]] - moved[i]);
-            let coefficients = factor.solve(&left);
-            let by_kept: f64 = kept.iter().map(|i| u[*i]).sum();
-            let gain = all_or_nothing + by_kept + 0.5 * left.dot(&coefficients);
-            (gain, coefficients)
-        };
-        let (gain, found) = gained(0);
-        let mut coefficients = vec![1.0; count];
-        for (i, place) in free.iter().enumerate() {
-            coefficients[*place] = found[i];
-        }
-        Some(Score {
-            gain,
-            error: errors[(0, 0)].max(0.0).sqrt(),
-            coefficients,
-            by_chance: (1..self.scores.ncols()).map(|k| gained(k).0).collect(),
-        })
     }
 }

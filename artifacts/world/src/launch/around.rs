@@ -1,0 +1,108 @@
+//! MuJoCo's impacts as commanded and a little beside each.
+
+use std::collections::BTreeMap;
+
+use rayon::prelude::*;
+use values::{Command, Rig, Shape};
+
+use super::Launch;
+use crate::{Impact, Simulator, Worker, World, WorldError};
+
+/// What is changed beside an impact, and by how much: relative speed, angle (rad), offset of the tip (m), restitution.
+const STEPS: [f64; 4] = [0.08, 0.04, 0.003, 0.1];
+
+/// The launches around these commands in a world, its effects left out; `None` where the object does not leave the tip.
+pub fn launches(
+    rig: &Rig,
+    world: &World,
+    commands: &[Command],
+) -> Result<Vec<Option<Launch>>, WorldError> {
+    let restitution = world.value("restitution")?;
+    let impacts: Vec<Impact> = commands
+        .iter()
+        .map(|command| Impact {
+            command: *command,
+            tip_offset: 0.0,
+            restitution,
+        })
+        .collect();
+    launches_about(rig, world, &impacts)
+}
+
+/// The launches around these impacts; effects of the world do not act.
+///
+/// How a round object leaves the tip depends on no angle: a few speeds then serve all impacts, whose tip offset is one, and whose
+/// restitution depends on their speed at the most.
+pub fn launches_about(
+    rig: &Rig,
+    world: &World,
+    impacts: &[Impact],
+) -> Result<Vec<Option<Launch>>, WorldError> {
+    let simulator = Simulator::new(rig, world)?;
+    let all = |impacts: &[Impact]| -> Vec<Option<Launch>> {
+        impacts
+            .par_iter()
+            .map_init(
+                || simulator.worker(),
+                |worker, about| launch(worker, *about),
+            )
+            .collect()
+    };
+    if rig.object.shape == Shape::Box {
+        return Ok(all(impacts));
+    }
+    let rung = |impact: &Impact| (impact.command.speed.ln() / STEPS[0]).round() as i64;
+    let rungs: BTreeMap<i64, Impact> = impacts
+        .iter()
+        .map(|impact| {
+            let command = Command {
+                speed: (rung(impact) as f64 * STEPS[0]).exp(),
+                angle: 0.0,
+            };
+            (rung(impact), Impact { command, ..*impact })
+        })
+        .collect();
+    let middles: Vec<Impact> = rungs.values().copied().collect();
+    let ladder: BTreeMap<i64, Option<Launch>> = rungs.into_keys().zip(all(&middles)).collect();
+    Ok(impacts
+        .iter()
+        .map(|impact| {
+            let mut launch = ladder[&rung(impact)]?;
+            launch.about.command.angle = impact.command.angle;
+            Some(launch)
+        })
+        .collect())
+}
+
+fn launch(worker: &mut Worker<'_>, about: Impact) -> Option<Launch> {
+    let mut at = |away: [f64; 4]| {
+        let speed = about.command.speed * (1.0 + away[0]);
+        let angle = about.command.angle + away[1];
+        worker
+            .release(Impact {
+                command: Command { speed, angle },
+                tip_offset: about.tip_offset + away[2],
+                restitution: about.restitution + away[3],
+            })
+            .map(|release| release.scaled(speed))
+    };
+    let base = at([0.0; 4])?;
+    let (mut slope, mut bend) = ([[0.0; 6]; 4], [[0.0; 6]; 4]);
+    for (direction, step) in STEPS.iter().enumerate() {
+        let mut away = [0.0; 4];
+        away[direction] = *step;
+        let after = at(away)?;
+        away[direction] = -step;
+        let before = at(away)?;
+        for i in 0..base.len() {
+            slope[direction][i] = (after[i] - before[i]) / (2.0 * step);
+            bend[direction][i] = (after[i] + before[i] - 2.0 * base[i]) / (2.0 * step * step);
+        }
+    }
+    Some(Launch {
+        about,
+        base,
+        slope,
+        bend,
+    })
+}

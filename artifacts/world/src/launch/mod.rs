@@ -1,0 +1,37 @@
+//! How each strike's object leaves the tip: MuJoCo's impact as commanded and a little beside it, interpolated.
+//!
+//! A candidate that changes the command, the tip's line or restitution then needs no simulation of contact at all.
+
+use crate::{Impact, Release, release::Scaled};
+
+pub use around::{launches, launches_about};
+
+mod around;
+
+/// One strike's release around its command: a parabola in each of four directions.
+#[derive(Clone, Copy, Debug)]
+pub struct Launch {
+    about: Impact,
+    base: Scaled,
+    slope: [Scaled; 4],
+    bend: [Scaled; 4],
+}
+
+impl Launch {
+    /// The release of this strike for an impact near its command.
+    pub fn release(&self, impact: &Impact) -> Release {
+        let away = [
+            impact.command.speed / self.about.command.speed - 1.0,
+            impact.command.angle - self.about.command.angle,
+            impact.tip_offset - self.about.tip_offset,
+            impact.restitution - self.about.restitution,
+        ];
+        let mut state = self.base;
+        for ((away, slope), bend) in away.iter().zip(&self.slope).zip(&self.bend) {
+            for i in 0..state.len() {
+                state[i] += away * (slope[i] + away * bend[i]);
+            }
+        }
+        Release::of(state, impact.command)
+    }
+}

@@ -1,0 +1,89 @@
+//! A world in planar form.
+
+use values::{Point, Rig, Shape};
+
+use crate::{
+    Base, World, WorldError,
+    effects::{Acts, Effect},
+};
+
+/// A world in planar form.
+pub struct Planar<'a> {
+    /// Friction between object and table.
+    pub friction: f64,
+    /// Speed of parting over speed of approach.
+    pub restitution: f64,
+    /// What rubs on the table.
+    pub base: Base,
+    /// Square of the radius of gyration, in m².
+    pub gyration: f64,
+    /// A small push beside the effects, to see what would follow from it.
+    pub push: Option<&'a Push<'a>>,
+    pub(super) effects: &'a [Box<dyn Effect>],
+    /// Those of them that act on friction or force, the same all through a slide or not, and on what is seen.
+    pub(super) even: Vec<&'a dyn Effect>,
+    pub(super) varying: Vec<&'a dyn Effect>,
+    pub(super) seen: Vec<&'a dyn Effect>,
+}
+
+/// Acceleration in m/s² by seconds since touch, position (m) and velocity (m/s).
+pub type Push<'a> = dyn Fn(f64, Point, Point) -> Point + Sync + 'a;
+
+/// Square of the radius of gyration about the vertical, in m².
+pub fn gyration(rig: &Rig) -> f64 {
+    match rig.object.shape {
+        Shape::Box => {
+            let [x, y, _] = rig.object.half_size.unwrap_or_default();
+            (x * x + y * y) / 3.0
+        }
+        Shape::Cylinder | Shape::Sphere => 0.5 * rig.object.radius.unwrap_or(0.0).powi(2),
+    }
+}
+
+impl<'a> Planar<'a> {
+    /// The planar form of a world with these effects in place of its own; of a cylinder or a box, for a ball rolls.
+    pub fn new(
+        rig: &Rig,
+        world: &World,
+        effects: &'a [Box<dyn Effect>],
+    ) -> Result<Self, WorldError> {
+        Ok(Self::of(
+            [world.value("friction")?, world.value("restitution")?],
+            Base::new(rig, world)?,
+            gyration(rig) * world.value("inertia_z")?,
+            effects,
+        ))
+    }
+
+    /// The same of friction and restitution, a base, and the square of the radius of gyration in m².
+    pub fn of(
+        [friction, restitution]: [f64; 2],
+        base: Base,
+        gyration: f64,
+        effects: &'a [Box<dyn Effect>],
+    ) -> Self {
+        let acting = |place: Acts| {
+            let all = effects.iter().map(|effect| effect.as_ref());
+            all.filter(|effect| effect.acts() == place).collect()
+        };
+        Self {
+            friction,
+            restitution,
+            base,
+            gyration,
+            push: None,
+            effects,
+            even: acting(Acts::Strike),
+            varying: acting(Acts::Slide),
+            seen: acting(Acts::Camera),
+        }
+    }
+}
+
+impl Planar<'_> {
+    pub(super) fn observe(&self, point: Point) -> Point {
+        self.seen
+            .iter()
+            .fold(point, |seen, effect| effect.observe(seen))
+    }
+}

@@ -1,0 +1,239 @@
+//! The steps of a diagnosis, in their order.
+
+use stage::{Progress, Stage};
+use values::{Command, Rig, Shape, Split, Strike};
+use world::{World, launch::launches};
+
+use crate::{
+    Diagnose, DiagnoseError, Found, Input,
+    arm::{self, Arm},
+    candidates::{Candidate, candidates},
+    conclude::{Case, Left},
+    evidence::{self, Alarm, Statistic, replicates},
+    fit::ITERATIONS,
+    heldout::{self, Gains},
+    maps, notes, null,
+    score::ScoreTest,
+    screen::{Chance, screen_by},
+    search::{Limits, Selection, search, without},
+    smooth::{Dependence, covariate::family, dependences, dependences_of},
+    strikes::PreparedStrikes,
+};
+
+/// Strikes below which friction, launch and their scatter leave nothing to tell effects by.
+const FEWEST: usize = 8;
+/// Frames that a track must have.
+const FRAMES: usize = 6;
+
+impl Stage for Diagnose {
+    const NAME: &'static str = "diagnose";
+    const VERSION: u32 = 13;
+    type Input = Input;
+    type Output = Found;
+    type Error = DiagnoseError;
+
+    fn run(&self, input: &Input, progress: &Progress) -> Result<Found, DiagnoseError> {
+        if input.rig.object.shape == Shape::Sphere {
+            return Err(DiagnoseError::Rolls);
+        }
+        match Arm::of(input)? {
+            Some(arm) => {
+                let found = self.diagnose(&arm.input, true, progress)?;
+                arm.complete(found, input)
+            }
+            None => self.diagnose(input, false, progress),
+        }
+    }
+}
+
+impl Diagnose {
+    /// The diagnosis of strikes as they were commanded, or as they were delivered, which no effect of the arm explains.
+    fn diagnose(
+        &self,
+        input: &Input,
+        is_delivered: bool,
+        progress: &Progress,
+    ) -> Result<Found, DiagnoseError> {
+        let rig = &input.rig;
+        progress.set_message("how the object leaves the tip");
+        let (usable, pushed_again) = self.usable(input)?;
+        let (prepared, pushed) = prepare(rig, &input.world, &usable)?;
+
+        progress.set_message("the world without effects, and the noise about it");
+        let (prepared, null) = null::fit_null(prepared, &input.world)?;
+
+        progress.set_message("every candidate by its score");
+        let mut candidates = candidates(rig, &prepared.strikes);
+        candidates.retain(|candidate| !(is_delivered && arm::is_the_arms(candidate.name)));
+        let replicates = replicates(self.seed);
+        let test = ScoreTest::new(&prepared, &null, &[], replicates).ok_or_else(|| {
+            DiagnoseError::NoFit {
+                why: "friction and restitution cannot be told apart".into(),
+            }
+        })?;
+        let screened = screen_by(&prepared, &null, &test, &candidates, replicates)?;
+        let before = dependences_of(&prepared, &null, &test)?;
+        drop(test);
+        let chance = evidence::chance(&screened);
+        let p_value = Alarm::new(&Statistic::all(&screened, &before)).p_value();
+
+        progress.set_message("which effects");
+        let limits = Limits {
+            effects: if p_value.is_real() {
+                self.most_effects
+            } else {
+                0
+            },
+            replicates,
+        };
+        let selection = search(&prepared, &null, &screened, &candidates, &chance, &limits)?;
+        let (selection, left) = self.pruned(selection, &candidates, &chance)?;
+        let (selection, gains, mut notes) = paying(selection)?;
+        notes.extend(notes::left_out(pushed_again, pushed));
+
+        progress.set_message("how far the gap shrinks");
+        let maps = if p_value.is_real() {
+            maps::maps(&selection.prepared, &selection.null)?
+        } else {
+            Vec::new()
+        };
+        let selection = about_itself(selection, &input.world)?;
+        Case {
+            stage: self,
+            input,
+            selection: &selection,
+            screened: &screened,
+            chance: &chance,
+            before: &before,
+            left,
+            gains,
+            p_value,
+            maps,
+            notes,
+        }
+        .conclude()
+    }
+}
+
+impl Diagnose {
+    /// The strikes that fit and choose, from where their impact is over; and how many were left out, for their object is pushed
+    /// a second time.
+    fn usable(&self, input: &Input) -> Result<(Vec<Strike>, usize), DiagnoseError> {
+        let frame = 1.0 / input.rig.camera.rate;
+        let mut usable: Vec<Strike> = self
+            .sample(&input.strikes)
+            .iter()
+            .filter(|strike| strike.split != Split::Test)
+            .map(|strike| strike.after_impact(frame))
+            .filter(|strike| strike.track.len() >= FRAMES)
+            .collect();
+        let tracks = usable.len();
+        usable.retain(|strike| !strike.is_pushed_again());
+        let again = tracks - usable.len();
+        if usable.len() < FEWEST {
+            return Err(DiagnoseError::TooFewStrikes {
+                strikes: usable.len(),
+                needed: FEWEST,
+            });
+        }
+        Ok((usable, again))
+    }
+
+    /// Without the effects that are weaker than what no candidate explains, and those whose strength may as well be none; and
+    /// what smooth dependences gain beside the rest.
+    fn pruned<'a>(
+        &self,
+        mut selection: Selection<'a>,
+        candidates: &[Candidate],
+        chance: &Chance,
+    ) -> Result<(Selection<'a>, Left), DiagnoseError> {
+        while !selection.effects.is_empty() {
+            let after = dependences(
+                &selection.prepared,
+                &selection.fitted,
+                replicates(self.seed),
+            )?;
+            let left = left(&selection, &after);
+            let weak = selection.weaker_than(left.beyond_form);
+            let Some(weak) = weak.or_else(|| selection.fitted.unsure()) else {
+                return Ok((selection, left));
+            };
+            selection = without(selection, weak, candidates, chance)?;
+        }
+        Ok((selection, Left::default()))
+    }
+}
+
+/// Strikes with their launches, and how many were left out, for their object does not leave the tip.
+fn prepare<'a>(
+    rig: &'a Rig,
+    world: &World,
+    usable: &'a [Strike],
+) -> Result<(PreparedStrikes<'a>, usize), DiagnoseError> {
+    let commands: Vec<Command> = usable.iter().map(|strike| strike.command).collect();
+    let (strikes, launches): (Vec<&Strike>, Vec<_>) = usable
+        .iter()
+        .zip(launches(rig, world, &commands)?)
+        .filter_map(|(strike, launch)| Some((strike, launch?)))
+        .unzip();
+    let pushed = usable.len() - strikes.len();
+    if strikes.len() < FEWEST {
+        return Err(DiagnoseError::NoFit {
+            why: format!("in {pushed} strikes the object does not leave the tip"),
+        });
+    }
+    Ok((PreparedStrikes::new(rig, strikes, launches), pushed))
+}
+
+/// What smooth dependences gain beside a model.
+fn left(selection: &Selection<'_>, after: &[Dependence]) -> Left {
+    let held: Vec<_> = selection
+        .effects
+        .iter()
+        .flat_map(|effect| family(effect.name))
+        .collect();
+    Left {
+        all: evidence::left(after, |_| true),
+        beyond_form: evidence::left(after, |covariate| !held.contains(&&covariate)),
+    }
+}
+
+/// The effects, if together they predict strikes that took no part in their fit; none otherwise, with a sentence that says so.
+fn paying(selection: Selection<'_>) -> Result<(Selection<'_>, Gains, Vec<String>), DiagnoseError> {
+    if selection.effects.is_empty() {
+        return Ok((selection, Gains::default(), Vec::new()));
+    }
+    let gains = heldout::gains(&selection.prepared, &selection.null, &selection.fitted)?;
+    let (sum, error) = heldout::total(&gains.likelihood);
+    if sum > 0.0 {
+        return Ok((selection, gains, Vec::new()));
+    }
+    let names: Vec<&str> = selection.effects.iter().map(|effect| effect.name).collect();
+    let why = format!(
+        "fitted to four fifths of the strikes, it predicts the others no better: {sum:+.1} ± {error:.1} of log-likelihood"
+    );
+    let note = notes::not_named(&names, &why);
+    let none = Selection {
+        fitted: selection.null.clone(),
+        effects: Vec::new(),
+        ..selection
+    };
+    Ok((none, gains, vec![note]))
+}
+
+/// The same, fitted with launches about its own impacts.
+fn about_itself<'a>(
+    mut selection: Selection<'a>,
+    world: &World,
+) -> Result<Selection<'a>, DiagnoseError> {
+    let prepared = selection.prepared.about(world, &selection.fitted.model)?;
+    if !selection.effects.is_empty() {
+        let from = &selection.fitted;
+        let components = &from.estimated.components;
+        if let Some(fitted) = prepared.fit(&from.model, components, &from.nuisances, ITERATIONS)? {
+            selection.fitted = fitted;
+        }
+    }
+    selection.prepared = prepared;
+    Ok(selection)
+}

@@ -1,0 +1,48 @@
+//! How to diagnose.
+
+use serde::{Deserialize, Serialize};
+use values::{Split, Strike};
+
+/// How to diagnose.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Diagnose {
+    /// Strikes that fit and choose, at most this many.
+    pub most_strikes: usize,
+    /// Effects that may be added.
+    pub most_effects: usize,
+    /// Strikes proposed at the most.
+    pub next_strikes: usize,
+    /// Seeds the bootstrap.
+    pub seed: u64,
+}
+
+impl Default for Diagnose {
+    fn default() -> Self {
+        Self {
+            most_strikes: 120,
+            most_effects: 5,
+            next_strikes: 12,
+            seed: 0,
+        }
+    }
+}
+
+impl Diagnose {
+    /// The strikes that it looks at, in their order: a sample over all sessions that fits and chooses, and all that judge. The
+    /// sample is those of the smallest ids, which are hashes: as data grows, few strikes enter it.
+    pub fn sample(&self, strikes: &[Strike]) -> Vec<Strike> {
+        let is_judge = |strike: &Strike| strike.split == Split::Test;
+        let mut ids: Vec<&str> = strikes
+            .iter()
+            .filter(|strike| !is_judge(strike))
+            .map(|strike| strike.id.as_str())
+            .collect();
+        ids.sort_unstable();
+        let last = ids.get(self.most_strikes).copied();
+        strikes
+            .iter()
+            .filter(|strike| is_judge(strike) || last.is_none_or(|last| strike.id.as_str() < last))
+            .cloned()
+            .collect()
+    }
+}
