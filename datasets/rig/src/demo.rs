@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use values::Shape;
 
-use crate::sim::{Purpose, random};
-use crate::{Hidden, PlannedStrike, RecordingWriter, RigSimError, Sim, Truth, When, plan};
+use crate::random::{Purpose, random};
+use crate::{Hidden, PlannedStrike, RecordingWriter, RigSimError, Sim, Truth, StrikeIndex, plan};
 
 /// Strikes in a session at the most.
 const STRIKES_A_SESSION: usize = 50;
@@ -68,7 +68,7 @@ pub fn write(settings: &Settings, out: &Path) -> Result<Written, RigSimError> {
     let a_session = count
         .div_ceil(settings.sessions.unwrap_or_else(|| sessions(count)).max(1))
         .max(1);
-    let when = |order: usize| When {
+    let index = |order: usize| StrikeIndex {
         session: order / a_session,
         order,
     };
@@ -76,7 +76,7 @@ pub fn write(settings: &Settings, out: &Path) -> Result<Written, RigSimError> {
         Some(plan) => plan.clone(),
         None => plan::draw(
             sim.prepared(),
-            when,
+            index,
             count,
             &mut random(settings.truth.seed, Purpose::Plan, 0),
         )?,

@@ -5,9 +5,9 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use values::Point;
 
-use crate::When;
+use crate::StrikeIndex;
 use crate::noise::Levels;
-use crate::sim::{Purpose, random};
+use crate::random::{Purpose, random};
 
 /// The noise of one strike.
 #[derive(Clone, Debug)]
@@ -27,11 +27,11 @@ pub(crate) struct Disturbance {
 }
 
 impl Disturbance {
-    pub(crate) fn new(levels: Levels, seed: u64, when: When) -> Self {
-        let mut random = random(seed, Purpose::Noise, when.order);
+    pub(crate) fn new(levels: Levels, seed: u64, index: StrikeIndex) -> Self {
+        let mut random = random(seed, Purpose::Noise, index.order);
         let mut friction = 1.0;
         if levels.friction_wander > 0.0 {
-            friction *= (levels.friction_wander * walked(seed, when.order)).exp();
+            friction *= (levels.friction_wander * walked(seed, index.order)).exp();
         }
         if levels.friction_scatter > 0.0 {
             friction *= (levels.friction_scatter * normal(&mut random)).exp();
@@ -148,8 +148,8 @@ mod tests {
         Noise(kinds.collect()).levels()
     }
 
-    fn at(order: usize) -> When {
-        When { session: 0, order }
+    fn at(order: usize) -> StrikeIndex {
+        StrikeIndex { session: 0, order }
     }
 
     fn sd(values: &[f64]) -> f64 {

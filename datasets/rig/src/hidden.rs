@@ -7,7 +7,7 @@ use crate::effects::{
     Acts, CameraRotation, FrictionPatch, OffCentreContact, SpeedWeakeningFriction,
     StrikerAngleBias, StrikerSpeedError, TableTilt,
 };
-use crate::{Effect, Hide, RigSimError, When};
+use crate::{Effect, StrikeIndex};
 
 /// The effects that act in a rig, in the order in which they are applied.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -57,15 +57,6 @@ impl Hidden {
         ])
     }
 
-    /// Effects as `--hide` says them; kinds of noise are refused. See [`Hide::parse`].
-    pub fn parse<S: AsRef<str>>(flags: &[S]) -> Result<Self, RigSimError> {
-        let hide = Hide::parse(flags)?;
-        match hide.noise.0.first() {
-            None => Ok(hide.hidden),
-            Some(noise) => Err(RigSimError::NoEffect { name: noise.name() }),
-        }
-    }
-
     /// Every effect this many times as strong.
     pub fn scaled(&self, factor: f64) -> Self {
         Self(self.0.iter().map(|effect| effect.scaled(factor)).collect())
@@ -76,23 +67,23 @@ impl Hidden {
     }
 
     /// What the arm delivers for a command, before launch scatter.
-    pub fn deliver(&self, command: Command, when: When) -> Command {
+    pub fn deliver(&self, command: Command, index: StrikeIndex) -> Command {
         self.acts()
-            .fold(command, |command, effect| effect.deliver(command, when))
+            .fold(command, |command, effect| effect.deliver(command, index))
     }
 
     /// Where the camera sees what lies at a point of the table, without noise, in m.
-    pub fn see(&self, at: Point, centre: Point, when: When) -> Point {
+    pub fn see(&self, at: Point, centre: Point, index: StrikeIndex) -> Point {
         self.acts()
-            .fold(at, |at, effect| effect.see(at, centre, when))
+            .fold(at, |at, effect| effect.see(at, centre, index))
     }
 
     /// What lies where the camera sees this point: the inverse of [`Hidden::see`], in m.
-    pub fn unsee(&self, seen: Point, centre: Point, when: When) -> Point {
+    pub fn unsee(&self, seen: Point, centre: Point, index: StrikeIndex) -> Point {
         // The camera's effects are small, so that this contracts by about a hundred at each step.
         let mut at = seen;
         for _ in 0..50 {
-            let miss = seen - self.see(at, centre, when);
+            let miss = seen - self.see(at, centre, index);
             at = at + miss;
             if miss.norm() < 1e-13 {
                 break;
@@ -105,14 +96,17 @@ impl Hidden {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::effects::CameraDistortion;
 
     #[test]
     fn what_is_seen_can_be_unseen() {
-        let hidden =
-            Hidden::parse(&["camera_rotation=0.03", "camera_distortion=0.1"]).expect("valid");
+        let hidden = Hidden(vec![
+            Effect::CameraRotation(CameraRotation { angle: 0.03 }),
+            Effect::CameraDistortion(CameraDistortion { k1: 0.1 }),
+        ]);
         let (at, centre) = (Point::new(0.9, -0.5), Point::new(0.45, 0.0));
-        let when = When::default();
-        let seen = hidden.see(at, centre, when);
-        assert!(hidden.unsee(seen, centre, when).distance(at) < 1e-12);
+        let index = StrikeIndex::default();
+        let seen = hidden.see(at, centre, index);
+        assert!(hidden.unsee(seen, centre, index).distance(at) < 1e-12);
     }
 }

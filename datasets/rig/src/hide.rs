@@ -40,6 +40,17 @@ impl Hide {
     }
 }
 
+impl Hidden {
+    /// Effects as `--hide` says them; kinds of noise are refused. See [`Hide::parse`].
+    pub fn parse<S: AsRef<str>>(flags: &[S]) -> Result<Self, RigSimError> {
+        let hide = Hide::parse(flags)?;
+        match hide.noise.0.first() {
+            None => Ok(hide.hidden),
+            Some(noise) => Err(RigSimError::NoEffect { name: noise.name() }),
+        }
+    }
+}
+
 /// One thing that is asked for.
 #[derive(Clone, Copy)]
 enum Part {
@@ -243,7 +254,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_half_said_is_refused() {
+    fn an_incomplete_list_is_refused() {
         for (flags, why) in [
             (
                 vec!["table_tilt=0.004"],

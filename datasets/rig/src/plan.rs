@@ -5,8 +5,8 @@ use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 use values::{Command, Interval, Point};
 
-use crate::shot::PreparedRig;
-use crate::{RigSimError, When};
+use crate::strike::PreparedRig;
+use crate::{RigSimError, StrikeIndex};
 
 /// Strikes in a row that leave the table before the draw is given up.
 const TRIES: u32 = 1_000;
@@ -68,7 +68,7 @@ pub fn parse_plan(text: &str) -> Result<Vec<PlannedStrike>, RigSimError> {
 /// would leave the table. Positions lie in the table's near third, the paper's reach of the arm.
 pub(crate) fn draw(
     prepared: &PreparedRig,
-    when: impl Fn(usize) -> When,
+    index: impl Fn(usize) -> StrikeIndex,
     count: usize,
     random: &mut ChaCha8Rng,
 ) -> Result<Vec<PlannedStrike>, RigSimError> {
@@ -93,7 +93,7 @@ pub(crate) fn draw(
             speed: round(between(rig.robot.speed)),
             angle: round(between(rig.robot.angle)),
         };
-        if stays(prepared, &strike, when(strikes.len())) {
+        if stays(prepared, &strike, index(strikes.len())) {
             strikes.push(strike);
             tries = 0;
         } else {
@@ -112,15 +112,15 @@ fn round(value: f64) -> f64 {
 }
 
 /// Whether the object moves and stays on the table, as it is and as the camera sees it.
-fn stays(prepared: &PreparedRig, strike: &PlannedStrike, when: When) -> bool {
+fn stays(prepared: &PreparedRig, strike: &PlannedStrike, index: StrikeIndex) -> bool {
     let truth = &prepared.truth;
     let from = truth
         .hidden
-        .unsee(strike.initial(), truth.rig.camera.centre, when);
-    let shot = prepared.shoot(
+        .unsee(strike.initial(), truth.rig.camera.centre, index);
+    let outcome = prepared.strike(
         from,
-        truth.hidden.deliver(strike.command(), when),
-        when,
+        truth.hidden.deliver(strike.command(), index),
+        index,
         1.0,
     );
     let edge = MARGIN + prepared.reach();
@@ -129,10 +129,10 @@ fn stays(prepared: &PreparedRig, strike: &PlannedStrike, when: When) -> bool {
         (table.x.low + edge..=table.x.high - edge).contains(&at.x)
             && (table.y.low + edge..=table.y.high - edge).contains(&at.y)
     };
-    shot.rest_time() > 0.0
-        && shot
+    outcome.rest_time() > 0.0
+        && outcome
             .points()
-            .all(|at| inside(at) && inside(truth.see(at, when)))
+            .all(|at| inside(at) && inside(truth.see(at, index)))
 }
 
 /// Whether a planned strike can be made at all.

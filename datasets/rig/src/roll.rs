@@ -117,13 +117,13 @@ mod tests {
 
     use super::*;
     use crate::effects::GRAVITY;
-    use crate::{Hidden, When};
+    use crate::{Hidden, StrikeIndex};
 
     #[test]
     fn a_ball_keeps_five_sevenths_of_its_speed_and_rolls_to_rest() {
         let body = Body::new(&Rig::demo(Shape::Sphere).object).expect("demo sizes");
         let hidden = Hidden::none();
-        let surface = Surface::new(0.25, &hidden, When::default());
+        let surface = Surface::new(0.25, &hidden, StrikeIndex::default());
         let stop = roll(&body, &surface, Point::default(), Point::new(1.0, 0.0), 0.4).stop();
         let (slide, rolling) = (0.25 * GRAVITY, 0.1 * GRAVITY);
         // It slips until v = 5/7: Δx = (1 − 25/49)/(2 μ g); then (5/7)²/(2 c g).

@@ -2,7 +2,6 @@
 
 use std::path::Path;
 
-use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use values::{Command, Point, Rig};
@@ -10,9 +9,10 @@ use values::{Command, Point, Rig};
 use crate::camera::film;
 use crate::disturbance::Disturbance;
 use crate::noise::Levels;
-use crate::shot::PreparedRig;
+use crate::random::{Purpose, random};
+use crate::strike::PreparedRig;
 use crate::striker::Profile;
-use crate::{Hidden, RigSimError, Samples, Stamped, StateSample, StrikeTruth, Truth, When};
+use crate::{Hidden, RigSimError, Samples, Stamped, StateSample, StrikeTruth, Truth, StrikeIndex};
 
 /// The log's clock starts here: a fixed date, since nothing here reads a clock; in ns since 1970.
 const ORIGIN: u64 = 1_700_000_000_000_000_000;
@@ -42,7 +42,7 @@ pub struct Recording {
 #[derive(Clone, Debug)]
 pub struct Sim {
     prepared: PreparedRig,
-    when: When,
+    index: StrikeIndex,
     start: u64,
     log_state: bool,
 }
@@ -74,7 +74,7 @@ impl Sim {
         })?;
         Ok(Self {
             prepared,
-            when: When::default(),
+            index: StrikeIndex::default(),
             start: ORIGIN,
             log_state: false,
         })
@@ -82,7 +82,7 @@ impl Sim {
 
     /// Continues as if this many strikes had been made: an executor that runs anew must not repeat its last strike.
     pub fn after(mut self, strikes: usize) -> Self {
-        self.when.order = strikes;
+        self.index.order = strikes;
         self.start += strikes as u64 * nanoseconds(PAUSE);
         self
     }
@@ -95,13 +95,13 @@ impl Sim {
 
     /// Starts the next session, a day later.
     pub fn next_session(&mut self) {
-        self.when.session += 1;
-        self.start = ORIGIN + self.when.session as u64 * DAY;
+        self.index.session += 1;
+        self.start = ORIGIN + self.index.session as u64 * DAY;
     }
 
     /// Session and number of strikes so far.
-    pub fn when(&self) -> When {
-        self.when
+    pub fn index(&self) -> StrikeIndex {
+        self.index
     }
 
     /// The truth that it was made from.
@@ -117,18 +117,18 @@ impl Sim {
     pub fn strike(&mut self, initial: Point, command: Command) -> Recording {
         let truth = &self.prepared.truth;
         let centre = truth.rig.camera.centre;
-        let when = self.when;
+        let index = self.index;
         let levels = truth.noise.levels();
-        let mut disturbance = Disturbance::new(levels, truth.seed, when);
-        let from = truth.hidden.unsee(initial, centre, when);
+        let mut disturbance = Disturbance::new(levels, truth.seed, index);
+        let from = truth.hidden.unsee(initial, centre, index);
         let delivered = self.launch(command, &levels, &disturbance);
-        let shot = self
+        let outcome = self
             .prepared
-            .shoot(from, delivered, when, disturbance.friction);
+            .strike(from, delivered, index, disturbance.friction);
 
         let profile = Profile::new(command, truth.rig.robot.acceleration);
         let blow = REST + profile.blow(delivered.speed.max(1e-3));
-        let end = (blow + shot.rest_time()).max(REST + profile.duration()) + REST;
+        let end = (blow + outcome.rest_time()).max(REST + profile.duration()) + REST;
         let stamp = |time: f64| self.start + nanoseconds(time);
 
         let frames = film(
@@ -137,7 +137,7 @@ impl Sim {
             (0.0, end),
             &mut self.random(Purpose::Camera),
             &mut disturbance,
-            |time| truth.hidden.see(shot.at(time - blow), centre, when),
+            |time| truth.hidden.see(outcome.at(time - blow), centre, index),
         );
         let stamped = |time: f64, at: Point| Stamped {
             stamp: stamp(time),
@@ -158,7 +158,7 @@ impl Sim {
                     // The arm follows the commanded profile at the share of speed that it delivers.
                     let share = delivered.speed / command.speed;
                     let done = profile.distance(time - REST) - profile.distance(blow - REST);
-                    let at = from + Point::polar(share * done - shot.gap, delivered.angle);
+                    let at = from + Point::polar(share * done - outcome.gap, delivered.angle);
                     let velocity =
                         Point::polar(share * profile.speed(time - REST), delivered.angle);
                     StateSample {
@@ -175,20 +175,20 @@ impl Sim {
         let recording = Recording {
             samples,
             initial,
-            stop: truth.see(shot.stop(), when),
+            stop: truth.see(outcome.stop(), index),
             truth: StrikeTruth {
-                session: self.when.session,
-                order: self.when.order,
+                session: self.index.session,
+                order: self.index.order,
                 initial: from,
                 command,
                 delivered,
                 blow: stamp(blow),
-                rest_time: shot.rest_time(),
-                stop: shot.stop(),
+                rest_time: outcome.rest_time(),
+                stop: outcome.stop(),
                 friction: (disturbance.friction != 1.0).then_some(disturbance.friction),
             },
         };
-        self.when.order += 1;
+        self.index.order += 1;
         self.start += nanoseconds(PAUSE.max(end + 1.0));
         recording
     }
@@ -198,7 +198,7 @@ impl Sim {
         let mut random = self.random(Purpose::Launch);
         let [speed, angle]: [f64; 2] = std::array::from_fn(|_| StandardNormal.sample(&mut random));
         let truth = &self.prepared.truth;
-        let delivered = truth.hidden.deliver(command, self.when);
+        let delivered = truth.hidden.deliver(command, self.index);
         let robot = &truth.rig.robot;
         let growth = levels.launch_growth(
             (command.speed - robot.speed.low) / (robot.speed.high - robot.speed.low),
@@ -216,37 +216,8 @@ impl Sim {
     }
 
     fn random(&self, purpose: Purpose) -> ChaCha8Rng {
-        random(self.prepared.truth.seed, purpose, self.when.order)
+        random(self.prepared.truth.seed, purpose, self.index.order)
     }
-}
-
-/// What random numbers are for: each strike has a stream of its own for each purpose, so that order changes nothing.
-///
-/// A plan is drawn at order 0 alone, so that its streams of later orders serve the random walk.
-#[derive(Clone, Copy, Debug)]
-pub(crate) enum Purpose {
-    Plan,
-    Walk,
-    Launch,
-    Camera,
-    Noise,
-}
-
-impl Purpose {
-    fn number(self) -> u64 {
-        match self {
-            Self::Plan | Self::Walk => 0,
-            Self::Launch => 1,
-            Self::Camera => 2,
-            Self::Noise => 3,
-        }
-    }
-}
-
-pub(crate) fn random(seed: u64, purpose: Purpose, order: usize) -> ChaCha8Rng {
-    let mut random = ChaCha8Rng::seed_from_u64(seed);
-    random.set_stream(order as u64 * 4 + purpose.number());
-    random
 }
 
 fn nanoseconds(seconds: f64) -> u64 {

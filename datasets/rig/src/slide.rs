@@ -144,7 +144,7 @@ mod tests {
 
     use super::*;
     use crate::effects::GRAVITY;
-    use crate::{Hidden, When};
+    use crate::{Hidden, StrikeIndex};
 
     fn body(shape: Shape) -> Body {
         Body::new(&Rig::demo(shape).object).expect("demo sizes")
@@ -153,7 +153,7 @@ mod tests {
     #[test]
     fn a_disc_without_spin_stops_after_v_squared_over_two_mu_g() {
         let hidden = Hidden::none();
-        let surface = Surface::new(0.25, &hidden, When::default());
+        let surface = Surface::new(0.25, &hidden, StrikeIndex::default());
         let motion = slide(
             &body(Shape::Cylinder),
             &surface,
@@ -171,7 +171,7 @@ mod tests {
     #[test]
     fn drag_by_a_film_stops_where_its_formula_says() {
         let hidden = Hidden::parse(&["viscous_drag=0.8"]).expect("valid");
-        let surface = Surface::new(0.25, &hidden, When::default());
+        let surface = Surface::new(0.25, &hidden, StrikeIndex::default());
         let motion = slide(
             &body(Shape::Cylinder),
             &surface,
@@ -199,7 +199,7 @@ mod tests {
             "sticky_line",
         ])
         .expect("valid");
-        let surface = Surface::new(0.25, &hidden, When::default());
+        let surface = Surface::new(0.25, &hidden, StrikeIndex::default());
         for shape in [Shape::Cylinder, Shape::Box] {
             for (speed, spin) in [(0.6, 3.0), (1.0, 0.0), (1.5, -12.0)] {
                 let body = body(shape);
@@ -215,7 +215,7 @@ mod tests {
     #[test]
     fn a_spinning_disc_slides_farther_than_one_that_does_not_spin() {
         let hidden = Hidden::none();
-        let surface = Surface::new(0.25, &hidden, When::default());
+        let surface = Surface::new(0.25, &hidden, StrikeIndex::default());
         let stop = |spin| {
             slide(
                 &body(Shape::Cylinder),

@@ -3,7 +3,7 @@
 use values::Point;
 
 use crate::effects::{Acts, GRAVITY};
-use crate::{Hidden, When};
+use crate::{Hidden, StrikeIndex};
 
 /// Below this speed (m/s) an element counts as not moving, and no direction opposes it.
 const STILL: f64 = 1e-9;
@@ -25,10 +25,10 @@ pub(crate) struct Surface<'a> {
 }
 
 impl<'a> Surface<'a> {
-    pub(crate) fn new(friction: f64, hidden: &'a Hidden, when: When) -> Self {
+    pub(crate) fn new(friction: f64, hidden: &'a Hidden, index: StrikeIndex) -> Self {
         Self {
             friction: hidden.acts().fold(friction, |friction, effect| {
-                friction * effect.strike_friction(when)
+                friction * effect.strike_friction(index)
             }),
             local: hidden.acts().filter(|effect| effect.is_local()).collect(),
             grains: hidden.acts().filter_map(Acts::grain).collect(),

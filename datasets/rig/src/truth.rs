@@ -5,8 +5,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 use values::{Command, Point, Rig, Shape};
 
-use crate::shot::PreparedRig;
-use crate::{Hidden, Noise, RigSimError, Shot, When};
+use crate::{Hidden, Noise, RigSimError, StrikeIndex};
 
 /// A rig as it really is; `truth.json`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -84,9 +83,9 @@ pub struct StrikeTruth {
 }
 
 impl StrikeTruth {
-    /// When it was made.
-    pub fn when(&self) -> When {
-        When {
+    /// Which strike it is.
+    pub fn index(&self) -> StrikeIndex {
+        StrikeIndex {
             session: self.session,
             order: self.order,
         }
@@ -150,13 +149,6 @@ impl Truth {
         serde_json::to_string_pretty(self).expect("a truth is plain data")
     }
 
-    /// The strike without scatter or noise: `initial` is where the camera sees the object, `command` what the arm is told.
-    pub fn shot(&self, initial: Point, command: Command, when: When) -> Result<Shot, RigSimError> {
-        let prepared = PreparedRig::new(self.without_strikes())?;
-        let from = self.hidden.unsee(initial, self.rig.camera.centre, when);
-        Ok(prepared.shoot(from, self.hidden.deliver(command, when), when, 1.0))
-    }
-
     /// The same truth before it struck.
     pub(crate) fn without_strikes(&self) -> Self {
         Self {
@@ -168,19 +160,9 @@ impl Truth {
         }
     }
 
-    /// Where the camera would see that strike's stop, without scatter or noise, in m.
-    pub fn expected_stop(
-        &self,
-        initial: Point,
-        command: Command,
-        when: When,
-    ) -> Result<Point, RigSimError> {
-        Ok(self.see(self.shot(initial, command, when)?.stop(), when))
-    }
-
     /// Where the camera sees a point of the table, without noise, in m.
-    pub fn see(&self, at: Point, when: When) -> Point {
-        self.hidden.see(at, self.rig.camera.centre, when)
+    pub fn see(&self, at: Point, index: StrikeIndex) -> Point {
+        self.hidden.see(at, self.rig.camera.centre, index)
     }
 
     /// The rig file that a user has: [`Truth::rig`] with what noise makes wrong in it.

@@ -5,7 +5,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use rig::demo::{Settings, write};
-use rig::{Effect, Hidden, PlannedStrike, Sim, Truth, When};
+use rig::{Effect, Hidden, PlannedStrike, Sim, Truth, StrikeIndex};
 use values::{Command, Point, Rig, Shape};
 
 fn bytes(folder: &Path) -> Vec<(String, Vec<u8>)> {
@@ -70,7 +70,7 @@ fn a_log_reads_back_with_every_frame_and_command() {
     let mut sim = Sim::from_truth(&written.truth).unwrap().logging_state();
     let mut expected = 0;
     for strike in &truth.strikes {
-        let recording = sim.strike(truth.see(strike.initial, strike.when()), strike.command);
+        let recording = sim.strike(truth.see(strike.initial, strike.index()), strike.command);
         expected += recording.samples.centroids.len()
             + recording.samples.commands.len()
             + recording.samples.states.len();
@@ -97,7 +97,7 @@ fn random_strikes_start_where_the_arm_reaches_and_stay_on_the_table() {
         let written = write(&Settings::new(shape, 80, 5, None), folder.path()).unwrap();
         let truth = Truth::load(&written.truth).unwrap();
         for strike in &truth.strikes {
-            let seen = truth.see(strike.initial, strike.when());
+            let seen = truth.see(strike.initial, strike.index());
             assert!((0.2..=0.4).contains(&seen.x) && (-0.2..=0.2).contains(&seen.y));
             assert!(truth.rig.robot.speed.contains(strike.command.speed));
             assert!(truth.rig.table.contains(strike.stop) && strike.rest_time > 0.1);
@@ -239,12 +239,12 @@ fn every_hidden_effect_moves_what_the_camera_sees() {
             ..plain.clone()
         };
         let moved = strikes.iter().map(|&(speed, angle)| {
-            let when = When {
+            let index = StrikeIndex {
                 session: 1,
                 order: 60,
             };
             let (initial, command) = (Point::new(0.3, 0.0), Command { speed, angle });
-            let stop = |truth: &Truth| truth.expected_stop(initial, command, when).unwrap();
+            let stop = |truth: &Truth| truth.expected_stop(initial, command, index).unwrap();
             stop(&truth).distance(stop(&plain))
         });
         let most = moved.fold(0.0, f64::max);

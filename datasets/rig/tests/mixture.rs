@@ -5,7 +5,7 @@
 
 use nalgebra::{DMatrix, DVector};
 use rig::demo::{Settings, write};
-use rig::{Hidden, Sim, StrikeTruth, Truth, When};
+use rig::{Hidden, Sim, StrikeTruth, Truth, StrikeIndex};
 use values::{Command, Point, Shape};
 
 /// Camera frames of each track that the fit uses.
@@ -34,14 +34,14 @@ impl Plain {
         let few: Vec<_> = strikes.iter().step_by(12).collect();
         let tracks = |model: &Truth| {
             let track = |strike: &&StrikeTruth| {
-                let shot = model
-                    .shot(
-                        of.see(strike.initial, strike.when()),
+                let outcome = model
+                    .outcome(
+                        of.see(strike.initial, strike.index()),
                         strike.command,
-                        When::default(),
+                        StrikeIndex::default(),
                     )
                     .expect("a demo rig");
-                let seen = |frame| model.see(shot.at(f64::from(frame) / 60.0), strike.when());
+                let seen = |frame| model.see(outcome.at(f64::from(frame) / 60.0), strike.index());
                 (1..=FRAMES)
                     .flat_map(move |frame| <[f64; 2]>::from(seen(frame)))
                     .collect::<Vec<_>>()
@@ -85,7 +85,7 @@ fn solve(model: &Truth, from: Point, to: Point) -> Command {
     };
     for _ in 0..60 {
         let reached = model
-            .shot(from, command, When::default())
+            .outcome(from, command, StrikeIndex::default())
             .expect("a demo rig")
             .stop()
             - from;
@@ -120,8 +120,8 @@ fn check(shape: Shape) {
         .iter()
         .map(|strike| {
             (
-                truth.see(strike.initial, strike.when()),
-                truth.see(strike.stop, strike.when()),
+                truth.see(strike.initial, strike.index()),
+                truth.see(strike.stop, strike.index()),
                 strike.command,
             )
         })
@@ -162,7 +162,7 @@ fn check(shape: Shape) {
     }));
     let floor = mean(test.iter().map(|&(from, _, command, _)| {
         let expected = truth
-            .expected_stop(from, command, When::default())
+            .expected_stop(from, command, StrikeIndex::default())
             .expect("a demo rig");
         miss(from, expected, command)
     }));

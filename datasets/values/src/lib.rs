@@ -6,6 +6,7 @@
 
 mod delivery;
 mod geometry;
+mod interval;
 mod rig;
 mod slide;
 mod split;
@@ -13,8 +14,9 @@ mod strike;
 
 pub use delivery::{ArmScatter, arm_scatter, delivered_strikes};
 pub use geometry::Point;
+pub use interval::Interval;
 pub use rig::{
-    Camera, Colour, FieldTopic, ImageTopic, Interval, Object, Obstacle, PoseTopic, Rig, RigError,
+    Camera, Colour, FieldTopic, ImageTopic, Object, Obstacle, PoseTopic, Rig, RigError,
     Robot, Shape, StampMark, StateTopic, Striker, Table, Tip, Topics,
 };
 pub use split::{Split, split_of};

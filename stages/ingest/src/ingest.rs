@@ -1,21 +1,13 @@
 //! The stage: one log is one item.
 
 use logs::LogError;
-use serde::{Deserialize, Serialize};
 use stage::ListStage;
 use values::{Rig, Strike};
 
+use crate::Ingest;
 use crate::error::{IngestError, hash_file};
 use crate::log::read_log;
 use crate::outcome::{Found, LogFile, LogOutcome};
-
-/// The stage and its settings.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct Ingest {
-    /// Deals strikes into training, validation and test ([`values::split_of`]).
-    pub seed: u64,
-}
 
 impl ListStage for Ingest {
     const NAME: &'static str = "ingest";

@@ -8,9 +8,9 @@ use values::{FieldTopic, Point, PoseTopic, Reject, RejectReason, Rig, StateTopic
 
 use crate::arm::State;
 use crate::error::IngestError;
-use crate::ingest::Ingest;
 use crate::outcome::{Found, LogOutcome, file_name};
 use crate::segment::{Closing, Segmenter};
+use crate::settings::Ingest;
 use crate::yaw::Turn;
 
 const OBJECT: usize = 0;

@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 use rand_chacha::ChaCha8Rng;
-use rig::{Effect, Hidden, Truth, When};
+use rig::{Effect, Hidden, Truth, StrikeIndex};
 use values::{Command, Point};
 
 use super::form::uniform;
@@ -26,7 +26,7 @@ pub(super) enum Shift {
 /// Strikes by which sizes are measured, and where they stop with nothing hidden.
 pub(super) struct Probes {
     truth: Truth,
-    strikes: Vec<(Point, Command, When)>,
+    strikes: Vec<(Point, Command, StrikeIndex)>,
     stops: Vec<Point>,
     /// Orthonormal basis of the shifts that friction and one factor of launch make.
     absorbed: DMatrix<f64>,
@@ -49,7 +49,7 @@ impl Probes {
                 };
                 let order = i * strikes / PROBES;
                 let session = sessions * order / strikes;
-                (initial, command, When { session, order })
+                (initial, command, StrikeIndex { session, order })
             })
             .collect();
         let mut probes = Self {
@@ -146,7 +146,7 @@ impl Probes {
     }
 }
 
-fn stops(truth: &Truth, strikes: &[(Point, Command, When)]) -> Option<Vec<Point>> {
+fn stops(truth: &Truth, strikes: &[(Point, Command, StrikeIndex)]) -> Option<Vec<Point>> {
     strikes
         .iter()
         .map(|(initial, command, when)| truth.expected_stop(*initial, *command, *when).ok())

@@ -5,8 +5,8 @@ use std::fmt;
 
 use serde::de::{DeserializeSeed, Deserializer, Error, IgnoredAny, MapAccess, SeqAccess, Visitor};
 
-use super::{DecodeError, Leaf, Number, Raw};
-use crate::path::{Want, stamp_leaf};
+use super::message::{DecodeError, Number, Raw};
+use crate::path::{Leaf, Want, stamp_leaf};
 
 /// Reads one message. `null`, and the bare `NaN` and `Infinity` that some writers put out, are read as not finite.
 pub(super) fn decode(want: &Want, data: &[u8], raw: &mut Raw) -> Result<(), DecodeError> {

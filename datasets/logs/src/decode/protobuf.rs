@@ -5,8 +5,8 @@ use prost::encoding::{DecodeContext, WireType, decode_key, decode_varint, skip_f
 use prost_reflect::{Cardinality, DescriptorPool, FieldDescriptor, Kind, MessageDescriptor, Value};
 use values::FieldTopic;
 
-use super::{DecodeError, Leaf, Number, Raw};
-use crate::path::{Want, first_name, stamp_leaf};
+use super::message::{DecodeError, Number, Raw};
+use crate::path::{Leaf, Want, first_name, stamp_leaf};
 use crate::{LogError, SchemaText};
 
 /// What to do with the fields of a message, by their tags.

@@ -7,7 +7,8 @@
 mod compile;
 
 use super::ros_schema::Primitive;
-use super::{DecodeError, Leaf, Number, Raw};
+use super::message::{DecodeError, Number, Raw};
+use crate::path::Leaf;
 
 /// How numbers are laid out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -3,8 +3,8 @@
 use mcap::records::op;
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 
-use super::Limits;
 use super::records::PREFIX;
+use super::wanted::Limits;
 use crate::LogError;
 
 /// What can be wrong with a chunk.

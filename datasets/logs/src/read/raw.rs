@@ -9,7 +9,8 @@ use mcap::records::{Record, op};
 
 use super::chunk::{self, ChunkFault};
 use super::records::{self, Ending, Records};
-use super::{Damage, Extent, Limits};
+use super::damage::{Damage, Extent};
+use super::wanted::Limits;
 use crate::LogError;
 
 /// What a channel's messages are.

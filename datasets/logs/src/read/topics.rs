@@ -5,7 +5,10 @@ use std::sync::Arc;
 
 use mcap::records::{MessageHeader, Record, op};
 
-use super::{Damage, Event, Extent, Sample, Summary, TopicCount, Wanted};
+use super::damage::{Damage, Extent};
+use super::event::{Event, Sample};
+use super::summary::{Summary, TopicCount};
+use super::wanted::Wanted;
 use crate::decode::DecodeError;
 use crate::{Decoder, LogError, SchemaText};
 
@@ -29,7 +32,7 @@ struct Channel {
 
 /// Counts and reasons for one wanted topic.
 #[derive(Clone, Default)]
-struct Tally {
+struct MessageCounts {
     decoded: u64,
     undecodable: u64,
     first_reason: String,
@@ -42,7 +45,7 @@ pub(super) struct Topics<'a> {
     wanted: &'a [Wanted<'a>],
     schemas: HashMap<u16, Arc<Schema>>,
     channels: HashMap<u16, Channel>,
-    tallies: Vec<Tally>,
+    counts: Vec<MessageCounts>,
     /// Bytes that schemas and channels take, and may take.
     held: usize,
     limit: usize,
@@ -50,13 +53,13 @@ pub(super) struct Topics<'a> {
 
 impl<'a> Topics<'a> {
     pub(super) fn new(log: &'a str, wanted: &'a [Wanted<'a>], limit: usize) -> Self {
-        let tallies = vec![Tally::default(); wanted.len()];
+        let counts = vec![MessageCounts::default(); wanted.len()];
         Self {
             log,
             wanted,
             schemas: HashMap::new(),
             channels: HashMap::new(),
-            tallies,
+            counts,
             held: 0,
             limit,
         }
@@ -152,7 +155,7 @@ impl<'a> Topics<'a> {
         let Some((index, decoder)) = &mut channel.wanted else {
             return Ok(Ok(()));
         };
-        let tally = &mut self.tallies[*index];
+        let counts = &mut self.counts[*index];
         let decoder = match decoder {
             Some(decoder) => decoder,
             None => {
@@ -177,20 +180,20 @@ impl<'a> Topics<'a> {
                 let new = match compiled {
                     // A log is not refused for a topic that it need not have.
                     Err(error) if !required => {
-                        tally.undecodable += 1;
-                        tally.first_reason = error.to_string();
+                        counts.undecodable += 1;
+                        counts.first_reason = error.to_string();
                         channel.wanted = None;
                         return Ok(Ok(()));
                     }
                     compiled => compiled?,
                 };
-                tally.unstamped |= !new.stamped();
+                counts.unstamped |= !new.stamped();
                 decoder.insert(new)
             }
         };
         let sample = decoder.decode_with(data).and_then(|(fields, more)| {
             // Known only now where there is no schema.
-            tally.unstamped |= fields.stamp.is_none();
+            counts.unstamped |= fields.stamp.is_none();
             let log_time = || i64::try_from(header.log_time).map_err(|_| DecodeError::Stamp);
             let sample = Sample {
                 stamp: fields.stamp.map_or_else(log_time, Ok)?,
@@ -201,8 +204,8 @@ impl<'a> Topics<'a> {
         });
         match sample {
             Ok((sample, more)) => {
-                tally.decoded += 1;
-                tally.unchecked |= !checked;
+                counts.decoded += 1;
+                counts.unchecked |= !checked;
                 sink(if self.wanted[*index].more.is_empty() {
                     Event::Sample(*index, sample)
                 } else {
@@ -210,10 +213,10 @@ impl<'a> Topics<'a> {
                 });
             }
             Err(error) => {
-                if tally.undecodable == 0 {
-                    tally.first_reason = error.to_string();
+                if counts.undecodable == 0 {
+                    counts.first_reason = error.to_string();
                 }
-                tally.undecodable += 1;
+                counts.undecodable += 1;
             }
         }
         Ok(Ok(()))
@@ -221,7 +224,7 @@ impl<'a> Topics<'a> {
 
     /// Whether any sample came from outside of a chunk with a CRC.
     pub(super) fn any_unchecked(&self) -> bool {
-        self.tallies.iter().any(|tally| tally.unchecked)
+        self.counts.iter().any(|counts| counts.unchecked)
     }
 
     fn hold(&mut self, bytes: usize) -> Result<(), LogError> {
@@ -263,21 +266,21 @@ impl<'a> Topics<'a> {
             sha256,
             messages: topics.iter().map(|topic| topic.messages).sum(),
             undecodable: self
-                .tallies
+                .counts
                 .iter()
-                .map(|tally| (tally.undecodable, tally.first_reason.clone()))
+                .map(|counts| (counts.undecodable, counts.first_reason.clone()))
                 .collect(),
-            unstamped: self.tallies.iter().map(|tally| tally.unstamped).collect(),
+            unstamped: self.counts.iter().map(|counts| counts.unstamped).collect(),
             topics,
             damage,
         };
-        for (wanted, tally) in self.wanted.iter().zip(&self.tallies) {
-            if wanted.required && tally.decoded == 0 && tally.undecodable > 0 {
+        for (wanted, counts) in self.wanted.iter().zip(&self.counts) {
+            if wanted.required && counts.decoded == 0 && counts.undecodable > 0 {
                 return Err(LogError::Undecodable {
                     log: self.log.into(),
                     topic: wanted.topic.name.clone(),
-                    messages: tally.undecodable,
-                    why: tally.first_reason.clone(),
+                    messages: counts.undecodable,
+                    why: counts.first_reason.clone(),
                 });
             }
             let there = summary

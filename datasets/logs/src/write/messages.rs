@@ -1,7 +1,7 @@
 //! The three ROS 2 messages that a strike leaves, with the schema text that rosbag2 would embed.
 
 use super::cdr::Cdr;
-use super::{Stamped, StateSample};
+use super::samples::{Stamped, StateSample};
 
 /// The frame that every stamp's header names.
 const FRAME: &str = "table";

@@ -2,8 +2,8 @@
 
 use values::Point;
 
-use super::Acts;
-use crate::When;
+use super::acts::Acts;
+use crate::StrikeIndex;
 use crate::declare::declare;
 
 declare! {
@@ -15,7 +15,7 @@ declare! {
 }
 
 impl Acts for CameraRotation {
-    fn see(&self, at: Point, centre: Point, _when: When) -> Point {
+    fn see(&self, at: Point, centre: Point, _when: StrikeIndex) -> Point {
         centre + (at - centre).rotated(self.angle)
     }
 }
@@ -29,7 +29,7 @@ declare! {
 }
 
 impl Acts for CameraDistortion {
-    fn see(&self, at: Point, centre: Point, _when: When) -> Point {
+    fn see(&self, at: Point, centre: Point, _when: StrikeIndex) -> Point {
         let arm = at - centre;
         centre + arm * (1.0 / (1.0 - self.k1 * arm.dot(arm)).max(0.1))
     }
@@ -43,12 +43,12 @@ mod tests {
     fn the_centre_stays_and_the_rest_turns_or_stretches() {
         let centre = Point::new(0.45, 0.0);
         let at = Point::new(0.95, 0.0);
-        let turned = CameraRotation { angle: 0.1 }.see(at, centre, When::default());
+        let turned = CameraRotation { angle: 0.1 }.see(at, centre, StrikeIndex::default());
         assert!(turned.distance(centre + Point::polar(0.5, 0.1)) < 1e-12);
-        let stretched = CameraDistortion { k1: 0.08 }.see(at, centre, When::default());
+        let stretched = CameraDistortion { k1: 0.08 }.see(at, centre, StrikeIndex::default());
         assert!((stretched.x - (0.45 + 0.5 / (1.0 - 0.02))).abs() < 1e-12);
         assert_eq!(
-            CameraDistortion::default().see(centre, centre, When::default()),
+            CameraDistortion::default().see(centre, centre, StrikeIndex::default()),
             centre
         );
     }

@@ -2,8 +2,8 @@
 
 use values::Point;
 
-use super::Acts;
-use crate::When;
+use super::acts::Acts;
+use crate::StrikeIndex;
 use crate::declare::declare;
 
 declare! {
@@ -104,8 +104,8 @@ declare! {
 }
 
 impl Acts for FrictionDrift {
-    fn strike_friction(&self, when: When) -> f64 {
-        let settled = 1.0 - (-(when.order as f64) / self.over).exp();
+    fn strike_friction(&self, index: StrikeIndex) -> f64 {
+        let settled = 1.0 - (-(index.order as f64) / self.over).exp();
         1.0 + self.change * settled / (1.0 - (-1f64).exp())
     }
 }
@@ -119,10 +119,10 @@ declare! {
 }
 
 impl Acts for FrictionBySession {
-    fn strike_friction(&self, when: When) -> f64 {
+    fn strike_friction(&self, index: StrikeIndex) -> f64 {
         // Steps of the golden ratio visit [−1, 1] without a pattern; the first sessions are 1, −0.36, −0.74, 0.90.
         let golden = (5f64.sqrt() - 1.0) / 2.0;
-        1.0 + self.spread * (std::f64::consts::PI * golden * when.session as f64).cos()
+        1.0 + self.spread * (std::f64::consts::PI * golden * index.session as f64).cos()
     }
 }
 
@@ -153,7 +153,7 @@ mod tests {
     #[test]
     fn drift_reaches_its_change_after_its_strikes() {
         let drift = FrictionDrift::default();
-        let at = |order| drift.strike_friction(When { session: 0, order });
+        let at = |order| drift.strike_friction(StrikeIndex { session: 0, order });
         assert_eq!(at(0), 1.0);
         assert!((at(120) - 1.2).abs() < 1e-12);
         assert!(at(60) > 1.1, "more of it in the first half");
@@ -163,7 +163,7 @@ mod tests {
     fn sessions_differ_within_the_spread() {
         let effect = FrictionBySession::default();
         let factors: Vec<f64> = (0..4)
-            .map(|session| effect.strike_friction(When { session, order: 0 }))
+            .map(|session| effect.strike_friction(StrikeIndex { session, order: 0 }))
             .collect();
         assert_eq!(factors[0], 1.12);
         assert!(factors.iter().all(|f| (f - 1.0).abs() <= 0.12 + 1e-12));

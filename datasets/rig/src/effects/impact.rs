@@ -1,7 +1,7 @@
 //! Restitution by other laws of the speed of impact.
 
-use super::Acts;
-use crate::When;
+use super::acts::Acts;
+use crate::StrikeIndex;
 use crate::declare::declare;
 
 /// Speed of impact at which restitution is the rig's own, in m/s.
@@ -17,7 +17,7 @@ declare! {
 }
 
 impl Acts for ViscoelasticRestitution {
-    fn restitution(&self, speed: f64, _when: When) -> f64 {
+    fn restitution(&self, speed: f64, _when: StrikeIndex) -> f64 {
         (1.0 - self.loss * ((speed / REFERENCE).powf(0.2) - 1.0)).max(0.0)
     }
 }
@@ -31,7 +31,7 @@ declare! {
 }
 
 impl Acts for YieldingRestitution {
-    fn restitution(&self, speed: f64, _when: When) -> f64 {
+    fn restitution(&self, speed: f64, _when: StrikeIndex) -> f64 {
         let at = |v: f64| (1.0 + self.loss * v * v).max(0.05);
         at(REFERENCE) / at(speed)
     }
@@ -48,8 +48,8 @@ declare! {
 }
 
 impl Acts for RestitutionStep {
-    fn restitution(&self, _speed: f64, when: When) -> f64 {
-        if (when.order as f64) < self.from {
+    fn restitution(&self, _speed: f64, index: StrikeIndex) -> f64 {
+        if (index.order as f64) < self.from {
             1.0
         } else {
             (1.0 + self.change).max(0.0)
@@ -68,12 +68,12 @@ mod tests {
             &YieldingRestitution::default(),
         ];
         for law in laws {
-            assert!((law.restitution(0.7, When::default()) - 1.0).abs() < 1e-12);
-            assert!(law.restitution(1.0, When::default()) < 0.95);
-            assert!(law.restitution(0.4, When::default()) > 1.05);
+            assert!((law.restitution(0.7, StrikeIndex::default()) - 1.0).abs() < 1e-12);
+            assert!(law.restitution(1.0, StrikeIndex::default()) < 0.95);
+            assert!(law.restitution(0.4, StrikeIndex::default()) > 1.05);
         }
         let step = RestitutionStep::default();
-        let at = |order| step.restitution(0.7, When { session: 0, order });
+        let at = |order| step.restitution(0.7, StrikeIndex { session: 0, order });
         assert_eq!((at(49), at(50)), (1.0, 1.2));
     }
 }

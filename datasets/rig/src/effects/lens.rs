@@ -2,8 +2,8 @@
 
 use values::Point;
 
-use super::Acts;
-use crate::When;
+use super::acts::Acts;
+use crate::StrikeIndex;
 use crate::declare::declare;
 
 declare! {
@@ -19,7 +19,7 @@ declare! {
 }
 
 impl Acts for CameraLean {
-    fn see(&self, at: Point, centre: Point, _when: When) -> Point {
+    fn see(&self, at: Point, centre: Point, _when: StrikeIndex) -> Point {
         let arm = (at - centre).rotated(-self.bearing);
         // Depth along the optical axis: what lies farther is seen smaller, and foreshortened along the lean.
         let depth = (self.height + arm.x * self.lean.sin()).max(0.1 * self.height);
@@ -43,7 +43,7 @@ declare! {
 }
 
 impl Acts for BrownLens {
-    fn see(&self, at: Point, centre: Point, _when: When) -> Point {
+    fn see(&self, at: Point, centre: Point, _when: StrikeIndex) -> Point {
         let arm = at - centre;
         let square = arm.dot(arm);
         let radial = 1.0 + square * (self.k1 + square * self.k2);
@@ -64,7 +64,7 @@ declare! {
 }
 
 impl Acts for CameraScale {
-    fn see(&self, at: Point, centre: Point, _when: When) -> Point {
+    fn see(&self, at: Point, centre: Point, _when: StrikeIndex) -> Point {
         centre + (at - centre) * (1.0 + self.excess)
     }
 }
@@ -77,7 +77,7 @@ mod tests {
         effect.see(
             Point::new(0.45 + x, y),
             Point::new(0.45, 0.0),
-            When::default(),
+            StrikeIndex::default(),
         ) - Point::new(0.45, 0.0)
     }
 

@@ -2,7 +2,7 @@
 
 use values::Point;
 
-use super::Acts;
+use super::acts::Acts;
 use crate::declare::declare;
 
 /// A share that rises from 0 to 1 over an edge: `distance` past it and `width` in m.

@@ -2,7 +2,7 @@
 
 use values::Point;
 
-use super::Acts;
+use super::acts::Acts;
 use crate::declare::declare;
 
 declare! {

@@ -2,8 +2,8 @@
 
 use values::Command;
 
-use super::Acts;
-use crate::When;
+use super::acts::Acts;
+use crate::StrikeIndex;
 use crate::declare::declare;
 
 declare! {
@@ -21,7 +21,7 @@ declare! {
 }
 
 impl Acts for StrikerSpeedError {
-    fn deliver(&self, command: Command, _when: When) -> Command {
+    fn deliver(&self, command: Command, _when: StrikeIndex) -> Command {
         let line = self.a + self.b * command.speed;
         let speed = soft_min(line, self.cap, self.softness);
         Command {
@@ -49,7 +49,7 @@ declare! {
 }
 
 impl Acts for StrikerAngleBias {
-    fn deliver(&self, command: Command, _when: When) -> Command {
+    fn deliver(&self, command: Command, _when: StrikeIndex) -> Command {
         Command {
             angle: command.angle + self.delta,
             ..command
@@ -68,7 +68,7 @@ declare! {
 }
 
 impl Acts for SpeedDependentRestitution {
-    fn restitution(&self, speed: f64, _when: When) -> f64 {
+    fn restitution(&self, speed: f64, _when: StrikeIndex) -> f64 {
         (speed / self.reference).powf(-self.exponent)
     }
 }
@@ -96,7 +96,7 @@ mod tests {
         let error = StrikerSpeedError::default();
         let at = |speed| {
             let command = Command { speed, angle: 0.2 };
-            error.deliver(command, When::default()).speed
+            error.deliver(command, StrikeIndex::default()).speed
         };
         assert!((at(0.5) - (0.05 + 0.88 * 0.5)).abs() < 1e-6);
         assert!(at(1.0) < 0.86 && at(1.0) > 0.84);
@@ -106,7 +106,7 @@ mod tests {
     #[test]
     fn restitution_is_the_rigs_at_the_reference_and_falls() {
         let effect = SpeedDependentRestitution::default();
-        assert_eq!(effect.restitution(0.7, When::default()), 1.0);
-        assert!((effect.restitution(1.4, When::default()) - 2f64.powf(-0.18)).abs() < 1e-12);
+        assert_eq!(effect.restitution(0.7, StrikeIndex::default()), 1.0);
+        assert!((effect.restitution(1.4, StrikeIndex::default()) - 2f64.powf(-0.18)).abs() < 1e-12);
     }
 }

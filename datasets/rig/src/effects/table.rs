@@ -2,7 +2,7 @@
 
 use values::Point;
 
-use super::{Acts, GRAVITY};
+use super::acts::{Acts, GRAVITY};
 use crate::declare::declare;
 
 declare! {

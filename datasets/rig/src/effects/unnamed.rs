@@ -2,8 +2,8 @@
 
 use values::{Command, Point};
 
-use super::Acts;
-use crate::When;
+use super::acts::Acts;
+use crate::StrikeIndex;
 use crate::declare::declare;
 
 declare! {
@@ -113,7 +113,7 @@ declare! {
 }
 
 impl Acts for SpeedRipple {
-    fn deliver(&self, command: Command, _when: When) -> Command {
+    fn deliver(&self, command: Command, _when: StrikeIndex) -> Command {
         let wave = (std::f64::consts::TAU * command.speed / self.period + self.phase).sin();
         Command {
             speed: command.speed * (1.0 + self.amplitude * wave),
@@ -135,7 +135,7 @@ declare! {
 }
 
 impl Acts for AngleRipple {
-    fn deliver(&self, command: Command, _when: When) -> Command {
+    fn deliver(&self, command: Command, _when: StrikeIndex) -> Command {
         let wave = (std::f64::consts::TAU * command.angle / self.period + self.phase).sin();
         Command {
             angle: command.angle + self.amplitude * wave,
@@ -157,7 +157,7 @@ declare! {
 }
 
 impl Acts for StitchedCameras {
-    fn see(&self, at: Point, _centre: Point, _when: When) -> Point {
+    fn see(&self, at: Point, _centre: Point, _when: StrikeIndex) -> Point {
         if at.x < self.x {
             at
         } else {
@@ -190,7 +190,7 @@ mod tests {
     #[test]
     fn ripples_come_back_after_a_period() {
         let deliver = |effect: &dyn Acts, speed, angle| {
-            effect.deliver(Command { speed, angle }, When::default())
+            effect.deliver(Command { speed, angle }, StrikeIndex::default())
         };
         let speed = SpeedRipple::default();
         let share = |v| deliver(&speed, v, 0.0).speed / v;
@@ -203,7 +203,7 @@ mod tests {
     #[test]
     fn the_second_camera_sees_what_lies_beyond_its_line_shifted() {
         let cameras = StitchedCameras::default();
-        let see = |x| cameras.see(Point::new(x, 0.1), Point::default(), When::default());
+        let see = |x| cameras.see(Point::new(x, 0.1), Point::default(), StrikeIndex::default());
         assert_eq!(see(0.3), Point::new(0.3, 0.1));
         assert!(see(0.6).distance(Point::new(0.604, 0.108)) < 1e-12);
     }

@@ -2,8 +2,8 @@
 
 use values::{Command, Point};
 
-use super::Acts;
-use crate::When;
+use super::acts::Acts;
+use crate::StrikeIndex;
 use crate::declare::declare;
 
 declare! {
@@ -17,8 +17,8 @@ declare! {
 }
 
 impl Acts for RunningIn {
-    fn strike_friction(&self, when: When) -> f64 {
-        1.0 + self.change * (-(when.order as f64) / self.over).exp()
+    fn strike_friction(&self, index: StrikeIndex) -> f64 {
+        1.0 + self.change * (-(index.order as f64) / self.over).exp()
     }
 }
 
@@ -33,8 +33,8 @@ declare! {
 }
 
 impl Acts for LinearWear {
-    fn strike_friction(&self, when: When) -> f64 {
-        (1.0 + self.change * when.order as f64 / self.over).max(0.1)
+    fn strike_friction(&self, index: StrikeIndex) -> f64 {
+        (1.0 + self.change * index.order as f64 / self.over).max(0.1)
     }
 }
 
@@ -49,8 +49,8 @@ declare! {
 }
 
 impl Acts for RestitutionDrift {
-    fn restitution(&self, _speed: f64, when: When) -> f64 {
-        let settled = 1.0 - (-(when.order as f64) / self.over).exp();
+    fn restitution(&self, _speed: f64, index: StrikeIndex) -> f64 {
+        let settled = 1.0 - (-(index.order as f64) / self.over).exp();
         1.0 + self.change * settled / (1.0 - (-1f64).exp())
     }
 }
@@ -74,8 +74,8 @@ declare! {
 }
 
 impl Acts for FrictionOfSessions {
-    fn strike_friction(&self, when: When) -> f64 {
-        (1.0 + self.spread * of_session(self.seed, when.session)).max(0.1)
+    fn strike_friction(&self, index: StrikeIndex) -> f64 {
+        (1.0 + self.spread * of_session(self.seed, index.session)).max(0.1)
     }
 }
 
@@ -90,9 +90,9 @@ declare! {
 }
 
 impl Acts for StrikerAngleBySession {
-    fn deliver(&self, command: Command, when: When) -> Command {
+    fn deliver(&self, command: Command, index: StrikeIndex) -> Command {
         Command {
-            angle: command.angle + self.spread * of_session(self.seed, when.session),
+            angle: command.angle + self.spread * of_session(self.seed, index.session),
             ..command
         }
     }
@@ -109,8 +109,8 @@ declare! {
 }
 
 impl Acts for CameraAngleBySession {
-    fn see(&self, at: Point, centre: Point, when: When) -> Point {
-        centre + (at - centre).rotated(self.spread * of_session(self.seed, when.session))
+    fn see(&self, at: Point, centre: Point, index: StrikeIndex) -> Point {
+        centre + (at - centre).rotated(self.spread * of_session(self.seed, index.session))
     }
 }
 
@@ -118,8 +118,8 @@ impl Acts for CameraAngleBySession {
 mod tests {
     use super::*;
 
-    fn at(order: usize) -> When {
-        When { session: 0, order }
+    fn at(order: usize) -> StrikeIndex {
+        StrikeIndex { session: 0, order }
     }
 
     #[test]

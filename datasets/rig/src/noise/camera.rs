@@ -1,6 +1,6 @@
 //! Noise of the camera and of its stamps.
 
-use super::{Disturbs, Levels};
+use super::levels::{Disturbs, Levels};
 use crate::declare::declare;
 
 declare! {

@@ -46,3 +46,9 @@ impl Levels {
             * (1.0 + self.launch_growth_by_angle * angle_share.clamp(0.0, 2.0))
     }
 }
+
+/// What a kind of noise adds.
+pub(crate) trait Disturbs {
+    /// Sets or adds its levels.
+    fn add_to(&self, levels: &mut Levels);
+}

@@ -16,18 +16,12 @@ use crate::declare::declare_all;
 pub use camera::{
     CameraCorrelation, CameraTails, JitteringStamps, LateStamps, MountVibration, StrayFrames,
 };
-pub(crate) use levels::Levels;
+pub(crate) use levels::{Disturbs, Levels};
 pub use rig_file::WrongRigFile;
 pub use strike::{
     CameraNoiseByStrike, FrictionScatter, FrictionWander, LaunchScatterByAngle,
     LaunchScatterBySpeed, LaunchTails,
 };
-
-/// What a kind of noise adds.
-pub(crate) trait Disturbs {
-    /// Sets or adds its levels.
-    fn add_to(&self, levels: &mut Levels);
-}
 
 declare_all!(
     /// A kind of noise with its parameters; in files `{"name": …, "parameters": {…}}`.

@@ -1,6 +1,6 @@
 //! A rig file that is wrong.
 
-use super::{Disturbs, Levels};
+use super::levels::{Disturbs, Levels};
 use crate::declare::declare;
 
 declare! {

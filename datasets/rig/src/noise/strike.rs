@@ -1,6 +1,6 @@
 //! Noise that differs from strike to strike.
 
-use super::{Disturbs, Levels};
+use super::levels::{Disturbs, Levels};
 use crate::declare::declare;
 
 declare! {

@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use toml::de::{DeTable, DeValue};
 
-use super::{RigError, vision};
+use super::RigError;
 
 /// Every key of a rig file, by dotted path; a required one carries the line that would mend its absence.
 const KEYS: &[(&str, Option<&str>)] = &[
@@ -74,9 +74,36 @@ const KEYS: &[(&str, Option<&str>)] = &[
     ("topics.pose.orientation", None),
 ];
 
+/// Those that are needed where images are read.
+const IMAGE_KEYS: [(&str, Option<&str>); 14] = [
+    ("camera.matrix", None),
+    ("camera.distortion", None),
+    ("camera.position", None),
+    ("camera.orientation", None),
+    ("camera.exposure", None),
+    ("camera.readout", None),
+    ("camera.stamp", None),
+    ("object.colour", None),
+    (
+        "object.colour.hue",
+        Some("hue = [340.0, 20.0]   # degrees; may wrap around 360"),
+    ),
+    (
+        "object.colour.saturation",
+        Some("saturation = [0.4, 1.0]   # 0 to 1"),
+    ),
+    ("object.colour.value", Some("value = [0.2, 1.0]   # 0 to 1")),
+    ("topics.image", None),
+    (
+        "topics.image.name",
+        Some("name = \"/camera/image/compressed\""),
+    ),
+    ("topics.image.stamp", None),
+];
+
 /// All keys, those of images among them.
 fn known() -> impl Iterator<Item = &'static (&'static str, Option<&'static str>)> {
-    KEYS.iter().chain(&vision::KEYS)
+    KEYS.iter().chain(&IMAGE_KEYS)
 }
 
 /// A key looks like a slip of a known one from this similarity (Jaro–Winkler) on.

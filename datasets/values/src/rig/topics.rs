@@ -2,8 +2,6 @@
 
 use serde::{Deserialize, Deserializer, Serialize};
 
-use super::ImageTopic;
-
 /// Topic names and field paths. A topic that a rig file leaves out, or a path of one, has its default.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -115,6 +113,31 @@ impl Default for PoseTopic {
 impl PoseTopic {
     fn is_default(&self) -> bool {
         *self == Self::default()
+    }
+}
+
+/// The topic of images; their message types are known, so that no paths of fields are needed.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ImageTopic {
+    /// Topic name.
+    pub name: String,
+    /// Path of the stamp: `header.stamp` or `timestamp`, as the message type has it.
+    #[serde(default = "ImageTopic::header_stamp")]
+    pub stamp: String,
+}
+
+impl ImageTopic {
+    /// A topic whose messages have a header.
+    pub fn new(name: &str) -> Self {
+        Self {
+            name: name.into(),
+            stamp: Self::header_stamp(),
+        }
+    }
+
+    fn header_stamp() -> String {
+        "header.stamp".into()
     }
 }
 

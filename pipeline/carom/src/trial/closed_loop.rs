@@ -71,7 +71,7 @@ pub fn run(dir: &Path, wanted: &Wanted<'_>, is_quiet: bool) -> Result<Trial, Err
     let later = robot
         .sim
         .clone()
-        .after(robot.sim.when().order + random.len());
+        .after(robot.sim.index().order + random.len());
     let mut trial = Trial {
         artifact: artifact.version.clone(),
         robot: robot.origin(),
@@ -108,7 +108,7 @@ fn strike_all(planner: &Planner, mut sim: Sim, pairs: &[Pair], bar: &ProgressBar
         .collect();
     let mut outcome = Outcome::default();
     for ((from, to), plan) in pairs.iter().zip(plans) {
-        let start = sim.when().order;
+        let start = sim.index().order;
         match plan {
             Ok(plan) => {
                 let command = plan.command();

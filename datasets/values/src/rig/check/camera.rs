@@ -1,37 +1,8 @@
-//! What the rig file says of a camera whose images are read: its lens, its pose, its timing, and the object's colour.
-//! Keys of the tables `[camera]`, `[object]` and `[topics.image]`; all are optional.
+//! Checks of the keys that images need: lens, pose and timing of the camera, the object's colour, the topic.
 
-use serde::{Deserialize, Serialize};
-
-use super::check::{finite, interval, value};
-use super::{Camera, Interval, Object, RigError};
-
-/// The keys of this module, as in [`super::keys`].
-pub(super) const KEYS: [(&str, Option<&str>); 14] = [
-    ("camera.matrix", None),
-    ("camera.distortion", None),
-    ("camera.position", None),
-    ("camera.orientation", None),
-    ("camera.exposure", None),
-    ("camera.readout", None),
-    ("camera.stamp", None),
-    ("object.colour", None),
-    (
-        "object.colour.hue",
-        Some("hue = [340.0, 20.0]   # degrees; may wrap around 360"),
-    ),
-    (
-        "object.colour.saturation",
-        Some("saturation = [0.4, 1.0]   # 0 to 1"),
-    ),
-    ("object.colour.value", Some("value = [0.2, 1.0]   # 0 to 1")),
-    ("topics.image", None),
-    (
-        "topics.image.name",
-        Some("name = \"/camera/image/compressed\""),
-    ),
-    ("topics.image.stamp", None),
-];
+use super::super::{Camera, ImageTopic, Object, RigError};
+use super::number::{finite, interval, value};
+use crate::Interval;
 
 /// Largest focal length or image coordinate in px.
 const LARGEST_PIXEL: f64 = 100_000.0;
@@ -43,85 +14,6 @@ const FARTHEST: f64 = 20.0;
 const LONGEST: f64 = 1.0;
 /// A quaternion's length may be off 1 by this much: what four decimals leave.
 const UNIT: f64 = 1e-3;
-
-/// What an image's stamp marks.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum StampMark {
-    /// The start of the first row's exposure.
-    Start,
-    /// The middle of the first row's exposure.
-    #[default]
-    Middle,
-    /// The end of the first row's exposure.
-    End,
-}
-
-/// The object's colour as ranges of hue, saturation and value (HSV of the image's 8-bit R'G'B').
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Colour {
-    /// Hue in degrees; `low` > `high` wraps around 360.
-    pub hue: Interval,
-    /// Saturation, 0 to 1.
-    pub saturation: Interval,
-    /// Value, 0 to 1.
-    pub value: Interval,
-}
-
-impl Colour {
-    /// The demo's object: red.
-    pub fn demo() -> Self {
-        Self {
-            hue: [340.0, 20.0].into(),
-            saturation: [0.45, 1.0].into(),
-            value: [0.15, 1.0].into(),
-        }
-    }
-}
-
-/// The topic of images; their message types are known, so that no paths of fields are needed.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct ImageTopic {
-    /// Topic name.
-    pub name: String,
-    /// Path of the stamp: `header.stamp` or `timestamp`, as the message type has it.
-    #[serde(default = "ImageTopic::header_stamp")]
-    pub stamp: String,
-}
-
-impl ImageTopic {
-    /// A topic whose messages have a header.
-    pub fn new(name: &str) -> Self {
-        Self {
-            name: name.into(),
-            stamp: Self::header_stamp(),
-        }
-    }
-
-    fn header_stamp() -> String {
-        "header.stamp".into()
-    }
-}
-
-/// Whether a time is the default, which is not written.
-#[expect(
-    clippy::trivially_copy_pass_by_ref,
-    reason = "serde passes a reference"
-)]
-pub(super) fn is_zero(time: &f64) -> bool {
-    *time == 0.0
-}
-
-/// Whether the mark is the default, which is not written.
-#[expect(
-    clippy::trivially_copy_pass_by_ref,
-    reason = "serde passes a reference"
-)]
-pub(super) fn is_middle(mark: &StampMark) -> bool {
-    *mark == StampMark::Middle
-}
 
 /// Checks the camera's keys of this module.
 pub(super) fn check_camera(camera: &Camera) -> Result<(), RigError> {

@@ -1,55 +1,6 @@
-//! Where the arm stands and may go: keys of `[robot]` that a robot that moves needs, and that every plan keeps to.
+//! Checks of where the arm stands and may go.
 
-use serde::{Deserialize, Serialize};
-
-use super::{Interval, RigError, Robot};
-use crate::Point;
-
-/// What the arm must not touch, seen from above; it counts at every height.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(tag = "shape", rename_all = "lowercase", deny_unknown_fields)]
-pub enum Obstacle {
-    /// A box with sides along the table's axes.
-    Box {
-        /// Extent along x, in m.
-        x: Interval,
-        /// Extent along y, in m.
-        y: Interval,
-    },
-    /// A disc.
-    Disc {
-        /// Its centre, in m.
-        centre: Point,
-        /// Its radius in m.
-        radius: f64,
-    },
-}
-
-impl Robot {
-    /// An arm of which only its striking limits are known: speeds in m/s, angles in rad, acceleration in m/s².
-    pub fn limits(speed: Interval, angle: Interval, acceleration: f64) -> Self {
-        Self {
-            speed,
-            angle,
-            acceleration,
-            base: None,
-            keep_out: None,
-            reach: None,
-            jerk: None,
-            strike_height: None,
-            travel_height: None,
-            tool_orientation: None,
-            tool_offset: None,
-            payload: None,
-            obstacles: Vec::new(),
-        }
-    }
-
-    /// Whether the file says where the arm stands or reaches.
-    pub fn is_placed(&self) -> bool {
-        self.base.is_some() || self.keep_out.is_some() || self.reach.is_some()
-    }
-}
+use super::super::{Obstacle, RigError, Robot};
 
 /// Farthest that anything of an arm lies from its base, in m.
 const FARTHEST: f64 = 20.0;

@@ -2,7 +2,13 @@
 
 use std::f64::consts::PI;
 
-use super::{FieldTopic, Interval, Object, Rig, RigError, Shape, Topics, vision};
+mod camera;
+mod number;
+mod robot;
+
+use super::{FieldTopic, Object, Rig, RigError, Shape, Topics};
+use crate::Interval;
+use number::{finite, interval, positive, value};
 
 /// Largest half size, radius or tip in m; a strike moves things that lie on a table.
 const LARGEST_SIZE: f64 = 1.0;
@@ -47,8 +53,8 @@ pub(super) fn check(rig: &Rig) -> Result<(), RigError> {
     )?;
     finite("camera.centre", rig.camera.centre.x)?;
     finite("camera.centre", rig.camera.centre.y)?;
-    vision::check_camera(&rig.camera)?;
-    vision::check_colour(&rig.object)?;
+    camera::check_camera(&rig.camera)?;
+    camera::check_colour(&rig.object)?;
     interval("robot.speed", rig.robot.speed)?;
     positive(
         "robot.speed",
@@ -82,7 +88,7 @@ pub(super) fn check(rig: &Rig) -> Result<(), RigError> {
         "m/s²",
         "metres, not millimetres?",
     )?;
-    super::arm::check(&rig.robot)?;
+    robot::check(&rig.robot)?;
     topic("topics.centroid", &rig.topics.centroid)?;
     topic("topics.command", &rig.topics.command)?;
     let Topics {
@@ -93,7 +99,7 @@ pub(super) fn check(rig: &Rig) -> Result<(), RigError> {
     path("topics.state", "position_y", &state.position_y)?;
     topic("topics.pose", &pose.topic)?;
     path("topics.pose", "orientation", &pose.orientation)?;
-    vision::check_topic(image.as_ref())
+    camera::check_topic(image.as_ref())
 }
 
 fn object(object: &Object) -> Result<(), RigError> {
@@ -159,47 +165,6 @@ fn table(key: &str, bounds: Interval) -> Result<(), RigError> {
     Ok(())
 }
 
-pub(super) fn interval(key: &str, interval: Interval) -> Result<(), RigError> {
-    finite(key, interval.low)?;
-    finite(key, interval.high)?;
-    if interval.low < interval.high {
-        return Ok(());
-    }
-    let why = if interval.low > interval.high {
-        "is reversed"
-    } else {
-        "is empty"
-    };
-    Err(RigError::Value {
-        key: key.into(),
-        value: format!("[{}, {}]", interval.low, interval.high),
-        why: format!("the interval {why}; write [low, high] with low < high"),
-    })
-}
-
-fn positive(key: &str, number: f64, largest: f64, unit: &str, hint: &str) -> Result<(), RigError> {
-    finite(key, number)?;
-    if number <= 0.0 {
-        return Err(value(key, number, &format!("must be above 0 {unit}")));
-    }
-    if number > largest {
-        return Err(value(
-            key,
-            number,
-            &format!("must be at most {largest} {unit} ({hint})"),
-        ));
-    }
-    Ok(())
-}
-
-pub(super) fn finite(key: &str, number: f64) -> Result<(), RigError> {
-    if number.is_finite() {
-        Ok(())
-    } else {
-        Err(value(key, number, "must be a finite number"))
-    }
-}
-
 fn topic(key: &str, topic: &FieldTopic) -> Result<(), RigError> {
     path(key, "name", &topic.name)?;
     path(key, "stamp", &topic.stamp)?;
@@ -219,12 +184,4 @@ fn path(key: &str, field: &str, text: &str) -> Result<(), RigError> {
             "must not be empty; take the line out of the file, or the whole table, for the default"
                 .into(),
     })
-}
-
-pub(super) fn value(key: &str, number: f64, why: &str) -> RigError {
-    RigError::Value {
-        key: key.into(),
-        value: number.to_string(),
-        why: why.into(),
-    }
 }

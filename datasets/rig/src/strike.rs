@@ -6,29 +6,20 @@ use crate::body::Body;
 use crate::impact::{self, Tip};
 use crate::motion::Motion;
 use crate::surface::Surface;
-use crate::{RigSimError, Truth, roll, slide};
+use crate::{RigSimError, Truth, StrikeIndex, roll, slide};
 
 /// No contact gives back more than this share of the speed of approach.
 const HIGHEST_RESTITUTION: f64 = 0.98;
 
-/// When a strike is made: what effects that wear or differ by day depend on.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct When {
-    /// Number of the session (log), from 0.
-    pub session: usize,
-    /// Number of strikes made before it in all sessions.
-    pub order: usize,
-}
-
 /// What one blow does, without noise.
 #[derive(Clone, Debug)]
-pub struct Shot {
+pub struct StrikeOutcome {
     /// Distance from the tip's centre to the object's at the blow, in m.
     pub gap: f64,
     motion: Motion,
 }
 
-impl Shot {
+impl StrikeOutcome {
     /// Where the object comes to rest on the table, in m.
     pub fn stop(&self) -> Point {
         self.motion.stop()
@@ -71,13 +62,13 @@ impl PreparedRig {
 
     /// Strikes the object that rests at a point of the table with what the arm delivers.
     /// `friction_factor` is what this strike's friction differs by from the rig's.
-    pub(crate) fn shoot(
+    pub(crate) fn strike(
         &self,
         from: Point,
         delivered: Command,
-        when: When,
+        index: StrikeIndex,
         friction_factor: f64,
-    ) -> Shot {
+    ) -> StrikeOutcome {
         let Truth {
             hidden,
             restitution,
@@ -93,19 +84,19 @@ impl PreparedRig {
         let bounce = |speed: f64| {
             let factor: f64 = hidden
                 .acts()
-                .map(|effect| effect.restitution(speed, when))
+                .map(|effect| effect.restitution(speed, index))
                 .product();
             (restitution * factor).clamp(0.0, HIGHEST_RESTITUTION)
         };
         let velocity = Point::polar(delivered.speed, delivered.angle);
         let Some(launch) = impact::strike(&self.body, tip, velocity, bounce) else {
-            return Shot {
+            return StrikeOutcome {
                 gap: self.body.reach() + tip.radius,
                 motion: Motion::still(from),
             };
         };
         let friction = self.truth.friction * friction_factor;
-        let surface = Surface::new(friction, hidden, when);
+        let surface = Surface::new(friction, hidden, index);
         let motion = if self.body.ball {
             roll::roll(
                 &self.body,
@@ -117,9 +108,28 @@ impl PreparedRig {
         } else {
             slide::slide(&self.body, &surface, from, launch.velocity, launch.spin)
         };
-        Shot {
+        StrikeOutcome {
             gap: launch.gap,
             motion,
         }
+    }
+}
+
+impl Truth {
+    /// The strike without scatter or noise: `initial` is where the camera sees the object, `command` what the arm is told.
+    pub fn outcome(&self, initial: Point, command: Command, index: StrikeIndex) -> Result<StrikeOutcome, RigSimError> {
+        let prepared = PreparedRig::new(self.without_strikes())?;
+        let from = self.hidden.unsee(initial, self.rig.camera.centre, index);
+        Ok(prepared.strike(from, self.hidden.deliver(command, index), index, 1.0))
+    }
+
+    /// Where the camera would see that strike's stop, without scatter or noise, in m.
+    pub fn expected_stop(
+        &self,
+        initial: Point,
+        command: Command,
+        index: StrikeIndex,
+    ) -> Result<Point, RigSimError> {
+        Ok(self.see(self.outcome(initial, command, index)?.stop(), index))
     }
 }

@@ -1,0 +1,42 @@
+//! What is asked of a log, and how much memory it may take.
+
+use values::FieldTopic;
+
+/// A topic that is to be read.
+#[derive(Clone, Copy, Debug)]
+pub struct Wanted<'a> {
+    /// Its name and field paths.
+    pub topic: &'a FieldTopic,
+    /// Paths of further numbers, at most [`MOST_MORE`](crate::MOST_MORE); a message need not have them.
+    pub more: &'a [String],
+    /// Whether a log without it is an error.
+    pub required: bool,
+}
+
+/// How much a file can make the reader hold, in bytes.
+#[derive(Clone, Copy, Debug)]
+pub struct Limits {
+    /// A record as it stands in the file, chunks included.
+    pub record: usize,
+    /// A chunk when unpacked.
+    pub chunk: usize,
+    /// A compressed chunk as it stands and unpacked, together.
+    pub open_chunk: usize,
+    /// All schemas and channels together.
+    pub schemas: usize,
+    /// Damaged places that are told.
+    pub damage: usize,
+}
+
+impl Default for Limits {
+    /// 64 MB for a record and for an unpacked chunk, so that two files read at once stay well under 256 MB.
+    fn default() -> Self {
+        Self {
+            record: 64 << 20,
+            chunk: 64 << 20,
+            open_chunk: 96 << 20,
+            schemas: 16 << 20,
+            damage: 1000,
+        }
+    }
+}

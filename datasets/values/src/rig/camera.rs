@@ -1,0 +1,69 @@
+//! What sees the object: its noise and rate and, where images are read, its lens, pose and timing.
+
+use serde::{Deserialize, Serialize};
+
+use crate::Point;
+
+/// The camera.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Camera {
+    /// Frames per second, in Hz.
+    pub rate: f64,
+    /// Standard deviation of a centroid's coordinate, in m.
+    pub noise: f64,
+    /// The point of the table it looks down on.
+    pub centre: Point,
+    /// Focal lengths and principal point `[fx, fy, cx, cy]` in px; pixel centres are whole numbers.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub matrix: Option<[f64; 4]>,
+    /// Distortion `[k1, k2, p1, p2, k3]`: `plumb_bob` of ROS and OpenCV.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub distortion: Option<[f64; 5]>,
+    /// Place of its optical centre in the frame `table`, in m.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub position: Option<[f64; 3]>,
+    /// Orientation of its optical frame (z forward, x right, y down) in the frame `table`, as `[qx, qy, qz, qw]`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub orientation: Option<[f64; 4]>,
+    /// Exposure of an image, in s.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub exposure: f64,
+    /// From the exposure of an image's first row to that of its last, in s; 0 for a global shutter.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub readout: f64,
+    /// What an image's stamp marks.
+    #[serde(default, skip_serializing_if = "is_middle")]
+    pub stamp: StampMark,
+}
+
+/// What an image's stamp marks.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum StampMark {
+    /// The start of the first row's exposure.
+    Start,
+    /// The middle of the first row's exposure.
+    #[default]
+    Middle,
+    /// The end of the first row's exposure.
+    End,
+}
+
+/// Whether a time is the default, which is not written.
+#[expect(
+    clippy::trivially_copy_pass_by_ref,
+    reason = "serde passes a reference"
+)]
+fn is_zero(time: &f64) -> bool {
+    *time == 0.0
+}
+
+/// Whether the mark is the default, which is not written.
+#[expect(
+    clippy::trivially_copy_pass_by_ref,
+    reason = "serde passes a reference"
+)]
+fn is_middle(mark: &StampMark) -> bool {
+    *mark == StampMark::Middle
+}
