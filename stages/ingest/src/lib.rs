@@ -11,6 +11,8 @@
 
 mod arm;
 mod assemble;
+mod closing;
+mod counts;
 mod episode;
 mod error;
 mod extras;
@@ -24,15 +26,15 @@ mod queue;
 mod rejection;
 mod robust;
 mod segment;
+mod settings;
 mod slide;
-
 mod strikes;
 mod time;
 mod yaw;
 
-pub use self::ingest::Ingest;
 pub use assemble::assemble;
 pub use error::IngestError;
 pub use log::ingest_log;
 pub use outcome::{Found, LogFile, LogOutcome};
+pub use settings::Ingest;
 pub use strikes::Strikes;

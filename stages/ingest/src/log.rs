@@ -7,9 +7,10 @@ use logs::{Event, Limits, LogError, Summary, Wanted};
 use values::{FieldTopic, Point, PoseTopic, Reject, RejectReason, Rig, StateTopic, Strike};
 
 use crate::arm::State;
+use crate::closing::Closing;
 use crate::error::IngestError;
 use crate::outcome::{Found, LogOutcome, file_name};
-use crate::segment::{Closing, Segmenter};
+use crate::segment::Segmenter;
 use crate::settings::Ingest;
 use crate::yaw::Turn;
 

@@ -9,15 +9,16 @@ use logs::Sample;
 use values::{Conditions, Reject, RejectReason, Rig, Strike, split_of};
 
 use crate::arm::State;
+use crate::closing::Closing;
+use crate::counts::Counts;
 use crate::episode::{Episode, Episodes};
 use crate::extras::{Extras, Waiting};
-use crate::identity::{AFTER, strike_id};
+use crate::identity::strike_id;
 use crate::order::{Ordered, SetBack};
 use crate::outcome::Found;
 use crate::plateau::plateau;
 use crate::queue::Queue;
 use crate::rejection::Rejection;
-use crate::robust::median;
 use crate::slide::{self, Frames};
 use crate::time::seconds;
 use crate::yaw::Turn;
@@ -28,20 +29,8 @@ const BEFORE: i64 = 3_000_000_000;
 const HORIZON: i64 = 20_000_000_000;
 /// At most this many centroids wait for commands to come (48 MB).
 const MOST_WAITING: usize = 2_000_000;
-/// Frames whose rate differs from the rig file's by more than this part come from another camera, or the file is wrong.
-const OTHER_RATE: f64 = 0.1;
 /// Held centroids are looked through this often.
 const TRIM_EVERY: u32 = 512;
-
-/// Why no more samples that belong to the present ones will come.
-pub(crate) enum Closing {
-    /// The log ends.
-    End,
-    /// Messages are missing from here on.
-    Lost(String),
-    /// A clock was set back.
-    Clock(String),
-}
 
 /// What was found in a log, beside the strikes that were handed over.
 #[derive(Default)]
@@ -78,13 +67,7 @@ pub(crate) struct Segmenter<'a> {
     /// The last fault of the centroids' clock, for episodes that find no centroids.
     clock: Option<String>,
     found: Segmented,
-    repeated: u64,
-    outliers: usize,
-    unheld: usize,
-    /// Episodes that were judged before the centroids of their time came.
-    unseen: u64,
-    /// Seconds from frame to frame around each command.
-    periods: Vec<f64>,
+    counts: Counts,
 }
 
 impl<'a> Segmenter<'a> {
@@ -109,11 +92,7 @@ impl<'a> Segmenter<'a> {
             since_trim: 0,
             clock: None,
             found: Segmented::default(),
-            repeated: 0,
-            outliers: 0,
-            unheld: 0,
-            unseen: 0,
-            periods: Vec::new(),
+            counts: Counts::default(),
         }
     }
 
@@ -181,7 +160,7 @@ impl<'a> Segmenter<'a> {
             }
             // The same message twice, or two detections in one frame: the first counts.
             Some(last) if sample.stamp == last => {
-                self.repeated += 1;
+                self.counts.repeated += 1;
                 return;
             }
             _ => {}
@@ -204,7 +183,7 @@ impl<'a> Segmenter<'a> {
     fn queue(&mut self, episode: Episode) {
         self.waiting.push(episode, self.rig);
         while self.waiting.is_full() {
-            self.unseen += 1;
+            self.counts.unseen += 1;
             let next = self.next_strike();
             self.judge_first(next.unwrap_or(i64::MAX), next.is_some(), None);
         }
@@ -265,7 +244,7 @@ impl<'a> Segmenter<'a> {
         if self.centroids.len() > MOST_WAITING {
             let excess = MOST_WAITING / 2;
             self.centroids.drain(..excess);
-            self.unheld += excess;
+            self.counts.unheld += excess;
         }
     }
 
@@ -331,7 +310,9 @@ impl<'a> Segmenter<'a> {
         };
         let judged = self.judge(&episode, until);
         let judged =
-            judged.and_then(|strike| self.is_identified(&episode, closing).map(|()| strike));
+            judged.and_then(|strike| {
+                Closing::leaves_whole(closing, &episode, self.last_centroid).map(|()| strike)
+            });
         match judged {
             Ok((strike, first_motion, gap)) => {
                 self.found.strikes.push(Found::from(&strike));
@@ -347,7 +328,7 @@ impl<'a> Segmenter<'a> {
                 let rejection = if is_next_strike {
                     rejection
                 } else {
-                    self.blame(rejection, closing)
+                    Closing::blame(closing, rejection)
                 };
                 self.found.rejects.push(Reject {
                     log: self.log.into(),
@@ -359,47 +340,6 @@ impl<'a> Segmenter<'a> {
             }
         }
         self.since_trim = TRIM_EVERY;
-    }
-
-    /// Whether all that a strike's id is made of is there: one that is cut off before would be another strike than the whole one.
-    fn is_identified(&self, episode: &Episode, closing: Option<&Closing>) -> Result<(), Rejection> {
-        let needed = episode.end().saturating_add(AFTER);
-        match closing {
-            Some(Closing::Lost(why)) if self.last_centroid.is_none_or(|last| last <= needed) => {
-                let after = seconds(AFTER);
-                let detail = format!("the log is cut within {after} s after its command: {why}");
-                Err(Rejection::new(RejectReason::Truncated, detail))
-            }
-            _ => Ok(()),
-        }
-    }
-
-    /// What has not been seen to its end is the fault of what ended it.
-    fn blame(&self, rejection: Rejection, closing: Option<&Closing>) -> Rejection {
-        let unseen = matches!(
-            rejection.reason,
-            RejectReason::NoRestAfter | RejectReason::NoMotion | RejectReason::FramesMissing
-        );
-        match closing {
-            Some(Closing::Lost(why)) if unseen => Rejection::new(
-                RejectReason::Truncated,
-                format!("{}; the log is cut here: {why}", rejection.detail),
-            ),
-            Some(Closing::Clock(why)) if unseen => Rejection::new(
-                RejectReason::ClockBackwards,
-                format!("{}; {why}", rejection.detail),
-            ),
-            _ => rejection,
-        }
-    }
-
-    /// What is to be said of frames that come at another rate than the rig file's.
-    fn other_rate(&self) -> Option<String> {
-        let rate = 1.0 / median(self.periods.iter().copied());
-        let said = self.rig.camera.rate;
-        ((rate / said).ln().abs() > OTHER_RATE).then(|| {
-            format!("frames come at {rate:.0} Hz, and the rig file says camera.rate = {said}: set it to what the camera does")
-        })
     }
 
     /// The strike, the stamp of first motion, and the seconds from the frame before to it.
@@ -423,9 +363,9 @@ impl<'a> Segmenter<'a> {
             ));
         }
         let frames = Frames::new(&seen, (episode.start(), episode.end()), self.rig)?;
-        self.periods.push(frames.period);
+        self.counts.periods.push(frames.period);
         let slide = slide::find(&frames)?;
-        self.outliers += slide.outliers;
+        self.counts.outliers += slide.outliers;
         let id = strike_id(&episode.commands, &seen);
         let strike = Strike {
             log: self.log.into(),
@@ -448,30 +388,9 @@ impl<'a> Segmenter<'a> {
 
     /// All that was found, by index: episodes are judged in their order.
     pub(crate) fn finish(mut self) -> Segmented {
-        let other_rate = self.other_rate();
-        let mut note = |count: u64, text: &str| {
-            if count > 0 {
-                self.found.notes.push(format!("{count} {text}"));
-            }
-        };
-        note(
-            self.repeated,
-            "centroids repeat the stamp of the one before and are left out",
-        );
-        note(
-            self.outliers as u64,
-            "centroids jump away for a single frame, or repeat the last one while the object moves, and are left out of their tracks",
-        );
-        note(
-            self.unheld as u64,
-            "centroids came too long before the commands of their time and were let go",
-        );
-        note(
-            self.unseen,
-            "commands came too long before the centroids of their time and were judged without them",
-        );
+        self.found.notes.extend(self.counts.notes());
         self.found.notes.extend(self.extras.note());
-        self.found.notes.extend(other_rate);
+        self.found.notes.extend(self.counts.other_rate(self.rig));
         self.found
     }
 }

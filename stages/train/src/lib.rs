@@ -10,6 +10,7 @@
 //! give the same bytes, whatever runs beside it.
 
 mod best;
+mod candidate;
 mod curve;
 mod error;
 mod example;
@@ -17,8 +18,12 @@ mod fit;
 mod groups;
 mod launch_map;
 mod learn;
+mod learned;
+mod learning_set;
+mod map_candidate;
 mod miss;
 mod model;
+mod network_candidate;
 mod scaling;
 mod schedule;
 mod settings;
@@ -29,7 +34,9 @@ pub use curve::{CurvePoint, curve_sizes};
 pub use error::TrainError;
 pub use example::{Example, examples};
 pub use fit::{Epoch, Mae, Trained, fit};
-pub use learn::{Kind, Learned, Score, learn};
+pub use candidate::{Kind, Score};
+pub use learn::learn;
+pub use learned::Learned;
 pub use settings::Settings;
 pub use stages::Train;
 

@@ -4,9 +4,10 @@ use values::{Command, Conditions, Point, Rig, Shape};
 
 use super::{
     Acts, AddedEffect, EFFECTS, EffectParameter, EffectSpec, Parameters, Slide, build, effect,
-    statement,
 };
 use crate::{Estimate, GRAVITY, Simulated, Simulator, Steps, World};
+
+mod statements;
 
 const FRICTION: f64 = 0.25;
 /// Deceleration by friction in a world without effects, in m/s².
@@ -264,142 +265,6 @@ fn a_world_with_every_effect_reads_back_as_it_was_written() {
         world.effects.push(added(spec.name, &parameters));
     }
     assert_eq!(World::parse(&world.to_toml()).expect("valid"), world);
-}
-
-#[test]
-fn fitted_values_are_stated_in_a_sentence() {
-    for (name, parameters, expected) in [
-        (
-            "viscous_drag",
-            &[("rate", 0.3)][..],
-            "drag grows with speed: 0.30 m/s² for every m/s of speed",
-        ),
-        (
-            "quadratic_drag",
-            &[("coefficient", 0.21)],
-            "drag grows with the square of the speed: 0.21 m/s² at 1 m/s",
-        ),
-        (
-            "speed_weakening_friction",
-            &[("rise", 0.25), ("speed", 0.3)],
-            "friction is 25 % higher near rest than at speed; half of that is gone at 0.25 m/s",
-        ),
-        (
-            "anisotropic_friction",
-            &[("contrast", -0.1), ("direction", 0.5)],
-            "friction across the grain exceeds that along it by 10 % of their mean; the grain runs at -61° from +x",
-        ),
-        (
-            "friction_patch",
-            &[
-                ("center_x", 0.5),
-                ("center_y", 0.04),
-                ("radius", 0.09),
-                ("change", 0.32),
-            ],
-            "friction is 32 % higher inside a disc of 9.0 cm radius around (0.50, 0.04) m",
-        ),
-        (
-            "friction_drift",
-            &[("rate", -0.08)],
-            "friction falls by 8.0 % of its first value every 100 strikes",
-        ),
-        (
-            "friction_by_session",
-            &[("monday.mcap", 0.12), ("tuesday.mcap", -0.05)],
-            "friction is 8.2 % higher in monday.mcap, 8.2 % lower in tuesday.mcap than in their mean",
-        ),
-        (
-            "table_tilt",
-            &[("tilt_x", 0.0), ("tilt_y", 0.005)],
-            "the table slopes down by 5.0 mm per metre towards 90° from +x",
-        ),
-        (
-            "table_bowl",
-            &[("curvature", 0.03), ("center_x", 0.4), ("center_y", 0.1)],
-            "the table is hollow: it pulls towards (0.40, 0.10) m with 0.29 m/s² for every metre from there",
-        ),
-        (
-            "striker_speed_error",
-            &[("offset", -0.02), ("slope", 0.95), ("cap", 0.85)],
-            "the arm delivers 0.95 times the commanded speed less 0.020 m/s, and at most 0.85 m/s",
-        ),
-        (
-            "striker_angle_bias",
-            &[("bias", -0.02)],
-            "the arm strikes 1.1° to the right of the commanded direction",
-        ),
-        (
-            "speed_dependent_restitution",
-            &[("slope", 0.2)],
-            "restitution falls with impact speed: by 20 % of its value at 0.7 m/s for every m/s",
-        ),
-        (
-            "off_centre_contact",
-            &[("offset", 0.0012)],
-            "the tip passes 1.2 mm to the left of the object's centre",
-        ),
-        (
-            "friction_drift",
-            &[("rate", 0.5), ("saturation", 2.0)],
-            "friction rises by 25 % in all, two thirds of that within 50 strikes",
-        ),
-        (
-            "striker_angle_error",
-            &[("gain", 0.64), ("slope", -0.1)],
-            "the arm strikes at 1.64 times the commanded angle, 5.7° to the right for every m/s of speed",
-        ),
-        (
-            "striker_angle_by_session",
-            &[("monday.mcap", 0.02), ("tuesday.mcap", -0.01)],
-            "the arm strikes 1.1° to the left in monday.mcap, 0.6° to the right in tuesday.mcap",
-        ),
-        (
-            "restitution_drift",
-            &[("rate", -0.1)],
-            "restitution falls by 10 % of its first value every 100 strikes",
-        ),
-        (
-            "friction_gradient",
-            &[("gradient_y", 0.25)],
-            "friction rises by 25 % per metre towards 90° from +x",
-        ),
-        (
-            "friction_step",
-            &[("offset", 0.5), ("change", -0.2)],
-            "friction is 20 % lower beyond the line through (0.50, 0.00) m, towards 0° from +x",
-        ),
-        (
-            "friction_map",
-            &[("height_12", 0.2), ("height_31", -0.1)],
-            "friction varies over the table: 20 % higher around (0.35, 0.10) m, 9.6 % lower around (0.65, -0.10) m",
-        ),
-        (
-            "camera_lean",
-            &[("lean_x", 0.035)],
-            "the camera leans: it shows lengths 3.5 % smaller for every metre towards 0° from +x",
-        ),
-        (
-            "striker_speed_error",
-            &[("cap", 1.48), ("softness", 0.4)],
-            "but for a constant factor that restitution holds, the arm delivers the commanded speed, but ever less than that as it comes near 1.48 m/s",
-        ),
-        (
-            "camera_rotation",
-            &[("angle", 0.01)],
-            "the camera sees the table turned by 0.57° to the left about its centre",
-        ),
-        (
-            "camera_distortion",
-            &[("k1", -0.08)],
-            "the lens shows what is 0.5 m from the camera's centre 2.0 % too near to it",
-        ),
-    ] {
-        assert_eq!(
-            statement(&added(name, parameters)).expect("valid"),
-            expected
-        );
-    }
 }
 
 #[test]

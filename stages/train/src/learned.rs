@@ -1,0 +1,29 @@
+//! What was learnt on top of a world.
+
+use serde::{Deserialize, Serialize};
+use store::{Explained, ResidualModel};
+
+use crate::candidate::{Kind, Score};
+use crate::fit::Trained;
+
+/// What was learnt on top of a world.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Learned {
+    /// What is added.
+    pub kind: Kind,
+    /// The model; none where nothing is added.
+    pub model: Option<ResidualModel>,
+    /// Every candidate that was tried.
+    pub scores: Vec<Score>,
+    /// Distance in m between measured and predicted stop of each strike learnt from, by what is added: predicted by a model that
+    /// learnt from other commands.
+    pub misses: Vec<(String, f64)>,
+    /// What the training explains; none where nothing is added.
+    pub explained: Option<Explained>,
+    /// Standard deviations of what is left of launches on held-out commands: relative speed, and angle in rad; robust.
+    pub scatter: [f64; 2],
+    /// The first network's training; none where no network was tried.
+    pub training: Option<Trained>,
+    /// Number of strikes learnt from.
+    pub strikes: usize,
+}
