@@ -18,7 +18,9 @@ fn no_circle_of_files_imports_each_other() {
         let sources = Crate::read(&root.join(member).join("src"));
         files += sources.modules.len();
         let circles = sources.circles();
-        let named = circles.into_iter().map(|circle| format!("{member}: {circle:?}"));
+        let named = circles
+            .into_iter()
+            .map(|circle| format!("{member}: {circle:?}"));
         found.extend(named);
     }
     assert!(files > 200, "only {files} files were read");

@@ -222,5 +222,3 @@ fn what_never_comes_to_rest_is_given_up_soon() {
     assert_eq!(solution.status, SolveStatus::Diverged);
     assert!(solution.evaluations <= 4, "{solution:?}");
 }
-
-/// A slope that all but takes friction away, and steeper ones: the track is as short as any, or there is none.

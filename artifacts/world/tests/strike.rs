@@ -1,7 +1,5 @@
 //! A simulated strike against formulas, and against itself at finer steps.
 
-use std::time::Instant;
-
 use values::{Command, Conditions, Point, Rig, Shape};
 use world::{AddedEffect, Estimate, GRAVITY, Simulator, Steps, World, WorldError};
 
@@ -177,6 +175,7 @@ fn what_cannot_be_struck_is_told() {
     }
 }
 
+/// A slope that all but takes friction away, and steeper ones: the track is as short as any, or there is none.
 #[test]
 fn what_runs_away_downhill_takes_no_memory() {
     let rig = Rig::demo(Shape::Cylinder);

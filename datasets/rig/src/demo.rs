@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use values::Shape;
 
 use crate::random::{Purpose, random};
-use crate::{Hidden, PlannedStrike, RecordingWriter, RigSimError, Sim, Truth, StrikeIndex, plan};
+use crate::{Hidden, PlannedStrike, RecordingWriter, RigSimError, Sim, StrikeIndex, Truth, plan};
 
 /// Strikes in a session at the most.
 const STRIKES_A_SESSION: usize = 50;

@@ -12,7 +12,7 @@ use crate::noise::Levels;
 use crate::random::{Purpose, random};
 use crate::strike::PreparedRig;
 use crate::striker::Profile;
-use crate::{Hidden, RigSimError, Samples, Stamped, StateSample, StrikeTruth, Truth, StrikeIndex};
+use crate::{Hidden, RigSimError, Samples, Stamped, StateSample, StrikeIndex, StrikeTruth, Truth};
 
 /// The log's clock starts here: a fixed date, since nothing here reads a clock; in ns since 1970.
 const ORIGIN: u64 = 1_700_000_000_000_000_000;

@@ -6,7 +6,7 @@ use crate::body::Body;
 use crate::impact::{self, Tip};
 use crate::motion::Motion;
 use crate::surface::Surface;
-use crate::{RigSimError, Truth, StrikeIndex, roll, slide};
+use crate::{RigSimError, StrikeIndex, Truth, roll, slide};
 
 /// No contact gives back more than this share of the speed of approach.
 const HIGHEST_RESTITUTION: f64 = 0.98;
@@ -117,7 +117,12 @@ impl PreparedRig {
 
 impl Truth {
     /// The strike without scatter or noise: `initial` is where the camera sees the object, `command` what the arm is told.
-    pub fn outcome(&self, initial: Point, command: Command, index: StrikeIndex) -> Result<StrikeOutcome, RigSimError> {
+    pub fn outcome(
+        &self,
+        initial: Point,
+        command: Command,
+        index: StrikeIndex,
+    ) -> Result<StrikeOutcome, RigSimError> {
         let prepared = PreparedRig::new(self.without_strikes())?;
         let from = self.hidden.unsee(initial, self.rig.camera.centre, index);
         Ok(prepared.strike(from, self.hidden.deliver(command, index), index, 1.0))

@@ -5,7 +5,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use rig::demo::{Settings, write};
-use rig::{Effect, Hidden, PlannedStrike, Sim, Truth, StrikeIndex};
+use rig::{Effect, Hidden, PlannedStrike, Sim, StrikeIndex, Truth};
 use values::{Command, Point, Rig, Shape};
 
 fn bytes(folder: &Path) -> Vec<(String, Vec<u8>)> {

@@ -5,7 +5,7 @@
 
 use nalgebra::{DMatrix, DVector};
 use rig::demo::{Settings, write};
-use rig::{Hidden, Sim, StrikeTruth, Truth, StrikeIndex};
+use rig::{Hidden, Sim, StrikeIndex, StrikeTruth, Truth};
 use values::{Command, Point, Shape};
 
 /// Camera frames of each track that the fit uses.

@@ -16,8 +16,8 @@ pub use delivery::{ArmScatter, arm_scatter, delivered_strikes};
 pub use geometry::Point;
 pub use interval::Interval;
 pub use rig::{
-    Camera, Colour, FieldTopic, ImageTopic, Object, Obstacle, PoseTopic, Rig, RigError,
-    Robot, Shape, StampMark, StateTopic, Striker, Table, Tip, Topics,
+    Camera, Colour, FieldTopic, ImageTopic, Object, Obstacle, PoseTopic, Rig, RigError, Robot,
+    Shape, StampMark, StateTopic, Striker, Table, Tip, Topics,
 };
 pub use split::{Split, split_of};
 pub use strike::{Command, Conditions, Delivered, Reject, RejectReason, Strike, Track, Yaw};

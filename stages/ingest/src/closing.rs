@@ -19,7 +19,11 @@ pub(crate) enum Closing {
 
 impl Closing {
     /// Whether all that a strike's id is made of is there: one that is cut off before would be another strike than the whole one.
-    pub(crate) fn leaves_whole(closing: Option<&Self>, episode: &Episode, last_centroid: Option<i64>) -> Result<(), Rejection> {
+    pub(crate) fn leaves_whole(
+        closing: Option<&Self>,
+        episode: &Episode,
+        last_centroid: Option<i64>,
+    ) -> Result<(), Rejection> {
         let needed = episode.end().saturating_add(AFTER);
         match closing {
             Some(Self::Lost(why)) if last_centroid.is_none_or(|last| last <= needed) => {

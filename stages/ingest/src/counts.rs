@@ -44,7 +44,8 @@ impl Counts {
             ),
         ];
         let told = counts.into_iter().filter(|(count, _)| *count > 0);
-        told.map(|(count, text)| format!("{count} {text}")).collect()
+        told.map(|(count, text)| format!("{count} {text}"))
+            .collect()
     }
 
     /// What is to be said of frames that come at another rate than the rig file's.

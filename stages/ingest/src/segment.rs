@@ -309,10 +309,9 @@ impl<'a> Segmenter<'a> {
             return;
         };
         let judged = self.judge(&episode, until);
-        let judged =
-            judged.and_then(|strike| {
-                Closing::leaves_whole(closing, &episode, self.last_centroid).map(|()| strike)
-            });
+        let judged = judged.and_then(|strike| {
+            Closing::leaves_whole(closing, &episode, self.last_centroid).map(|()| strike)
+        });
         match judged {
             Ok((strike, first_motion, gap)) => {
                 self.found.strikes.push(Found::from(&strike));

@@ -4,7 +4,7 @@ use stage::{Entries, Listed, Reader, StageError};
 use values::{Reject, Strike};
 
 use crate::assemble::{Place, join};
-use crate::ingest::Ingest;
+use crate::settings::Ingest;
 
 /// The strikes of all logs, as [`assemble`](crate::assemble) joins them; a few bytes are held of each.
 #[derive(Clone, Debug, Default)]

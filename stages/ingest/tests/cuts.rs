@@ -1,13 +1,11 @@
 //! Logs that are cut off or have flipped bits.
 
-#![expect(
-    clippy::cast_possible_truncation,
-    reason = "small numbers"
-)]
+#![expect(clippy::cast_possible_truncation, reason = "small numbers")]
 
 mod common;
 
 use common::{Folder, ingest, session, truths};
+use ingest::LogOutcome;
 
 /// Where the records of a file begin, those within a chunk that is not compressed too.
 fn records(bytes: &[u8]) -> Vec<usize> {

@@ -30,11 +30,11 @@ mod settings;
 mod stages;
 
 pub use best::best;
+pub use candidate::{Kind, Score};
 pub use curve::{CurvePoint, curve_sizes};
 pub use error::TrainError;
 pub use example::{Example, examples};
 pub use fit::{Epoch, Mae, Trained, fit};
-pub use candidate::{Kind, Score};
 pub use learn::learn;
 pub use learned::Learned;
 pub use settings::Settings;

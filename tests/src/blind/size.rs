@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 use rand_chacha::ChaCha8Rng;
-use rig::{Effect, Hidden, Truth, StrikeIndex};
+use rig::{Effect, Hidden, StrikeIndex, Truth};
 use values::{Command, Point};
 
 use super::form::uniform;

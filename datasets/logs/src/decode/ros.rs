@@ -6,8 +6,8 @@
 
 mod compile;
 
-use super::ros_schema::Primitive;
 use super::message::{DecodeError, Number, Raw};
+use super::ros_schema::Primitive;
 use crate::path::Leaf;
 
 /// How numbers are laid out.

@@ -8,8 +8,8 @@ use std::sync::Arc;
 use mcap::records::{Record, op};
 
 use super::chunk::{self, ChunkFault};
-use super::records::{self, Ending, Records};
 use super::damage::{Damage, Extent};
+use super::records::{self, Ending, Records};
 use super::wanted::Limits;
 use crate::LogError;
 

@@ -21,7 +21,13 @@ pub(super) fn interval(key: &str, interval: Interval) -> Result<(), RigError> {
     })
 }
 
-pub(super) fn positive(key: &str, number: f64, largest: f64, unit: &str, hint: &str) -> Result<(), RigError> {
+pub(super) fn positive(
+    key: &str,
+    number: f64,
+    largest: f64,
+    unit: &str,
+    hint: &str,
+) -> Result<(), RigError> {
     finite(key, number)?;
     if number <= 0.0 {
         return Err(value(key, number, &format!("must be above 0 {unit}")));
