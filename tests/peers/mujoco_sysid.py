@@ -1,4 +1,4 @@
-"""`mujoco.sysid` on the strikes that carom identifies from: friction, spring and damper of the blow, from whole tracks."""
+"""`mujoco.sysid` on the strikes that carom identifies from: friction, spring and damper of the impact, from whole tracks."""
 
 import argparse
 import json

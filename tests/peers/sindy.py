@@ -4,7 +4,7 @@ Reads a set of strikes a line from standard input, {"id", "tracks": [{"t", "x", 
 writes {"id", "named"} a line. Accelerations come from a smoothed derivative of each track; the library of terms is made of
 the slide's effects, and pysindy's sequentially thresholded least squares (Brunton, Proctor and Kutz 2016) keeps few of
 them. Terms are put in units of their own size, so that one threshold serves all: the largest that predicts every second track,
-held out, within one standard error of the best. Names are in the order of what is lost without them. What a blow or a camera does
+held out, within one standard error of the best. Names are in the order of what is lost without them. What an impact or a camera does
 is no acceleration: such effects it cannot name.
 """
 

@@ -90,7 +90,7 @@ class Striker:
         self.simulations = 0
 
     def start(self, initial, speed, angle, back=0.0):
-        """At rest before the blow, the tip `back` metres from touching and, unless it has a way to go, as fast as it strikes."""
+        """At rest before the impact, the tip `back` metres from touching and, unless it has a way to go, as fast as it strikes."""
         along = np.array([math.cos(angle), math.sin(angle)])
         mujoco.mj_resetData(self.model, self.data)
         self.data.qpos[:2] = initial

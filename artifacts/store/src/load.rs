@@ -8,13 +8,12 @@ use std::path::Path;
 use durable::sha256;
 use semver::{Version, VersionReq};
 use serde::Deserialize;
-use values::Rig;
+use values::{Rig, StopErrors};
 use world::World;
 
 use crate::files::{MAIN, MANIFEST, PLAIN, RIG, identity};
 use crate::{
-    Artifact, ArtifactError, Calibrated, Key, Manifest, Metrics, ResidualModel, SCHEMA_VERSION,
-    SIGNATURE,
+    Artifact, ArtifactError, Calibrated, Key, Manifest, ResidualModel, SCHEMA_VERSION, SIGNATURE,
 };
 
 /// Longest manifest that is read, in bytes: one of a hundred thousand logs is shorter.
@@ -369,7 +368,7 @@ fn numbers(manifest: &Manifest, version: &str) -> Result<(), ArtifactError> {
     }
     for (
         model,
-        Metrics {
+        StopErrors {
             mean,
             sd,
             median,

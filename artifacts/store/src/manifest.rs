@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 
 use durable::sha256;
 use serde::{Deserialize, Serialize};
-use values::{Interval, Point};
+use values::{Interval, Point, StopErrors};
 
 use crate::Model;
 
@@ -40,9 +40,9 @@ pub struct Provenance {
     /// The model to use unless another is asked for.
     pub default_model: Model,
     /// Stop errors on held-out strikes, by model.
-    pub metrics: BTreeMap<Model, Metrics>,
+    pub metrics: BTreeMap<Model, StopErrors>,
     /// What repeats of one command scatter by, in the same terms.
-    pub noise_floor: Option<Metrics>,
+    pub noise_floor: Option<StopErrors>,
     /// What the training of a model's residual explains, by model; what is beyond, the executor refuses. Models without a residual
     /// are not among them, nor any in versions of before it was recorded.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
@@ -105,24 +105,6 @@ pub struct StageRecord {
     pub version: u32,
     /// Its settings.
     pub settings: serde_json::Value,
-}
-
-/// Stop errors of a model, in m.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Metrics {
-    /// Mean.
-    pub mean: f64,
-    /// Standard deviation.
-    pub sd: f64,
-    /// Median.
-    pub median: f64,
-    /// 95th percentile.
-    pub p95: f64,
-    /// Number of strikes.
-    pub n: usize,
-    /// Strikes for which the model predicts no stop; they are in none of the numbers above.
-    pub failed: usize,
 }
 
 /// What the training of a residual explains. Distances are shares of the path's length: a miss grows with it.

@@ -1,4 +1,4 @@
-//! The blow: an impulse from a tip of infinite mass, with restitution and Coulomb friction.
+//! The impact: an impulse from a tip of infinite mass, with restitution and Coulomb friction.
 //!
 //! Newton's restitution along the contact normal; along the face the contact sticks if the impulse for that stays in the
 //! friction cone, else it slips (Routh's solution without a reversal of slip, which one contact of compact bodies does not show).
@@ -21,18 +21,18 @@ pub(crate) struct Tip {
     pub friction: f64,
 }
 
-/// Velocity and spin after the blow.
+/// Velocity and spin after the impact.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Launch {
     /// Velocity of the centre in m/s.
     pub velocity: Point,
     /// Spin in rad/s, counter-clockwise.
     pub spin: f64,
-    /// Distance from the tip's centre to the object's at the blow, along the line of motion, in m.
+    /// Distance from the tip's centre to the object's at the impact, along the line of motion, in m.
     pub gap: f64,
 }
 
-/// A blow at this velocity (m/s) along a line past the resting object's centre; `None` where the tip misses.
+/// An impact at this velocity (m/s) along a line past the resting object's centre; `None` where the tip misses.
 /// `restitution` is asked for with the speed of approach along the normal.
 pub(crate) fn strike(
     body: &Body,
@@ -68,7 +68,7 @@ pub(crate) fn strike(
     let spin = (lever.0 * jn + lever.1 * jt) / body.gyration;
     Some(Launch {
         velocity: normal * jn + tangent * jt,
-        // A centred blow on a disc leaves no spin but rounding's, and without spin the slide is exact.
+        // A centred impact on a disc leaves no spin but rounding's, and without spin the slide is exact.
         spin: if spin.abs() < NO_SPIN { 0.0 } else { spin },
         gap,
     })

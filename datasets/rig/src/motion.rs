@@ -9,7 +9,7 @@ pub(crate) struct Moment {
     pub velocity: Point,
 }
 
-/// The motion of the centre from the blow to rest.
+/// The motion of the centre from the impact to rest.
 #[derive(Clone, Debug)]
 pub(crate) struct Motion {
     step: f64,
@@ -29,7 +29,7 @@ impl Motion {
         }
     }
 
-    /// Starts with the moment of the blow.
+    /// Starts with the moment of the impact.
     pub(crate) fn new(step: f64, first: Moment) -> Self {
         Self {
             step,
@@ -56,12 +56,12 @@ impl Motion {
         self.stop
     }
 
-    /// Seconds from the blow to rest.
+    /// Seconds from the impact to rest.
     pub(crate) fn rest_time(&self) -> f64 {
         self.rest_time
     }
 
-    /// Position at a time after the blow (s), before it the first; cubic between steps.
+    /// Position at a time after the impact (s), before it the first; cubic between steps.
     pub(crate) fn at(&self, time: f64) -> Point {
         let Some(&first) = self.moments.first() else {
             return self.stop;

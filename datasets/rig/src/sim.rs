@@ -127,8 +127,8 @@ impl Sim {
             .strike(from, delivered, index, disturbance.friction);
 
         let profile = Profile::new(command, truth.rig.robot.acceleration);
-        let blow = REST + profile.blow(delivered.speed.max(1e-3));
-        let end = (blow + outcome.rest_time()).max(REST + profile.duration()) + REST;
+        let impact = REST + profile.impact(delivered.speed.max(1e-3));
+        let end = (impact + outcome.rest_time()).max(REST + profile.duration()) + REST;
         let stamp = |time: f64| self.start + nanoseconds(time);
 
         let frames = film(
@@ -137,7 +137,7 @@ impl Sim {
             (0.0, end),
             &mut self.random(Purpose::Camera),
             &mut disturbance,
-            |time| truth.hidden.see(outcome.at(time - blow), centre, index),
+            |time| truth.hidden.see(outcome.at(time - impact), centre, index),
         );
         let stamped = |time: f64, at: Point| Stamped {
             stamp: stamp(time),
@@ -157,7 +157,7 @@ impl Sim {
                 let state = |time: f64| {
                     // The arm follows the commanded profile at the share of speed that it delivers.
                     let share = delivered.speed / command.speed;
-                    let done = profile.distance(time - REST) - profile.distance(blow - REST);
+                    let done = profile.distance(time - REST) - profile.distance(impact - REST);
                     let at = from + Point::polar(share * done - outcome.gap, delivered.angle);
                     let velocity =
                         Point::polar(share * profile.speed(time - REST), delivered.angle);
@@ -182,7 +182,7 @@ impl Sim {
                 initial: from,
                 command,
                 delivered,
-                blow: stamp(blow),
+                impact: stamp(impact),
                 rest_time: outcome.rest_time(),
                 stop: outcome.stop(),
                 friction: (disturbance.friction != 1.0).then_some(disturbance.friction),

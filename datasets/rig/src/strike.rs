@@ -1,4 +1,4 @@
-//! One blow and what follows, before any camera noise.
+//! One impact and what follows, before any camera noise.
 
 use values::{Command, Point};
 
@@ -11,10 +11,10 @@ use crate::{RigSimError, StrikeIndex, Truth, roll, slide};
 /// No contact gives back more than this share of the speed of approach.
 const HIGHEST_RESTITUTION: f64 = 0.98;
 
-/// What one blow does, without noise.
+/// What one impact does, without noise.
 #[derive(Clone, Debug)]
 pub struct StrikeOutcome {
-    /// Distance from the tip's centre to the object's at the blow, in m.
+    /// Distance from the tip's centre to the object's at the impact, in m.
     pub gap: f64,
     motion: Motion,
 }
@@ -25,12 +25,12 @@ impl StrikeOutcome {
         self.motion.stop()
     }
 
-    /// Seconds from the blow to rest; 0 if the tip missed.
+    /// Seconds from the impact to rest; 0 if the tip missed.
     pub fn rest_time(&self) -> f64 {
         self.motion.rest_time()
     }
 
-    /// Where its centre is this long after the blow (s), on the table, in m.
+    /// Where its centre is this long after the impact (s), on the table, in m.
     pub fn at(&self, time: f64) -> Point {
         self.motion.at(time)
     }

@@ -1,10 +1,10 @@
-//! The arm's trapezoid: start, ramp, plateau through the blow, ramp, stop.
+//! The arm's trapezoid: start, ramp, plateau through the impact, ramp, stop.
 
 use values::{Command, Point};
 
-/// The commanded speed is reached this far before the blow (paper, section 3.1), in m.
+/// The commanded speed is reached this far before the impact (paper, section 3.1), in m.
 const PRE_STRIKE: f64 = 0.010;
-/// It is held this far beyond, so that the plateau spans the blow even if the arm is slower than told, in m.
+/// It is held this far beyond, so that the plateau spans the impact even if the arm is slower than told, in m.
 const FOLLOW_THROUGH: f64 = 0.010;
 
 /// One commanded motion along a line; times in s from its start.
@@ -30,7 +30,7 @@ impl Profile {
     }
 
     /// When the tip touches, if it moves at this speed (m/s) from the pre-strike position on, which it reaches in time.
-    pub(crate) fn blow(&self, delivered_speed: f64) -> f64 {
+    pub(crate) fn impact(&self, delivered_speed: f64) -> f64 {
         self.ramp + PRE_STRIKE / delivered_speed
     }
 
@@ -75,8 +75,8 @@ mod tests {
             4.0,
         );
         assert!((profile.speed(0.1) - 0.4).abs() < 1e-12);
-        assert_eq!(profile.speed(profile.blow(0.8)), 0.8);
-        assert!((profile.blow(0.8) - (0.2 + 0.0125)).abs() < 1e-12);
+        assert_eq!(profile.speed(profile.impact(0.8)), 0.8);
+        assert!((profile.impact(0.8) - (0.2 + 0.0125)).abs() < 1e-12);
         assert!(profile.speed(profile.duration()).abs() < 1e-12);
         assert!((profile.distance(profile.duration()) - (0.16 + 0.02)).abs() < 1e-12);
     }

@@ -71,9 +71,10 @@ pub struct StrikeTruth {
     pub command: Command,
     /// What the arm delivered, scatter included.
     pub delivered: Command,
-    /// Stamp of the blow, in ns.
-    pub blow: u64,
-    /// Seconds from the blow to rest.
+    /// Stamp of the impact, in ns.
+    #[serde(rename = "blow")]
+    pub impact: u64,
+    /// Seconds from the impact to rest.
     pub rest_time: f64,
     /// Where it came to rest, in m.
     pub stop: Point,

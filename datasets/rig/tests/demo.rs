@@ -214,7 +214,7 @@ fn frames_are_lost_and_noisy_as_the_truth_says() {
         possible += ((frames[frames.len() - 1].stamp - frames[0].stamp) as f64 * 60e-9).round();
         for frame in frames
             .iter()
-            .filter(|frame| frame.stamp < recording.truth.blow)
+            .filter(|frame| frame.stamp < recording.truth.impact)
         {
             squares += (frame.x - 0.3).powi(2) + frame.y.powi(2);
             resting += 2.0;

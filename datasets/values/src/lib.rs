@@ -10,6 +10,7 @@ mod interval;
 mod rig;
 mod slide;
 mod split;
+mod stop_errors;
 mod strike;
 
 pub use delivery::{ArmScatter, arm_scatter, delivered_strikes};
@@ -20,4 +21,5 @@ pub use rig::{
     Shape, StampMark, StateTopic, Striker, Table, Tip, Topics,
 };
 pub use split::{Split, split_of};
+pub use stop_errors::StopErrors;
 pub use strike::{Command, Conditions, Delivered, Reject, RejectReason, Strike, Track, Yaw};

@@ -8,7 +8,7 @@ use evaluate::Noise;
 use values::Rig;
 use world::World;
 
-use crate::results::Learnt;
+use crate::results::WorldResults;
 
 /// Seconds of rest over which ingestion averages a position, about.
 const REST: f64 = 0.3;
@@ -16,9 +16,9 @@ const REST: f64 = 0.3;
 const LEAST_STRIKES: usize = 10;
 
 /// From what the residual model leaves of commands that it did not learn from, where enough strikes tell; else as identified.
-pub fn noise(rig: &Rig, learnt: &Learnt) -> Noise {
-    let identified = identified(rig, &learnt.world);
-    let told = learnt.learned.as_ref();
+pub fn noise(rig: &Rig, of_world: &WorldResults) -> Noise {
+    let identified = identified(rig, &of_world.world);
+    let told = of_world.learned.as_ref();
     let Some(learned) = told.filter(|learned| learned.strikes >= LEAST_STRIKES) else {
         return identified;
     };

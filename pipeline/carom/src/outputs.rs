@@ -123,16 +123,16 @@ mod tests {
 
     use super::*;
     use crate::report::found_tilt;
-    use crate::results::Learnt;
+    use crate::results::WorldResults;
 
     fn results(found: Option<Found>) -> Results {
         let world = World::nominal(&Rig::demo(Shape::Cylinder));
         Results {
-            sysid: Some(Learnt::new(world)),
+            sysid: Some(WorldResults::new(world)),
             effect: found
                 .as_ref()
                 .and_then(|found| found.world.clone())
-                .map(Learnt::new),
+                .map(WorldResults::new),
             found,
             ..Results::default()
         }

@@ -14,7 +14,7 @@ use world::World;
 use crate::growth::learning_count;
 use crate::inputs::Inputs;
 use crate::noise::noise;
-use crate::results::{Learnt, Results};
+use crate::results::{Results, WorldResults};
 use crate::{Error, publishing, reading};
 
 /// How far to go.
@@ -61,7 +61,7 @@ pub fn pipeline(run: &Run, inputs: &Inputs, last: Step) -> Result<Results, Error
 
     let fit = identify(run, rig, strikes)?;
     let identified = fit.world.clone();
-    results.sysid = Some(Learnt::new(identified.clone()));
+    results.sysid = Some(WorldResults::new(identified.clone()));
     results.fit = Some(fit);
     if last < Step::Diagnose {
         return Ok(results);
@@ -76,33 +76,33 @@ pub fn pipeline(run: &Run, inputs: &Inputs, last: Step) -> Result<Results, Error
     }
     if !inputs.without_effects {
         let world = results.found.as_ref().and_then(|found| found.world.clone());
-        results.effect = world.map(Learnt::new);
+        results.effect = world.map(WorldResults::new);
     }
     if last < Step::Solve {
         return Ok(results);
     }
 
     let paths: Vec<solve::Path> = strikes.iter().map(solve::Path::from).collect();
-    for learnt in results.sysid.iter_mut().chain(&mut results.effect) {
+    for of_world in results.sysid.iter_mut().chain(&mut results.effect) {
         let shared = solve::Shared {
             rig: rig.clone(),
-            world: learnt.world.clone(),
+            world: of_world.world.clone(),
         };
-        learnt.solutions = run.items(&Solve::default(), &shared, &paths)?;
+        of_world.solutions = run.items(&Solve::default(), &shared, &paths)?;
     }
     if last < Step::Residual {
         return Ok(results);
     }
 
     let launched: Vec<Launched> = strikes.iter().map(Launched::from).collect();
-    for learnt in results.sysid.iter_mut().chain(&mut results.effect) {
-        let solved = (strikes.clone(), learnt.solutions.clone());
-        learnt.residuals = run.stage(&Residuals::default(), &solved)?;
+    for of_world in results.sysid.iter_mut().chain(&mut results.effect) {
+        let solved = (strikes.clone(), of_world.solutions.clone());
+        of_world.residuals = run.stage(&Residuals::default(), &solved)?;
         let shared = residual::Shared {
             rig: rig.clone(),
-            world: learnt.world.clone(),
+            world: of_world.world.clone(),
         };
-        learnt.launches = run.items(&Launches {}, &shared, &launched)?;
+        of_world.launches = run.items(&Launches {}, &shared, &launched)?;
     }
     if last < Step::Train {
         return Ok(results);
@@ -110,8 +110,8 @@ pub fn pipeline(run: &Run, inputs: &Inputs, last: Step) -> Result<Results, Error
 
     let (learned, curve) = learn(run, *seed, &results)?;
     let worlds = results.sysid.iter_mut().chain(&mut results.effect);
-    for (learnt, learned) in worlds.zip(learned) {
-        learnt.learned = Some(learned);
+    for (of_world, learned) in worlds.zip(learned) {
+        of_world.learned = Some(learned);
     }
     results.curve = curve;
     if last < Step::Evaluate {
@@ -188,19 +188,20 @@ fn find_effects(
 
 /// Learns in each world from the strikes that learn, and from the first of them for the learning curve of the world
 /// that will be used.
-fn learn(run: &Run, seed: u64, results: &Results) -> Result<Taught, Error> {
+fn learn(run: &Run, seed: u64, results: &Results) -> Result<Training, Error> {
     let settings = Settings {
         seed,
         ..Settings::default()
     };
-    let worlds: Vec<&Learnt> = results.sysid.iter().chain(&results.effect).collect();
+    let worlds: Vec<&WorldResults> = results.sysid.iter().chain(&results.effect).collect();
     // The identified world outlives the one with effects: what was learnt is kept with it.
     let family = worlds
         .first()
-        .map_or(String::new(), |learnt| learnt.world.to_toml());
+        .map_or(String::new(), |of_world| of_world.world.to_toml());
     let learning = learning(&results.strikes);
-    let of = |learnt: &Learnt| examples(learning, &learnt.launches, &learnt.residuals.rows);
-    let mut sets: Vec<_> = worlds.iter().map(|learnt| of(learnt)).collect();
+    let of =
+        |of_world: &WorldResults| examples(learning, &of_world.launches, &of_world.residuals.rows);
+    let mut sets: Vec<_> = worlds.iter().map(|of_world| of(of_world)).collect();
     let mut sizes = Vec::new();
     if let Some((_, used)) = results.used() {
         let examples = of(used);
@@ -217,7 +218,7 @@ fn learn(run: &Run, seed: u64, results: &Results) -> Result<Taught, Error> {
 }
 
 /// What was learnt in each world, and what makes the learning curve.
-type Taught = (Vec<Learned>, Vec<CurvePoint>);
+type Training = (Vec<Learned>, Vec<CurvePoint>);
 
 /// The candidates' stop errors on the judges; what a strike said of a model is kept.
 pub(crate) fn judge(
@@ -246,15 +247,15 @@ fn models(rig: &Rig, results: &Results) -> Vec<Candidate> {
         world: World::nominal(rig),
         residual: None,
     }];
-    for (name, learnt) in [("sysid", &results.sysid), ("effect", &results.effect)] {
-        let Some(learnt) = learnt else { continue };
+    for (name, of_world) in [("sysid", &results.sysid), ("effect", &results.effect)] {
+        let Some(of_world) = of_world else { continue };
         let candidate = |name: String, residual: Option<&ResidualModel>| Candidate {
             name,
-            world: learnt.world.clone(),
+            world: of_world.world.clone(),
             residual: residual.cloned(),
         };
         models.push(candidate(name.into(), None));
-        let residual = learnt
+        let residual = of_world
             .learned
             .as_ref()
             .and_then(|learned| learned.model.as_ref());

@@ -3,16 +3,17 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use evaluate::{Evaluation, StopError};
+use evaluate::Evaluation;
 use ingest::LogFile;
 use publish::Publish;
 use stage::Run;
-use store::{ArtifactError, Calibrated, Contents, Explained, InputFile, Metrics, Model, Store};
+use store::{ArtifactError, Calibrated, Contents, Explained, InputFile, Model, Store};
 use train::Learned;
+use values::StopErrors;
 
 use crate::Error;
 use crate::inputs::Inputs;
-use crate::results::{Learnt, Results};
+use crate::results::{Results, WorldResults};
 
 /// Versions of what computes below the stages: part of every key, so that another engine's answers are not used.
 pub fn engine() -> String {
@@ -45,7 +46,7 @@ pub fn contents(run: &Run, inputs: &Inputs, results: &Results) -> Result<Content
             sysid: calibrated(sysid),
             effect: results.effect.as_ref().map(calibrated),
             metrics: metrics(evaluation),
-            noise_floor: evaluation.noise_floor.as_ref().map(of),
+            noise_floor: evaluation.noise_floor,
             best: best_model(results),
             explained: explained(results),
             logs: input_files(&results.logs)?,
@@ -62,10 +63,10 @@ pub fn publish(store: &Store, results: &Results) -> Result<Option<String>, Error
     version.transpose().map_err(store_error)
 }
 
-fn calibrated(learnt: &Learnt) -> Calibrated {
+fn calibrated(of_world: &WorldResults) -> Calibrated {
     Calibrated {
-        world: learnt.world.clone(),
-        residual: learnt
+        world: of_world.world.clone(),
+        residual: of_world
             .learned
             .as_ref()
             .and_then(|learned| learned.model.clone()),
@@ -80,8 +81,8 @@ fn best_model(results: &Results) -> Model {
     ];
     let (models, learned): (Vec<Model>, Vec<&Learned>) = worlds
         .into_iter()
-        .filter_map(|(learnt, plain, residual)| {
-            let learned = learnt.as_ref()?.learned.as_ref()?;
+        .filter_map(|(of_world, plain, residual)| {
+            let learned = of_world.as_ref()?.learned.as_ref()?;
             let has_residual = learned.model.is_some();
             Some((if has_residual { residual } else { plain }, learned))
         })
@@ -95,8 +96,8 @@ fn explained(results: &Results) -> BTreeMap<Model, Explained> {
         (&results.sysid, Model::SysidResidual),
         (&results.effect, Model::EffectResidual),
     ];
-    let told = worlds.into_iter().filter_map(|(learnt, model)| {
-        let explained = learnt.as_ref()?.learned.as_ref()?.explained?;
+    let told = worlds.into_iter().filter_map(|(of_world, model)| {
+        let explained = of_world.as_ref()?.learned.as_ref()?.explained?;
         Some((model, explained))
     });
     told.collect()
@@ -114,30 +115,11 @@ pub fn store_error(error: ArtifactError) -> Error {
     }
 }
 
-fn metrics(evaluation: &Evaluation) -> BTreeMap<Model, Metrics> {
+fn metrics(evaluation: &Evaluation) -> BTreeMap<Model, StopErrors> {
     let models = evaluation.models.iter();
     models
-        .filter_map(|(name, errors)| Some((Model::from_name(name)?, of(errors))))
+        .filter_map(|(name, errors)| Some((Model::from_name(name)?, *errors)))
         .collect()
-}
-
-fn of(errors: &StopError) -> Metrics {
-    let StopError {
-        mean,
-        sd,
-        median,
-        p95,
-        n,
-        failed,
-    } = *errors;
-    Metrics {
-        mean,
-        sd,
-        median,
-        p95,
-        n,
-        failed,
-    }
 }
 
 fn input_files(logs: &[LogFile]) -> Result<Vec<InputFile>, Error> {

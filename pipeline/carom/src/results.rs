@@ -33,13 +33,13 @@ pub struct Results {
     /// From [`Step::Sysid`](crate::pipeline::Step) on.
     pub fit: Option<Fit>,
     /// The identified world; from sysid on.
-    pub sysid: Option<Learnt>,
+    pub sysid: Option<WorldResults>,
     /// What simulation and strikes disagree in; from diagnosis on.
     pub found: Option<Found>,
     /// Why there is no diagnosis, where one was tried.
     pub no_diagnosis: Option<String>,
     /// The identified world with the effects named; none where none is named, or they are to be left out.
-    pub effect: Option<Learnt>,
+    pub effect: Option<WorldResults>,
     /// Networks by the number of strikes learnt from, in the world that will be used; from training on.
     pub curve: Vec<CurvePoint>,
     /// From evaluation on.
@@ -54,7 +54,7 @@ pub struct Results {
 
 /// A world, and what was learnt on top of it.
 #[derive(Clone, Debug)]
-pub struct Learnt {
+pub struct WorldResults {
     /// The world.
     pub world: World,
     /// Every path solved backwards in it, one a strike; from solving on.
@@ -67,7 +67,7 @@ pub struct Learnt {
     pub learned: Option<Learned>,
 }
 
-impl Learnt {
+impl WorldResults {
     /// A world on top of which nothing is learnt yet.
     pub fn new(world: World) -> Self {
         Self {
@@ -91,8 +91,8 @@ impl Results {
     }
 
     /// The world that will be used, with the name of its model: the one with effects where they are named.
-    pub fn used(&self) -> Option<(&'static str, &Learnt)> {
-        let effect = self.effect.as_ref().map(|learnt| ("effect", learnt));
-        effect.or_else(|| self.sysid.as_ref().map(|learnt| ("sysid", learnt)))
+    pub fn used(&self) -> Option<(&'static str, &WorldResults)> {
+        let effect = self.effect.as_ref().map(|of_world| ("effect", of_world));
+        effect.or_else(|| self.sysid.as_ref().map(|of_world| ("sysid", of_world)))
     }
 }

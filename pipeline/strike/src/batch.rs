@@ -13,7 +13,7 @@ const LONGEST_LINE: usize = 1 << 16;
 
 /// What came of a batch.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Tally {
+pub struct BatchCounts {
     /// Lines that became a plan.
     pub planned: usize,
     /// Lines that became a refusal.
@@ -42,14 +42,14 @@ enum Answer {
 /// order. Lines that have arrived are planned together, on all cores, and answered before more are waited for, so that a
 /// program may ask line by line. Empty lines are passed over. Errors only where reading or writing fails: a line that is
 /// no target is refused by its number.
-pub fn run(planner: &Planner, input: impl Read, mut output: impl Write) -> io::Result<Tally> {
+pub fn run(planner: &Planner, input: impl Read, mut output: impl Write) -> io::Result<BatchCounts> {
     let mut input = BufReader::with_capacity(LONGEST_LINE, input);
-    let mut tally = Tally::default();
+    let mut counts = BatchCounts::default();
     let mut before = 0;
     loop {
         let lines = arrived(&mut input)?;
         if lines.is_empty() {
-            return Ok(tally);
+            return Ok(counts);
         }
         let answers: Vec<_> = lines
             .par_iter()
@@ -59,8 +59,8 @@ pub fn run(planner: &Planner, input: impl Read, mut output: impl Write) -> io::R
         before += lines.len();
         for answer in answers {
             match answer {
-                Answer::Plan(_) => tally.planned += 1,
-                Answer::Refusal(_) => tally.refused += 1,
+                Answer::Plan(_) => counts.planned += 1,
+                Answer::Refusal(_) => counts.refused += 1,
             }
             serde_json::to_writer(&mut output, &answer)?;
             output.write_all(b"\n")?;

@@ -11,10 +11,10 @@ use crate::stroke::Stroke;
 
 /// Paths shorter than this, in m, are no strike: the camera cannot tell them from rest.
 const SHORTEST_PATH: f64 = 1e-3;
-/// After the blow the tip stays so far from the object, in m: several times what the camera's noise and a share of a tenth in
+/// After the impact the tip stays so far from the object, in m: several times what the camera's noise and a share of a tenth in
 /// friction move either by before the tip is at rest.
 const SECOND_PUSH_MARGIN: f64 = 0.005;
-/// Samples of tip and object after the blow, a second.
+/// Samples of tip and object after the impact, a second.
 const SAMPLES: f64 = 1e3;
 /// A box may be turned so far from how it was modelled, in rad: three degrees.
 const MOST_TURN: f64 = 0.05;
@@ -91,15 +91,15 @@ pub(crate) fn points(rig: &Rig, from: Point, to: Point) -> Result<(), Broken> {
 pub(crate) fn trained(region: &TrainedRegion, from: Point, to: Point) -> Result<(), Broken> {
     let path = to - from;
     let (distance, bearing) = (path.norm(), path.bearing());
-    let told = [
-        Told {
+    let quantities = [
+        TrainedRange {
             quantity: "the path's length in m",
             value: distance,
             trained: region.distance,
             is_trained: region.distance.contains(distance),
             mend: "lay the object nearer to or farther from its target",
         },
-        Told {
+        TrainedRange {
             quantity: "the path's bearing in rad",
             value: bearing,
             trained: region.bearing,
@@ -107,7 +107,7 @@ pub(crate) fn trained(region: &TrainedRegion, from: Point, to: Point) -> Result<
             mend: "lay the object more in line with its target",
         },
     ];
-    told.iter().try_for_each(Told::check)?;
+    quantities.iter().try_for_each(TrainedRange::check)?;
     trained_start(region, from)?;
     trained_stop(region, to)
 }
@@ -122,14 +122,14 @@ pub(crate) fn trained_start(region: &TrainedRegion, from: Point) -> Result<(), B
         let Some(trained) = trained else {
             return Ok(());
         };
-        let told = Told {
+        let quantity = TrainedRange {
             quantity,
             value,
             trained,
             is_trained: trained.contains(value),
             mend: "lay the object among the training strikes' starts",
         };
-        told.check()
+        quantity.check()
     })
 }
 
@@ -140,19 +140,19 @@ pub(crate) fn trained_stop(region: &TrainedRegion, to: Point) -> Result<(), Brok
         ("the target's y in m", to.y, region.stop_y),
     ];
     axes.into_iter().try_for_each(|(quantity, value, trained)| {
-        let told = Told {
+        let quantity = TrainedRange {
             quantity,
             value,
             trained,
             is_trained: trained.contains(value),
             mend: "choose a target among the training strikes' stops",
         };
-        told.check()
+        quantity.check()
     })
 }
 
 /// A quantity beside the interval that training strikes covered.
-struct Told {
+struct TrainedRange {
     quantity: &'static str,
     value: f64,
     trained: Interval,
@@ -160,7 +160,7 @@ struct Told {
     mend: &'static str,
 }
 
-impl Told {
+impl TrainedRange {
     fn check(&self) -> Result<(), Broken> {
         if self.is_trained {
             return Ok(());
@@ -245,17 +245,17 @@ pub(crate) fn shifted_on_table(table: &values::Table, stop: Point) -> Result<(),
     ))
 }
 
-fn residual_too_large(stop: Point, told: &str) -> Broken {
+fn residual_too_large(stop: Point, detail: &str) -> Broken {
     (
         Reason::ResidualTooLarge,
         format!(
-            "simulated with its residual, the command stops at {}, {told}; use the --model without it, or train it anew",
+            "simulated with its residual, the command stops at {}, {detail}; use the --model without it, or train it anew",
             place(stop)
         ),
     )
 }
 
-/// After the blow tip and object part and never meet again, while either moves. `clear` (m) is the distance of their centres at
+/// After the impact tip and object part and never meet again, while either moves. `clear` (m) is the distance of their centres at
 /// which they cannot touch, however the object is turned.
 pub(crate) fn second_push(stroke: &Stroke, object: &Simulated, clear: f64) -> Result<(), Broken> {
     let end = object.rest_time.max(stroke.t_stop - stroke.t_strike);
@@ -268,7 +268,7 @@ pub(crate) fn second_push(stroke: &Stroke, object: &Simulated, clear: f64) -> Re
             return Err((
                 Reason::SecondPush,
                 format!(
-                    "{:.2} s after the blow the tip comes within {:.1} mm of the object again, {:.1} mm is the least; choose a target \
+                    "{:.2} s after the impact the tip comes within {:.1} mm of the object again, {:.1} mm is the least; choose a target \
                      farther away, or raise robot.acceleration if the arm can do more",
                     t,
                     now * 1e3,

@@ -4,10 +4,8 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 use std::time::Duration;
 
-use store::{
-    Artifact, Explained, LaunchMap, Metrics, Model, Networks, ResidualModel, TrainedRegion,
-};
-use values::{Command, Conditions, Interval, Point, Rig, Strike};
+use store::{Artifact, Explained, LaunchMap, Model, Networks, ResidualModel, TrainedRegion};
+use values::{Command, Conditions, Interval, Point, Rig, StopErrors, Strike};
 use world::{
     Simulated, Simulator, Solution, SolveSettings, SolveStatus, World, WorldError, recent_session,
 };
@@ -68,9 +66,9 @@ pub struct Planner {
     explained: Option<Explained>,
     region: TrainedRegion,
     /// Of the model on held-out strikes.
-    metrics: Option<Metrics>,
+    metrics: Option<StopErrors>,
     /// Of the same world without the residual on held-out strikes; none for a model without one.
-    unaided: Option<Metrics>,
+    unaided: Option<StopErrors>,
     /// What it plans in: a session that is not known, after all strikes that the version knows.
     conditions: Conditions,
     /// What the session leaves open.

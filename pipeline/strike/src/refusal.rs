@@ -27,7 +27,7 @@ pub enum Reason {
     KeepOut,
     /// The tip would meet an obstacle.
     Obstacle,
-    /// The tip would push the object again after the blow.
+    /// The tip would push the object again after the impact.
     SecondPush,
     /// A box does not lie as it was modelled.
     Turned,

@@ -20,7 +20,7 @@ pub enum DiagnoseError {
     Rolls,
     /// The world without effects cannot be fitted to these strikes.
     #[error(
-        "diagnose: the world without effects fits none of it ({why}); residual at the logs and the rig file"
+        "diagnose: the world without effects fits none of it ({why}); look at the logs and the rig file"
     )]
     NoFit {
         /// What went wrong.

@@ -22,7 +22,7 @@ pub(crate) fn fitted_world(
 ) -> Result<World, DiagnoseError> {
     let model = &fitted.model;
     let covariance = fitted.covariance().ok_or_else(|| DiagnoseError::NoFit {
-        why: "its parameters cannot be centred_estimates apart".into(),
+        why: "its parameters cannot be told apart".into(),
     })?;
     let estimate = |place: usize| {
         let free = &model.free[place];

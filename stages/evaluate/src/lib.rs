@@ -17,7 +17,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use serde::{Deserialize, Serialize};
 use stage::{ItemStage, Progress, Stage};
-use values::{Point, Rig, Split, Strike};
+use values::{Point, Rig, Split, StopErrors, Strike};
 
 pub use error::EvaluateError;
 pub use items::{Predict, Repeat};
@@ -25,7 +25,6 @@ pub use model::{Candidate, Model};
 pub use noise::{Noise, Slopes};
 pub use predict::{Judge, predict};
 pub use predicted::{Predicted, PredictionStatus};
-pub use statistics::StopError;
 
 /// The stage that judges models as a whole; for strikes that come night by night, [`Predict`] and [`Repeat`] keep what each
 /// strike said.
@@ -80,10 +79,10 @@ pub struct Prediction {
 pub struct Evaluation {
     /// Stop errors, by model. A model that predicts no strike is missing.
     #[serde(flatten)]
-    pub models: BTreeMap<String, StopError>,
+    pub models: BTreeMap<String, StopErrors>,
     /// What a perfect model would show on the same strikes; none without strikes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub noise_floor: Option<StopError>,
+    pub noise_floor: Option<StopErrors>,
     /// Each model's prediction of each strike: models in their order, then strikes in theirs.
     pub predictions: Vec<Prediction>,
 }
@@ -166,7 +165,7 @@ pub fn evaluation(
 fn noise_floor(
     repeats: &[Option<Slopes>],
     noise: &Noise,
-) -> Result<Option<StopError>, EvaluateError> {
+) -> Result<Option<StopErrors>, EvaluateError> {
     let known = repeats.iter().flatten();
     let distances: Vec<Option<f64>> = known
         .flat_map(|slopes| slopes.distances(noise))
@@ -174,7 +173,7 @@ fn noise_floor(
         .collect();
     let summary = statistics::summarise(&vec!["noise_floor"; distances.len()], &distances)?;
     let failed = repeats.iter().filter(|scatter| scatter.is_none()).count();
-    let floor = |of_samples: &StopError| StopError {
+    let floor = |of_samples: &StopErrors| StopErrors {
         n: repeats.len() - failed,
         failed,
         ..*of_samples

@@ -3,33 +3,15 @@
 use std::collections::BTreeMap;
 
 use polars::prelude::*;
-use serde::{Deserialize, Serialize};
+use values::StopErrors;
 
 use crate::EvaluateError;
-
-/// What is known of a model's stop errors, in m.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct StopError {
-    /// Mean.
-    pub mean: f64,
-    /// Standard deviation (of a sample: n − 1); zero for a single strike.
-    pub sd: f64,
-    /// Median.
-    pub median: f64,
-    /// 95th percentile, linear between strikes.
-    pub p95: f64,
-    /// Number of strikes.
-    pub n: usize,
-    /// Strikes for which the model predicts no stop; they are in none of the numbers above.
-    pub failed: usize,
-}
 
 /// Sums up one error a row, none where there is no prediction. A model without any prediction has no statistics.
 pub(crate) fn summarise(
     models: &[&str],
     errors: &[Option<f64>],
-) -> Result<BTreeMap<String, StopError>, EvaluateError> {
+) -> Result<BTreeMap<String, StopErrors>, EvaluateError> {
     if models.is_empty() {
         return Ok(BTreeMap::new());
     }
@@ -46,7 +28,7 @@ pub(crate) fn summarise(
     );
     let (n, failed) = (count("n")?, count("failed")?);
     let row = |index| {
-        let statistics = StopError {
+        let statistics = StopErrors {
             mean: mean.get(index)?,
             sd: sd.get(index).unwrap_or(0.0),
             median: median.get(index)?,

@@ -287,7 +287,7 @@ fn correction(residuals: &[(f64, Point)], moment: f64) -> Point {
     value * (1.0 - 2.0 * variance / length)
 }
 
-/// Whether the tip was at the object again, or still, when a blow is long over, and went on.
+/// Whether the tip was at the object again, or still, when an impact is long over, and went on.
 fn reaches_again(
     states: &[(f64, State)],
     moment: f64,
@@ -295,7 +295,7 @@ fn reaches_again(
     contact: f64,
     launched: &Launched<'_>,
 ) -> bool {
-    /// A blow is over after this time, in s.
+    /// An impact is over after this time, in s.
     const BLOW: f64 = 0.1;
     /// The tip is at the object within this, in m and in deviations of the camera's noise.
     const REACH: f64 = 0.002;

@@ -48,7 +48,7 @@ fn every_demo_strike_is_kept_and_measured_within_the_cameras_noise() {
         let initial = rms(both().map(|(strike, truth)| strike.initial.distance(truth.initial)));
         let stop = rms(both().map(|(strike, truth)| strike.stop.distance(truth.stop)));
         let late: Vec<f64> = both()
-            .map(|(strike, truth)| strike.t_start - truth.blow as f64 * 1e-9)
+            .map(|(strike, truth)| strike.t_start - truth.impact as f64 * 1e-9)
             .collect();
         let frame = 1.0 / truth.rig.camera.rate;
         let within = late
@@ -56,7 +56,7 @@ fn every_demo_strike_is_kept_and_measured_within_the_cameras_noise() {
             .filter(|late| (-0.1 * frame..1.2 * frame).contains(*late))
             .count();
         println!(
-            "{}: {} strikes, initial {:.2} mm, stop {:.2} mm rms, first motion within a frame of the blow for {within}",
+            "{}: {} strikes, initial {:.2} mm, stop {:.2} mm rms, first motion within a frame of the impact for {within}",
             shape.name(),
             strikes.len(),
             1e3 * initial,

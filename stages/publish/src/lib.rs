@@ -9,10 +9,10 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 use stage::{Progress, Record, Stage};
 use store::{
-    Calibrated, Contents, Explained, InputFile, Logged, Metrics, Model, Provenance, StageRecord,
+    Calibrated, Contents, Explained, InputFile, Logged, Model, Provenance, StageRecord,
     TrainedRegion,
 };
-use values::{Rig, Split, Strike};
+use values::{Rig, Split, StopErrors, Strike};
 
 /// The stage.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
@@ -37,9 +37,9 @@ pub struct Input {
     /// The world with the effects that the data named, and its residual.
     pub effect: Option<Calibrated>,
     /// Stop errors on held-out strikes, by model.
-    pub metrics: BTreeMap<Model, Metrics>,
+    pub metrics: BTreeMap<Model, StopErrors>,
     /// What repeats of one command scatter by.
-    pub noise_floor: Option<Metrics>,
+    pub noise_floor: Option<StopErrors>,
     /// The model that predicts best what it did not learn from, among the training strikes: held-out strikes, which judge, do not choose.
     pub best: Model,
     /// What the training of each residual explains.
@@ -178,8 +178,8 @@ mod tests {
         }
     }
 
-    fn metrics(mean: f64, failed: usize) -> Metrics {
-        Metrics {
+    fn metrics(mean: f64, failed: usize) -> StopErrors {
+        StopErrors {
             mean,
             sd: 0.0,
             median: mean,

@@ -38,7 +38,7 @@ pub struct Tracker {
     blur: f64,
 }
 
-/// An object leaves a blow faster than the tip: twice as fast at the most (restitution 1, a heavy striker).
+/// An object leaves an impact faster than the tip: twice as fast at the most (restitution 1, a heavy striker).
 const FASTEST: f64 = 2.0;
 /// Pixels of the coarse grid across the object.
 const ACROSS: f64 = 8.0;

@@ -7,10 +7,10 @@ use mcap::WriteOptions;
 use mcap::records::MessageHeader;
 use store::network::{LAYERS, Layer, SIZES};
 use store::{
-    Calibrated, Contents, InputFile, Logged, Metrics, Model, Network, Provenance, ResidualModel,
+    Calibrated, Contents, InputFile, Logged, Model, Network, Provenance, ResidualModel,
     StageRecord, Store, TrainedRegion,
 };
-use values::{Point, Rig, Shape};
+use values::{Point, Rig, Shape, StopErrors};
 use world::effects::{EFFECTS, Parameters};
 use world::{AddedEffect, Estimate, World};
 
@@ -259,7 +259,7 @@ pub(super) fn weights() -> Vec<u8> {
 /// What a version may hold.
 pub(super) fn contents() -> Contents {
     let rig = Rig::demo(Shape::Cylinder);
-    let metrics = Metrics {
+    let metrics = StopErrors {
         mean: 0.01,
         sd: 0.004,
         median: 0.009,

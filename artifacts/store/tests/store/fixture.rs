@@ -6,7 +6,7 @@ use std::path::Path;
 
 use store::network::{LAYERS, Layer, SIZES};
 use store::*;
-use values::{Point, Rig, Shape};
+use values::{Point, Rig, Shape, StopErrors};
 use world::{AddedEffect, Estimate, World};
 
 /// Weights that differ with their scale.
@@ -44,7 +44,7 @@ pub fn contents(friction: f64) -> Contents {
         "friction".into(),
         Estimate::with_interval(friction, 0.1, 0.5),
     );
-    let metrics = |mean| Metrics {
+    let metrics = |mean| StopErrors {
         mean,
         sd: 0.1 * mean,
         median: mean,

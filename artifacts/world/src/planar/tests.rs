@@ -225,6 +225,16 @@ fn it_follows_mujoco_whatever_the_effect() {
         let apart = apart(Shape::Cylinder, Some((name, parameters)));
         assert!(apart < 4e-4, "{name}: {apart} m");
     }
+    // An effect without a case here, at the sizes that its file states.
+    for spec in effects::EFFECTS {
+        let has_case = cases.iter().any(|(name, _)| *name == spec.name);
+        if let (false, effects::Parameters::Listed(listed)) = (has_case, spec.parameters) {
+            let usual = |p: &effects::EffectParameter| (p.name, (p.neutral + p.scale).min(p.high));
+            let usual: Vec<(&str, f64)> = listed.iter().map(usual).collect();
+            let apart = apart(Shape::Cylinder, Some((spec.name, &usual)));
+            assert!(apart < 4e-4, "{}: {apart} m", spec.name);
+        }
+    }
     let turning = apart(Shape::Box, None);
     assert!(turning < 2e-4, "a box that turns: {turning} m");
 }

@@ -41,7 +41,7 @@ pub(crate) trait Acts {
     fn directional_friction(&self, _direction: Point) -> f64 {
         1.0
     }
-    /// Acceleration of the centre here (m), at this velocity (m/s), this long after the blow (s).
+    /// Acceleration of the centre here (m), at this velocity (m/s), this long after the impact (s).
     fn acceleration(&self, _at: Point, _velocity: Point, _time: f64) -> Point {
         Point::default()
     }

@@ -62,9 +62,9 @@ impl Acts for StickyLine {
 }
 
 declare! {
-    /// The blow makes the table ring: an acceleration that oscillates and dies away.
+    /// The impact makes the table ring: an acceleration that oscillates and dies away.
     Vibration = "vibration" {
-        /// At the blow, in m/s².
+        /// At the impact, in m/s².
         amplitude: 3.0, "m/s2", Some(0.0);
         /// In Hz.
         frequency: 3.0, "Hz", None;

@@ -1,4 +1,4 @@
-//! Effects of the arm and of the blow.
+//! Effects of the arm and of the impact.
 
 use values::Command;
 

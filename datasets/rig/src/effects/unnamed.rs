@@ -63,9 +63,9 @@ impl Acts for Swirl {
 }
 
 declare! {
-    /// A liquid in the object sloshes after the blow: its mass swings along the motion and dies away.
+    /// A liquid in the object sloshes after the impact: its mass swings along the motion and dies away.
     Sloshing = "sloshing" {
-        /// Share of the velocity by which it pulls, at the blow, in 1/s.
+        /// Share of the velocity by which it pulls, at the impact, in 1/s.
         amplitude: 3.0, "1/s", Some(0.0);
         /// In Hz.
         frequency: 3.5, "Hz", None;
@@ -83,7 +83,7 @@ impl Acts for Sloshing {
 }
 
 declare! {
-    /// Friction has a memory: it grows with the time since the blow, as that of a felt that warms or picks up dust.
+    /// Friction has a memory: it grows with the time since the impact, as that of a felt that warms or picks up dust.
     FrictionAgeing = "friction_ageing" {
         /// Deceleration that is added for each second, in m/s³.
         rate: 0.8, "m/s3", Some(0.0);

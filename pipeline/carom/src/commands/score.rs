@@ -4,9 +4,10 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use clap::Args;
-use evaluate::{Evaluation, StopError};
+use evaluate::Evaluation;
 use serde::Serialize;
 use store::Store;
+use values::StopErrors;
 
 use crate::args::Global;
 use crate::error::Outcome;
@@ -44,7 +45,7 @@ struct Score {
     /// Why that cannot be told, where it cannot.
     drift_unknown: Option<String>,
     /// What repeats of one command scatter by, as published.
-    noise_floor: Option<StopError>,
+    noise_floor: Option<StopErrors>,
     /// Stop errors, by model.
     #[serde(flatten)]
     models: BTreeMap<String, Scored>,
@@ -54,7 +55,7 @@ struct Score {
 #[derive(Debug, Serialize)]
 struct Scored {
     #[serde(flatten)]
-    errors: StopError,
+    errors: StopErrors,
     strikes: Vec<ScoredStrike>,
 }
 

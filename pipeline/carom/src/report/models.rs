@@ -122,21 +122,21 @@ fn way(strike: &Strike, track: &Track) -> Vec<(f64, f64)> {
 }
 
 pub fn learning_section(results: &Results, evaluation: &Evaluation) -> Result<Markup, PageError> {
-    let learnt = results.used();
-    let Some((world, learnt, learned, residual)) = learnt.and_then(|(name, learnt)| {
-        let learned = learnt.learned.as_ref()?;
-        Some((name, learnt, learned, learned.model.as_ref()?))
+    let of_world = results.used();
+    let Some((world, of_world, learned, residual)) = of_world.and_then(|(name, of_world)| {
+        let learned = of_world.learned.as_ref()?;
+        Some((name, of_world, learned, learned.model.as_ref()?))
     }) else {
         return Ok(section(
             "The residual model",
             html! {
                 p { "None: what was tried predicts held-out commands no better than the simulator alone, which serves by itself." }
-                @if let Some(learned) = learnt.and_then(|(_, learnt)| learnt.learned.as_ref()) { (scores(learned)) }
+                @if let Some(learned) = of_world.and_then(|(_, of_world)| of_world.learned.as_ref()) { (scores(learned)) }
             },
         ));
     };
     let model = format!("{world}_residual");
-    let said: Vec<[f64; 2]> = learnt
+    let said: Vec<[f64; 2]> = of_world
         .residuals
         .rows
         .iter()
@@ -153,7 +153,7 @@ pub fn learning_section(results: &Results, evaluation: &Evaluation) -> Result<Ma
         .into_iter()
         .filter_map(|(name, errors)| Some((name, errors?.mean)))
         .collect();
-    let rows = &learnt.residuals.rows;
+    let rows = &of_world.residuals.rows;
     Ok(section(
         "The residual model",
         html! {
@@ -180,8 +180,8 @@ pub fn learning_section(results: &Results, evaluation: &Evaluation) -> Result<Ma
                 }
                 div { (scores(learned)) (curve_table(results)) }
             }
-            @if !learnt.residuals.excluded.is_empty() {
-                p { (learnt.residuals.excluded.len()) " strikes have no residual, for the simulator does not reach their path." }
+            @if !of_world.residuals.excluded.is_empty() {
+                p { (of_world.residuals.excluded.len()) " strikes have no residual, for the simulator does not reach their path." }
             }
         },
     ))

@@ -11,7 +11,7 @@ use super::input::ReportInput;
 use super::page;
 use super::provenance::Provenance;
 use crate::inputs::Inputs;
-use crate::results::{Learnt, Results};
+use crate::results::{Results, WorldResults};
 
 /// A table tilt, named.
 pub fn found_tilt() -> Found {
@@ -139,7 +139,7 @@ fn text(found: Found, is_used: bool) -> String {
     let world = found.world.clone().filter(|_| is_used);
     let results = Results {
         strikes: (0..4).map(strike).collect(),
-        effect: world.map(Learnt::new),
+        effect: world.map(WorldResults::new),
         found: Some(found),
         ..Results::default()
     };

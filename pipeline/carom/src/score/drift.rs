@@ -1,9 +1,9 @@
 //! Drift: does a version's default model do worse here than chance explains?
 
-use evaluate::StopError;
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{ContinuousCDF, Gamma};
-use store::{Metrics, Model};
+use store::Model;
+use values::StopErrors;
 
 /// The default model's mean stop error here against that on the strikes held out when the version was published.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -27,7 +27,7 @@ const CHANCE: f64 = 1e-3;
 impl Drift {
     /// By the scatter of single strikes when published: by that of the strikes here, a wild miss would be its own excuse. Means of
     /// a few errors, which are never negative, are skewed: they follow a gamma distribution.
-    pub fn between(model: Model, published: &Metrics, here: &StopError) -> Self {
+    pub fn between(model: Model, published: &StopErrors, here: &StopErrors) -> Self {
         let each = |n: usize| 1.0 / n.max(1) as f64;
         let variance = published.sd.powi(2) * (each(published.n) + each(here.n));
         let variance = variance.max(1e-18);
@@ -66,7 +66,7 @@ mod tests {
 
     #[test]
     fn only_a_difference_beyond_chance_is_called_drift() {
-        let published = Metrics {
+        let published = StopErrors {
             mean: 0.005,
             sd: 0.003,
             median: 0.004,
@@ -74,7 +74,7 @@ mod tests {
             n: 50,
             failed: 0,
         };
-        let here = |mean| StopError {
+        let here = |mean| StopErrors {
             mean,
             sd: 0.003,
             median: mean,
@@ -89,14 +89,14 @@ mod tests {
         assert!((drift(0.0056).z - 1.0).abs() < 1e-9);
 
         // One strike that misses wildly makes the scatter here, and is told all the same.
-        let wild = StopError {
+        let wild = StopErrors {
             mean: 0.030,
             sd: 0.080,
             n: 10,
             ..here(0.030)
         };
         assert!(Drift::between(Model::Sysid, &published, &wild).beyond_chance);
-        let single = |mean| StopError {
+        let single = |mean| StopErrors {
             sd: 0.0,
             n: 1,
             ..here(mean)
@@ -105,7 +105,7 @@ mod tests {
         let drift = |mean| Drift::between(Model::Sysid, &published, &single(mean));
         assert!(!drift(0.0147).beyond_chance && drift(0.0147).z > 3.1);
         assert!(drift(0.025).beyond_chance);
-        let perfect = Metrics {
+        let perfect = StopErrors {
             mean: 0.0,
             sd: 0.0,
             ..published

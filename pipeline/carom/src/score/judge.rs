@@ -1,8 +1,8 @@
 //! How well a version predicts strikes.
 
-use evaluate::{Candidate, Evaluate, Evaluation, StopError};
+use evaluate::{Candidate, Evaluate, Evaluation};
 use stage::Run;
-use store::{Artifact, Logged, Metrics, Model};
+use store::{Artifact, Logged, Model};
 use values::Strike;
 
 use super::drift::{Drift, LEAST};
@@ -24,9 +24,8 @@ pub fn judge(
     };
     let mut evaluation = run.stage(&Evaluate { split: None }, &input)?;
     // What was estimated when the residual was there to take away what repeats.
-    if let Some(published) = &artifact.manifest.provenance.noise_floor {
-        evaluation.noise_floor = Some(of(published));
-    }
+    let published = artifact.manifest.provenance.noise_floor;
+    evaluation.noise_floor = published.or(evaluation.noise_floor);
     let model = artifact.manifest.provenance.default_model;
     let drift = evaluation.models.get(model.name()).and_then(|here| {
         let published = artifact.manifest.provenance.metrics.get(&model)?;
@@ -70,25 +69,6 @@ fn candidates(artifact: &Artifact) -> Vec<Candidate> {
         .into_iter()
         .filter_map(candidate)
         .collect()
-}
-
-fn of(metrics: &Metrics) -> StopError {
-    let Metrics {
-        mean,
-        sd,
-        median,
-        p95,
-        n,
-        failed,
-    } = *metrics;
-    StopError {
-        mean,
-        sd,
-        median,
-        p95,
-        n,
-        failed,
-    }
 }
 
 #[cfg(test)]

@@ -20,13 +20,13 @@ pub fn details(results: &Results) -> String {
         text += &diagnosis::diagnosis(&found.diagnosis);
     }
     text += &unused_diagnosis(results);
-    let learnt = [("sysid", &results.sysid), ("effect", &results.effect)];
-    for (name, learnt) in learnt {
-        let Some(learnt) = learnt else { continue };
-        if !learnt.solutions.is_empty() {
-            text += &solutions(name, &learnt.solutions);
+    let of_world = [("sysid", &results.sysid), ("effect", &results.effect)];
+    for (name, of_world) in of_world {
+        let Some(of_world) = of_world else { continue };
+        if !of_world.solutions.is_empty() {
+            text += &solutions(name, &of_world.solutions);
         }
-        if let Some(learned) = &learnt.learned {
+        if let Some(learned) = &of_world.learned {
             text += &residual(name, learned);
         }
     }

@@ -8,10 +8,9 @@ use rayon::prelude::*;
 use rig::{Sim, SimChoice};
 use store::{Artifact, Model, Store};
 use strike::Planner;
-use values::{Command, Point};
+use values::{Command, Point, StopErrors};
 
 use super::outcome::{FILE, Outcome, Refused, Struck, Trial};
-use super::statistics::Statistics;
 use super::targets::{Pair, Region};
 use crate::Error;
 use crate::outputs::write_json;
@@ -127,7 +126,7 @@ fn strike_all(planner: &Planner, mut sim: Sim, pairs: &[Pair], bar: &ProgressBar
         }
         bar.inc(1);
     }
-    outcome.errors = Statistics::of(outcome.strikes.iter().map(|strike| strike.error));
+    outcome.errors = StopErrors::of(outcome.strikes.iter().map(|strike| strike.error));
     outcome
 }
 
@@ -143,7 +142,7 @@ fn struck(from: Point, to: Point, command: Command, stop: Point) -> Struck {
 }
 
 /// Distances of repeats from their mean, widened for the mean's own error.
-fn noise_floor(planner: &Planner, sim: &Sim, pairs: &[Pair]) -> Option<Statistics> {
+fn noise_floor(planner: &Planner, sim: &Sim, pairs: &[Pair]) -> Option<StopErrors> {
     let mut sim = sim.clone();
     let widening = (FLOOR_REPEATS as f64 / (FLOOR_REPEATS as f64 - 1.0)).sqrt();
     let mut errors = Vec::new();
@@ -158,5 +157,5 @@ fn noise_floor(planner: &Planner, sim: &Sim, pairs: &[Pair]) -> Option<Statistic
         let mean = sum * (1.0 / FLOOR_REPEATS as f64);
         errors.extend(stops.iter().map(|stop| widening * stop.distance(mean)));
     }
-    Statistics::of(errors.into_iter())
+    StopErrors::of(errors.into_iter())
 }

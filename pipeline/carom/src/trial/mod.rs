@@ -2,7 +2,6 @@
 
 mod closed_loop;
 mod outcome;
-mod statistics;
 mod targets;
 
 pub use closed_loop::{Wanted, run};

@@ -4,9 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
-use values::Point;
-
-use super::statistics::Statistics;
+use values::{Point, StopErrors};
 
 /// Where a trial is kept.
 pub const FILE: &str = "trial.json";
@@ -44,7 +42,7 @@ pub struct Refused {
 pub struct Outcome {
     /// Stop errors; none where every target was refused.
     #[serde(flatten)]
-    pub errors: Option<Statistics>,
+    pub errors: Option<StopErrors>,
     /// Every strike.
     pub strikes: Vec<Struck>,
     /// Every target refused, which no number above counts.
@@ -63,7 +61,7 @@ pub struct Trial {
     /// The paper's Figure 8: two starts, four targets each, struck several times; by model.
     pub figure_8: BTreeMap<String, Outcome>,
     /// Distances of repeats of one command from their mean: what no model can better.
-    pub noise_floor: Option<Statistics>,
+    pub noise_floor: Option<StopErrors>,
     /// Random targets, struck once; by model.
     #[serde(flatten)]
     pub models: BTreeMap<String, Outcome>,

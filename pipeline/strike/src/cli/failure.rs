@@ -25,7 +25,7 @@ pub enum Failure {
 /// A failure for a machine.
 #[derive(Serialize)]
 #[serde(untagged)]
-enum Told<'a> {
+enum FailureAsJson<'a> {
     Refused(&'a Refusal),
     Failed { failed: String },
 }
@@ -66,8 +66,8 @@ impl Failure {
     /// What a machine is told: the contract's refusal, or `{"failed": "text"}`.
     pub fn to_json(&self) -> String {
         let told = match self {
-            Self::Refused(refusal) => Told::Refused(refusal),
-            _ => Told::Failed {
+            Self::Refused(refusal) => FailureAsJson::Refused(refusal),
+            _ => FailureAsJson::Failed {
                 failed: self.to_string(),
             },
         };

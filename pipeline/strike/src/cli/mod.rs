@@ -69,7 +69,7 @@ fn recent_strikes(logs: &[PathBuf], rig: &Rig) -> Result<Vec<Strike>, Failure> {
 
 fn plan_batch(args: &Args, planner: &Planner, file: &Path) -> Result<ExitCode, Failure> {
     let output = io::stdout().lock();
-    let tally = if file == Path::new("-") {
+    let counts = if file == Path::new("-") {
         batch::run(planner, io::stdin(), output)
     } else {
         let opened = File::open(file).map_err(|error| {
@@ -82,12 +82,12 @@ fn plan_batch(args: &Args, planner: &Planner, file: &Path) -> Result<ExitCode, F
         writeln!(
             io::stderr(),
             "{} planned, {} refused",
-            tally.planned,
-            tally.refused
+            counts.planned,
+            counts.refused
         )
         .map_err(|error| Failure::failed(format!("tell the result: {error}")))?;
     }
-    Ok(if tally.refused == 0 {
+    Ok(if counts.refused == 0 {
         ExitCode::SUCCESS
     } else {
         ExitCode::from(REJECTED)

@@ -6,13 +6,13 @@ use strike::{Planner, batch};
 
 use crate::fixture;
 
-fn run(input: &[u8]) -> (Vec<Value>, batch::Tally) {
+fn run(input: &[u8]) -> (Vec<Value>, batch::BatchCounts) {
     let planner = Planner::new(&fixture::artifact(), Model::SysidResidual).unwrap();
     let mut output = Vec::new();
-    let tally = batch::run(&planner, input, &mut output).unwrap();
+    let counts = batch::run(&planner, input, &mut output).unwrap();
     let text = String::from_utf8(output).unwrap();
     let lines = text.lines().map(|line| serde_json::from_str(line).unwrap());
-    (lines.collect(), tally)
+    (lines.collect(), counts)
 }
 
 #[test]
@@ -32,9 +32,9 @@ fn order_is_kept_and_junk_is_refused_by_its_line() {
         br#"{"from": [0.3, 0.05], "to": [6.0, 0.1]}"#,
         br#"  {"to": [0.65, 0.0], "from": [0.3, 0.0]}"#,
     ];
-    let (answers, tally) = run(&lines.join(&b'\n'));
+    let (answers, counts) = run(&lines.join(&b'\n'));
     assert_eq!(answers.len(), 11);
-    assert_eq!((tally.planned, tally.refused), (2, 9));
+    assert_eq!((counts.planned, counts.refused), (2, 9));
     assert_eq!(answers[0]["to"], json!([0.6, 0.1]));
     assert!(answers[0]["speed"].is_f64());
     for (answer, line) in answers[1..9].iter().zip(3..) {

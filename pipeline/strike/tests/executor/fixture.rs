@@ -5,11 +5,11 @@ use std::sync::Arc;
 
 use store::network::{LAYERS, Layer, SIZES};
 use store::{
-    Artifact, Calibrated, Contents, Key, Logged, Metrics, Model, Network, Provenance, Signer,
-    Store, TrainedRegion,
+    Artifact, Calibrated, Contents, Key, Logged, Model, Network, Provenance, Signer, Store,
+    TrainedRegion,
 };
 use tempfile::TempDir;
-use values::{Point, Rig, Shape};
+use values::{Point, Rig, Shape, StopErrors};
 use world::{AddedEffect, Estimate, World};
 
 /// Where the object rests.
@@ -57,7 +57,7 @@ fn effect() -> World {
 }
 
 fn contents(seed: u64) -> Contents {
-    let metrics = |mean| Metrics {
+    let metrics = |mean| StopErrors {
         mean,
         sd: 0.01,
         median: mean,

@@ -4,6 +4,8 @@
 
 mod batches;
 mod commands;
+mod computer;
+mod damage;
 mod dependencies;
 mod fixture;
 mod plans;

@@ -1,6 +1,6 @@
 //! Score tests: how much a small change would explain of what a fitted model leaves.
 //!
-//! StrikeAtFit a fitted model a column c (the derivative of every track by some strength) gains S/2 of log-likelihood, S = u²/V, with
+//! At a fitted model a column c (the derivative of every track by some strength) gains S/2 of log-likelihood, S = u²/V, with
 //! u = cᵀΣ⁻¹r and V what is left of cᵀΣ⁻¹c beside the model's own columns. What chance gains is known from the same columns in
 //! two ways: residuals drawn from the fitted model and its noise (parametric bootstrap), and the measured residuals with the
 //! signs of whole strikes flipped, which takes no model of noise on trust.

@@ -205,7 +205,7 @@ fn states_that_do_not_reach_contact_tell_nothing() {
     );
 }
 
-/// An arm that goes on behind the object, at a part of its speed after the blow.
+/// An arm that goes on behind the object, at a part of its speed after the impact.
 fn pushed(goes_on: f64) -> bool {
     let commands: Vec<Sample> = (0..200)
         .map(|i| Sample {

@@ -320,7 +320,7 @@ impl Robot for XArm {
                     .filter(|delivered| (delivered / plan.speed - 1.0).abs() > SPEED_WARNING)
                     .map(|delivered| {
                         format!(
-                            "the arm delivered {delivered:.4} m/s of {:.4} m/s at the blow: look at its load, reach and jerk",
+                            "the arm delivered {delivered:.4} m/s of {:.4} m/s at the impact: look at its load, reach and jerk",
                             plan.speed
                         )
                     });

@@ -1,10 +1,11 @@
-//! Stop errors summed up.
+//! Stop errors, summed up.
 
 use serde::{Deserialize, Serialize};
 
-/// What is known of stop errors, in m.
+/// Stop errors of a model over many strikes, in m.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Statistics {
+#[serde(deny_unknown_fields)]
+pub struct StopErrors {
     /// Mean.
     pub mean: f64,
     /// Standard deviation (of a sample: n − 1); zero for a single strike.
@@ -15,9 +16,12 @@ pub struct Statistics {
     pub p95: f64,
     /// Number of strikes.
     pub n: usize,
+    /// Strikes without a stop to compare; they are in none of the numbers above.
+    #[serde(default)]
+    pub failed: usize,
 }
 
-impl Statistics {
+impl StopErrors {
     /// Of these errors; none where there are none.
     pub fn of(errors: impl Iterator<Item = f64>) -> Option<Self> {
         let mut sorted: Vec<f64> = errors.collect();
@@ -38,6 +42,7 @@ impl Statistics {
             median: quantile(0.5),
             p95: quantile(0.95),
             n,
+            failed: 0,
         })
     }
 }
@@ -48,11 +53,11 @@ mod tests {
 
     #[test]
     fn errors_are_summed_up() {
-        let all = Statistics::of([3.0, 1.0, 2.0, 4.0].into_iter()).expect("four");
+        let all = StopErrors::of([3.0, 1.0, 2.0, 4.0].into_iter()).expect("four");
         assert_eq!((all.mean, all.median, all.n), (2.5, 2.5, 4));
         assert!((all.sd - (5.0f64 / 3.0).sqrt()).abs() < 1e-12);
         assert!((all.p95 - 3.85).abs() < 1e-12);
-        assert_eq!(Statistics::of(std::iter::empty()), None);
-        assert_eq!(Statistics::of([7.0].into_iter()).map(|s| s.sd), Some(0.0));
+        assert_eq!(StopErrors::of(std::iter::empty()), None);
+        assert_eq!(StopErrors::of([7.0].into_iter()).map(|s| s.sd), Some(0.0));
     }
 }
