@@ -115,6 +115,12 @@ impl LaunchMap {
         &self.parts
     }
 
+    /// What has to be sent beside what the arm delivers for this command: speed in m/s and angle in rad.
+    pub fn added(&self, command: Command) -> [f64; 2] {
+        let offset = self.offset(command);
+        [command.speed * (1.0 - offset.speed.exp()), -offset.angle]
+    }
+
     /// What is delivered beside the world for this command.
     pub fn offset(&self, command: Command) -> LaunchOffset {
         let Parts {

@@ -59,10 +59,7 @@ impl ResidualModel {
     /// otherwise at the command `sent`, with its sign turned: that much more has to be sent.
     pub fn added(&self, path: Point, simulated: Command, sent: Command) -> [f64; 2] {
         match self {
-            Self::Launch(map) => {
-                let offset = map.offset(sent);
-                [sent.speed * (1.0 - offset.speed.exp()), -offset.angle]
-            }
+            Self::Launch(map) => map.added(sent),
             Self::Networks(networks) => {
                 networks.predict([path.x, path.y, simulated.speed, simulated.angle])
             }

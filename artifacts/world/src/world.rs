@@ -173,6 +173,33 @@ impl World {
         self
     }
 
+    /// The same world as if it had never seen a session: there, what differs by session has its mean over the others. To be asked
+    /// about that session alone, for relative changes of the others are then taken from another mean.
+    pub fn without_session(mut self, session: &str) -> Self {
+        for added in &mut self.effects {
+            let spec = effects::effect(&added.name).map(|spec| &spec.parameters);
+            let Ok(Parameters::BySession { is_relative, .. }) = spec else {
+                continue;
+            };
+            let known = added.parameters.iter().filter(|(name, _)| *name != UNKNOWN);
+            let known: BTreeMap<String, f64> = known
+                .map(|(name, estimate)| (name.clone(), estimate.value))
+                .collect();
+            let mut others = if *is_relative {
+                effects::centred(&known)
+            } else {
+                known
+            };
+            if others.remove(session).is_some() {
+                let mean = others.values().sum::<f64>() / others.len().max(1) as f64;
+                added.parameters.remove(session);
+                let mean = Estimate::fixed(mean);
+                added.parameters.insert(UNKNOWN.into(), mean);
+            }
+        }
+        self
+    }
+
     /// The same world with what its effects by session say of the population they are drawn from.
     pub fn with_populations(mut self) -> Self {
         self.sessions.clear();
@@ -221,6 +248,30 @@ mod tests {
             parameters: [("rate".to_string(), Estimate::fixed(0.2))].into(),
         });
         assert_eq!(World::parse(&world.to_toml()).expect("valid"), world);
+    }
+
+    #[test]
+    fn a_session_that_is_left_out_has_the_mean_of_the_others() {
+        let effect = |name: &str| AddedEffect {
+            name: name.into(),
+            parameters: [("a", 0.3), ("b", 0.1), ("c", -0.1)]
+                .map(|(name, value)| (name.to_string(), Estimate::fixed(value)))
+                .into(),
+        };
+        let mut world = World::nominal(&Rig::demo(values::Shape::Cylinder));
+        world.effects = vec![
+            effect("friction_by_session"),
+            effect("striker_angle_by_session"),
+        ];
+        let unseen = world.clone().without_session("a");
+        let mean = |place: usize| {
+            assert!(!unseen.effects[place].parameters.contains_key("a"));
+            unseen.effects[place].parameters[UNKNOWN].value
+        };
+        // Relative to the mean of all, 1.1, the others are 1.1 and 0.9.
+        assert!((mean(0) - (1.0 / 1.1 - 1.0)).abs() < 1e-12);
+        assert!(mean(1).abs() < 1e-12);
+        assert_eq!(world.clone().without_session("d"), world);
     }
 
     #[test]

@@ -101,7 +101,7 @@ pub fn write(settings: &Settings, out: &Path) -> Result<Written, RigSimError> {
         if session > 0 {
             sim.next_session();
         }
-        let path = folder.join(format!("{SESSION}{session:03}{MCAP}"));
+        let path = folder.join(session_name(session));
         let mut writer = RecordingWriter::create(&path, &truth.rig.topics)?;
         for strike in strikes {
             let recording = sim.strike(strike.initial(), strike.command());
@@ -124,6 +124,18 @@ const RIG_HEADER: &str = "# The embedded rig of `carom demo`: what is known of i
 
 const SESSION: &str = "session_";
 const MCAP: &str = ".mcap";
+
+/// The name of a session's log, from its number.
+pub fn session_name(session: usize) -> String {
+    format!("{SESSION}{session:03}{MCAP}")
+}
+
+/// The number of a session, from its log's name; none of a log that no demo writes.
+pub fn session_number(name: &str) -> Option<usize> {
+    let digits = name.strip_prefix(SESSION)?.strip_suffix(MCAP)?;
+    let number = digits.parse().ok()?;
+    (session_name(number) == name).then_some(number)
+}
 
 /// Removes the logs of an earlier demo: its sessions would be read as some of this one's.
 fn remove_sessions(folder: &Path) -> Result<(), RigSimError> {

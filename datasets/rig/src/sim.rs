@@ -99,6 +99,13 @@ impl Sim {
         self.start = ORIGIN + self.index.session as u64 * DAY;
     }
 
+    /// Goes on in this session, on its own day.
+    pub fn in_session(mut self, session: usize) -> Self {
+        self.index.session = session;
+        self.start = ORIGIN + session as u64 * DAY + self.index.order as u64 * nanoseconds(PAUSE);
+        self
+    }
+
     /// Session and number of strikes so far.
     pub fn index(&self) -> StrikeIndex {
         self.index

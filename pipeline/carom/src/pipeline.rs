@@ -1,7 +1,7 @@
 //! The pipeline: one function of straight typed calls.
 
 use diagnose::{Diagnose, DiagnoseError, Found};
-use evaluate::{Candidate, Evaluation, Judge, Model, Noise, Predict, Repeat};
+use evaluate::{Candidate, Evaluation, Judge, Model, NewSessions, Noise, Predict, Repeat};
 use residual::{Launched, Launches, Residuals};
 use solve::Solve;
 use stage::{Run, RunError};
@@ -123,7 +123,12 @@ pub fn pipeline(run: &Run, inputs: &Inputs, last: Step) -> Result<Results, Error
         let judges: Vec<Judge> = judges.map(Judge::from).collect();
         let judge =
             |candidates: Vec<Candidate>| judge(run, rig, &judges, &candidates, &noise(rig, used));
-        let evaluation = judge(models(rig, &results))?;
+        let models = models(rig, &results);
+        let new_sessions = judge_new_sessions(run, rig, &judges, &models)?;
+        let evaluation = Evaluation {
+            new_sessions,
+            ..judge(models)?
+        };
         let curve = judge(curve_candidates(&used.world, &results.curve))?;
         results.curve_errors = mean_errors(&results.curve, &curve);
         results.evaluation = Some(evaluation);
@@ -238,6 +243,26 @@ pub(crate) fn judge(
         None => Vec::new(),
     };
     evaluate::evaluation(judges, &predicted, &repeats, noise).map_err(Error::failed)
+}
+
+/// The same where the candidates have never seen the judges' sessions. A candidate in which nothing differs by session has answered
+/// already.
+fn judge_new_sessions(
+    run: &Run,
+    rig: &Rig,
+    judges: &[Judge],
+    candidates: &[Candidate],
+) -> Result<Option<NewSessions>, Error> {
+    let mut predicted = Vec::new();
+    for candidate in candidates {
+        let mut answers = Vec::new();
+        for (model, judges) in evaluate::unseen(rig, candidate, judges) {
+            let predicted = run.items(&Predict, &model, &judges)?;
+            answers.extend(judges.into_iter().zip(predicted));
+        }
+        predicted.push((candidate.name.clone(), answers));
+    }
+    evaluate::new_sessions(&predicted).map_err(Error::failed)
 }
 
 /// The models that are compared, the plainest first.

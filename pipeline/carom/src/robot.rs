@@ -9,8 +9,10 @@ use crate::Error;
 
 /// An embedded rig and where its truth comes from, for a person.
 pub struct Embedded {
-    /// The rig.
+    /// The rig, in the last session that was logged.
     pub sim: Sim,
+    /// The name of that session's log; none where no strike of this rig was logged.
+    pub session: Option<String>,
     /// Its truth, such as `artifacts/demo/rig/truth.json`; none for the demo's own mixture.
     pub truth: Option<PathBuf>,
 }
@@ -34,6 +36,7 @@ impl Embedded {
         let Some(path) = truth else {
             return Ok(Embedded {
                 sim: Sim::default_for(rig, seed).map_err(Error::input)?,
+                session: None,
                 truth: None,
             });
         };
@@ -46,9 +49,11 @@ impl Embedded {
             )));
         }
         let strikes = truth.strikes.len();
+        let last = truth.strikes.last().map(|strike| strike.session);
         let sim = Sim::from(Truth { seed, ..truth }).map_err(Error::input)?;
         Ok(Embedded {
-            sim: sim.after(strikes),
+            sim: sim.after(strikes).in_session(last.unwrap_or(0)),
+            session: last.map(rig::demo::session_name),
             truth: Some(path),
         })
     }

@@ -59,9 +59,13 @@ pub fn advance(
             dir.display()
         );
     }
-    let errors = results.evaluation.as_ref().map(
-        |evaluation| json!({ "models": evaluation.models, "noise_floor": evaluation.noise_floor }),
-    );
+    let errors = results.evaluation.as_ref().map(|evaluation| {
+        json!({
+            "models": evaluation.models,
+            "noise_floor": evaluation.noise_floor,
+            "new_sessions": evaluation.new_sessions,
+        })
+    });
     let json = json!({
         "strikes": results.kept.len(),
         "rejects": results.rejects,

@@ -19,54 +19,99 @@ pub struct OtherRig {
 /// Whether a robot's own rig file is that of the artifact, or stricter: same object and striker; table and limits of the
 /// arm the same or within the artifact's. Camera and topics may differ: they say how a strike is seen and logged.
 pub fn check(artifact: &Rig, own: &Rig) -> Result<(), OtherRig> {
-    compare(artifact, own, |theirs, ours| is_within(ours, theirs))
+    compare(artifact, own, |rule, artifact, own| {
+        rule.is_stricter(own, artifact)
+    })
 }
 
 /// Whether what is planned for one rig file may be struck in another: that one's table and arm allow all that the plan's do.
 pub fn allows(planned: &Rig, there: &Rig) -> Result<(), OtherRig> {
-    compare(planned, there, is_within)
+    compare(planned, there, |rule, planned, there| {
+        rule.is_stricter(planned, there)
+    })
 }
 
-/// What a camera needs to know of the object, and where the arm stands and may go: every plan keeps to this robot's own, and no
-/// artifact depends on it.
-const OWN: [(&str, &str); 10] = [
-    ("object", "colour"),
-    ("robot", "base"),
-    ("robot", "keep_out"),
-    ("robot", "reach"),
-    ("robot", "jerk"),
-    ("robot", "travel_height"),
-    ("robot", "tool_orientation"),
-    ("robot", "tool_offset"),
-    ("robot", "payload"),
-    ("robot", "obstacles"),
+/// How a key of two rig files may differ.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Rule {
+    /// Not at all: another value is another set-up.
+    Same,
+    /// The stricter interval lies within the other.
+    Within,
+    /// The stricter number is the smaller one.
+    AtMost,
+    /// In any way: it says what a camera needs to know of the object, or where this robot stands and may go. Plans keep to the
+    /// robot's own value and no artifact depends on it.
+    Own,
+}
+
+/// The rule of each key of `[table]` and `[robot]`, and of `[object]` and `[striker]` where it is not [`Rule::Same`].
+const RULES: [((&str, &str), Rule); 16] = [
+    (("object", "colour"), Rule::Own),
+    (("table", "x"), Rule::Within),
+    (("table", "y"), Rule::Within),
+    (("robot", "speed"), Rule::Within),
+    (("robot", "angle"), Rule::Within),
+    (("robot", "acceleration"), Rule::AtMost),
+    (("robot", "base"), Rule::Own),
+    (("robot", "keep_out"), Rule::Own),
+    (("robot", "reach"), Rule::Own),
+    (("robot", "jerk"), Rule::Own),
+    // Where the tip meets the object decides how the object leaves it.
+    (("robot", "strike_height"), Rule::Same),
+    (("robot", "travel_height"), Rule::Own),
+    (("robot", "tool_orientation"), Rule::Own),
+    (("robot", "tool_offset"), Rule::Own),
+    (("robot", "payload"), Rule::Own),
+    (("robot", "obstacles"), Rule::Own),
 ];
 
-/// Differences of two rigs in what a strike depends on; `may_differ` says which limits may.
+/// The rule of a key. A key that the table does not name makes another rig: a new one is thought about before it may differ.
+fn rule(section: &str, key: &str) -> Rule {
+    let named = RULES.iter().find(|(name, _)| *name == (section, key));
+    named.map_or(Rule::Same, |(_, rule)| *rule)
+}
+
+impl Rule {
+    /// Whether the one value may stand where the other was agreed: it is the same, or stricter.
+    fn is_stricter(self, one: &Value, other: &Value) -> bool {
+        let number = Value::as_f64;
+        let ends = |value: &Value| Some((number(value.get(0)?)?, number(value.get(1)?)?));
+        one == other
+            || match self {
+                Self::Same => false,
+                Self::Own => true,
+                Self::AtMost => number(one)
+                    .zip(number(other))
+                    .is_some_and(|(one, other)| one <= other),
+                Self::Within => {
+                    ends(one)
+                        .zip(ends(other))
+                        .is_some_and(|((low, high), (lowest, highest))| {
+                            lowest <= low && high <= highest
+                        })
+                }
+            }
+    }
+}
+
+/// Differences of two rigs in what a strike depends on; `may_differ` says which ones are allowed.
 fn compare(
     artifact: &Rig,
     here: &Rig,
-    may_differ: impl Fn(&Value, &Value) -> bool,
+    may_differ: impl Fn(Rule, &Value, &Value) -> bool,
 ) -> Result<(), OtherRig> {
     let (theirs, ours) = (sections(artifact), sections(here));
     let mut differences = Vec::new();
-    for (section, is_limit) in [
-        ("object", false),
-        ("striker", false),
-        ("table", true),
-        ("robot", true),
-    ] {
+    for section in SECTIONS {
         let keys = |rig: &Value| rig[section].as_object().cloned().unwrap_or_default();
         let names: BTreeSet<String> = [&theirs, &ours]
             .into_iter()
             .flat_map(|rig| keys(rig).into_iter().map(|(name, _)| name))
             .collect();
         for name in names {
-            if OWN.contains(&(section, name.as_str())) {
-                continue;
-            }
             let (theirs, ours) = (&theirs[section][&name], &ours[section][&name]);
-            if theirs == ours || (is_limit && may_differ(theirs, ours)) {
+            if may_differ(rule(section, &name), theirs, ours) {
                 continue;
             }
             let text = |value: &Value| match value {
@@ -87,26 +132,17 @@ fn compare(
     }
 }
 
+/// What a strike depends on.
+const SECTIONS: [&str; 4] = ["object", "striker", "table", "robot"];
+
 fn sections(rig: &Rig) -> Value {
     serde_json::to_value(rig).unwrap_or_default()
-}
-
-/// Whether an interval lies within another, or a number is no larger than another.
-fn is_within(inner: &Value, outer: &Value) -> bool {
-    let ends = |value: &Value| match value {
-        Value::Array(ends) => Some((ends.first()?.as_f64()?, ends.get(1)?.as_f64()?)),
-        value => Some((0.0, value.as_f64()?)),
-    };
-    match (ends(inner), ends(outer)) {
-        (Some((low, high)), Some((lowest, highest))) => lowest <= low && high <= highest,
-        _ => false,
-    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use values::Shape;
+    use values::{Interval, Obstacle, Point, Shape};
 
     #[test]
     fn a_rig_is_known_by_what_a_strike_depends_on() {
@@ -129,101 +165,149 @@ mod tests {
         );
     }
 
-    /// Limits, which may be stricter. Everything else in these sections makes another rig.
-    const LIMITS: [&str; 5] = [
-        "table.x",
-        "table.y",
-        "robot.speed",
-        "robot.angle",
-        "robot.acceleration",
-    ];
+    /// A rig of this shape that states every key of `[robot]`.
+    fn complete(shape: Shape) -> Rig {
+        let mut rig = Rig::demo(shape);
+        let robot = &mut rig.robot;
+        robot.base = Some(Point::new(0.01, 0.02));
+        robot.keep_out = Some(0.2);
+        robot.reach = Some(Interval {
+            low: 0.2,
+            high: 0.9,
+        });
+        robot.jerk = Some(100.0);
+        robot.strike_height = Some(0.02);
+        robot.travel_height = Some(0.15);
+        robot.tool_orientation = Some([3.1, 0.1, 0.1]);
+        robot.tool_offset = Some([0.1, 0.1, 0.1, 0.1, 0.1, 0.1]);
+        robot.payload = Some(0.3);
+        robot.obstacles = vec![Obstacle::Disc {
+            centre: Point::new(0.5, -0.4),
+            radius: 0.05,
+        }];
+        rig
+    }
 
-    /// A value changed in every way that leaves its kind: those within it, and those that reach beyond it.
-    fn changes(value: &Value) -> (Vec<Value>, Vec<Value>) {
-        let numbers = |value: &Value| -> Option<Vec<f64>> {
-            value.as_array()?.iter().map(Value::as_f64).collect()
-        };
-        if let Some(number) = value.as_f64() {
-            return (vec![(0.9 * number).into()], vec![(1.1 * number).into()]);
-        }
-        match numbers(value).as_deref() {
-            Some([low, high]) => {
+    /// What may be written in a key's place: values that allow less, and others.
+    struct Changes {
+        stricter: Vec<Value>,
+        others: Vec<Value>,
+    }
+
+    /// By the direction of each key, stated here apart from the code's own table.
+    fn changes(section: &str, key: &str, value: &Value) -> Changes {
+        let intervals = |ends: Vec<[f64; 2]>| ends.into_iter().map(|ends| ends.to_vec().into());
+        let scaled = |factor: f64| scaled(value, factor);
+        match (section, key) {
+            ("table", "x" | "y") | ("robot", "speed" | "angle") => {
+                let low = value[0].as_f64().expect("a low end");
+                let high = value[1].as_f64().expect("a high end");
                 let step = 0.1 * (high - low);
-                let within = [[low + step, *high], [*low, high - step]];
-                let beyond = [[low - step, *high], [*low, high + step]];
-                let values = |ends: [[f64; 2]; 2]| ends.map(|ends| ends.to_vec().into()).to_vec();
-                (values(within), values(beyond))
+                Changes {
+                    stricter: intervals(vec![[low + step, high], [low, high - step]]).collect(),
+                    others: intervals(vec![[low - step, high], [low, high + step]]).collect(),
+                }
             }
-            Some(numbers) => {
-                let scaled = |factor: f64| -> Value {
-                    numbers
-                        .iter()
-                        .map(|n| factor * n)
-                        .collect::<Vec<f64>>()
-                        .into()
-                };
-                (vec![scaled(0.9)], vec![scaled(1.1)])
-            }
-            None => (Vec::new(), Vec::new()),
+            ("robot", "acceleration") => Changes {
+                stricter: vec![scaled(0.9)],
+                others: vec![scaled(1.1)],
+            },
+            _ => Changes {
+                stricter: Vec::new(),
+                others: [0.9, 1.1]
+                    .map(scaled)
+                    .into_iter()
+                    .filter(|scaled| scaled != value)
+                    .collect(),
+            },
         }
     }
 
+    /// Every number in a value by this factor.
+    fn scaled(value: &Value, factor: f64) -> Value {
+        match value {
+            Value::Number(number) => (factor * number.as_f64().expect("a number")).into(),
+            Value::Array(all) => all.iter().map(|value| scaled(value, factor)).collect(),
+            Value::Object(all) => all
+                .iter()
+                .map(|(key, value)| (key.clone(), scaled(value, factor)))
+                .collect::<serde_json::Map<_, _>>()
+                .into(),
+            other => other.clone(),
+        }
+    }
+
+    /// Keys of this robot's own: any value of them is planned within, and none makes another rig.
+    const OWN: [&str; 9] = [
+        "robot.base",
+        "robot.keep_out",
+        "robot.reach",
+        "robot.jerk",
+        "robot.travel_height",
+        "robot.tool_orientation",
+        "robot.tool_offset",
+        "robot.payload",
+        "robot.obstacles",
+    ];
+
     #[test]
-    fn every_number_of_a_rig_file_is_compared_and_only_limits_may_be_stricter() {
+    fn every_key_of_a_rig_file_is_compared_in_its_own_direction() {
         let mut compared = BTreeSet::new();
         for shape in [Shape::Cylinder, Shape::Box, Shape::Sphere] {
-            let rig = Rig::demo(shape);
-            let whole = sections(&rig);
+            let whole = sections(&complete(shape));
+            let rig: Rig = serde_json::from_value(whole.clone()).expect("a rig");
             for section in ["object", "striker", "table", "robot", "camera"] {
-                let keys = whole[section].as_object().expect("a section");
-                for (key, value) in keys {
+                for (key, value) in whole[section].as_object().expect("a section") {
                     let name = format!("{section}.{key}");
                     let other = |value: &Value| -> Rig {
                         let mut whole = whole.clone();
                         whole[section][key] = value.clone();
                         serde_json::from_value(whole).expect(&name)
                     };
-                    let (within, beyond) = changes(value);
-                    let may_be_stricter = section == "camera" || LIMITS.contains(&&*name);
-                    for value in &within {
+                    let is_own = section == "camera" || OWN.contains(&&*name);
+                    let changes = changes(section, key, value);
+                    for value in &changes.stricter {
+                        compared.insert(name.clone());
+                        assert_eq!(check(&rig, &other(value)), Ok(()), "{name} = {value}");
+                        // A plan for the wider rig may not be struck in the stricter one.
+                        allows(&rig, &other(value)).expect_err(&name);
+                        assert_eq!(allows(&other(value), &rig), Ok(()), "{name} = {value}");
+                    }
+                    for value in &changes.others {
                         compared.insert(name.clone());
                         let own = check(&rig, &other(value));
-                        assert_eq!(own.is_ok(), may_be_stricter, "{name} = {value}: {own:?}");
-                    }
-                    for value in &beyond {
-                        let own = check(&rig, &other(value));
-                        assert_eq!(
-                            own.is_ok(),
-                            section == "camera",
-                            "{name} = {value}: {own:?}"
-                        );
-                        if section != "camera" {
+                        assert_eq!(own.is_ok(), is_own, "{name} = {value}: {own:?}");
+                        if !is_own {
                             let text = own.expect_err("another rig").to_string();
                             assert!(text.contains(&format!("[{section}] {key} is ")), "{text}");
                         }
-                        let there = allows(&rig, &other(value));
-                        assert_eq!(
-                            there.is_ok(),
-                            may_be_stricter,
-                            "{name} = {value}: {there:?}"
-                        );
                     }
                 }
             }
         }
-        for limit in LIMITS {
-            assert!(compared.contains(limit), "{limit} was not compared");
+        // Colour and shapes are no numbers; what is left must have been compared.
+        for section in SECTIONS {
+            let whole = sections(&complete(Shape::Box));
+            for (key, value) in whole[section].as_object().expect("a section") {
+                let name = format!("{section}.{key}");
+                let is_compared = value.is_string() || compared.contains(&name);
+                assert!(is_compared, "{name} was not compared: {compared:?}");
+            }
         }
-        for other in [
-            "object.mass",
-            "object.half_size",
-            "object.radius",
-            "striker.radius",
-        ] {
-            assert!(
-                compared.contains(other),
-                "{other} was not compared: {compared:?}"
-            );
-        }
+    }
+
+    #[test]
+    fn a_key_that_only_one_file_states_is_another_rig_unless_it_is_the_robots_own() {
+        let (bare, stated) = (Rig::demo(Shape::Cylinder), complete(Shape::Cylinder));
+        let told = check(&bare, &stated)
+            .expect_err("strike height")
+            .differences;
+        assert_eq!(
+            told,
+            ["[robot] strike_height is none in the artifact, 0.02 here"]
+        );
+        let mut own = stated.clone();
+        own.robot.strike_height = None;
+        assert_eq!(check(&bare, &own), Ok(()));
     }
 }

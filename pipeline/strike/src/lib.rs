@@ -8,6 +8,7 @@
 pub mod batch;
 mod clearance;
 mod config;
+mod correction;
 mod count;
 mod error;
 pub mod identity;

@@ -245,6 +245,20 @@ pub(crate) fn shifted_on_table(table: &values::Table, stop: Point) -> Result<(),
     ))
 }
 
+/// What a residual adds, in this unit, lies in a range.
+pub(crate) fn added(unit: &str, added: f64, most: Interval) -> Result<(), Broken> {
+    if most.contains(added) {
+        return Ok(());
+    }
+    Err((
+        Reason::ResidualTooLarge,
+        format!(
+            "the residual adds {added:+.4} {unit}, by what it learnt it adds {} {unit}; use the --model without it, or train it anew",
+            range(most)
+        ),
+    ))
+}
+
 fn residual_too_large(stop: Point, detail: &str) -> Broken {
     (
         Reason::ResidualTooLarge,

@@ -4,12 +4,11 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 use std::time::Duration;
 
-use store::{Artifact, Explained, LaunchMap, Model, Networks, ResidualModel, TrainedRegion};
+use store::{Artifact, Explained, Model, TrainedRegion};
 use values::{Command, Conditions, Interval, Point, Rig, StopErrors, Strike};
-use world::{
-    Simulated, Simulator, Solution, SolveSettings, SolveStatus, World, WorldError, recent_session,
-};
+use world::{Simulated, Simulator, recent_session};
 
+use crate::correction::{Correction, solved};
 use crate::limits::{self, Broken};
 use crate::plan::{Details, GOOD_FOR};
 use crate::session::OpenSession;
@@ -24,34 +23,6 @@ const CHOSEN_START: &str = "the start in the middle of the trained paths (no --f
 const MOST_SHIFT: f64 = 2.0;
 /// Share of the path by which the residual may move a stop where nobody measured what the world alone misses by.
 const UNKNOWN_SHIFT: f64 = 0.1;
-/// How far beyond the commands learnt from a launch map is asked, in half widths of their range: the arm's own scatter about its
-/// outermost commands, and no more.
-const BEYOND: f64 = 0.1;
-
-/// What is added to the world's command.
-enum Residual {
-    /// The world in which the arm delivers what the map says.
-    Launch(Box<Simulator>, LaunchMap),
-    Networks(Networks),
-}
-
-impl Residual {
-    fn in_world(
-        rig: &Rig,
-        world: &World,
-        residual: Option<&ResidualModel>,
-    ) -> Result<Option<Self>, WorldError> {
-        Ok(match residual {
-            Some(launch @ ResidualModel::Launch(map)) => {
-                let delivering = ResidualModel::simulator(rig, world, Some(launch))?;
-                Some(Self::Launch(Box::new(delivering), map.clone()))
-            }
-            Some(ResidualModel::Networks(networks)) => Some(Self::Networks(networks.clone())),
-            None => None,
-        })
-    }
-}
-
 /// Speeds that are tried to tell which one would fit.
 const SPEEDS: u32 = 60;
 
@@ -61,7 +32,7 @@ pub struct Planner {
     model: Model,
     rig: Arc<Rig>,
     simulator: Simulator,
-    residual: Option<Residual>,
+    residual: Option<Correction>,
     /// What the residual's training explains.
     explained: Option<Explained>,
     region: TrainedRegion,
@@ -103,7 +74,7 @@ impl Planner {
             Model::EffectResidual => metrics.get(&Model::Effect),
             Model::Nominal | Model::Sysid | Model::Effect => None,
         };
-        let residual = Residual::in_world(rig, &world, residual).map_err(in_world)?;
+        let residual = Correction::in_world(rig, &world, residual).map_err(in_world)?;
         Ok(Self {
             version: version.clone(),
             model,
@@ -158,7 +129,7 @@ impl Planner {
             world = world.with_unknown_sessions(&value.effect, value.estimate.value);
         }
         self.simulator = Simulator::new(&self.rig, &world).map_err(in_world)?;
-        self.residual = Residual::in_world(&self.rig, &world, residual).map_err(in_world)?;
+        self.residual = Correction::in_world(&self.rig, &world, residual).map_err(in_world)?;
         self.open = OpenSession::estimated(&self.rig, &world, &values).map_err(in_world)?;
         self.conditions.order = order + strikes.len() as f64;
         Ok(self)
@@ -223,14 +194,12 @@ impl Planner {
         let mut object = self.simulate(&self.simulator, from, command)?;
         if let Some(residual) = &self.residual {
             limits::shift(to, object.stop, self.farthest_shift(path))?;
-            match residual {
-                Residual::Networks(_) => limits::shifted_on_table(&self.rig.table, object.stop)?,
-                // An arm that delivers far less than it is told would, by the world alone, throw the object off the table: of a map of
-                // what it delivers only the shift is limited, and the object moves as in the world where the map acts.
-                Residual::Launch(delivering, _) => {
-                    object = self.simulate(delivering, from, command)?;
-                }
+            if let Some(explained) = &self.explained {
+                residual.check_added(explained, simulated, command)?;
             }
+            object = residual.moved(&self.rig.table, object, |world| {
+                self.simulate(world, from, command)
+            })?;
         }
         limits::second_push(&stroke, &object, limits::sizes(&self.rig).0)?;
         let details = Details {
@@ -323,88 +292,27 @@ impl Planner {
 
     /// The world's own command, and the one to send. The robot's limits are those of the latter.
     fn commands(&self, from: Point, to: Point) -> Result<(Command, Command), Broken> {
-        let in_world = self.solve(&self.simulator, from, to);
         match &self.residual {
-            None => solved(in_world).map(|command| (command, command)),
-            Some(Residual::Networks(networks)) => {
-                let simulated = solved(in_world)?;
-                let path = to - from;
-                let [d_speed, d_angle] =
-                    networks.predict([path.x, path.y, simulated.speed, simulated.angle]);
-                let command = Command {
-                    speed: simulated.speed + d_speed,
-                    angle: simulated.angle + d_angle,
-                };
-                Ok((simulated, command))
-            }
-            Some(Residual::Launch(delivering, map)) => {
-                // The world alone may not reach what the arm does: its nearest command is then what stands beside.
-                let command = solved(self.solve(delivering, from, to))?;
-                let outside = map.outside(command);
-                if outside > BEYOND {
-                    return Err((
-                        Reason::OutsideTrainedRegion,
-                        format!(
-                            "the command {:.4} m/s at {:.4} rad lies {:.0} % of half the range of those learnt from outside it; choose a \
-                             target among the training strikes' stops, or train on strikes that go there",
-                            command.speed,
-                            command.angle,
-                            100.0 * outside
-                        ),
-                    ));
-                }
-                Ok((in_world.command, command))
-            }
+            None => solved(&self.simulator, from, to, &self.conditions)
+                .map(|command| (command, command)),
+            Some(residual) => residual.commands(&self.simulator, from, to, &self.conditions),
         }
-    }
-
-    fn solve(&self, world: &Simulator, from: Point, to: Point) -> Solution {
-        let settings = SolveSettings::default();
-        world
-            .worker()
-            .solve(from, to, &self.conditions, &settings, None)
     }
 
     /// Expected distance (m) between stop and target: of a residual as its training's held-out commands missed, at this path's length
     /// and, of a launch map, as sure as it is of this command; else as the model missed held-out strikes.
     fn expected_miss(&self, from: Point, path: Point, command: Command) -> Option<f64> {
-        let in_known_session = match (&self.residual, self.explained) {
-            (Some(Residual::Launch(_, map)), Some(explained)) => {
-                let share = map.offset(command).expected_miss();
-                Some(path.norm() * explained.calibration * share)
+        let of_residual = self.residual.as_ref().zip(self.explained.as_ref());
+        let in_known_session = match of_residual {
+            Some((residual, explained)) => {
+                Some(path.norm() * residual.expected_miss(explained, command))
             }
-            (Some(Residual::Networks(_)), Some(explained)) => Some(path.norm() * explained.miss),
-            _ => self.metrics.map(|metrics| metrics.mean),
+            None => self.metrics.map(|metrics| metrics.mean),
         };
         in_known_session.map(|known| {
             self.open
                 .expected_miss(known, from, command, &self.conditions)
         })
-    }
-}
-
-/// The command that was found, or why there is none.
-fn solved(solution: Solution) -> Result<Command, Broken> {
-    match solution.status {
-        SolveStatus::Solved => Ok(solution.command),
-        SolveStatus::Unreachable => Err((
-            Reason::Unreachable,
-            format!(
-                "after {} simulations the nearest strike, {:.4} m/s at {:.4} rad, stops {:.1} mm from `to`; \
-                 choose another target, or lay the object elsewhere",
-                solution.evaluations,
-                solution.command.speed,
-                solution.command.angle,
-                solution.miss * 1e3
-            ),
-        )),
-        SolveStatus::Diverged => Err((
-            Reason::Diverged,
-            format!(
-                "none of {} simulations came to rest; check the artifact's world, or use another --model",
-                solution.evaluations
-            ),
-        )),
     }
 }
 

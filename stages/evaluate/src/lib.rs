@@ -11,6 +11,7 @@ mod model;
 mod noise;
 mod predict;
 mod predicted;
+mod sessions;
 mod statistics;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -25,6 +26,7 @@ pub use model::{Candidate, Model};
 pub use noise::{Noise, Slopes};
 pub use predict::{Judge, predict};
 pub use predicted::{Predicted, PredictionStatus};
+pub use sessions::{NewSessions, new_sessions, unseen};
 
 /// The stage that judges models as a whole; for strikes that come night by night, [`Predict`] and [`Repeat`] keep what each
 /// strike said.
@@ -83,13 +85,24 @@ pub struct Evaluation {
     /// What a perfect model would show on the same strikes; none without strikes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub noise_floor: Option<StopErrors>,
+    /// The same strikes, each as if the models had never seen its session; none where all are of one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub new_sessions: Option<NewSessions>,
     /// Each model's prediction of each strike: models in their order, then strikes in theirs.
     pub predictions: Vec<Prediction>,
 }
 
+impl Evaluation {
+    /// What is said of new sessions, where a model tells sessions apart; else it repeats what is said of known ones.
+    pub fn differing_sessions(&self) -> Option<&NewSessions> {
+        let new = self.new_sessions.as_ref();
+        new.filter(|new| new.models != self.models)
+    }
+}
+
 impl Stage for Evaluate {
     const NAME: &'static str = "evaluate";
-    const VERSION: u32 = 5;
+    const VERSION: u32 = 6;
     type Input = Input;
     type Output = Evaluation;
     type Error = EvaluateError;
@@ -113,7 +126,7 @@ impl Stage for Evaluate {
             .map(Judge::from)
             .collect();
         let all: Vec<&Judge> = judges.iter().collect();
-        progress.items(judges.len() * (input.candidates.len() + 1));
+        progress.items(judges.len() * (2 * input.candidates.len() + 1));
 
         let mut predicted = Vec::new();
         for candidate in &input.candidates {
@@ -128,11 +141,24 @@ impl Stage for Evaluate {
             }
             None => Vec::new(),
         };
-        evaluation(&judges, &predicted, &repeats, &input.noise)
+        let mut in_new_sessions = Vec::new();
+        for candidate in &input.candidates {
+            let mut answers = Vec::new();
+            for (model, judges) in unseen(&input.rig, candidate, &judges) {
+                let predicted =
+                    Predict.run_items(&model, &judges.iter().collect::<Vec<_>>(), progress)?;
+                answers.extend(judges.into_iter().zip(predicted));
+            }
+            in_new_sessions.push((candidate.name.clone(), answers));
+        }
+        Ok(Evaluation {
+            new_sessions: new_sessions(&in_new_sessions)?,
+            ..evaluation(&judges, &predicted, &repeats, &input.noise)?
+        })
     }
 }
 
-/// Sums up each model's predictions of the judges, and what launches that scatter so do to each; all in the judges' order.
+/// Sums up each model's predictions of the judges in sessions that the model knows, and what launches that scatter so do to each; all in the judges' order.
 pub fn evaluation(
     judges: &[Judge],
     predicted: &[(String, Vec<Predicted>)],
@@ -157,6 +183,7 @@ pub fn evaluation(
     Ok(Evaluation {
         models: statistics::summarise(&models, &errors)?,
         noise_floor: noise_floor(repeats, noise)?,
+        new_sessions: None,
         predictions,
     })
 }

@@ -4,7 +4,7 @@ use stage::{Progress, Stage};
 use store::network::{LAYERS, Layer, Network, SIZES};
 use store::{Networks, ResidualModel};
 use values::{Command, Conditions, Point, Rig, Shape, Split, Strike, Track};
-use world::{Simulator, SolveSettings, SolveStatus, World};
+use world::{AddedEffect, Estimate, Simulator, SolveSettings, SolveStatus, World};
 
 use crate::{Candidate, Evaluate, Evaluation, Input, Noise, PredictionStatus, predict};
 
@@ -186,4 +186,72 @@ fn the_same_bytes_with_one_thread_and_with_two() {
     assert_eq!(read.models["sysid_residual"].n, 12);
     let json: serde_json::Value = serde_json::from_str(&text(&one)).expect("own text");
     assert!(json["sysid_residual"]["p95"].is_number() && json["noise_floor"]["mean"].is_number());
+}
+
+#[test]
+fn a_session_that_is_held_out_is_predicted_with_the_mean_of_the_others() {
+    let rig = Rig::demo(Shape::Cylinder);
+    let mut world = World::nominal(&rig);
+    world.effects.push(AddedEffect {
+        name: "friction_by_session".into(),
+        parameters: [("a", 0.2), ("b", -0.2), ("c", 0.0)]
+            .map(|(name, value)| (name.to_string(), Estimate::fixed(value)))
+            .into(),
+    });
+    let simulator = Simulator::new(&rig, &world).expect("a world");
+    let (initial, command) = (
+        Point::new(0.3, 0.0),
+        Command {
+            speed: 0.8,
+            angle: 0.1,
+        },
+    );
+    let strikes: Vec<Strike> = ["a", "b", "c"]
+        .into_iter()
+        .zip(0..)
+        .map(|(session, index)| {
+            let conditions = Conditions {
+                session: session.into(),
+                order: 0.0,
+            };
+            let struck = simulator.worker().strike(initial, command, &conditions);
+            let stop = struck.expect("rests").stop;
+            Strike {
+                conditions,
+                ..strike(index, command, initial, stop, Split::Test)
+            }
+        })
+        .collect();
+    let distance = |index: usize| strikes[index].stop.distance(initial);
+    let [high, low, mean] = [distance(0), distance(1), distance(2)];
+    let input = Input {
+        rig,
+        strikes,
+        candidates: vec![Candidate {
+            name: "effect".into(),
+            world,
+            residual: None,
+        }],
+        noise: Noise::default(),
+    };
+    let evaluation = Evaluate::default()
+        .run(&input, &Progress::hidden())
+        .expect("judges");
+    assert!(evaluation.models["effect"].mean < 1e-9);
+    let new = evaluation.new_sessions.expect("three sessions");
+    assert_eq!(new.sessions, 3);
+    // Distance goes as one over friction: 0.9, 1.1 and 1 times the mean's, in place of 1.2, 0.8 and 1.
+    let expected = [(mean / 0.9 - high).abs(), (low - mean / 1.1).abs(), 0.0];
+    let expected = expected.iter().sum::<f64>() / 3.0;
+    let found = new.models["effect"].mean;
+    assert!((found / expected - 1.0).abs() < 0.05, "{found} {expected}");
+    // Of one session alone there is nothing to hold out.
+    let one = Input {
+        strikes: input.strikes[..1].to_vec(),
+        ..input
+    };
+    let evaluation = Evaluate::default()
+        .run(&one, &Progress::hidden())
+        .expect("judges");
+    assert_eq!(evaluation.new_sessions, None);
 }

@@ -133,7 +133,7 @@ fn work(
     let last = kept(dir);
     let in_use_now = before.as_ref().map(|before| before.version.as_str());
     let asked = last.as_ref().map_or(0, |last| last.asked_of(in_use_now));
-    if let Some(last) = last.filter(|last| last.basis == basis(inputs, &logs, store)) {
+    if let Some(last) = last.filter(|last| last.basis == basis(inputs, &logs, in_use_now)) {
         // What was decided then stays to be read; what is wrong with the logs is told again.
         return Ok(last.again(logs.0, before.as_ref()));
     }
@@ -161,14 +161,18 @@ fn work(
 
     let is_passed = pass_gates(run, before.as_ref(), contents, &results, &mut night)?;
     log.line("info", "gates", &json!({ "status": night.status, "why": night.why, "beats": night.beats, "executor": night.executor }));
-    if is_passed {
-        promote(store, contents, &mut night)?;
-    }
+    let promoted = if is_passed {
+        promote(store, contents, &mut night)?
+    } else {
+        None
+    };
     if night.status == Status::Promoted {
         night.removed = store.retain(usize::from(args.keep)).map_err(store_error)?;
     }
     night.latest = store.latest().ok();
-    night.basis = basis(inputs, &logs, store);
+    // Of what was decided about: a version that a person put to use meanwhile is news to the next night.
+    let decided = promoted.as_deref().or(night.before.as_deref());
+    night.basis = basis(inputs, &logs, decided);
     keep(dir, &night)?;
     report::write(dir, inputs, &results)?;
     Ok(night)
@@ -187,7 +191,7 @@ fn in_use(store: &Store) -> Result<Option<Artifact>, Error> {
 fn basis(
     inputs: &Inputs,
     (logs, left_out): &(Vec<LogFile>, Vec<LeftOut>),
-    store: &Store,
+    in_use: Option<&str>,
 ) -> String {
     // By their names, too, for tables name them: a copy that was taken away is no longer told of.
     let logs: BTreeSet<_> = logs.iter().map(|log| (&log.name, &log.sha256)).collect();
@@ -199,7 +203,7 @@ fn basis(
         seed,
         without_effects,
         publishing::engine(),
-        store.latest().ok(),
+        in_use,
     ]);
     durable::sha256(all.to_string().as_bytes())
 }
@@ -271,24 +275,24 @@ fn pass_gates(
     Ok(is_passed)
 }
 
-/// Publishes the candidate, if the version in use is still the one that it was compared with. One that a person rolled back stays
-/// out of use.
-fn promote(store: &Store, contents: &Contents, night: &mut Night) -> Result<(), Error> {
+/// Publishes the candidate, if the version in use is still the one that it was compared with; its name where it is then in use. One
+/// that a person rolled back stays out of use.
+fn promote(store: &Store, contents: &Contents, night: &mut Night) -> Result<Option<String>, Error> {
     let version = match store.promote(contents, night.before.as_deref()) {
         Ok(version) => version,
         Err(error @ ArtifactError::Overtaken { .. }) => {
             night.status = Status::Refused;
             night.why.push(format!("failed to {error}"));
-            return Ok(());
+            return Ok(None);
         }
         Err(error) => return Err(store_error(error)),
     };
     if store.latest().is_ok_and(|latest| latest == version) {
-        return Ok(());
+        return Ok(Some(version));
     }
     night.status = Status::Refused;
     night.why.push(format!(
         "it is {version}, which was rolled back: `carom artifacts rollback {version}` takes it again"
     ));
-    Ok(())
+    Ok(None)
 }

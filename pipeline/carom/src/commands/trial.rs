@@ -26,6 +26,9 @@ pub struct TrialArgs {
     /// Strikes at each target of the paper's Figure 8, with each model.
     #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=1_000))]
     pub repeats: u32,
+    /// New sessions in which the random targets are struck as well, shared out among them.
+    #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u32).range(0..=1_000))]
+    pub sessions: u32,
     /// Where targets and launch scatter come from.
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
@@ -43,6 +46,7 @@ pub fn run(args: &TrialArgs, global: Global) -> Result<Output, Error> {
             version: args.version.as_deref(),
             targets: args.targets as usize,
             repeats: args.repeats as usize,
+            sessions: args.sessions as usize,
             seed: args.seed,
         },
         global.quiet,

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use evaluate::Evaluation;
 use maud::{Markup, html};
-use values::Strike;
+use values::{StopErrors, Strike};
 
 use super::markup::{PageError, drawing, fill, legend, model_names, section, swatch, title};
 use super::{figure_8, figures};
@@ -30,17 +30,8 @@ pub fn headline(evaluation: &Evaluation) -> Result<Markup, PageError> {
         .filter_map(|model| Some((*model, by_model.remove(model)?)))
         .filter(|(_, errors)| !errors.is_empty())
         .collect();
-    let rows: Vec<Row> = model_names()
-        .iter()
-        .filter_map(|model| {
-            let errors = evaluation.models.get(*model)?;
-            Some(Row {
-                name: model,
-                numbers: [errors.mean, errors.sd, errors.median, errors.p95],
-                n: errors.n,
-                left_out: errors.failed,
-            })
-        })
+    let rows: Vec<Row> = model_rows(&evaluation.models)
+        .into_iter()
         .chain(evaluation.noise_floor.iter().map(|errors| Row {
             name: "noise_floor",
             numbers: [errors.mean, errors.sd, errors.median, errors.p95],
@@ -58,6 +49,10 @@ pub fn headline(evaluation: &Evaluation) -> Result<Markup, PageError> {
                         p.big style=(fill(model)) { (format!("{saved:.0} %")) }
                         p { "of the identified simulator's mean stop error is taken off by the best model, " (title(model)) "." }
                     }
+                    @if let Some(new) = evaluation.differing_sessions() {
+                        h3 { "Each of " (new.sessions) " sessions as if it had never been seen" }
+                        (errors_table(&model_rows(&new.models), "not predicted"))
+                    }
                     p.note {
                         "The distance between where a strike that took no part in fitting stopped and where the model says that it "
                         "would. The noise floor is what repeats of the same command would scatter by."
@@ -70,6 +65,19 @@ pub fn headline(evaluation: &Evaluation) -> Result<Markup, PageError> {
             }
         },
     ))
+}
+
+fn model_rows(errors: &BTreeMap<String, StopErrors>) -> Vec<Row<'_>> {
+    let row = |model: &'static str| {
+        let errors = errors.get(model)?;
+        Some(Row {
+            name: model,
+            numbers: [errors.mean, errors.sd, errors.median, errors.p95],
+            n: errors.n,
+            left_out: errors.failed,
+        })
+    };
+    model_names().into_iter().filter_map(row).collect()
 }
 
 /// One line of a table of stop errors, in m.
@@ -143,6 +151,10 @@ pub fn trial_section(trial: &Trial) -> Result<Markup, PageError> {
                     (errors_table(&rows(&trial.figure_8, trial), "refused"))
                     h3 { "Random targets" }
                     (errors_table(&rows(&trial.models, trial), "refused"))
+                    @if let Some(new) = &trial.new_sessions {
+                        h3 { "The same targets in " (new.sessions) " new sessions" }
+                        (errors_table(&rows(&new.models, trial), "refused"))
+                    }
                     p.note {
                         "Version " (trial.artifact) " struck the embedded rig (" (trial.robot) "). "
                         (trial.drawn) " random targets were drawn; those that the default model refused to strike at are not struck at "

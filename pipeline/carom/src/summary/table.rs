@@ -1,9 +1,11 @@
 //! Tables of stop errors in cm.
 
+use std::collections::BTreeMap;
 use std::fmt::Write;
 
 use evaluate::Evaluation;
 use store::Model;
+use values::StopErrors;
 
 /// One line of a table of stop errors, in m.
 pub struct Line<'a> {
@@ -34,13 +36,26 @@ pub fn table<'a>(lines: impl Iterator<Item = Line<'a>>) -> String {
     text
 }
 
-/// An evaluation's table, the noise floor last.
+/// An evaluation's table, the noise floor last; below it, where something differs by session, the errors in new ones.
 pub fn evaluation_table(evaluation: &Evaluation) -> String {
+    let floor = evaluation.noise_floor.map(|floor| ("noise_floor", floor));
+    let mut text = stop_errors(&evaluation.models, floor);
+    if let Some(new) = evaluation.differing_sessions() {
+        let _ = write!(
+            text,
+            "each of {} sessions as if it had never been seen\n{}",
+            new.sessions,
+            stop_errors(&new.models, None)
+        );
+    }
+    text
+}
+
+fn stop_errors(models: &BTreeMap<String, StopErrors>, floor: Option<(&str, StopErrors)>) -> String {
     let models = Model::ALL
         .into_iter()
         .map(Model::name)
-        .filter_map(|name| Some((name, *evaluation.models.get(name)?)));
-    let floor = evaluation.noise_floor.map(|floor| ("noise_floor", floor));
+        .filter_map(|name| Some((name, *models.get(name)?)));
     table(models.chain(floor).map(|(name, errors)| Line {
         name,
         numbers: [errors.mean, errors.sd, errors.median, errors.p95],

@@ -17,10 +17,7 @@ pub fn trial(trial: &Trial) -> String {
                 name,
                 numbers: [errors.mean, errors.sd, errors.median, errors.p95],
                 n: errors.n,
-                remark: match outcome.refusals.len() {
-                    0 => String::new(),
-                    refused => format!("{refused} refused"),
-                },
+                remark: remark(outcome),
             })
         });
         let floor = trial.noise_floor.map(|errors| Line {
@@ -33,9 +30,19 @@ pub fn trial(trial: &Trial) -> String {
     };
     let random = trial.models.values().next();
     let struck = random.map_or(0, |outcome| outcome.strikes.len() + outcome.refusals.len());
+    let session = trial.session.as_ref().map_or_else(String::new, |session| {
+        format!(", in its last logged session {session}")
+    });
+    let new = trial.new_sessions.as_ref().map_or_else(String::new, |new| {
+        format!(
+            "\nThe same targets in {} new sessions, which the version has never seen\n{}",
+            new.sessions,
+            lines(&new.models)
+        )
+    });
     format!(
-        "Version {} against the embedded rig ({})\n\nFigure 8: two starts, four targets each, repeated\n{}\n\
-         Random targets: {struck} struck at, {} of {} drawn were refused by the default model\n{}",
+        "Version {} against the embedded rig ({}){session}\n\nFigure 8: two starts, four targets each, repeated\n{}\n\
+         Random targets: {struck} struck at, {} of {} drawn were refused by the default model\n{}{new}",
         trial.artifact,
         trial.robot,
         lines(&trial.figure_8),
@@ -43,4 +50,17 @@ pub fn trial(trial: &Trial) -> String {
         trial.drawn,
         lines(&trial.models),
     )
+}
+
+/// What the plans promised, and how many were refused.
+fn remark(outcome: &Outcome) -> String {
+    let expected = outcome
+        .expected_miss
+        .map(|expected| format!("{:.2} expected", 100.0 * expected));
+    let refused = match outcome.refusals.len() {
+        0 => None,
+        refused => Some(format!("{refused} refused")),
+    };
+    let told: Vec<String> = expected.into_iter().chain(refused).collect();
+    told.join(", ")
 }

@@ -1,16 +1,16 @@
 //! The closed loop: each model plans, the robot strikes, and the distance from target to stop is measured.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use indicatif::ProgressBar;
 use rayon::prelude::*;
 use rig::{Sim, SimChoice};
 use store::{Artifact, Model, Store};
-use strike::Planner;
-use values::{Command, Point, StopErrors};
+use strike::{Plan, Planner};
+use values::{Point, StopErrors};
 
-use super::outcome::{FILE, Outcome, Refused, Struck, Trial};
+use super::outcome::{FILE, NewSessions, Outcome, Refused, Struck, Trial};
 use super::targets::{Pair, Region};
 use crate::Error;
 use crate::outputs::write_json;
@@ -30,6 +30,8 @@ pub struct Wanted<'a> {
     pub targets: usize,
     /// Strikes at each target of the paper's Figure 8, with each model.
     pub repeats: usize,
+    /// Sessions that the version has never seen, in which the random targets are struck as well.
+    pub sessions: usize,
     /// Where targets and launch scatter come from.
     pub seed: u64,
 }
@@ -49,7 +51,7 @@ pub fn run(dir: &Path, wanted: &Wanted<'_>, is_quiet: bool) -> Result<Trial, Err
         );
     }
 
-    let planners = planners(&artifact)?;
+    let planners = planners(&artifact, robot.session.as_deref())?;
     let (_, reference) = planners
         .iter()
         .find(|(model, _)| *model == artifact.manifest.provenance.default_model)
@@ -64,14 +66,31 @@ pub fn run(dir: &Path, wanted: &Wanted<'_>, is_quiet: bool) -> Result<Trial, Err
     let bar = if is_quiet {
         ProgressBar::hidden()
     } else {
-        ProgressBar::new((planners.len() * (repeated.len() + random.len())) as u64)
+        let again = if wanted.sessions > 0 { random.len() } else { 0 };
+        ProgressBar::new((planners.len() * (repeated.len() + random.len() + again)) as u64)
     };
     // Every model meets the same launches, and Figure 8's follow those of the random targets.
     let later = robot
         .sim
         .clone()
         .after(robot.sim.index().order + random.len());
+    let first = robot.sim.index().session + usize::from(robot.session.is_some());
+    let after = later.clone().after(later.index().order + repeated.len());
+    let a_session = random.len().div_ceil(wanted.sessions.max(1)).max(1);
+    let new: Vec<Course<'_>> = random
+        .chunks(a_session)
+        .enumerate()
+        .map(|(session, pairs)| {
+            let order = after.index().order + session * a_session;
+            (
+                after.clone().after(order).in_session(first + session),
+                pairs,
+            )
+        })
+        .collect();
     let mut trial = Trial {
+        session: robot.session.clone(),
+        new_sessions: None,
         artifact: artifact.version.clone(),
         robot: robot.origin(),
         drawn,
@@ -81,38 +100,74 @@ pub fn run(dir: &Path, wanted: &Wanted<'_>, is_quiet: bool) -> Result<Trial, Err
     };
     for (model, planner) in &planners {
         let name = model.name().to_string();
-        let outcome = strike_all(planner, robot.sim.clone(), &random, &bar);
+        let outcome = strike_all(planner, vec![(robot.sim.clone(), &random)], &bar);
         trial.models.insert(name.clone(), outcome);
-        let outcome = strike_all(planner, later.clone(), &repeated, &bar);
+        let outcome = strike_all(planner, vec![(later.clone(), &repeated)], &bar);
         trial.figure_8.insert(name, outcome);
+    }
+    if wanted.sessions > 0 {
+        let mut models = BTreeMap::new();
+        for (model, planner) in self::planners(&artifact, None)? {
+            let outcome = strike_all(&planner, new.clone(), &bar);
+            models.insert(model.name().to_string(), outcome);
+        }
+        let sessions = new.len();
+        trial.new_sessions = Some(NewSessions { sessions, models });
     }
     bar.finish_and_clear();
     write_json(&dir.join(FILE), &trial)?;
     Ok(trial)
 }
 
-fn planners(artifact: &Artifact) -> Result<Vec<(Model, Planner)>, Error> {
+/// Every model's planner, for this session where the version knows it, else for one that it has never seen.
+fn planners(artifact: &Artifact, session: Option<&str>) -> Result<Vec<(Model, Planner)>, Error> {
+    let effects = artifact.effect.as_ref();
+    let known = effects.map_or_else(BTreeSet::new, |effect| effect.world.known_sessions());
+    let session = session.filter(|session| known.contains(session));
     artifact
         .models()
         .into_iter()
-        .map(|model| Ok((model, Planner::new(artifact, model).map_err(Error::input)?)))
+        .map(|model| {
+            let planner = Planner::new(artifact, model).map_err(Error::input)?;
+            let planner = match session {
+                Some(session) => planner.in_session(artifact, session),
+                None => Ok(planner),
+            };
+            Ok((model, planner.map_err(Error::input)?))
+        })
         .collect()
 }
 
+/// The rig in a session, and what is struck there.
+type Course<'a> = (Sim, &'a [Pair]);
+
+/// What one model makes of the pairs.
+fn strike_all(planner: &Planner, courses: Vec<Course<'_>>, bar: &ProgressBar) -> Outcome {
+    let mut outcome = Outcome::default();
+    for (sim, pairs) in courses {
+        strike_pairs(planner, sim, pairs, &mut outcome, bar);
+    }
+    outcome.summed_up()
+}
+
 /// Plans in parallel, for plans do not depend on each other; strikes in order, for the rig does.
-fn strike_all(planner: &Planner, mut sim: Sim, pairs: &[Pair], bar: &ProgressBar) -> Outcome {
+fn strike_pairs(
+    planner: &Planner,
+    mut sim: Sim,
+    pairs: &[Pair],
+    outcome: &mut Outcome,
+    bar: &ProgressBar,
+) {
     let plans: Vec<_> = pairs
         .par_iter()
         .map(|(from, to)| planner.plan(*from, *to))
         .collect();
-    let mut outcome = Outcome::default();
     for ((from, to), plan) in pairs.iter().zip(plans) {
         let start = sim.index().order;
         match plan {
             Ok(plan) => {
-                let command = plan.command();
-                let stop = sim.strike(*from, command).stop;
-                outcome.strikes.push(struck(*from, *to, command, stop));
+                let stop = sim.strike(*from, plan.command()).stop;
+                outcome.strikes.push(struck(&plan, stop));
             }
             Err(refusal) => {
                 // The launches of the targets that follow stay those that other models meet.
@@ -126,18 +181,17 @@ fn strike_all(planner: &Planner, mut sim: Sim, pairs: &[Pair], bar: &ProgressBar
         }
         bar.inc(1);
     }
-    outcome.errors = StopErrors::of(outcome.strikes.iter().map(|strike| strike.error));
-    outcome
 }
 
-fn struck(from: Point, to: Point, command: Command, stop: Point) -> Struck {
+fn struck(plan: &Plan, stop: Point) -> Struck {
     Struck {
-        from,
-        to,
-        speed: command.speed,
-        angle: command.angle,
+        from: plan.from,
+        to: plan.to,
+        speed: plan.speed,
+        angle: plan.angle,
         stop,
-        error: stop.distance(to),
+        error: stop.distance(plan.to),
+        expected_miss: plan.expected_miss,
     }
 }
 

@@ -24,6 +24,9 @@ pub struct Struck {
     pub stop: Point,
     /// Distance from target to stop, in m.
     pub error: f64,
+    /// What the plan expected that to be, in m; none where the version does not tell.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub expected_miss: Option<f64>,
 }
 
 /// A target that a model's planner refused.
@@ -43,13 +46,39 @@ pub struct Outcome {
     /// Stop errors; none where every target was refused.
     #[serde(flatten)]
     pub errors: Option<StopErrors>,
+    /// Mean of what the plans expected, in m; none where a version does not tell.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub expected_miss: Option<f64>,
     /// Every strike.
     pub strikes: Vec<Struck>,
     /// Every target refused, which no number above counts.
     pub refusals: Vec<Refused>,
 }
 
-/// What `trial.json` holds: a key for each model (its random targets), `noise_floor` and `figure_8`.
+impl Outcome {
+    /// Sums up its strikes.
+    pub fn summed_up(mut self) -> Self {
+        self.errors = StopErrors::of(self.strikes.iter().map(|strike| strike.error));
+        let expected = self.strikes.iter().map(|strike| strike.expected_miss);
+        let expected: Option<Vec<f64>> = expected.collect();
+        self.expected_miss = expected
+            .and_then(|expected| StopErrors::of(expected.into_iter()))
+            .map(|expected| expected.mean);
+        self
+    }
+}
+
+/// The random targets struck again in sessions that the version has never seen.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct NewSessions {
+    /// How many.
+    pub sessions: usize,
+    /// Each target struck once, in one of the sessions; by model.
+    #[serde(flatten)]
+    pub models: BTreeMap<String, Outcome>,
+}
+
+/// What `trial.json` holds: a key for each model (its random targets), `noise_floor`, `figure_8` and `new_sessions`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Trial {
     /// Version that struck.
@@ -62,6 +91,12 @@ pub struct Trial {
     pub figure_8: BTreeMap<String, Outcome>,
     /// Distances of repeats of one command from their mean: what no model can better.
     pub noise_floor: Option<StopErrors>,
+    /// The session that all of this was struck in but `new_sessions`: the last one that was logged; none where the rig was not.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub session: Option<String>,
+    /// The same in new sessions; none where none was asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub new_sessions: Option<NewSessions>,
     /// Random targets, struck once; by model.
     #[serde(flatten)]
     pub models: BTreeMap<String, Outcome>,

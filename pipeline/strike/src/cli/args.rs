@@ -78,7 +78,8 @@ pub struct Args {
     /// Log of the strike [default: the next strike_NNNNNN.mcap in DIR/strikes]; never overwrites
     #[arg(long, value_name = "FILE")]
     pub log: Option<PathBuf>,
-    /// Plan for this session, which the version knows (its log's name); without it, for one that it has never seen
+    /// Plan for this session, which the version knows (its log's name), and let the embedded rig strike in it; without it, for one
+    /// that the version has never seen
     #[arg(long, value_name = "NAME", conflicts_with = "recent")]
     pub session: Option<String>,
     /// Logs of a new session's first strikes, from which what differs by session is estimated

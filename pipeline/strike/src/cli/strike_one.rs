@@ -78,7 +78,8 @@ fn open_sim(
         durable::LockError::Busy { .. } => Failure::Busy(error.to_string()),
         durable::LockError::Io(_) => Failure::failed(error),
     })?;
-    let robot = SimRobot::open(planner.rig(), source, number).map_err(Failure::input)?;
+    let robot = SimRobot::open(planner.rig(), source, number, args.session.as_deref())
+        .map_err(Failure::input)?;
     Ok((robot, log))
 }
 

@@ -29,24 +29,38 @@ pub struct SimRobot {
 
 impl SimRobot {
     /// The embedded rig, after as many strikes as its truth tells and `struck` more: the next strike has a scatter, a
-    /// wear and stamps of its own. `rig` is the rig that plans are made for. Errors where the truth cannot be read.
-    pub fn open(rig: &Rig, source: TruthSource<'_>, struck: usize) -> Result<Self, RobotError> {
-        let failed = |error: rig::RigSimError| RobotError::Connection {
+    /// wear and stamps of its own. It strikes in this session of the demo, which its log names, or in the one after all that the
+    /// truth tells. `rig` is the rig that plans are made for. Errors where the truth cannot be read, or tells no such session.
+    pub fn open(
+        rig: &Rig,
+        source: TruthSource<'_>,
+        struck: usize,
+        session: Option<&str>,
+    ) -> Result<Self, RobotError> {
+        let failed = |why: String| RobotError::Connection {
             robot: "sim".into(),
-            why: error.to_string(),
+            why,
         };
+        let of_rig = |error: rig::RigSimError| failed(error.to_string());
         let truth = match source {
             TruthSource::Demo => Truth::demo(rig, SEED),
-            TruthSource::File(path) => Truth::load(path).map_err(failed)?,
+            TruthSource::File(path) => Truth::load(path).map_err(of_rig)?,
         };
         let before = truth.strikes.len();
         let sessions = truth.strikes.last().map_or(0, |last| last.session + 1);
-        let mut sim = Sim::from(truth).map_err(failed)?;
-        for _ in 0..sessions {
-            sim.next_session();
-        }
+        let session = match session {
+            None => sessions,
+            Some(name) => rig::demo::session_number(name)
+                .filter(|number| *number < sessions)
+                .ok_or_else(|| {
+                    failed(format!(
+                        "its truth tells of no session `{name}`, only of {sessions} that `carom demo` logged"
+                    ))
+                })?,
+        };
+        let sim = Sim::from(truth).map_err(of_rig)?;
         Ok(Self {
-            sim: sim.after(before + struck),
+            sim: sim.after(before + struck).in_session(session),
             planned_for: rig.clone(),
         })
     }

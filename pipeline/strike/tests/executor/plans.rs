@@ -41,24 +41,6 @@ fn the_simulated_command_brings_the_object_to_the_target_in_its_world() {
 }
 
 #[test]
-fn the_residual_is_added_for_models_that_have_one() {
-    for model in [Model::Nominal, Model::Sysid, Model::Effect] {
-        let plan = plan(model);
-        assert_eq!([plan.d_speed, plan.d_angle], [0.0, 0.0]);
-        assert_eq!([plan.speed, plan.angle], [plan.speed_sim, plan.angle_sim]);
-    }
-    for (model, residual) in [
-        (Model::SysidResidual, fixture::SYSID_RESIDUAL),
-        (Model::EffectResidual, fixture::EFFECT_RESIDUAL),
-    ] {
-        let plan = plan(model);
-        assert_eq!([plan.d_speed, plan.d_angle], residual);
-        assert_eq!(plan.speed, plan.speed_sim + residual[0]);
-        assert_eq!(plan.angle, plan.angle_sim + residual[1]);
-    }
-}
-
-#[test]
 fn the_tip_moves_on_the_profile_of_the_final_command() {
     let plan = plan(Model::SysidResidual);
     let rig = fixture::rig();

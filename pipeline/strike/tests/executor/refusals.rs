@@ -124,41 +124,6 @@ fn the_final_speed_counts_not_the_simulated_one() {
 }
 
 #[test]
-fn a_residual_that_moves_the_stop_farther_than_it_was_trained_to_is_refused() {
-    let mut artifact = fixture::artifact();
-    // Within the arm's limits, and 0.1 m beyond the target.
-    artifact.sysid.residual = Some(fixture::constant([0.2, 0.0]).into());
-    let to = Point::new(0.48, 0.08);
-    let refused = |artifact: &Artifact| refusal(artifact, Model::SysidResidual, FROM, to);
-    let told = refused(&artifact);
-    assert_eq!(told.refused, Reason::ResidualTooLarge, "{told}");
-    assert!(told.detail.contains("mm from `to`"), "{told}");
-    artifact.sysid.residual = Some(fixture::constant([0.28, 0.5]).into());
-    assert_eq!(refused(&artifact).refused, Reason::ResidualTooLarge);
-    // Where nobody measured the world alone, a tenth of the path is the most.
-    artifact.manifest.provenance.metrics.clear();
-    artifact.sysid.residual = Some(fixture::constant(fixture::SYSID_RESIDUAL).into());
-    assert_eq!(refused(&artifact).refused, Reason::ResidualTooLarge);
-}
-
-#[test]
-fn a_residual_that_moves_the_stop_off_the_table_is_refused() {
-    let mut artifact = fixture::artifact();
-    artifact.sysid.residual = Some(fixture::constant([0.0, 0.2]).into());
-    let planner = Planner::new(&artifact, Model::SysidResidual).unwrap();
-    let from = Point::new(0.3, 0.35);
-    assert!(planner.plan(from, Point::new(0.6, 0.5)).is_ok());
-    let told = refusal(
-        &artifact,
-        Model::SysidResidual,
-        from,
-        Point::new(0.6, 0.548),
-    );
-    assert_eq!(told.refused, Reason::ResidualTooLarge, "{told}");
-    assert!(told.detail.contains("off the table"), "{told}");
-}
-
-#[test]
 fn the_angle_must_be_the_arms() {
     check(
         Point::new(0.3, -0.1),

@@ -2,9 +2,10 @@
 
 use std::process::Command;
 
+use rig::Hidden;
 use store::{Artifact, Model};
-use strike::{Plan, Planner};
-use values::Point;
+use strike::{Plan, Planner, Robot, SimRobot, TruthSource};
+use values::{Point, Shape};
 use world::{AddedEffect, Estimate, World};
 
 use crate::fixture::{self, FROM, TO};
@@ -84,6 +85,39 @@ fn a_session_that_the_version_does_not_know_is_no_name_for_one() {
         error.contains("nothing that it named differs by session"),
         "{error}"
     );
+}
+
+#[test]
+fn the_embedded_rig_strikes_in_a_session_that_was_logged_or_in_a_new_one() {
+    let dir = tempfile::tempdir().unwrap();
+    let hidden = Hidden::parse(&["friction_by_session=0.2"]).unwrap();
+    let settings = rig::demo::Settings {
+        sessions: Some(2),
+        ..rig::demo::Settings::new(Shape::Cylinder, 6, 3, Some(hidden))
+    };
+    let truth = rig::demo::write(&settings, dir.path()).unwrap().truth;
+    let plan = plan(&effect(&fixture::artifact()));
+    let path = |session: Option<&str>| {
+        let source = TruthSource::File(&truth);
+        let mut robot = SimRobot::open(&fixture::rig(), source, 0, session)?;
+        let stop = robot.strike(&plan)?.unwrap().stop.unwrap();
+        Ok::<_, strike::RobotError>(stop.distance(FROM))
+    };
+    // The rig's own series of friction: 1.2, 0.93, 0.85 times the usual one; launches scatter alike.
+    let [first, second, new] = [
+        path(Some("session_000.mcap")).unwrap(),
+        path(Some("session_001.mcap")).unwrap(),
+        path(None).unwrap(),
+    ];
+    assert!(
+        (second / first - 1.2 / 0.93).abs() < 0.05,
+        "{first} {second}"
+    );
+    assert!((new / first - 1.2 / 0.85).abs() < 0.05, "{first} {new}");
+    for other in ["session_002.mcap", "monday.mcap"] {
+        let error = path(Some(other)).expect_err(other).to_string();
+        assert!(error.contains(other), "{error}");
+    }
 }
 
 #[test]

@@ -1,0 +1,171 @@
+//! What a residual adds to the world's command, and how far it may.
+
+use store::{Explained, LaunchMap, Networks, ResidualModel};
+use values::{Command, Conditions, Interval, Point, Rig, Table};
+use world::{Simulated, Simulator, SolveSettings, SolveStatus, World, WorldError};
+
+use crate::Reason;
+use crate::limits::{self, Broken};
+
+/// How far beyond the commands learnt from a launch map is asked, in half widths of their range: the arm's own scatter about its
+/// outermost commands, and no more.
+const BEYOND: f64 = 0.1;
+/// How far beyond what it adds on the strikes that it learnt from a residual may add, in half widths of that range: between
+/// strikes and at the trained region's edge it goes on smoothly, and a residual that asks for more is not the one that was judged.
+const BEYOND_ADDED: f64 = 1.0;
+
+/// A residual in its world.
+pub(crate) enum Correction {
+    /// The world in which the arm delivers what the map says.
+    Launch(Box<Simulator>, LaunchMap),
+    /// The paper's networks.
+    Networks(Networks),
+}
+
+impl Correction {
+    /// None where the version's model adds nothing. Errors if the world does not compile.
+    pub(crate) fn in_world(
+        rig: &Rig,
+        world: &World,
+        residual: Option<&ResidualModel>,
+    ) -> Result<Option<Self>, WorldError> {
+        Ok(match residual {
+            Some(launch @ ResidualModel::Launch(map)) => {
+                let delivering = ResidualModel::simulator(rig, world, Some(launch))?;
+                Some(Self::Launch(Box::new(delivering), map.clone()))
+            }
+            Some(ResidualModel::Networks(networks)) => Some(Self::Networks(networks.clone())),
+            None => None,
+        })
+    }
+
+    /// The command of the world alone, and the one to send.
+    pub(crate) fn commands(
+        &self,
+        alone: &Simulator,
+        from: Point,
+        to: Point,
+        conditions: &Conditions,
+    ) -> Result<(Command, Command), Broken> {
+        match self {
+            Self::Networks(networks) => {
+                let simulated = solved(alone, from, to, conditions)?;
+                let path = to - from;
+                let [d_speed, d_angle] =
+                    networks.predict([path.x, path.y, simulated.speed, simulated.angle]);
+                let command = Command {
+                    speed: simulated.speed + d_speed,
+                    angle: simulated.angle + d_angle,
+                };
+                Ok((simulated, command))
+            }
+            Self::Launch(delivering, map) => {
+                let command = solved(delivering, from, to, conditions)?;
+                let outside = map.outside(command);
+                if outside > BEYOND {
+                    return Err((
+                        Reason::OutsideTrainedRegion,
+                        format!(
+                            "the command {:.4} m/s at {:.4} rad lies {:.0} % of half the range of those learnt from outside it; choose a \
+                             target among the training strikes' stops, or train on strikes that go there",
+                            command.speed,
+                            command.angle,
+                            100.0 * outside
+                        ),
+                    ));
+                }
+                // The world alone may not reach what the arm does: its nearest command is then what stands beside.
+                let settings = SolveSettings::default();
+                let nearest = alone.worker().solve(from, to, conditions, &settings, None);
+                Ok((nearest.command, command))
+            }
+        }
+    }
+
+    /// What it adds lies within what it adds on the strikes that it learnt from, or a little beyond.
+    pub(crate) fn check_added(
+        &self,
+        explained: &Explained,
+        simulated: Command,
+        command: Command,
+    ) -> Result<(), Broken> {
+        let [d_speed, d_angle] = match self {
+            Self::Networks(_) => [
+                command.speed - simulated.speed,
+                command.angle - simulated.angle,
+            ],
+            Self::Launch(_, map) => map.added(command),
+        };
+        limits::added("m/s", d_speed, wider(explained.d_speed))?;
+        limits::added("rad", d_angle, wider(explained.d_angle))
+    }
+
+    /// What the object does when it is struck with the final command; `object` is what it does in the world alone.
+    ///
+    /// An arm that delivers far less than it is told would, by the world alone, throw the object off the table: with a map of what
+    /// it delivers, the object moves as in the world where the map acts.
+    pub(crate) fn moved(
+        &self,
+        table: &Table,
+        object: Simulated,
+        simulate: impl FnOnce(&Simulator) -> Result<Simulated, Broken>,
+    ) -> Result<Simulated, Broken> {
+        match self {
+            Self::Networks(_) => {
+                limits::shifted_on_table(table, object.stop)?;
+                Ok(object)
+            }
+            Self::Launch(delivering, _) => simulate(delivering),
+        }
+    }
+
+    /// Distance between stop and target to expect, as a share of the path's length: as the training's held-out commands missed
+    /// and, of a launch map, as sure as it is of this command.
+    pub(crate) fn expected_miss(&self, explained: &Explained, command: Command) -> f64 {
+        match self {
+            Self::Networks(_) => explained.miss,
+            Self::Launch(_, map) => explained.calibration * map.offset(command).expected_miss(),
+        }
+    }
+}
+
+/// The range by [`BEYOND_ADDED`] wider on each side.
+fn wider(range: Interval) -> Interval {
+    let by = 0.5 * BEYOND_ADDED * (range.high - range.low);
+    Interval {
+        low: range.low - by,
+        high: range.high + by,
+    }
+}
+
+/// The command that brings the object to rest at `to`, or why there is none.
+pub(crate) fn solved(
+    world: &Simulator,
+    from: Point,
+    to: Point,
+    conditions: &Conditions,
+) -> Result<Command, Broken> {
+    let settings = SolveSettings::default();
+    let solution = world.worker().solve(from, to, conditions, &settings, None);
+    match solution.status {
+        SolveStatus::Solved => Ok(solution.command),
+        SolveStatus::Unreachable => Err((
+            Reason::Unreachable,
+            format!(
+                "after {} simulations the nearest strike, {:.4} m/s at {:.4} rad, stops {:.1} mm from `to`; \
+                 choose another target, or lay the object elsewhere",
+                solution.evaluations,
+                solution.command.speed,
+                solution.command.angle,
+                solution.miss * 1e3
+            ),
+        )),
+        SolveStatus::Diverged => Err((
+            Reason::Diverged,
+            format!(
+                "none of {} simulations came to rest; check the artifact's world, or use another --model",
+                solution.evaluations
+            ),
+        )),
+    }
+}
