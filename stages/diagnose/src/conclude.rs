@@ -93,6 +93,9 @@ impl Case<'_, '_> {
                 100.0 * (1.0 - self.share())
             ));
         }
+        if verdict == Verdict::Named {
+            notes.extend(self.at_ends());
+        }
         notes.extend(notes::few_judges(judged.gap.heldout_strikes));
         Ok(Found {
             residuals: gap::residuals(&strikes, &judged.before, &judged.after),
@@ -121,6 +124,16 @@ impl Case<'_, '_> {
             },
             world: judged.world,
         })
+    }
+
+    /// What is told of forms at the ends of their ranges.
+    fn at_ends(&self) -> Vec<String> {
+        let model = &self.selection.fitted.model;
+        let told = model.forms_at_end().map(|(part, name, value)| {
+            let effect = model.parts[part].name;
+            notes::at_end(effect, name, value, specification(effect, name).unit)
+        });
+        told.collect()
     }
 
     /// Share of the log-likelihood that the effects hold.

@@ -43,6 +43,11 @@ impl Fitted {
         self.estimated.likelihood_here
     }
 
+    /// Forgets the columns that it was fitted from, which take most of its memory: it is then to compare with, not to fit on from.
+    pub(crate) fn drop_columns(&mut self) {
+        self.linearisation = Arc::default();
+    }
+
     /// Whether no value would move by more than a small share of its standard error.
     fn is_settled(&self) -> bool {
         let Some(covariance) = self.estimated.information.clone().try_inverse() else {

@@ -41,7 +41,7 @@ pub(crate) struct Whitened {
 }
 
 /// All strikes about a model.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct Linearisation {
     /// As simulated; shared by the same linearisation under other noise.
     pub(crate) raw: Arc<Vec<Linearised>>,

@@ -165,10 +165,15 @@ impl Model {
 
     /// Whether a parameter of an effect's form (a place, a radius, a speed) lies at the end of its range.
     pub(crate) fn is_form_at_end(&self, part: usize) -> bool {
-        (0..self.free.len()).any(|i| {
-            let is_form = !self.free[i].is_strength
-                && self.free[i].of.as_ref().is_some_and(|(of, _)| *of == part);
-            is_form && self.end(i).is_some()
+        self.forms_at_end().any(|(of, _, _)| of == part)
+    }
+
+    /// The parameters of effects' forms that lie at the end of their ranges: place of the effect, name, value.
+    pub(crate) fn forms_at_end(&self) -> impl Iterator<Item = (usize, &str, f64)> {
+        self.free.iter().enumerate().filter_map(|(i, free)| {
+            let (part, name) = free.of.as_ref().filter(|_| !free.is_strength)?;
+            self.end(i)?;
+            Some((*part, name.as_str(), self.values[i]))
         })
     }
 

@@ -67,6 +67,14 @@ pub(crate) fn not_named(names: &[&str], why: &str) -> String {
     )
 }
 
+/// A form at the end of its range: the data want one that the library does not have.
+pub(crate) fn at_end(effect: &str, parameter: &str, value: f64, unit: &str) -> String {
+    format!(
+        "{parameter} of {effect} stands at the end of its range, {value:.3} {unit}: it is not told by its interval, and another \
+         effect may stand behind it"
+    )
+}
+
 /// Strikes that were left out before anything was fitted.
 pub(crate) fn left_out(pushed_again: usize, pushed: usize) -> Vec<String> {
     let mut notes = Vec::new();

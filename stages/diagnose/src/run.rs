@@ -118,7 +118,7 @@ impl Diagnose {
 impl Diagnose {
     /// The strikes that fit and choose, from where their impact is over; and how many were left out, for their object is pushed
     /// a second time.
-    fn usable(&self, input: &Input) -> Result<(Vec<Strike>, usize), DiagnoseError> {
+    pub(crate) fn usable(&self, input: &Input) -> Result<(Vec<Strike>, usize), DiagnoseError> {
         let frame = 1.0 / input.rig.camera.rate;
         let mut usable: Vec<Strike> = self
             .sample(&input.strikes)
@@ -165,7 +165,7 @@ impl Diagnose {
 }
 
 /// Strikes with their launches, and how many were left out, for their object does not leave the tip.
-fn prepare<'a>(
+pub(crate) fn prepare<'a>(
     rig: &'a Rig,
     world: &World,
     usable: &'a [Strike],

@@ -207,3 +207,30 @@ fn friction_that_jumps_in_one_session_is_told_as_such() {
             .any(|e| e.name == "friction_by_session")
     );
 }
+
+#[test]
+fn an_effect_that_does_not_pay_on_strikes_that_took_no_part_is_not_named() {
+    // The strikes that judge were made on a table that leans the other way.
+    let mut input = input("table_tilt=-0.003,0.006", 100, 22);
+    let other = self::input("table_tilt=0.003,-0.006", 100, 22);
+    let judges = |strike: &Strike| strike.split == Split::Test;
+    input.strikes.retain(|strike| !judges(strike));
+    let judging = other.strikes.into_iter().filter(judges);
+    input.strikes.extend(judging);
+    let found = diagnose(&input);
+    let diagnosis = &found.diagnosis;
+    assert_eq!(
+        diagnosis.verdict,
+        Verdict::Unexplained,
+        "{}",
+        diagnosis.summary
+    );
+    assert!(diagnosis.effects.is_empty() && found.world.is_none());
+    assert_eq!(diagnosis.gap.before, diagnosis.gap.after);
+    let told = "would have been named, but is not: table_tilt";
+    assert!(
+        diagnosis.notes.iter().any(|note| note.contains(told)),
+        "{:?}",
+        diagnosis.notes
+    );
+}

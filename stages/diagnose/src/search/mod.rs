@@ -53,3 +53,12 @@ pub(crate) struct SelectedEffect {
     /// Models with another effect in its place, the best first.
     pub(crate) rivals: Vec<CandidateFit>,
 }
+
+impl SelectedEffect {
+    /// Forgets the columns that its rivals were fitted from.
+    fn drop_columns(&mut self) {
+        for rival in &mut self.rivals {
+            rival.fitted.drop_columns();
+        }
+    }
+}

@@ -50,13 +50,14 @@ pub(super) fn refine<'a>(
         let mut better = None;
         let mut effects = Vec::new();
         for place in 0..selection.fitted.model.parts.len() {
-            let (effect, reduced) = assess(&selection, place, candidates, chance)?;
+            let (mut effect, reduced) = assess(&selection, place, candidates, chance)?;
             if changes > 0 {
                 better = replacement(&effect, reduced);
                 if better.is_some() {
                     break;
                 }
             }
+            effect.drop_columns();
             effects.push(effect);
         }
         match better {
