@@ -280,12 +280,10 @@ fn models(rig: &Rig, results: &Results) -> Vec<Candidate> {
             residual: residual.cloned(),
         };
         models.push(candidate(name.into(), None));
-        let residual = of_world
-            .learned
-            .as_ref()
-            .and_then(|learned| learned.model.as_ref());
-        if residual.is_some() {
-            models.push(candidate(format!("{name}_residual"), residual));
+        // Where nothing is added, the row is the world's own.
+        if let Some(learned) = &of_world.learned {
+            let name = format!("{name}_residual");
+            models.push(candidate(name, learned.model.as_ref()));
         }
     }
     models

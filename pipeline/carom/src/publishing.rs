@@ -45,7 +45,7 @@ pub fn contents(run: &Run, inputs: &Inputs, results: &Results) -> Result<Content
             strikes: results.strikes.clone(),
             sysid: calibrated(sysid),
             effect: results.effect.as_ref().map(calibrated),
-            metrics: metrics(evaluation),
+            metrics: metrics(evaluation, results),
             noise_floor: evaluation.noise_floor,
             best: best_model(results),
             explained: explained(results),
@@ -115,10 +115,23 @@ pub fn store_error(error: ArtifactError) -> Error {
     }
 }
 
-fn metrics(evaluation: &Evaluation) -> BTreeMap<Model, StopErrors> {
+/// Of the models that the version holds: a residual that adds nothing is none of them.
+fn metrics(evaluation: &Evaluation, results: &Results) -> BTreeMap<Model, StopErrors> {
+    let is_held = |model: &Model| {
+        let of_world = match model {
+            Model::SysidResidual => &results.sysid,
+            Model::EffectResidual => &results.effect,
+            _ => return true,
+        };
+        let learned = of_world
+            .as_ref()
+            .and_then(|of_world| of_world.learned.as_ref());
+        learned.is_some_and(|learned| learned.model.is_some())
+    };
     let models = evaluation.models.iter();
     models
         .filter_map(|(name, errors)| Some((Model::from_name(name)?, *errors)))
+        .filter(|(model, _)| is_held(model))
         .collect()
 }
 
