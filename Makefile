@@ -1,6 +1,6 @@
 # Everything that carom needs beside rustup's stable Rust, Python 3 with pip and a C compiler is set up here,
 # under .native/. A second run of any target does nothing that is done.
-.PHONY: build install run test lint blind kuka bench fuzz arm soak setup clean
+.PHONY: build install run test lint blind kuka curve bench fuzz arm soak setup clean
 .DEFAULT_GOAL := build
 
 DEMO := artifacts/demo
@@ -57,6 +57,10 @@ endif
 # The real strikes beside this checkout, and the page of what was found in them.
 kuka: build
 	$(BIN)/kuka
+
+# Stop errors by the number of strikes learnt from, and the page that is committed: some minutes.
+curve: build
+	python3 tests/learning_curve.py --carom $(BIN)/carom
 
 # Carom beside its peers, and the page that is committed: an hour on two idle cores. `make bench PARTS="solve step"` measures
 # these anew, `SMALL=1` tries the harness in minutes.
