@@ -20,6 +20,7 @@ pub use rig::{
     Camera, Colour, FieldTopic, ImageTopic, Object, Obstacle, PoseTopic, Rig, RigError, Robot,
     Shape, StampMark, StateTopic, Striker, Table, Tip, Topics,
 };
+pub use slide::free_slides;
 pub use split::{Split, split_of};
 pub use stop_errors::StopErrors;
 pub use strike::{Command, Conditions, Delivered, Reject, RejectReason, Strike, Track, Yaw};

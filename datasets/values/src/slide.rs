@@ -9,6 +9,11 @@ const NEIGHBOURS: usize = 7;
 /// A rise of the speed counts from this share of the greatest speed, and of the speed before it, and from so many standard
 /// deviations of its noise.
 const RISE: (f64, f64, f64) = (0.1, 0.15, 6.0);
+/// Share of the whole distance within which frames tell the deceleration: noise rules the ends.
+const USED: std::ops::Range<f64> = 0.05..0.90;
+/// Share of most strikes' deceleration below which an object was carried along: no table has patches of half its friction under a whole
+/// slide.
+const CARRIED: f64 = 0.5;
 /// Median of the absolute value of a normal variable.
 const MEDIAN: f64 = 0.674_49;
 
@@ -26,6 +31,54 @@ impl Strike {
         }
         strike
     }
+
+    /// Deceleration in m/s², as if it were constant: √(D − d) falls along a straight line, D the path's length and d what is gone of
+    /// it. None where too few frames lie on the way.
+    pub fn deceleration(&self) -> Option<f64> {
+        let path = self.path();
+        let whole = path.norm();
+        let points: Vec<(f64, f64)> = (0..self.track.len())
+            .map(|i| {
+                let gone = (self.track.point(i) - self.initial).dot(path) / whole;
+                (self.track.t[i], gone)
+            })
+            .filter(|(_, gone)| USED.contains(&(gone / whole)))
+            .map(|(t, gone)| (t, (whole - gone).sqrt()))
+            .collect();
+        let n = points.len() as f64;
+        if n < 3.0 {
+            return None;
+        }
+        let (mean_t, mean_s) = (
+            points.iter().map(|p| p.0).sum::<f64>() / n,
+            points.iter().map(|p| p.1).sum::<f64>() / n,
+        );
+        let covariance: f64 = points.iter().map(|p| (p.0 - mean_t) * (p.1 - mean_s)).sum();
+        let variance: f64 = points.iter().map(|p| (p.0 - mean_t).powi(2)).sum();
+        let slope = covariance / variance;
+        (slope < 0.0).then_some(2.0 * slope * slope)
+    }
+}
+
+/// Which of these strikes slide freely: not pushed a second time, and braked at least half as much as most are. An arm that goes on
+/// behind an object carries it without the object's speeding up again.
+pub fn free_slides(strikes: &[&Strike]) -> Vec<bool> {
+    let is_free: Vec<bool> = strikes.iter().map(|s| !s.is_pushed_again()).collect();
+    let braked: Vec<Option<f64>> = strikes.iter().map(|s| s.deceleration()).collect();
+    let all: Vec<f64> = braked
+        .iter()
+        .zip(&is_free)
+        .filter_map(|(braked, is_free)| braked.filter(|_| *is_free))
+        .collect();
+    if all.is_empty() {
+        return is_free;
+    }
+    let least = CARRIED * median(all);
+    is_free
+        .iter()
+        .zip(&braked)
+        .map(|(is_free, braked)| *is_free && braked.is_none_or(|braked| braked >= least))
+        .collect()
 }
 
 impl Track {
@@ -76,6 +129,45 @@ fn median(mut values: Vec<f64>) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::{Command, Conditions, Point, Split};
+
+    /// A strike along x under `braking` m/s².
+    fn strike(braking: f64) -> Strike {
+        let speed: f64 = 0.8;
+        let whole = speed * speed / (2.0 * braking);
+        let mut track = Track::default();
+        for i in 0..60 {
+            let t = (f64::from(i) / 60.0).min(speed / braking);
+            track.t.push(f64::from(i) / 60.0);
+            track.x.push(speed * t - 0.5 * braking * t * t);
+            track.y.push(0.0);
+        }
+        Strike {
+            id: String::new(),
+            log: String::new(),
+            index: 0,
+            t_start: 0.0,
+            initial: Point::new(0.0, 0.0),
+            stop: Point::new(whole, 0.0),
+            command: Command {
+                speed: 0.6,
+                angle: 0.0,
+            },
+            track,
+            split: Split::Train,
+            conditions: Conditions::default(),
+            delivered: None,
+        }
+    }
+
+    #[test]
+    fn what_is_carried_along_is_no_free_slide() {
+        let strikes = [2.0, 2.1, 1.9, 1.4, 0.8].map(strike);
+        assert!((strikes[0].deceleration().expect("told") - 2.0).abs() < 1e-6);
+        let all: Vec<&Strike> = strikes.iter().collect();
+        assert_eq!(free_slides(&all), [true, true, true, true, false]);
+        assert!(free_slides(&[]).is_empty());
+    }
 
     /// A slide under 2 m/s² from 0.8 m/s, pushed again by `push` m/s at 0.3 s, seen with noise of this many mm.
     fn track(push: f64, noise: f64) -> Track {

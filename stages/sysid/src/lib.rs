@@ -91,7 +91,7 @@ fn pushed_again(count: usize, are_left_out: bool) -> String {
 
 impl Stage for Sysid {
     const NAME: &'static str = "sysid";
-    const VERSION: u32 = 9;
+    const VERSION: u32 = 10;
     type Input = Input;
     type Output = Fit;
     type Error = SysidError;
@@ -126,8 +126,12 @@ impl Stage for Sysid {
             });
         }
         // What is pushed twice is no slide, and says nothing of one.
-        let is_free = |strike: &&Strike| !strike.is_pushed_again();
-        let free_slides: Vec<&Strike> = strikes.iter().copied().filter(is_free).collect();
+        let is_free = values::free_slides(&strikes);
+        let free_slides: Vec<&Strike> = strikes
+            .iter()
+            .zip(is_free)
+            .filter_map(|(strike, is_free)| is_free.then_some(*strike))
+            .collect();
         let again = strikes.len() - free_slides.len();
         if free_slides.len() >= needed {
             strikes = free_slides;

@@ -7,38 +7,6 @@ use world::{GRAVITY, World, parameter};
 
 use crate::fit::Fitted;
 
-/// Share of the whole distance within which frames are used: noise rules the ends.
-const USED: std::ops::Range<f64> = 0.05..0.90;
-
-/// Deceleration (m/s²) and speed of release (m/s) of one strike.
-fn line(strike: &Strike) -> Option<(f64, f64)> {
-    let path = strike.path();
-    let whole = path.norm();
-    let points: Vec<(f64, f64)> = (0..strike.track.len())
-        .map(|i| {
-            (
-                strike.track.t[i],
-                (strike.track.point(i) - strike.initial).dot(path) / whole,
-            )
-        })
-        .filter(|(_, d)| USED.contains(&(d / whole)))
-        .map(|(t, d)| (t, (whole - d).sqrt()))
-        .collect();
-    let n = points.len() as f64;
-    if n < 3.0 {
-        return None;
-    }
-    let (mean_t, mean_s) = (
-        points.iter().map(|p| p.0).sum::<f64>() / n,
-        points.iter().map(|p| p.1).sum::<f64>() / n,
-    );
-    let covariance: f64 = points.iter().map(|p| (p.0 - mean_t) * (p.1 - mean_s)).sum();
-    let variance: f64 = points.iter().map(|p| (p.0 - mean_t).powi(2)).sum();
-    let slope = covariance / variance;
-    let deceleration = 2.0 * slope * slope;
-    (slope < 0.0).then(|| (deceleration, (2.0 * deceleration * whole).sqrt()))
-}
-
 fn median(mut values: Vec<f64>) -> Option<f64> {
     values.sort_by(f64::total_cmp);
     values.get(values.len() / 2).copied()
@@ -92,7 +60,12 @@ pub(crate) fn held(before: &World, fitted: &Fitted) -> Option<String> {
 pub(crate) fn start(rig: &Rig, world: &World, strikes: &[&Strike], free: &[String]) -> World {
     let lines: Vec<_> = strikes
         .iter()
-        .filter_map(|strike| Some((strike, line(strike)?)))
+        .filter_map(|strike| {
+            let deceleration = strike.deceleration()?;
+            // Of release, as long a way before the stop.
+            let speed = (2.0 * deceleration * strike.path().norm()).sqrt();
+            Some((strike, (deceleration, speed)))
+        })
         .collect();
     let friction = median(
         lines
