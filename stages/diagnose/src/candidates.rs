@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use values::{Rig, Strike};
 use world::effects::{Column, EffectSpec, Experiment, FitStart, effect, library};
 
-use crate::model::Part;
+use crate::{model::Part, smooth::covariate::family};
 
 /// One effect that may be missing.
 #[derive(Clone, Debug)]
@@ -38,6 +38,13 @@ fn all(rig: &Rig, strikes: &[&Strike], is_last_resort: bool) -> Vec<Candidate> {
         })
         .filter(|candidate| !candidate.starts.is_empty())
         .collect()
+}
+
+/// Whether an effect acts on a strike as a whole: on its launch, or on its friction all the way.
+pub(crate) fn is_of_whole_strikes(name: &str) -> bool {
+    family(name)
+        .iter()
+        .all(|covariate| covariate.is_of_whole_strikes())
 }
 
 /// Whether an effect may have a column's parameters: fast strikes start caps beyond what a robot reaches.

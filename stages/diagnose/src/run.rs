@@ -7,16 +7,21 @@ use world::{World, launch::launches};
 use crate::{
     Diagnose, DiagnoseError, Found, Input,
     arm::{self, Arm},
-    candidates::{Candidate, candidates},
+    candidates::{Candidate, candidates, is_of_whole_strikes},
     conclude::{Case, Left},
     evidence::{self, Alarm, Statistic, replicates},
-    fit::ITERATIONS,
+    fit::{Fitted, ITERATIONS},
     heldout::{self, Gains},
-    maps, notes, null,
+    maps, notes,
+    null::fit_null,
     score::ScoreTest,
     screen::{Chance, screen_by},
     search::{Limits, Selection, search, without},
-    smooth::{Dependence, covariate::family, dependences, dependences_of},
+    smooth::{
+        Dependence,
+        covariate::{Covariate, family},
+        dependences, dependences_of,
+    },
     strikes::PreparedStrikes,
 };
 
@@ -27,7 +32,7 @@ const FRAMES: usize = 6;
 
 impl Stage for Diagnose {
     const NAME: &'static str = "diagnose";
-    const VERSION: u32 = 13;
+    const VERSION: u32 = 14;
     type Input = Input;
     type Output = Found;
     type Error = DiagnoseError;
@@ -60,11 +65,13 @@ impl Diagnose {
         let (prepared, pushed) = prepare(rig, &input.world, &usable)?;
 
         progress.set_message("the world without effects, and the noise about it");
-        let (prepared, null) = null::fit_null(prepared, &input.world)?;
+        let (prepared, null) = fit_null(prepared, &input.world)?;
+        let is_astray = is_astray(rig, &null);
 
         progress.set_message("every candidate by its score");
         let mut candidates = candidates(rig, &prepared.strikes);
         candidates.retain(|candidate| !(is_delivered && arm::is_the_arms(candidate.name)));
+        candidates.retain(|candidate| !is_astray || is_of_whole_strikes(candidate.name));
         let replicates = replicates(self.seed);
         let test = ScoreTest::new(&prepared, &null, &[], replicates).ok_or_else(|| {
             DiagnoseError::NoFit {
@@ -87,9 +94,10 @@ impl Diagnose {
             replicates,
         };
         let selection = search(&prepared, &null, &screened, &candidates, &chance, &limits)?;
-        let (selection, left) = self.pruned(selection, &candidates, &chance)?;
+        let (selection, left) = self.pruned(selection, &candidates, &chance, is_astray)?;
         let (selection, gains, mut notes) = paying(selection)?;
         notes.extend(notes::left_out(pushed_again, pushed));
+        notes.extend(is_astray.then(notes::astray));
 
         progress.set_message("how far the gap shrinks");
         let maps = if p_value.is_real() {
@@ -128,7 +136,9 @@ impl Diagnose {
             .filter(|strike| strike.track.len() >= FRAMES)
             .collect();
         let tracks = usable.len();
-        usable.retain(|strike| !strike.is_pushed_again());
+        let is_free = values::free_slides(&usable.iter().collect::<Vec<_>>());
+        let mut is_free = is_free.into_iter();
+        usable.retain(|_| is_free.next().unwrap_or(true));
         let again = tracks - usable.len();
         if usable.len() < FEWEST {
             return Err(DiagnoseError::TooFewStrikes {
@@ -146,6 +156,7 @@ impl Diagnose {
         mut selection: Selection<'a>,
         candidates: &[Candidate],
         chance: &Chance,
+        is_astray: bool,
     ) -> Result<(Selection<'a>, Left), DiagnoseError> {
         while !selection.effects.is_empty() {
             let after = dependences(
@@ -153,7 +164,7 @@ impl Diagnose {
                 &selection.fitted,
                 replicates(self.seed),
             )?;
-            let left = left(&selection, &after);
+            let left = left(&selection, &after, is_astray);
             let weak = selection.weaker_than(left.beyond_form);
             let Some(weak) = weak.or_else(|| selection.fitted.unsure()) else {
                 return Ok((selection, left));
@@ -185,16 +196,29 @@ pub(crate) fn prepare<'a>(
     Ok((PreparedStrikes::new(rig, strikes, launches), pushed))
 }
 
-/// What smooth dependences gain beside a model.
-fn left(selection: &Selection<'_>, after: &[Dependence]) -> Left {
+/// The camera's noise over that of the rig file from which on a box slides otherwise than the world says.
+const ASTRAY: f64 = 3.0;
+
+/// Whether tracks of a box differ from any slide of the world by far more than the camera's noise. A box may tip and turn in ways that no
+/// centroid shows: what its track tells on the way is then no evidence, but its launch, and its friction as a whole, are.
+fn is_astray(rig: &Rig, null: &Fitted) -> bool {
+    let noise = null.estimated.components.camera;
+    rig.object.shape == Shape::Box && noise > ASTRAY * rig.camera.noise
+}
+
+/// What smooth dependences gain beside a model; where objects slide otherwise than the world says, those of whole strikes alone.
+fn left(selection: &Selection<'_>, after: &[Dependence], is_astray: bool) -> Left {
     let held: Vec<_> = selection
         .effects
         .iter()
         .flat_map(|effect| family(effect.name))
         .collect();
+    let counts = |covariate: Covariate| !is_astray || covariate.is_of_whole_strikes();
     Left {
-        all: evidence::left(after, |_| true),
-        beyond_form: evidence::left(after, |covariate| !held.contains(&&covariate)),
+        all: evidence::left(after, counts),
+        beyond_form: evidence::left(after, |covariate| {
+            counts(covariate) && !held.contains(&&covariate)
+        }),
     }
 }
 

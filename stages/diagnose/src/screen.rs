@@ -3,7 +3,11 @@
 use std::collections::BTreeMap;
 
 use rayon::prelude::*;
-use world::{WorldError, effects::FitStart, planar::Planar};
+use world::{
+    WorldError,
+    effects::{Acts, Effect, FitStart},
+    planar::Planar,
+};
 
 use crate::{
     candidates::{Candidate, begun, little},
@@ -127,6 +131,13 @@ pub(crate) fn screen_by(
         .collect()
 }
 
+/// Whether the last effect acts as another command would. Its column is then taken as a change of launches, which is right however
+/// large it is: a track is not linear in a launch that is half as fast, but a strike's own logarithm of speed is.
+fn is_another_command(effects: &[Box<dyn Effect>]) -> bool {
+    let last = effects.last();
+    last.is_some_and(|effect| effect.acts() == Acts::Launch && effect.tip_offset() == 0.0)
+}
+
 /// A fitted model with a little of an effect beside it.
 struct Beside<'b> {
     fitted: &'b Fitted,
@@ -165,7 +176,14 @@ impl<'b> Beside<'b> {
             let region = begin.columns[column].region;
             region.is_none_or(|(centre, radius)| prepared.passes(strike, centre, radius))
         };
-        Ok(test.moved(&worlds, &touches).and_then(|moved| {
+        let moved = if effects.iter().all(|all| is_another_command(all)) {
+            let here = model.effects(prepared.rig, &model.values)?;
+            let here = prepared.planar(&model.values, &here);
+            Some(test.launches(&|i| prepared.relaunched(&here, &worlds, i)))
+        } else {
+            test.moved(&worlds, &touches)
+        };
+        Ok(moved.and_then(|moved| {
             let score = test.scores(worlds.len(), &moved).score(&begin.is_kept())?;
             Some(Self {
                 fitted,

@@ -1,7 +1,7 @@
 //! The strikes of a diagnosis, prepared for fits: how each leaves the tip, which of its frames are used, and the noise by which
 //! they are weighed.
 
-use nalgebra::{DVector, SVector};
+use nalgebra::{DMatrix, DVector, SVector};
 use values::{Point, Rig, Strike};
 use world::{
     Base, Impact, World, WorldError,
@@ -11,7 +11,7 @@ use world::{
 };
 
 use crate::{
-    mixed::NUISANCES,
+    mixed::{ANGLE, NUISANCES, SPEED},
     model::{FRICTION, Model, RESTITUTION},
     noise::{self, FrameNoise, Whitening},
 };
@@ -34,6 +34,9 @@ pub(crate) struct PreparedStrikes<'a> {
     /// What makes each strike's errors independent.
     pub(crate) whitenings: Vec<Whitening>,
 }
+
+/// A launch that is slower than this share of another is none.
+const SLOWEST: f64 = 1e-3;
 
 /// A strike's nuisances, as planar form takes them.
 fn deviation(clock: f64, b: &Nuisances) -> Deviation {
@@ -163,6 +166,26 @@ impl<'a> PreparedStrikes<'a> {
             &self.launches[i],
             &deviation(clock, b),
         )
+    }
+
+    /// By how much the launch of one strike differs in other worlds, as its nuisances: a column for each world.
+    pub(crate) fn relaunched(
+        &self,
+        here: &Planar<'_>,
+        others: &[(Planar<'_>, f64)],
+        i: usize,
+    ) -> DMatrix<f64> {
+        let input = self.strikes[i].into();
+        let velocity = |planar: &Planar<'_>| planar.release(&input, &self.launches[i]).velocity;
+        let from = velocity(here);
+        let mut columns = DMatrix::zeros(NUISANCES, others.len());
+        for (k, (planar, step)) in others.iter().enumerate() {
+            let to = velocity(planar);
+            let (dot, cross) = (from.dot(to), from.x * to.y - from.y * to.x);
+            columns[(SPEED, k)] = (to.norm() / from.norm()).max(SLOWEST).ln() / step;
+            columns[(ANGLE, k)] = cross.atan2(dot) / step;
+        }
+        columns
     }
 
     /// The same, to be simulated beside others.

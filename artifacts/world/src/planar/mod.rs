@@ -32,7 +32,8 @@ impl Planar<'_> {
         self.slide(input, self.release(input, launch), deviation)
     }
 
-    fn release(&self, input: &StrikeInput<'_>, launch: &Launch) -> Release {
+    /// How the object leaves the tip.
+    pub fn release(&self, input: &StrikeInput<'_>, launch: &Launch) -> Release {
         let delivered = effects::deliver(self.effects, input.command, input.conditions);
         let impact = Impact::of(self.effects, self.restitution, delivered, input.conditions);
         launch.release(&impact)

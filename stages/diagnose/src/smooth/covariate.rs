@@ -39,6 +39,16 @@ pub(crate) const COVARIATES: [Covariate; 9] = [
 ];
 
 impl Covariate {
+    /// Whether it is one of a strike's launch, or of its friction as a whole.
+    pub(crate) fn is_of_whole_strikes(self) -> bool {
+        match self {
+            Self::Speed | Self::Angle | Self::Command | Self::Order | Self::Wear => true,
+            Self::Position | Self::Surface | Self::SlidingSpeed | Self::Heading | Self::Phase => {
+                false
+            }
+        }
+    }
+
     /// Its name in `diagnosis.json`.
     pub(crate) fn name(self) -> &'static str {
         match self {
@@ -69,7 +79,8 @@ pub(crate) fn family(name: &str) -> &'static [Covariate] {
         Family::FrictionByHeading => &[Covariate::Heading],
         Family::LaunchSpeed => &[Covariate::Speed],
         Family::LaunchAngle => &[Covariate::Angle],
-        Family::LaunchAngleByCommand => &[Covariate::Angle, Covariate::Speed],
+        // Not by commanded speed: bumps over that change the delivered speed too, and would take an arm that saturates.
+        Family::LaunchAngleByCommand => &[Covariate::Angle],
         Family::ForceByPlace | Family::SeenByPlace => &[Covariate::Position],
     }
 }
