@@ -20,7 +20,6 @@ pub(crate) fn candidates(rig: &Rig, strikes: &[&Strike]) -> Vec<Candidate> {
 }
 
 /// Those that are tried only where no other is enough: smooth fields that could take the form of many.
-#[expect(dead_code, reason = "the search does not yet ask for them")]
 pub(crate) fn last_resorts(rig: &Rig, strikes: &[&Strike]) -> Vec<Candidate> {
     all(rig, strikes, true)
 }

@@ -18,14 +18,22 @@ use crate::{
     notes,
     screen::{Chance, Screened},
     search::{CandidateFit, SelectedEffect, Selection},
-    smooth::Dependence,
+    smooth::{
+        Dependence,
+        covariate::{Covariate, family},
+    },
     words,
 };
 
-/// A model explains a gap if it holds at least this share of the log-likelihood that it and the smooth rest gain together; of a
-/// rest that another form of the same effects would take, it may leave more.
-const EXPLAINS: f64 = 0.75;
+/// A model explains a gap if it holds at least this share of the log-likelihood that it and the smooth rest gain together; less where
+/// objects slide otherwise than any world says.
+const EXPLAINS: f64 = 0.95;
+const EXPLAINS_ASTRAY: f64 = 0.75;
+/// Of a rest that another form of the same effects would take, it may leave more; less of it an effect by place, for a field of another
+/// kind leaves much, and least several of them together.
 const EXPLAINS_IN_FORM: f64 = 0.5;
+const EXPLAINS_BY_PLACE: f64 = 0.6;
+const EXPLAIN_BY_PLACE: f64 = 0.8;
 /// Standard errors by which an effect must exceed what chance gains, to be found in four cases of five.
 const POWER: f64 = 0.84;
 /// Standard errors by which the held-out gap may grow by chance (5 %, one-sided).
@@ -56,6 +64,15 @@ pub(crate) struct Left {
     pub(crate) all: f64,
     /// Those that another form of the model's effects would not take.
     pub(crate) beyond_form: f64,
+    /// Whether objects slide otherwise than any world says.
+    pub(crate) is_astray: bool,
+}
+
+fn is_by_place(name: &str) -> bool {
+    let by_place = [Covariate::Position, Covariate::Surface];
+    family(name)
+        .iter()
+        .any(|covariate| by_place.contains(covariate))
 }
 
 /// A verdict, with the world that comes of it.
@@ -145,7 +162,17 @@ impl Case<'_, '_> {
     fn explains(&self) -> bool {
         let gained = self.selection.gain();
         let beyond = gained / (gained + self.left.beyond_form).max(1e-9);
-        !self.selection.effects.is_empty() && beyond >= EXPLAINS && self.share() >= EXPLAINS_IN_FORM
+        let least = match self.left.is_astray {
+            true => EXPLAINS_ASTRAY,
+            false => EXPLAINS,
+        };
+        let effects = self.selection.effects.iter();
+        let in_form = match effects.filter(|effect| is_by_place(effect.name)).count() {
+            0 => EXPLAINS_IN_FORM,
+            1 => EXPLAINS_BY_PLACE,
+            _ => EXPLAIN_BY_PLACE,
+        };
+        !self.selection.effects.is_empty() && beyond >= least && self.share() >= in_form
     }
 
     fn judge(&self, strikes: &[&Strike]) -> Result<Judged, DiagnoseError> {

@@ -48,6 +48,11 @@ impl Fitted {
         self.linearisation = Arc::default();
     }
 
+    /// What a strike's friction differs by from the mean over all, relative: by its own scatter, and by how it wandered.
+    pub(crate) fn friction_scatter(&self) -> f64 {
+        self.estimated.components.nuisance[mixed::FRICTION].hypot(self.estimated.wandered)
+    }
+
     /// Whether no value would move by more than a small share of its standard error.
     fn is_settled(&self) -> bool {
         let Some(covariance) = self.estimated.information.clone().try_inverse() else {
@@ -67,6 +72,29 @@ impl Fitted {
             information[(i, i)] += free.width.powi(-2);
         }
         information.try_inverse()
+    }
+
+    /// The same, each error no less than strikes differ by: the jackknife over strikes (Bell and McCaffrey 2002, "CR3"), which
+    /// takes neither the noise nor the form of an effect on trust.
+    pub(crate) fn robust_covariance(&self) -> Option<DMatrix<f64>> {
+        let covariance = self.covariance()?;
+        let p = self.model.free.len();
+        let estimated = &self.estimated;
+        let mut between = DMatrix::zeros(p, p);
+        for products in &self.linearisation.products {
+            let (own, score) =
+                products.scores(&estimated.components, &estimated.beta, &estimated.wander);
+            let kept = DMatrix::identity(p, p) - own * &covariance;
+            let away = kept.lu().solve(&score).unwrap_or(score);
+            between += &away * away.transpose();
+        }
+        let jackknife = &covariance * between * &covariance;
+        let widened = DVector::from_fn(p, |i, _| {
+            (jackknife[(i, i)] / covariance[(i, i)]).max(1.0).sqrt()
+        });
+        Some(DMatrix::from_fn(p, p, |i, j| {
+            widened[i] * covariance[(i, j)] * widened[j]
+        }))
     }
 
     /// An effect whose strength may as well be none: each of its 95 % intervals holds that.

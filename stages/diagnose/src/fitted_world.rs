@@ -7,7 +7,7 @@ use world::{AddedEffect, Estimate, Scatter, World};
 use crate::{
     DiagnoseError,
     fit::{Fitted, NINETY_FIVE},
-    mixed::{ANGLE, FRICTION as OWN_FRICTION, SPEED},
+    mixed::{ANGLE, SPEED},
     model::{FRICTION, RESTITUTION},
     noise::FrameNoise,
     sessions,
@@ -21,9 +21,11 @@ pub(crate) fn fitted_world(
     noise: FrameNoise,
 ) -> Result<World, DiagnoseError> {
     let model = &fitted.model;
-    let covariance = fitted.covariance().ok_or_else(|| DiagnoseError::NoFit {
-        why: "its parameters cannot be told apart".into(),
-    })?;
+    let covariance = fitted
+        .robust_covariance()
+        .ok_or_else(|| DiagnoseError::NoFit {
+            why: "its parameters cannot be told apart".into(),
+        })?;
     let estimate = |place: usize| {
         let free = &model.free[place];
         let value = model.values[place];
@@ -81,7 +83,7 @@ pub(crate) fn scatter(fitted: &Fitted, noise: FrameNoise) -> Scatter {
     Scatter {
         speed: components.nuisance[SPEED],
         angle: components.nuisance[ANGLE],
-        friction: components.nuisance[OWN_FRICTION],
+        friction: fitted.friction_scatter(),
         camera: components.camera,
         camera_correlation: noise.correlation,
         stamp_jitter: noise.jitter * components.camera,

@@ -61,7 +61,10 @@ pub(crate) fn noise_floor(
             let mut variance = components.nuisance[3].powi(2) + components.nuisance[4].powi(2);
             for nuisance in [SPEED, ANGLE, 3, 4, FRICTION] {
                 let mut b = none;
-                b[nuisance] = components.nuisance[nuisance];
+                b[nuisance] = match nuisance {
+                    FRICTION => fitted.friction_scatter(),
+                    _ => components.nuisance[nuisance],
+                };
                 let moved = prepared.simulate(&planar, i, clock, &b)?.stop - stop;
                 variance += moved.dot(moved);
             }

@@ -11,7 +11,7 @@ use world::WorldError;
 use crate::{
     fit::Fitted,
     linearisation::{Linearisation, Linearised},
-    mixed::posterior,
+    mixed::{FRICTION, posterior},
     strikes::PreparedStrikes,
 };
 
@@ -99,19 +99,35 @@ fn predictive(
     let all = Linearisation::new(prepared, raw.into());
     let components = &fitted.estimated.components;
     let precision = components.camera.powi(-2);
+    let wander = &fitted.estimated.wander;
     let each = all.whitened.iter().zip(&all.products).zip(all.raw.iter());
     Ok(Some(
-        each.map(|((whitened, products), raw)| {
-            let r = &whitened.residual;
-            let posterior = posterior(&whitened.nuisances, components);
-            let seen: DVector<f64> = whitened.nuisances.tr_mul(r);
-            let square = precision * (r.norm_squared() - seen.dot(&(&posterior * &seen)));
-            let last = raw.residual.len() / 2 - 1;
-            let stop = raw.residual[last].powi(2) + raw.residual[2 * last + 1].powi(2);
-            (-0.5 * (square + products.log_determinant(components)), stop)
-        })
-        .collect(),
+        each.zip(&prepared.paths)
+            .map(|(((whitened, products), raw), path)| {
+                // The wander is known from the strikes before and after.
+                let wandered = whitened.nuisances.column(FRICTION) * path.dot(wander);
+                let r = &whitened.residual - wandered;
+                let posterior = posterior(&whitened.nuisances, components);
+                let seen: DVector<f64> = whitened.nuisances.tr_mul(&r);
+                let square = precision * (r.norm_squared() - seen.dot(&(&posterior * &seen)));
+                let last = raw.residual.len() / 2 - 1;
+                let stop = raw.residual[last].powi(2) + raw.residual[2 * last + 1].powi(2);
+                (-0.5 * (square + products.log_determinant(components)), stop)
+            })
+            .collect(),
     ))
+}
+
+/// Typical gains that one strike may count for: what a fifth of the strikes alone tells of may go far wrong without it, and must not
+/// decide over all.
+const MOST_OF_ONE: f64 = 20.0;
+
+/// The gains, none beyond so many typical ones.
+pub(crate) fn limited(gains: &[f64]) -> Vec<f64> {
+    let mut sizes: Vec<f64> = gains.iter().map(|gain| gain.abs()).collect();
+    sizes.sort_by(f64::total_cmp);
+    let most = MOST_OF_ONE * sizes.get(sizes.len() / 2).copied().unwrap_or(0.0);
+    gains.iter().map(|gain| gain.clamp(-most, most)).collect()
 }
 
 /// Sum of the gains, and its standard error over strikes.

@@ -36,6 +36,7 @@ mod sessions;
 mod settings;
 mod smooth;
 mod strikes;
+mod wander;
 mod words;
 
 pub use diagnosis::{

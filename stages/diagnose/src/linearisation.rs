@@ -14,6 +14,7 @@ use crate::{
     model::{CLOCK, Model},
     noise::{FrameNoise, Whitening},
     strikes::{Nuisances, PreparedStrikes, measured, stack},
+    wander::Path,
 };
 
 /// Steps of the differences by a strike's own speed (relative), angle (rad) and friction (relative).
@@ -55,9 +56,10 @@ impl Linearisation {
         let (whitened, products) = raw
             .par_iter()
             .zip(&prepared.whitenings)
-            .map(|(raw, whitening)| {
+            .zip(&prepared.paths)
+            .map(|((raw, whitening), path)| {
                 let whitened = raw.whitened(whitening);
-                let products = whitened.products(whitening);
+                let products = whitened.products(whitening, path);
                 (whitened, products)
             })
             .unzip();
@@ -77,9 +79,10 @@ pub(crate) fn products_under(
 ) -> Vec<Products> {
     raw.par_iter()
         .zip(&prepared.frames)
-        .map(|(raw, frames)| {
+        .zip(&prepared.paths)
+        .map(|((raw, frames), path)| {
             let whitening = Whitening::new(frames, noise);
-            raw.whitened(&whitening).products(&whitening)
+            raw.whitened(&whitening).products(&whitening, path)
         })
         .collect()
 }
@@ -196,11 +199,11 @@ impl Linearised {
 
 impl Whitened {
     /// All that a fit needs of a strike.
-    pub(crate) fn products(&self, whitening: &Whitening) -> Products {
+    pub(crate) fn products(&self, whitening: &Whitening, path: &Path) -> Products {
         let p = self.values.ncols();
         let mut x = DMatrix::zeros(self.values.nrows(), p + 1);
         x.columns_mut(0, p).copy_from(&self.values);
         x.set_column(p, &self.residual);
-        Products::new(&self.nuisances, &x, whitening)
+        Products::new(&self.nuisances, &x, whitening, path)
     }
 }

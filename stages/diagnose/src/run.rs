@@ -7,7 +7,7 @@ use world::{World, launch::launches};
 use crate::{
     Diagnose, DiagnoseError, Found, Input,
     arm::{self, Arm},
-    candidates::{Candidate, candidates, is_of_whole_strikes},
+    candidates::{Candidate, candidates, is_of_whole_strikes, last_resorts},
     conclude::{Case, Left},
     evidence::{self, Alarm, Statistic, replicates},
     fit::{Fitted, ITERATIONS},
@@ -16,11 +16,11 @@ use crate::{
     null::fit_null,
     score::ScoreTest,
     screen::{Chance, screen_by},
-    search::{Limits, Selection, search, without},
+    search::{Limits, Selection, search, with_last_resorts, without},
     smooth::{
         Dependence,
         covariate::{Covariate, family},
-        dependences, dependences_of,
+        dependences, dependences_of, family_columns,
     },
     strikes::PreparedStrikes,
 };
@@ -80,9 +80,16 @@ impl Diagnose {
         })?;
         let screened = screen_by(&prepared, &null, &test, &candidates, replicates)?;
         let before = dependences_of(&prepared, &null, &test)?;
-        drop(test);
-        let chance = evidence::chance(&screened);
+        let mut chance = evidence::chance(&screened);
         let p_value = Alarm::new(&Statistic::all(&screened, &before)).p_value();
+        let last_resorts = if p_value.is_real() && !is_astray {
+            last_resorts(rig, &prepared.strikes)
+        } else {
+            Vec::new()
+        };
+        let screened_last = screen_by(&prepared, &null, &test, &last_resorts, replicates)?;
+        chance.extend(evidence::chance(&screened_last));
+        drop(test);
 
         progress.set_message("which effects");
         let limits = Limits {
@@ -94,6 +101,7 @@ impl Diagnose {
             replicates,
         };
         let selection = search(&prepared, &null, &screened, &candidates, &chance, &limits)?;
+        let selection = with_last_resorts(selection, &last_resorts, &candidates, &chance)?;
         let (selection, left) = self.pruned(selection, &candidates, &chance, is_astray)?;
         let (selection, gains, mut notes) = paying(selection)?;
         notes.extend(notes::left_out(pushed_again, pushed));
@@ -167,11 +175,38 @@ impl Diagnose {
             let left = left(&selection, &after, is_astray);
             let weak = selection.weaker_than(left.beyond_form);
             let Some(weak) = weak.or_else(|| selection.fitted.unsure()) else {
-                return Ok((selection, left));
+                // A strange slide is far from any form.
+                if is_astray {
+                    return Ok((selection, left));
+                }
+                let beyond_form = self.beyond_form(&selection)?;
+                return Ok((
+                    selection,
+                    Left {
+                        beyond_form,
+                        ..left
+                    },
+                ));
             };
             selection = without(selection, weak, candidates, chance)?;
         }
         Ok((selection, Left::default()))
+    }
+}
+
+impl Diagnose {
+    /// What smooth dependences gain beside the model and all that another form of its effects would take.
+    fn beyond_form(&self, selection: &Selection<'_>) -> Result<f64, DiagnoseError> {
+        let Selection {
+            prepared, fitted, ..
+        } = selection;
+        let family = family_columns(prepared, fitted)?;
+        let test = ScoreTest::new(prepared, fitted, &family, replicates(self.seed));
+        let beside = match &test {
+            Some(test) => dependences_of(prepared, fitted, test)?,
+            None => Vec::new(),
+        };
+        Ok(evidence::left(&beside, |_| true))
     }
 }
 
@@ -219,6 +254,7 @@ fn left(selection: &Selection<'_>, after: &[Dependence], is_astray: bool) -> Lef
         beyond_form: evidence::left(after, |covariate| {
             counts(covariate) && !held.contains(&&covariate)
         }),
+        is_astray,
     }
 }
 
@@ -228,7 +264,7 @@ fn paying(selection: Selection<'_>) -> Result<(Selection<'_>, Gains, Vec<String>
         return Ok((selection, Gains::default(), Vec::new()));
     }
     let gains = heldout::gains(&selection.prepared, &selection.null, &selection.fitted)?;
-    let (sum, error) = heldout::total(&gains.likelihood);
+    let (sum, error) = heldout::total(&heldout::limited(&gains.likelihood));
     if sum > 0.0 {
         return Ok((selection, gains, Vec::new()));
     }

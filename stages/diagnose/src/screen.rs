@@ -25,7 +25,7 @@ pub(crate) type Chance = BTreeMap<&'static str, f64>;
 const STEPS: usize = 4;
 
 /// Starts of a candidate that are remembered.
-const SHORT: usize = 16;
+const SHORT: usize = 8;
 
 /// Where a fit may begin.
 #[derive(Clone, Debug)]
@@ -48,7 +48,8 @@ impl Start {
 #[derive(Clone, Debug)]
 pub(crate) struct Screened {
     pub(crate) name: &'static str,
-    /// Greatest score over its starts, at the scatter of the fitted model: what chance is known of.
+    /// Greatest gain over its starts: the score at the scatter of the fitted model, which is what chance is known of, or what a
+    /// whole step gains where that scatter is of the effect's own making.
     pub(crate) score: f64,
     /// The best of where its fits may begin.
     pub(crate) shortlist: Vec<FitStart>,
@@ -109,9 +110,14 @@ pub(crate) fn screen_by(
                 .map(|beside| beside.start(test))
                 .collect();
             starts.sort_by(|a, b| b.penalised_gain().total_cmp(&a.penalised_gain()));
+            let whole_steps = starts.iter().filter(|_| !test.is_beside);
             Ok(Screened {
                 name: candidate.name,
-                score: scores().map(|score| score.gain).fold(0.0, f64::max),
+                score: scores()
+                    .map(|score| score.gain)
+                    // A whole step knows nothing of random columns.
+                    .chain(whole_steps.map(|start| start.gain))
+                    .fold(0.0, f64::max),
                 strength: beside
                     .iter()
                     .map(Beside::strength)

@@ -14,6 +14,7 @@ use crate::{
     mixed::{ANGLE, NUISANCES, SPEED},
     model::{FRICTION, Model, RESTITUTION},
     noise::{self, FrameNoise, Whitening},
+    wander::{Path, paths},
 };
 
 /// Nuisances of one strike: see [`crate::mixed`].
@@ -33,6 +34,8 @@ pub(crate) struct PreparedStrikes<'a> {
     pub(crate) frames: Vec<noise::Frames>,
     /// What makes each strike's errors independent.
     pub(crate) whitenings: Vec<Whitening>,
+    /// How a wander moves each strike's friction.
+    pub(crate) paths: Vec<Path>,
 }
 
 /// A launch that is slower than this share of another is none.
@@ -72,10 +75,12 @@ impl<'a> PreparedStrikes<'a> {
             .iter()
             .map(|strike| noise::Frames::new(strike, 1.0 / rig.camera.rate))
             .collect();
+        let orders: Vec<f64> = strikes.iter().map(|s| s.conditions.order).collect();
         Self {
             rig,
             strikes,
             launches,
+            paths: paths(&orders),
             base: Base::of(&rig.object),
             gyration: planar::gyration(rig),
             noise: FrameNoise::WHITE,
@@ -105,6 +110,7 @@ impl<'a> PreparedStrikes<'a> {
             launches: places.iter().map(|i| self.launches[*i]).collect(),
             frames: places.iter().map(|i| self.frames[*i].clone()).collect(),
             whitenings: places.iter().map(|i| self.whitenings[*i].clone()).collect(),
+            paths: places.iter().map(|i| self.paths[*i]).collect(),
             ..self.clone()
         }
     }

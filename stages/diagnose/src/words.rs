@@ -36,6 +36,12 @@ fn description(d: &Dependence) -> String {
             d.peak.norm(),
             d.at.x
         ),
+        Covariate::Sideways => format!(
+            "the object is pushed to the {} of its way, by up to {:.2} m/s², when it slides at {:.2} m/s",
+            if d.peak.y > 0.0 { "left" } else { "right" },
+            d.peak.norm(),
+            d.at.x
+        ),
         Covariate::Phase => format!(
             "the object is pushed by up to {:.2} m/s² towards {:.0}°, {:.2} s after the impact",
             d.peak.norm(),

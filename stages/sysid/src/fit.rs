@@ -33,6 +33,8 @@ pub(crate) struct Fitted {
     pub(crate) information: DMatrix<f64>,
     /// Jᵀ·Σ⁻¹·r of each strike.
     pub(crate) scores: Vec<DVector<f64>>,
+    /// Jᵀ·Σ⁻¹·J of each strike.
+    pub(crate) informations: Vec<DMatrix<f64>>,
     pub(crate) iterations: u32,
     pub(crate) simulations: u64,
 }
@@ -296,9 +298,12 @@ pub(crate) fn fit(
         weights_now = weights(&all);
         let mut information = DMatrix::zeros(slopes.fitted(), slopes.fitted());
         let mut scores = Vec::with_capacity(strikes.len());
+        let mut informations = Vec::with_capacity(strikes.len());
         for ((evidence, slope), weight) in all.iter().zip(&slopes.by_fitted).zip(&weights_now) {
             let weighed = evidence.weigh(slope);
-            information += slope.tr_mul(&weighed) * *weight;
+            let own = slope.tr_mul(&weighed) * *weight;
+            information += &own;
+            informations.push(own);
             scores.push(weighed.tr_mul(&evidence.residual) * *weight);
         }
         let score: DVector<f64> = scores
@@ -349,6 +354,7 @@ pub(crate) fn fit(
                 components,
                 information,
                 scores,
+                informations,
                 iterations,
                 simulations,
             });

@@ -1,13 +1,14 @@
 //! 95 % intervals from how strikes differ.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DMatrix;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 use world::{Estimate, World, parameter};
 
 use crate::{SysidError, fit::Fitted};
 
-/// The fitted world with intervals: the larger of the model's variance A⁻¹ and the sandwich A⁻¹·B·A⁻¹, B from each
-/// strike's own score, at Student's t with as many degrees of freedom as strikes less parameters.
+/// The fitted world with intervals: the larger of the model's variance A⁻¹ and the jackknife's A⁻¹·B·A⁻¹, B from each
+/// strike's own score s at the fit to all others, (1 − A_i·A⁻¹)⁻¹·s (Bell and McCaffrey 2002, "CR3"), at Student's t with as many
+/// degrees of freedom as strikes less parameters.
 pub(crate) fn with_intervals(fitted: &Fitted) -> Result<World, SysidError> {
     let (n, p) = (fitted.scores.len() as f64, fitted.information.ncols());
     let Some(inverse) = fitted.information.clone().try_inverse() else {
@@ -15,18 +16,15 @@ pub(crate) fn with_intervals(fitted: &Fitted) -> Result<World, SysidError> {
             names: fitted.free.join(", "),
         });
     };
-    let mean = fitted
-        .scores
-        .iter()
-        .fold(DVector::zeros(p), |sum, s| sum + s)
-        / n;
     let mut between = DMatrix::zeros(p, p);
-    for score in &fitted.scores {
-        let away = score - &mean;
+    for (score, own) in fitted.scores.iter().zip(&fitted.informations) {
+        // A strike pulls the fit towards itself: without it, its score would have been this.
+        let kept = DMatrix::identity(p, p) - own * &inverse;
+        let away = kept.lu().solve(score).unwrap_or_else(|| score.clone());
         between += &away * away.transpose();
     }
     let freedom = (n - p as f64).max(1.0);
-    let sandwich = &inverse * (between * (n / freedom)) * &inverse;
+    let sandwich = &inverse * (between * ((n - 1.0) / n)) * &inverse;
     let quantile = StudentsT::new(0.0, 1.0, freedom).map_or(1.96, |t| t.inverse_cdf(0.975));
     let mut world = fitted.world.clone();
     for (i, name) in fitted.free.iter().enumerate() {

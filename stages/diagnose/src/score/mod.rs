@@ -28,6 +28,30 @@ use crate::{
     strikes::{PreparedStrikes, stack},
 };
 
+/// Wander of friction, relative, that shows in no track.
+const STILL: f64 = 1e-3;
+
+/// The wander's columns, where there is one.
+fn wander(prepared: &PreparedStrikes<'_>, fitted: &Fitted) -> Option<RandomColumns> {
+    let wander = fitted.estimated.components.wander;
+    if wander < STILL {
+        return None;
+    }
+    let strikes = fitted.linearisation.whitened.iter().zip(&prepared.paths);
+    let moved = strikes
+        .map(|(whitened, path)| {
+            let friction = whitened.nuisances.column(mixed::FRICTION);
+            let columns =
+                DMatrix::from_fn(friction.len(), path.len(), |row, k| friction[row] * path[k]);
+            Some(columns)
+        })
+        .collect();
+    Some(RandomColumns {
+        moved,
+        variance: wander * wander,
+    })
+}
+
 /// A fitted model, ready to be tested against columns that it lacks.
 pub(crate) struct ScoreTest<'f, 'a> {
     prepared: &'f PreparedStrikes<'a>,
@@ -41,6 +65,8 @@ pub(crate) struct ScoreTest<'f, 'a> {
     signs: DMatrix<f64>,
     /// How much more a drawn residual's scatter may be than what is estimated from it.
     studentised: Vec<f64>,
+    /// Whether random columns stand beside the model, its wander apart.
+    pub(crate) is_beside: bool,
 }
 
 impl<'f, 'a> ScoreTest<'f, 'a> {
@@ -52,7 +78,11 @@ impl<'f, 'a> ScoreTest<'f, 'a> {
         replicates: Replicates,
     ) -> Option<Self> {
         let p = fitted.model.free.len();
-        let all = p + random.iter().map(RandomColumns::count).sum::<usize>();
+        let is_beside = !random.is_empty();
+        let wander = wander(prepared, fitted);
+        let random: Vec<&RandomColumns> = wander.iter().chain(random).collect();
+        let random = random.as_slice();
+        let all = p + random.iter().map(|columns| columns.count()).sum::<usize>();
         let common = common_heights(random, replicates);
         let mut strikes: Vec<StrikeAtFit<'f>> = (0..prepared.strikes.len())
             .into_par_iter()
@@ -88,6 +118,7 @@ impl<'f, 'a> ScoreTest<'f, 'a> {
             strikes,
             inverse,
             scores,
+            is_beside,
         })
     }
 
@@ -137,7 +168,8 @@ impl<'f, 'a> ScoreTest<'f, 'a> {
             .par_iter()
             .zip(moved)
             .zip(&self.prepared.whitenings)
-            .map(|((at, columns), whitening)| {
+            .zip(&self.prepared.paths)
+            .map(|(((at, columns), whitening), path)| {
                 let mut x = DMatrix::zeros(at.simulated.len(), p + free.len() + 1);
                 x.columns_mut(0, p).copy_from(&at.whitened.values);
                 let mut residual = at.whitened.residual.clone();
@@ -150,7 +182,7 @@ impl<'f, 'a> ScoreTest<'f, 'a> {
                     }
                 }
                 x.set_column(p + free.len(), &residual);
-                mixed::Products::new(&at.whitened.nuisances, &x, whitening)
+                mixed::Products::new(&at.whitened.nuisances, &x, whitening, path)
             })
             .collect();
         let own = prior(&self.fitted.model);

@@ -25,7 +25,7 @@ impl Replicates {
 }
 
 /// Coefficients of the random columns in each replicate, the same for all strikes.
-pub(super) fn common_heights(random: &[RandomColumns], replicates: Replicates) -> DMatrix<f64> {
+pub(super) fn common_heights(random: &[&RandomColumns], replicates: Replicates) -> DMatrix<f64> {
     let scales: Vec<f64> = random
         .iter()
         .flat_map(|columns| vec![columns.variance.sqrt(); columns.count()])

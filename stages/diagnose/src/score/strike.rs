@@ -33,7 +33,7 @@ impl<'f> StrikeAtFit<'f> {
         prepared: &PreparedStrikes<'_>,
         fitted: &'f Fitted,
         i: usize,
-        random: &[RandomColumns],
+        random: &[&RandomColumns],
         common: &DMatrix<f64>,
         replicates: Replicates,
     ) -> Self {

@@ -6,11 +6,13 @@
 
 mod fits;
 mod forward;
+mod last_resort;
 mod penalty;
 mod refine;
 
 pub(crate) use fits::{CandidateFit, EXCLUDED};
 pub(crate) use forward::{Limits, search};
+pub(crate) use last_resort::with_last_resorts;
 pub(crate) use refine::without;
 
 use crate::{fit::Fitted, strikes::PreparedStrikes};

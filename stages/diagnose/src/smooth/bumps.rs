@@ -20,6 +20,8 @@ const FRAMES: usize = 8;
 const MOST_CELLS: usize = 60;
 /// Bumps along a line, and along each side of the plane of commands.
 const BUMPS: usize = 7;
+/// Bumps over the speeds or the angles that are commanded: a drive's error may wave along them.
+const COMMANDS: usize = 17;
 const PLANE: usize = 4;
 /// Push in m/s² of the finite differences.
 const PUSH: f64 = 0.02;
@@ -145,6 +147,15 @@ pub(crate) fn bumps(
                 },
             )?
         }
+        Covariate::Sideways => {
+            let fastest = strikes.iter().map(|s| s.command.speed).fold(0.0, f64::max);
+            let speeds = line([0.0, 1.5 * fastest].into_iter(), BUMPS);
+            let places = on_line(&speeds, &[left]);
+            builder.pushed(Acts::AsForce, places, &|(centre, _), _, _, v| {
+                let aside = push(true, ahead, v);
+                Point::new(aside.y, -aside.x) * bump(v.norm() - centre.x, speeds.1)
+            })?
+        }
         Covariate::Heading => {
             let headings = line(strikes.iter().map(|s| s.path().bearing()), BUMPS);
             let places = on_line(&headings, &[ahead, left]);
@@ -184,7 +195,7 @@ pub(crate) fn bumps(
             )
         }
         Covariate::Speed => {
-            let speeds = line(strikes.iter().map(|s| s.command.speed), BUMPS);
+            let speeds = line(strikes.iter().map(|s| s.command.speed), COMMANDS);
             Some(
                 builder.launched(on_line(&speeds, &[ahead, left]), &|i, place| {
                     bump(strikes[i].command.speed - place.x, speeds.1)
@@ -192,7 +203,7 @@ pub(crate) fn bumps(
             )
         }
         Covariate::Angle => {
-            let angles = line(strikes.iter().map(|s| s.command.angle), BUMPS);
+            let angles = line(strikes.iter().map(|s| s.command.angle), COMMANDS);
             Some(
                 builder.launched(on_line(&angles, &[ahead, left]), &|i, place| {
                     bump(strikes[i].command.angle - place.x, angles.1)

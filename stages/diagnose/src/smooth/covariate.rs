@@ -11,6 +11,8 @@ pub(crate) enum Covariate {
     Surface,
     /// Friction, by speed.
     SlidingSpeed,
+    /// A force across the motion, by speed.
+    Sideways,
     /// Friction and a force across the motion, by its direction.
     Heading,
     /// Pushes in both directions, by time since the impact.
@@ -26,10 +28,11 @@ pub(crate) enum Covariate {
 }
 
 /// Those that are looked at in every diagnosis.
-pub(crate) const COVARIATES: [Covariate; 9] = [
+pub(crate) const COVARIATES: [Covariate; 10] = [
     Covariate::Position,
     Covariate::Surface,
     Covariate::SlidingSpeed,
+    Covariate::Sideways,
     Covariate::Heading,
     Covariate::Phase,
     Covariate::Speed,
@@ -43,9 +46,12 @@ impl Covariate {
     pub(crate) fn is_of_whole_strikes(self) -> bool {
         match self {
             Self::Speed | Self::Angle | Self::Command | Self::Order | Self::Wear => true,
-            Self::Position | Self::Surface | Self::SlidingSpeed | Self::Heading | Self::Phase => {
-                false
-            }
+            Self::Position
+            | Self::Surface
+            | Self::SlidingSpeed
+            | Self::Sideways
+            | Self::Heading
+            | Self::Phase => false,
         }
     }
 
@@ -55,6 +61,7 @@ impl Covariate {
             Self::Position => "position",
             Self::Surface => "surface",
             Self::SlidingSpeed => "sliding_speed",
+            Self::Sideways => "sideways",
             Self::Heading => "heading",
             Self::Phase => "phase",
             Self::Speed => "speed",

@@ -76,6 +76,7 @@ impl Peak<'_, '_, '_> {
             });
         let net: Box<dyn Fn(Point) -> Point> = match covariate {
             Covariate::Position | Covariate::Phase => Box::new(|at| bumps(at) + ahead * -slower),
+            Covariate::Sideways => Box::new(bumps),
             Covariate::Surface | Covariate::SlidingSpeed | Covariate::Heading => {
                 Box::new(|at| bumps(at) + Point::new(slower, 0.0))
             }

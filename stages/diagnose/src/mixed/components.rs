@@ -1,0 +1,72 @@
+//! What differs from strike to strike, and by how much.
+
+use nalgebra::SMatrix;
+
+use crate::noise::{self, FrameNoise};
+
+/// Speed (logarithm), angle, clock, resting x, resting y, friction (logarithm).
+pub(crate) const NUISANCES: usize = 6;
+/// Places among them whose standard deviations are estimated.
+pub(crate) const ESTIMATED: [usize; 3] = [SPEED, ANGLE, FRICTION];
+/// Places of speed, angle and friction.
+pub(crate) const SPEED: usize = 0;
+pub(crate) const ANGLE: usize = 1;
+pub(crate) const FRICTION: usize = 5;
+
+pub(super) type Small = SMatrix<f64, NUISANCES, NUISANCES>;
+
+/// Standard deviations of a strike's nuisances and of the camera.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct VarianceComponents {
+    /// Relative speed, angle (rad), clock (s), resting x and y (m), relative friction.
+    pub(crate) nuisance: [f64; NUISANCES],
+    /// Of a centroid's coordinate, in m.
+    pub(crate) camera: f64,
+    /// Of the wander of friction from the first strike to the last, relative.
+    pub(crate) wander: f64,
+    /// Of a resting place, over the camera's.
+    pub(super) resting: f64,
+}
+
+/// A strike's clock is its own: first motion is seen later where the object is slow, the camera noisy or a frame lost, and a
+/// prior that pulled clocks together would turn that into speeds that depend on speed. So it is all but free, in frames.
+const CLOCK_FRAMES: f64 = 2.0;
+/// Scatter of speed, angle and friction from which the estimate starts, and the greatest that a robot and a table have: what
+/// differs more from strike to strike is no scatter but something that is missing, and must not be weighed down as if it were.
+const START: f64 = 0.01;
+pub(crate) const GREATEST: f64 = 0.12;
+/// Scatter that shows in no track: changes below it are no changes.
+pub(super) const NEGLIGIBLE: f64 = 1e-3;
+/// The least, which keeps it from zero.
+pub(super) const LEAST: f64 = 1e-5;
+
+impl VarianceComponents {
+    /// Before anything is estimated.
+    pub(crate) fn initial(camera: f64, frame: f64) -> Self {
+        let mut components = Self {
+            nuisance: [START, START, CLOCK_FRAMES * frame, 0.0, 0.0, START],
+            camera,
+            wander: START,
+            resting: 0.0,
+        };
+        components.set_resting(FrameNoise::WHITE);
+        components
+    }
+
+    /// The same under other noise of frames.
+    pub(crate) fn under(mut self, noise: FrameNoise) -> Self {
+        self.set_resting(noise);
+        self
+    }
+
+    fn set_resting(&mut self, noise: FrameNoise) {
+        self.resting = noise::resting(noise);
+        let rest = self.camera * self.resting;
+        (self.nuisance[3], self.nuisance[4]) = (rest, rest);
+    }
+
+    /// Whether a scatter is as great as a robot's or a table's can be.
+    pub(crate) fn is_at_bound(&self, place: usize) -> bool {
+        ESTIMATED.contains(&place) && self.nuisance[place] > 0.999 * GREATEST
+    }
+}

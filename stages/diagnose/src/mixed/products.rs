@@ -1,0 +1,147 @@
+//! All that a fit needs of a strike: the products of its columns.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::components::{FRICTION, NUISANCES, Small, VarianceComponents};
+use crate::{noise::Whitening, wander::Path};
+
+/// The products of one strike's columns: those of β, then the residual.
+#[derive(Clone, Debug)]
+pub(crate) struct Products {
+    /// Gᵀ·G.
+    pub(super) gg: Small,
+    /// Gᵀ·[X r].
+    pub(super) gx: DMatrix<f64>,
+    /// [X r]ᵀ·[X r].
+    pub(super) xx: DMatrix<f64>,
+    pub(super) rows: f64,
+    /// How far each path of the wander moves this strike's friction.
+    pub(super) path: Path,
+    /// ln |R| in units of σ².
+    log_determinant: f64,
+}
+
+impl Products {
+    /// `g`: a column for each nuisance; `x`: the columns of β, then the residual; rows are coordinates of frames, whitened.
+    pub(crate) fn new(
+        g: &DMatrix<f64>,
+        x: &DMatrix<f64>,
+        whitening: &Whitening,
+        path: &Path,
+    ) -> Self {
+        let gram = g.tr_mul(g);
+        Self {
+            gg: Small::from_fn(|i, j| gram[(i, j)]),
+            gx: g.tr_mul(x),
+            xx: square(x),
+            rows: whitening.rows,
+            path: *path,
+            log_determinant: whitening.log_determinant,
+        }
+    }
+
+    /// C = (GᵀG + σ²P⁻¹)⁻¹, and the logarithm of Σ's determinant.
+    pub(super) fn posterior(&self, components: &VarianceComponents) -> (Small, f64) {
+        let variance = components.camera * components.camera;
+        let mut precision = self.gg;
+        let mut log_determinant = self.log_determinant + self.rows * variance.ln();
+        for (i, sd) in components.nuisance.iter().enumerate() {
+            let square = (sd * sd).max(1e-18);
+            precision[(i, i)] += variance / square;
+            log_determinant += (square / variance).ln();
+        }
+        match precision.cholesky() {
+            Some(factor) => {
+                let root: f64 = factor.l_dirty().diagonal().iter().map(|d| d.ln()).sum();
+                (factor.inverse(), log_determinant + 2.0 * root)
+            }
+            None => (Small::zeros(), log_determinant),
+        }
+    }
+
+    /// Logarithm of Σ's determinant.
+    pub(crate) fn log_determinant(&self, components: &VarianceComponents) -> f64 {
+        self.posterior(components).1
+    }
+
+    /// gᵀ·Σ⁻¹·[X r] and gᵀ·Σ⁻¹·g, with g the column of the strike's friction.
+    pub(super) fn friction(
+        &self,
+        posterior: &Small,
+        components: &VarianceComponents,
+    ) -> (DVector<f64>, f64) {
+        let precision = (components.camera * components.camera).recip();
+        let own = self.gg.fixed_columns::<1>(FRICTION).into_owned();
+        let shrunk = posterior * own;
+        let with = DVector::from_fn(self.gx.ncols(), |j, _| {
+            let column = self.gx.fixed_view::<NUISANCES, 1>(0, j);
+            (column[FRICTION] - shrunk.dot(&column)) * precision
+        });
+        (with, (own[FRICTION] - own.dot(&shrunk)) * precision)
+    }
+
+    /// XᵀΣ⁻¹X and XᵀΣ⁻¹(r − X·β − g·w), with w what is known of the strike's friction beside its own.
+    pub(crate) fn scores(
+        &self,
+        components: &VarianceComponents,
+        beta: &DVector<f64>,
+        gamma: &Path,
+    ) -> (DMatrix<f64>, DVector<f64>) {
+        let p = beta.len();
+        let (posterior, _) = self.posterior(components);
+        let mut all = DMatrix::zeros(p + 1, p + 1);
+        self.weigh(&posterior, components, &mut all);
+        all.fill_lower_triangle_with_upper_triangle();
+        let (friction, _) = self.friction(&posterior, components);
+        let information = all.view((0, 0), (p, p)).into_owned();
+        let score = all.view((0, p), (p, 1)).column(0)
+            - &information * beta
+            - friction.rows(0, p) * self.path.dot(gamma);
+        (information, score)
+    }
+
+    /// Adds the upper half of [X r]ᵀ·Σ⁻¹·[X r].
+    pub(super) fn weigh(
+        &self,
+        posterior: &Small,
+        components: &VarianceComponents,
+        all: &mut DMatrix<f64>,
+    ) {
+        let precision = (components.camera * components.camera).recip();
+        for j in 0..self.gx.ncols() {
+            let shrunk = posterior * self.gx.fixed_view::<NUISANCES, 1>(0, j);
+            for i in 0..=j {
+                let taken = self.gx.fixed_view::<NUISANCES, 1>(0, i).dot(&shrunk);
+                all[(i, j)] += (self.xx[(i, j)] - taken) * precision;
+            }
+        }
+    }
+}
+
+/// xᵀ·x, each pair of columns once.
+fn square(x: &DMatrix<f64>) -> DMatrix<f64> {
+    let mut square = DMatrix::zeros(x.ncols(), x.ncols());
+    for i in 0..x.ncols() {
+        for j in 0..=i {
+            let dot = x.column(i).dot(&x.column(j));
+            square[(i, j)] = dot;
+            square[(j, i)] = dot;
+        }
+    }
+    square
+}
+
+/// C of a strike whose nuisances have these columns, whitened.
+pub(crate) fn posterior(g: &DMatrix<f64>, components: &VarianceComponents) -> DMatrix<f64> {
+    let gram = g.tr_mul(g);
+    let products = Products {
+        gg: Small::from_fn(|i, j| gram[(i, j)]),
+        gx: DMatrix::zeros(0, 0),
+        xx: DMatrix::zeros(0, 0),
+        rows: 0.0,
+        path: Path::zeros(),
+        log_determinant: 0.0,
+    };
+    let (small, _) = products.posterior(components);
+    DMatrix::from_fn(NUISANCES, NUISANCES, |i, j| small[(i, j)])
+}

@@ -1,0 +1,84 @@
+//! A smooth field in the place of simpler effects of its kind, where it is likelier than all of them together.
+
+use world::{WorldError, effects::effect};
+
+use super::{
+    Selection,
+    fits::{Tried, fit_best},
+    refine::{BETTER, refine},
+};
+use crate::{
+    candidates::Candidate,
+    fit::ITERATIONS,
+    null::renewed,
+    screen::{Chance, screen},
+};
+
+/// Share of its gain that a last resort must bring beyond the simpler effects: what a wrong form of those leaves is no reason for it.
+const FORM: f64 = 0.02;
+
+/// Asks each last resort whether it stands better than all effects of its kind together; where no effect is held, whether it stands at
+/// all.
+pub(crate) fn with_last_resorts<'a>(
+    mut selection: Selection<'a>,
+    last_resorts: &[Candidate],
+    candidates: &[Candidate],
+    chance: &Chance,
+) -> Result<Selection<'a>, WorldError> {
+    for last_resort in last_resorts {
+        let Selection {
+            prepared, fitted, ..
+        } = &selection;
+        let kind = |name: &str| effect(name).ok().map(|spec| spec.family);
+        let mut model = fitted.model.clone();
+        let mut by_chance = 0.0;
+        for place in (0..model.parts.len()).rev() {
+            let name = model.parts[place].name;
+            if kind(name) == kind(last_resort.name) {
+                model = model.without(place);
+                by_chance += chance[name];
+            }
+        }
+        let held = fitted.model.parts.len();
+        if model.parts.len() == held && held > 0 {
+            continue;
+        }
+        let components = &fitted.estimated.components;
+        let Some(reduced) = prepared.fit(&model, components, &fitted.nuisances, ITERATIONS)? else {
+            continue;
+        };
+        let simpler = (fitted.likelihood() - reduced.likelihood() - by_chance).max(0.0);
+        let screened = screen(prepared, &reduced, std::slice::from_ref(last_resort))?;
+        let asked = [last_resort.name];
+        let fits = fit_best(
+            prepared,
+            &reduced,
+            &screened,
+            chance,
+            &asked,
+            &mut Tried::new(),
+        )?;
+        let Some(fit) = fits.into_iter().find(|fit| {
+            let gain = fit.fitted.likelihood() - reduced.likelihood();
+            (1.0 - FORM) * gain - chance[last_resort.name] > simpler + BETTER
+        }) else {
+            continue;
+        };
+        let Some((prepared, null, fitted)) = renewed(prepared, &selection.null, &fit.fitted)?
+        else {
+            continue;
+        };
+        selection = refine(
+            Selection {
+                prepared,
+                null,
+                fitted,
+                effects: Vec::new(),
+            },
+            candidates,
+            chance,
+            0,
+        )?;
+    }
+    Ok(selection)
+}
