@@ -72,3 +72,23 @@ fn a_rectangle_of_friction_is_a_patch_and_nothing_else() {
     assert!(found.gap.after < found.gap.before);
     assert!(found.p_value >= 1.0 / (1 + found.replicates) as f64);
 }
+
+#[test]
+fn friction_that_wanders_is_noise_and_neither_a_drift_nor_a_change_by_session() {
+    let found = diagnosed(Noise::Mixed, Hidden::Wander(0.005), 7);
+    assert_eq!(found.verdict, Verdict::Consistent, "{}", found.summary);
+    assert!(found.noise.friction > 0.02, "{:?}", found.noise);
+}
+
+#[test]
+fn a_force_across_the_motion_is_no_tilt() {
+    let found = diagnosed(Noise::Ideal, Hidden::Magnus(0.2), 8);
+    assert_eq!(found.verdict, Verdict::Unexplained, "{}", found.summary);
+    let told = "would have been named, but is not";
+    assert!(
+        found.notes.iter().any(|note| note.contains(told))
+            || found.r#where[0].covariate == "sideways",
+        "{:?}",
+        found.notes
+    );
+}
