@@ -32,7 +32,7 @@ const FRAMES: usize = 6;
 
 impl Stage for Diagnose {
     const NAME: &'static str = "diagnose";
-    const VERSION: u32 = 14;
+    const VERSION: u32 = 15;
     type Input = Input;
     type Output = Found;
     type Error = DiagnoseError;
