@@ -71,14 +71,22 @@ $(PEERS)/done: tests/peers/requirements.txt
 	python3 -m venv $(PEERS)
 	$(PEERS)/bin/python -m pip install --quiet --disable-pip-version-check --requirement $<
 	touch $@
-bench: build $(PEERS)/done
-	$(PEERS)/bin/python tests/peers/bench.py $(if $(SMALL),--small) $(PARTS)
+# Tracking has a page and a peer of its own: `make bench PARTS=track`.
+OPENCV := artifacts/runs/bench/opencv
+$(OPENCV)/done: tests/peers/requirements_track.txt
+	python3 -m venv $(OPENCV)
+	$(OPENCV)/bin/python -m pip install --quiet --disable-pip-version-check --requirement $<
+	touch $@
+bench: build $(if $(filter track,$(PARTS)),$(OPENCV)/done) $(if $(filter-out track,$(PARTS))$(if $(PARTS),,all),$(PEERS)/done)
+	$(if $(filter track,$(PARTS)),cargo build --workspace --locked --example frames)
+	$(if $(filter track,$(PARTS)),$(OPENCV)/bin/python tests/peers/track.py $(if $(SMALL),--small))
+	$(if $(filter-out track,$(PARTS))$(if $(PARTS),,all),$(PEERS)/bin/python tests/peers/bench.py $(if $(SMALL),--small) $(filter-out track,$(PARTS)))
 
 # Ten minutes of changed inputs for everything that is read from outside, side by side.
 FUZZ_SECONDS := 600
 FUZZ_SEED := 1
 fuzz: build
-	@for target in mcap cdr json protobuf rig world manifest weights batch signature; do \
+	@for target in mcap cdr json protobuf image rig world manifest weights batch signature; do \
 		nice -n 19 $(BIN)/fuzz $$target --seconds $(FUZZ_SECONDS) --seed $(FUZZ_SEED) & pids="$$pids $$!"; \
 	done; for pid in $$pids; do wait $$pid || exit 1; done
 

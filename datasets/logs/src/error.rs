@@ -59,7 +59,7 @@ pub enum LogError {
     #[error(
         "find topic {topic} in log {log}: it has {}; set the topic's name in rig.toml under [topics]{}",
         list(found),
-        if *images { ". Camera images are there, but centroids are not taken from images: log the object's centroid" } else { "" }
+        if *images { ". Camera images are there: name their topic under [topics.image], with the camera's lens and pose and the object's colour, to take the centroid from them" } else { "" }
     )]
     MissingTopic {
         /// The file.

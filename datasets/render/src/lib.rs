@@ -5,7 +5,9 @@
 //! the sides of a tall object, soft shadows, motion blur and a rolling shutter are all what they are, to the number of rays.
 //!
 //! - [`Scene`] is what is there; [`Renderer`] is a camera that looks at it; [`Picture`] is what it gives.
+//! - [`case`] holds the cases that trackers are measured on.
 
+pub mod case;
 mod encode;
 mod light;
 mod moment;

@@ -77,4 +77,10 @@ pub enum RigSimError {
     /// A log could not be written.
     #[error(transparent)]
     Log(#[from] logs::write::WriteError),
+    /// A log that was just written could not be read.
+    #[error(transparent)]
+    Reading(#[from] logs::LogError),
+    /// A picture could not be made.
+    #[error("film the demo: {0}")]
+    Film(String),
 }

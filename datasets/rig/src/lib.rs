@@ -14,6 +14,7 @@
 //!
 //! - [`Sim`] strikes one command after another, as a robot would.
 //! - [`demo::write`] writes a folder of logs with the truth beside them.
+//! - [`film::film`] puts pictures in place of a demo's centroids.
 //! - [`Hide::parse`] reads `--hide`: effects, and kinds of noise.
 
 mod body;
@@ -24,6 +25,7 @@ pub mod demo;
 mod disturbance;
 mod effects;
 mod error;
+pub mod film;
 mod hidden;
 mod hide;
 mod impact;

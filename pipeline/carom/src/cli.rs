@@ -5,7 +5,8 @@ use clap::{Parser, Subcommand};
 use crate::Error;
 use crate::args::{Global, LogsArgs, examples};
 use crate::commands::{
-    artifacts, dataset, demo, key, nightly, rebuild, report, rig, run, score, step, trial,
+    artifacts, camera, dataset, demo, key, nightly, rebuild, report, rig, run, score, step, track,
+    trial,
 };
 use crate::output::Output;
 use crate::pipeline::Step;
@@ -49,6 +50,7 @@ pub enum Command {
         "carom demo --hide table_tilt=0.004,0.002 --hide friction_patch --out tilted",
         "carom demo --hide friction_scatter=0.02 --hide camera_correlation=0.6 --out noisy",
         "carom demo --hide none --out clean",
+        "carom demo --strikes 100 --camera --out filmed",
         "carom demo --hide table_tilt --plan runs/a/next_strikes.json --out more",
     ]))]
     Demo(demo::DemoArgs),
@@ -58,6 +60,15 @@ pub enum Command {
     /// Read logs and find the strikes in them.
     #[command(after_help = examples(&["carom ingest logs/ --rig rig.toml --out runs/a"]))]
     Ingest(LogsArgs),
+    /// Find the object in the images of logs, and write logs with its centroids.
+    #[command(after_help = examples(&[
+        "carom track logs/ --rig rig.toml --out tracked",
+        "carom track session.mcap --rig rig.toml --out tracked --view view.mcap",
+    ]))]
+    Track(track::TrackArgs),
+    /// The camera's lens and pose, and the object's colour.
+    #[command(subcommand)]
+    Camera(camera::CameraCommand),
     /// Identify the simulator from the strikes' tracks.
     #[command(after_help = examples(&["carom sysid --out runs/a"]))]
     Sysid(step::DirArgs),
@@ -133,6 +144,8 @@ pub fn execute(cli: &Cli) -> Result<Output, Error> {
         Command::Rig(command) => rig::run(command),
         Command::Ingest(args) => run::ingest(args, global),
         Command::Run(args) => run::run(args, global),
+        Command::Track(args) => track::run(args),
+        Command::Camera(command) => camera::run(command),
         Command::Sysid(args) => step::run(args, Step::Sysid, global),
         Command::Diagnose(args) => step::run(args, Step::Diagnose, global),
         Command::Solve(args) => step::run(args, Step::Solve, global),

@@ -25,6 +25,7 @@ mod score;
 mod signing;
 mod steps;
 mod summary;
+mod tracking;
 mod trial;
 
 pub use cli::{Cli, execute};

@@ -12,6 +12,7 @@ use values::{Reject, Rig};
 use crate::inputs::Inputs;
 use crate::left_out::LeftOut;
 use crate::naming::{name_logs, names};
+use crate::tracking::tracked;
 use crate::{Error, summary};
 
 /// What the logs held.
@@ -59,7 +60,9 @@ pub fn open(paths: &[PathBuf]) -> (Vec<LogFile>, Vec<LeftOut>) {
 
 /// Reads the logs; each is read once, until its content changes. One that cannot be is left out, if another can.
 pub fn read(run: &Run, rig: &Rig, logs: &[PathBuf], seed: u64) -> Result<Read, Error> {
-    let (mut logs, mut left_out) = open(logs);
+    let tracked = tracked(run.dir(), rig, logs)?;
+    let (mut logs, mut left_out) = open(&tracked.logs);
+    left_out.extend(tracked.left_out);
     let mut read = loop {
         match run.lists(&Ingest { seed }, rig, &logs) {
             // It is written to while it is read: left out of this run, and nothing is kept of it.
@@ -97,11 +100,18 @@ pub fn read(run: &Run, rig: &Rig, logs: &[PathBuf], seed: u64) -> Result<Read, E
     let notes = left_out
         .iter()
         .map(LeftOut::sentence)
+        .chain(tracked.notes.iter().cloned())
         .chain(notes)
         .collect();
     let damaged = read.iter().filter(|(outcome, _)| !outcome.whole);
     let damaged: Vec<_> = damaged.map(|(outcome, _)| outcome.log.clone()).collect();
     let mend = read.iter().find_map(|(outcome, _)| missing(outcome));
+    let mend = mend.or_else(|| {
+        let untracked = tracked.notes.first()?;
+        Some(format!(
+            "{untracked}; check the object's colour and shape and the camera's pose in the rig file"
+        ))
+    });
     let mend =
         mend.unwrap_or_else(|| "check the topics and the table's bounds in the rig file".into());
     let (strikes, rejects) = Strikes::join(read);

@@ -31,12 +31,18 @@ impl CameraModel {
     /// Lens or pose are missing, or the camera does not look at the table.
     pub fn of(rig: &Rig) -> Result<Self, SetupError> {
         let camera = &rig.camera;
-        let mend = "`carom camera calibrate` finds it";
-        let missing = |key| SetupError::Missing { key, mend };
+        let missing = |key| {
+            let mend = "`carom camera calibrate` finds it";
+            SetupError::Missing { key, mend }
+        };
+        let no_matrix = SetupError::Missing {
+            key: "camera.matrix",
+            mend: "`carom camera calibrate` finds it, or log the camera's CameraInfo beside its images",
+        };
         let orientation = camera.orientation.ok_or(missing("camera.orientation"))?;
         let model = Self {
             lens: Lens {
-                matrix: camera.matrix.ok_or(missing("camera.matrix"))?,
+                matrix: camera.matrix.ok_or(no_matrix)?,
                 distortion: camera.distortion.unwrap_or_default(),
             },
             position: camera.position.ok_or(missing("camera.position"))?,

@@ -7,7 +7,7 @@ use zune_core::colorspace::ColorSpace;
 use zune_core::options::DecoderOptions;
 use zune_jpeg::JpegDecoder;
 
-use crate::image::Image;
+use crate::image::{Image, checked_size};
 use crate::message::Payload;
 use crate::size::LARGEST_IMAGE;
 use crate::{ImageError, ImageMessage};
@@ -31,11 +31,11 @@ impl Decoder {
                 encoding,
                 data,
             } => {
-                self.image.resize(width.into(), height.into())?;
-                raw(&mut self.image, step as usize, encoding, data)?;
+                let size = checked_size(width.into(), height.into())?;
+                raw(&mut self.image, size, step as usize, encoding, data)?;
             }
             Payload::Compressed(data) => self.compressed(data)?,
-            Payload::Video(format, _) => return Err(ImageError::Encoding(format.into())),
+            Payload::Video(format, _) => return Err(ImageError::Video(format.into())),
         }
         Ok(&self.image)
     }
@@ -76,19 +76,24 @@ fn png(image: &mut Image, scratch: &mut Vec<u8>, data: &[u8]) -> Result<(), Imag
     decoder.set_transformations(png::Transformations::normalize_to_color8());
     let mut reader = decoder.read_info().map_err(wrong)?;
     let (width, height) = reader.info().size();
-    image.resize(width.into(), height.into())?;
+    let pixels = checked_size(width.into(), height.into())?;
     let size = reader.output_buffer_size();
     let size = size.ok_or_else(|| ImageError::Compressed("PNG", "it is too large".into()))?;
     scratch.resize(size, 0);
     let frame = reader.next_frame(scratch).map_err(wrong)?;
     let channels = frame.color_type.samples();
     let encoding = ["mono8", "mono8_alpha", "rgb8", "rgba8"][channels.clamp(1, 4) - 1];
-    raw(image, frame.line_size, encoding, scratch)
+    raw(image, pixels, frame.line_size, encoding, scratch)
 }
 
-/// Copies rows of a known pixel format.
-fn raw(image: &mut Image, step: usize, encoding: &str, data: &[u8]) -> Result<(), ImageError> {
-    let (width, height) = (image.width, image.height);
+/// Copies rows of a known pixel format. Memory is taken once they are known to be there.
+fn raw(
+    image: &mut Image,
+    [width, height]: [usize; 2],
+    step: usize,
+    encoding: &str,
+    data: &[u8],
+) -> Result<(), ImageError> {
     let format = Format::of(encoding)?;
     let pixel = format.bytes();
     let needed = width * pixel;
@@ -104,6 +109,7 @@ fn raw(image: &mut Image, step: usize, encoding: &str, data: &[u8]) -> Result<()
             bytes: data.len(),
         });
     }
+    image.resize(width as u64, height as u64)?;
     image.grey = matches!(format, Format::Mono(_));
     if let Format::Bayer { red } = format {
         return crate::bayer::demosaic(image, step, red, data);

@@ -33,10 +33,14 @@ pub enum ImageError {
         bytes: usize,
     },
     /// Its encoding is none that is decoded.
-    #[error(
-        "its encoding is `{0}`; rgb8, bgr8, rgba8, bgra8, mono8, bayer_*8, JPEG and PNG are read"
-    )]
+    #[error("its encoding is `{0}`; JPEG, PNG, rgb8, bgr8, rgba8, bgra8, mono8, bayer_*8 are read")]
     Encoding(String),
+    /// It is a part of a video.
+    #[error(
+        "it is a part of a video (`{0}`), which is not decoded; record each image as JPEG or PNG, in sensor_msgs/CompressedImage or \
+         foxglove.CompressedImage"
+    )]
+    Video(String),
     /// The message is not as its schema has it.
     #[error("its message is not what its type says: {0}")]
     Message(&'static str),
@@ -68,6 +72,86 @@ pub enum SetupError {
     },
 }
 
+/// Why no camera was found from points; each text completes "failed to …".
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum CalibrationError {
+    /// Too few points.
+    #[error("calibrate from {points} points: at least {needed} are needed, spread over the table")]
+    Few {
+        /// Points that were given.
+        points: usize,
+        /// Points that are needed.
+        needed: usize,
+    },
+    /// The points do not determine the camera.
+    #[error(
+        "calibrate: the points do not determine the camera; spread them over the table and not along a line, give the lens in the rig \
+         file (camera.matrix), or add points of known height"
+    )]
+    Undetermined,
+    /// No camera sees the points in these pixels.
+    #[error(
+        "calibrate: the pixels are {error:.1} px off (rms) any camera found, more than {most} px; point {point} is off by most, {worst:.1} px: \
+         check what was typed, or give the lens's distortion in the rig file"
+    )]
+    Poor {
+        /// Reprojection error in px.
+        error: f64,
+        /// The most that is let pass.
+        most: f64,
+        /// Number of the worst point, from 1.
+        point: usize,
+        /// How far it is off, in px.
+        worst: f64,
+    },
+    /// The object's place would not be known.
+    #[error(
+        "calibrate: somewhere on the table the object's place would be known to {unsure:.1} mm only (standard error; {most} mm are let pass): \
+         add points near the table's edges and of known height, or give the lens in the rig file (camera.matrix)"
+    )]
+    Unsure {
+        /// Standard error in mm.
+        unsure: f64,
+        /// The most that is let pass, in mm.
+        most: f64,
+    },
+}
+
+/// Why no colour range was proposed; each text completes "failed to …".
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum TuneError {
+    /// The pixel is none of the image's.
+    #[error("look at pixel {x}, {y}: the image has {width} × {height} pixels")]
+    Outside {
+        /// Column.
+        x: usize,
+        /// Row.
+        y: usize,
+        /// Pixels in a row.
+        width: usize,
+        /// Rows.
+        height: usize,
+    },
+    /// All is of one colour.
+    #[error(
+        "find the object: nothing stands off the table in colour; put it on the table, or name a pixel of it with --pixel"
+    )]
+    Nothing,
+    /// What is at the pixel looks like the table.
+    #[error(
+        "tell the object from the table: what is at the pixel has the table's colour; name another with --pixel, or give the object another colour"
+    )]
+    Table,
+    /// What was found is no object.
+    #[error(
+        "find the object: what stands off the table takes {share:.2} % of the image; name a pixel of the object with --pixel"
+    )]
+    Size {
+        /// Of the image, in per cent.
+        share: f64,
+    },
+}
+
 /// Why a log's images could not be tracked; each text completes "failed to …".
 #[derive(Debug, thiserror::Error)]
 pub enum TrackError {
@@ -87,13 +171,23 @@ pub enum TrackError {
     NoTopic,
     /// The topic holds something else.
     #[error(
-        "read images of topic {topic}: its messages are {schema}; sensor_msgs Image and CompressedImage, foxglove RawImage, CompressedImage and CompressedVideo are read"
+        "read images of topic {topic}: its messages are {schema}; sensor_msgs Image and CompressedImage, foxglove RawImage and CompressedImage are read"
     )]
     NoImages {
         /// The topic.
         topic: String,
         /// Its messages' type.
         schema: String,
+    },
+    /// What the log says of the camera's lens is of no use.
+    #[error("take the camera's lens from topic {topic} of log {log}: {why}")]
+    CameraInfo {
+        /// The file.
+        log: String,
+        /// The topic.
+        topic: String,
+        /// What is wrong with it.
+        why: String,
     },
     /// Not one image could be decoded.
     #[error(

@@ -4,6 +4,7 @@ use crate::colour::{Contrast, Map, Part, Range};
 use crate::edges::{Edge, Ray, edges, rays};
 use crate::linear::solve;
 use crate::outline::{Outline, Pose, Solid};
+use crate::size::GLARE;
 use crate::{CameraModel, Image};
 
 /// What a fit is made with.
@@ -31,8 +32,12 @@ pub(crate) struct Fit {
     pub(crate) map: Map,
     /// Light of the object's middle.
     pub(crate) object: [f32; 3],
+    /// Whether the table around is so bright that glare cannot be told from it.
+    pub(crate) is_table_glare: bool,
     /// Half width of the search across the outline, in px.
     pub(crate) window: f64,
+    /// How far from the outline its blurred edge has ended, in px.
+    pub(crate) clear: f64,
 }
 
 /// Why there is no fit.
@@ -63,7 +68,7 @@ const FEWEST_EDGES: usize = 16;
 /// Fits the outline from a first guess on.
 pub(crate) fn fit(scene: &Scene<'_>, start: Pose) -> Result<Fit, NoFit> {
     let mut pose = start;
-    let mut colours: Option<(Map, [f32; 3])> = None;
+    let mut colours: Option<Colours> = None;
     let mut mapped = start;
     for step in 0..STEPS {
         let outline = Outline::seen(scene.camera, scene.solid, pose).ok_or(NoFit::Border)?;
@@ -81,14 +86,14 @@ pub(crate) fn fit(scene: &Scene<'_>, start: Pose) -> Result<Fit, NoFit> {
         }
         let rays = rays(&outline, SPACING);
         let far = scale * (pose.x - mapped.x).hypot(pose.y - mapped.y);
-        let (map, object) = match colours.take() {
+        let seen = match colours.take() {
             Some(colours) if far < FIRST => colours,
             _ => {
                 mapped = pose;
                 look(scene, &outline, &rays, window)?
             }
         };
-        let found = edges(&map, &rays, window, level);
+        let found = edges(&seen.map, &rays, window, level);
         let turns = scene.solid.turns() && step > 0;
         let change = change(&rays, &found, turns).ok_or(NoFit::NoEdges)?;
         let [x, y, yaw, larger] = change;
@@ -107,12 +112,14 @@ pub(crate) fn fit(scene: &Scene<'_>, start: Pose) -> Result<Fit, NoFit> {
                 rays,
                 residuals,
                 larger,
-                map,
-                object,
+                map: seen.map,
+                object: seen.object,
+                is_table_glare: seen.is_table_glare,
                 window,
+                clear: window - level,
             });
         }
-        colours = Some((map, object));
+        colours = Some(seen);
     }
     Err(NoFit::NoEdges)
 }
@@ -126,13 +133,15 @@ fn leaves(image: &Image, outline: &Outline) -> bool {
     !(is_within(0, image.width) && is_within(1, image.height))
 }
 
+/// What is known of the colours around an outline.
+struct Colours {
+    map: Map,
+    object: [f32; 3],
+    is_table_glare: bool,
+}
+
 /// The colours of object and table around an outline, and how far each pixel there is object.
-fn look(
-    scene: &Scene<'_>,
-    outline: &Outline,
-    rays: &[Ray],
-    window: f64,
-) -> Result<(Map, [f32; 3]), NoFit> {
+fn look(scene: &Scene<'_>, outline: &Outline, rays: &[Ray], window: f64) -> Result<Colours, NoFit> {
     let image = scene.image;
     let (_, centre) = outline.moments();
     let pixel = |at: [f64; 2]| {
@@ -165,7 +174,12 @@ fn look(
     if part.width < 2 || part.height < 2 {
         return Err(NoFit::Border);
     }
-    Ok((contrast.map(image, scene.light, part), object))
+    let glare = scene.light[usize::from(GLARE)];
+    Ok(Colours {
+        map: contrast.map(image, scene.light, part),
+        object,
+        is_table_glare: table.iter().all(|light| *light >= glare),
+    })
 }
 
 /// The median light of each channel.

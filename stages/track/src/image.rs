@@ -22,12 +22,7 @@ impl Image {
     /// # Errors
     /// No pixels, or more than [`LARGEST_IMAGE`]: before any memory is taken.
     pub(crate) fn resize(&mut self, width: u64, height: u64) -> Result<(), ImageError> {
-        let pixels = width.saturating_mul(height);
-        if pixels == 0 || pixels > LARGEST_IMAGE as u64 {
-            return Err(ImageError::Size { width, height });
-        }
-        self.width = width as usize;
-        self.height = height as usize;
+        [self.width, self.height] = checked_size(width, height)?;
         self.rgb.resize(3 * self.width * self.height, 0);
         Ok(())
     }
@@ -38,4 +33,16 @@ impl Image {
         let at = 3 * (row * self.width + column);
         [self.rgb[at], self.rgb[at + 1], self.rgb[at + 2]]
     }
+}
+
+/// A width and height that are read.
+///
+/// # Errors
+/// No pixels, or more than [`LARGEST_IMAGE`].
+pub(crate) fn checked_size(width: u64, height: u64) -> Result<[usize; 2], ImageError> {
+    let pixels = width.saturating_mul(height);
+    if pixels == 0 || pixels > LARGEST_IMAGE as u64 {
+        return Err(ImageError::Size { width, height });
+    }
+    Ok([width as usize, height as usize])
 }

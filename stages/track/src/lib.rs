@@ -9,15 +9,19 @@
 //! - [`Tracker`] looks at one image after another: `detect` finds where the object may be, `fit` moves the
 //!   projected outline of the known shape until it lies on the edges seen, `trust` decides whether to believe it.
 //! - [`track_log`] reads a log and writes another with the centroids.
+//! - [`Calibration`] finds a camera from points of the table, [`Tuned`] the object's colour range from an image.
 //!
 //! What is measured is the object's centre on the table, not the centroid of its picture: the outline is that of the shape at its
 //! height, seen through the camera's lens from its pose. Stamps are moved to the middle of the exposure of the object's rows.
 
 mod bayer;
+mod calibrate;
 mod camera;
+mod camera_info;
 mod colour;
 mod decode;
 mod detect;
+mod draw;
 mod edges;
 mod error;
 mod fit;
@@ -25,20 +29,32 @@ mod image;
 mod lens;
 mod linear;
 mod log;
+mod look;
 mod message;
+mod minimise;
 mod outline;
+mod protobuf;
+mod report;
+mod rotation;
 mod sequence;
 mod size;
 mod tracker;
 mod trust;
+mod tune;
+mod view;
+mod wire;
 
+pub use calibrate::{Calibration, KnownLens, SeenPoint, Use};
 pub use camera::CameraModel;
 pub use decode::Decoder;
-pub use error::{ImageError, SetupError, TrackError};
+pub use draw::{draw_observation, png_of};
+pub use error::{CalibrationError, ImageError, SetupError, TrackError, TuneError};
 pub use image::Image;
 pub use lens::Lens;
-pub use log::{FrameReport, QUALITY_TOPIC, TrackOutcome, track_log};
+pub use log::track_log;
 pub use message::{ImageMessage, Payload, is_image};
+pub use report::{FrameReport, QUALITY_TOPIC, TrackOutcome};
 pub use size::LARGEST_IMAGE;
 pub use tracker::{Observation, Tracker};
 pub use trust::Reason;
+pub use tune::Tuned;

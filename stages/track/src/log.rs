@@ -1,8 +1,6 @@
 //! A log with images to a log with centroids.
 
-use std::collections::BTreeMap;
 use std::fs::File;
-use std::hash::{DefaultHasher, Hash, Hasher};
 use std::io::BufWriter;
 use std::path::Path;
 use std::sync::Arc;
@@ -11,44 +9,16 @@ use logs::read::{Extent, RawChannel, RawMessage, read_raw};
 use logs::write::{CopyWriter, Stamped};
 use logs::{Limits, LogError};
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
 use values::{ImageTopic, Rig};
 
+use crate::camera_info::CameraInfo;
+use crate::look::{Looked, look};
+use crate::report::QUALITY_SCHEMA;
 use crate::sequence::{Seen, Sequence};
-use crate::{Decoder, ImageMessage, Observation, Reason, TrackError, Tracker, is_image};
-
-/// What came of a log's images.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct TrackOutcome {
-    /// Images seen.
-    pub frames: u64,
-    /// Images whose centroid was written.
-    pub centroids: u64,
-    /// The others, by reason.
-    pub reasons: BTreeMap<Reason, u64>,
-    /// What a person should know of the log.
-    pub notes: Vec<String>,
-}
-
-/// Topic of what is said of every frame; JSON, see [`FrameReport`].
-pub const QUALITY_TOPIC: &str = "/object/centroid/quality";
-
-/// What is said of one frame.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct FrameReport {
-    /// Middle of the exposure of the object's rows, in ns.
-    pub stamp: i64,
-    /// Centre on the table in m, where it is trusted.
-    pub x: Option<f64>,
-    /// Its second coordinate.
-    pub y: Option<f64>,
-    /// Share of outline and inside that agree with the object, 0 to 1.
-    pub quality: f64,
-    /// Why it is not trusted.
-    pub reason: Option<Reason>,
-}
-
-const QUALITY_SCHEMA: &str = r#"{"type":"object","properties":{"stamp":{"type":"integer"},"x":{"type":["number","null"]},"y":{"type":["number","null"]},"quality":{"type":"number"},"reason":{"type":["string","null"]}}}"#;
+use crate::view::View;
+use crate::{
+    Decoder, FrameReport, QUALITY_TOPIC, Reason, TrackError, TrackOutcome, Tracker, is_image,
+};
 
 /// The least that an object moves, in m, not to be at rest in two images.
 const STILL: f64 = 0.001;
@@ -58,18 +28,37 @@ const BATCH_MESSAGES: usize = 4096;
 const BATCH_IMAGES: usize = 32;
 
 /// Reads a log, finds the object in every image of the rig's image topic, and writes a log with all other messages, the
-/// centroids and what is said of every frame. A topic of centroids that the log has already is left out.
+/// centroids and what is said of every frame. A topic of centroids that the log has already is left out. With `view`, another log
+/// is written for viewers: the images with the outline found, and the object's poses.
+///
+/// Where the rig file has no camera matrix, the lens is that of the log's `CameraInfo`.
 ///
 /// Images are decoded and looked at side by side; the bytes that are written do not depend on the number of threads.
 ///
 /// # Errors
 /// The rig file lacks what images need; the log cannot be read; the topic is not there, is no image, or not one of its images can be
 /// decoded; the file cannot be written.
-pub fn track_log(log: &Path, rig: &Rig, out: &Path) -> Result<TrackOutcome, TrackError> {
-    let tracker = Tracker::new(rig)?;
+pub fn track_log(
+    log: &Path,
+    rig: &Rig,
+    out: &Path,
+    view: Option<&Path>,
+) -> Result<TrackOutcome, TrackError> {
     let topic = rig.topics.image.as_ref().ok_or(TrackError::NoTopic)?;
+    let info = match rig.camera.matrix {
+        Some(_) => None,
+        None => CameraInfo::of_log(log, &topic.name)?,
+    };
+    let mut rig = rig.clone();
+    if let Some(CameraInfo { lens, .. }) = info {
+        rig.camera.matrix = Some(lens.matrix);
+        rig.camera.distortion = Some(lens.distortion);
+    }
+    let tracker = Tracker::new(&rig)?;
     let writer = CopyWriter::create(out)?;
-    let mut tracking = Tracking::new(&tracker, rig, topic, writer)?;
+    let mut tracking = Tracking::new(&tracker, &rig, topic, writer)?;
+    tracking.size = info.map(|info| info.size);
+    tracking.view = view.map(View::create).transpose()?;
     let summary = read_raw(log, Limits::default(), &mut |message| {
         tracking.take(&message)
     })?;
@@ -127,14 +116,9 @@ struct Tracking<'a> {
     held: Vec<After>,
     outcome: TrackOutcome,
     why: Option<String>,
-}
-
-/// One image, looked at.
-struct Looked {
-    stamp: i64,
-    hash: Option<u64>,
-    observation: Observation,
-    why: Option<String>,
+    /// Width and height that all images have: the camera's matrix holds for no other.
+    size: Option<[usize; 2]>,
+    view: Option<View>,
 }
 
 impl<'a> Tracking<'a> {
@@ -158,6 +142,8 @@ impl<'a> Tracking<'a> {
             held: Vec::new(),
             outcome: TrackOutcome::default(),
             why: None,
+            size: None,
+            view: None,
         })
     }
 
@@ -191,12 +177,14 @@ impl<'a> Tracking<'a> {
     fn flush(&mut self) -> Result<(), TrackError> {
         let batch = std::mem::take(&mut self.batch);
         (self.bytes, self.images) = (0, 0);
+        let is_drawn = self.view.is_some();
         let looked: Vec<Option<Looked>> = batch
             .par_iter()
             .map_init(Decoder::default, |decoder, item| match item {
                 Item::Copy(..) => None,
                 Item::Image(channel, log_time, data) => {
-                    Some(look(self.tracker, decoder, channel, *log_time, data))
+                    let message = (*log_time, data.as_slice());
+                    Some(look(self.tracker, decoder, channel, message, is_drawn))
                 }
             })
             .collect();
@@ -218,6 +206,10 @@ impl<'a> Tracking<'a> {
 
     fn frame(&mut self, log_time: u64, looked: Looked) -> Result<(), TrackError> {
         self.outcome.frames += 1;
+        let looked = self.of_size(looked);
+        if let Some(view) = &mut self.view {
+            view.add(log_time, &looked)?;
+        }
         if self.why.is_none() {
             self.why = looked.why;
         }
@@ -232,6 +224,24 @@ impl<'a> Tracking<'a> {
         let mut decided = Vec::new();
         self.sequence.push(seen, &mut |seen| decided.push(seen));
         self.write(decided)
+    }
+
+    /// The same, unless its size is another than that of the images before.
+    fn of_size(&mut self, looked: Looked) -> Looked {
+        match (looked.size, self.size) {
+            (Some(size), Some(first)) if size != first => {
+                let [[width, height], [first_width, first_height]] = [size, first];
+                let why = format!(
+                    "it is {width} × {height} pixels and the camera's are {first_width} × {first_height}"
+                );
+                Looked::undecodable(looked.stamp, why)
+            }
+            (Some(size), None) => {
+                self.size = Some(size);
+                looked
+            }
+            _ => looked,
+        }
     }
 
     /// Writes frames that are decided, each with what waited behind it.
@@ -287,45 +297,11 @@ impl<'a> Tracking<'a> {
         self.sequence.finish(&mut |seen| decided.push(seen));
         self.write(decided)?;
         self.writer.finish()?;
+        if let Some(view) = self.view {
+            view.finish()?;
+        }
         let mut outcome = self.outcome;
         outcome.notes.extend(self.why);
         Ok(outcome)
-    }
-}
-
-fn look(
-    tracker: &Tracker,
-    decoder: &mut Decoder,
-    channel: &RawChannel,
-    log_time: u64,
-    data: &[u8],
-) -> Looked {
-    let parsed = ImageMessage::parse(&channel.schema, &channel.encoding, data);
-    let log_stamp = i64::try_from(log_time).unwrap_or(i64::MAX);
-    let stamp = parsed.as_ref().map_or(log_stamp, |message| message.stamp);
-    let hash = parsed.as_ref().ok().map(|message| {
-        let mut hasher = DefaultHasher::new();
-        message.payload.bytes().hash(&mut hasher);
-        hasher.finish()
-    });
-    match parsed.and_then(|message| decoder.decode(&message)) {
-        Ok(image) => {
-            let observation = tracker.observe(image);
-            let middle = 0.5 * image.height as f64;
-            let row = observation.pixel.map_or(middle, |[_, row]| row);
-            let delay = tracker.camera().delay(row, image.height);
-            Looked {
-                stamp: stamp.saturating_add((1e9 * delay).round() as i64),
-                hash,
-                observation,
-                why: None,
-            }
-        }
-        Err(error) => Looked {
-            stamp,
-            hash: None,
-            observation: Observation::none(Reason::Undecodable),
-            why: Some(error.to_string()),
-        },
     }
 }

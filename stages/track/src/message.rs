@@ -4,6 +4,8 @@
 //! `RawImage.proto`. Their fields are fixed by these definitions, so that no schema is read.
 
 use crate::ImageError;
+use crate::protobuf::{Value, each_field, timestamp};
+use crate::wire::Wire;
 
 /// The pixels of a message, not yet decoded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -109,80 +111,6 @@ fn ros<'a>(kind: Kind, mut wire: Wire<'a>) -> Result<ImageMessage<'a>, ImageErro
     Ok(ImageMessage { stamp, payload })
 }
 
-/// Little- or big-endian fields one after another; CDR aligns numbers to their size, ROS 1 does not.
-struct Wire<'a> {
-    data: &'a [u8],
-    at: usize,
-    aligned: bool,
-    big: bool,
-}
-
-impl<'a> Wire<'a> {
-    fn cdr(data: &'a [u8]) -> Result<Self, ImageError> {
-        let (header, data) = data
-            .split_first_chunk::<4>()
-            .ok_or(ImageError::Short(data.len()))?;
-        let big = match header[..2] {
-            [0, 1 | 7] => false,
-            [0, 0 | 6] => true,
-            _ => {
-                return Err(ImageError::Message(
-                    "its CDR header is not that of plain CDR",
-                ));
-            }
-        };
-        Ok(Self {
-            data,
-            at: 0,
-            aligned: true,
-            big,
-        })
-    }
-
-    fn ros1(data: &'a [u8]) -> Result<Self, ImageError> {
-        let mut wire = Self {
-            data,
-            at: 0,
-            aligned: false,
-            big: false,
-        };
-        wire.u32()?; // seq
-        Ok(wire)
-    }
-
-    fn take(&mut self, count: usize) -> Result<&'a [u8], ImageError> {
-        let end = self.at.checked_add(count);
-        let taken = end.and_then(|end| self.data.get(self.at..end));
-        let taken = taken.ok_or(ImageError::Short(self.data.len()))?;
-        self.at += count;
-        Ok(taken)
-    }
-
-    fn u32(&mut self) -> Result<u32, ImageError> {
-        if self.aligned {
-            self.at = self.at.next_multiple_of(4);
-        }
-        let bytes = self.take(4)?;
-        let bytes = [bytes[0], bytes[1], bytes[2], bytes[3]];
-        Ok(if self.big {
-            u32::from_be_bytes(bytes)
-        } else {
-            u32::from_le_bytes(bytes)
-        })
-    }
-
-    fn bytes(&mut self) -> Result<&'a [u8], ImageError> {
-        let count = self.u32()? as usize;
-        self.take(count)
-    }
-
-    fn text(&mut self) -> Result<&'a str, ImageError> {
-        let bytes = self.bytes()?;
-        let bytes = bytes.strip_suffix(&[0]).unwrap_or(bytes);
-        std::str::from_utf8(bytes).map_err(|_| ImageError::Message("a text is not UTF-8"))
-    }
-}
-
 /// Field numbers of Foxglove's definitions.
 mod field {
     pub(super) const TIMESTAMP: u64 = 1;
@@ -231,74 +159,4 @@ fn foxglove(kind: Kind, data: &[u8]) -> Result<ImageMessage<'_>, ImageError> {
         _ => Payload::Compressed(bytes),
     };
     Ok(ImageMessage { stamp, payload })
-}
-
-/// `google.protobuf.Timestamp`: seconds 1, nanos 2.
-fn timestamp(data: &[u8]) -> Result<i64, ImageError> {
-    let (mut seconds, mut nanoseconds) = (0, 0);
-    each_field(data, &mut |number, value| {
-        match (number, value) {
-            (1, Value::Number(number)) => seconds = number.cast_signed(),
-            (2, Value::Number(number)) => nanoseconds = number.cast_signed(),
-            _ => {}
-        }
-        Ok(())
-    })?;
-    seconds
-        .checked_mul(1_000_000_000)
-        .and_then(|whole| whole.checked_add(nanoseconds))
-        .ok_or(ImageError::Message("its stamp is out of range"))
-}
-
-enum Value<'a> {
-    Number(u64),
-    Bytes(&'a [u8]),
-}
-
-type EachField<'f, 'a> = &'f mut dyn FnMut(u64, Value<'a>) -> Result<(), ImageError>;
-
-/// Calls `each` with the fields of a protobuf message.
-fn each_field<'a>(data: &'a [u8], each: EachField<'_, 'a>) -> Result<(), ImageError> {
-    let short = || ImageError::Short(data.len());
-    let mut rest = data;
-    while !rest.is_empty() {
-        let key = varint(&mut rest).ok_or_else(short)?;
-        let value = match key & 7 {
-            0 => Value::Number(varint(&mut rest).ok_or_else(short)?),
-            2 => {
-                let count = varint(&mut rest).ok_or_else(short)?;
-                let count = usize::try_from(count).map_err(|_| short())?;
-                Value::Bytes(split(&mut rest, count).ok_or_else(short)?)
-            }
-            // Fixed numbers: a little-endian stamp may be one, nothing else that is read.
-            1 => Value::Bytes(split(&mut rest, 8).ok_or_else(short)?),
-            5 => {
-                let bytes = split(&mut rest, 4).ok_or_else(short)?;
-                let bytes = bytes.try_into().map_err(|_| short())?;
-                Value::Number(u64::from(u32::from_le_bytes(bytes)))
-            }
-            _ => return Err(ImageError::Message("it holds a protobuf group")),
-        };
-        each(key >> 3, value)?;
-    }
-    Ok(())
-}
-
-fn split<'a>(rest: &mut &'a [u8], count: usize) -> Option<&'a [u8]> {
-    let (taken, after) = rest.split_at_checked(count)?;
-    *rest = after;
-    Some(taken)
-}
-
-fn varint(rest: &mut &[u8]) -> Option<u64> {
-    let mut number = 0;
-    for shift in (0..64).step_by(7) {
-        let (byte, after) = rest.split_first()?;
-        *rest = after;
-        number |= u64::from(byte & 0x7f) << shift;
-        if byte & 0x80 == 0 {
-            return Some(number);
-        }
-    }
-    None
 }

@@ -169,7 +169,7 @@ impl Tracker {
         match fit(scene, start) {
             Err(no_fit) => Observation::none(self.without_fit(scene, start, no_fit)),
             Ok(fit) => {
-                let judged = judge(scene.image, &self.light, &self.solid, &fit);
+                let judged = judge(scene.image, &self.light, &self.range, &self.solid, &fit);
                 Observation::of(&fit, judged)
             }
         }

@@ -3,8 +3,10 @@
 use serde::{Deserialize, Serialize};
 
 use crate::Image;
+use crate::colour::Range;
 use crate::fit::{Fit, NoFit};
 use crate::outline::Solid;
+use crate::size::GLARE;
 
 /// Why a frame's centre is not given.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -72,15 +74,17 @@ const SIZE_SHARE: f64 = 0.08;
 const SIZE: f64 = 1.2;
 /// The inside's contrast lies within this range of its middle's: what is outside has another colour or is too dark.
 const INSIDE: std::ops::Range<f32> = 0.35..2.5;
-/// All bytes of a pixel at or over this are glare.
-const GLARE: u8 = 245;
 /// A pixel with less than this share of the object's light is dark.
 const DARK: f32 = 0.25;
+
+/// Most of what is seen just outside the outline that may have the object's colour, or glare: dust and noise.
+const MOST_OUTSIDE: f64 = 0.05;
 
 /// How much of a fit agrees, 0 to 1, or why it is not believed.
 pub(crate) fn judge(
     image: &Image,
     light: &[f32; 256],
+    range: &Range,
     solid: &Solid,
     fit: &Fit,
 ) -> Result<f64, (Reason, f64)> {
@@ -103,10 +107,57 @@ pub(crate) fn judge(
     if outline < LEAST_OUTLINE {
         return Err((Reason::Occluded, quality));
     }
+    if let Some(reason) = outside(image, light, range, fit) {
+        return Err((reason, quality));
+    }
     if fit.larger.abs() > SIZE.max(SIZE_SHARE * half_width) {
         return Err((Reason::Shape, quality));
     }
     Ok(quality)
+}
+
+fn is_glare(rgb: [u8; 3]) -> bool {
+    rgb.iter().all(|byte| *byte >= GLARE)
+}
+
+/// What tells that the object goes on outside the outline: there, where the blurred edge has ended, is its colour, or glare that the table
+/// has not. A hard shadow across the object, or a lamp's reflection, makes such an outline.
+fn outside(image: &Image, light: &[f32; 256], range: &Range, fit: &Fit) -> Option<Reason> {
+    let (mut glare, mut dark, mut object, mut all) = (0usize, 0usize, 0usize, 0usize);
+    let total: f32 = fit.object.iter().sum();
+    for ray in &fit.rays {
+        for beyond in [0.5, 1.5, 2.5] {
+            let far = fit.clear + beyond;
+            let [x, y] = [0, 1].map(|i| (ray.at[i] + far * ray.normal[i]).round());
+            let is_in = x >= 0.0 && y >= 0.0 && x < image.width as f64 && y < image.height as f64;
+            if !is_in {
+                continue;
+            }
+            all += 1;
+            let rgb = image.pixel(x as usize, y as usize);
+            let seen: f32 = rgb.iter().map(|byte| light[usize::from(*byte)]).sum();
+            if is_glare(rgb) && !fit.is_table_glare {
+                glare += 1;
+            } else if range.contains(rgb, image.grey) {
+                if seen < DARK * total {
+                    dark += 1;
+                } else {
+                    object += 1;
+                }
+            }
+        }
+    }
+    let most = MOST_OUTSIDE * all as f64;
+    if (glare + dark + object) as f64 <= most {
+        return None;
+    }
+    Some(if glare >= dark.max(object) {
+        Reason::Saturated
+    } else if dark >= object {
+        Reason::Shaded
+    } else {
+        Reason::Occluded
+    })
 }
 
 /// What lies inside the outline.
@@ -139,7 +190,7 @@ impl Inside {
                 let seen: f32 = rgb.iter().map(|byte| light[usize::from(*byte)]).sum();
                 if INSIDE.contains(&value) {
                     object += 1;
-                } else if rgb.iter().all(|byte| *byte >= GLARE) {
+                } else if is_glare(rgb) {
                     glare += 1;
                 } else if seen < DARK * total {
                     dark += 1;

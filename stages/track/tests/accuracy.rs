@@ -2,27 +2,20 @@
 
 mod common;
 
-use common::{Case, Errors, disc, rig, tall};
-use render::{Scene, Shade};
+use common::{Case, Errors, rig, tall};
+use render::Scene;
+use render::case::{disc, gradient, shadow};
 use values::Shape;
 
 #[test]
 fn a_flat_disc_is_found_to_a_few_hundredths_of_a_pixel() {
     let plain = Case::flat();
     let light = Case {
-        scene: |scene| scene.gradient = [0.3, -0.25],
+        scene: gradient,
         ..Case::flat()
     };
     let shade = Case {
-        scene: |scene| {
-            scene.shade = Some(Shade {
-                at: [0.5, 0.0],
-                into: [0.6, 0.8],
-                soft: 0.06,
-                strength: 0.5,
-            });
-            scene.shadow = [0.03, 0.02, 0.5];
-        },
+        scene: shadow,
         ..Case::flat()
     };
     let blur = Case {
@@ -52,14 +45,7 @@ fn a_flat_disc_is_found_to_a_few_hundredths_of_a_pixel() {
 
 #[test]
 fn everything_at_once_on_a_flat_disc() {
-    let errors = Errors::of(
-        &Case {
-            tall: false,
-            ..Case::all()
-        },
-        &disc(),
-        40,
-    );
+    let errors = Errors::of(&Case::all(), &disc(), 40);
     println!("all, flat: {errors}");
     assert_eq!(errors.lost, 0, "{errors}");
     assert!(errors.rms_px < 0.08, "{errors}");

@@ -4,97 +4,14 @@
 
 mod common;
 
-use std::collections::BTreeMap;
 use std::path::Path;
 
-use common::{Case, places, rig, tall};
+use common::messages::{SECOND, Wire, compressed, pictures, protobuf, raw, small, write};
+use common::tall;
 use logs::{Event, Limits, Wanted};
-use render::{Moment, Optics, Picture, Renderer, Scene};
+use render::{Optics, Picture};
 use track::{FrameReport, QUALITY_TOPIC, Reason, TrackError, track_log};
 use values::{Point, Rig, Shape, StampMark};
-
-const SECOND: i64 = 1_700_000_000;
-
-/// Little-endian CDR of ROS 2, and ROS 1's without alignment.
-struct Wire(Vec<u8>, bool);
-
-impl Wire {
-    fn u32(mut self, value: u32) -> Self {
-        while self.1 && !self.0.len().is_multiple_of(4) {
-            self.0.push(0);
-        }
-        self.0.extend(value.to_le_bytes());
-        self
-    }
-    fn bytes(self, data: &[u8]) -> Self {
-        let mut wire = self.u32(data.len() as u32);
-        wire.0.extend(data);
-        wire
-    }
-    fn text(self, text: &str) -> Self {
-        let end = if self.1 { "\0" } else { "" };
-        self.bytes(format!("{text}{end}").as_bytes())
-    }
-    fn header(self, nanoseconds: u32) -> Self {
-        self.u32(SECOND as u32).u32(nanoseconds).text("camera")
-    }
-}
-
-fn raw(encoding: &str, [width, height, step]: [u32; 3], data: &[u8], at: u32) -> Vec<u8> {
-    let wire = Wire(vec![0, 1, 0, 0], true).header(at);
-    let mut wire = wire.u32(height).u32(width).text(encoding);
-    wire.0.push(0);
-    wire.u32(step).bytes(data).0
-}
-
-fn compressed(data: &[u8], at: u32) -> Vec<u8> {
-    let wire = Wire(vec![0, 1, 0, 0], true).header(at);
-    wire.text("jpeg").bytes(data).0
-}
-
-fn protobuf(data: &[u8], at: u32) -> Vec<u8> {
-    let varint = |mut number: u64, to: &mut Vec<u8>| {
-        while number > 127 {
-            to.push(number as u8 | 0x80);
-            number >>= 7;
-        }
-        to.push(number as u8);
-    };
-    let mut stamp = vec![8];
-    varint(SECOND as u64, &mut stamp);
-    stamp.push(16);
-    varint(at.into(), &mut stamp);
-    let mut message = vec![10, stamp.len() as u8];
-    message.extend(stamp);
-    message.push(18);
-    varint(data.len() as u64, &mut message);
-    message.extend(data);
-    message
-}
-
-fn write(path: &Path, schema: &str, encoding: &str, messages: &[Vec<u8>]) {
-    let mut writer = mcap::Writer::new(std::fs::File::create(path).unwrap()).unwrap();
-    let id = writer.add_schema(schema, "ros2msg", b"").unwrap();
-    let images = writer
-        .add_channel(id, "/camera/image", encoding, &BTreeMap::new())
-        .unwrap();
-    let others = writer
-        .add_channel(0, "/striker/command", "json", &BTreeMap::new())
-        .unwrap();
-    for (k, data) in messages.iter().enumerate() {
-        for (channel_id, data) in [(images, data.as_slice()), (others, b"{}")] {
-            let time = SECOND as u64 * 1_000_000_000 + k as u64;
-            let header = mcap::records::MessageHeader {
-                channel_id,
-                sequence: k as u32,
-                log_time: time,
-                publish_time: time,
-            };
-            writer.write_to_known_channel(&header, data).unwrap();
-        }
-    }
-    writer.finish().unwrap();
-}
 
 fn centroids(path: &Path, rig: &Rig) -> Vec<(i64, Point)> {
     let wanted = [Wanted {
@@ -121,25 +38,6 @@ fn reports(path: &Path) -> Vec<FrameReport> {
     messages
         .map(|message| serde_json::from_slice(&message.data).unwrap())
         .collect()
-}
-
-fn pictures(rig: &Rig, count: usize) -> Vec<(Moment, Picture)> {
-    let optics = Optics::of(rig, [320, 240]).unwrap();
-    let scene = Scene::plain(&rig.object).unwrap();
-    let renderer = Renderer::new(optics, scene, 1.0, 3);
-    let shoot =
-        |(k, (at, _)): (usize, (Moment, f64))| (at, renderer.shoot(&|_| at, k as u64).picture);
-    places(count).into_iter().enumerate().map(shoot).collect()
-}
-
-fn small() -> Rig {
-    rig(
-        &tall(Shape::Cylinder),
-        &Case {
-            pixels: [320, 240],
-            ..Case::flat()
-        },
-    )
 }
 
 #[test]
@@ -194,7 +92,7 @@ fn every_encoding_gives_the_same_centres() {
             .zip(1u32..)
             .map(|((_, p), k)| encode(p, 1000 * k));
         write(&log, schema, encoding, &messages.collect::<Vec<_>>());
-        let outcome = track_log(&log, &rig, &out).unwrap();
+        let outcome = track_log(&log, &rig, &out, None).unwrap();
         assert_eq!(
             (outcome.frames, outcome.centroids),
             (3, 3),
@@ -223,7 +121,7 @@ fn a_stamp_is_that_of_the_exposures_middle() {
     let (log, out) = (dir.path().join("in.mcap"), dir.path().join("out.mcap"));
     let data = compressed(&picture.png().unwrap(), 0);
     write(&log, "sensor_msgs/msg/CompressedImage", "cdr", &[data]);
-    track_log(&log, &rig, &out).unwrap();
+    track_log(&log, &rig, &out, None).unwrap();
     let found = centroids(&out, &rig)[0];
     let row = Optics::of(&rig, [320, 240])
         .unwrap()
@@ -249,7 +147,7 @@ fn a_frame_that_cannot_be_trusted_has_a_reason_and_no_centroid() {
     ];
     let (log, out) = (dir.path().join("in.mcap"), dir.path().join("out.mcap"));
     write(&log, "sensor_msgs/msg/CompressedImage", "cdr", &messages);
-    let outcome = track_log(&log, &rig, &out).unwrap();
+    let outcome = track_log(&log, &rig, &out, None).unwrap();
     assert_eq!((outcome.frames, outcome.centroids), (6, 3));
     let reasons: Vec<_> = reports(&out)
         .into_iter()
@@ -349,7 +247,7 @@ fn hostile_images_are_typed_errors() {
     ] {
         let (log, out) = (dir.path().join("in.mcap"), dir.path().join("out.mcap"));
         write(&log, schema, "cdr", &[data]);
-        match track_log(&log, &rig, &out) {
+        match track_log(&log, &rig, &out, None) {
             Err(TrackError::Undecodable { why, .. }) => {
                 assert!(why.contains(said), "{name}: {why}")
             }
@@ -363,7 +261,7 @@ fn what_a_log_or_rig_lacks_is_named() {
     let (mut rig, dir) = (small(), tempfile::tempdir().unwrap());
     let (log, out) = (dir.path().join("in.mcap"), dir.path().join("out.mcap"));
     write(&log, "std_msgs/msg/String", "cdr", &[vec![0; 8]]);
-    let said = |rig: &Rig| track_log(&log, rig, &out).unwrap_err().to_string();
+    let said = |rig: &Rig| track_log(&log, rig, &out, None).unwrap_err().to_string();
     assert!(said(&rig).contains("std_msgs/msg/String"));
     rig.topics.image.as_mut().unwrap().name = "/other".into();
     assert!(said(&rig).contains("/other"));

@@ -5,6 +5,7 @@
 //! the kinds of answers stand in for the coverage that stable Rust does not tell.
 
 mod executor;
+mod images;
 mod mutate;
 mod seeds;
 mod target;

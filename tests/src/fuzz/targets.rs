@@ -10,7 +10,7 @@ use values::{Command, Conditions, FieldTopic, Point, Rig, Shape};
 use world::{Simulator, World};
 
 use super::target::Target;
-use super::{executor, seeds};
+use super::{executor, images, seeds};
 
 /// All of them.
 pub fn targets() -> Vec<Target> {
@@ -57,6 +57,21 @@ pub fn targets() -> Vec<Target> {
             seeds: seeds::protobuf(),
             words: &[".demo.Point", "google.protobuf.Timestamp", "\u{3}\u{4}"],
             read: Box::new(|input| read_message(input, "protobuf", "protobuf")),
+        },
+        Target {
+            name: "image",
+            seeds: images::seeds(),
+            words: &[
+                "rgb8",
+                "bgr8",
+                "mono8",
+                "bayer_rggb8",
+                "\u{4e}\u{20}\u{4e}\u{20}",
+                "IHDR",
+                "IDAT",
+                "h264",
+            ],
+            read: Box::new(images::reader()),
         },
         Target {
             name: "rig",

@@ -34,6 +34,12 @@ impl<'a> Cdr<'a> {
         self.put(value.to_le_bytes());
     }
 
+    /// A sequence of bytes: its length, and they.
+    pub(super) fn bytes(&mut self, bytes: &[u8]) {
+        self.uint32(u32::try_from(bytes.len()).unwrap_or(u32::MAX));
+        self.buffer.extend_from_slice(bytes);
+    }
+
     /// A string: its length with the closing zero, its bytes, the zero.
     pub(super) fn string(&mut self, text: &str) {
         self.uint32(u32::try_from(text.len() + 1).unwrap_or(u32::MAX));

@@ -8,7 +8,7 @@ use std::path::Path;
 use mcap::records::MessageHeader;
 use mcap::{WriteOptions, Writer};
 
-use super::messages::{Kind, point_stamped};
+use super::messages::{Kind, image_schema, jpeg_image, point_stamped, pose_schema, pose_stamped};
 use super::{Stamped, WriteError};
 use crate::read::RawMessage;
 
@@ -80,14 +80,9 @@ impl<W: Write + Seek> CopyWriter<W> {
 
     /// Adds a point of the table as `geometry_msgs/msg/PointStamped`, which the default paths of a centroid fit.
     pub fn point(&mut self, topic: &str, log_time: u64, point: &Stamped) -> Result<(), WriteError> {
-        let kind = Kind::Centroid;
-        let channel = self.channel(topic, (kind.name(), "ros2msg"), &kind.schema(), "cdr")?;
-        let mut buffer = std::mem::take(&mut self.buffer);
-        buffer.clear();
-        point_stamped(&mut buffer, point);
-        let put = self.put(channel, log_time, &buffer);
-        self.buffer = buffer;
-        put
+        let schema = || (Kind::Centroid.name(), Kind::Centroid.schema());
+        let write = |buffer: &mut Vec<u8>| point_stamped(buffer, point);
+        self.ros2(topic, schema, log_time, &write)
     }
 
     /// Makes the channel of points, so that a log without any has the topic.
@@ -95,6 +90,47 @@ impl<W: Write + Seek> CopyWriter<W> {
         let kind = Kind::Centroid;
         self.channel(topic, (kind.name(), "ros2msg"), &kind.schema(), "cdr")
             .map(drop)
+    }
+
+    /// Adds a JPEG that was taken at `stamp` (ns) as `sensor_msgs/msg/CompressedImage`.
+    pub fn jpeg(
+        &mut self,
+        topic: &str,
+        log_time: u64,
+        stamp: u64,
+        jpeg: &[u8],
+    ) -> Result<(), WriteError> {
+        let write = |buffer: &mut Vec<u8>| jpeg_image(buffer, stamp, jpeg);
+        self.ros2(topic, image_schema, log_time, &write)
+    }
+
+    /// Adds an object's place on the table and its yaw (rad) as `geometry_msgs/msg/PoseStamped`.
+    pub fn pose(
+        &mut self,
+        topic: &str,
+        log_time: u64,
+        at: &Stamped,
+        yaw: f64,
+    ) -> Result<(), WriteError> {
+        let write = |buffer: &mut Vec<u8>| pose_stamped(buffer, at, yaw);
+        self.ros2(topic, pose_schema, log_time, &write)
+    }
+
+    fn ros2(
+        &mut self,
+        topic: &str,
+        schema: fn() -> (&'static str, String),
+        log_time: u64,
+        write: &dyn Fn(&mut Vec<u8>),
+    ) -> Result<(), WriteError> {
+        let (name, text) = schema();
+        let channel = self.channel(topic, (name, "ros2msg"), &text, "cdr")?;
+        let mut buffer = std::mem::take(&mut self.buffer);
+        buffer.clear();
+        write(&mut buffer);
+        let put = self.put(channel, log_time, &buffer);
+        self.buffer = buffer;
+        put
     }
 
     /// Adds a message of any type: its schema by name, encoding and text, and its encoding.

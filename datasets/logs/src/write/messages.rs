@@ -1,4 +1,4 @@
-//! The three ROS 2 messages that a strike leaves, with the schema text that rosbag2 would embed.
+//! The ROS 2 messages that a strike and its pictures leave, with the schema text that rosbag2 would embed.
 
 use super::cdr::Cdr;
 use super::samples::{Stamped, StateSample};
@@ -47,13 +47,32 @@ impl Kind {
                 ],
             ),
         };
-        let separator = "=".repeat(80);
-        parts
-            .iter()
-            .fold(own.to_owned(), |text, (name, definition)| {
-                format!("{text}\n{separator}\nMSG: {name}\n{definition}")
-            })
+        joined(own, parts)
     }
+}
+
+/// A definition and those that it needs, as rosbag2 concatenates them.
+fn joined(own: &str, parts: &[(&str, &str)]) -> String {
+    let separator = "=".repeat(80);
+    parts
+        .iter()
+        .fold(own.to_owned(), |text, (name, definition)| {
+            format!("{text}\n{separator}\nMSG: {name}\n{definition}")
+        })
+}
+
+/// ROS 2's name of a compressed image, and its definition.
+pub(super) fn image_schema() -> (&'static str, String) {
+    let own = "std_msgs/Header header\nstring format\nuint8[] data\n";
+    let name = "sensor_msgs/msg/CompressedImage";
+    (name, joined(own, &[HEADER, TIME]))
+}
+
+/// ROS 2's name of a pose with a stamp, and its definition.
+pub(super) fn pose_schema() -> (&'static str, String) {
+    let own = "std_msgs/Header header\nPose pose\n";
+    let parts = [HEADER, TIME, POSE, POINT, QUATERNION];
+    ("geometry_msgs/msg/PoseStamped", joined(own, &parts))
 }
 
 const POINT_STAMPED: &str = "std_msgs/Header header\nPoint point\n";
@@ -90,6 +109,24 @@ pub(super) fn point_stamped(buffer: &mut Vec<u8>, sample: &Stamped) {
     let mut cdr = Cdr::new(buffer);
     header(&mut cdr, sample.stamp);
     vector(&mut cdr, [sample.x, sample.y, 0.0]);
+}
+
+/// `geometry_msgs/msg/PoseStamped` of an object on the table with this yaw (rad).
+pub(super) fn pose_stamped(buffer: &mut Vec<u8>, sample: &Stamped, yaw: f64) {
+    let mut cdr = Cdr::new(buffer);
+    header(&mut cdr, sample.stamp);
+    vector(&mut cdr, [sample.x, sample.y, 0.0]);
+    let (sin, cos) = (0.5 * yaw).sin_cos();
+    vector(&mut cdr, [0.0, 0.0, sin]);
+    cdr.float64(cos);
+}
+
+/// `sensor_msgs/msg/CompressedImage` of a JPEG.
+pub(super) fn jpeg_image(buffer: &mut Vec<u8>, stamp: u64, jpeg: &[u8]) {
+    let mut cdr = Cdr::new(buffer);
+    header(&mut cdr, stamp);
+    cdr.string("jpeg");
+    cdr.bytes(jpeg);
 }
 
 /// `geometry_msgs/msg/TwistStamped` of a commanded velocity.

@@ -34,6 +34,9 @@ pub struct DemoArgs {
     /// Also log /striker/state.
     #[arg(long)]
     pub state: bool,
+    /// Log a camera's images in place of centroids (boxes are not turned in them).
+    #[arg(long)]
+    pub camera: bool,
     /// Folder to write.
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
@@ -100,10 +103,18 @@ fn write(args: &DemoArgs) -> Result<Written, Error> {
     settings.truth.noise = noise;
     settings.plan = plan;
     settings.log_state = args.state;
-    rig::demo::write(&settings, &args.out).map_err(|error| match error {
+    if args.camera {
+        settings.truth.rig = rig::film::with_camera(settings.truth.rig);
+    }
+    let failed = |error| match error {
         rig::RigSimError::File { .. } | rig::RigSimError::Log(_) => Error::failed(error),
         error => Error::input(error),
-    })
+    };
+    let written = rig::demo::write(&settings, &args.out).map_err(failed)?;
+    if args.camera {
+        rig::film::film(&written).map_err(failed)?;
+    }
+    Ok(written)
 }
 
 /// A rig file and logs that no demo wrote are a person's own: there is no truth beside them.

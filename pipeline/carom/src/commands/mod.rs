@@ -3,6 +3,7 @@
 //! To add one: a file here with its arguments and `run`, a line below, and a variant in `cli.rs` with what it runs.
 
 pub mod artifacts;
+pub mod camera;
 pub mod dataset;
 pub mod demo;
 pub mod key;
@@ -13,4 +14,5 @@ pub mod rig;
 pub mod run;
 pub mod score;
 pub mod step;
+pub mod track;
 pub mod trial;

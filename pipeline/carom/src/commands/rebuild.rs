@@ -16,6 +16,7 @@ use crate::output::Output;
 use crate::pipeline::{Step, pipeline};
 use crate::publishing::{SPLIT_SEED, store_error};
 use crate::steps::open;
+use crate::tracking::tracked;
 use crate::{Error, publishing};
 
 /// `carom rebuild`.
@@ -65,7 +66,9 @@ pub fn run(args: &RebuildArgs, global: Global) -> Result<Output, Error> {
 /// The inputs that the version's manifest names: its rig, seed and whether effects were kept out, and of the logs that the run keeps those of its hashes.
 fn recorded_inputs(dir: &Path, artifact: &Artifact) -> Result<Inputs, Error> {
     let recorded = &artifact.manifest.provenance;
-    let kept: Vec<LogFile> = Inputs::kept(dir)?
+    // Of logs with images, the logs with centroids that the run made, or the same made again.
+    let kept = tracked(dir, &artifact.rig, &Inputs::kept(dir)?.logs)?;
+    let kept: Vec<LogFile> = kept
         .logs
         .iter()
         .filter_map(|path| LogFile::open(path).ok())

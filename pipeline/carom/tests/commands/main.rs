@@ -1,5 +1,7 @@
 //! The commands of carom, as a person gives them.
 
+mod camera;
 mod fixture;
 mod logs;
+mod pixels;
 mod runs;

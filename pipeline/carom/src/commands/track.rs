@@ -1,0 +1,87 @@
+//! `carom track`: images to centroids.
+
+use std::fs;
+use std::path::PathBuf;
+
+use clap::Args;
+use serde_json::json;
+use track::{TrackError, TrackOutcome, track_log};
+
+use crate::Error;
+use crate::error::Outcome;
+use crate::inputs::{find_logs, load_rig};
+use crate::naming::names;
+use crate::output::Output;
+
+/// `carom track`.
+#[derive(Args, Debug)]
+pub struct TrackArgs {
+    /// MCAP files, or folders that are searched for them with all below.
+    #[arg(required = true, value_name = "LOGS")]
+    pub logs: Vec<PathBuf>,
+    /// The rig file: its camera's lens and pose, the object's shape and colour, the topic of images.
+    #[arg(long, value_name = "FILE")]
+    pub rig: PathBuf,
+    /// Folder to write: for each log one with its other messages, the centroids, and what is said of every frame.
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    /// Also write a log for viewers: the images with the outline and centre found, and the object's pose; of one log.
+    #[arg(long, value_name = "FILE")]
+    pub view: Option<PathBuf>,
+}
+
+/// Tracks each log by itself; one that cannot be is left out.
+pub fn run(args: &TrackArgs) -> Result<Output, Error> {
+    let rig = load_rig(&args.rig)?;
+    let logs = find_logs(&args.logs)?;
+    if let (Some(_), [_, _, ..]) = (&args.view, &logs[..]) {
+        let why = "view several logs in one: name one log with --view";
+        return Err(Error::input(why));
+    }
+    fs::create_dir_all(&args.out).map_err(|error| Error::unreadable(&args.out, &error))?;
+    let files: Vec<_> = logs
+        .iter()
+        .map(|log| (log.as_path(), log.to_str().unwrap_or_default()))
+        .collect();
+    let (mut text, mut tracked, mut left_out) = (String::new(), Vec::new(), Vec::new());
+    for (log, name) in logs.iter().zip(names(&files)) {
+        let out = args
+            .out
+            .join(name.trim_start_matches('/').replace('/', "_"));
+        if fs::canonicalize(&out).is_ok_and(|out| out == *log) {
+            let why = "write over the log that is read; name another folder with --out";
+            return Err(Error::input(why));
+        }
+        match track_log(log, &rig, &out, args.view.as_deref()) {
+            Ok(outcome) => {
+                text += &sentence(&name, &outcome);
+                tracked.push(json!({ "log": log, "out": out, "frames": outcome }));
+            }
+            Err(error @ (TrackError::Setup(_) | TrackError::NoTopic)) => {
+                return Err(Error::input(error));
+            }
+            Err(error @ TrackError::Write(_)) => return Err(Error::failed(error)),
+            Err(error) => {
+                // What was begun is of no use.
+                drop(fs::remove_file(&out));
+                text += &format!("{name} is left out: failed to {error}\n");
+                left_out.push(json!({ "log": log, "why": error.to_string() }));
+            }
+        }
+    }
+    if tracked.is_empty() {
+        return Err(Error::input(text.trim_end().to_owned()));
+    }
+    let mut output = Output::done(json!({ "tracked": tracked, "left_out": left_out }), text);
+    if !left_out.is_empty() {
+        output.outcome = Outcome::Rejected;
+    }
+    Ok(output)
+}
+
+/// A log's frames in a line, and its notes below.
+fn sentence(name: &str, outcome: &TrackOutcome) -> String {
+    let notes = outcome.notes.iter();
+    let notes: String = notes.map(|note| format!("           {note}\n")).collect();
+    format!("{name}  {}\n{notes}", outcome.sentence())
+}

@@ -1,0 +1,96 @@
+//! `carom camera`: a pose from typed points, a colour from an image.
+
+use carom::Outcome;
+use track::{CameraModel, Image, png_of};
+use values::{Rig, Shape};
+
+use crate::fixture::{done, refusal, write};
+
+/// The demo's rig with its camera.
+fn rig() -> Rig {
+    rig::film::with_camera(Rig::demo(Shape::Cylinder))
+}
+
+/// Points of the table as they are typed, with the pixels in which the rig's camera sees them.
+fn typed(rig: &Rig, off: f64) -> String {
+    let camera = CameraModel::of(rig).expect("complete");
+    let xs = [0.15, 0.55, 0.95];
+    let places = xs
+        .into_iter()
+        .flat_map(|x| [-0.5, 0.0, 0.5].map(|y| [x, y]));
+    let line = |(k, [x, y]): (usize, [f64; 2])| {
+        let [u, v] = camera.pixel([x, y, 0.0]).expect("seen").map(f64::round);
+        let u = if k == 0 { u + off } else { u };
+        format!(" --point {x},{y},{u},{v}")
+    };
+    places.enumerate().map(line).collect()
+}
+
+#[test]
+fn a_camera_is_calibrated_from_typed_points_or_refused() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let dir = folder.path().display();
+    let known = rig();
+    let mut open = known.clone();
+    (open.camera.position, open.camera.orientation) = (None, None);
+    write(&folder.path().join("rig.toml"), &open.to_toml());
+
+    let line = format!("camera calibrate --rig {dir}/rig.toml --out {dir}/found.toml");
+    let said = done(&format!("{line}{}", typed(&known, 0.0)));
+    assert!(said["reprojection_error"].as_f64() < Some(1.0), "{said}");
+    let found = Rig::load(&folder.path().join("found.toml")).expect("a rig");
+    let (found, known_at) = (found.camera.position, known.camera.position);
+    let (found, known_at) = (found.expect("found"), known_at.expect("known"));
+    for (found, known) in found.iter().zip(known_at) {
+        assert!((found - known).abs() < 0.02, "{found} {known}");
+    }
+
+    let (outcome, why) = refusal(&format!("{line}{}", typed(&known, 30.0)));
+    assert_eq!(outcome, Outcome::BadInput);
+    assert!(why.contains("px") && why.contains("typed"), "{why}");
+    let (_, why) = refusal(&format!("{line} --point 0.2,0.1,300,200"));
+    assert!(why.contains("at least 4"), "{why}");
+    open.camera.matrix = None;
+    write(&folder.path().join("rig.toml"), &open.to_toml());
+    let (_, why) = refusal(&format!("{line}{}", typed(&known, 0.0)));
+    assert!(why.contains("--size"), "{why}");
+}
+
+#[test]
+fn a_colour_is_proposed_from_an_image_and_shown() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let dir = folder.path().display();
+    let (width, height) = (160, 120);
+    let is_object = |at: usize| {
+        let (x, y) = ((at % width) as f64, (at / width) as f64);
+        (x - 90.0).hypot(y - 50.0) < 12.0
+    };
+    let pixel = |at: usize| {
+        if is_object(at) {
+            [30, 60, 190]
+        } else {
+            [140, 130, 120]
+        }
+    };
+    let image = Image {
+        width,
+        height,
+        rgb: (0..width * height).flat_map(pixel).collect(),
+        grey: false,
+    };
+    let png = png_of(&image).expect("a picture");
+    std::fs::write(folder.path().join("a.png"), png).expect("written");
+    let said = done(&format!("camera tune {dir}/a.png --out {dir}/found.png"));
+    let hue = |end: usize| said["colour"]["hue"][end].as_f64().expect("a hue");
+    // The blue that was painted has 229 degrees.
+    assert!(hue(0) < 229.0 && hue(1) > 229.0, "{said}");
+    assert!(folder.path().join("found.png").is_file());
+    let (outcome, why) = refusal(&format!(
+        "camera tune {dir}/a.png --pixel 5,5 --out {dir}/b.png"
+    ));
+    assert_eq!(outcome, Outcome::BadInput);
+    assert!(why.contains("--pixel"), "{why}");
+    write(&folder.path().join("no.png"), "no image");
+    let (_, why) = refusal(&format!("camera tune {dir}/no.png --out {dir}/b.png"));
+    assert!(why.contains("neither JPEG nor PNG"), "{why}");
+}

@@ -1,0 +1,55 @@
+//! Runs that start from a camera's images.
+
+use carom::Outcome;
+
+use crate::fixture::{carom, done, refusal, write};
+
+#[test]
+fn a_run_starts_from_images_tracks_them_once_and_is_rebuilt_from_them() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let dir = folder.path().display();
+    done(&format!(
+        "demo --strikes 12 --seed 3 --hide none --camera --out {dir}/rig"
+    ));
+
+    let said = done(&format!(
+        "track {dir}/rig/logs --rig {dir}/rig/rig.toml --out {dir}/tracked"
+    ));
+    let frames = &said["tracked"][0]["frames"];
+    assert_eq!(frames["frames"], frames["centroids"], "{said}");
+    assert!(frames["frames"].as_u64() > Some(500), "{said}");
+
+    let run = format!("run {dir}/rig/logs --rig {dir}/rig/rig.toml --out {dir}/run");
+    assert_eq!(done(&run)["strikes"], 12);
+    let kept = || -> Vec<_> {
+        let folders = std::fs::read_dir(folder.path().join("run/tracked")).expect("a folder");
+        let logs = folders.map(|entry| entry.expect("an entry").path().join("session_000.mcap"));
+        logs.map(|log| (log.metadata().expect("a log").modified().ok(), log))
+            .collect()
+    };
+    let once = kept();
+    assert_eq!(once.len(), 1, "{once:?}");
+    done(&run);
+    assert_eq!(kept(), once, "tracked once");
+    done(&format!("rebuild v0001 --artifacts {dir}/run"));
+
+    // Another colour is another question: nothing of it is seen.
+    let rig = std::fs::read_to_string(folder.path().join("rig/rig.toml")).expect("a rig");
+    let blue = rig.replace("hue = [340.0, 20.0]", "hue = [200.0, 240.0]");
+    assert_ne!(rig, blue);
+    write(&folder.path().join("blue.toml"), &blue);
+    let (outcome, why) = refusal(&format!(
+        "run {dir}/rig/logs --rig {dir}/blue.toml --out {dir}/run"
+    ));
+    assert_eq!(outcome, Outcome::BadInput, "{why}");
+    assert!(why.contains("no_object"), "{why}");
+
+    // A rig that names no images says how to name them.
+    let (before, _) = rig.split_once("[topics.image]").expect("the last table");
+    write(&folder.path().join("blind.toml"), before);
+    let said = carom(&format!(
+        "run {dir}/rig/logs --rig {dir}/blind.toml --out {dir}/blind"
+    ));
+    let why = said.expect_err("no centroids").to_string();
+    assert!(why.contains("[topics.image]"), "{why}");
+}

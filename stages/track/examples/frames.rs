@@ -1,0 +1,184 @@
+//! Frames for `make bench PARTS=track`: renders them, and measures carom on them as `tests/peers/opencv.py` measures OpenCV.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use anyhow::{Context, bail};
+use clap::{Parser, Subcommand, ValueEnum};
+use rayon::prelude::*;
+use render::case::{self, Case};
+use render::{Moment, Optics, Renderer, Scene};
+use serde::{Deserialize, Serialize};
+use serde_json::{Value, json};
+use track::{Decoder, ImageMessage, Payload, Tracker};
+use values::{Rig, Shape};
+
+#[derive(Debug, Parser)]
+struct Args {
+    #[command(subcommand)]
+    part: Part,
+}
+
+#[derive(Debug, Subcommand)]
+enum Part {
+    /// Renders so many frames of a case into a folder, with the truth and the rig beside them.
+    Render {
+        dir: PathBuf,
+        case: Name,
+        width: usize,
+        height: usize,
+        count: usize,
+    },
+    /// Finds the object in a folder's frames, so many times over.
+    Track {
+        dir: PathBuf,
+        threads: usize,
+        rounds: usize,
+    },
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum Name {
+    Clean,
+    Noise,
+    Gradient,
+    Shadow,
+    Blur,
+    /// All at once with JPEG and lens, a flat disc.
+    All,
+    /// The same with an object 40 mm tall.
+    Tall,
+}
+
+/// What is known of a frame.
+#[derive(Serialize, Deserialize)]
+struct Frame {
+    file: String,
+    /// Centroid of what is seen of the object, in px.
+    pixel: [f64; 2],
+    /// The object's centre on the table in m.
+    place: [f64; 2],
+}
+
+/// The square of this many rays is cast for a pixel.
+const RAYS: usize = 6;
+
+fn main() -> anyhow::Result<()> {
+    let answer = match Args::parse().part {
+        Part::Render {
+            dir,
+            case,
+            width,
+            height,
+            count,
+        } => render(&dir, case, [width, height], count)?,
+        Part::Track {
+            dir,
+            threads,
+            rounds,
+        } => track(&dir, threads, rounds)?,
+    };
+    println!("{answer}");
+    Ok(())
+}
+
+fn render(dir: &Path, name: Name, pixels: [usize; 2], count: usize) -> anyhow::Result<Value> {
+    let flat = Case::flat();
+    let (case, object) = match name {
+        Name::Clean => (Case { noise: 0.0, ..flat }, case::disc()),
+        Name::Noise => (flat, case::disc()),
+        Name::Gradient => (
+            Case {
+                scene: case::gradient,
+                ..flat
+            },
+            case::disc(),
+        ),
+        Name::Shadow => (
+            Case {
+                scene: case::shadow,
+                ..flat
+            },
+            case::disc(),
+        ),
+        Name::Blur => (
+            Case {
+                speed: 1.0,
+                exposure: 0.005,
+                ..flat
+            },
+            case::disc(),
+        ),
+        Name::All => (Case::all(), case::disc()),
+        Name::Tall => (Case::all(), case::tall(Shape::Cylinder)),
+    };
+    let case = Case { pixels, ..case };
+    let rig = case::rig(&object, &case);
+    let mut scene = Scene::plain(&rig.object).context("a size is missing")?;
+    (case.scene)(&mut scene);
+    let optics = Optics::of(&rig, pixels).context("no camera")?;
+    let renderer = Renderer::new(optics, scene, case.noise, RAYS);
+    fs::create_dir_all(dir)?;
+    let shoot = |(index, (at, heading)): (usize, (Moment, f64))| -> anyhow::Result<Frame> {
+        let (sin, cos) = heading.sin_cos();
+        let path = |time: f64| Moment {
+            x: at.x + case.speed * time * cos,
+            y: at.y + case.speed * time * sin,
+            yaw: at.yaw,
+        };
+        let shot = renderer.shoot(&path, index as u64);
+        let (data, end) = match case.jpeg {
+            Some(quality) => (shot.picture.jpeg(quality)?, "jpg"),
+            None => (shot.picture.png()?, "png"),
+        };
+        let file = format!("{index:04}.{end}");
+        fs::write(dir.join(&file), data)?;
+        Ok(Frame {
+            file,
+            pixel: shot.centroid.context("not seen")?,
+            place: [at.x, at.y],
+        })
+    };
+    let places: Vec<_> = case::places(count).into_iter().enumerate().collect();
+    let frames = places.into_par_iter().map(shoot);
+    let frames = frames.collect::<anyhow::Result<Vec<_>>>()?;
+    fs::write(dir.join("truth.json"), serde_json::to_vec(&frames)?)?;
+    fs::write(dir.join("rig.json"), serde_json::to_vec(&rig)?)?;
+    Ok(json!({ "frames": frames.len() }))
+}
+
+fn track(dir: &Path, threads: usize, rounds: usize) -> anyhow::Result<Value> {
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .build_global()?;
+    let frames: Vec<Frame> = serde_json::from_slice(&fs::read(dir.join("truth.json"))?)?;
+    let rig: Rig = serde_json::from_slice(&fs::read(dir.join("rig.json"))?)?;
+    let files = frames.iter().map(|frame| fs::read(dir.join(&frame.file)));
+    let files = files.collect::<Result<Vec<_>, _>>()?;
+    let tracker = Tracker::new(&rig)?;
+    let observe = |decoder: &mut Decoder, data: &Vec<u8>| {
+        let payload = Payload::Compressed(data);
+        let image = decoder.decode(&ImageMessage { stamp: 0, payload })?;
+        anyhow::Ok(tracker.observe(image))
+    };
+    let all: Vec<&Vec<u8>> = (0..rounds).flat_map(|_| &files).collect();
+    let begun = Instant::now();
+    let seen = all
+        .par_iter()
+        .map_init(Decoder::default, |decoder, data| observe(decoder, data));
+    let seen = seen.collect::<anyhow::Result<Vec<_>>>()?;
+    let seconds = begun.elapsed().as_secs_f64();
+    let found: Vec<_> = seen
+        .iter()
+        .take(files.len())
+        .map(|seen| {
+            let place = seen.centre.ok().map(|centre| [centre.x, centre.y]);
+            place.and(seen.pixel).zip(place)
+        })
+        .collect();
+    if found.is_empty() {
+        bail!("no frames in {}", dir.display());
+    }
+    Ok(json!({ "seconds": seconds, "frames": all.len(), "found": found }))
+}

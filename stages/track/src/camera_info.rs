@@ -1,0 +1,241 @@
+//! The lens of a camera as a log tells it: ROS's `CameraInfo`, Foxglove's `CameraCalibration`.
+//!
+//! Sources: `sensor_msgs/msg/CameraInfo.msg`, `foxglove/CameraCalibration.proto`.
+
+use std::path::Path;
+
+use logs::read::{RawMessage, read_raw};
+use logs::{Limits, LogError};
+
+use crate::protobuf::{Value, each_field};
+use crate::wire::Wire;
+use crate::{ImageError, Lens, TrackError};
+
+/// A lens and the size of the images that it holds for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct CameraInfo {
+    pub(crate) lens: Lens,
+    /// Width and height in px.
+    pub(crate) size: [usize; 2],
+}
+
+impl CameraInfo {
+    /// What a log says of the camera of an image topic, if it says anything: the first message of the topic beside it
+    /// (`/camera/camera_info` for `/camera/image_raw/compressed`), or of the only such topic.
+    pub(crate) fn of_log(log: &Path, images: &str) -> Result<Option<Self>, TrackError> {
+        let mut others: Vec<(String, Result<Self, String>)> = Vec::new();
+        let read = read_raw(log, Limits::default(), &mut |message: RawMessage<'_>| {
+            let topic = &message.channel.topic;
+            if !is_info(&message.channel.schema) || others.iter().any(|(known, _)| known == topic) {
+                return Ok(());
+            }
+            let parsed = parse(&message);
+            if is_beside(topic, images) {
+                return Err(Stop::Found(topic.clone(), parsed));
+            }
+            others.push((topic.clone(), parsed));
+            Ok(())
+        });
+        let (topic, info) = match read {
+            Err(Stop::Found(topic, info)) => (topic, info),
+            Err(Stop::Log(error)) => return Err(error.into()),
+            Ok(_) if others.len() == 1 => others.remove(0),
+            Ok(_) => return Ok(None),
+        };
+        let log = log.display().to_string();
+        match info {
+            Ok(info) => Ok(Some(info)),
+            Err(why) => Err(TrackError::CameraInfo { log, topic, why }),
+        }
+    }
+}
+
+/// How the search in a log ends.
+enum Stop {
+    Found(String, Result<CameraInfo, String>),
+    Log(LogError),
+}
+
+impl From<LogError> for Stop {
+    fn from(error: LogError) -> Self {
+        Self::Log(error)
+    }
+}
+
+fn is_info(schema: &str) -> bool {
+    matches!(
+        schema,
+        "sensor_msgs/msg/CameraInfo" | "sensor_msgs/CameraInfo" | "foxglove.CameraCalibration"
+    )
+}
+
+/// Whether a topic lies in the namespace that an image topic lies in or below.
+fn is_beside(topic: &str, images: &str) -> bool {
+    topic
+        .rsplit_once('/')
+        .is_some_and(|(space, _)| !space.is_empty() && images.starts_with(&format!("{space}/")))
+}
+
+/// What a message says of the camera, before it is looked at.
+#[derive(Default)]
+struct Said {
+    size: [u32; 2],
+    model: String,
+    distortion: Vec<f64>,
+    matrix: Vec<f64>,
+}
+
+fn parse(message: &RawMessage<'_>) -> Result<CameraInfo, String> {
+    let wire = match message.channel.encoding.as_str() {
+        "cdr" => Wire::cdr(message.data).and_then(ros),
+        "ros1" => Wire::ros1(message.data).and_then(ros),
+        "protobuf" => foxglove(message.data),
+        other => {
+            return Err(format!(
+                "its encoding is `{other}`; cdr, ros1 and protobuf are read"
+            ));
+        }
+    };
+    wire.map_err(|error| error.to_string())?.checked()
+}
+
+/// Coefficients of a distortion at the most: what no model exceeds.
+const MOST_COEFFICIENTS: u32 = 14;
+
+fn ros(mut wire: Wire<'_>) -> Result<Said, ImageError> {
+    wire.u32()?;
+    wire.u32()?;
+    wire.text()?; // frame_id
+    let (height, width) = (wire.u32()?, wire.u32()?);
+    let model = wire.text()?.to_owned();
+    let count = wire.u32()?;
+    if count > MOST_COEFFICIENTS {
+        return Err(ImageError::Message("it has too many coefficients"));
+    }
+    let mut numbers = |count: u32| {
+        (0..count)
+            .map(|_| wire.f64())
+            .collect::<Result<Vec<_>, _>>()
+    };
+    Ok(Said {
+        size: [width, height],
+        model,
+        distortion: numbers(count)?,
+        matrix: numbers(9)?,
+    })
+}
+
+fn foxglove(data: &[u8]) -> Result<Said, ImageError> {
+    /// Field numbers of `CameraCalibration`.
+    const WIDTH: u64 = 2;
+    const HEIGHT: u64 = 3;
+    const MODEL: u64 = 4;
+    const DISTORTION: u64 = 5;
+    const MATRIX: u64 = 6;
+    let mut said = Said::default();
+    let doubles = |bytes: &[u8], to: &mut Vec<f64>| {
+        // Packed or one by one.
+        let (eights, _) = bytes.as_chunks::<8>();
+        to.extend(eights.iter().map(|eight| f64::from_le_bytes(*eight)));
+    };
+    each_field(data, &mut |number, value| {
+        match (number, value) {
+            (WIDTH, Value::Number(number)) => said.size[0] = number as u32,
+            (HEIGHT, Value::Number(number)) => said.size[1] = number as u32,
+            (MODEL, Value::Bytes(bytes)) => {
+                said.model = String::from_utf8_lossy(bytes).into_owned()
+            }
+            (DISTORTION, Value::Bytes(bytes)) => doubles(bytes, &mut said.distortion),
+            (MATRIX, Value::Bytes(bytes)) => doubles(bytes, &mut said.matrix),
+            _ => {}
+        }
+        Ok(())
+    })?;
+    Ok(said)
+}
+
+impl Said {
+    /// The lens, where its model is plumb_bob, or another whose further coefficients are zero.
+    fn checked(self) -> Result<CameraInfo, String> {
+        let is_zero = |number: &f64| *number == 0.0;
+        let plumb_bob = match self.model.as_str() {
+            "plumb_bob" => self.distortion.len() <= 5,
+            "" => self.distortion.iter().all(is_zero),
+            "rational_polynomial" => self.distortion.iter().skip(5).all(is_zero),
+            _ => false,
+        };
+        if !plumb_bob {
+            return Err(format!(
+                "its distortion model is `{}` with {} coefficients; plumb_bob is read: log rectified images, or write the lens into \
+                 the rig file under [camera]",
+                self.model,
+                self.distortion.len()
+            ));
+        }
+        let [fx, _, cx, _, fy, cy, ..] = self.matrix[..] else {
+            return Err("it has no camera matrix".into());
+        };
+        let numbers = self.distortion.iter().chain(&self.matrix);
+        if !numbers.clone().all(|number| number.is_finite()) {
+            return Err("a number in it is not finite".into());
+        }
+        if fx <= 0.0 || fy <= 0.0 {
+            return Err(
+                "its camera matrix is zero, for the camera was not calibrated: `carom camera calibrate` does it"
+                    .into(),
+            );
+        }
+        let coefficient = |i: usize| self.distortion.get(i).copied().unwrap_or(0.0);
+        Ok(CameraInfo {
+            lens: Lens {
+                matrix: [fx, fy, cx, cy],
+                distortion: [0, 1, 2, 3, 4].map(coefficient),
+            },
+            size: self.size.map(|pixels| pixels as usize),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn said(model: &str, distortion: &[f64]) -> Said {
+        Said {
+            size: [640, 480],
+            model: model.into(),
+            distortion: distortion.to_vec(),
+            matrix: vec![600.0, 0.0, 320.0, 0.0, 610.0, 240.0, 0.0, 0.0, 1.0],
+        }
+    }
+
+    #[test]
+    fn plumb_bob_is_read_and_what_bends_otherwise_is_refused() {
+        let info = said("plumb_bob", &[-0.1, 0.02, 0.001])
+            .checked()
+            .expect("read");
+        assert_eq!(info.lens.matrix, [600.0, 610.0, 320.0, 240.0]);
+        assert_eq!(info.lens.distortion, [-0.1, 0.02, 0.001, 0.0, 0.0]);
+        let more = [0.1, 0.2, 0.0, 0.0, 0.3, 0.0, 0.0, 0.0];
+        assert!(said("rational_polynomial", &more).checked().is_ok());
+        let fish = said("equidistant", &[0.1; 4])
+            .checked()
+            .expect_err("fish-eye");
+        assert!(
+            fish.contains("equidistant") && fish.contains("plumb_bob"),
+            "{fish}"
+        );
+        let mut zero = said("", &[]);
+        zero.matrix[0] = 0.0;
+        assert!(zero.checked().expect_err("zero").contains("calibrate"));
+    }
+
+    #[test]
+    fn the_topic_beside_the_images_is_theirs() {
+        let images = "/left/image_raw/compressed";
+        assert!(is_beside("/left/camera_info", images));
+        assert!(is_beside("/left/image_raw/camera_info", images));
+        assert!(!is_beside("/right/camera_info", images));
+        assert!(!is_beside("/camera_info", images));
+    }
+}

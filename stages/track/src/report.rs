@@ -1,0 +1,60 @@
+//! What is said of a log's frames.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+use crate::Reason;
+
+/// What came of a log's images.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct TrackOutcome {
+    /// Images seen.
+    pub frames: u64,
+    /// Images whose centroid was written.
+    pub centroids: u64,
+    /// The others, by reason.
+    pub reasons: BTreeMap<Reason, u64>,
+    /// What a person should know of the log.
+    pub notes: Vec<String>,
+}
+
+impl TrackOutcome {
+    /// How many frames have a centroid, and why the others have none.
+    pub fn sentence(&self) -> String {
+        let Self {
+            frames, centroids, ..
+        } = self;
+        let reasons = self.reasons.iter();
+        let reasons: Vec<_> = reasons
+            .map(|(reason, count)| format!("{count} {}", reason.name()))
+            .collect();
+        let others = if reasons.is_empty() {
+            String::new()
+        } else {
+            format!("; without: {}", reasons.join(", "))
+        };
+        format!("{centroids} of {frames} frames with a centroid{others}")
+    }
+}
+
+/// Topic of what is said of every frame; JSON, see [`FrameReport`].
+pub const QUALITY_TOPIC: &str = "/object/centroid/quality";
+
+/// What is said of one frame.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FrameReport {
+    /// Middle of the exposure of the object's rows, in ns.
+    pub stamp: i64,
+    /// Centre on the table in m, where it is trusted.
+    pub x: Option<f64>,
+    /// Its second coordinate.
+    pub y: Option<f64>,
+    /// Share of outline and inside that agree with the object, 0 to 1.
+    pub quality: f64,
+    /// Why it is not trusted.
+    pub reason: Option<Reason>,
+}
+
+/// Its JSON schema.
+pub(crate) const QUALITY_SCHEMA: &str = r#"{"type":"object","properties":{"stamp":{"type":"integer"},"x":{"type":["number","null"]},"y":{"type":["number","null"]},"quality":{"type":"number"},"reason":{"type":["string","null"]}}}"#;

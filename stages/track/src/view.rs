@@ -1,0 +1,48 @@
+//! What viewers show of a tracked log: the images with the outline and the centre drawn in, and the object's pose.
+//!
+//! The topics are `sensor_msgs/msg/CompressedImage` and `geometry_msgs/msg/PoseStamped`, which Foxglove, Rerun and rviz draw as they are.
+
+use std::fs::File;
+use std::io::BufWriter;
+use std::path::Path;
+
+use logs::write::{CopyWriter, Stamped, WriteError};
+
+use crate::look::Looked;
+
+/// Topic of the images with what was found drawn in.
+const IMAGE_TOPIC: &str = "/carom/track/image";
+/// Topic of the object's poses.
+const POSE_TOPIC: &str = "/carom/track/object";
+/// A log for viewers.
+pub(crate) struct View {
+    writer: CopyWriter<BufWriter<File>>,
+}
+
+impl View {
+    pub(crate) fn create(path: &Path) -> Result<Self, WriteError> {
+        let writer = CopyWriter::create(path)?;
+        Ok(Self { writer })
+    }
+
+    /// Adds a frame as it was looked at by itself; frames that the sequence will not trust are in it as well.
+    pub(crate) fn add(&mut self, log_time: u64, looked: &Looked) -> Result<(), WriteError> {
+        let Ok(stamp) = u64::try_from(looked.stamp) else {
+            return Ok(());
+        };
+        if let Some(jpeg) = &looked.drawn {
+            self.writer.jpeg(IMAGE_TOPIC, log_time, stamp, jpeg)?;
+        }
+        if let Ok(centre) = looked.observation.centre {
+            let (x, y) = (centre.x, centre.y);
+            let at = Stamped { stamp, x, y };
+            let yaw = looked.observation.yaw;
+            self.writer.pose(POSE_TOPIC, log_time, &at, yaw)?;
+        }
+        Ok(())
+    }
+
+    pub(crate) fn finish(self) -> Result<(), WriteError> {
+        self.writer.finish().map(drop)
+    }
+}

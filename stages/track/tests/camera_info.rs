@@ -1,0 +1,143 @@
+//! A log's CameraInfo, images of another size, video, and logs for viewers.
+
+#![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+mod common;
+
+use std::collections::BTreeSet;
+
+use common::messages::{Wire, compressed, pictures, small, write, write_with};
+use render::Optics;
+use track::{Reason, TrackError, track_log};
+
+/// `sensor_msgs/msg/CameraInfo` up to its matrix.
+fn info(model: &str, distortion: &[f64], [fx, fy, cx, cy]: [f64; 4], size: [u32; 2]) -> Vec<u8> {
+    let wire = Wire(vec![0, 1, 0, 0], true).header(0);
+    let mut wire = wire.u32(size[1]).u32(size[0]).text(model);
+    wire = wire.u32(distortion.len() as u32);
+    for number in distortion {
+        wire = wire.f64(*number);
+    }
+    for number in [fx, 0.0, cx, 0.0, fy, cy, 0.0, 0.0, 1.0] {
+        wire = wire.f64(number);
+    }
+    wire.0
+}
+
+#[test]
+fn a_lens_is_taken_from_the_logs_camera_info_where_the_rig_file_has_none() {
+    let (rig, dir) = (small(), tempfile::tempdir().unwrap());
+    let (log, out) = (dir.path().join("in.mcap"), dir.path().join("out.mcap"));
+    let optics = Optics::of(&rig, [320, 240]).unwrap();
+    let frames: Vec<_> = (1u32..)
+        .zip(pictures(&rig, 2))
+        .map(|(k, (_, picture))| compressed(&picture.png().unwrap(), k))
+        .collect();
+    let images = ("sensor_msgs/msg/CompressedImage", "cdr");
+    let mut without = rig.clone();
+    (without.camera.matrix, without.camera.distortion) = (None, None);
+    let track = |data: &[u8], topic: &str| {
+        let first = (topic, "sensor_msgs/msg/CameraInfo", data);
+        write_with(&log, images, &frames, Some(first));
+        track_log(&log, &without, &out, None)
+    };
+    let good = info("plumb_bob", &[0.0; 5], optics.matrix, [320, 240]);
+    // Beside the images, and the only one, wherever it is.
+    for topic in ["/camera/camera_info", "/info"] {
+        let outcome = track(&good, topic).unwrap();
+        assert_eq!(outcome.centroids, 2, "{outcome:?}");
+    }
+    let other = info("plumb_bob", &[0.0; 5], optics.matrix, [640, 480]);
+    match track(&other, "/camera/camera_info") {
+        Err(TrackError::Undecodable { why, .. }) => assert!(why.contains("640 × 480"), "{why}"),
+        other => panic!("{other:?}"),
+    }
+    let fish = info("equidistant", &[0.1; 4], optics.matrix, [320, 240]);
+    let said = track(&fish, "/camera/camera_info").unwrap_err().to_string();
+    assert!(
+        said.contains("equidistant") && said.contains("/camera/camera_info"),
+        "{said}"
+    );
+    let said = track(&good[..40], "/camera/camera_info")
+        .unwrap_err()
+        .to_string();
+    assert!(said.contains("ends at byte"), "{said}");
+
+    write(&log, images.0, images.1, &frames);
+    let said = track_log(&log, &without, &out, None)
+        .unwrap_err()
+        .to_string();
+    assert!(
+        said.contains("CameraInfo") && said.contains("camera.matrix"),
+        "{said}"
+    );
+}
+
+#[test]
+fn an_image_of_another_size_and_video_are_not_looked_at() {
+    let (rig, dir) = (small(), tempfile::tempdir().unwrap());
+    let (log, out) = (dir.path().join("in.mcap"), dir.path().join("out.mcap"));
+    let mut shots = pictures(&rig, 2);
+    let (_, cut) = &mut shots[1];
+    cut.rgb.truncate(3 * 320 * 200);
+    cut.height = 200;
+    let frames: Vec<_> = (1u32..)
+        .zip(&shots)
+        .map(|(k, (_, picture))| compressed(&picture.png().unwrap(), k))
+        .collect();
+    write(&log, "sensor_msgs/msg/CompressedImage", "cdr", &frames);
+    let outcome = track_log(&log, &rig, &out, None).unwrap();
+    assert_eq!(outcome.centroids, 1);
+    assert_eq!(outcome.reasons[&Reason::Undecodable], 1);
+    assert!(outcome.notes[0].contains("320 × 200"), "{outcome:?}");
+
+    let video = [&[26, 4][..], &[0, 0, 0, 1], &[34, 4], b"h264"].concat();
+    write(&log, "foxglove.CompressedVideo", "protobuf", &[video]);
+    let said = track_log(&log, &rig, &out, None).unwrap_err().to_string();
+    assert!(said.contains("h264") && said.contains("JPEG"), "{said}");
+}
+
+#[test]
+fn a_log_for_viewers_has_each_image_and_each_pose() {
+    let (rig, dir) = (small(), tempfile::tempdir().unwrap());
+    let file = |name: &str| dir.path().join(name);
+    let frames: Vec<_> = (1u32..)
+        .zip(pictures(&rig, 3))
+        .map(|(k, (_, picture))| compressed(&picture.png().unwrap(), k))
+        .collect();
+    let log = file("in.mcap");
+    write(&log, "sensor_msgs/msg/CompressedImage", "cdr", &frames);
+    let view = file("view.mcap");
+    track_log(&log, &rig, &file("out.mcap"), Some(&view)).unwrap();
+
+    let bytes = std::fs::read(&view).unwrap();
+    let messages: Vec<_> = mcap::MessageStream::new(&bytes)
+        .unwrap()
+        .map(Result::unwrap)
+        .collect();
+    let kinds: BTreeSet<_> = messages
+        .iter()
+        .map(|message| {
+            let schema = message.channel.schema.as_ref().unwrap();
+            (message.channel.topic.clone(), schema.name.clone())
+        })
+        .collect();
+    let kind = |topic: &str, schema: &str| (topic.to_owned(), schema.to_owned());
+    let expected = [
+        kind("/carom/track/image", "sensor_msgs/msg/CompressedImage"),
+        kind("/carom/track/object", "geometry_msgs/msg/PoseStamped"),
+    ];
+    assert_eq!(kinds, expected.into());
+    assert_eq!(messages.len(), 6);
+    // What is drawn is green, of which the scene has nothing.
+    let image = messages
+        .iter()
+        .find(|message| message.channel.topic == "/carom/track/image")
+        .unwrap();
+    let message = track::ImageMessage::parse("sensor_msgs/msg/CompressedImage", "cdr", &image.data);
+    let mut decoder = track::Decoder::default();
+    let drawn = decoder.decode(&message.unwrap()).unwrap();
+    let is_green = |pixel: &&[u8]| pixel[1] > 150 && pixel[0] < 120 && pixel[2] < 120;
+    let green = drawn.rgb.chunks(3).filter(is_green).count();
+    assert!(green > 20, "{green}");
+}
