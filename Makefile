@@ -1,6 +1,6 @@
 # Everything that carom needs beside rustup's stable Rust, Python 3 with pip and a C compiler is set up here,
 # under .native/. A second run of any target does nothing that is done.
-.PHONY: build install run test lint blind kuka curve bench fuzz arm soak setup clean
+.PHONY: build install run test lint blind kuka curve bench fuzz arm loop soak setup clean
 .DEFAULT_GOAL := build
 
 DEMO := artifacts/demo
@@ -90,17 +90,24 @@ fuzz: build
 		nice -n 19 $(BIN)/fuzz $$target --seconds $(FUZZ_SECONDS) --seed $(FUZZ_SEED) & pids="$$pids $$!"; \
 	done; for pid in $$pids; do wait $$pid || exit 1; done
 
-# The emulated xArm7 under the maker's own SDK, whose bytes for each call are compared with those that the driver's tests hold; then
-# every fault at every step of a strike. Ports 502, 30000 and 30001 of 127.0.0.1 are taken: 502 needs root.
+# The emulated xArm7 under the maker's own SDK, whose bytes for each call are compared with those that the driver's tests hold; live
+# topics of Foxglove's own SDK; a collection that signals end; then every fault at every step of a strike, and the page that is
+# committed. Ports 502, 30000, 30001 and 8765 of 127.0.0.1 are taken: 502 needs root.
 XARM := artifacts/runs/arm/sdk
 $(XARM)/done: tests/peers/requirements_xarm.txt
 	python3 -m venv $(XARM)
 	$(XARM)/bin/python -m pip install --quiet --disable-pip-version-check --requirement $<
 	touch $@
-arm: setup $(XARM)/done
-	cargo build --package arm --locked
+arm: build $(XARM)/done
 	$(XARM)/bin/python tests/peers/arm.py $(BIN)/arm-emulator tests/arm/tests/sdk_frames.txt --check
-	cargo test --package arm --locked -- --nocapture
+	$(XARM)/bin/python tests/peers/watch.py $(BIN)/arm-watch
+	$(XARM)/bin/python tests/peers/collect.py $(BIN)/arm-emulator $(BIN)/carom artifacts/runs/arm/collect
+	ARM_PAGE=$(CURDIR)/tests/ARM.md cargo test --workspace --locked --test arm -- --nocapture --test-threads 1
+
+# The paper's script on the emulated arm: collect 100 strikes, run, publish signed, strike 20 targets; half an hour, for the arm moves as
+# fast as one. It goes on where it was ended; the page is the one that is committed. The same ports as above are taken, and 8765.
+loop: build
+	$(BIN)/arm-loop artifacts/runs/loop $(BIN) tests/LOOP.md
 
 # A hundred nights on growing data, a fault in each: some twenty minutes.
 soak: build

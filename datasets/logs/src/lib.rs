@@ -16,4 +16,6 @@ pub mod write;
 
 pub use decode::{DecodeError, Decoder, Fields, MOST_MORE, More, SchemaText};
 pub use error::LogError;
-pub use read::{Damage, Event, Limits, Sample, Summary, TopicCount, Wanted, read, read_from};
+pub use read::{
+    Damage, Event, Limits, RawChannel, Sample, Summary, TopicCount, Wanted, read, read_from,
+};

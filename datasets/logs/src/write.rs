@@ -8,19 +8,32 @@ mod copy;
 mod messages;
 mod samples;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 use std::fs::File;
 use std::io::{BufWriter, Seek, Write};
 use std::path::Path;
+use std::sync::Arc;
 
 use mcap::records::MessageHeader;
 use mcap::{WriteOptions, Writer};
 use values::Topics;
 
+use crate::read::RawChannel;
 use messages::Kind;
 
 pub use copy::CopyWriter;
 pub use samples::{Samples, Stamped, StateSample};
+
+/// A message that was received as it is.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Received {
+    /// Its channel; channels are told apart by their numbers.
+    pub channel: Arc<RawChannel>,
+    /// When it was received, in ns on the log's clock.
+    pub log_time: u64,
+    /// Its bytes.
+    pub data: Vec<u8>,
+}
 
 /// Why a log could not be written.
 #[derive(Debug, thiserror::Error)]
@@ -50,6 +63,8 @@ pub struct RecordingWriter<W: Write + Seek> {
     topics: Topics,
     channels: [Option<u16>; 3],
     sequences: [u32; 3],
+    /// Channels of received messages by their numbers, with the number of messages so far.
+    received: HashMap<u16, (u16, u32)>,
     buffer: Vec<u8>,
 }
 
@@ -67,6 +82,21 @@ impl RecordingWriter<BufWriter<File>> {
 impl<W: Write + Seek> RecordingWriter<W> {
     /// Starts a log on anything that can be written to and sought in.
     pub fn new(sink: W, topics: &Topics) -> Result<Self, WriteError> {
+        let mut writer = Self::start(sink, topics)?;
+        // Both required topics exist even in a log without a strike; the optional one only where it is used.
+        writer.channel(Kind::Centroid)?;
+        writer.channel(Kind::Command)?;
+        Ok(writer)
+    }
+
+    /// The same where the object's place is in messages that are received: no topic of centroids is made for it.
+    pub fn beside_received(sink: W, topics: &Topics) -> Result<Self, WriteError> {
+        let mut writer = Self::start(sink, topics)?;
+        writer.channel(Kind::Command)?;
+        Ok(writer)
+    }
+
+    fn start(sink: W, topics: &Topics) -> Result<Self, WriteError> {
         // One compression thread, whatever the machine: zstd's bytes depend on whether it has workers.
         let mcap = WriteOptions::new()
             .profile("ros2")
@@ -75,21 +105,28 @@ impl<W: Write + Seek> RecordingWriter<W> {
             .compression_level(1)
             .compression_threads(0)
             .create(sink)?;
-        let mut writer = Self {
+        Ok(Self {
             mcap,
             topics: topics.clone(),
             channels: [None; 3],
             sequences: [0; 3],
+            received: HashMap::new(),
             buffer: Vec::with_capacity(1024),
-        };
-        // Both required topics exist even in a log without a strike; the optional one only where it is used.
-        writer.channel(Kind::Centroid)?;
-        writer.channel(Kind::Command)?;
-        Ok(writer)
+        })
     }
 
     /// Appends one strike's samples, merged in order of their stamps; `log_time` is the stamp.
     pub fn write(&mut self, samples: &Samples) -> Result<(), WriteError> {
+        self.write_with(samples, &[])
+    }
+
+    /// The same, and messages that were received meanwhile (in order of time), each with its own channel and schema.
+    pub fn write_with(
+        &mut self,
+        samples: &Samples,
+        received: &[Received],
+    ) -> Result<(), WriteError> {
+        let mut received = received.iter().peekable();
         let mut order: Vec<(u64, Kind, usize)> = Vec::new();
         order.extend(
             (0..samples.commands.len()).map(|i| (samples.commands[i].stamp, Kind::Command, i)),
@@ -100,6 +137,9 @@ impl<W: Write + Seek> RecordingWriter<W> {
         );
         order.sort_by_key(|&(stamp, _, _)| stamp);
         for (stamp, kind, i) in order {
+            while let Some(message) = received.next_if(|message| message.log_time <= stamp) {
+                self.put(message)?;
+            }
             self.buffer.clear();
             match kind {
                 Kind::Centroid => messages::point_stamped(&mut self.buffer, &samples.centroids[i]),
@@ -115,7 +155,35 @@ impl<W: Write + Seek> RecordingWriter<W> {
             self.sequences[kind as usize] += 1;
             self.mcap.write_to_known_channel(&header, &self.buffer)?;
         }
-        Ok(())
+        received.try_for_each(|message| self.put(message))
+    }
+
+    /// Appends a message as it was received.
+    fn put(&mut self, message: &Received) -> Result<(), WriteError> {
+        let from = &message.channel;
+        let (channel_id, sequence) = match self.received.get(&from.id) {
+            Some(known) => *known,
+            None => {
+                let schema = if from.schema.is_empty() && from.schema_encoding.is_empty() {
+                    0
+                } else {
+                    self.mcap
+                        .add_schema(&from.schema, &from.schema_encoding, &from.schema_data)?
+                };
+                let id =
+                    self.mcap
+                        .add_channel(schema, &from.topic, &from.encoding, &BTreeMap::new())?;
+                (id, 0)
+            }
+        };
+        self.received.insert(from.id, (channel_id, sequence + 1));
+        let header = MessageHeader {
+            channel_id,
+            sequence,
+            log_time: message.log_time,
+            publish_time: message.log_time,
+        };
+        Ok(self.mcap.write_to_known_channel(&header, &message.data)?)
     }
 
     /// Writes the summary and hands the sink back; without it the log is truncated.
@@ -203,6 +271,55 @@ mod tests {
         let text = std::str::from_utf8(&schema.data).unwrap();
         assert!(text.contains("MSG: geometry_msgs/Vector3"));
         assert!(messages.iter().all(|m| m.channel.message_encoding == "cdr"));
+    }
+
+    #[test]
+    fn received_messages_stand_among_the_samples_as_they_came() {
+        let channel = Arc::new(RawChannel {
+            id: 7,
+            topic: "/object/centroid".into(),
+            encoding: "json".into(),
+            schema: "Place".into(),
+            schema_encoding: "jsonschema".into(),
+            schema_data: Arc::from(&b"{}"[..]),
+        });
+        let received = [1, u64::MAX].map(|log_time| Received {
+            channel: channel.clone(),
+            log_time,
+            data: b"{\"x\": 1}".to_vec(),
+        });
+        let samples = Samples {
+            centroids: Vec::new(),
+            ..samples()
+        };
+        let sink = Cursor::new(Vec::new());
+        let mut writer = RecordingWriter::beside_received(sink, &Topics::default()).unwrap();
+        writer.write_with(&samples, &received).unwrap();
+        let log = writer.finish().unwrap().into_inner();
+        let messages: Vec<_> = mcap::MessageStream::new(&log)
+            .unwrap()
+            .map(Result::unwrap)
+            .collect();
+        let told: Vec<_> = messages
+            .iter()
+            .map(|m| {
+                (
+                    m.channel.topic.as_str(),
+                    m.channel.message_encoding.as_str(),
+                    m.sequence,
+                )
+            })
+            .collect();
+        assert_eq!(
+            told,
+            [
+                ("/object/centroid", "json", 0),
+                ("/striker/command", "cdr", 0),
+                ("/striker/state", "cdr", 0),
+                ("/object/centroid", "json", 1),
+            ]
+        );
+        assert_eq!(*messages[0].data, b"{\"x\": 1}"[..]);
     }
 
     #[test]

@@ -10,7 +10,7 @@ use crate::camera::film;
 use crate::disturbance::Disturbance;
 use crate::noise::Levels;
 use crate::random::{Purpose, random};
-use crate::strike::PreparedRig;
+use crate::strike::{PreparedRig, StrikeOutcome};
 use crate::striker::Profile;
 use crate::{Hidden, RigSimError, Samples, Stamped, StateSample, StrikeIndex, StrikeTruth, Truth};
 
@@ -198,6 +198,19 @@ impl Sim {
         self.index.order += 1;
         self.start += nanoseconds(PAUSE.max(end + 1.0));
         recording
+    }
+
+    /// What an object that rests at a point of the table (m) does when a tip meets it with this speed and angle, on a line that
+    /// passes so far (m) to the left of its centre: for an arm that moves by itself. It counts as a strike.
+    pub fn meet(&mut self, from: Point, tip: Command, aside: f64) -> StrikeOutcome {
+        let truth = &self.prepared.truth;
+        let levels = truth.noise.levels();
+        let disturbance = Disturbance::new(levels, truth.seed, self.index);
+        let delivered = self.launch(tip, &levels, &disturbance);
+        let (index, friction) = (self.index, disturbance.friction);
+        self.index.order += 1;
+        self.prepared
+            .strike_aside(from, delivered, aside, index, friction)
     }
 
     /// What the arm delivers this time: effects, then scatter.

@@ -69,6 +69,18 @@ impl PreparedRig {
         index: StrikeIndex,
         friction_factor: f64,
     ) -> StrikeOutcome {
+        self.strike_aside(from, delivered, 0.0, index, friction_factor)
+    }
+
+    /// The same by a tip whose line passes so far (m) to the left of the object's centre.
+    pub(crate) fn strike_aside(
+        &self,
+        from: Point,
+        delivered: Command,
+        aside: f64,
+        index: StrikeIndex,
+        friction_factor: f64,
+    ) -> StrikeOutcome {
         let Truth {
             hidden,
             restitution,
@@ -78,7 +90,7 @@ impl PreparedRig {
         } = &self.truth;
         let tip = Tip {
             radius: self.truth.rig.striker.radius,
-            offset: hidden.acts().map(|effect| effect.tip_offset()).sum(),
+            offset: aside + hidden.acts().map(|effect| effect.tip_offset()).sum::<f64>(),
             friction: *tip_friction,
         };
         let bounce = |speed: f64| {

@@ -5,8 +5,8 @@ use clap::{Parser, Subcommand};
 use crate::Error;
 use crate::args::{Global, LogsArgs, examples};
 use crate::commands::{
-    artifacts, camera, dataset, demo, key, nightly, rebuild, report, rig, run, score, step, track,
-    trial,
+    artifacts, camera, collect, dataset, demo, key, nightly, rebuild, report, rig, run, score, step,
+    track, trial,
 };
 use crate::output::Output;
 use crate::pipeline::Step;
@@ -54,6 +54,13 @@ pub enum Command {
         "carom demo --hide table_tilt --plan runs/a/next_strikes.json --out more",
     ]))]
     Demo(demo::DemoArgs),
+    /// Gather strikes that fill speed, angle and table, each in a log of its own before the next; goes on where it ended.
+    #[command(after_help = examples(&[
+        "carom collect --rig rig.toml --robot sim --strikes 100 --out logs/",
+        "carom collect --rig rig.toml --robot xarm:192.168.1.10 --watch ws://localhost:8765 --strikes 100 --out logs/",
+        "carom collect --rig rig.toml --robot sim --strikes 20 --plan runs/a/next_strikes.json --out more/",
+    ]))]
+    Collect(collect::CollectArgs),
     /// Begin a rig file.
     #[command(subcommand)]
     Rig(rig::RigCommand),
@@ -141,6 +148,7 @@ pub fn execute(cli: &Cli) -> Result<Output, Error> {
     let global = cli.global;
     match &cli.command {
         Command::Demo(args) => demo::run(args),
+        Command::Collect(args) => collect::run(args, global),
         Command::Rig(command) => rig::run(command),
         Command::Ingest(args) => run::ingest(args, global),
         Command::Run(args) => run::run(args, global),

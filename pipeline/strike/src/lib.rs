@@ -7,13 +7,17 @@
 
 pub mod batch;
 mod clearance;
+pub mod collect;
+mod command;
 mod config;
 mod correction;
 mod count;
 mod error;
 pub mod identity;
 mod limits;
+mod live;
 mod log;
+mod motion;
 mod plan;
 mod planner;
 mod refusal;
@@ -24,11 +28,13 @@ mod stroke;
 mod testing;
 mod trust;
 
+pub use command::CommandPlanner;
 pub use config::{Config, ConfigError};
 pub use count::take_number;
 pub use error::PlannerError;
+pub use live::{Live, LiveError, Resting};
 pub use log::{Destination, Kept, LogError, OpenLog, highest};
-pub use logs::write::Samples;
+pub use logs::write::{Received, Samples};
 pub use plan::{Details, FEW, Plan};
 pub use planner::Planner;
 pub use refusal::{Reason, Refusal};

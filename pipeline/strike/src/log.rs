@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::{env, fs};
 
 use durable::Aside;
-use logs::write::{RecordingWriter, Samples, WriteError};
+use logs::write::{Received, RecordingWriter, Samples, WriteError};
 use values::Topics;
 
 /// Where a log goes.
@@ -62,14 +62,25 @@ impl OpenLog {
     /// one beside it is used, and where its folder cannot be written to any more, the system's folder for temporary files.
     /// Errors only where that fails too.
     pub fn write(self, samples: &Samples, topics: &Topics) -> Result<Kept, LogError> {
+        self.write_with(samples, &[], topics)
+    }
+
+    /// The same with the messages of live topics, in order of time, as they were received.
+    pub fn write_with(
+        self,
+        samples: &Samples,
+        received: &[Received],
+        topics: &Topics,
+    ) -> Result<Kept, LogError> {
         let Self { destination, aside } = self;
-        match write(aside, &destination, samples, topics) {
+        let recorded = (samples, received);
+        match write(aside, &destination, recorded, topics) {
             Ok(kept) => Ok(kept),
             Err(moved) => {
                 let rescue = Destination::Next(env::temp_dir());
                 let rescued = Aside::create(rescue.folder(), ASIDE)
                     .map_err(LogError::from)
-                    .and_then(|aside| write(aside, &rescue, samples, topics));
+                    .and_then(|aside| write(aside, &rescue, recorded, topics));
                 match rescued {
                     Ok(kept) => Ok(Kept {
                         moved: Some(moved),
@@ -98,12 +109,16 @@ impl Destination {
 fn write(
     mut aside: Aside,
     destination: &Destination,
-    samples: &Samples,
+    (samples, received): (&Samples, &[Received]),
     topics: &Topics,
 ) -> Result<Kept, LogError> {
     aside.fill(|file| -> Result<(), LogError> {
-        let mut writer = RecordingWriter::new(file, topics)?;
-        writer.write(samples)?;
+        let mut writer = if received.is_empty() {
+            RecordingWriter::new(file, topics)?
+        } else {
+            RecordingWriter::beside_received(file, topics)?
+        };
+        writer.write_with(samples, received)?;
         writer.finish()?;
         Ok(())
     })?;

@@ -6,14 +6,13 @@ use std::time::Duration;
 
 use store::{Artifact, Explained, Model, TrainedRegion};
 use values::{Command, Conditions, Interval, Point, Rig, StopErrors, Strike};
-use world::{Simulated, Simulator, recent_session};
+use world::{Simulator, recent_session};
 
 use crate::correction::{Correction, solved};
 use crate::limits::{self, Broken};
 use crate::plan::{Details, GOOD_FOR};
 use crate::session::OpenSession;
-use crate::stroke::Stroke;
-use crate::{Plan, PlannerError, Reason, Refusal, clearance};
+use crate::{Plan, PlannerError, Refusal, motion};
 
 /// How a start is named that was chosen here.
 const CHOSEN_START: &str = "the start in the middle of the trained paths (no --from was given)";
@@ -23,8 +22,6 @@ const CHOSEN_START: &str = "the start in the middle of the trained paths (no --f
 const MOST_SHIFT: f64 = 2.0;
 /// Share of the path by which the residual may move a stop where nobody measured what the world alone misses by.
 const UNKNOWN_SHIFT: f64 = 0.1;
-/// Speeds that are tried to tell which one would fit.
-const SPEEDS: u32 = 60;
 
 /// One model of an artifact, ready to plan. Shared between threads.
 pub struct Planner {
@@ -190,15 +187,15 @@ impl Planner {
         let path = to - from;
         let (simulated, command) = self.commands(from, to)?;
         limits::command(&self.rig, command, simulated)?;
-        let stroke = self.stroke(from, command)?;
-        let mut object = self.simulate(&self.simulator, from, command)?;
+        let stroke = motion::stroke(&self.rig, &self.simulator, from, command)?;
+        let mut object = motion::object(&self.simulator, from, command, &self.conditions)?;
         if let Some(residual) = &self.residual {
             limits::shift(to, object.stop, self.farthest_shift(path))?;
             if let Some(explained) = &self.explained {
                 residual.check_added(explained, simulated, command)?;
             }
             object = residual.moved(&self.rig.table, object, |world| {
-                self.simulate(world, from, command)
+                motion::object(world, from, command, &self.conditions)
             })?;
         }
         limits::second_push(&stroke, &object, limits::sizes(&self.rig).0)?;
@@ -223,60 +220,6 @@ impl Planner {
             expected_miss_strikes: self.metrics.map(|metrics| metrics.n),
         };
         Ok(Plan::new(details, stroke, self.rig.clone(), self.good_for))
-    }
-
-    /// The motion of the tip, where the arm may go all along it.
-    fn stroke(&self, from: Point, command: Command) -> Result<Stroke, Broken> {
-        let profile = self.simulator.profile(from, command).ok_or_else(|| {
-            (
-                Reason::Unreachable,
-                format!(
-                    "the tip passes beside the object at {:.4} rad; lay the object more in line with its target",
-                    command.angle
-                ),
-            )
-        })?;
-        let standoff = profile.strike.distance(from);
-        let at = |speed: f64| {
-            let command = Command { speed, ..command };
-            let stroke = Stroke::plan(from, command, &self.rig.robot, standoff);
-            let ends = [("start", stroke.start), ("stop", stroke.stop)];
-            clearance::path(&self.rig, &ends).map(|()| stroke)
-        };
-        at(command.speed).map_err(|(reason, detail)| {
-            let low = self.rig.robot.speed.low;
-            let fitting = (0..=SPEEDS)
-                .map(|step| command.speed + (low - command.speed) * f64::from(step) / f64::from(SPEEDS))
-                .find(|speed| at(*speed).is_ok());
-            let mend = match fitting {
-                Some(speed) => format!(
-                    "at this place and angle up to {speed:.3} m/s would fit: choose a target nearer to the object, or lay the object \
-                     farther from what is in the way"
-                ),
-                None => "no speed of robot.speed fits at this place and angle: lay the object elsewhere".into(),
-            };
-            (reason, format!("at {:.4} m/s {detail}; {mend}", command.speed))
-        })
-    }
-
-    /// What the object does when it is struck with the final command, in a world.
-    fn simulate(
-        &self,
-        world: &Simulator,
-        from: Point,
-        command: Command,
-    ) -> Result<Simulated, Broken> {
-        let mut worker = world.worker();
-        worker
-            .strike(from, command, &self.conditions)
-            .map_err(|error| {
-                (
-                    Reason::Diverged,
-                    format!(
-                        "the final command, residual included, has no end: {error}; use another --model"
-                    ),
-                )
-            })
     }
 
     /// How far (m) the residual may move the simulated stop from the target: it makes good what the world alone misses by, on the

@@ -38,3 +38,4 @@ pub use log::ingest_log;
 pub use outcome::{Found, LogFile, LogOutcome};
 pub use settings::Ingest;
 pub use strikes::Strikes;
+pub use yaw::yaw_of;

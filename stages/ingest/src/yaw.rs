@@ -23,17 +23,20 @@ impl Stamped for Turn {
 }
 
 impl Turn {
-    /// From a quaternion x, y, z, w, be it of unit length or nearly; `None` where it is none.
-    pub(crate) fn of(stamp: i64, [x, y, z, w]: More) -> Option<Self> {
-        /// How far the squared length may be from one: rounding and filters, not zeros.
-        const LENGTH: std::ops::Range<f64> = 0.5..1.5;
-        let length = x * x + y * y + z * z + w * w;
-        if !LENGTH.contains(&length) {
-            return None;
-        }
-        let yaw = f64::atan2(2.0 * (w * z + x * y), length - 2.0 * (y * y + z * z));
-        Some(Self { stamp, yaw })
+    /// From a quaternion x, y, z, w; `None` where it is none.
+    pub(crate) fn of(stamp: i64, quaternion: More) -> Option<Self> {
+        yaw_of(quaternion).map(|yaw| Self { stamp, yaw })
     }
+}
+
+/// The yaw (rad) of a quaternion x, y, z, w, be it of unit length or nearly; `None` where it is none.
+pub fn yaw_of([x, y, z, w]: More) -> Option<f64> {
+    /// How far the squared length may be from one: rounding and filters, not zeros.
+    const LENGTH: std::ops::Range<f64> = 0.5..1.5;
+    let length = x * x + y * y + z * z + w * w;
+    LENGTH
+        .contains(&length)
+        .then(|| f64::atan2(2.0 * (w * z + x * y), length - 2.0 * (y * y + z * z)))
 }
 
 /// The yaw at rest is taken from this time before first motion, in s.

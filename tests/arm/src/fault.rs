@@ -50,13 +50,15 @@ pub enum Fault {
     NotANumber,
     /// The arm moves at 80 % of the speed that it was told.
     TooSlow,
+    /// The arm comes to rest on its line, and nothing tells why.
+    Stuck,
     /// The state never becomes ready.
     NeverReady,
 }
 
 impl Fault {
     /// All of them.
-    pub const ALL: [Self; 18] = [
+    pub const ALL: [Self; 19] = [
         Self::Reset,
         Self::Gone,
         Self::HalfOpen,
@@ -74,6 +76,7 @@ impl Fault {
         Self::Lag,
         Self::NotANumber,
         Self::TooSlow,
+        Self::Stuck,
         Self::NeverReady,
     ];
 }

@@ -1,27 +1,53 @@
 //! `arm-emulator [ADDRESS]`: an xArm7's controller on the maker's ports of an address, 127.0.0.1 unless given, until it is
-//! interrupted.
+//! interrupted. `arm-emulator ADDRESS TRUTH`: the same with a table before it, the embedded rig of a `truth.json`, whose object a
+//! hand puts back after each strike, and with its camera's topic at ws://ADDRESS:8765.
 
 use std::error::Error;
 use std::net::IpAddr;
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-use arm::{Emulator, Listening, Model};
+use arm::foxglove::Topic;
+use arm::{Emulator, Listening, Model, Table};
+use rig::Truth;
+use values::Point;
+
+/// Port of the camera's topic: the one of Foxglove's servers.
+const CAMERA_PORT: u16 = 8765;
+/// Where the object lies at first, in m.
+const FIRST: Point = Point::new(0.33, 0.0);
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let address: IpAddr = std::env::args()
-        .nth(1)
+    let mut arguments = std::env::args().skip(1);
+    let address: IpAddr = arguments
+        .next()
         .unwrap_or_else(|| "127.0.0.1".into())
         .parse()?;
+    let truth: Option<PathBuf> = arguments.next().map(Into::into);
     let ends = Arc::new(AtomicBool::new(false));
     for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
         signal_hook::flag::register(signal, ends.clone())?;
     }
-    let _emulator = Emulator::start(Listening::Standard(address), Model::default(), None)?;
+    let listening = Listening::Standard(address);
+    let emulator = match truth {
+        None => Emulator::start(listening, Model::default(), None)?,
+        Some(path) => {
+            let truth = Truth::load(&path)?;
+            let topic = &truth.rig.topics.centroid.name;
+            let camera = Topic::serve((address, CAMERA_PORT).into(), topic)?;
+            let rate = truth.rig.camera.rate;
+            let table = Table::new(truth, FIRST, true)?;
+            Emulator::at_table(listening, Model::default(), table, (camera, rate))?
+        }
+    };
     println!("an xArm7 listens on {address}, ports 502, 30000 and 30001");
     while !ends.load(Ordering::Relaxed) {
         std::thread::sleep(Duration::from_millis(50));
+    }
+    if let Some((strikes, again)) = emulator.table(|table| table.counts) {
+        println!("{strikes} strikes met the object; {again} came into it again");
     }
     Ok(())
 }

@@ -7,8 +7,10 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
+use crate::foxglove::Topic;
 use crate::frames::Request;
 use crate::state::{Event, Model, State};
+use crate::table::Table;
 use crate::{Fault, Step};
 
 /// From one real-time report to the next, and from one ordinary report to the next.
@@ -81,6 +83,39 @@ impl Emulator {
             ports: [ports[0], ports[1], ports[2]],
             shared,
         })
+    }
+
+    /// The same with a table before the arm and a camera that publishes what it sees of it, at its rate in Hz.
+    pub fn at_table(
+        listening: Listening,
+        model: Model,
+        table: Table,
+        (camera, rate): (Topic, f64),
+    ) -> io::Result<Self> {
+        let emulator = Self::start(listening, model, None)?;
+        let shared = emulator.shared.clone();
+        shared.lock().table = Some(table);
+        thread::spawn(move || {
+            let mut next = Instant::now();
+            while !shared.ends() {
+                next += Duration::from_secs_f64(1.0 / rate);
+                thread::sleep(next.saturating_duration_since(Instant::now()));
+                let seen = shared
+                    .lock()
+                    .table
+                    .as_mut()
+                    .and_then(|table| table.seen(Instant::now()));
+                if let Some(point) = seen {
+                    camera.publish(point.x, point.y);
+                }
+            }
+        });
+        Ok(emulator)
+    }
+
+    /// Looks at the table or changes it; none where there is none.
+    pub fn table<T>(&self, look: impl FnOnce(&mut Table) -> T) -> Option<T> {
+        self.shared.lock().table.as_mut().map(look)
     }
 
     /// What came, and when the fault was made.

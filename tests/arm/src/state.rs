@@ -4,7 +4,10 @@ use std::collections::VecDeque;
 use std::time::Instant;
 
 use crate::frames::{Reported, Request};
+use values::Point;
+
 use crate::motion::Motion;
+use crate::table::Table;
 use crate::{Fault, Step};
 
 /// The arm that is emulated.
@@ -70,6 +73,8 @@ pub(crate) struct State {
     /// Greatest distance (mm) that the tip moved since a stop was asked for.
     pub(crate) moved_after_stop: f64,
     stop_pose: Option<[f64; 6]>,
+    /// What lies before the arm, whose base is the origin of the table.
+    pub(crate) table: Option<Table>,
 }
 
 impl State {
@@ -90,6 +95,7 @@ impl State {
             events: Vec::new(),
             moved_after_stop: 0.0,
             stop_pose: None,
+            table: None,
             model,
         };
         if fault.is_some_and(|(step, _)| step == Step::Connect) {
@@ -127,6 +133,11 @@ impl State {
                 self.halt();
                 self.state = PAUSED;
             }
+            Fault::Stuck => {
+                if let Some((begun, motion)) = &mut self.motion {
+                    motion.stop(begun.elapsed().as_secs_f64());
+                }
+            }
             _ => {}
         }
     }
@@ -139,8 +150,23 @@ impl State {
         }
     }
 
-    /// Lets time pass up to now.
+    /// Lets time pass up to now, for the arm and for what lies before it.
     pub(crate) fn pass(&mut self) {
+        self.move_on();
+        let now = Instant::now();
+        let (pose, velocity) = self
+            .motion
+            .map_or((self.pose, [0.0; 3]), |(begun, motion)| {
+                motion.at(now.saturating_duration_since(begun).as_secs_f64())
+            });
+        if let Some(table) = &mut self.table {
+            let flat = |[x, y, _]: [f64; 3]| Point::new(x * 1e-3, y * 1e-3);
+            let at = flat([pose[0], pose[1], pose[2]]);
+            table.tip(at, pose[2], flat(velocity), now);
+        }
+    }
+
+    fn move_on(&mut self) {
         let Some((begun, motion)) = self.motion else {
             if self.enabled
                 && self.state == READY
@@ -171,7 +197,7 @@ impl State {
             .is_some_and(|(_, motion)| t >= motion.duration());
         if over {
             self.motion = None;
-            if self.state == MOVING {
+            if self.state == MOVING && !self.is_made(Fault::Stuck) {
                 self.state = READY;
             }
         }

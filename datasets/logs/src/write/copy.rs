@@ -55,6 +55,11 @@ impl<W: Write + Seek> CopyWriter<W> {
         })
     }
 
+    /// Messages that follow come from another log, whose channels have numbers of their own.
+    pub fn next_log(&mut self) {
+        self.copied.clear();
+    }
+
     /// Copies a message of another log, with its channel and schema.
     pub fn copy(&mut self, message: &RawMessage<'_>) -> Result<(), WriteError> {
         let from = message.channel;

@@ -4,6 +4,7 @@
 
 pub mod artifacts;
 pub mod camera;
+pub mod collect;
 pub mod dataset;
 pub mod demo;
 pub mod key;

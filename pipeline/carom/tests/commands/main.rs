@@ -1,6 +1,7 @@
 //! The commands of carom, as a person gives them.
 
 mod camera;
+mod collect;
 mod fixture;
 mod logs;
 mod pixels;

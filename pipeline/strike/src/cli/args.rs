@@ -18,6 +18,8 @@ Examples:
     strike --artifacts artifacts/demo --key carom.pub --rig rig.toml --to 0.70 0.10 --robot sim
   Strike with an xArm7, after a dry-run of the same; nothing of this is safety-rated:
     strike --artifacts artifacts/demo --key carom.pub --rig rig.toml --from 0.30 0.00 --to 0.70 0.10 --robot xarm:192.168.1.10
+  The same where the camera sees the object; the log holds the camera's messages too:
+    strike --artifacts artifacts/demo --key carom.pub --rig rig.toml --watch ws://localhost:8765 --to 0.70 0.10 --robot xarm:192.168.1.10
   Plan many targets, a line {\"from\": [x, y], \"to\": [x, y]} each:
     strike --artifacts artifacts/demo --batch targets.jsonl > plans.jsonl
 
@@ -63,6 +65,10 @@ pub struct Args {
     /// Where the object rests, in m [default: so that its path is the middle of the trained ones]
     #[arg(long, action = ArgAction::Set, num_args = 2, value_names = ["X", "Y"], allow_negative_numbers = true, requires = "to")]
     pub from: Option<Vec<f64>>,
+    /// Live topics (ROS 2's foxglove_bridge, or any server of Foxglove's SDK): the object lies where the camera sees it at rest, and
+    /// what the camera sees is in the log, until the object rests again
+    #[arg(long, value_name = "ws://HOST:PORT", requires = "to", conflicts_with_all = ["from", "batch"])]
+    pub watch: Option<String>,
     /// By how much a box is seen turned from the table's axes, in rad
     #[arg(
         long,

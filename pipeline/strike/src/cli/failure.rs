@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use serde::Serialize;
 use store::ArtifactError;
-use strike::{LogError, Reason, Refusal, TrustError};
+use strike::{LiveError, LogError, Reason, Refusal, TrustError};
 
 /// What went wrong; it chooses the exit code.
 #[derive(Debug)]
@@ -99,6 +99,18 @@ impl From<TrustError> for Failure {
             TrustError::Unkept(_) | TrustError::Locked(_) => Self::failed(error),
             TrustError::Artifact(_) | TrustError::BadKey { .. } | TrustError::BadSeen { .. } => {
                 Self::input(error)
+            }
+        }
+    }
+}
+
+impl From<LiveError> for Failure {
+    fn from(error: LiveError) -> Self {
+        match error {
+            LiveError::Address(_) | LiveError::NoTopic { .. } => Self::input(error),
+            LiveError::Connection { .. } | LiveError::Protocol { .. } => Self::failed(error),
+            LiveError::NotAtRest(_) => {
+                Self::refused(Reason::NotReady, format!("failed to {error}"))
             }
         }
     }

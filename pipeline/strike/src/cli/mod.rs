@@ -5,6 +5,7 @@ mod failure;
 mod load;
 mod show;
 mod strike_one;
+mod watching;
 
 use std::fs::File;
 use std::io::{self, Write};
@@ -28,6 +29,11 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     if args.log.is_some() && args.robot == Choice::DryRun {
         return Err(Failure::usage(
             "--log goes with a robot that strikes, and dry-run moves nothing: add --robot sim, or take --log away",
+        ));
+    }
+    if args.watch.is_some() && matches!(args.robot, Choice::Sim(_)) {
+        return Err(Failure::usage(
+            "--watch goes with an arm or with dry-run: the embedded rig has a camera of its own",
         ));
     }
     let (artifact, rig) = load(args)?;

@@ -4,7 +4,7 @@ use std::io::{self, Write};
 use std::path::PathBuf;
 
 use serde::Serialize;
-use strike::{FEW, Plan, Struck};
+use strike::{FEW, LiveError, Plan, Resting, Struck};
 use values::Point;
 
 use super::Failure;
@@ -58,6 +58,23 @@ impl Answer {
         self.miss = struck.stop.map(|stop| stop.distance(self.plan.to));
         self.delivered_speed = struck.delivered_speed;
         self.warning.clone_from(&struck.warning);
+    }
+
+    /// Where the camera saw the object come to rest.
+    pub fn came_to_rest(&mut self, rest: Result<Resting, LiveError>) {
+        match rest {
+            Ok(rest) => {
+                self.stopped = Some(rest.point);
+                self.miss = Some(rest.point.distance(self.plan.to));
+            }
+            Err(error) => self.warn(&format!("after the strike: failed to {error}")),
+        }
+    }
+
+    /// Adds to what a person should look at.
+    pub fn warn(&mut self, what: &str) {
+        let before = self.warning.take();
+        self.warning = Some(before.map_or(what.into(), |before| format!("{before}; {what}")));
     }
 }
 

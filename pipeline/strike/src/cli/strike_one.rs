@@ -8,37 +8,46 @@ use rig::SimChoice;
 use signal_hook::consts::{SIGINT, SIGTERM};
 use strike::xarm::{Ports, XArm};
 use strike::{
-    Choice, Destination, DryRun, OpenLog, Plan, Planner, Reason, Refusal, Robot, RobotError,
-    SimRobot, TruthSource, execute, take_number,
+    Choice, Destination, DryRun, OpenLog, Plan, Planner, Reason, Received, Refusal, Robot,
+    RobotError, Samples, SimRobot, TruthSource, execute, take_number,
 };
 use values::{Point, Topics};
 
 use super::show::{self, Answer};
+use super::watching::Watching;
 use super::{Args, Failure, REJECTED, point};
 
 /// Plans a strike at `to`, makes it, and tells what came of it.
 pub fn strike_one(args: &Args, planner: &Planner, to: Point) -> Result<ExitCode, Failure> {
-    let from = match &args.from {
-        Some(from) => Ok(point(from)),
-        None => planner.usual_start(to),
+    let watching = Watching::open(args, planner.rig())?;
+    let (from, yaw) = match (&args.from, &watching) {
+        (_, Some(watching)) => {
+            let rest = watching.rest()?;
+            (Ok(rest.point), rest.yaw.unwrap_or(args.yaw))
+        }
+        (Some(from), None) => (Ok(point(from)), args.yaw),
+        (None, None) => (planner.usual_start(to), args.yaw),
     };
     let plan = from
-        .and_then(|from| planner.plan_turned(from, to, args.yaw))
+        .and_then(|from| planner.plan_turned(from, to, yaw))
         .map_err(Failure::Refused)?;
     if !args.json {
-        show::plan(&plan, args.from.is_none())?;
+        show::plan(&plan, args.from.is_none() && watching.is_none())?;
     }
     let topics = &planner.rig().topics;
     let answer = match &args.robot {
         Choice::Sim(sim) => {
             let (mut robot, log) = open_sim(args, planner, sim)?;
-            strike_with(&mut robot, &plan, Some(log), topics)?
+            strike_with(&mut robot, &plan, Some(log), None, topics)?
         }
         Choice::XArm(host) => {
             let (mut robot, log) = open_xarm(args, planner, host)?;
-            strike_with(&mut robot, &plan, Some(log), topics)?
+            if let Some(watching) = &watching {
+                robot = robot.with_last_check(watching.last_check(plan.from));
+            }
+            strike_with(&mut robot, &plan, Some(log), watching.as_ref(), topics)?
         }
-        Choice::DryRun => strike_with(&mut DryRun, &plan, None, topics)?,
+        Choice::DryRun => strike_with(&mut DryRun, &plan, None, None, topics)?,
     };
     if args.json {
         show::json(&answer)?;
@@ -116,14 +125,21 @@ fn strike_with(
     robot: &mut dyn Robot,
     plan: &Plan,
     log: Option<OpenLog>,
+    watching: Option<&Watching>,
     topics: &Topics,
 ) -> Result<Answer, Failure> {
     let mut answer = Answer::planned(plan);
-    match execute(robot, plan) {
+    let outcome = execute(robot, plan);
+    let is_over = outcome.is_ok();
+    let received = |answer: &mut Answer| {
+        watching.map_or_else(Vec::new, |watching| watching.ended(is_over, answer))
+    };
+    match outcome {
         Ok(None) => return Ok(answer),
         Ok(Some(struck)) => {
             answer.struck(&struck);
-            keep(&mut answer, log, &struck.samples, topics);
+            let received = received(&mut answer);
+            keep(&mut answer, log, (&struck.samples, &received), topics);
         }
         Err(RobotError::Refused(refusal)) => return Err(Failure::Refused(refusal)),
         Err(error @ RobotError::NotReady { .. }) => {
@@ -137,7 +153,8 @@ fn strike_with(
         Err(error) => {
             answer.failed = Some(error.to_string());
             if let Some(samples) = error.samples() {
-                keep(&mut answer, log, samples, topics);
+                let received = received(&mut answer);
+                keep(&mut answer, log, (samples, &received), topics);
             }
         }
     }
@@ -145,9 +162,14 @@ fn strike_with(
 }
 
 /// Writes what was recorded, and notes in the answer where it lies, or why it does not.
-fn keep(answer: &mut Answer, log: Option<OpenLog>, samples: &strike::Samples, topics: &Topics) {
+fn keep(
+    answer: &mut Answer,
+    log: Option<OpenLog>,
+    (samples, received): (&Samples, &[Received]),
+    topics: &Topics,
+) {
     let Some(log) = log else { return };
-    match log.write(samples, topics) {
+    match log.write_with(samples, received, topics) {
         Ok(kept) => {
             answer.log = Some(kept.path);
             answer.log_moved = kept.moved.map(|why| why.to_string());

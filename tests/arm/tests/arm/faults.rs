@@ -11,6 +11,7 @@ use strike::RobotError;
 use values::Point;
 
 use crate::bench::{model, plan, rig, run};
+use crate::strikes::{SPEEDS, delivered};
 
 /// Steps of a strike: from the connection on, and in the middle of each of its lines.
 const STEPS: [(&str, Step); 8] = [
@@ -106,6 +107,7 @@ fn one(name: &str, step: Step, fault: Fault) -> Row {
                 fault,
                 Fault::Paused
                     | Fault::TooSlow
+                    | Fault::Stuck
                     | Fault::OtherController
                     | Fault::OffLine
                     | Fault::Lag
@@ -251,8 +253,8 @@ fn page(table: &str, strikes: usize, wrong: &[&String], latencies: &[Duration]) 
     let mut page = String::from(
         "# A strike of the emulated xArm7 under every fault\n\n\
          `make arm` drives the emulator with the maker's SDK (xarm-python-sdk 1.18.4, unchanged), compares the bytes that it sends with \
-         those that the driver's tests hold, and makes every fault at every step of a strike. `ARM_PAGE=FILE cargo test -p arm faults` \
-         writes this page. No arm was at hand: the emulator is what was measured.\n\n",
+         those that the driver's tests hold, and makes every fault at every step of a strike; then it writes this page. No arm was at \
+         hand: the emulator is what was measured.\n\n",
     );
     writeln!(page, "| | measured |\n|---|---|").unwrap();
     writeln!(
@@ -282,6 +284,21 @@ fn page(table: &str, strikes: usize, wrong: &[&String], latencies: &[Duration]) 
         share(1.0)
     )
     .unwrap();
+    page.push_str(
+        "\nDelivered speed at contact, with the xArm7's jerk limit of 100 m/s³; the emulator's motion is two moving averages of a \
+         rectangle, no code of the planner's:\n\n| commanded, m/s | delivered, m/s | off |\n|---|---|---|\n",
+    );
+    for speed in SPEEDS {
+        match delivered(speed) {
+            Some(delivered) => writeln!(
+                page,
+                "| {speed:.2} | {delivered:.4} | {:+.2} % |",
+                100.0 * (delivered / speed - 1.0)
+            ),
+            None => writeln!(page, "| {speed:.2} | refused | |"),
+        }
+        .unwrap();
+    }
     page.push_str(
         "\nA fault of a line is made in the middle of that line. Silence is a fault once it lasts 50 ms; reports that lag, once they \
          lag by 50 ms; a speed that is not reached, 10 mm before the object. `Gone` takes no connection any more: the program says to \

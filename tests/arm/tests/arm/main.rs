@@ -9,4 +9,6 @@ mod fixture;
 mod bench;
 mod bytes;
 mod faults;
+mod gather;
+mod live;
 mod strikes;

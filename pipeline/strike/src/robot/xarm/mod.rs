@@ -7,35 +7,35 @@
 
 mod control;
 mod guard;
+mod ports;
 mod record;
 mod setup;
+mod version;
 mod watch;
 mod wire;
 
-use std::io;
-use std::net::{SocketAddr, TcpStream, ToSocketAddrs};
+use std::net::TcpStream;
 use std::panic::{self, AssertUnwindSafe};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant, SystemTime};
+use std::{fmt, io};
 
 use values::Rig;
 
 pub use control::StopHandle;
 use control::{CONNECT, Control};
 use guard::{Line, norm};
+pub use ports::Ports;
 use record::samples;
 use setup::{Setup, TRAVEL};
+use version::check_version;
 use watch::Watch;
 pub use wire::{Register, line_payload, request};
 
 use super::{Robot, RobotError, Struck};
 use crate::{Plan, Ramp};
 
-/// Axes of the arm that this drives.
-const AXES: &str = "7";
-/// The oldest firmware that takes the lines that are sent.
-const FIRMWARE: (u32, u32, u32) = (1, 11, 100);
 /// A line may take this share and this many seconds longer than planned.
 const LONGER: (f64, f64) = (0.5, 1.0);
 /// The controller settles after it was enabled within this time.
@@ -51,30 +51,12 @@ const SPEED_WARNING: f64 = 0.01;
 /// Shorter lines than this, in mm, are not moved.
 const SHORTEST: f64 = 0.2;
 
-/// Where an arm listens.
-#[derive(Clone, Copy, Debug)]
-pub struct Ports {
-    /// Requests and replies.
-    pub control: SocketAddr,
-    /// The real-time report.
-    pub realtime: SocketAddr,
-    /// The ordinary report.
-    pub report: SocketAddr,
-}
+/// What is checked last, when the tip is down at the start of the strike; it tells why the strike must not be made.
+struct LastCheck(Box<dyn FnMut() -> Result<(), String> + Send>);
 
-impl Ports {
-    /// The maker's ports of a host. Errors where the name is not known.
-    pub fn of(host: &str) -> io::Result<Self> {
-        let address = (host, wire::CONTROL_PORT)
-            .to_socket_addrs()?
-            .next()
-            .ok_or_else(|| io::Error::other("the name has no address"))?;
-        let with = |port| SocketAddr::new(address.ip(), port);
-        Ok(Self {
-            control: address,
-            realtime: with(wire::REALTIME_PORT),
-            report: with(wire::REPORT_PORT),
-        })
+impl fmt::Debug for LastCheck {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("LastCheck")
     }
 }
 
@@ -89,6 +71,7 @@ pub struct XArm {
     stop: StopHandle,
     interrupted: Arc<AtomicBool>,
     is_moving: bool,
+    last_check: Option<LastCheck>,
 }
 
 impl XArm {
@@ -115,7 +98,18 @@ impl XArm {
             stop,
             interrupted,
             is_moving: false,
+            last_check: None,
         })
+    }
+
+    /// The same with a last check, made when the tip is down at the start of the strike: that the object still lies where it was
+    /// planned for, say. Where it errors, nothing is struck.
+    pub fn with_last_check(
+        mut self,
+        check: impl FnMut() -> Result<(), String> + Send + 'static,
+    ) -> Self {
+        self.last_check = Some(LastCheck(Box::new(check)));
+        self
     }
 
     /// Stops the arm from any thread, while it strikes too.
@@ -161,6 +155,9 @@ impl XArm {
         self.travel("travel", self.setup.high(start))?;
         self.travel("lower", self.setup.low(start))?;
         self.watch.record();
+        if let Some(LastCheck(check)) = &mut self.last_check {
+            check().map_err(|why| ("strike", why))?;
+        }
         let begun = self.strike_line(plan)?;
         self.travel("raise", self.setup.high(stop))?;
         Ok(begun)
@@ -385,32 +382,6 @@ impl Drop for XArm {
     }
 }
 
-/// An xArm7 with a firmware that takes the lines that are sent; the text is as `7,7,SN,BOX,v1.12.10`.
-fn check_version(text: &str) -> Result<(), String> {
-    let numbers: Vec<&str> = text.split(',').collect();
-    let firmware = || {
-        let last = numbers.last()?.rsplit(['v', 'V']).next()?;
-        let mut parts = last.split('.').map(|part| {
-            let digits: String = part.chars().take_while(char::is_ascii_digit).collect();
-            digits.parse::<u32>().ok()
-        });
-        Some((parts.next()??, parts.next()??, parts.next()??))
-    };
-    let axes = numbers.first().and_then(|text| text.chars().last());
-    if axes.is_none_or(|axes| AXES != axes.to_string()) {
-        return Err(format!(
-            "the controller says `{text}`: this drives an xArm with {AXES} axes"
-        ));
-    }
-    match firmware() {
-        Some(found) if found >= FIRMWARE => Ok(()),
-        _ => Err(format!(
-            "the controller says `{text}`: its firmware must be {}.{}.{} or later",
-            FIRMWARE.0, FIRMWARE.1, FIRMWARE.2
-        )),
-    }
-}
-
 fn not_ready(name: &str, why: impl Into<String>) -> RobotError {
     RobotError::NotReady {
         robot: name.into(),
@@ -422,30 +393,5 @@ fn unreachable_arm(name: &str, error: &io::Error) -> RobotError {
     RobotError::Connection {
         robot: name.into(),
         why: format!("{error}; check its power and network, and that no other program drives it"),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn only_an_xarm7_with_a_new_firmware_is_driven() {
-        for text in [
-            "7,7,XI1300,AC1300,v1.12.10",
-            "7,7,,,V2.0.0",
-            "v7,7,a,b,v1.11.100",
-        ] {
-            assert_eq!(check_version(text), Ok(()), "{text}");
-        }
-        for text in [
-            "6,6,XI1300,AC1300,v1.12.10",
-            "7,7,a,b,v1.10.9",
-            "",
-            "7",
-            "7,7,a,b,vx",
-        ] {
-            assert!(check_version(text).is_err(), "{text}");
-        }
     }
 }

@@ -140,17 +140,19 @@ impl Watch {
         }
     }
 
-    /// Whether the arm is seen at rest within this time; no where reports cease.
+    /// Whether the arm is seen stopped and at rest within this time; no where reports cease.
     pub(super) fn rests_within(&self, patience: Duration) -> bool {
         /// Slower than this, in mm/s, is rest.
         const REST: f64 = 1.0;
+        /// State of a controller that was stopped; what is above it is an error's.
+        const STOPPED: u8 = 4;
         let until = Instant::now() + patience;
         while Instant::now() < until {
             let last = self.shared.lock().last;
             let Some(last) = last.filter(|last| last.at.elapsed() <= SILENCE) else {
                 return false;
             };
-            if norm(last.report.velocity) < REST {
+            if norm(last.report.velocity) < REST && last.report.state >= STOPPED {
                 return true;
             }
             thread::sleep(TICK);

@@ -1,0 +1,257 @@
+//! `carom collect`: strikes that gather data.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+use clap::Args;
+use indicatif::{ProgressBar, ProgressStyle};
+use serde_json::json;
+use signal_hook::consts::{SIGINT, SIGTERM};
+use store::{Artifact, Store};
+use strike::collect::{ArmStation, CollectError, Collected, News, SimStation, Station, Wish};
+use strike::xarm::Ports;
+use strike::{Choice, CommandPlanner, Live, LiveError, RobotError, Trust, identity};
+use values::Rig;
+
+use crate::args::Global;
+use crate::output::Output;
+use crate::{Error, Outcome};
+
+/// `carom collect`.
+#[derive(Args, Debug)]
+pub struct CollectArgs {
+    /// This robot's own rig file.
+    #[arg(long, value_name = "FILE")]
+    pub rig: PathBuf,
+    /// Robot: sim (the rig of the truth.json beside the rig file, or in FOLDER for sim:FOLDER; else the demo's) or xarm:HOST (UFACTORY's xArm7).
+    #[arg(long, value_name = "ROBOT")]
+    pub robot: Choice,
+    /// Live topics of the camera, which an arm needs: ROS 2's foxglove_bridge, or any server of Foxglove's SDK.
+    #[arg(long, value_name = "ws://HOST:PORT")]
+    pub watch: Option<String>,
+    /// Usable strikes that the folder is to hold at the end.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    pub strikes: u32,
+    /// Folder of the logs; what it holds is gone on with.
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    /// Strikes to make first: a run's next_strikes.json or diagnosis.json, or a JSON list of {x0, y0, speed, angle}.
+    #[arg(long, value_name = "FILE")]
+    pub plan: Option<PathBuf>,
+    /// Folder of a run whose latest version foresees where the object stops [default: the world before anything is measured].
+    #[arg(long, value_name = "DIR")]
+    pub artifacts: Option<PathBuf>,
+    /// Public key that the version must be signed by; an arm needs it with --artifacts.
+    #[arg(long, value_name = "FILE", requires = "artifacts")]
+    pub key: Option<PathBuf>,
+    /// The object must lie still for so long, in s, before the arm moves: time to step back.
+    #[arg(long, value_name = "SECONDS", default_value_t = 3.0, value_parser = seconds)]
+    pub pause: f64,
+}
+
+fn seconds(text: &str) -> Result<f64, String> {
+    let number: f64 = text
+        .parse()
+        .map_err(|_| "no number of seconds".to_owned())?;
+    (0.5..=600.0)
+        .contains(&number)
+        .then_some(number)
+        .ok_or_else(|| "must be 0.5 to 600 s".into())
+}
+
+/// Gathers strikes.
+pub fn run(args: &CollectArgs, global: Global) -> Result<Output, Error> {
+    let rig = Rig::load(&args.rig).map_err(Error::input)?;
+    let wished = wished(args)?;
+    let planner = planner(args, &rig)?;
+    let interrupted = Arc::new(AtomicBool::new(false));
+    for signal in [SIGINT, SIGTERM] {
+        signal_hook::flag::register(signal, interrupted.clone()).map_err(Error::failed)?;
+    }
+    let mut station = station(args, &rig, interrupted.clone())?;
+    let bar = if global.quiet {
+        ProgressBar::hidden()
+    } else {
+        ProgressBar::new(u64::from(args.strikes)).with_style(style())
+    };
+    let waits = args.watch.is_some();
+    let collected = strike::collect::collect(
+        &mut *station,
+        &planner,
+        &args.out,
+        args.strikes as usize,
+        &wished,
+        &|| interrupted.load(Ordering::Relaxed),
+        &mut |news| tell(&bar, waits, &news),
+    );
+    bar.finish_and_clear();
+    finished(
+        args,
+        collected.map_err(failed)?,
+        interrupted.load(Ordering::Relaxed),
+    )
+}
+
+fn style() -> ProgressStyle {
+    ProgressStyle::with_template("{bar:30} {pos}/{len} strikes, {eta} left  {prefix}  {msg}")
+        .unwrap_or_else(|_| ProgressStyle::default_bar())
+}
+
+fn tell(bar: &ProgressBar, waits: bool, news: &News) {
+    // Told where there is no bar too.
+    let say = |what: String| bar.suspend(|| eprintln!("carom: {what}"));
+    match news {
+        News::Put(wish) if waits => bar.set_prefix(format!(
+            "put the object near ({:.2}, {:.2}) m and step back",
+            wish.from.x, wish.from.y
+        )),
+        News::Put(_) => {}
+        News::Waiting(what) => bar.set_message(what.clone()),
+        News::LeftOut(refusal) => {
+            say(format!("a planned strike is left out: {refusal}"));
+        }
+        News::Kept { strikes, warning } => {
+            bar.set_position(*strikes as u64);
+            if let Some(warning) = warning {
+                say(format!("strike {strikes}: {warning}"));
+            }
+        }
+        News::Useless(why) => say(format!("a strike cannot be used: {why}")),
+    }
+}
+
+fn finished(args: &CollectArgs, collected: Collected, is_over: bool) -> Result<Output, Error> {
+    let Collected {
+        strikes,
+        made,
+        useless,
+        session,
+    } = &collected;
+    let folder = args.out.display();
+    if is_over && *strikes < args.strikes as usize {
+        return Err(Error::failed(format!(
+            "gather all strikes: it was interrupted; {strikes} of {} lie in {folder}; the same command goes on",
+            args.strikes
+        )));
+    }
+    let text = format!(
+        "{strikes} usable strikes in {folder}, {made} made now, {useless} could not be used\n"
+    );
+    Ok(Output {
+        outcome: if *useless == 0 {
+            Outcome::Done
+        } else {
+            Outcome::Rejected
+        },
+        ..Output::done(
+            json!({ "strikes": strikes, "made": made, "useless": useless, "session": session }),
+            text,
+        )
+    })
+}
+
+fn wished(args: &CollectArgs) -> Result<Vec<Wish>, Error> {
+    let Some(path) = &args.plan else {
+        return Ok(Vec::new());
+    };
+    let text = fs::read_to_string(path).map_err(|error| Error::unreadable(path, &error))?;
+    let strikes = rig::parse_plan(&text).map_err(Error::input)?;
+    Ok(strikes
+        .iter()
+        .map(|strike| Wish {
+            from: strike.initial(),
+            command: strike.command(),
+        })
+        .collect())
+}
+
+/// What foresees where the object stops.
+fn planner(args: &CollectArgs, rig: &Rig) -> Result<CommandPlanner, Error> {
+    let Some(folder) = &args.artifacts else {
+        return CommandPlanner::nominal(rig).map_err(Error::input);
+    };
+    strike::allows(args.key.is_some(), true, args.robot.moves()).map_err(refused)?;
+    let is_own = |artifact: &Artifact| {
+        identity::check(&artifact.rig, rig).map_err(|other| Error::Refused(other.to_string()))
+    };
+    let store = Store::open(folder);
+    let artifact = match &args.key {
+        Some(key) => {
+            let trust = Trust::open(key, None).map_err(refused)?;
+            trust
+                .load::<Loading>(&store, None, |artifact| is_own(artifact).map_err(Loading))
+                .map_err(|Loading(error)| error)?
+        }
+        None => {
+            let artifact = store.load(None).map_err(Error::input)?;
+            is_own(&artifact)?;
+            artifact
+        }
+    };
+    CommandPlanner::published(&artifact, rig).map_err(Error::input)
+}
+
+/// Why a version is not used.
+struct Loading(Error);
+
+impl From<strike::TrustError> for Loading {
+    fn from(error: strike::TrustError) -> Self {
+        Self(refused(error))
+    }
+}
+
+fn station(
+    args: &CollectArgs,
+    rig: &Rig,
+    interrupted: Arc<AtomicBool>,
+) -> Result<Box<dyn Station>, Error> {
+    match (&args.robot, &args.watch) {
+        (Choice::DryRun, _) => Err(Error::input(
+            "gather strikes with dry-run, which makes none; use --robot sim or xarm:HOST",
+        )),
+        (Choice::Sim(_), Some(_)) => Err(Error::input(
+            "watch live topics with the embedded rig, which has a camera of its own; take --watch away",
+        )),
+        (Choice::Sim(sim), None) => {
+            let folder = args.rig.parent().unwrap_or(Path::new(""));
+            Ok(Box::new(SimStation::new(rig, sim.truth(folder))))
+        }
+        (Choice::XArm(_), None) => Err(Error::input(
+            "gather strikes of an arm without a camera; give its live topics with --watch ws://HOST:PORT",
+        )),
+        (Choice::XArm(host), Some(url)) => {
+            let ports = Ports::of(host)
+                .map_err(|error| Error::input(format!("find the arm at `{host}`: {error}")))?;
+            let live = Live::connect(url, rig).map_err(|error| failed(error.into()))?;
+            let pause = Duration::from_secs_f64(args.pause);
+            let name = format!("xarm:{host}");
+            Ok(Box::new(ArmStation::new(
+                &name,
+                ports,
+                live,
+                pause,
+                interrupted,
+            )))
+        }
+    }
+}
+
+fn refused(error: impl std::fmt::Display) -> Error {
+    Error::Refused(error.to_string())
+}
+
+fn failed(error: CollectError) -> Error {
+    match error {
+        CollectError::Lock(durable::LockError::Busy { .. }) => Error::Busy(error.into()),
+        CollectError::Robot(RobotError::NotReady { .. } | RobotError::Refused(_)) => refused(error),
+        CollectError::Gathered(_)
+        | CollectError::NoStrike(_)
+        | CollectError::Live(LiveError::Address(_) | LiveError::NoTopic { .. }) => {
+            Error::input(error)
+        }
+        _ => Error::failed(error),
+    }
+}

@@ -1,0 +1,41 @@
+//! Why a collection ended.
+
+use ingest::IngestError;
+
+use crate::{LiveError, LogError, RobotError};
+
+/// Texts complete "failed to …".
+#[derive(Debug, thiserror::Error)]
+pub enum CollectError {
+    /// The robot did not strike, or did not end a strike.
+    #[error(transparent)]
+    Robot(#[from] RobotError),
+    /// The camera does not tell where the object is.
+    #[error(transparent)]
+    Live(#[from] LiveError),
+    /// A strike could not be kept.
+    #[error(transparent)]
+    Log(#[from] LogError),
+    /// A log in the folder cannot be read.
+    #[error("read what was gathered: {0}")]
+    Gathered(#[from] IngestError),
+    /// The folder cannot be worked in.
+    #[error("gather into the folder: {0}")]
+    Folder(#[from] durable::Error),
+    /// Another collection works in the folder.
+    #[error("gather into the folder: {0}")]
+    Lock(#[from] durable::LockError),
+    /// Nothing can be struck from where the object lies, or from anywhere.
+    #[error("choose a strike: {0}")]
+    NoStrike(String),
+    /// Strikes cannot be used.
+    #[error(
+        "gather usable strikes: {strikes} in a row are none, the last because {why}; look at the camera, the table and the topics"
+    )]
+    Useless {
+        /// How many.
+        strikes: usize,
+        /// Why the last one is none.
+        why: String,
+    },
+}

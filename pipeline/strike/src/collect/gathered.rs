@@ -1,0 +1,237 @@
+//! What a folder holds of a collection: a log for each strike since it was last joined, and sessions that were.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use durable::{Aside, Lock};
+use ingest::{Ingest, LogOutcome, ingest_log};
+use logs::write::CopyWriter;
+use logs::{Limits, LogError as ReadError};
+use values::{Command, Point, Rig};
+
+use super::error::CollectError;
+use super::wish::Wish;
+use crate::CommandPlanner;
+use crate::log::LogError;
+
+/// How joined logs are called: `session_NNNNNN.mcap`.
+pub const SESSION: &str = "session_";
+const STRIKE: &str = "strike_";
+const ENDING: &str = ".mcap";
+const LOCK: &str = ".collect.lock";
+/// Before strikes told better, an object may slide so many times as far as it is foreseen to.
+const UNKNOWN: f64 = 2.0;
+/// Strikes that tell how far it slides; and by how much more than the farthest of these the next one may.
+const TELLING: usize = 3;
+const BEYOND: f64 = 1.15;
+/// A strike is the one that was wished for within so many m/s and rad.
+const SAME: f64 = 2e-3;
+
+/// One usable strike.
+#[derive(Clone, Debug)]
+struct Made {
+    id: String,
+    from: Point,
+    stop: Point,
+    command: Command,
+}
+
+/// The folder, locked.
+#[derive(Debug)]
+pub(super) struct Gathered {
+    folder: PathBuf,
+    made: Vec<Made>,
+    useless: usize,
+    _lock: Lock,
+}
+
+impl Gathered {
+    /// Reads what is there.
+    pub(super) fn open(folder: &Path, rig: &Rig) -> Result<Self, CollectError> {
+        durable::create_dir(folder)?;
+        let lock = Lock::acquire(&folder.join(LOCK))?;
+        durable::sweep(folder)?;
+        let mut gathered = Self {
+            folder: folder.into(),
+            made: Vec::new(),
+            useless: 0,
+            _lock: lock,
+        };
+        for path in named(folder, SESSION)? {
+            gathered.add(ingest_log(&path, rig, &Ingest::default())?);
+        }
+        let joined: BTreeSet<String> = gathered.made.iter().map(|made| made.id.clone()).collect();
+        for path in named(folder, STRIKE)? {
+            let outcome = ingest_log(&path, rig, &Ingest::default())?;
+            let is_joined = !outcome.strikes.is_empty()
+                && outcome
+                    .strikes
+                    .iter()
+                    .all(|strike| joined.contains(&strike.id));
+            if is_joined {
+                // It was joined, and the program ended before it was removed.
+                remove(&path)?;
+            } else {
+                gathered.add(outcome);
+            }
+        }
+        Ok(gathered)
+    }
+
+    /// Usable strikes.
+    pub(super) fn len(&self) -> usize {
+        self.made.len()
+    }
+
+    /// Strikes, those that cannot be used included.
+    pub(super) fn strikes_made(&self) -> usize {
+        self.made.len() + self.useless
+    }
+
+    /// Where the last usable strike left the object, in m.
+    pub(super) fn last_stop(&self) -> Option<Point> {
+        self.made.last().map(|made| made.stop)
+    }
+
+    /// What was struck from where.
+    pub(super) fn made(&self) -> Vec<Wish> {
+        let wish = |made: &Made| Wish {
+            from: made.from,
+            command: made.command,
+        };
+        self.made.iter().map(wish).collect()
+    }
+
+    /// Of these wishes, those that were not struck yet.
+    pub(super) fn left_of(&self, wished: &[Wish]) -> Vec<Wish> {
+        let mut made = self.made();
+        let is_same = |a: &Wish, b: &Wish| {
+            (a.command.speed - b.command.speed).abs() <= SAME
+                && (a.command.angle - b.command.angle).abs() <= SAME
+        };
+        let is_left = |wish: &&Wish| match made.iter().position(|made| is_same(made, wish)) {
+            Some(place) => {
+                made.swap_remove(place);
+                false
+            }
+            None => true,
+        };
+        wished.iter().filter(is_left).copied().collect()
+    }
+
+    /// How many times as far as foreseen the next object may slide: as the strikes made tell.
+    pub(super) fn farther(&self, planner: &CommandPlanner) -> f64 {
+        let ratio = |made: &Made| {
+            let foreseen = planner
+                .foreseen(made.from, made.command)?
+                .distance(made.from);
+            (foreseen > 0.0).then(|| made.stop.distance(made.from) / foreseen)
+        };
+        // The last ones tell of today; each takes milliseconds to foresee.
+        let recent = self.made.iter().rev().take(10 * TELLING);
+        let ratios: Vec<f64> = recent.filter_map(ratio).collect();
+        if ratios.len() < TELLING {
+            return UNKNOWN;
+        }
+        BEYOND * ratios.iter().copied().fold(0.0, f64::max)
+    }
+
+    /// Takes the log of a strike that was just made. Gives why it cannot be used, where it cannot.
+    pub(super) fn take(
+        &mut self,
+        path: &Path,
+        rig: &Rig,
+    ) -> Result<Result<(), String>, CollectError> {
+        let outcome = ingest_log(path, rig, &Ingest::default())?;
+        let why = match (outcome.strikes.is_empty(), outcome.rejects.first()) {
+            (false, _) => None,
+            (true, Some(reject)) => Some(format!("{}: {}", reject.reason.name(), reject.detail)),
+            (true, None) => Some("its log shows no strike".into()),
+        };
+        let shows_nothing = outcome.strikes.is_empty() && outcome.rejects.is_empty();
+        self.useless += usize::from(shows_nothing);
+        self.add(outcome);
+        Ok(why.map_or(Ok(()), Err))
+    }
+
+    fn add(&mut self, outcome: LogOutcome) {
+        self.useless += outcome.rejects.len();
+        self.made
+            .extend(outcome.strikes.into_iter().map(|strike| Made {
+                id: strike.id,
+                from: strike.initial,
+                stop: strike.stop,
+                command: strike.command,
+            }));
+    }
+
+    /// Joins the logs of single strikes into a session's, and removes them once that is safe on the disk.
+    pub(super) fn join(&self) -> Result<Option<PathBuf>, CollectError> {
+        let strikes = named(&self.folder, STRIKE)?;
+        if strikes.is_empty() {
+            return Ok(None);
+        }
+        let mut aside = Aside::create(&self.folder, "session")?;
+        aside.fill(|file| copy(&strikes, file))?;
+        for number in 1u64.. {
+            let path = self.folder.join(format!("{SESSION}{number:06}{ENDING}"));
+            if aside.name(&path)? {
+                strikes.iter().try_for_each(|path| remove(path))?;
+                return Ok(Some(path));
+            }
+        }
+        Ok(None)
+    }
+}
+
+fn copy(
+    strikes: &[PathBuf],
+    file: &mut (impl std::io::Write + std::io::Seek),
+) -> Result<(), CollectError> {
+    let written = |error: logs::write::WriteError| CollectError::Log(LogError::Content(error));
+    let mut writer = CopyWriter::new(file).map_err(written)?;
+    for path in strikes {
+        writer.next_log();
+        logs::read::read_raw(path, Limits::default(), &mut |message| {
+            writer.copy(&message).map_err(Joining::Write)
+        })
+        .map_err(|error| match error {
+            Joining::Read(error) => CollectError::Gathered(error.into()),
+            Joining::Write(error) => written(error),
+        })?;
+    }
+    writer.finish().map(drop).map_err(written)
+}
+
+/// What can fail while one log is copied into another.
+enum Joining {
+    Read(ReadError),
+    Write(logs::write::WriteError),
+}
+
+impl From<ReadError> for Joining {
+    fn from(error: ReadError) -> Self {
+        Self::Read(error)
+    }
+}
+
+fn remove(path: &Path) -> Result<(), CollectError> {
+    fs::remove_file(path).map_err(|source| durable::Error::new("remove", path, source).into())
+}
+
+/// The folder's logs whose names begin so, in the order of their names.
+fn named(folder: &Path, begins: &str) -> Result<Vec<PathBuf>, CollectError> {
+    let failed = |source| durable::Error::new("read", folder, source);
+    let mut paths = Vec::new();
+    for entry in fs::read_dir(folder).map_err(failed)? {
+        let entry = entry.map_err(failed)?;
+        let name = entry.file_name();
+        let name = name.to_string_lossy();
+        if name.starts_with(begins) && name.ends_with(ENDING) {
+            paths.push(entry.path());
+        }
+    }
+    paths.sort();
+    Ok(paths)
+}

@@ -1,0 +1,139 @@
+//! From a command to a plan: for strikes that gather data, of which it is only foreseen where the object stops.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use store::{Artifact, Model};
+use values::{Command, Conditions, Point, Rig};
+use world::{Simulator, World, WorldError};
+
+use crate::limits::{self, Broken};
+use crate::plan::{Details, GOOD_FOR};
+use crate::{Plan, PlannerError, Reason, Refusal, motion};
+
+/// How plans are named that no version made.
+const NO_VERSION: &str = "none";
+
+/// Plans strikes by their command, in a world that foresees where the object stops.
+pub struct CommandPlanner {
+    version: String,
+    model: Model,
+    rig: Arc<Rig>,
+    simulator: Simulator,
+    good_for: Duration,
+}
+
+impl CommandPlanner {
+    /// By the world before anything is measured.
+    pub fn nominal(rig: &Rig) -> Result<Self, PlannerError> {
+        Self::in_world(NO_VERSION, Model::Nominal, rig, &World::nominal(rig))
+    }
+
+    /// By the world of a version's best model, within the limits of a robot's own rig file, which must pass
+    /// [`crate::identity::check`].
+    pub fn published(artifact: &Artifact, rig: &Rig) -> Result<Self, PlannerError> {
+        let best = artifact.manifest.provenance.default_model;
+        // The world is what foresees; a residual corrects commands for targets.
+        let world = artifact
+            .model(best)
+            .map_or_else(|| World::nominal(rig), |(world, _)| world);
+        Self::in_world(&artifact.version, best, rig, &world)
+    }
+
+    fn in_world(
+        version: &str,
+        model: Model,
+        rig: &Rig,
+        world: &World,
+    ) -> Result<Self, PlannerError> {
+        let failed = |source: WorldError| PlannerError::World {
+            version: version.into(),
+            source,
+        };
+        Ok(Self {
+            version: version.into(),
+            model,
+            rig: Arc::new(rig.clone()),
+            simulator: Simulator::new(rig, world).map_err(failed)?,
+            good_for: GOOD_FOR,
+        })
+    }
+
+    /// The same, whose plans may be executed for so long after they were made; 5 s unless given.
+    pub fn good_for(self, good_for: Duration) -> Self {
+        Self { good_for, ..self }
+    }
+
+    /// The rig that it plans for.
+    pub fn rig(&self) -> &Rig {
+        &self.rig
+    }
+
+    /// Where the object is foreseen to stop that is struck at `from` (m); none where it is not struck or does not rest.
+    pub fn foreseen(&self, from: Point, command: Command) -> Option<Point> {
+        let conditions = Conditions::default();
+        let object = motion::object(&self.simulator, from, command, &conditions);
+        object.ok().map(|object| object.stop)
+    }
+
+    /// The strike of an object at rest at `from` (m) with this command, or why it is not made. The object must stay on the table
+    /// even if it slides `farther` times as far as it is foreseen to.
+    pub fn plan(&self, from: Point, command: Command, farther: f64) -> Result<Plan, Refusal> {
+        self.try_plan(from, command, farther)
+            .map_err(|(refused, detail)| Refusal {
+                from: Some(from),
+                to: None,
+                refused,
+                detail,
+            })
+    }
+
+    fn try_plan(&self, from: Point, command: Command, farther: f64) -> Result<Plan, Broken> {
+        let rig = &self.rig;
+        limits::point(rig, "from", from)?;
+        limits::command(rig, command, command)?;
+        let stroke = motion::stroke(rig, &self.simulator, from, command)?;
+        let object = motion::object(&self.simulator, from, command, &Conditions::default())?;
+        let path = object.stop - from;
+        let farthest = from + path * farther.max(1.0);
+        limits::points(rig, from, object.stop)
+            .and_then(|()| limits::point(rig, "to", farthest))
+            .map_err(|(reason, detail)| {
+                let told = format!(
+                    "struck with {:.3} m/s at {:.3} rad it is foreseen to slide {:.3} m, and may slide {farther:.2} times as far: {detail}",
+                    command.speed,
+                    command.angle,
+                    path.norm()
+                );
+                (reason, told)
+            })?;
+        limits::second_push(&stroke, &object, limits::sizes(rig).0)?;
+        if path.norm() == 0.0 {
+            return Err((
+                Reason::Unreachable,
+                "the object is foreseen not to move".into(),
+            ));
+        }
+        let details = Details {
+            artifact: self.version.clone(),
+            model: self.model,
+            from,
+            to: object.stop,
+            path,
+            speed_sim: command.speed,
+            angle_sim: command.angle,
+            d_speed: 0.0,
+            d_angle: 0.0,
+            speed: command.speed,
+            angle: command.angle,
+            start: stroke.start,
+            pre_strike: stroke.pre_strike,
+            strike: stroke.strike,
+            stop: stroke.stop,
+            acceleration: rig.robot.acceleration,
+            expected_miss: None,
+            expected_miss_strikes: None,
+        };
+        Ok(Plan::new(details, stroke, rig.clone(), self.good_for))
+    }
+}

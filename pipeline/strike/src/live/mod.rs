@@ -1,0 +1,318 @@
+//! Live topics: where the camera sees the object now, and a recording of what it saw.
+//!
+//! A server of the Foxglove WebSocket protocol (ROS 2's `foxglove_bridge`, or any server of Foxglove's SDK) is listened to on a
+//! thread of its own. Of its topics the rig file's centroid, pose and image are subscribed to; places are read by the decoder that
+//! reads logs, and every message is kept as it came for the log of the strike. Nothing that a server sends is believed: what is
+//! held is bounded, and what makes no sense is told.
+
+mod channels;
+mod connection;
+mod error;
+mod protocol;
+mod recording;
+mod rest;
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::thread::{self, JoinHandle};
+use std::time::{Duration, Instant, SystemTime};
+
+use logs::write::Received;
+use tungstenite::Message;
+use values::{Point, Rig};
+
+use channels::Channels;
+use connection::Connection;
+pub use error::LiveError;
+use protocol::Control;
+use recording::{Places, Recording};
+pub use rest::Resting;
+use rest::resting;
+
+/// Topics are told within this time of the connection.
+const TOPICS: Duration = Duration::from_secs(5);
+/// The object rests where it is seen at one place for so long.
+const REST: Duration = Duration::from_millis(500);
+/// After a strike it is watched for so long at its new place: more than the ingestion of logs takes a stop from.
+const REST_AFTER: Duration = Duration::from_millis(800);
+/// An object that is seen farther from its place than this, in m, was moved.
+const MOVED: f64 = 0.003;
+/// Stamps may differ from this computer's clock by so much, in s: a camera's latency, not another clock.
+const CLOCK: f64 = 0.5;
+/// How often what is waited for is looked at.
+const TICK: Duration = Duration::from_millis(20);
+
+/// The live topics of a server.
+#[derive(Debug)]
+pub struct Live {
+    url: String,
+    rig: Rig,
+    shared: Arc<Shared>,
+    thread: Option<JoinHandle<()>>,
+}
+
+#[derive(Debug)]
+struct Shared {
+    seen: Mutex<Seen>,
+    ends: AtomicBool,
+}
+
+/// What is known of the topics.
+#[derive(Debug)]
+struct Seen {
+    channels: Channels,
+    places: Places,
+    recording: Recording,
+    /// Why nothing comes any more.
+    fault: Option<LiveError>,
+    /// What was wrong with the last message that could not be read.
+    unread: Option<String>,
+    /// By how much (s) the last stamp was behind this computer's clock.
+    behind: Option<f64>,
+}
+
+impl Live {
+    /// Connects to `ws://HOST:PORT`, and waits until the object's topic is there.
+    pub fn connect(url: &str, rig: &Rig) -> Result<Self, LiveError> {
+        let connection = Connection::open(url)?;
+        let shared = Arc::new(Shared {
+            seen: Mutex::new(Seen {
+                channels: Channels::new(&rig.topics),
+                places: Places::default(),
+                recording: Recording::default(),
+                fault: None,
+                unread: None,
+                behind: None,
+            }),
+            ends: AtomicBool::new(false),
+        });
+        let reader = shared.clone();
+        let thread = thread::Builder::new()
+            .name("live-topics".into())
+            .spawn(move || listen(&reader, connection))
+            .map_err(|error| LiveError::Connection {
+                url: url.into(),
+                why: error.to_string(),
+            })?;
+        let live = Self {
+            url: url.into(),
+            rig: rig.clone(),
+            shared,
+            thread: Some(thread),
+        };
+        live.wait_for_topic()?;
+        Ok(live)
+    }
+
+    fn wait_for_topic(&self) -> Result<(), LiveError> {
+        let until = Instant::now() + TOPICS;
+        loop {
+            {
+                let seen = self.shared.lock();
+                if let Some(fault) = &seen.fault {
+                    return Err(fault.clone());
+                }
+                if seen.channels.object().is_some() {
+                    return Ok(());
+                }
+                if Instant::now() > until {
+                    return Err(LiveError::NoTopic {
+                        url: self.url.clone(),
+                        centroid: self.rig.topics.centroid.name.clone(),
+                        pose: self.rig.topics.pose.topic.name.clone(),
+                        found: seen.channels.names(),
+                    });
+                }
+            }
+            thread::sleep(TICK);
+        }
+    }
+
+    /// Where the object rests now. Errors with what is seen in place of a rest.
+    pub fn at_rest(&self) -> Result<Resting, LiveError> {
+        self.judge(REST, Instant::now() - 2 * REST)
+    }
+
+    /// The same, once it does rest, within a time. `is_over` ends the waiting too, as from a signal's handler.
+    pub fn wait_for_rest(
+        &self,
+        patience: Duration,
+        is_over: &AtomicBool,
+    ) -> Result<Resting, LiveError> {
+        self.wait(patience, is_over, || self.at_rest())
+    }
+
+    /// Whether the object rests where it did, within the camera's noise and 3 mm.
+    pub fn is_still_at(&self, place: Point) -> Result<(), LiveError> {
+        let now = self.at_rest()?;
+        let moved = now.point.distance(place);
+        if moved <= MOVED + self.rig.camera.noise {
+            return Ok(());
+        }
+        Err(LiveError::NotAtRest(format!(
+            "it has moved by {:.1} mm since it was seen at {}, {} m",
+            moved * 1e3,
+            place.x,
+            place.y
+        )))
+    }
+
+    /// Keeps every message from two seconds ago on.
+    pub fn record(&self) {
+        self.shared.lock().recording.start();
+    }
+
+    /// Where the object comes to rest after a strike that began at `since`.
+    pub fn wait_for_stop(
+        &self,
+        since: Instant,
+        patience: Duration,
+        is_over: &AtomicBool,
+    ) -> Result<Resting, LiveError> {
+        self.wait(patience, is_over, || self.judge(REST_AFTER, since))
+    }
+
+    /// What was recorded, in order of time; the recording ends. Also whether something was left out, for want of memory.
+    pub fn recorded(&self) -> (Vec<Received>, Option<String>) {
+        self.shared.lock().recording.take()
+    }
+
+    fn wait(
+        &self,
+        patience: Duration,
+        is_over: &AtomicBool,
+        look: impl Fn() -> Result<Resting, LiveError>,
+    ) -> Result<Resting, LiveError> {
+        let until = Instant::now() + patience;
+        loop {
+            match look() {
+                Err(LiveError::NotAtRest(_))
+                    if Instant::now() < until && !is_over.load(Ordering::Relaxed) => {}
+                told => return told,
+            }
+            thread::sleep(TICK);
+        }
+    }
+
+    /// Judges the places since a moment over a window.
+    fn judge(&self, window: Duration, since: Instant) -> Result<Resting, LiveError> {
+        let seen = self.shared.lock();
+        if let Some(fault) = &seen.fault {
+            return Err(fault.clone());
+        }
+        let places = seen.places.since(since);
+        let found = resting(places, Instant::now(), window, self.rig.camera.noise);
+        let found = found.map_err(|why| {
+            LiveError::NotAtRest(match &seen.unread {
+                Some(unread) => format!("{why}; {unread}"),
+                None => why,
+            })
+        })?;
+        match seen.behind {
+            Some(behind) if behind.abs() > CLOCK => Err(LiveError::NotAtRest(format!(
+                "its stamps are {behind:.1} s behind this computer's clock, and a log joins both: set the clocks alike (NTP, PTP)"
+            ))),
+            _ => Ok(found),
+        }
+    }
+}
+
+impl Drop for Live {
+    fn drop(&mut self) {
+        self.shared.ends.store(true, Ordering::Relaxed);
+        if let Some(thread) = self.thread.take() {
+            // It ends within a tick of its socket; that it panicked matters no more.
+            let _ = thread.join();
+        }
+    }
+}
+
+impl Shared {
+    fn lock(&self) -> MutexGuard<'_, Seen> {
+        self.seen.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// Reads until the connection ends, or nobody listens any more.
+fn listen(shared: &Shared, mut connection: Connection) {
+    while !shared.ends.load(Ordering::Relaxed) {
+        let taken = connection.read().and_then(|message| match message {
+            Some(Message::Text(text)) => tell(shared, &mut connection, text.as_str()),
+            Some(Message::Binary(frame)) => take(shared, &connection, &frame),
+            _ => Ok(()),
+        });
+        if let Err(fault) = taken {
+            shared.lock().fault = Some(fault);
+            return;
+        }
+    }
+}
+
+/// A control message of the server.
+fn tell(shared: &Shared, connection: &mut Connection, text: &str) -> Result<(), LiveError> {
+    match protocol::control(text).map_err(|why| connection.wrong(why))? {
+        Control::Advertise(channels) => {
+            for channel in channels {
+                let id = channel.id;
+                let subscription = shared.lock().channels.advertise(channel);
+                if let Some(subscription) = subscription.map_err(|why| connection.wrong(why))? {
+                    connection.send(protocol::subscribe(subscription, id))?;
+                }
+            }
+            Ok(())
+        }
+        Control::Unadvertise(ids) => {
+            shared.lock().channels.unadvertise(&ids);
+            Ok(())
+        }
+        // It need not be about a topic that is listened to: it is told where nothing else comes.
+        Control::Error(why) => {
+            shared.lock().unread = Some(format!("the server reports: {why}"));
+            Ok(())
+        }
+        Control::Other => Ok(()),
+    }
+}
+
+/// A binary frame of the server.
+fn take(shared: &Shared, connection: &Connection, frame: &[u8]) -> Result<(), LiveError> {
+    let Some((subscription, message)) =
+        protocol::message(frame).map_err(|why| connection.wrong(why))?
+    else {
+        return Ok(());
+    };
+    let at = Instant::now();
+    let log_time = SystemTime::now()
+        .duration_since(SystemTime::UNIX_EPOCH)
+        .map_or(0, |since| since.as_nanos() as u64);
+    let mut seen = shared.lock();
+    let seen = &mut *seen;
+    // A channel that has just gone may have sent a last message.
+    let Some(listened) = seen.channels.of(subscription) else {
+        return Ok(());
+    };
+    match listened.read(message) {
+        Ok(Some(told)) if seen.channels.object() == Some(listened.role) => {
+            seen.unread = None;
+            seen.behind = told
+                .stamp
+                .map(|stamp| (i128::from(log_time) - i128::from(stamp)) as f64 * 1e-9);
+            seen.places.push(rest::Place {
+                at,
+                point: told.point,
+                yaw: told.yaw,
+            });
+        }
+        Ok(_) => {}
+        Err(why) => seen.unread = Some(why),
+    }
+    seen.recording.push(
+        at,
+        Received {
+            channel: listened.raw.clone(),
+            log_time,
+            data: message.to_vec(),
+        },
+    );
+    Ok(())
+}

@@ -1,0 +1,364 @@
+//! `arm-loop FOLDER BIN PAGE [STRIKES TARGETS]`: the paper's script on the emulated arm. An object lies before it whose physics is the
+//! embedded rig's, and a camera publishes where it is. `carom collect`, `carom run --key`, and a `strike --watch` for each target, as
+//! a person would type them; then the page, with the misses beside what repeats of the same commands scatter by.
+//!
+//! What was gathered is kept: the same command goes on. The maker's ports are taken, of which 502 needs root.
+
+use std::error::Error;
+use std::fmt::Write;
+use std::fs;
+use std::net::{IpAddr, Ipv4Addr};
+use std::path::{Path, PathBuf};
+use std::process::{Command as Program, Stdio};
+use std::time::Instant;
+
+use arm::foxglove::Topic;
+use arm::{Emulator, Listening, Model, Table};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rig::{Hide, Sim, Truth};
+use values::{Command, Point, Rig, Shape};
+
+/// Where the emulator listens, and its camera.
+const HOST: &str = "127.0.0.1";
+const CAMERA_PORT: u16 = 8765;
+/// What is hidden from carom; an arm that tells what it delivers hides nothing of its own.
+const HIDDEN: [&str; 2] = ["table_tilt", "speed_weakening_friction"];
+const SEED: u64 = 11;
+/// Repeats of a command that tell the floor.
+const REPEATS: u32 = 25;
+/// How often what the watchdog ended is gone on with: reports that a busy machine delays look like a silent arm.
+const STOPS: usize = 40;
+/// Targets that are drawn for each one that is struck: some cannot be reached from where the object lies.
+const DRAWS: usize = 20;
+
+type Failed = Box<dyn Error>;
+
+/// One strike at a target.
+struct Struck {
+    from: Point,
+    to: Point,
+    command: Command,
+    delivered: f64,
+    /// Where the object really stopped.
+    stop: Point,
+}
+
+struct Lab {
+    folder: PathBuf,
+    bin: PathBuf,
+    truth: Truth,
+    emulator: Emulator,
+}
+
+fn main() -> Result<(), Failed> {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let [folder, bin, page, numbers @ ..] = &arguments[..] else {
+        return Err("give FOLDER BIN PAGE [STRIKES TARGETS]".into());
+    };
+    let number =
+        |at: usize, otherwise: usize| numbers.get(at).map_or(Ok(otherwise), |text| text.parse());
+    let (strikes, targets): (usize, usize) = (number(0, 100)?, number(1, 20)?);
+    let lab = Lab::open(folder.as_ref(), bin.as_ref())?;
+    let begun = Instant::now();
+    let mut stops = lab.gather(strikes)?;
+    let gathered = begun.elapsed();
+    lab.learn()?;
+    let learnt = begun.elapsed() - gathered;
+    let (struck, refused) = lab.strike(targets, &mut stops)?;
+    let floors: Vec<f64> = struck
+        .iter()
+        .map(|struck| lab.floor(struck))
+        .collect::<Result<_, _>>()?;
+    let counts = lab.emulator.table(|table| table.counts).unwrap_or_default();
+    let text = page_of(&struck, &floors, [refused, stops, strikes], counts)?;
+    fs::write(page, &text)?;
+    println!("{text}");
+    println!(
+        "gathered in {:.0} s, learnt in {:.0} s, all in {:.0} s",
+        gathered.as_secs_f64(),
+        learnt.as_secs_f64(),
+        begun.elapsed().as_secs_f64()
+    );
+    Ok(())
+}
+
+impl Lab {
+    /// The arm at its table, the camera, and the files that a user has.
+    fn open(folder: &Path, bin: &Path) -> Result<Self, Failed> {
+        fs::create_dir_all(folder)?;
+        let rig = rig();
+        let hide = Hide::parse(&HIDDEN)?;
+        let truth = Truth {
+            hidden: hide.hidden,
+            ..Truth::demo(&rig, SEED)
+        };
+        fs::write(folder.join("rig.toml"), rig.to_toml())?;
+        let address = IpAddr::V4(Ipv4Addr::LOCALHOST);
+        let camera = Topic::serve((address, CAMERA_PORT).into(), &rig.topics.centroid.name)?;
+        let table = Table::new(truth.clone(), Point::new(0.33, 0.0), true)?;
+        let emulator = Emulator::at_table(
+            Listening::Standard(address),
+            Model::default(),
+            table,
+            (camera, rig.camera.rate),
+        )?;
+        let lab = Self {
+            folder: folder.into(),
+            bin: bin.into(),
+            truth,
+            emulator,
+        };
+        if !lab.folder.join("carom.key").exists() {
+            lab.run("carom", &["key", "new", "--out", &lab.path("carom.key")])?;
+        }
+        Ok(lab)
+    }
+
+    fn path(&self, name: &str) -> String {
+        self.folder.join(name).display().to_string()
+    }
+
+    fn program(&self, name: &str, arguments: &[&str]) -> Program {
+        let mut program = Program::new(self.bin.join(name));
+        program.args(arguments).stdin(Stdio::null());
+        program
+    }
+
+    /// Runs a program to its end. Done, or done with some input rejected.
+    fn run(&self, name: &str, arguments: &[&str]) -> Result<(), Failed> {
+        eprintln!("{name} {}", arguments.join(" "));
+        let status = self.program(name, arguments).status()?;
+        match status.code() {
+            Some(0 | 3) => Ok(()),
+            _ => Err(format!("{name} {}: {status}", arguments.join(" ")).into()),
+        }
+    }
+
+    /// Gathers strikes; gives how often the watchdog ended that.
+    fn gather(&self, strikes: usize) -> Result<usize, Failed> {
+        let (arm, camera) = (format!("xarm:{HOST}"), format!("ws://{HOST}:{CAMERA_PORT}"));
+        let arguments = [
+            "collect",
+            "--rig",
+            &self.path("rig.toml"),
+            "--robot",
+            &arm,
+            "--watch",
+            &camera,
+            "--strikes",
+            &strikes.to_string(),
+            "--out",
+            &self.path("logs"),
+            "--pause",
+            "0.5",
+        ];
+        for stops in 0..STOPS {
+            let status = self.program("carom", &arguments).status()?;
+            match status.code() {
+                Some(0 | 3) => return Ok(stops),
+                Some(1 | 4) => eprintln!("carom collect: {status}; the same command goes on"),
+                _ => return Err(format!("carom collect: {status}").into()),
+            }
+        }
+        Err(format!("carom collect was stopped {STOPS} times").into())
+    }
+
+    fn learn(&self) -> Result<(), Failed> {
+        self.run(
+            "carom",
+            &[
+                "run",
+                &self.path("logs"),
+                "--rig",
+                &self.path("rig.toml"),
+                "--out",
+                &self.path("run"),
+                "--key",
+                &self.path("carom.key"),
+            ],
+        )
+    }
+
+    /// Strikes at targets from wherever the hand puts the object. Also how many targets were refused; counts what was stopped.
+    fn strike(&self, targets: usize, stops: &mut usize) -> Result<(Vec<Struck>, usize), Failed> {
+        let mut random = ChaCha8Rng::seed_from_u64(SEED);
+        let (mut struck, mut refused) = (Vec::new(), 0);
+        while struck.len() < targets && refused < DRAWS * targets && *stops < STOPS {
+            let to = Point::new(
+                0.50 + 0.35 * random.random::<f64>(),
+                -0.25 + 0.5 * random.random::<f64>(),
+            );
+            self.wait_for_hand();
+            match self.strike_at(to, stops)? {
+                Some(one) => {
+                    eprintln!(
+                        "{:2}: {:.1} mm from the target",
+                        struck.len() + 1,
+                        one.miss() * 1e3
+                    );
+                    struck.push(one);
+                }
+                None => refused += 1,
+            }
+        }
+        Ok((struck, refused))
+    }
+
+    /// Waits until the object is put back.
+    fn wait_for_hand(&self) {
+        let lies_ready = || {
+            self.emulator
+                .table(|table| table.place(Instant::now()).x < 0.41)
+                .unwrap_or(true)
+        };
+        while !lies_ready() {
+            std::thread::sleep(std::time::Duration::from_millis(100));
+        }
+        std::thread::sleep(std::time::Duration::from_millis(600));
+    }
+
+    fn strike_at(&self, to: Point, stops: &mut usize) -> Result<Option<Struck>, Failed> {
+        let (arm, camera) = (format!("xarm:{HOST}"), format!("ws://{HOST}:{CAMERA_PORT}"));
+        let (x, y) = (to.x.to_string(), to.y.to_string());
+        let output = self
+            .program(
+                "strike",
+                &[
+                    "--artifacts",
+                    &self.path("run"),
+                    "--key",
+                    &self.path("carom.pub"),
+                    "--rig",
+                    &self.path("rig.toml"),
+                    "--watch",
+                    &camera,
+                    "--to",
+                    &x,
+                    &y,
+                    "--robot",
+                    &arm,
+                    "--json",
+                ],
+            )
+            .output()?;
+        match output.status.code() {
+            Some(0) => {}
+            Some(4) => return Ok(None),
+            code => {
+                let told = String::from_utf8_lossy(&output.stderr).into_owned();
+                if code != Some(1) {
+                    return Err(format!("strike: {}: {told}", output.status).into());
+                }
+                // Stopped before the impact or after it: the target is drawn again.
+                eprintln!("{told}");
+                *stops += 1;
+                return Ok(None);
+            }
+        }
+        let stop = self.emulator.table(|table| table.place(Instant::now()));
+        let plan: serde_json::Value = serde_json::from_slice(&output.stdout)?;
+        let number = |value: &serde_json::Value| value.as_f64().ok_or("no number in the answer");
+        let point = |value: &serde_json::Value| -> Result<Point, Failed> {
+            Ok(Point::new(number(&value[0])?, number(&value[1])?))
+        };
+        Ok(Some(Struck {
+            from: point(&plan["from"])?,
+            to,
+            command: Command {
+                speed: number(&plan["speed"])?,
+                angle: number(&plan["angle"])?,
+            },
+            delivered: number(&plan["delivered_speed"])?,
+            stop: stop.ok_or("there is no table")?,
+        }))
+    }
+
+    /// Mean distance (m) of repeats of the same command from their mean, widened for the mean's own error.
+    fn floor(&self, struck: &Struck) -> Result<f64, Failed> {
+        let mut sim = Sim::from(self.truth.clone())?.after(100_000);
+        let stops: Vec<Point> = (0..REPEATS)
+            .map(|_| sim.meet(struck.from, struck.command, 0.0).stop())
+            .collect();
+        let n = f64::from(REPEATS);
+        let mean = stops.iter().fold(Point::default(), |sum, stop| sum + *stop) * (1.0 / n);
+        let sum: f64 = stops.iter().map(|stop| stop.distance(mean)).sum();
+        Ok((n / (n - 1.0)).sqrt() * sum / n)
+    }
+}
+
+impl Struck {
+    fn miss(&self) -> f64 {
+        self.stop.distance(self.to)
+    }
+}
+
+/// The demo's rig with an arm.
+fn rig() -> Rig {
+    let mut rig = Rig::demo(Shape::Cylinder);
+    let robot = &mut rig.robot;
+    robot.base = Some(Point::default());
+    robot.keep_out = Some(0.1);
+    robot.reach = Some([0.1, 0.9].into());
+    robot.jerk = Some(100.0);
+    robot.strike_height = Some(0.02);
+    robot.travel_height = Some(0.07);
+    robot.tool_orientation = Some([std::f64::consts::PI, 0.0, 0.0]);
+    robot.tool_offset = Some([0.0, 0.0, 0.1, 0.0, 0.0, 0.0]);
+    robot.payload = Some(0.3);
+    rig
+}
+
+fn page_of(
+    struck: &[Struck],
+    floors: &[f64],
+    [refused, stops, strikes]: [usize; 3],
+    (met, again): (usize, usize),
+) -> Result<String, Failed> {
+    let mean =
+        |numbers: &mut dyn Iterator<Item = f64>| numbers.sum::<f64>() / struck.len().max(1) as f64;
+    let miss = mean(&mut struck.iter().map(Struck::miss));
+    let floor = mean(&mut floors.iter().copied());
+    let off = struck
+        .iter()
+        .map(|one| (one.delivered / one.command.speed - 1.0).abs())
+        .fold(0.0, f64::max);
+    let mut page = format!(
+        "# From no data to targets on the emulated arm\n\n\
+         `make loop`: an object lies before the emulated xArm7; its physics is the embedded rig's (hidden: {}), moved by what the arm's \
+         motion delivers, and a camera publishes where it is over the Foxglove WebSocket protocol. `carom collect` gathers {strikes} \
+         strikes, `carom run --key` learns from them, and `strike --watch` strikes each target from where a hand put the object.\n\n\
+         | | |\n|---|---|\n\
+         | targets struck | {} |\n\
+         | targets drawn and not struck: refused, or stopped | {refused} |\n\
+         | times that the watchdog stopped the arm and the same command went on | {stops} |\n\
+         | mean miss | {:.2} mm |\n\
+         | mean scatter of repeats of the same commands ({REPEATS} each): the floor | {:.2} mm |\n\
+         | mean miss over the floor | {:.2} |\n\
+         | delivered speed at contact, farthest from the command | {:.2} % |\n\
+         | strikes that met the object; times that the tip came into it again (since this emulator began) | {met}; {again} |\n\n\
+         | from, m | to, m | command | delivered, m/s | miss, mm | repeats, mm |\n|---|---|---|---|---|---|\n",
+        HIDDEN.join(", "),
+        struck.len(),
+        miss * 1e3,
+        floor * 1e3,
+        miss / floor,
+        off * 100.0,
+    );
+    for (one, floor) in struck.iter().zip(floors) {
+        writeln!(
+            page,
+            "| {:.3}, {:.3} | {:.3}, {:.3} | {:.3} m/s, {:+.3} rad | {:.4} | {:.1} | {:.1} |",
+            one.from.x,
+            one.from.y,
+            one.to.x,
+            one.to.y,
+            one.command.speed,
+            one.command.angle,
+            one.delivered,
+            one.miss() * 1e3,
+            floor * 1e3
+        )?;
+    }
+    Ok(page)
+}

@@ -1,0 +1,105 @@
+//! A collection on the emulated arm, whose camera is a live topic: the object where it is seen, one log a strike, a session at the end.
+
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+use arm::foxglove::Topic;
+use arm::{Emulator, Listening, Table};
+use ingest::{Ingest, ingest_log};
+use rig::{Hidden, Truth};
+use strike::collect::{ArmStation, CollectError, Collected, News, collect};
+use strike::{CommandPlanner, Live};
+use values::{Point, Rig};
+
+use crate::bench::{model, ports, rig};
+
+/// An arm at a table, and the address of its camera.
+fn lab(rig: &Rig) -> (Emulator, String) {
+    let truth = Truth {
+        hidden: Hidden::none(),
+        ..Truth::demo(rig, 5)
+    };
+    let camera = Topic::serve(([127, 0, 0, 1], 0).into(), &rig.topics.centroid.name).unwrap();
+    let url = format!("ws://{}", camera.address);
+    let table = Table::new(truth, Point::new(0.34, 0.02), true).unwrap();
+    let emulator =
+        Emulator::at_table(Listening::Free, model(), table, (camera, rig.camera.rate)).unwrap();
+    (emulator, url)
+}
+
+fn gather(
+    (emulator, url): &(Emulator, String),
+    rig: &Rig,
+    folder: &Path,
+    strikes: usize,
+    over_at: usize,
+) -> Result<Collected, CollectError> {
+    let interrupted = Arc::new(AtomicBool::new(false));
+    let live = Live::connect(url, rig).unwrap();
+    let pause = Duration::from_millis(500);
+    let mut station = ArmStation::new("xarm", ports(emulator), live, pause, interrupted.clone());
+    let planner = CommandPlanner::nominal(rig).unwrap();
+    let is_over = || interrupted.load(Ordering::Relaxed);
+    collect(
+        &mut station,
+        &planner,
+        folder,
+        strikes,
+        &[],
+        &is_over,
+        &mut |news| match news {
+            News::Kept { strikes, warning } => {
+                assert_eq!(warning, None);
+                interrupted.store(strikes >= over_at, Ordering::Relaxed);
+            }
+            News::Useless(why) => panic!("{why}"),
+            News::Put(_) | News::Waiting(_) | News::LeftOut(_) => {}
+        },
+    )
+}
+
+#[test]
+fn strikes_are_gathered_where_the_camera_sees_the_object_and_go_on_after_an_end() {
+    let (rig, folder) = (rig(), tempfile::tempdir().unwrap());
+    let lab = lab(&rig);
+    // Ended after the first of three.
+    let first = gather(&lab, &rig, folder.path(), 3, 1).unwrap();
+    assert_eq!((first.strikes, first.made, &first.session), (1, 1, &None));
+    assert!(folder.path().join("strike_000001.mcap").exists());
+    let rest = gather(&lab, &rig, folder.path(), 3, 9).unwrap();
+    assert_eq!((rest.strikes, rest.made, rest.useless), (3, 2, 0));
+    // All three are in one session, and no log is left of a single one.
+    let session = rest.session.unwrap();
+    let logs: Vec<_> = std::fs::read_dir(folder.path())
+        .unwrap()
+        .filter_map(|entry| entry.unwrap().file_name().into_string().ok())
+        .filter(|name| name.ends_with(".mcap"))
+        .collect();
+    assert_eq!(logs, [session.file_name().unwrap().to_str().unwrap()]);
+    let outcome = ingest_log(&session, &rig, &Ingest::default()).unwrap();
+    assert!(outcome.rejects.is_empty(), "{:?}", outcome.rejects);
+    assert_eq!(outcome.strikes.len(), 3);
+    for strike in &outcome.strikes {
+        let delivered = strike.delivered.unwrap();
+        println!(
+            "from {:?} at {:.4} m/s, {:.4} rad; delivered {:.4} m/s, {:.4} rad; stopped at {:?}",
+            strike.initial,
+            strike.command.speed,
+            strike.command.angle,
+            delivered.tip_speed,
+            delivered.tip_angle,
+            strike.stop
+        );
+        assert!((delivered.tip_speed / strike.command.speed - 1.0).abs() < 0.01);
+        assert!((delivered.tip_angle - strike.command.angle).abs() < 0.01);
+        assert!(!strike.is_pushed_again());
+        assert!(strike.path().norm() > 0.05);
+    }
+    let (met, again) = lab.0.table(|table| table.counts).unwrap();
+    assert_eq!((met, again), (3, 0));
+    // Nothing is left to do.
+    let done = gather(&lab, &rig, folder.path(), 3, 9).unwrap();
+    assert_eq!((done.made, done.session), (0, None));
+}

@@ -1,0 +1,122 @@
+"""A collection on the emulated arm that is ended by signals in the middle of a strike, and goes on.
+
+Usage: collect.py ARM_EMULATOR CAROM FOLDER
+"""
+
+import json
+import math
+import pathlib
+import shutil
+import signal
+import socket
+import struct
+import subprocess
+import sys
+import threading
+import time
+
+HOST = "127.0.0.1"
+STOPPED = 4
+# A tip that is faster than this, in mm/s, and lower than this, in mm, strikes: travel is at most 100 mm/s.
+STRIKING = 150.0
+LOW = 25.0
+
+
+class Reports:
+    """The arm's real-time report, as another program sees it."""
+
+    def __init__(self):
+        self.state, self.speed, self.height = 0, 0.0, 0.0
+        self.stream = socket.create_connection((HOST, 30000), timeout=5)
+        threading.Thread(target=self.read, daemon=True).start()
+
+    def read(self):
+        waiting = b""
+        while True:
+            waiting += self.stream.recv(4096)
+            while len(waiting) >= 804:
+                frame, waiting = waiting[:804], waiting[804:]
+                self.state = frame[12] & 0x0F
+                self.height = struct.unpack_from("<f", frame, 472 + 8)[0]
+                self.speed = math.hypot(*struct.unpack_from("<3f", frame, 496))
+
+    def wait_for_strike(self, program):
+        while program.poll() is None:
+            if self.speed > STRIKING and self.height < LOW:
+                return
+            time.sleep(0.002)
+        raise AssertionError(f"it ended before it struck: {program.communicate()}")
+
+
+def rig(carom, folder):
+    subprocess.run([carom, "demo", "--strikes", "1", "--hide", "none", "--out", folder / "demo"], check=True)
+    arm = """
+base = [0.0, 0.0]
+keep_out = 0.1
+reach = [0.1, 0.9]
+jerk = 100.0
+strike_height = 0.02
+travel_height = 0.07
+tool_orientation = [3.14159265, 0.0, 0.0]
+tool_offset = [0.0, 0.0, 0.1, 0.0, 0.0, 0.0]
+payload = 0.3
+"""
+    lines = (folder / "demo/rig.toml").read_text().splitlines()
+    at = next(i for i, line in enumerate(lines) if line.startswith("acceleration"))
+    lines[at] += arm
+    (folder / "rig.toml").write_text("\n".join(lines) + "\n")
+    return folder / "rig.toml"
+
+
+def main():
+    emulator, carom, folder = sys.argv[1], sys.argv[2], pathlib.Path(sys.argv[3])
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir(parents=True)
+    file, logs = rig(carom, folder), folder / "logs"
+    command = [carom, "collect", "--rig", file, "--robot", f"xarm:{HOST}", "--watch", f"ws://{HOST}:8765"]
+    command += ["--out", logs, "--pause", "0.5", "--json", "--quiet"]
+
+    def start(strikes):
+        return subprocess.Popen(
+            command + ["--strikes", str(strikes)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        )
+
+    arm = subprocess.Popen([emulator, HOST, folder / "demo/truth.json"], stdout=subprocess.PIPE, text=True)
+    try:
+        assert "listens" in arm.stdout.readline()
+        reports = Reports()
+        for name in (signal.SIGINT, signal.SIGTERM):
+            program = start(4)
+            reports.wait_for_strike(program)
+            begun = time.time()
+            program.send_signal(name)
+            while reports.state != STOPPED:
+                assert time.time() - begun < 1.0, "the arm was not stopped"
+                time.sleep(0.001)
+            stopped = time.time() - begun
+            _, told = program.communicate(timeout=30)
+            assert program.returncode == 1, (program.returncode, told)
+            assert "signal" in told, told
+            assert reports.speed == 0.0
+            print(f"{name.name} in the middle of a strike: stopped {stopped * 1e3:.0f} ms after it, exit code 1")
+        # Nobody can stop an arm after kill -9: its controller ends the line that it was told.
+        program = start(4)
+        reports.wait_for_strike(program)
+        program.kill()
+        program.wait()
+        time.sleep(2)
+        assert reports.speed == 0.0
+        program = start(4)
+        out, told = program.communicate(timeout=120)
+        assert program.returncode in (0, 3), (program.returncode, told)
+        done = json.loads(out)
+        assert done["strikes"] == 4 and pathlib.Path(done["session"]).exists(), done
+        assert [path.name for path in logs.glob("*.mcap")] == ["session_000001.mcap"]
+        print(f"after SIGINT, SIGTERM and SIGKILL the same command went on: {done}")
+    finally:
+        arm.send_signal(signal.SIGINT)
+        print(arm.communicate(timeout=10)[0].strip())
+
+
+if __name__ == "__main__":
+    main()
