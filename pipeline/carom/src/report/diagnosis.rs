@@ -69,7 +69,7 @@ fn effects_table(effects: &[Named]) -> Markup {
                                 td { code { (name) } }
                                 @let [value, low, high] = numbers(parameter);
                                 td.number { strong { (value) } " " (parameter.unit) }
-                                td.number { (low) " … " (high) }
+                                td.number { @if low == high { "fixed" } @else { (low) " … " (high) } }
                                 td.number { @if place == 0 { (format!("{:.1}", effect.evidence)) } }
                             }
                         }

@@ -143,11 +143,14 @@ pub fn probability(p: f64, replicates: usize) -> String {
     }
 }
 
-/// A parameter's value and the ends of its interval, to two figures of the interval's width.
+/// A parameter's value and the ends of its interval, to two figures of the interval's width; of a value that was not fitted, as it is.
 pub fn numbers(parameter: &Parameter) -> [String; 3] {
     let Parameter {
         value, low, high, ..
     } = *parameter;
+    if low == high {
+        return [value, low, high].map(|number| number.to_string());
+    }
     [value, low, high].map(|number| to_two_figures_of(high - low, number))
 }
 
@@ -166,10 +169,11 @@ fn named(effect: &Named) -> String {
     let mut text = format!("           {}: {}\n", effect.name, effect.statement);
     for (name, parameter) in &effect.parameters {
         let [value, low, high] = numbers(parameter);
-        let line = format!(
-            "             {name:<14} {value}  [{low}, {high}] {}",
-            parameter.unit
-        );
+        let interval = match low == high {
+            true => String::new(),
+            false => format!(" [{low}, {high}]"),
+        };
+        let line = format!("             {name:<14} {value} {interval} {}", parameter.unit);
         let _ = writeln!(text, "{}", line.trim_end());
     }
     if !effect.equivalent.is_empty() {
@@ -201,7 +205,7 @@ mod tests {
                 ["0.00123", "0.00110", "0.00140"],
             ),
             (parameter(42.0, 10.0, 90.0), ["42", "10", "90"]),
-            (parameter(1.0, 1.0, 1.0), ["1.00000000"; 3]),
+            (parameter(0.45, 0.45, 0.45), ["0.45"; 3]),
             (parameter(1.0, 0.0, f64::INFINITY), ["1", "0", "inf"]),
         ] {
             assert_eq!(numbers(&parameter), text);

@@ -97,10 +97,13 @@ fn effect_lines(name: &str, values: &[String]) -> String {
     text + &line + "\n"
 }
 
-/// Such as `tilt_x 0.0041 [0.0037, 0.0046] rad`.
+/// Such as `tilt_x 0.0041 [0.0037, 0.0046] rad`; `center_x 0.45 m` where it was not fitted.
 fn value(name: &str, parameter: &Parameter) -> String {
     let [value, low, high] = numbers(parameter);
-    let text = format!("{name} {value} [{low}, {high}] {}", parameter.unit);
+    let text = match low == high {
+        true => format!("{name} {value} {}", parameter.unit),
+        false => format!("{name} {value} [{low}, {high}] {}", parameter.unit),
+    };
     text.trim_end().to_owned()
 }
 
