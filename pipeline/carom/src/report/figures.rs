@@ -7,7 +7,7 @@ use train::{CurvePoint, Epoch};
 use values::{Point, Rig, Split, Strike};
 
 use super::plot::{
-    Axes, FAINT, MEASURED, PlotError, axes, colour, line, range, shade_table, short, svg, view, xy,
+    Axes, FAINT, LABEL_SIZE, MEASURED, PlotError, X_LABELS, Y_LABELS, axes, colour, line, range, shade_table, short, svg, view, xy,
 };
 
 const CM: f64 = 100.0;
@@ -230,8 +230,8 @@ pub fn learning_curve(
         let ends = (first * 0.85, last * 1.18);
         let mut chart = ChartBuilder::on(area)
             .margin(8)
-            .x_label_area_size(36)
-            .y_label_area_size(52)
+            .x_label_area_size(X_LABELS)
+            .y_label_area_size(Y_LABELS)
             .build_cartesian_2d(
                 (ends.0..ends.1)
                     .log_scale()
@@ -247,7 +247,7 @@ pub fn learning_curve(
             .y_desc("mean stop error in cm")
             .x_label_formatter(&short)
             .y_label_formatter(&short)
-            .label_style(("sans-serif", 11).into_font().color(&MEASURED))
+            .label_style(("sans-serif", LABEL_SIZE).into_font().color(&MEASURED))
             .draw()?;
         for (name, level) in levels {
             let across = [(ends.0, level * CM), (ends.1, level * CM)];

@@ -65,9 +65,11 @@ pub fn svg(
 }
 
 const MARGIN: i32 = 8;
-const TITLE_SIZE: i32 = 14;
-const X_LABELS: u32 = 36;
-const Y_LABELS: u32 = 52;
+const TITLE_SIZE: i32 = 16;
+/// Size of the text beside axes; SVG text is a fifth smaller.
+pub const LABEL_SIZE: i32 = 14;
+pub const X_LABELS: u32 = 42;
+pub const Y_LABELS: u32 = 58;
 
 /// Linear axes in an area.
 pub fn axes<'a, 'b>(area: &'a Area<'b>, axes: &Axes<'_>) -> Result<Chart<'a, 'b>, PlotError> {
@@ -97,7 +99,7 @@ pub fn axes<'a, 'b>(area: &'a Area<'b>, axes: &Axes<'_>) -> Result<Chart<'a, 'b>
         .y_labels(6)
         .x_label_formatter(&short)
         .y_label_formatter(&short)
-        .label_style(("sans-serif", 11).into_font().color(&MEASURED))
+        .label_style(("sans-serif", LABEL_SIZE).into_font().color(&MEASURED))
         .draw()?;
     Ok(chart)
 }
