@@ -7,7 +7,8 @@ use train::{CurvePoint, Epoch};
 use values::{Point, Rig, Split, Strike};
 
 use super::plot::{
-    Axes, FAINT, LABEL_SIZE, MEASURED, PlotError, X_LABELS, Y_LABELS, axes, colour, line, range, shade_table, short, svg, view, xy,
+    Axes, FAINT, LABEL_SIZE, MEASURED, PlotError, X_LABELS, Y_LABELS, axes, colour, line, range,
+    shade_table, short, svg, view, xy,
 };
 
 const CM: f64 = 100.0;

@@ -173,7 +173,10 @@ fn named(effect: &Named) -> String {
             true => String::new(),
             false => format!(" [{low}, {high}]"),
         };
-        let line = format!("             {name:<14} {value} {interval} {}", parameter.unit);
+        let line = format!(
+            "             {name:<14} {value} {interval} {}",
+            parameter.unit
+        );
         let _ = writeln!(text, "{}", line.trim_end());
     }
     if !effect.equivalent.is_empty() {
