@@ -86,7 +86,7 @@ bench: build $(if $(filter track,$(PARTS)),$(OPENCV)/done) $(if $(filter-out tra
 FUZZ_SECONDS := 600
 FUZZ_SEED := 1
 fuzz: build
-	@for target in mcap cdr json protobuf image rig world manifest weights batch signature; do \
+	@for target in mcap cdr json protobuf image rig world manifest weights segmenter batch signature; do \
 		nice -n 19 $(BIN)/fuzz $$target --seconds $(FUZZ_SECONDS) --seed $(FUZZ_SEED) & pids="$$pids $$!"; \
 	done; for pid in $$pids; do wait $$pid || exit 1; done
 

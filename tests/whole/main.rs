@@ -11,6 +11,7 @@ mod fuzz;
 mod kuka;
 mod reproducible;
 mod rows;
+mod sessions;
 mod soak;
 
 use carom::{Cli, Output, execute};

@@ -5,8 +5,8 @@ use clap::{Parser, Subcommand};
 use crate::Error;
 use crate::args::{Global, LogsArgs, examples};
 use crate::commands::{
-    artifacts, camera, collect, dataset, demo, key, nightly, rebuild, report, rig, run, score, step,
-    track, trial,
+    artifacts, camera, collect, dataset, demo, key, nightly, rebuild, report, rig, run, score,
+    step, track, trial,
 };
 use crate::output::Output;
 use crate::pipeline::Step;

@@ -8,6 +8,7 @@ mod executor;
 mod images;
 mod mutate;
 mod seeds;
+mod segmenter;
 mod target;
 mod targets;
 

@@ -10,7 +10,7 @@ use values::{Command, Conditions, FieldTopic, Point, Rig, Shape};
 use world::{Simulator, World};
 
 use super::target::Target;
-use super::{executor, images, seeds};
+use super::{executor, images, seeds, segmenter};
 
 /// All of them.
 pub fn targets() -> Vec<Target> {
@@ -128,6 +128,12 @@ pub fn targets() -> Vec<Target> {
                     .map(drop)
                     .map_err(|error| error.to_string())
             }),
+        },
+        Target {
+            name: "segmenter",
+            seeds: segmenter::seeds(),
+            words: &[],
+            read: segmenter::reader(),
         },
         Target {
             name: "batch",

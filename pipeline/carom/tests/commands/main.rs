@@ -4,5 +4,6 @@ mod camera;
 mod collect;
 mod fixture;
 mod logs;
+mod nights;
 mod pixels;
 mod runs;
