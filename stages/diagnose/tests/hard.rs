@@ -75,7 +75,7 @@ fn a_rectangle_of_friction_is_a_patch_and_nothing_else() {
 
 #[test]
 fn friction_that_wanders_is_noise_and_neither_a_drift_nor_a_change_by_session() {
-    let found = diagnosed(Noise::Mixed, Hidden::Wander(0.005), 7);
+    let found = diagnosed(Noise::Mixed, Hidden::Wander(0.01), 7);
     assert_eq!(found.verdict, Verdict::Consistent, "{}", found.summary);
     assert!(found.noise.friction > 0.02, "{:?}", found.noise);
 }
