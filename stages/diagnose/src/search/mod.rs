@@ -9,8 +9,6 @@ mod forward;
 mod last_resort;
 mod penalty;
 mod refine;
-#[cfg(test)]
-mod tests;
 
 pub(crate) use fits::{CandidateFit, EXCLUDED};
 pub(crate) use forward::{Limits, search};
