@@ -26,12 +26,13 @@ const AFTER: usize = 4;
 pub(crate) fn fit_null<'a>(
     mut prepared: PreparedStrikes<'a>,
     world: &World,
+    greatest_wander: f64,
 ) -> Result<(PreparedStrikes<'a>, Fitted), DiagnoseError> {
     let camera = &prepared.rig.camera;
     let frame = 1.0 / camera.rate;
     let mut about = world.value("restitution")?;
     let plain = Model::plain(world.value("friction")?, about, frame);
-    let components = VarianceComponents::initial(camera.noise, frame);
+    let components = VarianceComponents::initial(camera.noise, frame, greatest_wander);
     let start = vec![Nuisances::zeros(); prepared.strikes.len()];
     let mut null = prepared
         .fit(&plain, &components, &start, ITERATIONS)?

@@ -5,14 +5,16 @@ use values::{Command, Rig, Shape, Split, Strike};
 use world::{World, launch::launches};
 
 use crate::{
-    Diagnose, DiagnoseError, Found, Input,
+    Diagnose, DiagnoseError, Found, Input, Verdict,
     arm::{self, Arm},
     candidates::{Candidate, candidates, is_of_whole_strikes, last_resorts},
     conclude::{Case, Left},
     evidence::{self, Alarm, Statistic, replicates},
     fit::{Fitted, ITERATIONS},
     heldout::{self, Gains},
-    maps, notes,
+    maps,
+    mixed::GREATEST,
+    notes,
     null::fit_null,
     score::ScoreTest,
     screen::{Chance, screen_by},
@@ -27,12 +29,17 @@ use crate::{
 
 /// Strikes below which friction, launch and their scatter leave nothing to tell effects by.
 const FEWEST: usize = 8;
+/// Wander of friction from the first strike to the last, relative, beside which effects are sought first: it moves no stop by more than
+/// launches scatter.
+const SMALL_WANDER: f64 = 0.004;
+/// Gain in log-likelihood of an effect of friction by order over a wander, for it to be told: two degrees of freedom at 5 %.
+const BEYOND_WANDER: f64 = 3.0;
 /// Frames that a track must have.
 const FRAMES: usize = 6;
 
 impl Stage for Diagnose {
     const NAME: &'static str = "diagnose";
-    const VERSION: u32 = 15;
+    const VERSION: u32 = 16;
     type Input = Input;
     type Output = Found;
     type Error = DiagnoseError;
@@ -53,19 +60,39 @@ impl Stage for Diagnose {
 
 impl Diagnose {
     /// The diagnosis of strikes as they were commanded, or as they were delivered, which no effect of the arm explains.
+    ///
+    /// A drift is a wander that goes one way: a wander without bound would hold it. So effects are sought beside a small one; where
+    /// a great wander holds as much as they do, or something is left unexplained, they are sought beside a great one.
     fn diagnose(
         &self,
         input: &Input,
         is_delivered: bool,
         progress: &Progress,
     ) -> Result<Found, DiagnoseError> {
+        let (found, wanders) = self.diagnose_beside(SMALL_WANDER, input, is_delivered, progress)?;
+        if !wanders && found.diagnosis.verdict != Verdict::Unexplained {
+            return Ok(found);
+        }
+        let (wandering, _) = self.diagnose_beside(GREATEST, input, is_delivered, progress)?;
+        Ok(wandering)
+    }
+
+    /// The same beside a wander of friction that is no greater than this; and whether a great one holds as much as an effect that was
+    /// found.
+    fn diagnose_beside(
+        &self,
+        greatest_wander: f64,
+        input: &Input,
+        is_delivered: bool,
+        progress: &Progress,
+    ) -> Result<(Found, bool), DiagnoseError> {
         let rig = &input.rig;
         progress.set_message("how the object leaves the tip");
         let (usable, pushed_again) = self.usable(input)?;
         let (prepared, pushed) = prepare(rig, &input.world, &usable)?;
 
         progress.set_message("the world without effects, and the noise about it");
-        let (prepared, null) = fit_null(prepared, &input.world)?;
+        let (prepared, null) = fit_null(prepared, &input.world, greatest_wander)?;
         let is_astray = is_astray(rig, &null);
 
         progress.set_message("every candidate by its score");
@@ -103,6 +130,7 @@ impl Diagnose {
         let selection = search(&prepared, &null, &screened, &candidates, &chance, &limits)?;
         let selection = with_last_resorts(selection, &last_resorts, &candidates, &chance)?;
         let (selection, left) = self.pruned(selection, &candidates, &chance, is_astray)?;
+        let wanders = wanders(&selection)?;
         let (selection, gains, mut notes) = paying(selection)?;
         notes.extend(notes::left_out(pushed_again, pushed));
         notes.extend(is_astray.then(notes::astray));
@@ -114,7 +142,7 @@ impl Diagnose {
             Vec::new()
         };
         let selection = about_itself(selection, &input.world)?;
-        Case {
+        let found = Case {
             stage: self,
             input,
             selection: &selection,
@@ -127,7 +155,8 @@ impl Diagnose {
             maps,
             notes,
         }
-        .conclude()
+        .conclude()?;
+        Ok((found, wanders))
     }
 }
 
@@ -256,6 +285,27 @@ fn left(selection: &Selection<'_>, after: &[Dependence], is_astray: bool) -> Lef
         }),
         is_astray,
     }
+}
+
+/// Whether friction that wanders holds what an effect of friction by order does, but for a gain that chance brings.
+fn wanders(selection: &Selection<'_>) -> Result<bool, DiagnoseError> {
+    let fitted = &selection.fitted;
+    for (place, effect) in selection.effects.iter().enumerate() {
+        if !family(effect.name).contains(&Covariate::Wear) {
+            continue;
+        }
+        let free = fitted.estimated.components.with_greatest_wander(GREATEST);
+        let model = fitted.model.without(place);
+        let wandering = selection
+            .prepared
+            .fit(&model, &free, &fitted.nuisances, ITERATIONS)?;
+        if wandering
+            .is_some_and(|wandering| fitted.likelihood() - wandering.likelihood() < BEYOND_WANDER)
+        {
+            return Ok(true);
+        }
+    }
+    Ok(false)
 }
 
 /// The effects, if together they predict strikes that took no part in their fit; none otherwise, with a sentence that says so.

@@ -24,6 +24,8 @@ pub(crate) struct VarianceComponents {
     pub(crate) camera: f64,
     /// Of the wander of friction from the first strike to the last, relative.
     pub(crate) wander: f64,
+    /// The greatest that the wander may be.
+    pub(super) greatest_wander: f64,
     /// Of a resting place, over the camera's.
     pub(super) resting: f64,
 }
@@ -42,11 +44,12 @@ pub(super) const LEAST: f64 = 1e-5;
 
 impl VarianceComponents {
     /// Before anything is estimated.
-    pub(crate) fn initial(camera: f64, frame: f64) -> Self {
+    pub(crate) fn initial(camera: f64, frame: f64, greatest_wander: f64) -> Self {
         let mut components = Self {
             nuisance: [START, START, CLOCK_FRAMES * frame, 0.0, 0.0, START],
             camera,
-            wander: START,
+            wander: START.min(greatest_wander),
+            greatest_wander,
             resting: 0.0,
         };
         components.set_resting(FrameNoise::WHITE);
@@ -56,6 +59,12 @@ impl VarianceComponents {
     /// The same under other noise of frames.
     pub(crate) fn under(mut self, noise: FrameNoise) -> Self {
         self.set_resting(noise);
+        self
+    }
+
+    /// The same with another bound of the wander.
+    pub(crate) fn with_greatest_wander(mut self, greatest_wander: f64) -> Self {
+        self.greatest_wander = greatest_wander;
         self
     }
 

@@ -56,7 +56,7 @@ pub(crate) fn estimate_within(
     for iteration in 0..iterations {
         let sums = Sums::new(strikes, &components, p);
         let before = components.wander;
-        let wander = sums.likeliest_wander(before, prior);
+        let wander = sums.likeliest_wander(&components, prior);
         components.wander = wander;
         let marginal = sums.marginal(wander)?;
         let beta = marginal.beta(prior)?;

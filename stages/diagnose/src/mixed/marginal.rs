@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector, SMatrix};
 
 use super::{
-    components::{GREATEST, LEAST, Small, VarianceComponents},
+    components::{LEAST, Small, VarianceComponents},
     products::Products,
 };
 use crate::wander::{PATHS, Path};
@@ -88,7 +88,7 @@ impl Sums {
     }
 
     /// The standard deviation of the wander, near to this one, under which all is likeliest.
-    pub(super) fn likeliest_wander(&self, wander: f64, prior: &Prior) -> f64 {
+    pub(super) fn likeliest_wander(&self, from: &VarianceComponents, prior: &Prior) -> f64 {
         let likelihood = |wander: f64| {
             let marginal = self.marginal(wander)?;
             let beta = marginal.beta(prior)?;
@@ -96,10 +96,10 @@ impl Sums {
         };
         WANDERS
             .into_iter()
-            .map(|factor| (wander * factor).clamp(LEAST, GREATEST))
+            .map(|factor| (from.wander * factor).clamp(LEAST, from.greatest_wander))
             .filter_map(|wander| Some((wander, likelihood(wander)?)))
             .max_by(|a, b| a.1.total_cmp(&b.1))
-            .map_or(wander, |(wander, _)| wander)
+            .map_or(from.wander, |(wander, _)| wander)
     }
 }
 
