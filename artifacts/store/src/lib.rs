@@ -25,7 +25,7 @@ pub use contents::{Calibrated, Contents};
 pub use error::ArtifactError;
 pub use launch_map::{LaunchMap, LaunchMapError, LaunchOffset};
 pub use manifest::{
-    Explained, FileHash, InputFile, Logged, Manifest, Provenance, StageRecord, TrainedRegion,
+    FileHash, InputFile, Logged, Manifest, Provenance, StageRecord, TrainedRegion, TrainingExtent,
 };
 pub use model::Model;
 pub use network::{Network, NetworkError};

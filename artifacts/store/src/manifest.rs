@@ -46,7 +46,7 @@ pub struct Provenance {
     /// What the training of a model's residual explains, by model; what is beyond, the executor refuses. Models without a residual
     /// are not among them, nor any in versions of before it was recorded.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
-    pub explained: BTreeMap<Model, Explained>,
+    pub explained: BTreeMap<Model, TrainingExtent>,
     /// Where the strikes lie that it learnt from.
     pub trained_region: TrainedRegion,
     /// The strikes that it was computed from; none in versions of before it was recorded.
@@ -110,7 +110,7 @@ pub struct StageRecord {
 /// What the training of a residual explains. Distances are shares of the path's length: a miss grows with it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Explained {
+pub struct TrainingExtent {
     /// Strikes that it learnt from.
     pub strikes: usize,
     /// Least and greatest speed that it adds on them, in m/s.
@@ -127,7 +127,7 @@ pub struct Explained {
     pub calibration: f64,
 }
 
-impl Explained {
+impl TrainingExtent {
     /// Each distance and factor with its name.
     pub(crate) fn shares(&self) -> [(&'static str, f64); 4] {
         [

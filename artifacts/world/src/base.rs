@@ -17,17 +17,17 @@ pub struct Base {
     /// Mean distance of its elements from the centre in m, times the world's torsional friction: a base that turns on the
     /// spot feels a torque of μ·weight·arm.
     pub(crate) arm: f64,
-    rubbed: Option<&'static Rubbed>,
+    unit: Option<&'static UnitForces>,
 }
 
 impl Base {
     /// The base of the rig's object in a world.
     pub fn new(rig: &Rig, world: &World) -> Result<Self, WorldError> {
         let torsional = world.value("torsional_friction")?;
-        let Self { arm, rubbed } = Self::of(&rig.object);
+        let Self { arm, unit } = Self::of(&rig.object);
         Ok(Self {
             arm: arm * torsional,
-            rubbed,
+            unit,
         })
     }
 
@@ -36,20 +36,20 @@ impl Base {
         match object.shape {
             Shape::Cylinder => Self {
                 arm: DISC.arm * object.radius.unwrap_or(0.0),
-                rubbed: Some(&DISC),
+                unit: Some(&DISC),
             },
             // An oblong is taken as the square of the same diagonal.
             Shape::Box => {
                 let [x, y, _] = object.half_size.unwrap_or_default();
                 Self {
                     arm: SQUARE.arm * x.hypot(y) / std::f64::consts::SQRT_2,
-                    rubbed: Some(&SQUARE),
+                    unit: Some(&SQUARE),
                 }
             }
             // A ball touches the table at a point; a small patch keeps it from spinning for ever.
             Shape::Sphere => Self {
                 arm: 0.05 * object.radius.unwrap_or(0.0),
-                rubbed: None,
+                unit: None,
             },
         }
     }
@@ -60,9 +60,9 @@ impl Base {
     pub(crate) fn pull(&self, v_square: f64, w_square: f64) -> [f64; 2] {
         let sum = (v_square + w_square).max(1e-18);
         let of_ellipsoid = 1.0 / sum.sqrt();
-        match self.rubbed {
+        match self.unit {
             None => [of_ellipsoid; 2],
-            Some(rubbed) => rubbed.at(w_square / sum).map(|share| share * of_ellipsoid),
+            Some(unit) => unit.at(w_square / sum).map(|share| share * of_ellipsoid),
         }
     }
 }
@@ -72,13 +72,13 @@ const ENTRIES: usize = 128;
 
 /// Force and torque of a base whose half size is 1, relative to the ellipsoid's, by the share of turning in the slip's square.
 #[derive(Debug)]
-struct Rubbed {
+struct UnitForces {
     /// Mean distance of the elements from the centre.
     arm: f64,
     shares: [[f64; 2]; ENTRIES + 1],
 }
 
-static DISC: LazyLock<Rubbed> = LazyLock::new(|| {
+static DISC: LazyLock<UnitForces> = LazyLock::new(|| {
     // Rings of equal area; on a disc all directions are alike.
     let (rings, spokes) = (16, 32);
     let elements = (0..rings * spokes).map(|i| {
@@ -86,19 +86,19 @@ static DISC: LazyLock<Rubbed> = LazyLock::new(|| {
         let turn = (spoke + 0.5) / f64::from(spokes);
         Point::polar(((ring + 0.5) / f64::from(rings)).sqrt(), TAU * turn)
     });
-    Rubbed::of(&elements.collect::<Vec<_>>(), &[0.0])
+    UnitForces::of(&elements.collect::<Vec<_>>(), &[0.0])
 });
 
-static SQUARE: LazyLock<Rubbed> = LazyLock::new(|| {
+static SQUARE: LazyLock<UnitForces> = LazyLock::new(|| {
     let cells = 16;
     let at = |i: i32| f64::from(2 * i + 1) / f64::from(cells) - 1.0;
     let elements = (0..cells * cells).map(|i| Point::new(at(i % cells), at(i / cells)));
     // By symmetry an eighth of the circle holds all.
     let directions = [0.5, 1.5, 2.5, 3.5].map(|i| i * TAU / 32.0);
-    Rubbed::of(&elements.collect::<Vec<_>>(), &directions)
+    UnitForces::of(&elements.collect::<Vec<_>>(), &directions)
 });
 
-impl Rubbed {
+impl UnitForces {
     fn of(elements: &[Point], directions: &[f64]) -> Self {
         let count = elements.len() as f64;
         let arm = elements.iter().map(|r| r.norm()).sum::<f64>() / count;

@@ -5,7 +5,7 @@ use std::io::Cursor;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use logs::write::{RecordingWriter, Samples, Stamped};
-use logs::{Limits, Wanted, read_from};
+use logs::{Limits, TopicRequest, read_from};
 use values::Topics;
 
 /// Two minutes of a log: centroids at 60 Hz, commands at 250 Hz.
@@ -34,7 +34,7 @@ fn log(topics: &Topics) -> (Vec<u8>, u64) {
 fn decode(criterion: &mut Criterion) {
     let topics = Topics::default();
     let (bytes, messages) = log(&topics);
-    let wanted = [&topics.centroid, &topics.command].map(|topic| Wanted {
+    let wanted = [&topics.centroid, &topics.command].map(|topic| TopicRequest {
         topic,
         more: &[],
         required: true,

@@ -11,7 +11,7 @@ use values::FieldTopic;
 
 use self::message::Raw;
 use crate::LogError;
-use crate::path::Want;
+use crate::path::FieldTree;
 
 pub use self::message::{DecodeError, Fields, MOST_MORE, More};
 pub use self::schema::SchemaText;
@@ -26,7 +26,7 @@ pub struct Decoder {
 #[derive(Debug)]
 enum Plan {
     Ros(ros::Plan),
-    Json(Want),
+    Json(FieldTree),
     Protobuf(protobuf::Plan),
 }
 
@@ -65,7 +65,7 @@ impl Decoder {
         let (plan, stamped) = match (message_encoding, schema_encoding, schema) {
             ("cdr", "ros2msg", Some(schema)) => ros(ros::Wire::Cdr, schema, topic, more)?,
             ("ros1", "ros1msg", Some(schema)) => ros(ros::Wire::Ros1, schema, topic, more)?,
-            ("json", _, _) => (Plan::Json(Want::of(topic, more, true)?), true),
+            ("json", _, _) => (Plan::Json(FieldTree::of(topic, more, true)?), true),
             ("protobuf", "protobuf", Some(schema)) => {
                 let (plan, stamped) = protobuf::Plan::compile(schema, topic, more)?;
                 (Plan::Protobuf(plan), stamped)

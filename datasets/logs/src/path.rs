@@ -23,13 +23,13 @@ pub(crate) enum Leaf {
 
 /// What is wanted of a message or of one of its fields: leaves here, and what lies below.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Want {
+pub(crate) struct FieldTree {
     /// What this field itself holds.
     pub(crate) leaves: Vec<Leaf>,
     /// Wanted members by name.
-    pub(crate) fields: Vec<(String, Want)>,
+    pub(crate) fields: Vec<(String, FieldTree)>,
     /// Wanted elements by index from 0.
-    pub(crate) elements: Vec<(usize, Want)>,
+    pub(crate) elements: Vec<(usize, FieldTree)>,
 }
 
 /// Names that are in use for the seconds of a stamp.
@@ -77,7 +77,7 @@ impl Leaf {
     }
 }
 
-impl Want {
+impl FieldTree {
     /// A field that is wanted itself.
     pub(crate) fn leaf(leaf: Leaf) -> Self {
         Self {
@@ -135,12 +135,12 @@ impl Want {
     }
 }
 
-fn child<K: PartialEq>(children: &mut Vec<(K, Want)>, key: K) -> &mut Want {
+fn child<K: PartialEq>(children: &mut Vec<(K, FieldTree)>, key: K) -> &mut FieldTree {
     let at = children
         .iter()
         .position(|(known, _)| *known == key)
         .unwrap_or_else(|| {
-            children.push((key, Want::default()));
+            children.push((key, FieldTree::default()));
             children.len() - 1
         });
     &mut children[at].1

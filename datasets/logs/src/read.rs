@@ -8,9 +8,9 @@ mod damage;
 mod event;
 mod raw;
 mod records;
+mod request;
 mod summary;
 mod topics;
-mod wanted;
 
 use std::fs::File;
 use std::io::{Read, Seek};
@@ -26,13 +26,13 @@ use crate::LogError;
 pub use self::damage::{Damage, Extent};
 pub use self::event::{Event, Sample};
 pub use self::raw::{RawChannel, RawMessage, RawSummary, read_raw};
+pub use self::request::{Limits, TopicRequest};
 pub use self::summary::{Summary, TopicCount};
-pub use self::wanted::{Limits, Wanted};
 
 /// Reads the wanted topics of a log file.
 pub fn read(
     path: &Path,
-    wanted: &[Wanted<'_>],
+    wanted: &[TopicRequest<'_>],
     limits: Limits,
     sink: &mut dyn FnMut(Event<'_>),
 ) -> Result<Summary, LogError> {
@@ -48,7 +48,7 @@ pub fn read(
 pub fn read_from<R: Read + Seek>(
     log: &str,
     source: R,
-    wanted: &[Wanted<'_>],
+    wanted: &[TopicRequest<'_>],
     limits: Limits,
     sink: &mut dyn FnMut(Event<'_>),
 ) -> Result<Summary, LogError> {

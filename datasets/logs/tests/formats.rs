@@ -12,7 +12,7 @@ mod common;
 use std::path::PathBuf;
 
 use common::{ENCODINGS, Encoding, read, samples, write};
-use logs::{Event, Limits, LogError, Sample, Wanted};
+use logs::{Event, Limits, LogError, Sample, TopicRequest};
 use mcap::{Compression, WriteOptions};
 use proptest::prelude::*;
 use values::FieldTopic;
@@ -138,7 +138,7 @@ fn bytes_after_the_fields_of_records_are_passed_over() {
 fn a_missing_topic_is_named_with_those_that_are_there() {
     let file = write(Encoding::Cdr, WriteOptions::new(), &samples(3));
     let topic = common::topic("/object/centroid");
-    let wanted = [Wanted {
+    let wanted = [TopicRequest {
         topic: &topic,
         more: &[],
         required: true,
@@ -155,7 +155,7 @@ fn a_missing_topic_is_named_with_those_that_are_there() {
         text.contains("/object/centroid") && text.contains("/p (geometry_msgs/msg/PointStamped)"),
         "{text}"
     );
-    let optional = [Wanted {
+    let optional = [TopicRequest {
         topic: &topic,
         more: &[],
         required: false,
@@ -183,7 +183,7 @@ fn a_schema_without_a_stamp_leaves_the_log_time() {
     let summary = logs::read_from(
         "a.mcap",
         std::io::Cursor::new(&file),
-        &[Wanted {
+        &[TopicRequest {
             topic: &topic,
             more: &[],
             required: true,
@@ -249,7 +249,7 @@ fn files_that_others_recorded_are_read() {
         let mut samples = Vec::new();
         let summary = logs::read(
             &path,
-            &[Wanted {
+            &[TopicRequest {
                 topic: &topic,
                 more: &[],
                 required: true,

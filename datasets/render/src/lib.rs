@@ -22,6 +22,6 @@ pub use encode::EncodeError;
 pub use moment::Moment;
 pub use optics::Optics;
 pub use picture::Picture;
-pub use renderer::{Renderer, Shot};
+pub use renderer::{Renderer, Rendering};
 pub use scene::{Cover, Glare, Scene, Shade};
 pub use solid::Form;

@@ -23,7 +23,7 @@ pub struct Renderer {
 
 /// A picture and what is known of it.
 #[derive(Clone, Debug)]
-pub struct Shot {
+pub struct Rendering {
     /// What the camera gives.
     pub picture: Picture,
     /// Centroid of the object's picture in px, each pixel weighed by the share that is object; none where it is not seen.
@@ -81,7 +81,7 @@ impl Renderer {
     }
 
     /// Takes a picture; `path` tells where the object is so many seconds after the middle of the first row's exposure.
-    pub fn shoot(&self, path: &dyn Fn(f64) -> Moment, seed: u64) -> Shot {
+    pub fn render(&self, path: &dyn Fn(f64) -> Moment, seed: u64) -> Rendering {
         let (width, height) = (self.optics.width, self.optics.height);
         let begin = -0.5 * self.optics.exposure;
         let lasts = self.optics.exposure + self.optics.readout;
@@ -117,7 +117,7 @@ impl Renderer {
                 (byte + noise + 0.5).clamp(0.0, 255.0) as u8
             }));
         }
-        Shot {
+        Rendering {
             picture: Picture { width, height, rgb },
             centroid: (seen > 0.0).then(|| sum.map(|sum| sum / seen)),
         }

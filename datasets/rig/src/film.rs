@@ -71,7 +71,7 @@ pub fn film(written: &Written) -> Result<(), RigSimError> {
     for path in &written.logs {
         let new = path.with_extension("filmed");
         let mut camera = Camera {
-            eye: Eye {
+            eye: FrameRenderer {
                 truth: &truth,
                 prepared: &prepared,
                 renderer: &renderer,
@@ -97,14 +97,14 @@ pub fn film(written: &Written) -> Result<(), RigSimError> {
 
 /// What a picture is made from.
 #[derive(Clone, Copy)]
-struct Eye<'a> {
+struct FrameRenderer<'a> {
     truth: &'a Truth,
     prepared: &'a PreparedRig,
     renderer: &'a Renderer,
 }
 
 struct Camera<'a> {
-    eye: Eye<'a>,
+    eye: FrameRenderer<'a>,
     topic: &'a str,
     writer: CopyWriter<std::io::BufWriter<std::fs::File>>,
     /// Messages in order, and how many of them become pictures.
@@ -156,7 +156,7 @@ impl Camera<'_> {
     }
 }
 
-impl Eye<'_> {
+impl FrameRenderer<'_> {
     /// The JPEG of a picture that is exposed about this stamp, which is the log time of the demo's centroids.
     fn picture(&self, stamp: u64) -> Result<Vec<u8>, RigSimError> {
         let strikes = &self.truth.strikes;
@@ -177,8 +177,8 @@ impl Eye<'_> {
                 yaw: 0.0,
             }
         };
-        let shot = self.renderer.shoot(&path, stamp ^ self.truth.seed);
-        let jpeg = shot.picture.jpeg(QUALITY);
+        let rendered = self.renderer.render(&path, stamp ^ self.truth.seed);
+        let jpeg = rendered.picture.jpeg(QUALITY);
         jpeg.map_err(|error| RigSimError::Film(error.to_string()))
     }
 

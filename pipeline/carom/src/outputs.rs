@@ -118,14 +118,14 @@ fn residual_rows(results: &Results) -> Vec<ResidualRow> {
 
 #[cfg(test)]
 mod tests {
-    use diagnose::Found;
+    use diagnose::Diagnosed;
     use values::{Rig, Shape};
 
     use super::*;
     use crate::report::found_tilt;
     use crate::results::WorldResults;
 
-    fn results(found: Option<Found>) -> Results {
+    fn results(found: Option<Diagnosed>) -> Results {
         let world = World::nominal(&Rig::demo(Shape::Cylinder));
         Results {
             sysid: Some(WorldResults::new(world)),

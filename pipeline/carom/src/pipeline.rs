@@ -1,8 +1,8 @@
 //! The pipeline: one function of straight typed calls.
 
-use diagnose::{Diagnose, DiagnoseError, Found};
+use diagnose::{Diagnose, DiagnoseError, Diagnosed};
 use evaluate::{Candidate, Evaluation, Judge, Model, NewSessions, Noise, Predict, Repeat};
-use residual::{Launched, Launches, Residuals};
+use residual::{LaunchItem, Launches, Residuals};
 use solve::Solve;
 use stage::{Run, RunError};
 use store::ResidualModel;
@@ -94,7 +94,7 @@ pub fn pipeline(run: &Run, inputs: &Inputs, last: Step) -> Result<Results, Error
         return Ok(results);
     }
 
-    let launched: Vec<Launched> = strikes.iter().map(Launched::from).collect();
+    let launched: Vec<LaunchItem> = strikes.iter().map(LaunchItem::from).collect();
     for of_world in results.sysid.iter_mut().chain(&mut results.effect) {
         let solved = (strikes.clone(), of_world.solutions.clone());
         of_world.residuals = run.stage(&Residuals::default(), &solved)?;
@@ -173,7 +173,7 @@ fn find_effects(
     inputs: &Inputs,
     world: World,
     strikes: &[Strike],
-) -> Result<Found, Error> {
+) -> Result<Diagnosed, Error> {
     let diagnose = Diagnose {
         seed: inputs.seed,
         ..Diagnose::default()

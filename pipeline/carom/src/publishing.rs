@@ -7,7 +7,7 @@ use evaluate::Evaluation;
 use ingest::LogFile;
 use publish::Publish;
 use stage::Run;
-use store::{ArtifactError, Calibrated, Contents, Explained, InputFile, Model, Store};
+use store::{ArtifactError, Calibrated, Contents, InputFile, Model, Store, TrainingExtent};
 use train::Learned;
 use values::StopErrors;
 
@@ -91,7 +91,7 @@ fn best_model(results: &Results) -> Model {
 }
 
 /// What the training of each residual explains.
-fn explained(results: &Results) -> BTreeMap<Model, Explained> {
+fn explained(results: &Results) -> BTreeMap<Model, TrainingExtent> {
     let worlds = [
         (&results.sysid, Model::SysidResidual),
         (&results.effect, Model::EffectResidual),

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use ingest::{Found, Ingest, IngestError, LogFile, LogOutcome, Strikes};
+use ingest::{Ingest, IngestError, LogFile, LogOutcome, StrikeSummary, Strikes};
 use rayon::iter::Either;
 use rayon::prelude::*;
 use stage::{Run, RunError};
@@ -150,7 +150,7 @@ pub fn known(run: &Run, inputs: &Inputs, log: &InputFile) -> Result<Option<Vec<S
 }
 
 /// Where strikes of a log may be that is not whole, and how to mend it.
-fn missing(outcome: &LogOutcome<Found>) -> Option<String> {
+fn missing(outcome: &LogOutcome<StrikeSummary>) -> Option<String> {
     let why = outcome.notes.first().filter(|_| !outcome.whole)?;
     let log = &outcome.log;
     Some(format!(

@@ -1,6 +1,6 @@
 //! What came of a pipeline's steps.
 
-use diagnose::Found;
+use diagnose::Diagnosed;
 use evaluate::Evaluation;
 use ingest::{LogFile, Strikes};
 use residual::{LaunchResidual, ResidualTable};
@@ -35,7 +35,7 @@ pub struct Results {
     /// The identified world; from sysid on.
     pub sysid: Option<WorldResults>,
     /// What simulation and strikes disagree in; from diagnosis on.
-    pub found: Option<Found>,
+    pub found: Option<Diagnosed>,
     /// Why there is no diagnosis, where one was tried.
     pub no_diagnosis: Option<String>,
     /// The identified world with the effects named; none where none is named, or they are to be left out.

@@ -3,13 +3,13 @@
 use values::{Interval, Obstacle, Point, Rig};
 
 use crate::Reason;
-use crate::limits::{Broken, place, range};
+use crate::limits::{BrokenLimit, place, range};
 
 /// Radius in m about the base's axis that the tip keeps clear of where the rig file states none: the foot of a small arm.
 const KEEP_OUT: f64 = 0.1;
 
 /// A tip of the rig's radius may move along this path: straight lines between points (m). `what` names the path's points.
-pub(crate) fn path(rig: &Rig, what: &[(&str, Point)]) -> Result<(), Broken> {
+pub(crate) fn path(rig: &Rig, what: &[(&str, Point)]) -> Result<(), BrokenLimit> {
     what.iter()
         .try_for_each(|(name, at)| point(rig, name, *at))?;
     what.windows(2).try_for_each(|ends| {
@@ -24,7 +24,7 @@ pub(crate) fn path(rig: &Rig, what: &[(&str, Point)]) -> Result<(), Broken> {
 }
 
 /// What holds for a path where it holds for its corners: the area, and the farthest reach.
-fn point(rig: &Rig, name: &str, at: Point) -> Result<(), Broken> {
+fn point(rig: &Rig, name: &str, at: Point) -> Result<(), BrokenLimit> {
     let (table, robot, radius) = (&rig.table, &rig.robot, rig.striker.radius);
     let base = robot.base.unwrap_or_default();
     // An arm that says where it stands may reach out from there to the table.
@@ -71,7 +71,7 @@ fn point(rig: &Rig, name: &str, at: Point) -> Result<(), Broken> {
 }
 
 /// What holds for every point of a straight line.
-fn segment(rig: &Rig, line: &str, a: Point, b: Point) -> Result<(), Broken> {
+fn segment(rig: &Rig, line: &str, a: Point, b: Point) -> Result<(), BrokenLimit> {
     let (robot, radius) = (&rig.robot, rig.striker.radius);
     let base = robot.base.unwrap_or_default();
     let nearest = to_segment(base, a, b);

@@ -7,7 +7,7 @@ use store::{Artifact, Model};
 use values::{Command, Conditions, Point, Rig};
 use world::{Simulator, World, WorldError};
 
-use crate::limits::{self, Broken};
+use crate::limits::{self, BrokenLimit};
 use crate::plan::{Details, GOOD_FOR};
 use crate::{Plan, PlannerError, Reason, Refusal, motion};
 
@@ -88,7 +88,7 @@ impl CommandPlanner {
             })
     }
 
-    fn try_plan(&self, from: Point, command: Command, farther: f64) -> Result<Plan, Broken> {
+    fn try_plan(&self, from: Point, command: Command, farther: f64) -> Result<Plan, BrokenLimit> {
         let rig = &self.rig;
         limits::point(rig, "from", from)?;
         limits::command(rig, command, command)?;

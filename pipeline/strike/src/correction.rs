@@ -1,11 +1,11 @@
 //! What a residual adds to the world's command, and how far it may.
 
-use store::{Explained, LaunchMap, Networks, ResidualModel};
+use store::{LaunchMap, Networks, ResidualModel, TrainingExtent};
 use values::{Command, Conditions, Interval, Point, Rig, Table};
 use world::{Simulated, Simulator, SolveSettings, SolveStatus, World, WorldError};
 
 use crate::Reason;
-use crate::limits::{self, Broken};
+use crate::limits::{self, BrokenLimit};
 
 /// How far beyond the commands learnt from a launch map is asked, in half widths of their range: the arm's own scatter about its
 /// outermost commands, and no more.
@@ -46,7 +46,7 @@ impl Correction {
         from: Point,
         to: Point,
         conditions: &Conditions,
-    ) -> Result<(Command, Command), Broken> {
+    ) -> Result<(Command, Command), BrokenLimit> {
         match self {
             Self::Networks(networks) => {
                 let simulated = solved(alone, from, to, conditions)?;
@@ -85,10 +85,10 @@ impl Correction {
     /// What it adds lies within what it adds on the strikes that it learnt from, or a little beyond.
     pub(crate) fn check_added(
         &self,
-        explained: &Explained,
+        explained: &TrainingExtent,
         simulated: Command,
         command: Command,
-    ) -> Result<(), Broken> {
+    ) -> Result<(), BrokenLimit> {
         let [d_speed, d_angle] = match self {
             Self::Networks(_) => [
                 command.speed - simulated.speed,
@@ -108,8 +108,8 @@ impl Correction {
         &self,
         table: &Table,
         object: Simulated,
-        simulate: impl FnOnce(&Simulator) -> Result<Simulated, Broken>,
-    ) -> Result<Simulated, Broken> {
+        simulate: impl FnOnce(&Simulator) -> Result<Simulated, BrokenLimit>,
+    ) -> Result<Simulated, BrokenLimit> {
         match self {
             Self::Networks(_) => {
                 limits::shifted_on_table(table, object.stop)?;
@@ -121,7 +121,7 @@ impl Correction {
 
     /// Distance between stop and target to expect, as a share of the path's length: as the training's held-out commands missed
     /// and, of a launch map, as sure as it is of this command.
-    pub(crate) fn expected_miss(&self, explained: &Explained, command: Command) -> f64 {
+    pub(crate) fn expected_miss(&self, explained: &TrainingExtent, command: Command) -> f64 {
         match self {
             Self::Networks(_) => explained.miss,
             Self::Launch(_, map) => explained.calibration * map.offset(command).expected_miss(),
@@ -144,7 +144,7 @@ pub(crate) fn solved(
     from: Point,
     to: Point,
     conditions: &Conditions,
-) -> Result<Command, Broken> {
+) -> Result<Command, BrokenLimit> {
     let settings = SolveSettings::default();
     let solution = world.worker().solve(from, to, conditions, &settings, None);
     match solution.status {

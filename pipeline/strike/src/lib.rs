@@ -33,14 +33,14 @@ pub use config::{Config, ConfigError};
 pub use count::take_number;
 pub use error::PlannerError;
 pub use live::{Live, LiveError, Resting};
-pub use log::{Destination, Kept, LogError, OpenLog, highest};
+pub use log::{Destination, LogError, OpenLog, WrittenLog, highest};
 pub use logs::write::{Received, Samples};
 pub use plan::{Details, FEW, Plan};
 pub use planner::Planner;
 pub use refusal::{Reason, Refusal};
 pub use robot::xarm;
 pub use robot::{
-    Choice, DryRun, Robot, RobotError, SimRobot, Struck, TruthSource, UnknownRobot, execute,
+    Choice, DryRun, Robot, RobotError, SimRobot, StrikeRecord, TruthSource, UnknownRobot, execute,
 };
 pub use stroke::{Ramp, Stroke};
 pub use trust::{Trust, TrustError, allows};

@@ -20,10 +20,10 @@ const SAMPLES: f64 = 1e3;
 const MOST_TURN: f64 = 0.05;
 
 /// A limit that would be broken.
-pub(crate) type Broken = (Reason, String);
+pub(crate) type BrokenLimit = (Reason, String);
 
 /// A point is of numbers, and an object that rests there lies on the table with all of its footprint.
-pub(crate) fn point(rig: &Rig, name: &str, point: Point) -> Result<(), Broken> {
+pub(crate) fn point(rig: &Rig, name: &str, point: Point) -> Result<(), BrokenLimit> {
     let table = &rig.table;
     let name = if name.contains(' ') {
         name.to_owned()
@@ -70,7 +70,7 @@ pub(crate) fn point(rig: &Rig, name: &str, point: Point) -> Result<(), Broken> {
 }
 
 /// Both points are numbers, on the table, and apart.
-pub(crate) fn points(rig: &Rig, from: Point, to: Point) -> Result<(), Broken> {
+pub(crate) fn points(rig: &Rig, from: Point, to: Point) -> Result<(), BrokenLimit> {
     point(rig, "from", from)?;
     point(rig, "to", to)?;
     let distance = from.distance(to);
@@ -88,7 +88,7 @@ pub(crate) fn points(rig: &Rig, from: Point, to: Point) -> Result<(), Broken> {
 }
 
 /// Path and target lie where training strikes went.
-pub(crate) fn trained(region: &TrainedRegion, from: Point, to: Point) -> Result<(), Broken> {
+pub(crate) fn trained(region: &TrainedRegion, from: Point, to: Point) -> Result<(), BrokenLimit> {
     let path = to - from;
     let (distance, bearing) = (path.norm(), path.bearing());
     let quantities = [
@@ -113,7 +113,7 @@ pub(crate) fn trained(region: &TrainedRegion, from: Point, to: Point) -> Result<
 }
 
 /// The object lies where training strikes started; versions of before that was recorded do not tell.
-pub(crate) fn trained_start(region: &TrainedRegion, from: Point) -> Result<(), Broken> {
+pub(crate) fn trained_start(region: &TrainedRegion, from: Point) -> Result<(), BrokenLimit> {
     let axes = [
         ("the object's x in m", from.x, region.start_x),
         ("the object's y in m", from.y, region.start_y),
@@ -134,7 +134,7 @@ pub(crate) fn trained_start(region: &TrainedRegion, from: Point) -> Result<(), B
 }
 
 /// The target lies where training strikes stopped.
-pub(crate) fn trained_stop(region: &TrainedRegion, to: Point) -> Result<(), Broken> {
+pub(crate) fn trained_stop(region: &TrainedRegion, to: Point) -> Result<(), BrokenLimit> {
     let axes = [
         ("the target's x in m", to.x, region.stop_x),
         ("the target's y in m", to.y, region.stop_y),
@@ -161,7 +161,7 @@ struct TrainedRange {
 }
 
 impl TrainedRange {
-    fn check(&self) -> Result<(), Broken> {
+    fn check(&self) -> Result<(), BrokenLimit> {
         if self.is_trained {
             return Ok(());
         }
@@ -179,7 +179,7 @@ impl TrainedRange {
 }
 
 /// The command is one that the arm may be told. `simulated` is the part of it that the world gave.
-pub(crate) fn command(rig: &Rig, command: Command, simulated: Command) -> Result<(), Broken> {
+pub(crate) fn command(rig: &Rig, command: Command, simulated: Command) -> Result<(), BrokenLimit> {
     let robot = &rig.robot;
     if !robot.speed.contains(command.speed) {
         let mend = if command.speed < robot.speed.low {
@@ -215,7 +215,7 @@ pub(crate) fn command(rig: &Rig, command: Command, simulated: Command) -> Result
 }
 
 /// The final command, simulated without its residual, stops no farther from the target than what the residual may make good (m).
-pub(crate) fn shift(to: Point, stop: Point, most: f64) -> Result<(), Broken> {
+pub(crate) fn shift(to: Point, stop: Point, most: f64) -> Result<(), BrokenLimit> {
     let distance = stop.distance(to);
     if distance <= most {
         return Ok(());
@@ -231,7 +231,7 @@ pub(crate) fn shift(to: Point, stop: Point, most: f64) -> Result<(), Broken> {
 }
 
 /// The final command, simulated without its residual, stops on the table.
-pub(crate) fn shifted_on_table(table: &values::Table, stop: Point) -> Result<(), Broken> {
+pub(crate) fn shifted_on_table(table: &values::Table, stop: Point) -> Result<(), BrokenLimit> {
     if table.contains(stop) {
         return Ok(());
     }
@@ -246,7 +246,7 @@ pub(crate) fn shifted_on_table(table: &values::Table, stop: Point) -> Result<(),
 }
 
 /// What a residual adds, in this unit, lies in a range.
-pub(crate) fn added(unit: &str, added: f64, most: Interval) -> Result<(), Broken> {
+pub(crate) fn added(unit: &str, added: f64, most: Interval) -> Result<(), BrokenLimit> {
     if most.contains(added) {
         return Ok(());
     }
@@ -259,7 +259,7 @@ pub(crate) fn added(unit: &str, added: f64, most: Interval) -> Result<(), Broken
     ))
 }
 
-fn residual_too_large(stop: Point, detail: &str) -> Broken {
+fn residual_too_large(stop: Point, detail: &str) -> BrokenLimit {
     (
         Reason::ResidualTooLarge,
         format!(
@@ -271,7 +271,11 @@ fn residual_too_large(stop: Point, detail: &str) -> Broken {
 
 /// After the impact tip and object part and never meet again, while either moves. `clear` (m) is the distance of their centres at
 /// which they cannot touch, however the object is turned.
-pub(crate) fn second_push(stroke: &Stroke, object: &Simulated, clear: f64) -> Result<(), Broken> {
+pub(crate) fn second_push(
+    stroke: &Stroke,
+    object: &Simulated,
+    clear: f64,
+) -> Result<(), BrokenLimit> {
     let end = object.rest_time.max(stroke.t_stop - stroke.t_strike);
     let gap = |t: f64| object.at(t).distance(stroke.at(stroke.t_strike + t).0) - clear;
     let mut has_parted = false;
@@ -324,7 +328,7 @@ pub(crate) fn sizes(rig: &Rig) -> (f64, f64) {
 }
 
 /// A box lies as it was modelled, its faces along the table's axes; `yaw` in rad, from there.
-pub(crate) fn yaw(rig: &Rig, yaw: f64) -> Result<(), Broken> {
+pub(crate) fn yaw(rig: &Rig, yaw: f64) -> Result<(), BrokenLimit> {
     if !yaw.is_finite() {
         return Err((
             Reason::NotFinite,

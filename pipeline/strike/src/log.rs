@@ -32,7 +32,7 @@ pub enum LogError {
 
 /// A log that was written.
 #[derive(Debug)]
-pub struct Kept {
+pub struct WrittenLog {
     /// Where it lies.
     pub path: PathBuf,
     /// Why it does not lie where it was to; none where it does.
@@ -61,7 +61,7 @@ impl OpenLog {
     /// Writes one strike, syncs it and gives it its name. The strike was made: where its name was taken meanwhile, the next free
     /// one beside it is used, and where its folder cannot be written to any more, the system's folder for temporary files.
     /// Errors only where that fails too.
-    pub fn write(self, samples: &Samples, topics: &Topics) -> Result<Kept, LogError> {
+    pub fn write(self, samples: &Samples, topics: &Topics) -> Result<WrittenLog, LogError> {
         self.write_with(samples, &[], topics)
     }
 
@@ -71,7 +71,7 @@ impl OpenLog {
         samples: &Samples,
         received: &[Received],
         topics: &Topics,
-    ) -> Result<Kept, LogError> {
+    ) -> Result<WrittenLog, LogError> {
         let Self { destination, aside } = self;
         let recorded = (samples, received);
         match write(aside, &destination, recorded, topics) {
@@ -82,7 +82,7 @@ impl OpenLog {
                     .map_err(LogError::from)
                     .and_then(|aside| write(aside, &rescue, recorded, topics));
                 match rescued {
-                    Ok(kept) => Ok(Kept {
+                    Ok(kept) => Ok(WrittenLog {
                         moved: Some(moved),
                         ..kept
                     }),
@@ -111,7 +111,7 @@ fn write(
     destination: &Destination,
     (samples, received): (&Samples, &[Received]),
     topics: &Topics,
-) -> Result<Kept, LogError> {
+) -> Result<WrittenLog, LogError> {
     aside.fill(|file| -> Result<(), LogError> {
         let mut writer = if received.is_empty() {
             RecordingWriter::new(file, topics)?
@@ -123,15 +123,15 @@ fn write(
         Ok(())
     })?;
     match destination {
-        Destination::Next(folder) => Ok(Kept {
+        Destination::Next(folder) => Ok(WrittenLog {
             path: first_free(&aside, numbered(folder))?,
             moved: None,
         }),
-        Destination::File(path) if aside.name(path)? => Ok(Kept {
+        Destination::File(path) if aside.name(path)? => Ok(WrittenLog {
             path: path.clone(),
             moved: None,
         }),
-        Destination::File(path) => Ok(Kept {
+        Destination::File(path) => Ok(WrittenLog {
             path: first_free(&aside, beside(path))?,
             moved: Some(LogError::Exists(path.clone())),
         }),

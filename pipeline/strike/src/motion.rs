@@ -3,7 +3,7 @@
 use values::{Command, Conditions, Point, Rig};
 use world::{Simulated, Simulator};
 
-use crate::limits::Broken;
+use crate::limits::BrokenLimit;
 use crate::stroke::Stroke;
 use crate::{Reason, clearance};
 
@@ -16,7 +16,7 @@ pub(crate) fn stroke(
     simulator: &Simulator,
     from: Point,
     command: Command,
-) -> Result<Stroke, Broken> {
+) -> Result<Stroke, BrokenLimit> {
     let profile = simulator.profile(from, command).ok_or_else(|| {
             (
                 Reason::Unreachable,
@@ -55,7 +55,7 @@ pub(crate) fn object(
     from: Point,
     command: Command,
     conditions: &Conditions,
-) -> Result<Simulated, Broken> {
+) -> Result<Simulated, BrokenLimit> {
     let mut worker = world.worker();
     worker.strike(from, command, conditions).map_err(|error| {
         (

@@ -8,7 +8,7 @@ use serde::Serialize;
 use store::Model;
 use values::{Command, Point, Rig};
 
-use crate::limits::{self, Broken};
+use crate::limits::{self, BrokenLimit};
 use crate::stroke::Stroke;
 use crate::{Reason, clearance};
 
@@ -120,7 +120,7 @@ impl Plan {
     }
 
     /// Whether the plan still holds: it is no older than it is good for, and command and path are within the limits of its rig.
-    pub(crate) fn check_again(&self) -> Result<(), Broken> {
+    pub(crate) fn check_again(&self) -> Result<(), BrokenLimit> {
         let age = self.made.elapsed();
         if age > self.good_for {
             return Err((

@@ -4,12 +4,12 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 use std::time::Duration;
 
-use store::{Artifact, Explained, Model, TrainedRegion};
+use store::{Artifact, Model, TrainedRegion, TrainingExtent};
 use values::{Command, Conditions, Interval, Point, Rig, StopErrors, Strike};
 use world::{Simulator, recent_session};
 
 use crate::correction::{Correction, solved};
-use crate::limits::{self, Broken};
+use crate::limits::{self, BrokenLimit};
 use crate::plan::{Details, GOOD_FOR};
 use crate::session::OpenSession;
 use crate::{Plan, PlannerError, Refusal, motion};
@@ -31,7 +31,7 @@ pub struct Planner {
     simulator: Simulator,
     residual: Option<Correction>,
     /// What the residual's training explains.
-    explained: Option<Explained>,
+    explained: Option<TrainingExtent>,
     region: TrainedRegion,
     /// Of the model on held-out strikes.
     metrics: Option<StopErrors>,
@@ -181,7 +181,7 @@ impl Planner {
             })
     }
 
-    fn try_plan(&self, from: Point, to: Point) -> Result<Plan, Broken> {
+    fn try_plan(&self, from: Point, to: Point) -> Result<Plan, BrokenLimit> {
         limits::points(&self.rig, from, to)?;
         limits::trained(&self.region, from, to)?;
         let path = to - from;
@@ -234,7 +234,7 @@ impl Planner {
     }
 
     /// The world's own command, and the one to send. The robot's limits are those of the latter.
-    fn commands(&self, from: Point, to: Point) -> Result<(Command, Command), Broken> {
+    fn commands(&self, from: Point, to: Point) -> Result<(Command, Command), BrokenLimit> {
         match &self.residual {
             None => solved(&self.simulator, from, to, &self.conditions)
                 .map(|command| (command, command)),

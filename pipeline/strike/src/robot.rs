@@ -30,7 +30,7 @@ pub trait Robot {
     /// Strikes: moves the tip from `plan.start` to `plan.stop` on the plan's profile, records from rest to rest, and
     /// returns when the object rests. None from a robot that moves nothing. On an error the arm may still move:
     /// [`execute`] aborts it.
-    fn strike(&mut self, plan: &Plan) -> Result<Option<Struck>, RobotError>;
+    fn strike(&mut self, plan: &Plan) -> Result<Option<StrikeRecord>, RobotError>;
 
     /// Stops the arm where it is, as fast as it safely can, and leaves it at rest.
     fn abort(&mut self) -> Result<(), RobotError>;
@@ -38,7 +38,7 @@ pub trait Robot {
 
 /// What a strike left.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Struck {
+pub struct StrikeRecord {
     /// What goes into the log.
     pub samples: Samples,
     /// Where the camera saw the object come to rest, in m; none where no camera looked.
@@ -104,7 +104,7 @@ impl RobotError {
 
 /// Checks the plan again and the robot, strikes, and stops the arm where the strike fails: nothing moves before the checks have
 /// passed.
-pub fn execute(robot: &mut dyn Robot, plan: &Plan) -> Result<Option<Struck>, RobotError> {
+pub fn execute(robot: &mut dyn Robot, plan: &Plan) -> Result<Option<StrikeRecord>, RobotError> {
     plan.check_again().map_err(|(refused, detail)| {
         RobotError::Refused(Refusal {
             from: Some(plan.from),
@@ -174,7 +174,7 @@ mod tests {
         fn check(&mut self, _: &Plan) -> Result<(), RobotError> {
             self.call("check")
         }
-        fn strike(&mut self, _: &Plan) -> Result<Option<Struck>, RobotError> {
+        fn strike(&mut self, _: &Plan) -> Result<Option<StrikeRecord>, RobotError> {
             self.call("strike").map(|()| None)
         }
         fn abort(&mut self) -> Result<(), RobotError> {
@@ -182,7 +182,9 @@ mod tests {
         }
     }
 
-    fn calls(fails: &[&'static str]) -> (Vec<&'static str>, Result<Option<Struck>, RobotError>) {
+    fn calls(
+        fails: &[&'static str],
+    ) -> (Vec<&'static str>, Result<Option<StrikeRecord>, RobotError>) {
         let mut robot = Noting {
             fails: fails.into(),
             ..Noting::default()

@@ -4,9 +4,10 @@ use values::{Point, Split, Strike};
 use world::{World, effects};
 
 use crate::{
-    Diagnose, DiagnoseError, Found, Input,
+    Diagnose, DiagnoseError, Diagnosed, Input,
     diagnosis::{
-        Detectable, Diagnosis, Gap, Named, NextStrike, Noise, Parameter, Ranked, SmoothMap, Verdict,
+        Detectable, Diagnosis, Gap, NamedEffect, NextStrike, Noise, Parameter, Ranked, SmoothMap,
+        Verdict,
     },
     evidence::{DRAWN, PValue},
     fit::Fitted,
@@ -48,7 +49,7 @@ pub(crate) struct Case<'c, 'a> {
     pub(crate) chance: &'c Chance,
     pub(crate) before: &'c [Dependence],
     /// What smooth dependences gain beside the model: all, and those that no other form of its effects would take.
-    pub(crate) left: Left,
+    pub(crate) left: RemainingGain,
     /// What the effects gain on strikes that were left out of their fit.
     pub(crate) gains: Gains,
     pub(crate) p_value: PValue,
@@ -59,7 +60,7 @@ pub(crate) struct Case<'c, 'a> {
 
 /// Gain in log-likelihood that smooth dependences have beside a model.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Left {
+pub(crate) struct RemainingGain {
     /// All that are no chance.
     pub(crate) all: f64,
     /// Those that another form of the model's effects would not take.
@@ -76,7 +77,7 @@ fn is_by_place(name: &str) -> bool {
 }
 
 /// A verdict, with the world that comes of it.
-struct Judged {
+struct Conclusion {
     verdict: Verdict,
     world: Option<World>,
     gap: Gap,
@@ -87,7 +88,7 @@ struct Judged {
 }
 
 impl Case<'_, '_> {
-    pub(crate) fn conclude(self) -> Result<Found, DiagnoseError> {
+    pub(crate) fn conclude(self) -> Result<Diagnosed, DiagnoseError> {
         let strikes: Vec<&Strike> = self
             .input
             .strikes
@@ -114,7 +115,7 @@ impl Case<'_, '_> {
             notes.extend(self.at_ends());
         }
         notes.extend(notes::few_judges(judged.gap.heldout_strikes));
-        Ok(Found {
+        Ok(Diagnosed {
             residuals: gap::residuals(&strikes, &judged.before, &judged.after),
             diagnosis: Diagnosis {
                 summary: summary(verdict, &named, self.p_value, self.share()),
@@ -175,7 +176,7 @@ impl Case<'_, '_> {
         !self.selection.effects.is_empty() && beyond >= least && self.share() >= in_form
     }
 
-    fn judge(&self, strikes: &[&Strike]) -> Result<Judged, DiagnoseError> {
+    fn judge(&self, strikes: &[&Strike]) -> Result<Conclusion, DiagnoseError> {
         let rig = &self.input.rig;
         let Selection {
             prepared,
@@ -203,7 +204,7 @@ impl Case<'_, '_> {
         let floor = gap::noise_floor(prepared, fitted)?;
         let gap_to =
             |after: &[Option<Point>]| gap::gap(&part(&before, true), &part(after, true), floor);
-        let unnamed = |verdict, note| Judged {
+        let unnamed = |verdict, note| Conclusion {
             verdict,
             world: None,
             gap: gap_to(&before),
@@ -232,7 +233,7 @@ impl Case<'_, '_> {
             let note = notes::not_named(&self.names(), &why);
             return Ok(unnamed(Verdict::Unexplained, Some(note)));
         }
-        Ok(Judged {
+        Ok(Conclusion {
             verdict: Verdict::Named,
             world: Some(world),
             gap,
@@ -274,13 +275,13 @@ impl Case<'_, '_> {
         }
     }
 
-    fn named(&self, world: &World) -> Result<Vec<Named>, DiagnoseError> {
+    fn named(&self, world: &World) -> Result<Vec<NamedEffect>, DiagnoseError> {
         world
             .effects
             .iter()
             .zip(&self.selection.effects)
             .map(|(added, selected)| {
-                Ok(Named {
+                Ok(NamedEffect {
                     name: added.name.clone(),
                     parameters: added
                         .parameters
@@ -377,7 +378,7 @@ impl Case<'_, '_> {
     }
 }
 
-fn summary(verdict: Verdict, named: &[Named], p_value: PValue, share: f64) -> String {
+fn summary(verdict: Verdict, named: &[NamedEffect], p_value: PValue, share: f64) -> String {
     match verdict {
         Verdict::Consistent => format!(
             "no gap beyond noise ({}); see `detectable` for the least that would have shown",

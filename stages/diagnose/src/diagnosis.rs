@@ -28,9 +28,9 @@ pub struct Diagnosis {
     /// Strikes that were looked at, the held-out ones apart.
     pub strikes: usize,
     /// What the gap depends on, the strongest first; empty where there is no gap.
-    pub r#where: Vec<Where>,
+    pub r#where: Vec<GapDependence>,
     /// The effects named, in the order added.
-    pub effects: Vec<Named>,
+    pub effects: Vec<NamedEffect>,
     /// Every candidate alone, the best first.
     pub ranking: Vec<Ranked>,
     /// How far the gap shrinks on strikes that took no part.
@@ -108,7 +108,7 @@ pub enum Verdict {
 
 /// One covariate on which the gap depends.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Where {
+pub struct GapDependence {
     /// `speed`, `angle`, `position`, `order`, `session`, `phase`, …
     pub covariate: String,
     /// In words.
@@ -121,7 +121,7 @@ pub struct Where {
 
 /// An effect that was named.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Named {
+pub struct NamedEffect {
     /// Name in the library.
     pub name: String,
     /// Its parameters.
@@ -206,7 +206,7 @@ pub struct Detectable {
 
 /// What was found.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Found {
+pub struct Diagnosed {
     /// For people and files.
     pub diagnosis: Diagnosis,
     /// The identified world with the effects named, its parameters fitted again; none where nothing was named.

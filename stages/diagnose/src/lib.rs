@@ -40,8 +40,8 @@ mod wander;
 mod words;
 
 pub use diagnosis::{
-    Detectable, Diagnosis, Found, Gap, MapPoint, Named, NextStrike, Noise, Parameter, Ranked,
-    SmoothMap, StopResidual, Verdict, Where,
+    Detectable, Diagnosed, Diagnosis, Gap, GapDependence, MapPoint, NamedEffect, NextStrike, Noise,
+    Parameter, Ranked, SmoothMap, StopResidual, Verdict,
 };
 pub use error::DiagnoseError;
 pub use input::Input;

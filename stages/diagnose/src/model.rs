@@ -10,7 +10,7 @@ use world::{
 
 /// One number that a fit may change.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Free {
+pub(crate) struct FreeParameter {
     /// Which effect of the model, and its parameter; none for friction, restitution and clock.
     pub(crate) of: Option<(usize, String)>,
     /// Whether it says how strong an effect is.
@@ -50,7 +50,7 @@ pub(crate) struct Part {
 #[derive(Clone, Debug)]
 pub(crate) struct Model {
     pub(crate) parts: Vec<Part>,
-    pub(crate) free: Vec<Free>,
+    pub(crate) free: Vec<FreeParameter>,
     /// Friction, restitution, clock (s), then the free parameters of the parts in order.
     pub(crate) values: Vec<f64>,
 }
@@ -74,7 +74,7 @@ const STEP: f64 = 0.05;
 impl Model {
     /// No effect: friction and restitution as given, the clock late by half a frame.
     pub(crate) fn plain(friction: f64, restitution: f64, frame: f64) -> Self {
-        let base = |step, low, high, centre, width| Free {
+        let base = |step, low, high, centre, width| FreeParameter {
             of: None,
             is_strength: false,
             step,
@@ -117,7 +117,7 @@ impl Model {
                 Some(width) if is_strength => (spec.neutral, width),
                 _ => (value, PRIOR * spec.scale),
             };
-            model.free.push(Free {
+            model.free.push(FreeParameter {
                 of: Some((place, name.clone())),
                 is_strength,
                 step: STEP * spec.scale,

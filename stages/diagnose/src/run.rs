@@ -5,10 +5,10 @@ use values::{Command, Rig, Shape, Split, Strike};
 use world::{World, launch::launches};
 
 use crate::{
-    Diagnose, DiagnoseError, Found, Input, Verdict,
+    Diagnose, DiagnoseError, Diagnosed, Input, Verdict,
     arm::{self, Arm},
     candidates::{Candidate, candidates, is_of_whole_strikes, last_resorts},
-    conclude::{Case, Left},
+    conclude::{Case, RemainingGain},
     evidence::{self, Alarm, Statistic, replicates},
     fit::{Fitted, ITERATIONS},
     heldout::{self, Gains},
@@ -41,10 +41,10 @@ impl Stage for Diagnose {
     const NAME: &'static str = "diagnose";
     const VERSION: u32 = 16;
     type Input = Input;
-    type Output = Found;
+    type Output = Diagnosed;
     type Error = DiagnoseError;
 
-    fn run(&self, input: &Input, progress: &Progress) -> Result<Found, DiagnoseError> {
+    fn run(&self, input: &Input, progress: &Progress) -> Result<Diagnosed, DiagnoseError> {
         if input.rig.object.shape == Shape::Sphere {
             return Err(DiagnoseError::Rolls);
         }
@@ -68,7 +68,7 @@ impl Diagnose {
         input: &Input,
         is_delivered: bool,
         progress: &Progress,
-    ) -> Result<Found, DiagnoseError> {
+    ) -> Result<Diagnosed, DiagnoseError> {
         let (found, wanders) = self.diagnose_beside(SMALL_WANDER, input, is_delivered, progress)?;
         if !wanders && found.diagnosis.verdict != Verdict::Unexplained {
             return Ok(found);
@@ -85,7 +85,7 @@ impl Diagnose {
         input: &Input,
         is_delivered: bool,
         progress: &Progress,
-    ) -> Result<(Found, bool), DiagnoseError> {
+    ) -> Result<(Diagnosed, bool), DiagnoseError> {
         let rig = &input.rig;
         progress.set_message("how the object leaves the tip");
         let (usable, pushed_again) = self.usable(input)?;
@@ -194,7 +194,7 @@ impl Diagnose {
         candidates: &[Candidate],
         chance: &Chance,
         is_astray: bool,
-    ) -> Result<(Selection<'a>, Left), DiagnoseError> {
+    ) -> Result<(Selection<'a>, RemainingGain), DiagnoseError> {
         while !selection.effects.is_empty() {
             let after = dependences(
                 &selection.prepared,
@@ -211,7 +211,7 @@ impl Diagnose {
                 let beyond_form = self.beyond_form(&selection)?;
                 return Ok((
                     selection,
-                    Left {
+                    RemainingGain {
                         beyond_form,
                         ..left
                     },
@@ -219,7 +219,7 @@ impl Diagnose {
             };
             selection = without(selection, weak, candidates, chance)?;
         }
-        Ok((selection, Left::default()))
+        Ok((selection, RemainingGain::default()))
     }
 }
 
@@ -271,14 +271,14 @@ fn is_astray(rig: &Rig, null: &Fitted) -> bool {
 }
 
 /// What smooth dependences gain beside a model; where objects slide otherwise than the world says, those of whole strikes alone.
-fn left(selection: &Selection<'_>, after: &[Dependence], is_astray: bool) -> Left {
+fn left(selection: &Selection<'_>, after: &[Dependence], is_astray: bool) -> RemainingGain {
     let held: Vec<_> = selection
         .effects
         .iter()
         .flat_map(|effect| family(effect.name))
         .collect();
     let counts = |covariate: Covariate| !is_astray || covariate.is_of_whole_strikes();
-    Left {
+    RemainingGain {
         all: evidence::left(after, counts),
         beyond_form: evidence::left(after, |covariate| {
             counts(covariate) && !held.contains(&&covariate)

@@ -94,10 +94,10 @@ pub(crate) fn screen_by(
         .par_iter()
         .filter(|candidate| !held(candidate.name))
         .map(|candidate| {
-            let mut beside: Vec<Beside<'_>> = candidate
+            let mut beside: Vec<ScoredStart<'_>> = candidate
                 .starts
                 .par_iter()
-                .map(|start| Beside::new(prepared, fitted, test, candidate.name, start))
+                .map(|start| ScoredStart::new(prepared, fitted, test, candidate.name, start))
                 .collect::<Result<Vec<_>, WorldError>>()?
                 .into_iter()
                 .flatten()
@@ -120,7 +120,7 @@ pub(crate) fn screen_by(
                     .fold(0.0, f64::max),
                 strength: beside
                     .iter()
-                    .map(Beside::strength)
+                    .map(ScoredStart::strength)
                     .min_by(|a, b| a.1.total_cmp(&b.1))
                     .unwrap_or_default(),
                 by_chance: (0..replicates)
@@ -145,7 +145,7 @@ fn is_another_command(effects: &[Box<dyn Effect>]) -> bool {
 }
 
 /// A fitted model with a little of an effect beside it.
-struct Beside<'b> {
+struct ScoredStart<'b> {
     fitted: &'b Fitted,
     name: &'static str,
     begin: &'b FitStart,
@@ -154,7 +154,7 @@ struct Beside<'b> {
     score: Score,
 }
 
-impl<'b> Beside<'b> {
+impl<'b> ScoredStart<'b> {
     /// `None` where a strike does not come to rest, or the strikes do not tell it from the model's own values.
     fn new(
         prepared: &PreparedStrikes<'_>,

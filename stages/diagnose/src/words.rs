@@ -1,7 +1,7 @@
 //! What the smooth dependences say, in words.
 
 use crate::{
-    diagnosis::Where,
+    diagnosis::GapDependence,
     evidence::{Alarm, DRAWN, FLIPPED, PValue, Statistic},
     smooth::{Dependence, covariate::Covariate},
 };
@@ -79,7 +79,7 @@ fn description(d: &Dependence) -> String {
 }
 
 /// The dependences that are no chance, the strongest first.
-pub(crate) fn r#where(dependences: &[Dependence]) -> Vec<Where> {
+pub(crate) fn r#where(dependences: &[Dependence]) -> Vec<GapDependence> {
     let alarm = Alarm::new(&Statistic::all(&[], dependences));
     let p_value = |d: &Dependence| alarm.p_value_of(d.covariate.name());
     let mut real: Vec<&Dependence> = dependences
@@ -89,7 +89,7 @@ pub(crate) fn r#where(dependences: &[Dependence]) -> Vec<Where> {
     real.sort_by(|a, b| b.gain.total_cmp(&a.gain));
     let all: f64 = real.iter().map(|d| d.gain).sum();
     real.into_iter()
-        .map(|d| Where {
+        .map(|d| GapDependence {
             covariate: d.covariate.name().into(),
             description: description(d),
             p_value: p_value(d).drawn,

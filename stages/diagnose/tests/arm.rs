@@ -1,6 +1,6 @@
 //! Where the arm's state is logged, what the arm does is told from it, apart from the impact and the camera.
 
-use diagnose::{Diagnose, Found, Input, Verdict};
+use diagnose::{Diagnose, Diagnosed, Input, Verdict};
 use ingest::{Ingest, assemble, ingest_log};
 use rig::{Hidden, demo};
 use stage::{Progress, Stage};
@@ -8,7 +8,7 @@ use values::{Rig, Shape};
 use world::World;
 
 /// The diagnosis of a demo of 120 strikes with this hidden, its arm's state logged or not.
-fn diagnosis(hidden: &str, log_state: bool) -> Found {
+fn diagnosis(hidden: &str, log_state: bool) -> Diagnosed {
     let folder = tempfile::tempdir().expect("a folder");
     let hidden = Hidden::parse(&[hidden]).expect("an effect");
     let mut settings = demo::Settings::new(Shape::Cylinder, 120, 11, Some(hidden));
@@ -35,7 +35,7 @@ fn diagnosis(hidden: &str, log_state: bool) -> Found {
         .expect("diagnoses")
 }
 
-fn names(found: &Found) -> Vec<&str> {
+fn names(found: &Diagnosed) -> Vec<&str> {
     let effects = found.diagnosis.effects.iter();
     effects.map(|effect| effect.name.as_str()).collect()
 }

@@ -1,6 +1,6 @@
 //! What a diagnosis makes of the embedded rig's strikes, whose physics it does not share.
 
-use diagnose::{Diagnose, DiagnoseError, Found, Input, Verdict};
+use diagnose::{Diagnose, DiagnoseError, Diagnosed, Input, Verdict};
 use ingest::{Ingest, assemble, ingest_log};
 use rig::{Hidden, demo};
 use stage::{Progress, Stage};
@@ -29,7 +29,7 @@ fn input(hidden: &str, strikes: usize, seed: u64) -> Input {
     }
 }
 
-fn diagnose(input: &Input) -> Found {
+fn diagnose(input: &Input) -> Diagnosed {
     Diagnose::default()
         .run(input, &Progress::hidden())
         .expect("a diagnosis")

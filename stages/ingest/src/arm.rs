@@ -28,7 +28,7 @@ impl Stamped for State {
 }
 
 /// What is known of a strike when the arm is asked.
-pub(crate) struct Launched<'a> {
+pub(crate) struct LaunchContext<'a> {
     /// Commands from rise to fall.
     pub(crate) commands: &'a [Sample],
     /// Their plateau.
@@ -56,15 +56,15 @@ const LEAST_SHARE: f64 = 0.1;
 const IMPLAUSIBLE: f64 = 5.0;
 
 /// What the arm delivered; `None` where the states do not tell.
-pub(crate) fn delivered(states: &[State], launched: &Launched<'_>) -> Option<Delivered> {
-    let contact = contact(launched);
-    let start = launched.commands.first()?.stamp;
-    let moment = since(start, launched.first_motion) + contact;
+pub(crate) fn delivered(states: &[State], context: &LaunchContext<'_>) -> Option<Delivered> {
+    let contact = contact(context);
+    let start = context.commands.first()?.stamp;
+    let moment = since(start, context.first_motion) + contact;
     let timed: Vec<(f64, State)> = states
         .iter()
         .filter(|state| {
             state.velocity.is_finite()
-                && state.velocity.norm() < IMPLAUSIBLE * launched.command.speed
+                && state.velocity.norm() < IMPLAUSIBLE * context.command.speed
         })
         .map(|state| (since(start, state.stamp), *state))
         .collect();
@@ -86,12 +86,12 @@ pub(crate) fn delivered(states: &[State], launched: &Launched<'_>) -> Option<Del
         .map(|(t, state)| (*t, state.velocity))
         .rev()
         .collect();
-    let velocity = velocity_at(&thinned, moment, launched);
+    let velocity = velocity_at(&thinned, moment, context);
     let (tip_speed, tip_angle) = (velocity.norm(), velocity.bearing());
-    if !velocity.is_finite() || tip_speed < LEAST_SHARE * launched.command.speed {
+    if !velocity.is_finite() || tip_speed < LEAST_SHARE * context.command.speed {
         return None;
     }
-    let pushed_again = reaches_again(&timed, moment, velocity, contact, launched);
+    let pushed_again = reaches_again(&timed, moment, velocity, contact, context);
     Some(Delivered {
         tip_speed,
         tip_angle,
@@ -103,20 +103,20 @@ pub(crate) fn delivered(states: &[State], launched: &Launched<'_>) -> Option<Del
 /// The moment of contact in s on the track's clock: where a line through the first frames' distances meets the resting place,
 /// but between the last frame at rest and a little after first motion.
 #[expect(clippy::cast_precision_loss, reason = "a handful of frames")]
-fn contact(launched: &Launched<'_>) -> f64 {
+fn contact(context: &LaunchContext<'_>) -> f64 {
     /// A slide is straight enough for a line over this time, in s, or over as many frames.
     const LINE: f64 = 0.07;
     const LINE_FRAMES: usize = 4;
     /// The line's end may lie this part of a frame after first motion, which noise may have told too early.
     const AFTER: f64 = 0.25;
-    let track = launched.track;
+    let track = context.track;
     let count = track
         .t
         .partition_point(|t| *t < LINE)
         .max(LINE_FRAMES)
         .min(track.len());
     let distances: Vec<(f64, f64)> = (0..count)
-        .map(|i| (track.t[i], track.point(i).distance(launched.initial)))
+        .map(|i| (track.t[i], track.point(i).distance(context.initial)))
         .collect();
     let n = count as f64;
     let (t, d) = distances
@@ -126,7 +126,7 @@ fn contact(launched: &Launched<'_>) -> f64 {
         (sum.0 + (p.0 - t).powi(2), sum.1 + (p.0 - t) * (p.1 - d))
     });
     let meets = t - d * tt / td;
-    let (low, high) = (-launched.gap, AFTER * launched.gap);
+    let (low, high) = (-context.gap, AFTER * context.gap);
     if meets.is_finite() && td > 0.0 {
         meets.clamp(low, high)
     } else {
@@ -144,12 +144,12 @@ struct Profile {
 }
 
 /// Velocity of the tip at a moment, in m/s.
-fn velocity_at(states: &[(f64, Point)], moment: f64, launched: &Launched<'_>) -> Point {
+fn velocity_at(states: &[(f64, Point)], moment: f64, context: &LaunchContext<'_>) -> Point {
     /// A residual this many deviations of its noise is a wrong measurement.
     const WRONG: f64 = 6.0;
     /// Residuals within the rounding of a logged number are none.
     const ROUNDING: f64 = 1e-6;
-    let commands = Commands::new(launched.commands);
+    let commands = Commands::new(context.commands);
     let residuals = |profile: &Profile, states: &[(f64, Point)]| -> Vec<(f64, Point)> {
         states
             .iter()
@@ -293,7 +293,7 @@ fn reaches_again(
     moment: f64,
     velocity: Point,
     contact: f64,
-    launched: &Launched<'_>,
+    context: &LaunchContext<'_>,
 ) -> bool {
     /// An impact is over after this time, in s.
     const BLOW: f64 = 0.1;
@@ -306,15 +306,15 @@ fn reaches_again(
     const FRAMES: usize = 3;
     let ahead = velocity * (1.0 / velocity.norm());
     let path = tip_path(states, moment, ahead);
-    let reach = REACH + REACH_NOISE * launched.noise;
-    let track = launched.track;
+    let reach = REACH + REACH_NOISE * context.noise;
+    let track = context.track;
     let mut run = 0;
     for frame in 0..track.len() {
         let after = track.t[frame] - contact;
         let Some((tip, speed)) = path_at(&path, moment + after) else {
             continue;
         };
-        let object = (track.point(frame) - launched.initial).dot(ahead);
+        let object = (track.point(frame) - context.initial).dot(ahead);
         let is_at_it = after > BLOW && object - tip < reach && speed > PUSHES * velocity.norm();
         run = if is_at_it { run + 1 } else { 0 };
         if run >= FRAMES {

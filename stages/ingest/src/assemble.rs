@@ -2,7 +2,7 @@
 
 use values::{Reject, RejectReason, Strike};
 
-use crate::outcome::{Found, LogOutcome};
+use crate::outcome::{LogOutcome, StrikeSummary};
 
 /// Joins what came out of the logs, in whatever order they come: strikes by time, then id, each with its rank in
 /// `conditions.order`; rejects by log, then index.
@@ -14,8 +14,8 @@ pub fn assemble(outcomes: Vec<LogOutcome>) -> (Vec<Strike>, Vec<Reject>) {
         .into_iter()
         .map(|mut outcome| {
             let strikes = std::mem::take(&mut outcome.strikes);
-            let found =
-                outcome.with_strikes(|_: Vec<Strike>| strikes.iter().map(Found::from).collect());
+            let found = outcome
+                .with_strikes(|_: Vec<Strike>| strikes.iter().map(StrikeSummary::from).collect());
             (found, strikes.into_iter().map(Some).collect())
         })
         .unzip();
@@ -36,7 +36,7 @@ pub(crate) struct Place {
 }
 
 /// The places of all strikes in order of time, and all rejects.
-pub(crate) fn join(mut outcomes: Vec<LogOutcome<Found>>) -> (Vec<Place>, Vec<Reject>) {
+pub(crate) fn join(mut outcomes: Vec<LogOutcome<StrikeSummary>>) -> (Vec<Place>, Vec<Reject>) {
     let mut rejects: Vec<Reject> = outcomes
         .iter_mut()
         .flat_map(|outcome| std::mem::take(&mut outcome.rejects))

@@ -8,9 +8,9 @@ use std::collections::VecDeque;
 use logs::Sample;
 use values::{Rig, Strike};
 
-use crate::arm::{Launched, State, delivered};
+use crate::arm::{LaunchContext, State, delivered};
 use crate::order::Stamped;
-use crate::yaw::{Turn, yaw};
+use crate::yaw::{YawSample, yaw};
 
 /// At most this many strikes wait (some 3 MB).
 const MOST_STRIKES: usize = 200;
@@ -49,20 +49,20 @@ impl Waiting {
 /// The states, the poses, and the strikes that wait for them.
 #[derive(Default)]
 pub(crate) struct Extras {
-    states: Held<State>,
-    turns: Held<Turn>,
+    states: RecentSamples<State>,
+    turns: RecentSamples<YawSample>,
     waiting: VecDeque<Waiting>,
     /// Strikes that went on before the states or poses of their time came.
     early: u64,
 }
 
 /// The last samples of a topic that may be absent.
-struct Held<T> {
+struct RecentSamples<T> {
     samples: VecDeque<T>,
     latest: Option<i64>,
 }
 
-impl<T> Default for Held<T> {
+impl<T> Default for RecentSamples<T> {
     fn default() -> Self {
         Self {
             samples: VecDeque::new(),
@@ -71,7 +71,7 @@ impl<T> Default for Held<T> {
     }
 }
 
-impl<T: Stamped + Copy> Held<T> {
+impl<T: Stamped + Copy> RecentSamples<T> {
     fn push(&mut self, sample: T) {
         self.latest = Some(sample.stamp());
         self.samples.push_back(sample);
@@ -103,7 +103,7 @@ impl Extras {
     }
 
     /// Takes the next turn of the object.
-    pub(crate) fn turn(&mut self, turn: Turn) {
+    pub(crate) fn turn(&mut self, turn: YawSample) {
         self.turns.push(turn);
     }
 
@@ -131,18 +131,18 @@ impl Extras {
         while !self.waiting.is_empty() {
             self.release(rig, keep);
         }
-        self.states = Held::default();
-        self.turns = Held::default();
+        self.states = RecentSamples::default();
+        self.turns = RecentSamples::default();
     }
 
     /// Forgets the states: their clock was set back.
     pub(crate) fn forget_states(&mut self) {
-        self.states = Held::default();
+        self.states = RecentSamples::default();
     }
 
     /// Forgets the turns: their clock was set back.
     pub(crate) fn forget_turns(&mut self) {
-        self.turns = Held::default();
+        self.turns = RecentSamples::default();
     }
 
     /// Forgets what lies before this stamp and before all that the waiting strikes need.
@@ -174,7 +174,7 @@ impl Extras {
         strike.track.yaw = yaw(&turns, waiting.first_motion, &strike.track.t);
         strike.delivered = delivered(
             &states,
-            &Launched {
+            &LaunchContext {
                 commands: &waiting.commands,
                 command: strike.command,
                 first_motion: waiting.first_motion,

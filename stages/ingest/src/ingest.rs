@@ -7,7 +7,7 @@ use values::{Rig, Strike};
 use crate::Ingest;
 use crate::error::{IngestError, hash_file};
 use crate::log::read_log;
-use crate::outcome::{Found, LogFile, LogOutcome};
+use crate::outcome::{LogFile, LogOutcome, StrikeSummary};
 
 impl ListStage for Ingest {
     const NAME: &'static str = "ingest";
@@ -15,7 +15,7 @@ impl ListStage for Ingest {
     type Shared = Rig;
     type Item = LogFile;
     type Entry = Strike;
-    type Output = LogOutcome<Found>;
+    type Output = LogOutcome<StrikeSummary>;
     type Error = IngestError;
 
     fn run_item(
@@ -23,7 +23,7 @@ impl ListStage for Ingest {
         rig: &Rig,
         log: &LogFile,
         keep: &mut dyn FnMut(Strike),
-    ) -> Result<LogOutcome<Found>, IngestError> {
+    ) -> Result<LogOutcome<StrikeSummary>, IngestError> {
         let read = read_log(&log.path, &log.name, rig, self.seed, keep);
         match read.and_then(|read| log.check(read)) {
             // A disk may do better the next time: that answer is not one to keep.

@@ -7,12 +7,12 @@
 //!
 //! Each log is ingested on its own ([`Ingest`], a list stage): its strikes go to the cache while they are found. [`Strikes`]
 //! then joins all logs, one row for a strike that several logs hold, in the order of time, and reads them one by one; what is
-//! held of a strike is what tells it from others ([`Found`]). [`assemble`] does the same with logs that are held whole.
+//! held of a strike is what tells it from others ([`StrikeSummary`]). [`assemble`] does the same with logs that are held whole.
 
 mod arm;
 mod assemble;
-mod closing;
 mod counts;
+mod end_of_data;
 mod episode;
 mod error;
 mod extras;
@@ -35,7 +35,7 @@ mod yaw;
 pub use assemble::assemble;
 pub use error::IngestError;
 pub use log::ingest_log;
-pub use outcome::{Found, LogFile, LogOutcome};
+pub use outcome::{LogFile, LogOutcome, StrikeSummary};
 pub use settings::Ingest;
 pub use strikes::Strikes;
 pub use yaw::yaw_of;

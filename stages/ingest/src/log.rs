@@ -3,16 +3,16 @@
 use std::path::Path;
 
 use logs::read::Extent;
-use logs::{Event, Limits, LogError, Summary, Wanted};
+use logs::{Event, Limits, LogError, Summary, TopicRequest};
 use values::{FieldTopic, Point, PoseTopic, Reject, RejectReason, Rig, StateTopic, Strike};
 
 use crate::arm::State;
-use crate::closing::Closing;
+use crate::end_of_data::EndOfData;
 use crate::error::IngestError;
-use crate::outcome::{Found, LogOutcome, file_name};
+use crate::outcome::{LogOutcome, StrikeSummary, file_name};
 use crate::segment::Segmenter;
 use crate::settings::Ingest;
-use crate::yaw::Turn;
+use crate::yaw::YawSample;
 
 const OBJECT: usize = 0;
 const STATE: usize = 2;
@@ -40,7 +40,7 @@ pub(crate) fn read_log(
     rig: &Rig,
     seed: u64,
     keep: &mut dyn FnMut(Strike),
-) -> Result<LogOutcome<Found>, IngestError> {
+) -> Result<LogOutcome<StrikeSummary>, IngestError> {
     let (centroid, pose) = (&rig.topics.centroid, &rig.topics.pose.topic);
     let is_there = |summary: &Summary, topic: &FieldTopic| {
         summary.topics.iter().any(|there| there.name == topic.name)
@@ -79,7 +79,7 @@ fn read_by(
     rig: &Rig,
     seed: u64,
     keep: &mut dyn FnMut(Strike),
-) -> Result<(LogOutcome<Found>, Summary), LogError> {
+) -> Result<(LogOutcome<StrikeSummary>, Summary), LogError> {
     let PoseTopic {
         topic: pose,
         orientation,
@@ -92,7 +92,7 @@ fn read_by(
     let orientation = ["x", "y", "z", "w"].map(|part| format!("{orientation}.{part}"));
     let position = [position_x.clone(), position_y.clone()];
     let is_pose = object.name == pose.name;
-    let wanted = |topic, more, required| Wanted {
+    let wanted = |topic, more, required| TopicRequest {
         topic,
         more,
         required,
@@ -115,16 +115,16 @@ fn read_by(
             position: Point::new(more[0], more[1]),
         }),
         Event::Extended(index, sample, quaternion) => {
-            if let Some(turn) = Turn::of(sample.stamp, quaternion) {
+            if let Some(turn) = YawSample::of(sample.stamp, quaternion) {
                 segmenter.turn(turn);
             }
             if index == OBJECT {
                 segmenter.centroid(sample);
             }
         }
-        Event::Lost(damage) => segmenter.close(Closing::Lost(damage.why.clone())),
+        Event::Lost(damage) => segmenter.close(EndOfData::Lost(damage.why.clone())),
     })?;
-    segmenter.close(Closing::End);
+    segmenter.close(EndOfData::End);
     let segmented = segmenter.finish();
     let mut outcome = LogOutcome {
         left_out: None,
@@ -151,7 +151,7 @@ fn read_by(
 }
 
 /// Somewhere in the log a message is wrong, and nothing tells where: no strike of it is kept.
-fn distrust(outcome: &mut LogOutcome<Found>, why: &str) {
+fn distrust(outcome: &mut LogOutcome<StrikeSummary>, why: &str) {
     let log = &outcome.log;
     outcome
         .rejects
@@ -168,7 +168,7 @@ fn distrust(outcome: &mut LogOutcome<Found>, why: &str) {
 /// So many damaged places of a log are told one by one.
 const PLACES: usize = 10;
 
-fn notes(summary: &Summary, wanted: &[Wanted<'_>]) -> Vec<String> {
+fn notes(summary: &Summary, wanted: &[TopicRequest<'_>]) -> Vec<String> {
     let mut notes: Vec<String> = summary
         .damage
         .iter()
@@ -189,7 +189,7 @@ fn notes(summary: &Summary, wanted: &[Wanted<'_>]) -> Vec<String> {
     }
     for (
         index,
-        Wanted {
+        TopicRequest {
             topic, required, ..
         },
     ) in wanted.iter().enumerate()

@@ -48,7 +48,7 @@ impl<T> Default for Ordered<T> {
 
 /// The clock was set back.
 #[derive(Debug, PartialEq)]
-pub(crate) struct SetBack<T> {
+pub(crate) struct ClockSetBack<T> {
     /// By so many nanoseconds.
     pub(crate) by: i64,
     /// The messages that came since, in order; none of them is held.
@@ -57,7 +57,7 @@ pub(crate) struct SetBack<T> {
 
 impl<T: Stamped> Ordered<T> {
     /// Takes the next message; those that it lets go of are added to `out`.
-    pub(crate) fn take(&mut self, message: T, out: &mut Vec<T>) -> Result<(), SetBack<T>> {
+    pub(crate) fn take(&mut self, message: T, out: &mut Vec<T>) -> Result<(), ClockSetBack<T>> {
         let stamp = message.stamp();
         let latest = self.latest.unwrap_or(stamp);
         if stamp < latest {
@@ -84,7 +84,7 @@ impl<T: Stamped> Ordered<T> {
     }
 
     /// Those that came since the clock was set back leave; the others stay.
-    fn set_back(&mut self, by: i64, message: T) -> SetBack<T> {
+    fn set_back(&mut self, by: i64, message: T) -> ClockSetBack<T> {
         self.behind.pop();
         let mut since = Vec::new();
         for stamp in std::mem::take(&mut self.behind) {
@@ -92,7 +92,7 @@ impl<T: Stamped> Ordered<T> {
             since.extend(last.and_then(|at| self.held.remove(at)));
         }
         since.push(message);
-        SetBack { by, since }
+        ClockSetBack { by, since }
     }
 
     /// All that is held, in order; the next message may have any stamp.
@@ -118,7 +118,7 @@ mod tests {
         let (mut ordered, mut out, mut backs) = (Ordered::default(), Vec::new(), Vec::new());
         let mut next: VecDeque<i64> = stamps.iter().copied().collect();
         while let Some(stamp) = next.pop_front() {
-            if let Err(SetBack { by, since }) = ordered.take(stamp, &mut out) {
+            if let Err(ClockSetBack { by, since }) = ordered.take(stamp, &mut out) {
                 backs.push(by);
                 out.extend(ordered.drain());
                 since.into_iter().rev().for_each(|s| next.push_front(s));

@@ -32,7 +32,10 @@ impl LogFile {
     }
 
     /// Answers are kept by the content that was hashed before.
-    pub(crate) fn check(&self, read: LogOutcome<Found>) -> Result<LogOutcome<Found>, IngestError> {
+    pub(crate) fn check(
+        &self,
+        read: LogOutcome<StrikeSummary>,
+    ) -> Result<LogOutcome<StrikeSummary>, IngestError> {
         if read.sha256 == self.sha256 {
             Ok(read)
         } else {
@@ -100,9 +103,9 @@ impl<S> LogOutcome<S> {
     }
 }
 
-/// What tells a strike of a log from others.
+/// What identifies a strike of a log among others.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Found {
+pub struct StrikeSummary {
     /// Hash of what was measured, as the strike's.
     pub id: String,
     /// Its place among the strikes seen in the log, from 0.
@@ -113,7 +116,7 @@ pub struct Found {
     pub frames: usize,
 }
 
-impl From<&Strike> for Found {
+impl From<&Strike> for StrikeSummary {
     fn from(strike: &Strike) -> Self {
         Self {
             id: strike.id.clone(),

@@ -9,19 +9,19 @@ use logs::Sample;
 use values::{Conditions, Reject, RejectReason, Rig, Strike, split_of};
 
 use crate::arm::State;
-use crate::closing::Closing;
 use crate::counts::Counts;
+use crate::end_of_data::EndOfData;
 use crate::episode::{Episode, Episodes};
 use crate::extras::{Extras, Waiting};
 use crate::identity::strike_id;
-use crate::order::{Ordered, SetBack};
-use crate::outcome::Found;
+use crate::order::{ClockSetBack, Ordered};
+use crate::outcome::StrikeSummary;
 use crate::plateau::plateau;
 use crate::queue::Queue;
 use crate::rejection::Rejection;
 use crate::slide::{self, Frames};
 use crate::time::seconds;
-use crate::yaw::Turn;
+use crate::yaw::YawSample;
 
 /// Centroids are held this long before a strike, in ns.
 const BEFORE: i64 = 3_000_000_000;
@@ -35,18 +35,18 @@ const TRIM_EVERY: u32 = 512;
 /// What was found in a log, beside the strikes that were handed over.
 #[derive(Default)]
 pub(crate) struct Segmented {
-    pub(crate) strikes: Vec<Found>,
+    pub(crate) strikes: Vec<StrikeSummary>,
     pub(crate) rejects: Vec<Reject>,
     pub(crate) notes: Vec<String>,
 }
 
 /// The last messages of each topic, which may yet be overtaken.
 #[derive(Default)]
-struct Arriving {
+struct ReorderBuffers {
     centroids: Ordered<Sample>,
     commands: Ordered<Sample>,
     states: Ordered<State>,
-    turns: Ordered<Turn>,
+    turns: Ordered<YawSample>,
 }
 
 pub(crate) struct Segmenter<'a> {
@@ -60,7 +60,7 @@ pub(crate) struct Segmenter<'a> {
     waiting: Queue,
     centroids: VecDeque<Sample>,
     extras: Extras,
-    arriving: Arriving,
+    reordered: ReorderBuffers,
     last_centroid: Option<i64>,
     last_command: Option<i64>,
     since_trim: u32,
@@ -86,7 +86,7 @@ impl<'a> Segmenter<'a> {
             waiting: Queue::default(),
             centroids: VecDeque::new(),
             extras: Extras::default(),
-            arriving: Arriving::default(),
+            reordered: ReorderBuffers::default(),
             last_centroid: None,
             last_command: None,
             since_trim: 0,
@@ -99,11 +99,11 @@ impl<'a> Segmenter<'a> {
     /// Takes the next centroid.
     pub(crate) fn centroid(&mut self, sample: Sample) {
         let mut next = Vec::new();
-        let taken = self.arriving.centroids.take(sample, &mut next);
+        let taken = self.reordered.centroids.take(sample, &mut next);
         next.into_iter().for_each(|sample| self.see(sample));
-        if let Err(SetBack { by, since }) = taken {
+        if let Err(ClockSetBack { by, since }) = taken {
             let back = seconds(by);
-            self.close(Closing::Clock(format!(
+            self.close(EndOfData::Clock(format!(
                 "a centroid's stamp lies {back:.3} s before the last one's"
             )));
             since.into_iter().for_each(|sample| self.centroid(sample));
@@ -113,11 +113,11 @@ impl<'a> Segmenter<'a> {
     /// Takes the next command.
     pub(crate) fn command(&mut self, sample: Sample) {
         let mut next = Vec::new();
-        let taken = self.arriving.commands.take(sample, &mut next);
+        let taken = self.reordered.commands.take(sample, &mut next);
         next.into_iter().for_each(|sample| self.obey(sample));
-        if let Err(SetBack { by, since }) = taken {
+        if let Err(ClockSetBack { by, since }) = taken {
             let back = seconds(by);
-            self.close(Closing::Clock(format!(
+            self.close(EndOfData::Clock(format!(
                 "a command's stamp lies {back:.3} s before the last one's"
             )));
             since.into_iter().for_each(|sample| self.command(sample));
@@ -127,10 +127,10 @@ impl<'a> Segmenter<'a> {
     /// Takes the next state of the arm. Its clock takes nothing but states with it.
     pub(crate) fn state(&mut self, state: State) {
         let mut next = Vec::new();
-        let taken = self.arriving.states.take(state, &mut next);
+        let taken = self.reordered.states.take(state, &mut next);
         next.into_iter().for_each(|state| self.extras.state(state));
-        if let Err(SetBack { since, .. }) = taken {
-            self.arriving.states.drain();
+        if let Err(ClockSetBack { since, .. }) = taken {
+            self.reordered.states.drain();
             self.extras.forget_states();
             since.into_iter().for_each(|state| self.state(state));
         }
@@ -138,12 +138,12 @@ impl<'a> Segmenter<'a> {
     }
 
     /// Takes the next turn of the object.
-    pub(crate) fn turn(&mut self, turn: Turn) {
+    pub(crate) fn turn(&mut self, turn: YawSample) {
         let mut next = Vec::new();
-        let taken = self.arriving.turns.take(turn, &mut next);
+        let taken = self.reordered.turns.take(turn, &mut next);
         next.into_iter().for_each(|turn| self.extras.turn(turn));
-        if let Err(SetBack { since, .. }) = taken {
-            self.arriving.turns.drain();
+        if let Err(ClockSetBack { since, .. }) = taken {
+            self.reordered.turns.drain();
             self.extras.forget_turns();
             since.into_iter().for_each(|turn| self.turn(turn));
         }
@@ -154,7 +154,7 @@ impl<'a> Segmenter<'a> {
     fn see(&mut self, sample: Sample) {
         match self.last_centroid {
             Some(last) if sample.stamp == last && last == 0 => {
-                self.shut(Closing::Clock(
+                self.shut(EndOfData::Clock(
                     "the centroids' stamps stand still at zero".into(),
                 ));
             }
@@ -249,13 +249,13 @@ impl<'a> Segmenter<'a> {
     }
 
     /// Ends all that has begun: what is whole is kept, what is not is rejected for this reason.
-    pub(crate) fn close(&mut self, closing: Closing) {
-        let Arriving {
+    pub(crate) fn close(&mut self, ending: EndOfData) {
+        let ReorderBuffers {
             mut centroids,
             mut commands,
             mut states,
             mut turns,
-        } = std::mem::take(&mut self.arriving);
+        } = std::mem::take(&mut self.reordered);
         centroids.drain().into_iter().for_each(|s| self.see(s));
         commands.drain().into_iter().for_each(|s| self.obey(s));
         states
@@ -263,14 +263,14 @@ impl<'a> Segmenter<'a> {
             .into_iter()
             .for_each(|s| self.extras.state(s));
         turns.drain().into_iter().for_each(|t| self.extras.turn(t));
-        self.shut(closing);
+        self.shut(ending);
     }
 
     /// The same when no message is on its way.
-    fn shut(&mut self, closing: Closing) {
+    fn shut(&mut self, ending: EndOfData) {
         // Whether the commands themselves were cut; a clock's fault lets the episode go on, to end as a rejected one.
-        match &closing {
-            Closing::Clock(detail) => {
+        match &ending {
+            EndOfData::Clock(detail) => {
                 if let Some(current) = self.episodes.current() {
                     current.fault.get_or_insert_with(|| {
                         Rejection::new(RejectReason::ClockBackwards, detail.clone())
@@ -278,7 +278,7 @@ impl<'a> Segmenter<'a> {
                 }
                 self.clock = Some(detail.clone());
             }
-            Closing::Lost(why) => {
+            EndOfData::Lost(why) => {
                 if let Some(mut episode) = self.episodes.finish() {
                     let detail = format!("the log is cut within its command: {why}");
                     episode
@@ -287,7 +287,7 @@ impl<'a> Segmenter<'a> {
                     self.queue(episode);
                 }
             }
-            Closing::End => {
+            EndOfData::End => {
                 if let Some(episode) = self.episodes.finish() {
                     self.queue(episode);
                 }
@@ -295,7 +295,7 @@ impl<'a> Segmenter<'a> {
         }
         while self.waiting.first().is_some() {
             let next = self.next_strike();
-            self.judge_first(next.unwrap_or(i64::MAX), next.is_some(), Some(&closing));
+            self.judge_first(next.unwrap_or(i64::MAX), next.is_some(), Some(&ending));
         }
         self.extras.close(self.rig, self.keep);
         self.centroids.clear();
@@ -304,17 +304,17 @@ impl<'a> Segmenter<'a> {
     }
 
     /// Judges the first waiting episode by the centroids before `until`.
-    fn judge_first(&mut self, until: i64, is_next_strike: bool, closing: Option<&Closing>) {
+    fn judge_first(&mut self, until: i64, is_next_strike: bool, ending: Option<&EndOfData>) {
         let Some(episode) = self.waiting.pop() else {
             return;
         };
         let judged = self.judge(&episode, until);
         let judged = judged.and_then(|strike| {
-            Closing::leaves_whole(closing, &episode, self.last_centroid).map(|()| strike)
+            EndOfData::leaves_whole(ending, &episode, self.last_centroid).map(|()| strike)
         });
         match judged {
             Ok((strike, first_motion, gap)) => {
-                self.found.strikes.push(Found::from(&strike));
+                self.found.strikes.push(StrikeSummary::from(&strike));
                 self.extras.strike(Waiting {
                     strike,
                     commands: episode.commands,
@@ -327,7 +327,7 @@ impl<'a> Segmenter<'a> {
                 let rejection = if is_next_strike {
                     rejection
                 } else {
-                    Closing::blame(closing, rejection)
+                    EndOfData::blame(ending, rejection)
                 };
                 self.found.rejects.push(Reject {
                     log: self.log.into(),

@@ -56,13 +56,13 @@ pub(crate) fn find(frames: &Frames<'_>) -> Result<Slide, Rejection> {
     }
 }
 
-struct Found {
+struct StrikeSummary {
     slide: Slide,
     /// Time of the last frame that was used.
     end: f64,
 }
 
-fn find_among(frames: &Frames<'_>) -> Result<Found, Rejection> {
+fn find_among(frames: &Frames<'_>) -> Result<StrikeSummary, Rejection> {
     let rest = rest_before(frames)?;
     let first = first_motion(frames, &rest)?;
     let initial = initial(frames, &rest, first)?;
@@ -95,7 +95,7 @@ fn find_among(frames: &Frames<'_>) -> Result<Found, Rejection> {
         outliers,
         gap: start.t - frames.frames[first.saturating_sub(1)].t,
     };
-    Ok(Found { slide, end })
+    Ok(StrikeSummary { slide, end })
 }
 
 /// Frames that are missing where the slide cannot do without them.

@@ -1,6 +1,6 @@
 //! Strikes of all logs, read one by one from where each log's were kept.
 
-use stage::{Entries, Listed, Reader, StageError};
+use stage::{Entries, ListAnswer, Reader, StageError};
 use values::{Reject, Strike};
 
 use crate::assemble::{Place, join};
@@ -15,7 +15,7 @@ pub struct Strikes {
 
 impl Strikes {
     /// Joins logs, each with the strikes that were kept of it; also gives what was rejected.
-    pub fn join(logs: Vec<Listed<Ingest>>) -> (Self, Vec<Reject>) {
+    pub fn join(logs: Vec<ListAnswer<Ingest>>) -> (Self, Vec<Reject>) {
         let (outcomes, logs) = logs.into_iter().unzip();
         let (places, rejects) = join(outcomes);
         (Self { logs, places }, rejects)

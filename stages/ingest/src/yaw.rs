@@ -10,19 +10,19 @@ use crate::time::since;
 
 /// How the object was turned at a stamp.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Turn {
+pub(crate) struct YawSample {
     pub(crate) stamp: i64,
     /// In rad, within ±π.
     pub(crate) yaw: f64,
 }
 
-impl Stamped for Turn {
+impl Stamped for YawSample {
     fn stamp(&self) -> i64 {
         self.stamp
     }
 }
 
-impl Turn {
+impl YawSample {
     /// From a quaternion x, y, z, w; `None` where it is none.
     pub(crate) fn of(stamp: i64, quaternion: More) -> Option<Self> {
         yaw_of(quaternion).map(|yaw| Self { stamp, yaw })
@@ -45,7 +45,7 @@ const REST: f64 = 0.3;
 const GAP: f64 = 0.1;
 
 /// The yaw before first motion and at the track's times; `None` where poses do not cover them.
-pub(crate) fn yaw(turns: &[Turn], first_motion: i64, times: &[f64]) -> Option<Yaw> {
+pub(crate) fn yaw(turns: &[YawSample], first_motion: i64, times: &[f64]) -> Option<Yaw> {
     let timed: Vec<(f64, f64)> = turns
         .iter()
         .map(|turn| (since(first_motion, turn.stamp), turn.yaw))
@@ -97,15 +97,15 @@ mod tests {
     use super::*;
 
     /// The pose of an object that is turned by an angle.
-    fn turn(t: f64, yaw: f64) -> Turn {
+    fn turn(t: f64, yaw: f64) -> YawSample {
         let (sin, cos) = (yaw / 2.0).sin_cos();
-        Turn::of((t * 1e9) as i64, [0.0, 0.0, sin, cos]).expect("a unit quaternion")
+        YawSample::of((t * 1e9) as i64, [0.0, 0.0, sin, cos]).expect("a unit quaternion")
     }
 
     #[test]
     fn a_turn_past_the_half_circle_goes_on() {
         let yaw_at = |t: f64| 3.0 + f64::max(t, 0.0) * 8.0;
-        let turns: Vec<Turn> = (-40..60)
+        let turns: Vec<YawSample> = (-40..60)
             .map(|i| f64::from(i) / 100.0)
             .map(|t| turn(t, yaw_at(t)))
             .collect();
@@ -119,9 +119,9 @@ mod tests {
 
     #[test]
     fn a_quaternion_of_zeros_is_none_and_a_hole_in_the_poses_is_no_yaw() {
-        assert_eq!(Turn::of(0, [0.0; 4]), None);
-        assert_eq!(Turn::of(0, [f64::NAN; 4]), None);
-        let turns: Vec<Turn> = (-40..10).map(|i| turn(f64::from(i) / 100.0, 0.1)).collect();
+        assert_eq!(YawSample::of(0, [0.0; 4]), None);
+        assert_eq!(YawSample::of(0, [f64::NAN; 4]), None);
+        let turns: Vec<YawSample> = (-40..10).map(|i| turn(f64::from(i) / 100.0, 0.1)).collect();
         assert!(yaw(&turns, 0, &[0.0, 0.05]).is_some());
         assert_eq!(yaw(&turns, 0, &[0.0, 0.5]), None);
     }

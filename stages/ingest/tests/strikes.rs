@@ -10,7 +10,7 @@
 mod common;
 
 use common::{EPOCH, Folder, IMPACT, ingest, ingest_samples, session, truths};
-use ingest::{Found, Ingest, LogFile, LogOutcome, assemble};
+use ingest::{Ingest, LogFile, LogOutcome, StrikeSummary, assemble};
 use logs::write::{Samples, Stamped};
 use stage::ListStage;
 use values::split_of;
@@ -251,7 +251,7 @@ fn the_stage_answers_by_content_and_tells_a_log_that_changed() {
     kept.truncate(2);
     assert_eq!(
         answer.strikes,
-        kept.iter().map(Found::from).collect::<Vec<_>>()
+        kept.iter().map(StrikeSummary::from).collect::<Vec<_>>()
     );
 }
 

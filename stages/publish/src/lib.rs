@@ -9,8 +9,8 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 use stage::{Progress, Record, Stage};
 use store::{
-    Calibrated, Contents, Explained, InputFile, Logged, Model, Provenance, StageRecord,
-    TrainedRegion,
+    Calibrated, Contents, InputFile, Logged, Model, Provenance, StageRecord, TrainedRegion,
+    TrainingExtent,
 };
 use values::{Rig, Split, StopErrors, Strike};
 
@@ -43,7 +43,7 @@ pub struct Input {
     /// The model that predicts best what it did not learn from, among the training strikes: held-out strikes, which judge, do not choose.
     pub best: Model,
     /// What the training of each residual explains.
-    pub explained: BTreeMap<Model, Explained>,
+    pub explained: BTreeMap<Model, TrainingExtent>,
     /// The logs that everything was computed from.
     pub logs: Vec<InputFile>,
     /// The stages that computed it, in order.

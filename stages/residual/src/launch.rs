@@ -27,7 +27,7 @@ pub struct Shared {
 
 /// What of a strike tells its launch.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Launched {
+pub struct LaunchItem {
     /// Where the object rested, in m.
     pub initial: Point,
     /// Where it came to rest, in m.
@@ -38,7 +38,7 @@ pub struct Launched {
     pub conditions: Conditions,
 }
 
-impl From<&Strike> for Launched {
+impl From<&Strike> for LaunchItem {
     fn from(strike: &Strike) -> Self {
         Self {
             initial: strike.initial,
@@ -63,7 +63,7 @@ impl ItemStage for Launches {
     const NAME: &'static str = "launches";
     const VERSION: u32 = 1;
     type Shared = Shared;
-    type Item = Launched;
+    type Item = LaunchItem;
     /// None where no launch leads along the path.
     type Output = Option<LaunchResidual>;
     type Error = WorldError;
@@ -71,13 +71,13 @@ impl ItemStage for Launches {
     fn run_items(
         &self,
         shared: &Shared,
-        strikes: &[&Launched],
+        strikes: &[&LaunchItem],
         progress: &Progress,
     ) -> Result<Vec<Self::Output>, WorldError> {
         let world = Simulator::new(&shared.rig, &shared.world)?;
         let as_told = Simulator::new(&shared.rig, &shared.world)?
             .with_delivery(std::sync::Arc::new(AsCommanded));
-        let residual = |worker: &mut world::Worker<'_>, strike: &&Launched| {
+        let residual = |worker: &mut world::Worker<'_>, strike: &&LaunchItem| {
             let needed = worker.solve(
                 strike.initial,
                 strike.stop,
@@ -106,7 +106,7 @@ mod tests {
     use super::*;
 
     /// A strike of the world without effects, whose arm delivers `delivered` when told `command`.
-    fn struck(command: Command, delivered: Command) -> Launched {
+    fn struck(command: Command, delivered: Command) -> LaunchItem {
         let rig = Rig::demo(Shape::Cylinder);
         let simulator = Simulator::new(&rig, &World::nominal(&rig)).expect("valid");
         let (initial, conditions) = (Point::new(0.3, 0.0), Conditions::default());
@@ -115,7 +115,7 @@ mod tests {
             .strike(initial, delivered, &conditions)
             .expect("rests")
             .stop;
-        Launched {
+        LaunchItem {
             initial,
             stop,
             command,
@@ -123,7 +123,7 @@ mod tests {
         }
     }
 
-    fn told(world: World, strike: &Launched) -> LaunchResidual {
+    fn told(world: World, strike: &LaunchItem) -> LaunchResidual {
         let rig = Rig::demo(Shape::Cylinder);
         let answer = Launches {}
             .run_items(&Shared { rig, world }, &[strike], &Progress::hidden())

@@ -14,7 +14,7 @@ use stage::{Progress, Stage};
 use values::{Point, Split, Strike};
 use world::{Solution, SolveStatus};
 
-pub use launch::{LaunchResidual, Launched, Launches, Shared};
+pub use launch::{LaunchItem, LaunchResidual, Launches, Shared};
 
 /// One row of `residuals.parquet`: what the residual model learns from.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -39,7 +39,7 @@ pub struct Residual {
 /// A strike without a residual.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Excluded {
+pub struct ExcludedStrike {
     /// The strike.
     pub strike_id: String,
     /// How its solve ended.
@@ -55,7 +55,7 @@ pub struct ResidualTable {
     /// Strikes with a residual.
     pub rows: Vec<Residual>,
     /// Strikes without.
-    pub excluded: Vec<Excluded>,
+    pub excluded: Vec<ExcludedStrike>,
 }
 
 /// Why no residuals were computed. Texts complete "failed to …".
@@ -109,7 +109,7 @@ pub fn residuals(
         if solution.status == SolveStatus::Solved {
             all.rows.push(residual(strike, solution));
         } else {
-            all.excluded.push(Excluded {
+            all.excluded.push(ExcludedStrike {
                 strike_id: strike.id.clone(),
                 status: solution.status,
                 miss: Some(solution.miss).filter(|miss| miss.is_finite()),

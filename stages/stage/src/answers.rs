@@ -22,7 +22,7 @@ pub(crate) struct Answers {
 }
 
 /// What the cache holds for a key.
-pub(crate) enum Kept {
+pub(crate) enum Cached {
     Answer(Vec<u8>),
     Nothing,
     /// A file that its hash does not prove.
@@ -46,18 +46,18 @@ impl Answers {
         Ok(folder.join(format!("{key}.{extension}")))
     }
 
-    pub fn load(&self, path: &Path, key: Key) -> Result<Kept, StageError> {
+    pub fn load(&self, path: &Path, key: Key) -> Result<Cached, StageError> {
         let bytes = match fs::read(path) {
             Ok(bytes) => bytes,
-            Err(error) if error.kind() == ErrorKind::NotFound => return Ok(Kept::Nothing),
+            Err(error) if error.kind() == ErrorKind::NotFound => return Ok(Cached::Nothing),
             Err(error) => return Err(durable::Error::new("read", path, error).into()),
         };
         match bytes.split_at_checked(32) {
             Some((hash, answer)) if hash == Key::of_bytes(&[&key.0, answer]).0 => {
                 self.mark_used(path);
-                Ok(Kept::Answer(answer.to_vec()))
+                Ok(Cached::Answer(answer.to_vec()))
             }
-            _ => Ok(Kept::Damaged),
+            _ => Ok(Cached::Damaged),
         }
     }
 

@@ -21,7 +21,7 @@ mod summary;
 
 pub use contract::{ItemStage, ListStage, Stage};
 pub use error::{RunError, StageError};
-pub use list::{Entries, Listed, Reader};
+pub use list::{Entries, ListAnswer, Reader};
 pub use progress::Progress;
 pub use run::{Options, Run};
 pub use summary::{Record, StageSummary, Summary};

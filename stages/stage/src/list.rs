@@ -23,7 +23,7 @@ const HASH: u64 = 32;
 const LENGTH: u64 = 4;
 
 /// The answer to one item: what is told of the list as a whole, and its entries.
-pub type Listed<S> = (<S as ListStage>::Output, Entries<<S as ListStage>::Entry>);
+pub type ListAnswer<S> = (<S as ListStage>::Output, Entries<<S as ListStage>::Entry>);
 
 /// The entries of one list, which lie in the cache of the run that gave them.
 #[derive(Clone, Debug)]
@@ -111,7 +111,7 @@ impl Place {
 }
 
 /// What the cache holds of an item.
-pub(crate) enum Kept<S: ListStage> {
+pub(crate) enum Cached<S: ListStage> {
     List(S::Output, Entries<S::Entry>),
     Nothing,
     /// A file that its hash does not prove, of another item or of another type.
@@ -119,16 +119,16 @@ pub(crate) enum Kept<S: ListStage> {
 }
 
 /// Reads a list through once, to prove it.
-pub(crate) fn load<S: ListStage>(place: &Place) -> Result<Kept<S>, StageError> {
+pub(crate) fn load<S: ListStage>(place: &Place) -> Result<Cached<S>, StageError> {
     let Place { path, key } = place;
     let proved = match File::open(path).and_then(|file| prove(file, *key)) {
         Ok(proved) => proved,
-        Err(error) if error.kind() == ErrorKind::NotFound => return Ok(Kept::Nothing),
+        Err(error) if error.kind() == ErrorKind::NotFound => return Ok(Cached::Nothing),
         Err(error) if error.kind() == ErrorKind::UnexpectedEof => None,
         Err(error) => return Err(unread(path, error)),
     };
     let Some((places, whole)) = proved else {
-        return Ok(Kept::Damaged);
+        return Ok(Cached::Damaged);
     };
     let entries = Entries {
         stage: S::NAME,
@@ -137,15 +137,15 @@ pub(crate) fn load<S: ListStage>(place: &Place) -> Result<Kept<S>, StageError> {
         entry: PhantomData,
     };
     Ok(match codec::decode(&whole, S::NAME) {
-        Ok(whole) => Kept::List(whole, entries),
-        Err(_) => Kept::Damaged,
+        Ok(whole) => Cached::List(whole, entries),
+        Err(_) => Cached::Damaged,
     })
 }
 
 /// A list that was written in this run.
-pub(crate) fn written<S: ListStage>(place: &Place) -> Result<Listed<S>, StageError> {
+pub(crate) fn written<S: ListStage>(place: &Place) -> Result<ListAnswer<S>, StageError> {
     match load::<S>(place)? {
-        Kept::List(whole, entries) => Ok((whole, entries)),
+        Cached::List(whole, entries) => Ok((whole, entries)),
         _ => Err(StageError::Decode {
             stage: S::NAME,
             why: format!("{} is not what was written", place.path.display()),

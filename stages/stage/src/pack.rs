@@ -20,7 +20,7 @@ const HEAD: usize = 32 + 4 + 32;
 const CHECK: usize = 8;
 
 /// An item's key and the encoding of its answer.
-pub(crate) type KeptAnswer = (Key, Vec<u8>);
+pub(crate) type CachedAnswer = (Key, Vec<u8>);
 
 /// A pack and its end: where the last proved record ends.
 pub(crate) struct Pack {
@@ -60,7 +60,7 @@ impl Pack {
     }
 
     /// Keeps answers, in this order, and syncs them.
-    pub fn append(&mut self, answers: &[KeptAnswer]) -> Result<(), StageError> {
+    pub fn append(&mut self, answers: &[CachedAnswer]) -> Result<(), StageError> {
         let mut bytes = Vec::new();
         if self.end == 0 {
             bytes.extend_from_slice(FORMAT);

@@ -9,10 +9,10 @@ use durable::{Lock, LockError};
 use rayon::prelude::*;
 use serde::Serialize;
 
-use crate::answers::{Answers, Kept};
+use crate::answers::{Answers, Cached};
 use crate::key::Key;
-use crate::list::{self, Listed};
-use crate::pack::{KeptAnswer, Pack};
+use crate::list::{self, ListAnswer};
+use crate::pack::{CachedAnswer, Pack};
 use crate::{
     ItemStage, ListStage, Progress, Record, RunError, Stage, StageError, StageSummary, Summary,
     codec,
@@ -92,7 +92,7 @@ impl Run {
         let path = self.answers.path(S::NAME, key, "answer")?;
         let mut damaged = 0;
         match self.answers.load(&path, key)? {
-            Kept::Answer(bytes) => match codec::decode(&bytes, S::NAME) {
+            Cached::Answer(bytes) => match codec::decode(&bytes, S::NAME) {
                 Ok(output) => {
                     self.tell(S::NAME, 0, 1, 0, started);
                     return Ok(output);
@@ -100,8 +100,8 @@ impl Run {
                 // Kept by a stage of the same version with another type of output.
                 Err(_) => damaged = 1,
             },
-            Kept::Damaged => damaged = 1,
-            Kept::Nothing => {}
+            Cached::Damaged => damaged = 1,
+            Cached::Nothing => {}
         }
         let output = stage
             .run(input, &self.progress(S::NAME))
@@ -199,7 +199,7 @@ impl Run {
         stage: &S,
         shared: &S::Shared,
         items: &[S::Item],
-    ) -> Result<Vec<Listed<S>>, RunError<S::Error>> {
+    ) -> Result<Vec<ListAnswer<S>>, RunError<S::Error>> {
         let started = Instant::now();
         self.record(S::NAME, S::VERSION, stage)?;
         let group = Key::of(S::NAME, S::VERSION, &self.options.engine, stage, shared)?;
@@ -217,15 +217,15 @@ impl Run {
         let mut kept = distinct
             .par_iter()
             .map(|(place, _)| Ok((*place, list::load::<S>(place)?)))
-            .collect::<Result<BTreeMap<&list::Place, list::Kept<S>>, StageError>>()?;
+            .collect::<Result<BTreeMap<&list::Place, list::Cached<S>>, StageError>>()?;
         let missing: Vec<&list::Place> = distinct
             .keys()
             .copied()
-            .filter(|place| !matches!(kept[*place], list::Kept::List(..)))
+            .filter(|place| !matches!(kept[*place], list::Cached::List(..)))
             .collect();
         let damaged = kept
             .values()
-            .filter(|kept| matches!(kept, list::Kept::Damaged))
+            .filter(|kept| matches!(kept, list::Cached::Damaged))
             .count();
         if !missing.is_empty() {
             let progress = self.progress(S::NAME).counted(missing.len());
@@ -240,7 +240,7 @@ impl Run {
         let lists = places
             .iter()
             .map(|place| match kept.remove(place) {
-                Some(list::Kept::List(whole, entries)) => Ok((whole, entries)),
+                Some(list::Cached::List(whole, entries)) => Ok((whole, entries)),
                 _ => list::written::<S>(place),
             })
             .collect::<Result<Vec<_>, StageError>>()?;
@@ -254,13 +254,13 @@ impl Run {
         stage: &S,
         shared: &S::Shared,
         item: &S::Item,
-    ) -> Result<Option<Listed<S>>, StageError> {
+    ) -> Result<Option<ListAnswer<S>>, StageError> {
         let group = Key::of(S::NAME, S::VERSION, &self.options.engine, stage, shared)?;
         let folder = self.answers.path(S::NAME, group, "lists")?;
         let kept = list::load::<S>(&list::Place::of::<S>(&folder, group, item)?)?;
         Ok(match kept {
-            list::Kept::List(whole, entries) => Some((whole, entries)),
-            list::Kept::Nothing | list::Kept::Damaged => None,
+            list::Cached::List(whole, entries) => Some((whole, entries)),
+            list::Cached::Nothing | list::Cached::Damaged => None,
         })
     }
 
@@ -273,7 +273,7 @@ impl Run {
         batch: &[(usize, Key)],
         progress: &Progress,
         pack: &mut Pack,
-    ) -> Result<Vec<KeptAnswer>, RunError<S::Error>> {
+    ) -> Result<Vec<CachedAnswer>, RunError<S::Error>> {
         let wanted: Vec<&S::Item> = batch.iter().map(|(place, _)| &items[*place]).collect();
         let outputs = stage
             .run_items(shared, &wanted, progress)

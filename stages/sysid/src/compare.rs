@@ -14,14 +14,14 @@ const PLANAR: &[&str] = &["friction", "restitution", "torsional_friction", "iner
 
 /// Where strikes are simulated: in MuJoCo, or in planar form, which follows it to a tenth of a millimetre in a twentieth of
 /// the time.
-pub(crate) struct Lab<'a> {
+pub(crate) struct StrikeSimulator<'a> {
     pub(crate) rig: &'a Rig,
     pub(crate) strikes: &'a [&'a Strike],
     /// How each object leaves the tip around its command; none in MuJoCo.
     launches: Option<Vec<launch::Launch>>,
 }
 
-impl<'a> Lab<'a> {
+impl<'a> StrikeSimulator<'a> {
     /// MuJoCo.
     pub(crate) fn mujoco(rig: &'a Rig, strikes: &'a [&'a Strike]) -> Self {
         Self {
@@ -69,7 +69,7 @@ impl<'a> Lab<'a> {
         Ok(Batch { tracks, launch })
     }
 
-    fn in_mujoco(&self, world: &World, launch: Launch) -> Result<Vec<Seen>, WorldError> {
+    fn in_mujoco(&self, world: &World, launch: Launch) -> Result<Vec<SimulatedStrike>, WorldError> {
         let simulator = Simulator::new(self.rig, world)?;
         self.strikes
             .par_iter()
@@ -78,7 +78,7 @@ impl<'a> Lab<'a> {
                 |worker, strike| {
                     let command = launch.of(strike.command);
                     let simulated = worker.strike(strike.initial, command, &strike.conditions)?;
-                    Ok(Seen::Whole(simulated))
+                    Ok(SimulatedStrike::Whole(simulated))
                 },
             )
             .collect()
@@ -89,7 +89,7 @@ impl<'a> Lab<'a> {
         world: &World,
         launch: Launch,
         launches: &[launch::Launch],
-    ) -> Result<Vec<Seen>, WorldError> {
+    ) -> Result<Vec<SimulatedStrike>, WorldError> {
         let planar = Planar::new(self.rig, world, &[])?;
         let deviation = Deviation {
             delay: launch.delay,
@@ -106,7 +106,7 @@ impl<'a> Lab<'a> {
                 };
                 planar
                     .strike(&input, near, &deviation)
-                    .map(Seen::Frames)
+                    .map(SimulatedStrike::Frames)
                     .ok_or(WorldError::Diverged {
                         speed: command.speed,
                         angle: command.angle,
@@ -143,7 +143,7 @@ impl Launch {
 }
 
 /// One simulated strike.
-enum Seen {
+enum SimulatedStrike {
     /// From touch to rest.
     Whole(Simulated),
     /// At the measured frames, the launch's delay in them.
@@ -152,7 +152,7 @@ enum Seen {
 
 /// The simulated strikes of one world, in the order of the strikes.
 pub(crate) struct Batch {
-    tracks: Vec<Seen>,
+    tracks: Vec<SimulatedStrike>,
     launch: Launch,
 }
 
@@ -170,8 +170,8 @@ impl Batch {
         let mut track = DVector::zeros(2 * n);
         for (i, t) in times.iter().enumerate() {
             let point: Point = match &self.tracks[index] {
-                Seen::Whole(simulated) => simulated.at(t + self.launch.delay + later),
-                Seen::Frames(frames) => frames.at[i] + frames.rate[i] * later,
+                SimulatedStrike::Whole(simulated) => simulated.at(t + self.launch.delay + later),
+                SimulatedStrike::Frames(frames) => frames.at[i] + frames.rate[i] * later,
             };
             track[i] = point.x;
             track[n + i] = point.y;

@@ -8,7 +8,7 @@ use world::{ParameterSpec, World, WorldError, parameter};
 
 use crate::{
     SysidError,
-    compare::{Batch, Lab, Launch},
+    compare::{Batch, Launch, StrikeSimulator},
     scatter::{self, Evidence, FRICTION, VarianceComponents},
     slopes::{DIFFERENCE, LAUNCH_STEP, nuisances, sensitivities},
 };
@@ -77,12 +77,12 @@ impl Fitted {
 
 /// Where a fit stands.
 #[derive(Clone)]
-struct Place {
+struct FitPoint {
     world: World,
     launch: Launch,
 }
 
-impl Place {
+impl FitPoint {
     /// A step away; parameters stay in their ranges.
     fn moved(&self, specs: &[&ParameterSpec], step: &DVector<f64>) -> Result<Self, WorldError> {
         let mut world = self.world.clone();
@@ -98,7 +98,7 @@ impl Place {
         Ok(Self { world, launch })
     }
 
-    fn simulate(&self, lab: &Lab<'_>) -> Result<Batch, WorldError> {
+    fn simulate(&self, lab: &StrikeSimulator<'_>) -> Result<Batch, WorldError> {
         lab.simulate(&self.world, self.launch)
     }
 
@@ -114,11 +114,15 @@ struct Slopes {
     by_nuisance: Vec<DMatrix<f64>>,
     /// The freed parameters, then the means.
     by_fitted: Vec<DMatrix<f64>>,
-    place: Place,
+    place: FitPoint,
 }
 
 impl Slopes {
-    fn new(lab: &Lab<'_>, place: &Place, free: &[String]) -> Result<Self, WorldError> {
+    fn new(
+        lab: &StrikeSimulator<'_>,
+        place: &FitPoint,
+        free: &[String],
+    ) -> Result<Self, WorldError> {
         let mut by_nuisance = nuisances(lab, &place.world, &place.simulate(lab)?)?;
         let by_free = sensitivities(lab, &place.world, place.launch, free)?;
         own_friction(&place.world, free, &by_free, &mut by_nuisance)?;
@@ -135,7 +139,7 @@ impl Slopes {
     }
 
     /// Whether a place lies no further off than the differences reached: slopes change little over that.
-    fn hold_at(&self, place: &Place, specs: &[&ParameterSpec]) -> Result<bool, WorldError> {
+    fn hold_at(&self, place: &FitPoint, specs: &[&ParameterSpec]) -> Result<bool, WorldError> {
         for spec in specs {
             let moved = place.world.value(spec.name)? - self.place.world.value(spec.name)?;
             if moved.abs() > DIFFERENCE * (spec.high - spec.low) {
@@ -267,8 +271,8 @@ fn newton(
 /// Fits the named parameters, and the mean launch, from where `world` and `launch` stand. What counts is simulated in `lab`;
 /// derivatives are taken in `beside`.
 pub(crate) fn fit(
-    lab: &Lab<'_>,
-    beside: &Lab<'_>,
+    lab: &StrikeSimulator<'_>,
+    beside: &StrikeSimulator<'_>,
     world: &World,
     launch: Launch,
     free: Vec<String>,
@@ -280,7 +284,7 @@ pub(crate) fn fit(
         .collect::<Result<_, _>>()?;
     let (rig, strikes, count) = (lab.rig, lab.strikes, lab.simulations());
     let a_slope = beside.simulations() * (3 + 2 * free.len() as u64);
-    let mut place = Place {
+    let mut place = FitPoint {
         world: world.clone(),
         launch,
     };

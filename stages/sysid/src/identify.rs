@@ -5,7 +5,7 @@ use values::{Rig, Shape, Strike};
 use world::{PARAMETERS, World, WorldError};
 
 use crate::{
-    compare::Lab,
+    compare::StrikeSimulator,
     fit::{Fitted, MEANS, beside_means, own_friction},
     scatter::Evidence,
     slopes::{nuisances, sensitivities},
@@ -52,7 +52,7 @@ pub(crate) fn scan(
 ) -> Result<(World, u64), WorldError> {
     let stride = strikes.len().div_ceil(STRIKES);
     let strikes: Vec<&Strike> = strikes.iter().step_by(stride).copied().collect();
-    let lab = Lab::mujoco(rig, &strikes);
+    let lab = StrikeSimulator::mujoco(rig, &strikes);
     let rms = |world: &World| -> Result<f64, WorldError> {
         Ok(lab.simulate(world, fitted.launch)?.rms(&strikes))
     };
@@ -88,7 +88,7 @@ pub(crate) fn what_can_be_told(
         .map(|spec| spec.name.to_string())
         .filter(|name| !fitted.free.contains(name))
         .collect();
-    let lab = Lab::mujoco(rig, &strikes);
+    let lab = StrikeSimulator::mujoco(rig, &strikes);
     let slopes = |names| sensitivities(&lab, &fitted.world, fitted.launch, names);
     let (by_free, by_others) = (slopes(&fitted.free)?, slopes(&others)?);
     let batch = lab.simulate(&fitted.world, fitted.launch)?;

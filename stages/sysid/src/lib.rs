@@ -19,7 +19,7 @@ mod start;
 
 pub use error::SysidError;
 
-use compare::{Lab, Launch};
+use compare::{Launch, StrikeSimulator};
 use identify::Identifiability;
 use serde::{Deserialize, Serialize};
 use stage::{Progress, Stage};
@@ -138,9 +138,9 @@ impl Stage for Sysid {
         }
         let begun = start::start(&input.rig, &input.world, &strikes, &free);
         let begun = start::hold(&input.rig, begun, &strikes, &free);
-        let mujoco = Lab::mujoco(&input.rig, &strikes);
+        let mujoco = StrikeSimulator::mujoco(&input.rig, &strikes);
         let fit = |world: &World, launch, free: Vec<String>| {
-            let Some(planar) = Lab::planar(&input.rig, world, &strikes, &free)? else {
+            let Some(planar) = StrikeSimulator::planar(&input.rig, world, &strikes, &free)? else {
                 return fit::fit(&mujoco, &mujoco, world, launch, free, progress);
             };
             // Where the planar form goes astray the fit goes on in MuJoCo from where it began.
@@ -148,7 +148,7 @@ impl Stage for Sysid {
             let (world, launch) = near
                 .as_ref()
                 .map_or((world, launch), |near| (&near.world, near.launch));
-            let beside = Lab::planar(&input.rig, world, &strikes, &free)?;
+            let beside = StrikeSimulator::planar(&input.rig, world, &strikes, &free)?;
             let beside = beside.as_ref().unwrap_or(&mujoco);
             fit::fit(&mujoco, beside, world, launch, free, progress)
         };

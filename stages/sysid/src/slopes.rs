@@ -4,7 +4,7 @@ use nalgebra::DMatrix;
 use world::{World, WorldError, parameter};
 
 use crate::{
-    compare::{Batch, Lab, Launch},
+    compare::{Batch, Launch, StrikeSimulator},
     scatter::NUISANCES,
 };
 
@@ -15,7 +15,7 @@ pub(crate) const LAUNCH_STEP: (f64, f64, f64) = (0.01, 0.01, 1e-3);
 
 /// Derivatives of every strike's track by the nuisances; they change little as parameters do.
 pub(crate) fn nuisances(
-    lab: &Lab<'_>,
+    lab: &StrikeSimulator<'_>,
     world: &World,
     base: &Batch,
 ) -> Result<Vec<DMatrix<f64>>, WorldError> {
@@ -53,7 +53,7 @@ pub(crate) fn nuisances(
 
 /// Derivatives of every strike's track by the named parameters, by central differences kept within their ranges.
 pub(crate) fn sensitivities(
-    lab: &Lab<'_>,
+    lab: &StrikeSimulator<'_>,
     world: &World,
     launch: Launch,
     names: &[String],

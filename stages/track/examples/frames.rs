@@ -120,28 +120,28 @@ fn render(dir: &Path, name: Name, pixels: [usize; 2], count: usize) -> anyhow::R
     let optics = Optics::of(&rig, pixels).context("no camera")?;
     let renderer = Renderer::new(optics, scene, case.noise, RAYS);
     fs::create_dir_all(dir)?;
-    let shoot = |(index, (at, heading)): (usize, (Moment, f64))| -> anyhow::Result<Frame> {
+    let render = |(index, (at, heading)): (usize, (Moment, f64))| -> anyhow::Result<Frame> {
         let (sin, cos) = heading.sin_cos();
         let path = |time: f64| Moment {
             x: at.x + case.speed * time * cos,
             y: at.y + case.speed * time * sin,
             yaw: at.yaw,
         };
-        let shot = renderer.shoot(&path, index as u64);
+        let rendered = renderer.render(&path, index as u64);
         let (data, end) = match case.jpeg {
-            Some(quality) => (shot.picture.jpeg(quality)?, "jpg"),
-            None => (shot.picture.png()?, "png"),
+            Some(quality) => (rendered.picture.jpeg(quality)?, "jpg"),
+            None => (rendered.picture.png()?, "png"),
         };
         let file = format!("{index:04}.{end}");
         fs::write(dir.join(&file), data)?;
         Ok(Frame {
             file,
-            pixel: shot.centroid.context("not seen")?,
+            pixel: rendered.centroid.context("not seen")?,
             place: [at.x, at.y],
         })
     };
     let places: Vec<_> = case::places(count).into_iter().enumerate().collect();
-    let frames = places.into_par_iter().map(shoot);
+    let frames = places.into_par_iter().map(render);
     let frames = frames.collect::<anyhow::Result<Vec<_>>>()?;
     fs::write(dir.join("truth.json"), serde_json::to_vec(&frames)?)?;
     fs::write(dir.join("rig.json"), serde_json::to_vec(&rig)?)?;

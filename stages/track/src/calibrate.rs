@@ -4,22 +4,13 @@
 //! pose, and over the focal length where the lens is not known. What the points leave open is told in mm on the table.
 
 use nalgebra::DMatrix;
-use values::{Interval, StampMark};
+use values::Interval;
 
-use crate::camera::dot;
-use crate::linear::solve;
-use crate::minimise::{Least, minimise, slope};
-use crate::rotation::{cross, length, quaternion, turned, unit};
+use crate::first_pose::first_pose;
+use crate::minimise::{LeastSquares, minimise, slope};
+use crate::rotation::{quaternion, turned};
+use crate::seen_point::SeenPoint;
 use crate::{CalibrationError, CameraModel, Lens};
-
-/// A point of the table or above it, and where it is seen.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SeenPoint {
-    /// In the frame `table`, in m.
-    pub at: [f64; 3],
-    /// Its pixel.
-    pub pixel: [f64; 2],
-}
 
 /// What is known of the lens.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,7 +23,7 @@ pub enum KnownLens {
 
 /// Where the object may be: what a calibration is judged for.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Use {
+pub struct Workspace {
     /// The table's bounds in m.
     pub table: [Interval; 2],
     /// Height of the object's middle in m.
@@ -74,7 +65,7 @@ impl Calibration {
     pub fn from_points(
         points: &[SeenPoint],
         known: KnownLens,
-        used: Use,
+        workspace: Workspace,
     ) -> Result<Self, CalibrationError> {
         if points.len() < FEWEST {
             return Err(CalibrationError::Few {
@@ -110,7 +101,7 @@ impl Calibration {
             });
         }
         let unsure = unknowns
-            .unsure(&fit, error.max(TYPED), used)
+            .unsure(&fit, error.max(TYPED), workspace)
             .ok_or(CalibrationError::Undetermined)?;
         if unsure > MOST_UNSURE {
             return Err(CalibrationError::Unsure {
@@ -179,20 +170,20 @@ impl Unknowns {
     }
 
     /// The greatest standard error (m) of the object's place over the table, where pixels are off by `pixel`.
-    fn unsure(&self, fit: &Least, pixel: f64, used: Use) -> Option<f64> {
+    fn unsure(&self, fit: &LeastSquares, pixel: f64, workspace: Workspace) -> Option<f64> {
         let found = self.camera(&fit.at);
-        let [x, y] = used.table;
+        let [x, y] = workspace.table;
         let places = [x.low, 0.5 * (x.low + x.high), x.high]
             .into_iter()
             .flat_map(|x| [y.low, 0.5 * (y.low + y.high), y.high].map(|y| [x, y]));
         let mut unsure = 0.0f64;
         for [x, y] in places {
             // Where the lens is not known, a corner that no camera sees is not asked for.
-            let Some(seen) = found.pixel([x, y, used.height]) else {
+            let Some(seen) = found.pixel([x, y, workspace.height]) else {
                 continue;
             };
             let place = |at: &[f64]| {
-                let point = self.camera(at).point(seen, used.height)?;
+                let point = self.camera(at).point(seen, workspace.height)?;
                 Some(vec![point.x, point.y])
             };
             let slope: DMatrix<f64> = slope(&fit.at, 2, &place)?;
@@ -201,56 +192,6 @@ impl Unknowns {
         }
         Some(unsure)
     }
-}
-
-/// A pose from the homography between the table's plane and directions; heights of points are small and wait for the fit.
-fn first_pose(points: &[SeenPoint], lens: &Lens) -> Option<CameraModel> {
-    let count = points.len() as f64;
-    let middle = [0, 1].map(|i| points.iter().map(|point| point.at[i]).sum::<f64>() / count);
-    let mut normal = [[0.0; 9]; 8];
-    for point in points {
-        let [x, y] = [0, 1].map(|i| point.at[i] - middle[i]);
-        let [u, v] = lens.direction(point.pixel);
-        let rows = [
-            [x, y, 1.0, 0.0, 0.0, 0.0, -u * x, -u * y, u],
-            [0.0, 0.0, 0.0, x, y, 1.0, -v * x, -v * y, v],
-        ];
-        for row in rows {
-            for i in 0..8 {
-                for j in 0..9 {
-                    normal[i][j] += row[i] * row[j];
-                }
-            }
-        }
-    }
-    let h = solve(normal)?;
-    // Columns: the camera's view of the table's x, of its y, and of its middle, which lies before the camera.
-    let across = [h[0], h[3], h[6]];
-    let along = [h[1], h[4], h[7]];
-    let scale = 0.5 * (length(across) + length(along));
-    if !scale.is_finite() || scale <= 0.0 {
-        return None;
-    }
-    let x = unit(across)?;
-    let off = dot(x, along);
-    let y = unit([0, 1, 2].map(|i| along[i] - off * x[i]))?;
-    let z = cross(x, y);
-    let to_middle = [h[2], h[5], 1.0].map(|part| part / scale);
-    // Rows of the camera's view are its axes in the table's frame.
-    let axes = [0, 1, 2].map(|i| [x[i], y[i], z[i]]);
-    let from_middle = [x, y, z].map(|axis| -dot(axis, to_middle));
-    Some(CameraModel {
-        lens: *lens,
-        position: [
-            middle[0] + from_middle[0],
-            middle[1] + from_middle[1],
-            from_middle[2],
-        ],
-        axes,
-        exposure: 0.0,
-        readout: 0.0,
-        stamp: StampMark::Middle,
-    })
 }
 
 /// Which point's pixel is farthest off, and by how much.
@@ -265,8 +206,9 @@ mod tests {
     use values::{Rig, Shape};
 
     use super::*;
+    use crate::rotation::length;
 
-    const USED: Use = Use {
+    const WORKSPACE: Workspace = Workspace {
         table: [
             Interval {
                 low: 0.1,
@@ -313,7 +255,7 @@ mod tests {
             let camera = camera(lean);
             let points = seen(&camera, &CORNERS);
             let known = KnownLens::Lens(camera.lens);
-            let found = Calibration::from_points(&points, known, USED).expect("found");
+            let found = Calibration::from_points(&points, known, WORKSPACE).expect("found");
             let off = [0, 1, 2].map(|i| found.position[i] - camera.position[i]);
             // Half a pixel turns a camera by some mrad about what it looks at.
             assert!(length(off) < 0.02, "{found:?}");
@@ -338,7 +280,7 @@ mod tests {
     fn heights_tell_the_focal_length_of_a_camera_that_looks_straight_down() {
         let camera = camera(0.0);
         let size = KnownLens::Size([1280, 720]);
-        let flat = Calibration::from_points(&seen(&camera, &CORNERS), size, USED);
+        let flat = Calibration::from_points(&seen(&camera, &CORNERS), size, WORKSPACE);
         assert!(
             matches!(
                 flat,
@@ -348,7 +290,8 @@ mod tests {
         );
         let mut places = CORNERS.to_vec();
         places.extend(CORNERS.map(|[x, y, _]| [0.9 * x, 0.9 * y, 0.15]));
-        let found = Calibration::from_points(&seen(&camera, &places), size, USED).expect("found");
+        let found =
+            Calibration::from_points(&seen(&camera, &places), size, WORKSPACE).expect("found");
         assert!((found.lens.matrix[0] - 900.0).abs() < 25.0, "{found:?}");
         assert!((found.position[2] - 1.2).abs() < 0.03, "{found:?}");
     }
@@ -359,7 +302,8 @@ mod tests {
         let mut places = CORNERS.to_vec();
         places.extend([[0.5, 0.0, 0.0], [0.35, 0.2, 0.0], [0.65, -0.2, 0.0]]);
         let size = KnownLens::Size([1280, 720]);
-        let found = Calibration::from_points(&seen(&camera, &places), size, USED).expect("found");
+        let found =
+            Calibration::from_points(&seen(&camera, &places), size, WORKSPACE).expect("found");
         assert!((found.lens.matrix[0] - 900.0).abs() < 20.0, "{found:?}");
     }
 
@@ -367,7 +311,7 @@ mod tests {
     fn a_poor_calibration_is_refused() {
         let camera = camera(0.3);
         let known = KnownLens::Lens(camera.lens);
-        let try_with = |points: &[SeenPoint]| Calibration::from_points(points, known, USED);
+        let try_with = |points: &[SeenPoint]| Calibration::from_points(points, known, WORKSPACE);
         let mut points = seen(&camera, &CORNERS);
         let few = try_with(&points[..3]).expect_err("three points");
         assert_eq!(

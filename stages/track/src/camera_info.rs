@@ -76,9 +76,9 @@ fn is_beside(topic: &str, images: &str) -> bool {
         .is_some_and(|(space, _)| !space.is_empty() && images.starts_with(&format!("{space}/")))
 }
 
-/// What a message says of the camera, before it is looked at.
+/// A camera message as it was decoded, before it is checked.
 #[derive(Default)]
-struct Said {
+struct CameraMessage {
     size: [u32; 2],
     model: String,
     distortion: Vec<f64>,
@@ -102,7 +102,7 @@ fn parse(message: &RawMessage<'_>) -> Result<CameraInfo, String> {
 /// Coefficients of a distortion at the most: what no model exceeds.
 const MOST_COEFFICIENTS: u32 = 14;
 
-fn ros(mut wire: Wire<'_>) -> Result<Said, ImageError> {
+fn ros(mut wire: Wire<'_>) -> Result<CameraMessage, ImageError> {
     wire.u32()?;
     wire.u32()?;
     wire.text()?; // frame_id
@@ -117,7 +117,7 @@ fn ros(mut wire: Wire<'_>) -> Result<Said, ImageError> {
             .map(|_| wire.f64())
             .collect::<Result<Vec<_>, _>>()
     };
-    Ok(Said {
+    Ok(CameraMessage {
         size: [width, height],
         model,
         distortion: numbers(count)?,
@@ -125,14 +125,14 @@ fn ros(mut wire: Wire<'_>) -> Result<Said, ImageError> {
     })
 }
 
-fn foxglove(data: &[u8]) -> Result<Said, ImageError> {
+fn foxglove(data: &[u8]) -> Result<CameraMessage, ImageError> {
     /// Field numbers of `CameraCalibration`.
     const WIDTH: u64 = 2;
     const HEIGHT: u64 = 3;
     const MODEL: u64 = 4;
     const DISTORTION: u64 = 5;
     const MATRIX: u64 = 6;
-    let mut said = Said::default();
+    let mut camera = CameraMessage::default();
     let doubles = |bytes: &[u8], to: &mut Vec<f64>| {
         // Packed or one by one.
         let (eights, _) = bytes.as_chunks::<8>();
@@ -140,21 +140,21 @@ fn foxglove(data: &[u8]) -> Result<Said, ImageError> {
     };
     each_field(data, &mut |number, value| {
         match (number, value) {
-            (WIDTH, Value::Number(number)) => said.size[0] = number as u32,
-            (HEIGHT, Value::Number(number)) => said.size[1] = number as u32,
+            (WIDTH, Value::Number(number)) => camera.size[0] = number as u32,
+            (HEIGHT, Value::Number(number)) => camera.size[1] = number as u32,
             (MODEL, Value::Bytes(bytes)) => {
-                said.model = String::from_utf8_lossy(bytes).into_owned()
+                camera.model = String::from_utf8_lossy(bytes).into_owned()
             }
-            (DISTORTION, Value::Bytes(bytes)) => doubles(bytes, &mut said.distortion),
-            (MATRIX, Value::Bytes(bytes)) => doubles(bytes, &mut said.matrix),
+            (DISTORTION, Value::Bytes(bytes)) => doubles(bytes, &mut camera.distortion),
+            (MATRIX, Value::Bytes(bytes)) => doubles(bytes, &mut camera.matrix),
             _ => {}
         }
         Ok(())
     })?;
-    Ok(said)
+    Ok(camera)
 }
 
-impl Said {
+impl CameraMessage {
     /// The lens, where its model is plumb_bob, or another whose further coefficients are zero.
     fn checked(self) -> Result<CameraInfo, String> {
         let is_zero = |number: &f64| *number == 0.0;
@@ -200,8 +200,8 @@ impl Said {
 mod tests {
     use super::*;
 
-    fn said(model: &str, distortion: &[f64]) -> Said {
-        Said {
+    fn message(model: &str, distortion: &[f64]) -> CameraMessage {
+        CameraMessage {
             size: [640, 480],
             model: model.into(),
             distortion: distortion.to_vec(),
@@ -211,21 +211,21 @@ mod tests {
 
     #[test]
     fn plumb_bob_is_read_and_what_bends_otherwise_is_refused() {
-        let info = said("plumb_bob", &[-0.1, 0.02, 0.001])
+        let info = message("plumb_bob", &[-0.1, 0.02, 0.001])
             .checked()
             .expect("read");
         assert_eq!(info.lens.matrix, [600.0, 610.0, 320.0, 240.0]);
         assert_eq!(info.lens.distortion, [-0.1, 0.02, 0.001, 0.0, 0.0]);
         let more = [0.1, 0.2, 0.0, 0.0, 0.3, 0.0, 0.0, 0.0];
-        assert!(said("rational_polynomial", &more).checked().is_ok());
-        let fish = said("equidistant", &[0.1; 4])
+        assert!(message("rational_polynomial", &more).checked().is_ok());
+        let fish = message("equidistant", &[0.1; 4])
             .checked()
             .expect_err("fish-eye");
         assert!(
             fish.contains("equidistant") && fish.contains("plumb_bob"),
             "{fish}"
         );
-        let mut zero = said("", &[]);
+        let mut zero = message("", &[]);
         zero.matrix[0] = 0.0;
         assert!(zero.checked().expect_err("zero").contains("calibrate"));
     }

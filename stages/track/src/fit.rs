@@ -90,7 +90,7 @@ pub(crate) fn fit(scene: &Scene<'_>, start: Pose) -> Result<Fit, NoFit> {
             Some(colours) if far < FIRST => colours,
             _ => {
                 mapped = pose;
-                look(scene, &outline, &rays, window)?
+                colours_around(scene, &outline, &rays, window)?
             }
         };
         let found = edges(&seen.map, &rays, window, level);
@@ -141,7 +141,12 @@ struct Colours {
 }
 
 /// The colours of object and table around an outline, and how far each pixel there is object.
-fn look(scene: &Scene<'_>, outline: &Outline, rays: &[Ray], window: f64) -> Result<Colours, NoFit> {
+fn colours_around(
+    scene: &Scene<'_>,
+    outline: &Outline,
+    rays: &[Ray],
+    window: f64,
+) -> Result<Colours, NoFit> {
     let image = scene.image;
     let (_, centre) = outline.moments();
     let pixel = |at: [f64; 2]| {

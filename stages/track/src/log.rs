@@ -12,9 +12,9 @@ use rayon::prelude::*;
 use values::{ImageTopic, Rig};
 
 use crate::camera_info::CameraInfo;
-use crate::look::{Looked, look};
+use crate::frame::{TrackedFrame, track_frame};
 use crate::report::QUALITY_SCHEMA;
-use crate::sequence::{Seen, Sequence};
+use crate::sequence::{Sequence, SequenceFrame};
 use crate::view::View;
 use crate::{
     Decoder, FrameReport, QUALITY_TOPIC, Reason, TrackError, TrackOutcome, Tracker, is_image,
@@ -178,19 +178,25 @@ impl<'a> Tracking<'a> {
         let batch = std::mem::take(&mut self.batch);
         (self.bytes, self.images) = (0, 0);
         let is_drawn = self.view.is_some();
-        let looked: Vec<Option<Looked>> = batch
+        let tracked: Vec<Option<TrackedFrame>> = batch
             .par_iter()
             .map_init(Decoder::default, |decoder, item| match item {
                 Item::Copy(..) => None,
                 Item::Image(channel, log_time, data) => {
                     let message = (*log_time, data.as_slice());
-                    Some(look(self.tracker, decoder, channel, message, is_drawn))
+                    Some(track_frame(
+                        self.tracker,
+                        decoder,
+                        channel,
+                        message,
+                        is_drawn,
+                    ))
                 }
             })
             .collect();
-        for (item, looked) in batch.into_iter().zip(looked) {
-            match (item, looked) {
-                (Item::Image(_, log_time, _), Some(looked)) => self.frame(log_time, looked)?,
+        for (item, tracked) in batch.into_iter().zip(tracked) {
+            match (item, tracked) {
+                (Item::Image(_, log_time, _), Some(tracked)) => self.frame(log_time, tracked)?,
                 (Item::Image(..), None) => {}
                 (Item::Copy(channel, log_time, data), _) => {
                     // Behind a frame that waits, all wait.
@@ -204,61 +210,61 @@ impl<'a> Tracking<'a> {
         Ok(())
     }
 
-    fn frame(&mut self, log_time: u64, looked: Looked) -> Result<(), TrackError> {
+    fn frame(&mut self, log_time: u64, tracked: TrackedFrame) -> Result<(), TrackError> {
         self.outcome.frames += 1;
-        let looked = self.of_size(looked);
+        let tracked = self.of_size(tracked);
         if let Some(view) = &mut self.view {
-            view.add(log_time, &looked)?;
+            view.add(log_time, &tracked)?;
         }
         if self.why.is_none() {
-            self.why = looked.why;
+            self.why = tracked.why;
         }
-        let quality = looked.observation.quality;
+        let quality = tracked.observation.quality;
         self.held.push(Vec::new());
-        let seen = Seen {
-            stamp: looked.stamp,
-            hash: looked.hash,
-            centre: looked.observation.centre,
+        let frame = SequenceFrame {
+            stamp: tracked.stamp,
+            hash: tracked.hash,
+            centre: tracked.observation.centre,
             with: (log_time, quality),
         };
         let mut decided = Vec::new();
-        self.sequence.push(seen, &mut |seen| decided.push(seen));
+        self.sequence.push(frame, &mut |frame| decided.push(frame));
         self.write(decided)
     }
 
     /// The same, unless its size is another than that of the images before.
-    fn of_size(&mut self, looked: Looked) -> Looked {
-        match (looked.size, self.size) {
+    fn of_size(&mut self, tracked: TrackedFrame) -> TrackedFrame {
+        match (tracked.size, self.size) {
             (Some(size), Some(first)) if size != first => {
                 let [[width, height], [first_width, first_height]] = [size, first];
                 let why = format!(
                     "it is {width} × {height} pixels and the camera's are {first_width} × {first_height}"
                 );
-                Looked::undecodable(looked.stamp, why)
+                TrackedFrame::undecodable(tracked.stamp, why)
             }
             (Some(size), None) => {
                 self.size = Some(size);
-                looked
+                tracked
             }
-            _ => looked,
+            _ => tracked,
         }
     }
 
     /// Writes frames that are decided, each with what waited behind it.
-    fn write(&mut self, decided: Vec<Seen<(u64, f64)>>) -> Result<(), TrackError> {
+    fn write(&mut self, decided: Vec<SequenceFrame<(u64, f64)>>) -> Result<(), TrackError> {
         let waiting: Vec<After> = self.held.drain(..decided.len()).collect();
-        for (seen, after) in decided.into_iter().zip(waiting) {
-            let point = seen.centre.ok();
-            let (log_time, quality) = seen.with;
-            let reason = seen.centre.err();
+        for (frame, after) in decided.into_iter().zip(waiting) {
+            let point = frame.centre.ok();
+            let (log_time, quality) = frame.with;
+            let reason = frame.centre.err();
             let report = FrameReport {
-                stamp: seen.stamp,
+                stamp: frame.stamp,
                 x: point.map(|point| point.x),
                 y: point.map(|point| point.y),
                 quality,
                 reason,
             };
-            if let (Some(point), Ok(stamp)) = (point, u64::try_from(seen.stamp)) {
+            if let (Some(point), Ok(stamp)) = (point, u64::try_from(frame.stamp)) {
                 self.outcome.centroids += 1;
                 let (x, y) = (point.x, point.y);
                 self.writer
@@ -294,7 +300,7 @@ impl<'a> Tracking<'a> {
 
     fn finish(mut self) -> Result<TrackOutcome, TrackError> {
         let mut decided = Vec::new();
-        self.sequence.finish(&mut |seen| decided.push(seen));
+        self.sequence.finish(&mut |frame| decided.push(frame));
         self.write(decided)?;
         self.writer.finish()?;
         if let Some(view) = self.view {

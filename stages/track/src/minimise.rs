@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 
 /// Where the sum of squares is least.
 #[derive(Clone, Debug)]
-pub(crate) struct Least {
+pub(crate) struct LeastSquares {
     /// The unknowns.
     pub(crate) at: Vec<f64>,
     /// What is left of each equation.
@@ -13,7 +13,7 @@ pub(crate) struct Least {
     pub(crate) covariance: DMatrix<f64>,
 }
 
-impl Least {
+impl LeastSquares {
     /// Sum of the squares that are left.
     pub(crate) fn squares(&self) -> f64 {
         self.left.iter().map(|left| left * left).sum()
@@ -34,7 +34,10 @@ const SINGULAR: f64 = 1e-14;
 
 /// Minimises the squares of what `left` gives from a start on; unknowns are of order one. None where `left` gives nothing at the
 /// start, or the equations do not determine the unknowns.
-pub(crate) fn minimise(start: &[f64], left: &dyn Fn(&[f64]) -> Option<Vec<f64>>) -> Option<Least> {
+pub(crate) fn minimise(
+    start: &[f64],
+    left: &dyn Fn(&[f64]) -> Option<Vec<f64>>,
+) -> Option<LeastSquares> {
     let mut at = start.to_vec();
     let mut now = left(&at)?;
     let mut damping = DAMPING;
@@ -84,7 +87,7 @@ pub(crate) fn minimise(start: &[f64], left: &dyn Fn(&[f64]) -> Option<Vec<f64>>)
     let covariance = DMatrix::from_fn(at.len(), at.len(), |i, j| {
         inverse[(i, j)] / (scales[i] * scales[j])
     });
-    Some(Least {
+    Some(LeastSquares {
         at,
         left: now,
         covariance,

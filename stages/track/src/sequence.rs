@@ -4,9 +4,9 @@ use values::Point;
 
 use crate::Reason;
 
-/// A frame as it was looked at, and what goes with it.
+/// A tracked frame in its sequence, with what its caller keeps beside it.
 #[derive(Clone, Debug)]
-pub(crate) struct Seen<T> {
+pub(crate) struct SequenceFrame<T> {
     /// Middle of the exposure of the object's rows, in ns.
     pub(crate) stamp: i64,
     /// Hash of its pixels as they came; none where nothing can be said.
@@ -27,7 +27,7 @@ pub(crate) struct Sequence<T> {
     /// Where it was in the last image, and in the one before that differed.
     last: Option<Point>,
     before: Option<Point>,
-    held: Vec<Seen<T>>,
+    held: Vec<SequenceFrame<T>>,
 }
 
 /// Frames that are held back at the most; a camera of 240 frames a second rests for a minute.
@@ -46,37 +46,41 @@ impl<T> Sequence<T> {
     }
 
     /// Takes a frame, and gives those that are decided.
-    pub(crate) fn push(&mut self, mut seen: Seen<T>, out: &mut dyn FnMut(Seen<T>)) {
-        let is_stale = self.last_stamp.is_some_and(|last| seen.stamp <= last);
+    pub(crate) fn push(
+        &mut self,
+        mut frame: SequenceFrame<T>,
+        out: &mut dyn FnMut(SequenceFrame<T>),
+    ) {
+        let is_stale = self.last_stamp.is_some_and(|last| frame.stamp <= last);
         if is_stale {
-            seen.centre = Err(Reason::Stale);
+            frame.centre = Err(Reason::Stale);
         } else {
-            self.last_stamp = Some(seen.stamp);
+            self.last_stamp = Some(frame.stamp);
         }
-        if seen.hash.is_some() && seen.hash == self.last_hash {
-            self.held.push(seen);
+        if frame.hash.is_some() && frame.hash == self.last_hash {
+            self.held.push(frame);
             if self.held.len() > MOST_HELD {
                 self.release(false, out);
             }
             return;
         }
-        let centre = seen.centre.ok();
+        let centre = frame.centre.ok();
         let moved = match (self.last, centre) {
             (Some(last), Some(centre)) => last.distance(centre) > self.still,
             // Where it is now is not known: what was held may be stale.
             _ => true,
         };
         self.release(moved, out);
-        self.last_hash = seen.hash;
+        self.last_hash = frame.hash;
         if centre.is_some() {
             self.before = self.last;
             self.last = centre;
         }
-        out(seen);
+        out(frame);
     }
 
     /// Gives what is still held back, at the end.
-    pub(crate) fn finish(&mut self, out: &mut dyn FnMut(Seen<T>)) {
+    pub(crate) fn finish(&mut self, out: &mut dyn FnMut(SequenceFrame<T>)) {
         let moved = match (self.before, self.last) {
             (Some(before), Some(last)) => before.distance(last) > self.still,
             _ => false,
@@ -84,12 +88,12 @@ impl<T> Sequence<T> {
         self.release(moved, out);
     }
 
-    fn release(&mut self, moved: bool, out: &mut dyn FnMut(Seen<T>)) {
-        for mut seen in self.held.drain(..) {
-            if moved && seen.centre.is_ok() {
-                seen.centre = Err(Reason::Repeated);
+    fn release(&mut self, moved: bool, out: &mut dyn FnMut(SequenceFrame<T>)) {
+        for mut frame in self.held.drain(..) {
+            if moved && frame.centre.is_ok() {
+                frame.centre = Err(Reason::Repeated);
             }
-            out(seen);
+            out(frame);
         }
     }
 }
@@ -102,16 +106,16 @@ mod tests {
     fn reasons(frames: &[(i64, u64, f64)]) -> Vec<Option<Reason>> {
         let mut sequence = Sequence::new(0.001);
         let mut given = Vec::new();
-        let out = &mut |seen: Seen<()>| given.push(seen.centre.err());
+        let out = &mut |frame: SequenceFrame<()>| given.push(frame.centre.err());
         for &(stamp, hash, x) in frames {
             let centre = Ok(Point::new(1e-3 * x, 0.0));
-            let seen = Seen {
+            let frame = SequenceFrame {
                 stamp,
                 hash: Some(hash),
                 centre,
                 with: (),
             };
-            sequence.push(seen, out);
+            sequence.push(frame, out);
         }
         sequence.finish(out);
         given

@@ -8,12 +8,13 @@ use std::path::Path;
 
 use logs::write::{CopyWriter, Stamped, WriteError};
 
-use crate::look::Looked;
+use crate::frame::TrackedFrame;
 
 /// Topic of the images with what was found drawn in.
 const IMAGE_TOPIC: &str = "/carom/track/image";
 /// Topic of the object's poses.
 const POSE_TOPIC: &str = "/carom/track/object";
+
 /// A log for viewers.
 pub(crate) struct View {
     writer: CopyWriter<BufWriter<File>>,
@@ -25,18 +26,18 @@ impl View {
         Ok(Self { writer })
     }
 
-    /// Adds a frame as it was looked at by itself; frames that the sequence will not trust are in it as well.
-    pub(crate) fn add(&mut self, log_time: u64, looked: &Looked) -> Result<(), WriteError> {
-        let Ok(stamp) = u64::try_from(looked.stamp) else {
+    /// Adds a frame as it was tracked by itself; frames that are later rejected within the sequence are in it as well.
+    pub(crate) fn add(&mut self, log_time: u64, tracked: &TrackedFrame) -> Result<(), WriteError> {
+        let Ok(stamp) = u64::try_from(tracked.stamp) else {
             return Ok(());
         };
-        if let Some(jpeg) = &looked.drawn {
+        if let Some(jpeg) = &tracked.drawn {
             self.writer.jpeg(IMAGE_TOPIC, log_time, stamp, jpeg)?;
         }
-        if let Ok(centre) = looked.observation.centre {
+        if let Ok(centre) = tracked.observation.centre {
             let (x, y) = (centre.x, centre.y);
             let at = Stamped { stamp, x, y };
-            let yaw = looked.observation.yaw;
+            let yaw = tracked.observation.yaw;
             self.writer.pose(POSE_TOPIC, log_time, &at, yaw)?;
         }
         Ok(())

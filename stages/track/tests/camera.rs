@@ -4,7 +4,9 @@ mod common;
 
 use common::{Case, decoded, rig, tall};
 use render::{Cover, Moment, Optics, Renderer, Scene};
-use track::{Calibration, Decoder, KnownLens, Lens, SeenPoint, Tracker, TuneError, Tuned, Use};
+use track::{
+    Calibration, Decoder, KnownLens, Lens, SeenPoint, Tracker, TuneError, Tuned, Workspace,
+};
 use values::{Point, Shape};
 
 #[test]
@@ -32,7 +34,7 @@ fn a_camera_calibrated_from_points_finds_the_object_where_it_is() {
         matrix: optics.matrix,
         distortion: optics.distortion,
     });
-    let used = Use {
+    let used = Workspace {
         table: [rig.table.x, rig.table.y],
         height: 0.02,
     };
@@ -45,8 +47,8 @@ fn a_camera_calibrated_from_points_finds_the_object_where_it_is() {
     let renderer = Renderer::new(optics, scene, 2.0, 5);
     let tracker = Tracker::new(&rig).expect("complete");
     for (x, y) in [(0.3, -0.2), (0.5, 0.1), (0.7, 0.25)] {
-        let shot = renderer.shoot(&|_| Moment { x, y, yaw: 0.0 }, 3);
-        let image = decoded(&mut Decoder::default(), None, &shot.picture);
+        let rendered = renderer.render(&|_| Moment { x, y, yaw: 0.0 }, 3);
+        let image = decoded(&mut Decoder::default(), None, &rendered.picture);
         let centre = tracker.observe(&image).centre.expect("found");
         let off = centre.distance(Point::new(x, y));
         // Two standard errors of the calibration, and half a millimetre of the picture.
@@ -78,8 +80,8 @@ fn a_proposed_colour_finds_the_object_in_other_light() {
         (scene.object, scene.table) = (object, table);
         let renderer = |scene: Scene| Renderer::new(optics, scene, 2.0, 4);
         let image = |renderer: &Renderer| {
-            let shot = renderer.shoot(&|_| at, 1);
-            decoded(&mut Decoder::default(), Some(90), &shot.picture)
+            let rendered = renderer.render(&|_| at, 1);
+            decoded(&mut Decoder::default(), Some(90), &rendered.picture)
         };
         let seen = image(&renderer(scene.clone()));
         for named in [None, Some(pixel.map(|part| part as usize))] {
@@ -123,8 +125,8 @@ fn an_image_without_an_object_proposes_nothing() {
         yaw: 0.0,
     };
     let seen = |scene: &Scene| {
-        let shot = Renderer::new(optics, scene.clone(), 2.0, 2).shoot(&|_| away, 1);
-        decoded(&mut Decoder::default(), None, &shot.picture)
+        let rendered = Renderer::new(optics, scene.clone(), 2.0, 2).render(&|_| away, 1);
+        decoded(&mut Decoder::default(), None, &rendered.picture)
     };
     let bare = seen(&scene);
     assert_eq!(Tuned::propose(&bare, None), Err(TuneError::Nothing));

@@ -8,13 +8,13 @@ use std::path::Path;
 
 use common::messages::{SECOND, Wire, compressed, pictures, protobuf, raw, small, write};
 use common::tall;
-use logs::{Event, Limits, Wanted};
+use logs::{Event, Limits, TopicRequest};
 use render::{Optics, Picture};
 use track::{FrameReport, QUALITY_TOPIC, Reason, TrackError, track_log};
 use values::{Point, Rig, Shape, StampMark};
 
 fn centroids(path: &Path, rig: &Rig) -> Vec<(i64, Point)> {
-    let wanted = [Wanted {
+    let wanted = [TopicRequest {
         topic: &rig.topics.centroid,
         more: &[],
         required: true,

@@ -1,7 +1,7 @@
 //! What was learnt on top of a world.
 
 use serde::{Deserialize, Serialize};
-use store::{Explained, ResidualModel};
+use store::{ResidualModel, TrainingExtent};
 
 use crate::candidate::{Kind, Score};
 use crate::fit::Trained;
@@ -19,7 +19,7 @@ pub struct Learned {
     /// learnt from other commands.
     pub misses: Vec<(String, f64)>,
     /// What the training explains; none where nothing is added.
-    pub explained: Option<Explained>,
+    pub explained: Option<TrainingExtent>,
     /// Standard deviations of what is left of launches on held-out commands: relative speed, and angle in rad; robust.
     pub scatter: [f64; 2],
     /// The first network's training; none where no network was tried.

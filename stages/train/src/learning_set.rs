@@ -1,7 +1,7 @@
 //! The strikes that a model learns from, and how candidates compare on them.
 
 use residual::LaunchResidual;
-use store::{Explained, ResidualModel};
+use store::{ResidualModel, TrainingExtent};
 use values::{Command, Interval, Split};
 
 use crate::candidate::{Candidate, Score};
@@ -131,7 +131,7 @@ impl<'a> LearningSet<'a> {
         .collect()
     }
 
-    pub(crate) fn explained(&self, best: &Candidate) -> Option<Explained> {
+    pub(crate) fn explained(&self, best: &Candidate) -> Option<TrainingExtent> {
         let model = best.model.as_ref()?;
         let added: Vec<[f64; 2]> = self
             .rows
@@ -160,7 +160,7 @@ impl<'a> LearningSet<'a> {
         let shares: Vec<f64> = best.misses.iter().map(Miss::share).collect();
         let miss = mean(shares.iter().copied())?;
         let expected = mean(best.expected.iter().copied()).filter(|expected| *expected > 0.0);
-        Some(Explained {
+        Some(TrainingExtent {
             strikes: self.rows.len(),
             d_speed: range(0)?,
             d_angle: range(1)?,

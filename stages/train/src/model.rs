@@ -68,22 +68,22 @@ impl Model {
         inputs: &Scaling<4>,
         targets: &Scaling<2>,
     ) -> Result<Network, NetworkError> {
-        let mut layers: Vec<Wide> = self.dense.iter().map(Wide::of).collect();
+        let mut layers: Vec<DenseF64> = self.dense.iter().map(DenseF64::of).collect();
         layers[0].normalise(&self.norm);
         layers[0].take_scaled(inputs);
         layers[LAYERS - 1].give_unscaled(targets);
-        Network::new(layers.into_iter().map(Wide::narrow).collect())
+        Network::new(layers.into_iter().map(DenseF64::narrow).collect())
     }
 }
 
 /// A dense layer in double precision, so that folding costs no digits.
-struct Wide {
+struct DenseF64 {
     /// One row an output.
     weight: Vec<Vec<f64>>,
     bias: Vec<f64>,
 }
 
-impl Wide {
+impl DenseF64 {
     fn of(dense: &Linear) -> Self {
         let weight = numbers(dense.weight.val());
         let [_, outputs] = dense.weight.val().dims();

@@ -10,7 +10,7 @@ use std::sync::Mutex;
 use anyhow::Context;
 use clap::Parser;
 use tests::blind::{
-    Case, Diagnosed, HardOutcome, Judged, Outcome, Peers, Separation, beside, cases, diagnosed,
+    Case, DiagnosedSet, HardOutcome, Judged, Outcome, Peers, Separation, beside, cases, diagnosed,
     diagnosed_hard, hard_cases, hard_page, is_for_peers, lines, page, peers, resumed, run,
     run_hard, separate, starts,
 };
@@ -146,7 +146,7 @@ fn plain(args: &Args, judged: &mut Judged) -> anyhow::Result<Option<String>> {
 }
 
 /// What is hidden, and all that was found.
-fn show(done: &Diagnosed) -> anyhow::Result<()> {
+fn show(done: &DiagnosedSet) -> anyhow::Result<()> {
     println!("{}", serde_json::to_string(&done.truth.noise)?);
     println!("{}", serde_json::to_string(&done.truth.hidden)?);
     println!("{}", serde_json::to_string_pretty(&done.found.diagnosis)?);

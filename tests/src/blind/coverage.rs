@@ -3,7 +3,7 @@
 use rig::{Effect, Truth};
 use serde::{Deserialize, Serialize};
 
-use super::set::Diagnosed;
+use super::set::DiagnosedSet;
 
 /// One interval beside its truth.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -154,7 +154,7 @@ const CHANGES_RESTITUTION: &[&str] = &[
 
 /// The intervals of a set. Friction and restitution count where nothing is hidden, whatever was said; where effects are hidden,
 /// they and the effects' parameters count where each name is just what is hidden (`hidden`, by the rig's names).
-pub(super) fn covered(hidden: &[String], is_textbook: bool, done: &Diagnosed) -> Vec<Covered> {
+pub(super) fn covered(hidden: &[String], is_textbook: bool, done: &DiagnosedSet) -> Vec<Covered> {
     let named = &done.found.diagnosis.effects;
     let names = named
         .iter()
@@ -188,7 +188,7 @@ pub(super) fn covered(hidden: &[String], is_textbook: bool, done: &Diagnosed) ->
 }
 
 /// Friction and restitution, where they have one truth: of the world with what was named, or of the identified one.
-fn base(is_textbook: bool, done: &Diagnosed) -> Vec<Covered> {
+fn base(is_textbook: bool, done: &DiagnosedSet) -> Vec<Covered> {
     let world = done.found.world.as_ref().unwrap_or(&done.input.world);
     let truth = &done.truth;
     let effects = || truth.hidden.0.iter().map(Effect::name);
@@ -227,7 +227,7 @@ fn camera_scale(truth: &Truth) -> f64 {
 }
 
 /// Mean factor that a wandering friction had over the strikes: a walk has no mean of its own.
-fn wander(done: &Diagnosed) -> f64 {
+fn wander(done: &DiagnosedSet) -> f64 {
     let wanders = done
         .truth
         .noise

@@ -31,4 +31,4 @@ pub use page::page;
 pub use peers::{Peers, is_for_peers, peers};
 pub use proportion::Proportion;
 pub use resume::{beside, lines, resumed};
-pub use set::{Answer, Diagnosed};
+pub use set::{Answer, DiagnosedSet};

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::cases::Case;
 use super::coverage::{Covered, covered};
 use super::hide;
-use super::set::{self, Answer, Diagnosed, Make};
+use super::set::{self, Answer, DiagnosedSet, Make};
 
 /// A set and what was said of it.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -29,7 +29,7 @@ pub(super) fn believed_friction(case: &Case, friction: f64) -> Option<f64> {
 }
 
 /// Makes a set and diagnoses it. `None` where the rig cannot make it, an error where identification or diagnosis gives one.
-pub fn diagnosed(case: &Case) -> Option<Result<Diagnosed, String>> {
+pub fn diagnosed(case: &Case) -> Option<Result<DiagnosedSet, String>> {
     let truth = hide::truth(case)?;
     let make = Make {
         truth: &truth,

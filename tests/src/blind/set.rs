@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use diagnose::{Diagnose, Found, Input, Verdict};
+use diagnose::{Diagnose, Diagnosed, Input, Verdict};
 use ingest::{Ingest, assemble, ingest_log};
 use rig::{PlannedStrike, StrikeTruth, Truth, demo};
 use serde::{Deserialize, Serialize};
@@ -79,7 +79,7 @@ pub(super) fn identified(
 }
 
 /// A set as it was read, and what was found in it.
-pub struct Diagnosed {
+pub struct DiagnosedSet {
     /// What is hidden.
     pub truth: Truth,
     /// All strikes as they really were.
@@ -87,7 +87,7 @@ pub struct Diagnosed {
     /// What the diagnosis was given.
     pub input: Input,
     /// What it found.
-    pub found: Found,
+    pub found: Diagnosed,
     /// Seconds that identification took, and those that the diagnosis took.
     pub seconds: (f64, f64),
 }
@@ -96,7 +96,7 @@ pub struct Diagnosed {
 pub(super) fn diagnosed(
     make: Make<'_>,
     believed_friction: Option<f64>,
-) -> Option<Result<Diagnosed, String>> {
+) -> Option<Result<DiagnosedSet, String>> {
     let folder = tempfile::tempdir().expect("a temporary folder can be made");
     let truth = make.truth.clone();
     let Made {
@@ -120,7 +120,7 @@ pub(super) fn diagnosed(
             let found = settings
                 .run(&input, &Progress::hidden())
                 .map_err(|error| error.to_string())?;
-            Ok(Diagnosed {
+            Ok(DiagnosedSet {
                 truth,
                 really,
                 input,
@@ -167,7 +167,7 @@ impl Answer {
     }
 
     /// From what was found.
-    pub(super) fn of(done: &Diagnosed) -> Self {
+    pub(super) fn of(done: &DiagnosedSet) -> Self {
         let found = &done.found.diagnosis;
         let gap = &found.gap;
         Self {

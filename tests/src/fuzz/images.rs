@@ -36,7 +36,7 @@ fn picture(rig: &Rig) -> Picture {
         yaw: 0.0,
     };
     Renderer::new(optics, scene, 1.0, 2)
-        .shoot(&|_| at, 1)
+        .render(&|_| at, 1)
         .picture
 }
 

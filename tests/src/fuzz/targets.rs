@@ -4,7 +4,7 @@ use std::fs;
 use std::io::Cursor;
 use std::sync::Arc;
 
-use logs::{Decoder, Limits, SchemaText, Wanted};
+use logs::{Decoder, Limits, SchemaText, TopicRequest};
 use store::{ResidualModel, Store};
 use values::{Command, Conditions, FieldTopic, Point, Rig, Shape};
 use world::{Simulator, World};
@@ -170,7 +170,7 @@ fn topic() -> FieldTopic {
 
 fn read_log(input: &[u8]) -> Result<(), String> {
     let topics = Rig::demo(Shape::Cylinder).topics;
-    let wanted = [&topics.centroid, &topics.command].map(|topic| Wanted {
+    let wanted = [&topics.centroid, &topics.command].map(|topic| TopicRequest {
         topic,
         more: &[],
         required: true,

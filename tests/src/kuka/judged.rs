@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use diagnose::Diagnose;
 use evaluate::{Judge, predict};
-use residual::{Launched, Launches, Residuals};
+use residual::{LaunchItem, Launches, Residuals};
 use solve::Solve;
 use stage::{ItemStage, Progress, Stage};
 use store::ResidualModel;
@@ -135,7 +135,7 @@ fn learned(
     let solutions =
         Solve::default().run_items(&shared, &paths.iter().collect::<Vec<_>>(), &progress)?;
     let residuals = Residuals::default().run(&(strikes.to_vec(), solutions), &progress)?;
-    let launched: Vec<Launched> = strikes.iter().map(Launched::from).collect();
+    let launched: Vec<LaunchItem> = strikes.iter().map(LaunchItem::from).collect();
     let shared = residual::Shared {
         rig: rig.clone(),
         world: world.clone(),

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use diagnose::Found;
+use diagnose::Diagnosed;
 use plotters::prelude::*;
 use values::Strike;
 
@@ -77,7 +77,7 @@ pub fn launches(strikes: &[Strike], path: &Path) -> anyhow::Result<()> {
 }
 
 /// What the identified world leaves of the stops, along the path, over commanded speeds.
-pub fn gaps(strikes: &[Strike], found: &Found, path: &Path) -> anyhow::Result<()> {
+pub fn gaps(strikes: &[Strike], found: &Diagnosed, path: &Path) -> anyhow::Result<()> {
     let along = |strike: &Strike| {
         let residual = found
             .residuals

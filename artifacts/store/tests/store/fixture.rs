@@ -23,9 +23,9 @@ pub fn network(scale: f32) -> Network {
     Network::new((0..LAYERS).map(layer).collect()).expect("right shapes")
 }
 
-fn explained() -> Explained {
+fn explained() -> TrainingExtent {
     let about_zero = |most: f64| [-most, most].into();
-    Explained {
+    TrainingExtent {
         strikes: 40,
         d_speed: about_zero(0.1),
         d_angle: about_zero(0.05),

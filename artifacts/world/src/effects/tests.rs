@@ -25,7 +25,7 @@ pub(super) struct Bench {
 }
 
 /// The slide from shortly after the tip let go.
-pub(super) struct Slid {
+pub(super) struct FreeSlide {
     /// Where it begins, in m.
     pub(super) from: Point,
     /// Velocity there, in m/s.
@@ -102,10 +102,10 @@ impl Bench {
             .expect("rests")
     }
 
-    pub(super) fn slide(&self, speed: f64, angle: f64) -> Slid {
+    pub(super) fn slide(&self, speed: f64, angle: f64) -> FreeSlide {
         let simulated = self.strike(speed, angle);
         let from = simulated.at(RELEASED);
-        Slid {
+        FreeSlide {
             from,
             velocity: velocity(&simulated, RELEASED),
             stop: simulated.stop,
@@ -122,7 +122,7 @@ impl Bench {
     }
 }
 
-impl Slid {
+impl FreeSlide {
     /// Speed at which it begins, in m/s.
     pub(super) fn speed(&self) -> f64 {
         self.velocity.norm()

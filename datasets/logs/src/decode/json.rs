@@ -6,10 +6,10 @@ use std::fmt;
 use serde::de::{DeserializeSeed, Deserializer, Error, IgnoredAny, MapAccess, SeqAccess, Visitor};
 
 use super::message::{DecodeError, Number, Raw};
-use crate::path::{Leaf, Want, stamp_leaf};
+use crate::path::{FieldTree, Leaf, stamp_leaf};
 
 /// Reads one message. `null`, and the bare `NaN` and `Infinity` that some writers put out, are read as not finite.
-pub(super) fn decode(want: &Want, data: &[u8], raw: &mut Raw) -> Result<(), DecodeError> {
+pub(super) fn decode(want: &FieldTree, data: &[u8], raw: &mut Raw) -> Result<(), DecodeError> {
     match parse(want, data, raw) {
         Err(_) if has_bare_words(data) => {
             *raw = Raw::default();
@@ -24,7 +24,7 @@ pub(super) fn decode(want: &Want, data: &[u8], raw: &mut Raw) -> Result<(), Deco
     })
 }
 
-fn parse(want: &Want, data: &[u8], raw: &mut Raw) -> Result<(), serde_json::Error> {
+fn parse(want: &FieldTree, data: &[u8], raw: &mut Raw) -> Result<(), serde_json::Error> {
     let mut deserializer = serde_json::Deserializer::from_slice(data);
     Node { want, raw }.deserialize(&mut deserializer)?;
     deserializer.end()
@@ -69,7 +69,7 @@ fn quote_bare_words(data: &[u8]) -> Vec<u8> {
 
 /// A value of which something is wanted.
 struct Node<'a> {
-    want: &'a Want,
+    want: &'a FieldTree,
     raw: &'a mut Raw,
 }
 
@@ -133,7 +133,7 @@ impl<'de> Visitor<'de> for Node<'_> {
             ));
         }
         while let Some(key) = map.next_key_seed(Key)? {
-            let part = stamp_leaf(&key).filter(|_| is_stamp).map(Want::leaf);
+            let part = stamp_leaf(&key).filter(|_| is_stamp).map(FieldTree::leaf);
             let named = self
                 .want
                 .fields

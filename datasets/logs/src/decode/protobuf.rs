@@ -6,7 +6,7 @@ use prost_reflect::{Cardinality, DescriptorPool, FieldDescriptor, Kind, MessageD
 use values::FieldTopic;
 
 use super::message::{DecodeError, Number, Raw};
-use crate::path::{Leaf, Want, first_name, stamp_leaf};
+use crate::path::{FieldTree, Leaf, first_name, stamp_leaf};
 use crate::{LogError, SchemaText};
 
 /// What to do with the fields of a message, by their tags.
@@ -66,7 +66,7 @@ impl Plan {
         let stamped = message
             .get_field_by_name(first_name(&topic.stamp))
             .is_some();
-        let want = Want::of(topic, more, stamped)?;
+        let want = FieldTree::of(topic, more, stamped)?;
         let plan = plan(&message, &want).map_err(|(leaf, why)| leaf.astray(topic, why))?;
         Ok((plan, stamped))
     }
@@ -241,7 +241,7 @@ impl Scalar {
     }
 }
 
-fn plan(message: &MessageDescriptor, want: &Want) -> Result<Plan, (Leaf, String)> {
+fn plan(message: &MessageDescriptor, want: &FieldTree) -> Result<Plan, (Leaf, String)> {
     let stamp;
     let want = if want.leaves.contains(&Leaf::Stamp) {
         stamp = stamp_want(message);
@@ -277,7 +277,7 @@ fn plan(message: &MessageDescriptor, want: &Want) -> Result<Plan, (Leaf, String)
     })
 }
 
-fn field(descriptor: &FieldDescriptor, want: &Want) -> Result<Field, (Leaf, String)> {
+fn field(descriptor: &FieldDescriptor, want: &FieldTree) -> Result<Field, (Leaf, String)> {
     let name = descriptor.name();
     let repeated = descriptor.cardinality() == Cardinality::Repeated;
     if descriptor.is_map() {
@@ -300,7 +300,7 @@ fn field(descriptor: &FieldDescriptor, want: &Want) -> Result<Field, (Leaf, Stri
         };
         return Err((want.any_leaf(), format!("`{name}` is {why}")));
     }
-    let part = |want: &Want| match (descriptor.kind(), Scalar::of(&descriptor.kind())) {
+    let part = |want: &FieldTree| match (descriptor.kind(), Scalar::of(&descriptor.kind())) {
         (Kind::Message(message), _) => Ok(Part::Message(plan(&message, want)?)),
         (_, Some(kind)) if want.fields.is_empty() && want.elements.is_empty() => Ok(Part::Number {
             kind,
@@ -344,22 +344,22 @@ fn default(descriptor: &FieldDescriptor) -> Option<Number> {
 }
 
 /// What is wanted of a message that is a stamp; nothing where it is none.
-fn stamp_want(message: &MessageDescriptor) -> Want {
+fn stamp_want(message: &MessageDescriptor) -> FieldTree {
     let fields: Vec<_> = message
         .fields()
         .filter_map(|field| {
             Some((
                 field.name().to_string(),
-                Want::leaf(stamp_leaf(field.name())?),
+                FieldTree::leaf(stamp_leaf(field.name())?),
             ))
         })
         .collect();
     if fields.len() == 2 {
-        Want {
+        FieldTree {
             fields,
-            ..Want::default()
+            ..FieldTree::default()
         }
     } else {
-        Want::leaf(Leaf::Stamp)
+        FieldTree::leaf(Leaf::Stamp)
     }
 }

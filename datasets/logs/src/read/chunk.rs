@@ -4,7 +4,7 @@ use mcap::records::op;
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 
 use super::records::PREFIX;
-use super::wanted::Limits;
+use super::request::Limits;
 use crate::LogError;
 
 /// What can be wrong with a chunk.

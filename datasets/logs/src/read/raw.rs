@@ -10,7 +10,7 @@ use mcap::records::{Record, op};
 use super::chunk::{self, ChunkFault};
 use super::damage::{Damage, Extent};
 use super::records::{self, Ending, Records};
-use super::wanted::Limits;
+use super::request::Limits;
 use crate::LogError;
 
 /// What a channel's messages are.

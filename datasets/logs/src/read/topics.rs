@@ -7,8 +7,8 @@ use mcap::records::{MessageHeader, Record, op};
 
 use super::damage::{Damage, Extent};
 use super::event::{Event, Sample};
+use super::request::TopicRequest;
 use super::summary::{Summary, TopicCount};
-use super::wanted::Wanted;
 use crate::decode::DecodeError;
 use crate::{Decoder, LogError, SchemaText};
 
@@ -42,7 +42,7 @@ struct MessageCounts {
 
 pub(super) struct Topics<'a> {
     log: &'a str,
-    wanted: &'a [Wanted<'a>],
+    wanted: &'a [TopicRequest<'a>],
     schemas: HashMap<u16, Arc<Schema>>,
     channels: HashMap<u16, Channel>,
     counts: Vec<MessageCounts>,
@@ -52,7 +52,7 @@ pub(super) struct Topics<'a> {
 }
 
 impl<'a> Topics<'a> {
-    pub(super) fn new(log: &'a str, wanted: &'a [Wanted<'a>], limit: usize) -> Self {
+    pub(super) fn new(log: &'a str, wanted: &'a [TopicRequest<'a>], limit: usize) -> Self {
         let counts = vec![MessageCounts::default(); wanted.len()];
         Self {
             log,
@@ -171,7 +171,7 @@ impl<'a> Topics<'a> {
                     encoding: &schema.encoding,
                     data: &schema.data,
                 });
-                let Wanted {
+                let TopicRequest {
                     topic,
                     more,
                     required,

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::io::Cursor;
 
-use logs::{Event, Limits, LogError, Sample, Summary, Wanted};
+use logs::{Event, Limits, LogError, Sample, Summary, TopicRequest};
 use mcap::records::MessageHeader;
 use mcap::{WriteOptions, Writer};
 use prost_types::field_descriptor_proto::{Label, Type};
@@ -245,7 +245,7 @@ pub fn read(bytes: &[u8]) -> Result<(Vec<Sample>, Summary), LogError> {
     let summary = logs::read_from(
         "test.mcap",
         Cursor::new(bytes),
-        &[Wanted {
+        &[TopicRequest {
             topic: &topic,
             more: &[],
             required: true,

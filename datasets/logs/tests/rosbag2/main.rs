@@ -9,7 +9,7 @@ mod definitions;
 use std::collections::BTreeMap;
 use std::io::Cursor;
 
-use logs::{Event, Limits, LogError, Sample, Summary, Wanted};
+use logs::{Event, Limits, LogError, Sample, Summary, TopicRequest};
 use mcap::records::{MessageHeader, Metadata};
 use mcap::{Compression, WriteOptions};
 use values::FieldTopic;
@@ -178,7 +178,7 @@ fn topic(name: &str, x: &str, y: &str) -> FieldTopic {
 fn read(file: &[u8], topics: &[FieldTopic]) -> Result<(Vec<(usize, Sample)>, Summary), LogError> {
     let wanted: Vec<_> = topics
         .iter()
-        .map(|topic| Wanted {
+        .map(|topic| TopicRequest {
             topic,
             more: &[],
             required: true,

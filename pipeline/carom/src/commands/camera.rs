@@ -7,7 +7,7 @@ use clap::{Args, Subcommand};
 use serde_json::json;
 use track::{
     Calibration, Decoder, Image, ImageMessage, KnownLens, Lens, Payload, SeenPoint, Tracker, Tuned,
-    Use, draw_observation, png_of,
+    Workspace, draw_observation, png_of,
 };
 use values::{Object, Rig, Shape};
 
@@ -125,7 +125,7 @@ fn calibrate(args: &CalibrateArgs) -> Result<Output, Error> {
             ));
         }
     };
-    let used = Use {
+    let used = Workspace {
         table: [rig.table.x, rig.table.y],
         height: half_height(&rig.object),
     };

@@ -11,7 +11,9 @@ use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::json;
 use signal_hook::consts::{SIGINT, SIGTERM};
 use store::{Artifact, Store};
-use strike::collect::{ArmStation, CollectError, Collected, News, SimStation, Station, Wish};
+use strike::collect::{
+    ArmStation, CollectError, CollectEvent, Collected, SimStation, Station, StrikeRequest,
+};
 use strike::xarm::Ports;
 use strike::{Choice, CommandPlanner, Live, LiveError, RobotError, Trust, identity};
 use values::Rig;
@@ -65,7 +67,7 @@ fn seconds(text: &str) -> Result<f64, String> {
 /// Gathers strikes.
 pub fn run(args: &CollectArgs, global: Global) -> Result<Output, Error> {
     let rig = Rig::load(&args.rig).map_err(Error::input)?;
-    let wished = wished(args)?;
+    let requested = requested(args)?;
     let planner = planner(args, &rig)?;
     let interrupted = Arc::new(AtomicBool::new(false));
     for signal in [SIGINT, SIGTERM] {
@@ -83,7 +85,7 @@ pub fn run(args: &CollectArgs, global: Global) -> Result<Output, Error> {
         &planner,
         &args.out,
         args.strikes as usize,
-        &wished,
+        &requested,
         &|| interrupted.load(Ordering::Relaxed),
         &mut |news| tell(&bar, waits, &news),
     );
@@ -100,26 +102,26 @@ fn style() -> ProgressStyle {
         .unwrap_or_else(|_| ProgressStyle::default_bar())
 }
 
-fn tell(bar: &ProgressBar, waits: bool, news: &News) {
+fn tell(bar: &ProgressBar, waits: bool, news: &CollectEvent) {
     // Told where there is no bar too.
     let say = |what: String| bar.suspend(|| eprintln!("carom: {what}"));
     match news {
-        News::Put(wish) if waits => bar.set_prefix(format!(
+        CollectEvent::Put(request) if waits => bar.set_prefix(format!(
             "put the object near ({:.2}, {:.2}) m and step back",
-            wish.from.x, wish.from.y
+            request.from.x, request.from.y
         )),
-        News::Put(_) => {}
-        News::Waiting(what) => bar.set_message(what.clone()),
-        News::LeftOut(refusal) => {
+        CollectEvent::Put(_) => {}
+        CollectEvent::Waiting(what) => bar.set_message(what.clone()),
+        CollectEvent::LeftOut(refusal) => {
             say(format!("a planned strike is left out: {refusal}"));
         }
-        News::Kept { strikes, warning } => {
+        CollectEvent::Kept { strikes, warning } => {
             bar.set_position(*strikes as u64);
             if let Some(warning) = warning {
                 say(format!("strike {strikes}: {warning}"));
             }
         }
-        News::Useless(why) => say(format!("a strike cannot be used: {why}")),
+        CollectEvent::Useless(why) => say(format!("a strike cannot be used: {why}")),
     }
 }
 
@@ -153,7 +155,7 @@ fn finished(args: &CollectArgs, collected: Collected, is_over: bool) -> Result<O
     })
 }
 
-fn wished(args: &CollectArgs) -> Result<Vec<Wish>, Error> {
+fn requested(args: &CollectArgs) -> Result<Vec<StrikeRequest>, Error> {
     let Some(path) = &args.plan else {
         return Ok(Vec::new());
     };
@@ -161,7 +163,7 @@ fn wished(args: &CollectArgs) -> Result<Vec<Wish>, Error> {
     let strikes = rig::parse_plan(&text).map_err(Error::input)?;
     Ok(strikes
         .iter()
-        .map(|strike| Wish {
+        .map(|strike| StrikeRequest {
             from: strike.initial(),
             command: strike.command(),
         })
@@ -247,7 +249,7 @@ fn failed(error: CollectError) -> Error {
     match error {
         CollectError::Lock(durable::LockError::Busy { .. }) => Error::Busy(error.into()),
         CollectError::Robot(RobotError::NotReady { .. } | RobotError::Refused(_)) => refused(error),
-        CollectError::Gathered(_)
+        CollectError::Collected(_)
         | CollectError::NoStrike(_)
         | CollectError::Live(LiveError::Address(_) | LiveError::NoTopic { .. }) => {
             Error::input(error)

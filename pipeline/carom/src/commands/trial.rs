@@ -7,7 +7,7 @@ use rig::SimChoice;
 
 use crate::args::Global;
 use crate::output::{Output, to_json};
-use crate::trial::{self, Wanted};
+use crate::trial::{self, TrialSettings};
 use crate::{Error, steps, summary};
 
 /// `carom trial`.
@@ -41,7 +41,7 @@ pub struct TrialArgs {
 pub fn run(args: &TrialArgs, global: Global) -> Result<Output, Error> {
     let trial = trial::run(
         &args.artifacts,
-        &Wanted {
+        &TrialSettings {
             robot: &args.robot,
             version: args.version.as_deref(),
             targets: args.targets as usize,

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use diagnose::{Diagnosis, Found, Gap, Named, NextStrike, Noise, Verdict};
+use diagnose::{Diagnosed, Diagnosis, Gap, NamedEffect, NextStrike, Noise, Verdict};
 use maud::{Markup, html};
 use values::Strike;
 
@@ -17,7 +17,7 @@ use crate::summary::diagnosis::{gap, numbers, probability, sentence, to_two_figu
 /// Candidates of the ranking that are shown.
 const RANKED: usize = 12;
 
-pub fn diagnosis_section(shown: &ReportInput<'_>, found: &Found) -> Result<Markup, PageError> {
+pub fn diagnosis_section(shown: &ReportInput<'_>, found: &Diagnosed) -> Result<Markup, PageError> {
     let diagnosis = &found.diagnosis;
     Ok(section(
         "Where simulation and strikes disagree",
@@ -42,13 +42,13 @@ pub fn diagnosis_section(shown: &ReportInput<'_>, found: &Found) -> Result<Marku
 
 fn verdict(verdict: Verdict) -> &'static str {
     match verdict {
-        Verdict::Named => "Named",
+        Verdict::Named => "NamedEffect",
         Verdict::Consistent => "Consistent",
         Verdict::Unexplained => "Unexplained",
     }
 }
 
-fn effects_table(effects: &[Named]) -> Markup {
+fn effects_table(effects: &[NamedEffect]) -> Markup {
     html! {
         @if !effects.is_empty() {
             table {
@@ -113,7 +113,7 @@ fn repeats(shown: &ReportInput<'_>) -> Option<f64> {
     Some(floor.mean.hypot(floor.sd))
 }
 
-fn gap_bars(measured: &Gap, effects: &[Named], repeats: Option<f64>) -> Markup {
+fn gap_bars(measured: &Gap, effects: &[NamedEffect], repeats: Option<f64>) -> Markup {
     let bar = |name, model, length: f64| Bar {
         name,
         model,
@@ -205,7 +205,7 @@ fn noise_table(noise: &Noise) -> Markup {
 }
 
 /// Maps of the table and small multiples against each covariate, before and with the effects.
-fn pictures(shown: &ReportInput<'_>, found: &Found) -> Result<Markup, PageError> {
+fn pictures(shown: &ReportInput<'_>, found: &Diagnosed) -> Result<Markup, PageError> {
     let strikes: BTreeMap<&str, &Strike> = shown
         .results
         .strikes

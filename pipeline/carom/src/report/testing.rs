@@ -1,8 +1,8 @@
 //! A diagnosis made by hand, and the page that shows it.
 
 use diagnose::{
-    Detectable, Diagnosis, Found, Gap, Named, NextStrike, Parameter, Ranked, StopResidual, Verdict,
-    Where,
+    Detectable, Diagnosed, Diagnosis, Gap, GapDependence, NamedEffect, NextStrike, Parameter,
+    Ranked, StopResidual, Verdict,
 };
 use values::{Command, Conditions, Point, Rig, Shape, Split, Strike, Track};
 use world::{AddedEffect, Estimate, World};
@@ -14,7 +14,7 @@ use crate::inputs::Inputs;
 use crate::results::{Results, WorldResults};
 
 /// A table tilt, named.
-pub fn found_tilt() -> Found {
+pub fn found_tilt() -> Diagnosed {
     let tilt = Parameter {
         value: 0.0042,
         low: 0.0040,
@@ -64,13 +64,13 @@ pub fn found_tilt() -> Found {
             ],
         }],
         strikes: 80,
-        r#where: vec![Where {
+        r#where: vec![GapDependence {
             covariate: "angle".into(),
             description: "strikes to the left go too far".into(),
             p_value: 1e-9,
             share: 0.61,
         }],
-        effects: vec![Named {
+        effects: vec![NamedEffect {
             name: "table_tilt".into(),
             parameters: [("tilt_x".to_string(), tilt)].into(),
             statement: "the table slopes down by 4.2 mm per metre".into(),
@@ -102,7 +102,7 @@ pub fn found_tilt() -> Found {
         }],
         notes: vec!["one candidate diverged".into()],
     };
-    Found {
+    Diagnosed {
         diagnosis,
         world: Some(world),
         residuals: (0..4).map(residual).collect(),
@@ -128,7 +128,7 @@ fn strike(index: usize) -> Strike {
     }
 }
 
-fn text(found: Found, is_used: bool) -> String {
+fn text(found: Diagnosed, is_used: bool) -> String {
     let inputs = Inputs {
         named: Vec::new(),
         rig: Rig::demo(Shape::Cylinder),

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use diagnose::{Diagnosis, Gap, Named, Parameter, Verdict};
+use diagnose::{Diagnosis, Gap, NamedEffect, Parameter, Verdict};
 
 use crate::outputs::NEXT_STRIKES;
 
@@ -165,7 +165,7 @@ pub fn to_two_figures_of(scale: f64, number: f64) -> String {
     format!("{number:.decimals$}")
 }
 
-fn named(effect: &Named) -> String {
+fn named(effect: &NamedEffect) -> String {
     let mut text = format!("           {}: {}\n", effect.name, effect.statement);
     for (name, parameter) in &effect.parameters {
         let [value, low, high] = numbers(parameter);

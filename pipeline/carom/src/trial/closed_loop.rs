@@ -10,7 +10,7 @@ use store::{Artifact, Model, Store};
 use strike::{Plan, Planner};
 use values::{Point, StopErrors};
 
-use super::outcome::{FILE, NewSessions, Outcome, Refused, Struck, Trial};
+use super::outcome::{FILE, NewSessions, Outcome, Refused, TargetStrike, Trial};
 use super::targets::{Pair, Region};
 use crate::Error;
 use crate::outputs::write_json;
@@ -21,7 +21,7 @@ use crate::robot::Embedded;
 const FLOOR_REPEATS: usize = 25;
 
 /// What a trial is to strike.
-pub struct Wanted<'a> {
+pub struct TrialSettings<'a> {
     /// What strikes.
     pub robot: &'a SimChoice,
     /// Version to strike with; the latest where none is named.
@@ -37,7 +37,7 @@ pub struct Wanted<'a> {
 }
 
 /// Runs the trial with the version in a run's folder and keeps it there.
-pub fn run(dir: &Path, wanted: &Wanted<'_>, is_quiet: bool) -> Result<Trial, Error> {
+pub fn run(dir: &Path, wanted: &TrialSettings<'_>, is_quiet: bool) -> Result<Trial, Error> {
     let artifact = Store::open(dir).load(wanted.version).map_err(store_error)?;
     let strikes = tables::read_strikes(dir).map_err(Error::input)?;
     let region = Region::of(&strikes)
@@ -183,8 +183,8 @@ fn strike_pairs(
     }
 }
 
-fn struck(plan: &Plan, stop: Point) -> Struck {
-    Struck {
+fn struck(plan: &Plan, stop: Point) -> TargetStrike {
+    TargetStrike {
         from: plan.from,
         to: plan.to,
         speed: plan.speed,

@@ -4,5 +4,5 @@ mod closed_loop;
 mod outcome;
 mod targets;
 
-pub use closed_loop::{Wanted, run};
+pub use closed_loop::{TrialSettings, run};
 pub use outcome::{Outcome, Trial, kept};

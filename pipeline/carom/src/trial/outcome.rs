@@ -11,7 +11,7 @@ pub const FILE: &str = "trial.json";
 
 /// One strike at a target.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Struck {
+pub struct TargetStrike {
     /// Where the object rested, in m.
     pub from: Point,
     /// Where it was to stop, in m.
@@ -50,7 +50,7 @@ pub struct Outcome {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub expected_miss: Option<f64>,
     /// Every strike.
-    pub strikes: Vec<Struck>,
+    pub strikes: Vec<TargetStrike>,
     /// Every target refused, which no number above counts.
     pub refusals: Vec<Refused>,
 }

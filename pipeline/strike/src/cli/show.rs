@@ -4,7 +4,7 @@ use std::io::{self, Write};
 use std::path::PathBuf;
 
 use serde::Serialize;
-use strike::{FEW, LiveError, Plan, Resting, Struck};
+use strike::{FEW, LiveError, Plan, Resting, StrikeRecord};
 use values::Point;
 
 use super::Failure;
@@ -53,7 +53,7 @@ impl Answer {
     }
 
     /// The robot struck.
-    pub fn struck(&mut self, struck: &Struck) {
+    pub fn struck(&mut self, struck: &StrikeRecord) {
         self.stopped = struck.stop;
         self.miss = struck.stop.map(|stop| stop.distance(self.plan.to));
         self.delivered_speed = struck.delivered_speed;

@@ -17,8 +17,8 @@ pub enum CollectError {
     #[error(transparent)]
     Log(#[from] LogError),
     /// A log in the folder cannot be read.
-    #[error("read what was gathered: {0}")]
-    Gathered(#[from] IngestError),
+    #[error("read what was collected: {0}")]
+    Collected(#[from] IngestError),
     /// The folder cannot be worked in.
     #[error("gather into the folder: {0}")]
     Folder(#[from] durable::Error),

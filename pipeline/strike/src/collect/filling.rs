@@ -2,9 +2,9 @@
 
 use values::{Command, Interval, Point, Rig};
 
+use super::collection::Collection;
 use super::error::CollectError;
-use super::gathered::Gathered;
-use super::wish::Wish;
+use super::request::StrikeRequest;
 use crate::{CommandPlanner, Plan};
 
 /// Commands that are compared for one strike.
@@ -16,15 +16,18 @@ const START_X: (f64, f64) = (1.0 / 9.0, 1.0 / 3.0);
 const START_Y: (f64, f64) = (1.0 / 3.0, 2.0 / 3.0);
 
 /// Where the object is best put for the next strike: the next place of an even sequence from which a strike fits.
-pub(super) fn wish(planner: &CommandPlanner, gathered: &Gathered) -> Result<Wish, CollectError> {
-    let (made, farther) = (gathered.made(), gathered.farther(planner));
-    let first = gathered.strikes_made() as u64;
+pub(super) fn request(
+    planner: &CommandPlanner,
+    collection: &Collection,
+) -> Result<StrikeRequest, CollectError> {
+    let (made, farther) = (collection.made(), collection.farther(planner));
+    let first = collection.strikes_made() as u64;
     let mut last = None;
     for place in first..first + PLACES {
         let from = start(planner.rig(), place);
         match choose(planner, from, &made, farther) {
             Ok(plan) => {
-                return Ok(Wish {
+                return Ok(StrikeRequest {
                     from,
                     command: plan.command(),
                 });
@@ -48,7 +51,7 @@ fn start(rig: &Rig, n: u64) -> Point {
 pub(super) fn choose(
     planner: &CommandPlanner,
     from: Point,
-    made: &[Wish],
+    made: &[StrikeRequest],
     farther: f64,
 ) -> Result<Plan, CollectError> {
     let rig = planner.rig();
@@ -64,7 +67,7 @@ pub(super) fn choose(
                 speed: between(rig.robot.speed, halton(offset + n, 2)),
                 angle: between(rig.robot.angle, halton(offset + n, 3)),
             };
-            (alone(rig, Wish { from, command }, made), command)
+            (alone(rig, StrikeRequest { from, command }, made), command)
         })
         .collect();
     candidates.sort_by(|a, b| b.0.total_cmp(&a.0));
@@ -86,15 +89,15 @@ pub(super) fn choose(
 }
 
 /// How far a strike lies from the nearest of those made, in shares of the ranges.
-fn alone(rig: &Rig, wish: Wish, made: &[Wish]) -> f64 {
+fn alone(rig: &Rig, request: StrikeRequest, made: &[StrikeRequest]) -> f64 {
     let share = |a: f64, b: f64, range: Interval| (a - b) / (range.high - range.low).max(1e-9);
     made.iter()
         .map(|other| {
             [
-                share(wish.command.speed, other.command.speed, rig.robot.speed),
-                share(wish.command.angle, other.command.angle, rig.robot.angle),
-                share(wish.from.x, other.from.x, rig.table.x),
-                share(wish.from.y, other.from.y, rig.table.y),
+                share(request.command.speed, other.command.speed, rig.robot.speed),
+                share(request.command.angle, other.command.angle, rig.robot.angle),
+                share(request.from.x, other.from.x, rig.table.x),
+                share(request.from.y, other.from.y, rig.table.y),
             ]
             .iter()
             .map(|part| part * part)
@@ -136,7 +139,7 @@ mod tests {
             speeds[third(rig.robot.speed, plan.speed)] += 1;
             angles[third(rig.robot.angle, plan.angle)] += 1;
             assert!(rig.table.contains(plan.to));
-            made.push(Wish {
+            made.push(StrikeRequest {
                 from,
                 command: plan.command(),
             });

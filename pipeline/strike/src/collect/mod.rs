@@ -1,21 +1,21 @@
 //! Gathering data: strikes that fill speed, angle and table evenly and stay on it, each in a log of its own before the next is made.
 //!
-//! What was gathered is what lies in the folder: a collection that was ended by anything goes on where it was.
+//! What was collected is what lies in the folder: a collection that was ended by anything goes on where it was.
 
+mod collection;
 mod error;
 mod filling;
-mod gathered;
+mod request;
 mod station;
-mod wish;
 
 use std::path::Path;
 
+use collection::Collection;
+pub use collection::SESSION;
 pub use error::CollectError;
-use filling::{choose, wish};
-use gathered::Gathered;
-pub use gathered::SESSION;
+use filling::{choose, request};
+pub use request::StrikeRequest;
 pub use station::{ArmStation, Recorded, SimStation, Station, Unfinished};
-pub use wish::Wish;
 
 use crate::{CommandPlanner, Destination, OpenLog, Refusal};
 
@@ -24,12 +24,12 @@ const MOST_USELESS: usize = 5;
 
 /// What came of one strike of a collection, for a person.
 #[derive(Clone, Debug)]
-pub enum News {
+pub enum CollectEvent {
     /// Where the object is to be put, in m.
-    Put(Wish),
+    Put(StrikeRequest),
     /// What is waited for until it lies ready.
     Waiting(String),
-    /// A wished command that cannot be struck from where the object lies: it is left out.
+    /// A requested command that cannot be struck from where the object lies: it is left out.
     LeftOut(Refusal),
     /// A strike that can be used.
     Kept {
@@ -55,45 +55,45 @@ pub struct Collected {
     pub session: Option<std::path::PathBuf>,
 }
 
-/// Strikes until the folder holds so many usable strikes; those wished for first. `is_over` ends it before the next strike.
+/// Strikes until the folder holds so many usable strikes; the requested ones first. `is_over` ends it before the next strike.
 pub fn collect(
     station: &mut dyn Station,
     planner: &CommandPlanner,
     folder: &Path,
     strikes: usize,
-    wished: &[Wish],
+    requested: &[StrikeRequest],
     is_over: &dyn Fn() -> bool,
-    tell: &mut dyn FnMut(News),
+    tell: &mut dyn FnMut(CollectEvent),
 ) -> Result<Collected, CollectError> {
     let rig = planner.rig();
-    let mut gathered = Gathered::open(folder, rig)?;
-    let mut wished = gathered.left_of(wished);
+    let mut collection = Collection::open(folder, rig)?;
+    let mut requested = collection.left_of(requested);
     let (mut made, mut useless, mut in_a_row) = (0, 0, 0);
-    while gathered.len() < strikes && !is_over() {
-        station.goes_on(gathered.strikes_made(), gathered.last_stop());
-        let next = wished.first().copied();
+    while collection.len() < strikes && !is_over() {
+        station.goes_on(collection.strikes_made(), collection.last_stop());
+        let next = requested.first().copied();
         let put = match next {
-            Some(wish) => wish,
-            None => wish(planner, &gathered)?,
+            Some(request) => request,
+            None => request(planner, &collection)?,
         };
-        tell(News::Put(put));
+        tell(CollectEvent::Put(put));
         let log = OpenLog::open(Destination::Next(folder.into()))?;
-        let from = station.object(put.from, &mut |what| tell(News::Waiting(what)))?;
-        let farther = gathered.farther(planner);
+        let from = station.object(put.from, &mut |what| tell(CollectEvent::Waiting(what)))?;
+        let farther = collection.farther(planner);
         let plan = match next {
-            Some(wish) => {
-                wished.remove(0);
-                match planner.plan(from, wish.command, farther) {
+            Some(request) => {
+                requested.remove(0);
+                match planner.plan(from, request.command, farther) {
                     Ok(plan) => plan,
                     Err(refusal) => {
-                        tell(News::LeftOut(refusal));
+                        tell(CollectEvent::LeftOut(refusal));
                         continue;
                     }
                 }
             }
-            None => match choose(planner, from, &gathered.made(), farther) {
+            None => match choose(planner, from, &collection.made(), farther) {
                 Err(CollectError::NoStrike(why)) if station.is_by_hand() => {
-                    tell(News::Waiting(why));
+                    tell(CollectEvent::Waiting(why));
                     continue;
                 }
                 chosen => chosen?,
@@ -115,17 +115,17 @@ pub fn collect(
                 return Err(error.into());
             }
             made += 1;
-            match gathered.take(&kept.path, rig)? {
+            match collection.take(&kept.path, rig)? {
                 Ok(()) => {
                     in_a_row = 0;
-                    tell(News::Kept {
-                        strikes: gathered.len(),
+                    tell(CollectEvent::Kept {
+                        strikes: collection.len(),
                         warning,
                     });
                 }
                 Err(why) => {
                     (useless, in_a_row) = (useless + 1, in_a_row + 1);
-                    tell(News::Useless(why.clone()));
+                    tell(CollectEvent::Useless(why.clone()));
                     if in_a_row == MOST_USELESS && failed.is_none() {
                         return Err(CollectError::Useless {
                             strikes: in_a_row,
@@ -140,11 +140,11 @@ pub fn collect(
         }
     }
     Ok(Collected {
-        strikes: gathered.len(),
+        strikes: collection.len(),
         made: made - useless,
         useless,
-        session: if gathered.len() >= strikes {
-            gathered.join()?
+        session: if collection.len() >= strikes {
+            collection.join()?
         } else {
             None
         },

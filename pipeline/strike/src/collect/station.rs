@@ -11,7 +11,8 @@ use values::{Point, Rig};
 use super::error::CollectError;
 use crate::robot::xarm::{Ports, XArm};
 use crate::{
-    Live, LiveError, Plan, Received, RobotError, Samples, SimRobot, Struck, TruthSource, execute,
+    Live, LiveError, Plan, Received, RobotError, Samples, SimRobot, StrikeRecord, TruthSource,
+    execute,
 };
 
 /// An object that was put back lies farther than this, in m, from where it stopped.
@@ -46,10 +47,10 @@ pub trait Station {
     /// How many strikes were made before, and where (m) the last usable one left the object.
     fn goes_on(&mut self, strikes: usize, last_stop: Option<Point>);
 
-    /// Waits until the object lies ready, wherever that is; `wished` is where it would best lie. In m. What is waited for is told.
+    /// Waits until the object lies ready, wherever that is; `requested` is where it would best lie. In m. What is waited for is told.
     fn object(
         &mut self,
-        wished: Point,
+        requested: Point,
         tell: &mut dyn FnMut(String),
     ) -> Result<Point, CollectError>;
 
@@ -60,7 +61,7 @@ pub trait Station {
     fn strike(&mut self, plan: &Plan) -> Result<Recorded, Box<Unfinished>>;
 }
 
-/// The embedded rig, whose object lies where it is wished.
+/// The embedded rig, whose object lies where the request wants it.
 pub struct SimStation {
     rig: Rig,
     truth: Option<PathBuf>,
@@ -87,8 +88,12 @@ impl Station for SimStation {
         false
     }
 
-    fn object(&mut self, wished: Point, _: &mut dyn FnMut(String)) -> Result<Point, CollectError> {
-        Ok(wished)
+    fn object(
+        &mut self,
+        requested: Point,
+        _: &mut dyn FnMut(String),
+    ) -> Result<Point, CollectError> {
+        Ok(requested)
     }
 
     fn strike(&mut self, plan: &Plan) -> Result<Recorded, Box<Unfinished>> {
@@ -214,7 +219,7 @@ impl Station for ArmStation {
 
 /// What is kept of a strike's outcome.
 fn recorded(
-    outcome: Result<Option<Struck>, RobotError>,
+    outcome: Result<Option<StrikeRecord>, RobotError>,
     received: Vec<Received>,
 ) -> Result<Recorded, Box<Unfinished>> {
     match outcome {

@@ -30,7 +30,7 @@ pub(super) struct Sighting {
 
 /// A channel that is listened to.
 #[derive(Debug)]
-pub(super) struct Listened {
+pub(super) struct Subscription {
     pub(super) role: Role,
     told: Channel,
     pub(super) raw: Arc<RawChannel>,
@@ -42,7 +42,7 @@ pub(super) struct Listened {
 #[derive(Debug)]
 pub(super) struct Channels {
     topics: Topics,
-    listened: BTreeMap<u32, Listened>,
+    listened: BTreeMap<u32, Subscription>,
     next: u32,
     /// Some names of what else is there.
     others: Vec<String>,
@@ -93,7 +93,7 @@ impl Channels {
             schema_encoding: channel.schema_encoding().into(),
             schema_data: schema.into(),
         };
-        let listened = Listened {
+        let listened = Subscription {
             role,
             decoder: self.decoder(role, &raw)?,
             raw: Arc::new(raw),
@@ -116,7 +116,7 @@ impl Channels {
     }
 
     /// The channel of a subscription.
-    pub(super) fn of(&self, subscription: u32) -> Option<&Listened> {
+    pub(super) fn of(&self, subscription: u32) -> Option<&Subscription> {
         self.listened.get(&subscription)
     }
 
@@ -180,7 +180,7 @@ impl Channels {
     }
 }
 
-impl Listened {
+impl Subscription {
     /// The object's place in a message; none of an image. Errors where the message makes no sense.
     pub(super) fn read(&self, message: &[u8]) -> Result<Option<Sighting>, String> {
         let Some(decoder) = &self.decoder else {

@@ -1,6 +1,6 @@
 //! The robot that moves nothing: what is planned is what there is.
 
-use super::{Robot, RobotError, Struck};
+use super::{Robot, RobotError, StrikeRecord};
 use crate::Plan;
 
 /// `--robot dry-run`.
@@ -16,7 +16,7 @@ impl Robot for DryRun {
         Ok(())
     }
 
-    fn strike(&mut self, _: &Plan) -> Result<Option<Struck>, RobotError> {
+    fn strike(&mut self, _: &Plan) -> Result<Option<StrikeRecord>, RobotError> {
         Ok(None)
     }
 

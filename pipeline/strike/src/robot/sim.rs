@@ -5,7 +5,7 @@ use std::path::Path;
 use rig::{Sim, Truth};
 use values::Rig;
 
-use super::{Robot, RobotError, Struck};
+use super::{Robot, RobotError, StrikeRecord};
 use crate::{Plan, identity};
 
 /// Seed of a rig that no `truth.json` describes.
@@ -80,9 +80,9 @@ impl Robot for SimRobot {
         })
     }
 
-    fn strike(&mut self, plan: &Plan) -> Result<Option<Struck>, RobotError> {
+    fn strike(&mut self, plan: &Plan) -> Result<Option<StrikeRecord>, RobotError> {
         let recording = self.sim.strike(plan.from, plan.command());
-        Ok(Some(Struck {
+        Ok(Some(StrikeRecord {
             stop: Some(recording.stop),
             samples: recording.samples,
             delivered_speed: None,

@@ -1,7 +1,7 @@
 //! What a residual adds to a plan, and how far it may.
 
 use store::network::{LAYERS, Layer, SIZES};
-use store::{Artifact, Explained, Model, Network};
+use store::{Artifact, Model, Network, TrainingExtent};
 use strike::{Plan, Planner, Reason, Refusal};
 use values::{Command, Conditions, Point};
 use world::Simulator;
@@ -104,7 +104,7 @@ fn a_residual_that_moves_the_stop_farther_than_it_was_trained_to_is_refused() {
 fn explained(artifact: &mut Artifact, displacement: f64) {
     let [d_speed, d_angle] = fixture::SYSID_RESIDUAL;
     let about = |value: f64, by: f64| [value - by, value + by].into();
-    let explained = Explained {
+    let explained = TrainingExtent {
         strikes: 80,
         d_speed: about(d_speed, 0.02),
         d_angle: about(d_angle, 0.02),

@@ -8,10 +8,10 @@ use values::{Point, Split, Strike, arm_scatter, delivered_strikes};
 use world::Estimate;
 use world::effects;
 
-use crate::diagnosis::{Gap, Named, Parameter, Verdict};
+use crate::diagnosis::{Gap, NamedEffect, Parameter, Verdict};
 use crate::gap;
 use crate::model::specification;
-use crate::{DiagnoseError, Found, Input};
+use crate::{DiagnoseError, Diagnosed, Input};
 
 use law::{Law, fit};
 
@@ -54,7 +54,11 @@ impl Arm {
     }
 
     /// What was found from the delivered launches, with what the arm does to its commands.
-    pub(crate) fn complete(self, mut found: Found, input: &Input) -> Result<Found, DiagnoseError> {
+    pub(crate) fn complete(
+        self,
+        mut found: Diagnosed,
+        input: &Input,
+    ) -> Result<Diagnosed, DiagnoseError> {
         let scatter = arm_scatter(&input.strikes);
         // A world that was fitted here scatters by the impact alone; the identified one by the arm, too.
         let mut impact = found.world.as_ref().unwrap_or(&input.world).scatter;
@@ -108,7 +112,7 @@ impl Arm {
         };
         diagnosis.verdict = Verdict::Named;
         let named = self.laws.iter().zip(statements);
-        let named: Vec<Named> = named.map(|(law, text)| named_law(law, text)).collect();
+        let named: Vec<NamedEffect> = named.map(|(law, text)| named_law(law, text)).collect();
         diagnosis.effects.splice(0..0, named);
 
         let mut world = found.world.take().unwrap_or_else(|| input.world.clone());
@@ -144,7 +148,7 @@ fn without(total: f64, part: f64) -> f64 {
     (total * total - part * part).max(0.0).sqrt()
 }
 
-fn named_law(law: &Law, statement: String) -> Named {
+fn named_law(law: &Law, statement: String) -> NamedEffect {
     let parameter = |(name, estimate): (&String, &Estimate)| {
         let parameter = Parameter {
             value: estimate.value,
@@ -154,7 +158,7 @@ fn named_law(law: &Law, statement: String) -> Named {
         };
         (name.clone(), parameter)
     };
-    Named {
+    NamedEffect {
         name: law.added.name.clone(),
         parameters: law.added.parameters.iter().map(parameter).collect(),
         statement,

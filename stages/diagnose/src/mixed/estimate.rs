@@ -74,7 +74,7 @@ pub(crate) fn estimate_within(
                 posterior * left
             })
             .collect();
-        let guess = Guess {
+        let guess = CurrentEstimate {
             beta: &beta,
             gamma: &gamma,
             spread: &marginal.spread,
@@ -113,7 +113,7 @@ pub(crate) fn estimate_within(
 }
 
 /// All that is guessed at some components.
-struct Guess<'g> {
+struct CurrentEstimate<'g> {
     beta: &'g DVector<f64>,
     gamma: &'g Path,
     /// Covariance of γ.
@@ -126,7 +126,7 @@ fn maximise(
     strikes: &[Products],
     components: &VarianceComponents,
     posteriors: &[Small],
-    guess: &Guess<'_>,
+    guess: &CurrentEstimate<'_>,
 ) -> VarianceComponents {
     let n = strikes.len() as f64;
     let p = guess.beta.len();

@@ -68,7 +68,7 @@ fn told(case: &Case, phase: f64) -> Delivered {
         track.x.push(at.x);
         track.y.push(at.y);
     }
-    let launched = Launched {
+    let context = LaunchContext {
         commands: &commands,
         command: Command { speed, angle: 0.2 },
         first_motion: nanoseconds(first),
@@ -77,7 +77,7 @@ fn told(case: &Case, phase: f64) -> Delivered {
         track: &track,
         noise: 0.0007,
     };
-    let delivered = delivered(&states, &launched).expect("told");
+    let delivered = delivered(&states, &context).expect("told");
     // The line through the first frames of a slide that slows down meets zero a millisecond early.
     assert!((delivered.contact + 0.4 * frame).abs() < 0.0015);
     assert!(!delivered.pushed_again);
@@ -169,7 +169,7 @@ fn states_that_do_not_reach_contact_tell_nothing() {
         y: vec![0.0; 3],
         yaw: None,
     };
-    let launched = Launched {
+    let context = LaunchContext {
         commands: &commands,
         command: Command {
             speed: 0.7,
@@ -187,10 +187,10 @@ fn states_that_do_not_reach_contact_tell_nothing() {
         position: Point::default(),
     };
     let early: Vec<State> = (0..10).map(state).collect();
-    assert_eq!(delivered(&early, &launched), None);
-    assert_eq!(delivered(&[], &launched), None);
+    assert_eq!(delivered(&early, &context), None);
+    assert_eq!(delivered(&[], &context), None);
     let all: Vec<State> = (0..60).map(state).collect();
-    assert!(delivered(&all, &launched).is_some());
+    assert!(delivered(&all, &context).is_some());
     let still: Vec<State> = all
         .iter()
         .map(|state| State {
@@ -199,7 +199,7 @@ fn states_that_do_not_reach_contact_tell_nothing() {
         })
         .collect();
     assert_eq!(
-        delivered(&still, &launched),
+        delivered(&still, &context),
         None,
         "an arm that did not move struck nothing"
     );
@@ -242,7 +242,7 @@ fn pushed(goes_on: f64) -> bool {
         }
         tip += speed * 1e-3;
     }
-    let launched = Launched {
+    let context = LaunchContext {
         commands: &commands,
         command: Command {
             speed: 0.8,
@@ -254,7 +254,7 @@ fn pushed(goes_on: f64) -> bool {
         track: &track,
         noise: 0.0007,
     };
-    delivered(&states, &launched).expect("told").pushed_again
+    delivered(&states, &context).expect("told").pushed_again
 }
 
 #[test]

@@ -133,9 +133,9 @@ pub fn pictures(rig: &Rig, count: usize) -> Vec<(Moment, Picture)> {
     let optics = Optics::of(rig, [320, 240]).unwrap();
     let scene = Scene::plain(&rig.object).unwrap();
     let renderer = Renderer::new(optics, scene, 1.0, 3);
-    let shoot =
-        |(k, (at, _)): (usize, (Moment, f64))| (at, renderer.shoot(&|_| at, k as u64).picture);
-    places(count).into_iter().enumerate().map(shoot).collect()
+    let render =
+        |(k, (at, _)): (usize, (Moment, f64))| (at, renderer.render(&|_| at, k as u64).picture);
+    places(count).into_iter().enumerate().map(render).collect()
 }
 
 /// A camera of few pixels.

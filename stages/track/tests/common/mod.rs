@@ -50,8 +50,8 @@ impl Errors {
                 y: at.y + case.speed * t * sin,
                 yaw: at.yaw,
             };
-            let shot = renderer.shoot(&path, seed as u64);
-            let image = decoded(&mut decoder, case.jpeg, &shot.picture);
+            let rendered = renderer.render(&path, seed as u64);
+            let image = decoded(&mut decoder, case.jpeg, &rendered.picture);
             let Observation {
                 centre,
                 pixel,
@@ -67,7 +67,7 @@ impl Errors {
                 }
                 Ok(centre) => {
                     let mm = 1e3 * centre.distance(Point::new(at.x, at.y));
-                    let (pixel, truth) = (pixel.expect("fitted"), shot.centroid.expect("seen"));
+                    let (pixel, truth) = (pixel.expect("fitted"), rendered.centroid.expect("seen"));
                     let px = (pixel[0] - truth[0]).hypot(pixel[1] - truth[1]);
                     errors.rms_mm += mm * mm;
                     errors.rms_px += px * px;

@@ -2,7 +2,7 @@
 //! embedded rig's, and a camera publishes where it is. `carom collect`, `carom run --key`, and a `strike --watch` for each target, as
 //! a person would type them; then the page, with the misses beside what repeats of the same commands scatter by.
 //!
-//! What was gathered is kept: the same command goes on. The maker's ports are taken, of which 502 needs root.
+//! What was collected is kept: the same command goes on. The maker's ports are taken, of which 502 needs root.
 
 use std::error::Error;
 use std::fmt::Write;
@@ -35,7 +35,7 @@ const DRAWS: usize = 20;
 type Failed = Box<dyn Error>;
 
 /// One strike at a target.
-struct Struck {
+struct TargetStrike {
     from: Point,
     to: Point,
     command: Command,
@@ -181,7 +181,11 @@ impl Lab {
     }
 
     /// Strikes at targets from wherever the hand puts the object. Also how many targets were refused; counts what was stopped.
-    fn strike(&self, targets: usize, stops: &mut usize) -> Result<(Vec<Struck>, usize), Failed> {
+    fn strike(
+        &self,
+        targets: usize,
+        stops: &mut usize,
+    ) -> Result<(Vec<TargetStrike>, usize), Failed> {
         let mut random = ChaCha8Rng::seed_from_u64(SEED);
         let (mut struck, mut refused) = (Vec::new(), 0);
         while struck.len() < targets && refused < DRAWS * targets && *stops < STOPS {
@@ -218,7 +222,7 @@ impl Lab {
         std::thread::sleep(std::time::Duration::from_millis(600));
     }
 
-    fn strike_at(&self, to: Point, stops: &mut usize) -> Result<Option<Struck>, Failed> {
+    fn strike_at(&self, to: Point, stops: &mut usize) -> Result<Option<TargetStrike>, Failed> {
         let (arm, camera) = (format!("xarm:{HOST}"), format!("ws://{HOST}:{CAMERA_PORT}"));
         let (x, y) = (to.x.to_string(), to.y.to_string());
         let output = self
@@ -262,7 +266,7 @@ impl Lab {
         let point = |value: &serde_json::Value| -> Result<Point, Failed> {
             Ok(Point::new(number(&value[0])?, number(&value[1])?))
         };
-        Ok(Some(Struck {
+        Ok(Some(TargetStrike {
             from: point(&plan["from"])?,
             to,
             command: Command {
@@ -275,7 +279,7 @@ impl Lab {
     }
 
     /// Mean distance (m) of repeats of the same command from their mean, widened for the mean's own error.
-    fn floor(&self, struck: &Struck) -> Result<f64, Failed> {
+    fn floor(&self, struck: &TargetStrike) -> Result<f64, Failed> {
         let mut sim = Sim::from(self.truth.clone())?.after(100_000);
         let stops: Vec<Point> = (0..REPEATS)
             .map(|_| sim.meet(struck.from, struck.command, 0.0).stop())
@@ -287,7 +291,7 @@ impl Lab {
     }
 }
 
-impl Struck {
+impl TargetStrike {
     fn miss(&self) -> f64 {
         self.stop.distance(self.to)
     }
@@ -310,14 +314,14 @@ fn rig() -> Rig {
 }
 
 fn page_of(
-    struck: &[Struck],
+    struck: &[TargetStrike],
     floors: &[f64],
     [refused, stops, strikes]: [usize; 3],
     (met, again): (usize, usize),
 ) -> Result<String, Failed> {
     let mean =
         |numbers: &mut dyn Iterator<Item = f64>| numbers.sum::<f64>() / struck.len().max(1) as f64;
-    let miss = mean(&mut struck.iter().map(Struck::miss));
+    let miss = mean(&mut struck.iter().map(TargetStrike::miss));
     let floor = mean(&mut floors.iter().copied());
     let off = struck
         .iter()

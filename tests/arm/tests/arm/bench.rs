@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use arm::{Emulator, Fault, Listening, Model, Step};
 use strike::xarm::{Ports, XArm};
-use strike::{Plan, Planner, RobotError, Struck, execute};
+use strike::{Plan, Planner, RobotError, StrikeRecord, execute};
 use values::{Point, Rig};
 
 use crate::fixture;
@@ -54,7 +54,7 @@ pub fn ports(emulator: &Emulator) -> Ports {
 }
 
 /// One strike, from the connection on.
-pub fn strike(emulator: &Emulator, plan: &Plan) -> Result<Option<Struck>, RobotError> {
+pub fn strike(emulator: &Emulator, plan: &Plan) -> Result<Option<StrikeRecord>, RobotError> {
     let interrupted = Arc::new(AtomicBool::new(false));
     let mut arm = XArm::connect("xarm", ports(emulator), plan.rig(), interrupted)?;
     execute(&mut arm, plan)
@@ -65,7 +65,7 @@ pub fn run(
     model: Model,
     fault: Option<(Step, Fault)>,
     plan: &Plan,
-) -> (Emulator, Result<Option<Struck>, RobotError>) {
+) -> (Emulator, Result<Option<StrikeRecord>, RobotError>) {
     let emulator = Emulator::start(Listening::Free, model, fault).unwrap();
     let outcome = strike(&emulator, plan);
     (emulator, outcome)

@@ -9,7 +9,7 @@ use arm::foxglove::Topic;
 use arm::{Emulator, Listening, Table};
 use ingest::{Ingest, ingest_log};
 use rig::{Hidden, Truth};
-use strike::collect::{ArmStation, CollectError, Collected, News, collect};
+use strike::collect::{ArmStation, CollectError, CollectEvent, Collected, collect};
 use strike::{CommandPlanner, Live};
 use values::{Point, Rig};
 
@@ -50,12 +50,12 @@ fn gather(
         &[],
         &is_over,
         &mut |news| match news {
-            News::Kept { strikes, warning } => {
+            CollectEvent::Kept { strikes, warning } => {
                 assert_eq!(warning, None);
                 interrupted.store(strikes >= over_at, Ordering::Relaxed);
             }
-            News::Useless(why) => panic!("{why}"),
-            News::Put(_) | News::Waiting(_) | News::LeftOut(_) => {}
+            CollectEvent::Useless(why) => panic!("{why}"),
+            CollectEvent::Put(_) | CollectEvent::Waiting(_) | CollectEvent::LeftOut(_) => {}
         },
     )
 }

@@ -4,7 +4,7 @@ use values::FieldTopic;
 
 use super::super::ros_schema::{self, Base, Definition, Member, Primitive, Shape};
 use super::{Element, Plan, Step, Wire};
-use crate::path::{Leaf, Want, first_name, stamp_leaf};
+use crate::path::{FieldTree, Leaf, first_name, stamp_leaf};
 use crate::{LogError, SchemaText};
 
 /// Types may nest this deep; ROS's own nest less than ten.
@@ -35,7 +35,7 @@ impl Plan {
             .members
             .iter()
             .any(|member| member.name == first);
-        let want = Want::of(topic, more, stamped)?;
+        let want = FieldTree::of(topic, more, stamped)?;
         let plan =
             Compiler::new(&definitions)
                 .plan(wire, &want)
@@ -93,7 +93,7 @@ impl<'a> Compiler<'a> {
         }
     }
 
-    fn plan(mut self, wire: Wire, want: &Want) -> Result<Plan, Failure> {
+    fn plan(mut self, wire: Wire, want: &FieldTree) -> Result<Plan, Failure> {
         let mut steps = Vec::new();
         self.enter(0, want, 0, &mut steps)?;
         // Nothing after the last wanted field needs to be passed over.
@@ -162,7 +162,7 @@ impl<'a> Compiler<'a> {
     fn enter(
         &self,
         index: usize,
-        want: &Want,
+        want: &FieldTree,
         depth: usize,
         steps: &mut Vec<Step>,
     ) -> Result<(), Failure> {
@@ -217,7 +217,7 @@ impl<'a> Compiler<'a> {
         &self,
         user: &Definition,
         member: &Member,
-        want: &Want,
+        want: &FieldTree,
         depth: usize,
         steps: &mut Vec<Step>,
     ) -> Result<(), Failure> {
@@ -258,7 +258,7 @@ impl<'a> Compiler<'a> {
         &self,
         user: &Definition,
         base: &Base,
-        want: &Want,
+        want: &FieldTree,
         depth: usize,
         steps: &mut Vec<Step>,
     ) -> Result<(), Failure> {
@@ -352,14 +352,19 @@ fn types_in(steps: &[Step], types: &mut Vec<usize>) {
 }
 
 /// What is wanted of a type that is a stamp.
-fn stamp_want(definition: &Definition) -> Option<Want> {
+fn stamp_want(definition: &Definition) -> Option<FieldTree> {
     let fields: Vec<_> = definition
         .members
         .iter()
-        .filter_map(|member| Some((member.name.clone(), Want::leaf(stamp_leaf(&member.name)?))))
+        .filter_map(|member| {
+            Some((
+                member.name.clone(),
+                FieldTree::leaf(stamp_leaf(&member.name)?),
+            ))
+        })
         .collect();
-    (fields.len() == 2).then(|| Want {
+    (fields.len() == 2).then(|| FieldTree {
         fields,
-        ..Want::default()
+        ..FieldTree::default()
     })
 }

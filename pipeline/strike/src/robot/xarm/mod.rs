@@ -33,13 +33,13 @@ use version::check_version;
 use watch::Watch;
 pub use wire::{Register, line_payload, request};
 
-use super::{Robot, RobotError, Struck};
+use super::{Robot, RobotError, StrikeRecord};
 use crate::{Plan, Ramp};
 
 /// A line may take this share and this many seconds longer than planned.
 const LONGER: (f64, f64) = (0.5, 1.0);
 /// The controller settles after it was enabled within this time.
-const SETTLE: Duration = Duration::from_secs(2);
+const READY_TIMEOUT: Duration = Duration::from_secs(2);
 /// A report comes within this time, and after a stop the arm rests within it.
 const PATIENCE: Duration = Duration::from_secs(1);
 /// States of the controller: in motion, ready.
@@ -139,7 +139,7 @@ impl XArm {
         control.enable().map_err(told("enable"))?;
         control.set_mode(0).map_err(told("enable"))?;
         control.set_state(0).map_err(told("enable"))?;
-        self.settle().map_err(|why| ("enable", why))?;
+        self.wait_until_ready().map_err(|why| ("enable", why))?;
         let (jerk, acceleration) = (self.setup.jerk, self.setup.acceleration);
         self.control.set_jerk(jerk).map_err(told("enable"))?;
         self.control
@@ -164,8 +164,8 @@ impl XArm {
     }
 
     /// Waits until the controller is ready to move.
-    fn settle(&mut self) -> Result<(), String> {
-        let until = Instant::now() + SETTLE;
+    fn wait_until_ready(&mut self) -> Result<(), String> {
+        let until = Instant::now() + READY_TIMEOUT;
         loop {
             let state = self.control.state().map_err(|error| error.to_string())?;
             if READY.contains(&state) {
@@ -300,7 +300,7 @@ impl Robot for XArm {
         plan.check_approach(here).map_err(|why| self.not_ready(why))
     }
 
-    fn strike(&mut self, plan: &Plan) -> Result<Option<Struck>, RobotError> {
+    fn strike(&mut self, plan: &Plan) -> Result<Option<StrikeRecord>, RobotError> {
         let clock = (SystemTime::now(), Instant::now());
         // The motion has a thread of its own; a panic of it stops the arm like any other failure.
         let outcome = std::thread::scope(|scope| {
@@ -321,7 +321,7 @@ impl Robot for XArm {
                             plan.speed
                         )
                     });
-                Ok(Some(Struck {
+                Ok(Some(StrikeRecord {
                     samples,
                     stop: None,
                     delivered_speed: delivered,

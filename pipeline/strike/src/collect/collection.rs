@@ -11,7 +11,7 @@ use logs::{Limits, LogError as ReadError};
 use values::{Command, Point, Rig};
 
 use super::error::CollectError;
-use super::wish::Wish;
+use super::request::StrikeRequest;
 use crate::CommandPlanner;
 use crate::log::LogError;
 
@@ -25,12 +25,12 @@ const UNKNOWN: f64 = 2.0;
 /// Strikes that tell how far it slides; and by how much more than the farthest of these the next one may.
 const TELLING: usize = 3;
 const BEYOND: f64 = 1.15;
-/// A strike is the one that was wished for within so many m/s and rad.
+/// A strike is the one that was requested within so many m/s and rad.
 const SAME: f64 = 2e-3;
 
 /// One usable strike.
 #[derive(Clone, Debug)]
-struct Made {
+struct CollectedStrike {
     id: String,
     from: Point,
     stop: Point,
@@ -39,29 +39,29 @@ struct Made {
 
 /// The folder, locked.
 #[derive(Debug)]
-pub(super) struct Gathered {
+pub(super) struct Collection {
     folder: PathBuf,
-    made: Vec<Made>,
+    made: Vec<CollectedStrike>,
     useless: usize,
     _lock: Lock,
 }
 
-impl Gathered {
+impl Collection {
     /// Reads what is there.
     pub(super) fn open(folder: &Path, rig: &Rig) -> Result<Self, CollectError> {
         durable::create_dir(folder)?;
         let lock = Lock::acquire(&folder.join(LOCK))?;
         durable::sweep(folder)?;
-        let mut gathered = Self {
+        let mut collection = Self {
             folder: folder.into(),
             made: Vec::new(),
             useless: 0,
             _lock: lock,
         };
         for path in named(folder, SESSION)? {
-            gathered.add(ingest_log(&path, rig, &Ingest::default())?);
+            collection.add(ingest_log(&path, rig, &Ingest::default())?);
         }
-        let joined: BTreeSet<String> = gathered.made.iter().map(|made| made.id.clone()).collect();
+        let joined: BTreeSet<String> = collection.made.iter().map(|made| made.id.clone()).collect();
         for path in named(folder, STRIKE)? {
             let outcome = ingest_log(&path, rig, &Ingest::default())?;
             let is_joined = !outcome.strikes.is_empty()
@@ -73,10 +73,10 @@ impl Gathered {
                 // It was joined, and the program ended before it was removed.
                 remove(&path)?;
             } else {
-                gathered.add(outcome);
+                collection.add(outcome);
             }
         }
-        Ok(gathered)
+        Ok(collection)
     }
 
     /// Usable strikes.
@@ -95,34 +95,35 @@ impl Gathered {
     }
 
     /// What was struck from where.
-    pub(super) fn made(&self) -> Vec<Wish> {
-        let wish = |made: &Made| Wish {
+    pub(super) fn made(&self) -> Vec<StrikeRequest> {
+        let request = |made: &CollectedStrike| StrikeRequest {
             from: made.from,
             command: made.command,
         };
-        self.made.iter().map(wish).collect()
+        self.made.iter().map(request).collect()
     }
 
-    /// Of these wishes, those that were not struck yet.
-    pub(super) fn left_of(&self, wished: &[Wish]) -> Vec<Wish> {
+    /// Of these requests, those that were not struck yet.
+    pub(super) fn left_of(&self, requested: &[StrikeRequest]) -> Vec<StrikeRequest> {
         let mut made = self.made();
-        let is_same = |a: &Wish, b: &Wish| {
+        let is_same = |a: &StrikeRequest, b: &StrikeRequest| {
             (a.command.speed - b.command.speed).abs() <= SAME
                 && (a.command.angle - b.command.angle).abs() <= SAME
         };
-        let is_left = |wish: &&Wish| match made.iter().position(|made| is_same(made, wish)) {
-            Some(place) => {
-                made.swap_remove(place);
-                false
-            }
-            None => true,
-        };
-        wished.iter().filter(is_left).copied().collect()
+        let is_left =
+            |request: &&StrikeRequest| match made.iter().position(|made| is_same(made, request)) {
+                Some(place) => {
+                    made.swap_remove(place);
+                    false
+                }
+                None => true,
+            };
+        requested.iter().filter(is_left).copied().collect()
     }
 
     /// How many times as far as foreseen the next object may slide: as the strikes made tell.
     pub(super) fn farther(&self, planner: &CommandPlanner) -> f64 {
-        let ratio = |made: &Made| {
+        let ratio = |made: &CollectedStrike| {
             let foreseen = planner
                 .foreseen(made.from, made.command)?
                 .distance(made.from);
@@ -158,7 +159,7 @@ impl Gathered {
     fn add(&mut self, outcome: LogOutcome) {
         self.useless += outcome.rejects.len();
         self.made
-            .extend(outcome.strikes.into_iter().map(|strike| Made {
+            .extend(outcome.strikes.into_iter().map(|strike| CollectedStrike {
                 id: strike.id,
                 from: strike.initial,
                 stop: strike.stop,
@@ -194,23 +195,23 @@ fn copy(
     for path in strikes {
         writer.next_log();
         logs::read::read_raw(path, Limits::default(), &mut |message| {
-            writer.copy(&message).map_err(Joining::Write)
+            writer.copy(&message).map_err(JoinError::Write)
         })
         .map_err(|error| match error {
-            Joining::Read(error) => CollectError::Gathered(error.into()),
-            Joining::Write(error) => written(error),
+            JoinError::Read(error) => CollectError::Collected(error.into()),
+            JoinError::Write(error) => written(error),
         })?;
     }
     writer.finish().map(drop).map_err(written)
 }
 
 /// What can fail while one log is copied into another.
-enum Joining {
+enum JoinError {
     Read(ReadError),
     Write(logs::write::WriteError),
 }
 
-impl From<ReadError> for Joining {
+impl From<ReadError> for JoinError {
     fn from(error: ReadError) -> Self {
         Self::Read(error)
     }

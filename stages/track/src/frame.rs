@@ -1,4 +1,4 @@
-//! One message of an image topic, looked at.
+//! The object in one message of an image topic.
 
 use std::hash::{DefaultHasher, Hash, Hasher};
 
@@ -7,8 +7,8 @@ use logs::read::RawChannel;
 use crate::draw::drawn;
 use crate::{Decoder, ImageMessage, Observation, Reason, Tracker};
 
-/// What was seen in a message.
-pub(crate) struct Looked {
+/// One image message after tracking.
+pub(crate) struct TrackedFrame {
     /// Middle of the exposure of the object's rows, in ns.
     pub(crate) stamp: i64,
     /// Hash of the pixels as they came; none where they could not be read.
@@ -23,13 +23,13 @@ pub(crate) struct Looked {
 }
 
 /// Decodes a message and finds the object in it.
-pub(crate) fn look(
+pub(crate) fn track_frame(
     tracker: &Tracker,
     decoder: &mut Decoder,
     channel: &RawChannel,
     (log_time, data): (u64, &[u8]),
     is_drawn: bool,
-) -> Looked {
+) -> TrackedFrame {
     let parsed = ImageMessage::parse(&channel.schema, &channel.encoding, data);
     let log_stamp = i64::try_from(log_time).unwrap_or(i64::MAX);
     let stamp = parsed.as_ref().map_or(log_stamp, |message| message.stamp);
@@ -44,7 +44,7 @@ pub(crate) fn look(
             let middle = 0.5 * image.height as f64;
             let row = observation.pixel.map_or(middle, |[_, row]| row);
             let delay = tracker.camera().delay(row, image.height);
-            Looked {
+            TrackedFrame {
                 stamp: stamp.saturating_add((1e9 * delay).round() as i64),
                 hash,
                 size: Some([image.width, image.height]),
@@ -53,11 +53,11 @@ pub(crate) fn look(
                 why: None,
             }
         }
-        Err(error) => Looked::undecodable(stamp, error.to_string()),
+        Err(error) => TrackedFrame::undecodable(stamp, error.to_string()),
     }
 }
 
-impl Looked {
+impl TrackedFrame {
     /// A message whose image is of no use.
     pub(crate) fn undecodable(stamp: i64, why: String) -> Self {
         Self {

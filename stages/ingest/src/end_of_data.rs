@@ -8,7 +8,7 @@ use crate::rejection::Rejection;
 use crate::time::seconds;
 
 /// Why no more samples that belong to the present ones will come.
-pub(crate) enum Closing {
+pub(crate) enum EndOfData {
     /// The log ends.
     End,
     /// Messages are missing from here on.
@@ -17,15 +17,15 @@ pub(crate) enum Closing {
     Clock(String),
 }
 
-impl Closing {
+impl EndOfData {
     /// Whether all that a strike's id is made of is there: one that is cut off before would be another strike than the whole one.
     pub(crate) fn leaves_whole(
-        closing: Option<&Self>,
+        ending: Option<&Self>,
         episode: &Episode,
         last_centroid: Option<i64>,
     ) -> Result<(), Rejection> {
         let needed = episode.end().saturating_add(AFTER);
-        match closing {
+        match ending {
             Some(Self::Lost(why)) if last_centroid.is_none_or(|last| last <= needed) => {
                 let after = seconds(AFTER);
                 let detail = format!("the log is cut within {after} s after its command: {why}");
@@ -36,12 +36,12 @@ impl Closing {
     }
 
     /// What has not been seen to its end is the fault of what ended it.
-    pub(crate) fn blame(closing: Option<&Self>, rejection: Rejection) -> Rejection {
+    pub(crate) fn blame(ending: Option<&Self>, rejection: Rejection) -> Rejection {
         let unseen = matches!(
             rejection.reason,
             RejectReason::NoRestAfter | RejectReason::NoMotion | RejectReason::FramesMissing
         );
-        match closing {
+        match ending {
             Some(Self::Lost(why)) if unseen => Rejection::new(
                 RejectReason::Truncated,
                 format!("{}; the log is cut here: {why}", rejection.detail),

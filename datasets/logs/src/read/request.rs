@@ -4,7 +4,7 @@ use values::FieldTopic;
 
 /// A topic that is to be read.
 #[derive(Clone, Copy, Debug)]
-pub struct Wanted<'a> {
+pub struct TopicRequest<'a> {
     /// Its name and field paths.
     pub topic: &'a FieldTopic,
     /// Paths of further numbers, at most [`MOST_MORE`](crate::MOST_MORE); a message need not have them.
