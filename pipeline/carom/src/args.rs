@@ -4,20 +4,23 @@ use std::path::PathBuf;
 
 use clap::Args;
 
+/// Heading in the help of what every command takes.
+const COMMON: &str = "Common options";
+
 /// Flags of every command.
 #[derive(Args, Clone, Copy, Debug)]
 pub struct Global {
     /// Print the result as one JSON object.
-    #[arg(long, global = true)]
+    #[arg(long, global = true, help_heading = COMMON)]
     pub json: bool,
     /// Print every figure that the command computed, not the summary alone.
-    #[arg(long, global = true)]
+    #[arg(long, global = true, help_heading = COMMON)]
     pub verbose: bool,
-    /// Show no progress; results and errors are still told.
-    #[arg(long, global = true)]
+    /// Show no progress; results and errors are still printed.
+    #[arg(long, global = true, help_heading = COMMON)]
     pub quiet: bool,
     /// Threads to compute with; the results do not depend on it [default: as many as cores].
-    #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    #[arg(long, global = true, help_heading = COMMON, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     pub threads: Option<u16>,
 }
 
@@ -33,7 +36,7 @@ pub struct LogsArgs {
     /// Folder of the run.
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
-    /// Deals strikes into learning and judging, and seeds training.
+    /// Seed of the split into training and held-out strikes, and of training.
     #[arg(long, default_value_t = 0)]
     pub seed: u64,
     /// Diagnose, but add no effect to the world: the residual model carries all that the identified simulator gets wrong.

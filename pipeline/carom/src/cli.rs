@@ -54,14 +54,14 @@ pub enum Command {
         "carom demo --hide table_tilt --plan runs/a/next_strikes.json --out more",
     ]))]
     Demo(demo::DemoArgs),
-    /// Gather strikes that fill speed, angle and table, each in a log of its own before the next; goes on where it ended.
+    /// Collect strikes that cover the range of speeds, angles and places, a log each; an interrupted collection is continued.
     #[command(after_help = examples(&[
         "carom collect --rig rig.toml --robot sim --strikes 100 --out logs/",
         "carom collect --rig rig.toml --robot xarm:192.168.1.10 --watch ws://localhost:8765 --strikes 100 --out logs/",
         "carom collect --rig rig.toml --robot sim --strikes 20 --plan runs/a/next_strikes.json --out more/",
     ]))]
     Collect(collect::CollectArgs),
-    /// Begin a rig file.
+    /// Write a rig file to start from.
     #[command(subcommand)]
     Rig(rig::RigCommand),
     /// Read logs and find the strikes in them.
@@ -73,19 +73,19 @@ pub enum Command {
         "carom track session.mcap --rig rig.toml --out tracked --view view.mcap",
     ]))]
     Track(track::TrackArgs),
-    /// The camera's lens and pose, and the object's colour.
+    /// Calibrate the camera's lens and pose, and find the object's colour range.
     #[command(subcommand)]
     Camera(camera::CameraCommand),
     /// Identify the simulator from the strikes' tracks.
     #[command(after_help = examples(&["carom sysid --out runs/a"]))]
     Sysid(step::DirArgs),
-    /// Say where simulation and strikes disagree, and which effect is missing: diagnosis.json and the report.
+    /// Test where simulation and strikes disagree, and name the effects that are missing: diagnosis.json and the report.
     #[command(after_help = examples(&["carom diagnose --out runs/a"]))]
     Diagnose(step::DirArgs),
-    /// Solve every strike's path backwards in the identified simulator.
+    /// Solve for the command that the identified simulator needs for each strike's path.
     #[command(after_help = examples(&["carom solve --out runs/a"]))]
     Solve(step::DirArgs),
-    /// Compare what was commanded with what the simulator would have commanded.
+    /// Compute the residual: the command that was sent less the one that the simulator needs.
     #[command(after_help = examples(&["carom residual --out runs/a"]))]
     Residual(step::DirArgs),
     /// Train the residual model, and its learning curve.
@@ -126,7 +126,7 @@ pub enum Command {
         "carom score logs/ --artifacts artifacts/demo --version v0002 --json",
     ]))]
     Score(score::ScoreArgs),
-    /// Datasets with a version: logs pinned by hash, tables rebuilt to the same bytes.
+    /// Versioned datasets: logs pinned by hash, tables rebuilt to the same bytes.
     #[command(subcommand)]
     Dataset(dataset::DatasetCommand),
     /// Compute a version again from the inputs it records and compare byte by byte.
@@ -135,7 +135,7 @@ pub enum Command {
     /// Keys that versions are signed with.
     #[command(subcommand)]
     Key(key::KeyCommand),
-    /// Look into the store of versions.
+    /// List, show, verify, sign and roll back versions.
     #[command(subcommand)]
     Artifacts(artifacts::ArtifactsCommand),
     /// Write the HTML report again.

@@ -23,7 +23,7 @@ pub struct Inputs {
     pub named: Vec<PathBuf>,
     /// Every log, with its whole path, in order.
     pub logs: Vec<PathBuf>,
-    /// Deals strikes into learning and judging, and seeds training.
+    /// Seed of the split into training and held-out strikes, and of training.
     pub seed: u64,
     /// Whether effects that the data name are kept out of the world.
     #[serde(default)]

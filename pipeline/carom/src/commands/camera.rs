@@ -56,7 +56,7 @@ pub struct TuneArgs {
     /// An image of the object on the table, JPEG or PNG.
     #[arg(value_name = "IMAGE")]
     pub image: PathBuf,
-    /// A pixel of the object [default: what stands off the table's colour most].
+    /// A pixel of the object [default: the pixels whose colour differs most from the table's].
     #[arg(long, value_name = "U,V", value_parser = pixel)]
     pub pixel: Option<[usize; 2]>,
     /// A rig file with the camera's lens and pose: the object is then also found as `carom track` does.

@@ -37,7 +37,7 @@ pub struct CollectArgs {
     /// Usable strikes that the folder is to hold at the end.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     pub strikes: u32,
-    /// Folder of the logs; what it holds is gone on with.
+    /// Folder of the logs; a collection in it is continued.
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
     /// Strikes to make first: a run's next_strikes.json or diagnosis.json, or a JSON list of {x0, y0, speed, angle}.

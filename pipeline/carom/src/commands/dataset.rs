@@ -29,7 +29,7 @@ pub enum DatasetCommand {
         /// What and where.
         #[command(flatten)]
         dataset: DatasetArgs,
-        /// Pin anew, though logs that were pinned have changed or are gone.
+        /// Pin again, even where pinned logs have changed or are gone.
         #[arg(long)]
         again: bool,
     },
@@ -43,7 +43,7 @@ pub enum DatasetCommand {
         #[arg(long, value_name = "DIR")]
         out: Option<PathBuf>,
     },
-    /// Build again beside, and compare with the lock and with tables that are there, byte by byte.
+    /// Build again in a temporary folder, and compare with the lock and with existing tables, byte by byte.
     #[command(after_help = examples(&["carom dataset verify datasets/recipes/demo.toml --logs /mnt/copy"]))]
     Verify {
         /// What and where.
@@ -60,7 +60,7 @@ pub enum DatasetCommand {
 pub struct DatasetArgs {
     /// The recipe, a TOML file that names logs, rig, filters and seed.
     pub recipe: PathBuf,
-    /// Where else logs lie, under whatever names: files or folders; repeat it for several.
+    /// Further files or folders to search for the logs, under any name; repeat it for several.
     #[arg(long, value_name = "PATH")]
     pub logs: Vec<PathBuf>,
 }

@@ -15,10 +15,10 @@ use crate::output::Output;
 /// `carom demo`.
 #[derive(Args, Debug)]
 pub struct DemoArgs {
-    /// How many strikes.
+    /// Number of strikes.
     #[arg(long, default_value_t = 500, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     pub strikes: u32,
-    /// Where everything random comes from.
+    /// Seed of everything random.
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
     /// What is struck.

@@ -37,7 +37,7 @@ pub struct NightlyArgs {
     /// Folder of the run.
     #[arg(long, value_name = "DIR", default_value = "artifacts/demo")]
     pub out: PathBuf,
-    /// Deals strikes into learning and judging, and seeds training; goes with LOGS.
+    /// Seed of the split into training and held-out strikes, and of training; goes with LOGS.
     #[arg(long, default_value_t = 0, requires = "logs")]
     pub seed: u64,
     /// Diagnose, but add no effect to the world; goes with LOGS.

@@ -26,7 +26,7 @@ pub struct TrialArgs {
     /// Strikes at each target of the paper's Figure 8, with each model.
     #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=1_000))]
     pub repeats: u32,
-    /// New sessions in which the random targets are struck as well, shared out among them.
+    /// Number of new sessions among which the random targets are dealt and struck again.
     #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u32).range(0..=1_000))]
     pub sessions: u32,
     /// Where targets and launch scatter come from.

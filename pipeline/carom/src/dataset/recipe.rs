@@ -28,7 +28,7 @@ use crate::inputs::{find_logs, load_rig};
 pub struct Recipe {
     logs: Vec<String>,
     rig: PathBuf,
-    /// Deals strikes into learning and judging.
+    /// Seed of the split into training and held-out strikes.
     #[serde(default)]
     pub seed: u64,
     /// What is left out.

@@ -16,7 +16,7 @@ Examples:
     strike --artifacts artifacts/demo --rig rig.toml --model sysid --to 0.70 0.10
   Strike only with what the holder of a key signed:
     strike --artifacts artifacts/demo --key carom.pub --rig rig.toml --to 0.70 0.10 --robot sim
-  Strike with an xArm7, after a dry-run of the same; nothing of this is safety-rated:
+  Strike with an xArm7, after a dry-run of the same; none of this is safety-rated:
     strike --artifacts artifacts/demo --key carom.pub --rig rig.toml --from 0.30 0.00 --to 0.70 0.10 --robot xarm:192.168.1.10
   The same where the camera sees the object; the log holds the camera's messages too:
     strike --artifacts artifacts/demo --key carom.pub --rig rig.toml --watch ws://localhost:8765 --to 0.70 0.10 --robot xarm:192.168.1.10
@@ -26,11 +26,11 @@ Examples:
 Exit codes: 0 done; 1 failed; 2 wrong usage or bad input; 3 done, but a line of the batch was refused or the log lies
 elsewhere; 4 refused; 75 busy.
 A refusal tells its reason: not_finite, off_table, outside_trained_region, unreachable, diverged, speed_limit,
-angle_limit, reach, keep_out, obstacle, second_push, turned (a box), residual_too_large, plan_expired, malformed (a line of a
-batch), not_ready (the robot), other_rig (the
-artifact was made for another object or striker), not_trusted (not signed by the key, or older than what was loaded before).
-Nothing is ever moved into a limit. A damaged artifact is bad input: exit code 2. With --json every end is one object: a plan,
-a refusal, or {\"failed\": text}; what was struck is told and kept even where something failed after it.";
+angle_limit, reach, keep_out, obstacle, second_push, turned (a box), residual_too_large, plan_expired, malformed (a line of
+a batch), not_ready (the robot), other_rig (the artifact was made for another object or striker), not_trusted (not signed by
+the key, or older than what was loaded before). No command is ever moved into a limit. A damaged artifact is bad input: exit
+code 2. With --json every outcome is one object: a plan, a refusal, or {\"failed\": text}; a strike that was made is reported
+and its log is kept even where something failed after it.";
 
 /// Strikes an object so that it comes to rest at a target.
 #[derive(Debug, Parser)]
@@ -42,8 +42,8 @@ pub struct Args {
     /// Version to use in place of the latest
     #[arg(long, value_name = "vNNNN")]
     pub version: Option<String>,
-    /// This robot's own rig file: refuses unless the artifact was made for the same object and striker; its table and the
-    /// arm's limits may be stricter than the artifact's, and are then the ones that count
+    /// This robot's own rig file. Refuses unless the artifact was made for the same object and striker. Its table and arm's limits
+    /// may be stricter than the artifact's, and then hold
     #[arg(long, value_name = "FILE")]
     pub rig: Option<PathBuf>,
     /// Public key, in minisign's format: refuses versions that it did not sign, or older ones than were loaded before
@@ -65,11 +65,11 @@ pub struct Args {
     /// Where the object rests, in m [default: so that its path is the middle of the trained ones]
     #[arg(long, action = ArgAction::Set, num_args = 2, value_names = ["X", "Y"], allow_negative_numbers = true, requires = "to")]
     pub from: Option<Vec<f64>>,
-    /// Live topics (ROS 2's foxglove_bridge, or any server of Foxglove's SDK): the object lies where the camera sees it at rest, and
-    /// what the camera sees is in the log, until the object rests again
+    /// Live topics of the camera (ROS 2's foxglove_bridge, or any server of Foxglove's SDK): they give the object's place at rest, and
+    /// are recorded in the log until it rests again
     #[arg(long, value_name = "ws://HOST:PORT", requires = "to", conflicts_with_all = ["from", "batch"])]
     pub watch: Option<String>,
-    /// By how much a box is seen turned from the table's axes, in rad
+    /// Yaw of a box relative to the table's axes, in rad
     #[arg(
         long,
         value_name = "RAD",
@@ -84,20 +84,20 @@ pub struct Args {
     /// Log of the strike [default: the next strike_NNNNNN.mcap in DIR/strikes]; never overwrites
     #[arg(long, value_name = "FILE")]
     pub log: Option<PathBuf>,
-    /// Plan for this session, which the version knows (its log's name), and let the embedded rig strike in it; without it, for one
-    /// that the version has never seen
+    /// Session to plan for, by its log's name, which the version must know; the embedded rig strikes in it [default: a session that
+    /// the version has never seen]
     #[arg(long, value_name = "NAME", conflicts_with = "recent")]
     pub session: Option<String>,
-    /// Logs of a new session's first strikes, from which what differs by session is estimated
+    /// Logs of a new session's first strikes, from which this session's own parameters are estimated
     #[arg(long, value_name = "LOG", num_args = 1..)]
     pub recent: Vec<PathBuf>,
-    /// Plan every line of a file, or of standard input (`-`), and strike none
+    /// File of targets, a JSON object a line, or `-` for standard input: plans for each, no strike
     #[arg(long, value_name = "FILE", conflicts_with_all = ["to", "from", "robot", "log"])]
     pub batch: Option<PathBuf>,
     /// Answer with one JSON object; a batch always answers with one a line
     #[arg(long)]
     pub json: bool,
-    /// Tell results and errors only
+    /// Print results and errors only
     #[arg(long)]
     pub quiet: bool,
 }
