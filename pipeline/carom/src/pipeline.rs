@@ -226,7 +226,7 @@ fn learn(run: &Run, seed: u64, results: &Results) -> Result<Training, Error> {
 type Training = (Vec<Learned>, Vec<CurvePoint>);
 
 /// The candidates' stop errors on the judges; what a strike said of a model is kept.
-pub(crate) fn judge(
+fn judge(
     run: &Run,
     rig: &Rig,
     judges: &[Judge],

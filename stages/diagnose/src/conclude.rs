@@ -118,7 +118,7 @@ impl Case<'_, '_> {
         Ok(Diagnosed {
             residuals: gap::residuals(&strikes, &judged.before, &judged.after),
             diagnosis: Diagnosis {
-                summary: summary(verdict, &named, self.p_value, self.share()),
+                summary: words::summary(verdict, &named, self.p_value, self.share()),
                 verdict,
                 p_value: self.p_value.drawn,
                 p_value_signs: self.p_value.flipped,
@@ -146,12 +146,14 @@ impl Case<'_, '_> {
 
     /// What is told of forms at the ends of their ranges.
     fn at_ends(&self) -> Vec<String> {
-        let model = &self.selection.fitted.model;
-        let told = model.forms_at_end().map(|(part, name, value)| {
-            let effect = model.parts[part].name;
+        let fitted = &self.selection.fitted;
+        let (model, at_end) = (&fitted.model, fitted.forms_at_end());
+        let forms = model.forms().filter(|(i, _, _)| at_end.contains(i));
+        let notes = forms.map(|(i, part, name)| {
+            let (effect, value) = (model.parts[part].name, model.values[i]);
             notes::at_end(effect, name, value, specification(effect, name).unit)
         });
-        told.collect()
+        notes.collect()
     }
 
     /// Share of the log-likelihood that the effects hold.
@@ -375,26 +377,5 @@ impl Case<'_, '_> {
             &why,
             self.stage,
         )?)
-    }
-}
-
-fn summary(verdict: Verdict, named: &[NamedEffect], p_value: PValue, share: f64) -> String {
-    match verdict {
-        Verdict::Consistent => format!(
-            "no gap beyond noise ({}); see `detectable` for the least that would have shown",
-            words::p_value(p_value)
-        ),
-        Verdict::Unexplained => {
-            "a real gap that no candidate explains; see `where` for what it depends on".into()
-        }
-        Verdict::Named => format!(
-            "{}; this holds {:.0} % of the gap's evidence",
-            named
-                .iter()
-                .map(|n| n.statement.as_str())
-                .collect::<Vec<_>>()
-                .join(", and "),
-            100.0 * share
-        ),
     }
 }

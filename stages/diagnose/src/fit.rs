@@ -97,6 +97,20 @@ impl Fitted {
         }))
     }
 
+    /// The parameters of effects' forms that lie at an end of their ranges, or no farther from it than their own standard error:
+    /// place of the value. The data then want a form that the library does not have, or do not exclude one.
+    pub(crate) fn forms_at_end(&self) -> Vec<usize> {
+        let covariance = self.robust_covariance();
+        let error = |i: usize| {
+            let variance = covariance.as_ref().map_or(0.0, |all| all[(i, i)]);
+            variance.max(0.0).sqrt()
+        };
+        let forms = self.model.forms().map(|(i, _, _)| i);
+        forms
+            .filter(|i| self.model.is_at_end(*i, error(*i)))
+            .collect()
+    }
+
     /// An effect whose strength may as well be none: each of its 95 % intervals holds that.
     pub(crate) fn unsure(&self) -> Option<usize> {
         let covariance = self.covariance()?;

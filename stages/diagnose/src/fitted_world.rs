@@ -26,11 +26,12 @@ pub(crate) fn fitted_world(
         .ok_or_else(|| DiagnoseError::NoFit {
             why: "its parameters cannot be told apart".into(),
         })?;
+    let at_end = fitted.forms_at_end();
     let estimate = |place: usize| {
         let free = &model.free[place];
         let value = model.values[place];
-        // At the end of its range a form is not told: the data want one that the library does not have.
-        if !free.is_strength && free.of.is_some() && model.end(place).is_some() {
+        // At the end of its range a form is not measured: the data want one that the library does not have.
+        if at_end.contains(&place) {
             return Estimate::with_interval(value, free.low, free.high);
         }
         let error = covariance[(place, place)].max(0.0).sqrt();

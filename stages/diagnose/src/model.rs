@@ -55,13 +55,6 @@ pub(crate) struct Model {
     pub(crate) values: Vec<f64>,
 }
 
-/// An end of a range.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum RangeEnd {
-    Low,
-    High,
-}
-
 /// Range of the world's restitution; below 0 the object leaves more slowly than the tip.
 const RESTITUTIONS: (f64, f64) = (-0.6, 0.99);
 /// How many scales wide the prior of an effect's parameter is: wide enough to move no estimate that the data tell.
@@ -160,34 +153,25 @@ impl Model {
 
     /// Whether no effect is as strong as its range allows: one that would be stronger still stands for something else.
     pub(crate) fn is_possible(&self) -> bool {
-        (0..self.free.len()).all(|i| !self.free[i].is_strength || self.end(i).is_none())
+        (0..self.free.len()).all(|i| !self.free[i].is_strength || !self.is_at_end(i, 0.0))
     }
 
-    /// Whether a parameter of an effect's form (a place, a radius, a speed) lies at the end of its range.
-    pub(crate) fn is_form_at_end(&self, part: usize) -> bool {
-        self.forms_at_end().any(|(of, _, _)| of == part)
-    }
-
-    /// The parameters of effects' forms that lie at the end of their ranges: place of the effect, name, value.
-    pub(crate) fn forms_at_end(&self) -> impl Iterator<Item = (usize, &str, f64)> {
+    /// The parameters of effects' forms (a place, a radius, a speed): the value's place, the effect's, and the name. One whose range
+    /// ends at its neutral value is left out: no limit is met there, the form becomes a simpler one.
+    pub(crate) fn forms(&self) -> impl Iterator<Item = (usize, usize, &str)> {
         self.free.iter().enumerate().filter_map(|(i, free)| {
             let (part, name) = free.of.as_ref().filter(|_| !free.is_strength)?;
-            self.end(i)?;
-            Some((*part, name.as_str(), self.values[i]))
+            let spec = specification(self.parts[*part].name, name);
+            let is_limited = spec.neutral != spec.low && spec.neutral != spec.high;
+            is_limited.then_some((i, *part, name.as_str()))
         })
     }
 
-    /// The end of a value's range at which it lies: low, or high.
-    pub(crate) fn end(&self, i: usize) -> Option<RangeEnd> {
+    /// Whether a value lies at an end of its range, or no farther from it than `margin`.
+    pub(crate) fn is_at_end(&self, i: usize, margin: f64) -> bool {
         let (free, value) = (&self.free[i], self.values[i]);
-        let edge = EDGE * (free.high - free.low);
-        if value < free.low + edge {
-            Some(RangeEnd::Low)
-        } else if value > free.high - edge {
-            Some(RangeEnd::High)
-        } else {
-            None
-        }
+        let margin = margin.max(EDGE * (free.high - free.low));
+        value < free.low + margin || value > free.high - margin
     }
 
     /// The effects at these values.

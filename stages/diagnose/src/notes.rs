@@ -77,8 +77,8 @@ pub(crate) fn not_named(names: &[&str], why: &str) -> String {
 /// A form at the end of its range: the data want one that the library does not have.
 pub(crate) fn at_end(effect: &str, parameter: &str, value: f64, unit: &str) -> String {
     format!(
-        "{parameter} of {effect} stands at the end of its range, {value:.3} {unit}: it is not told by its interval, and another \
-         effect may stand behind it"
+        "{parameter} of {effect} was fitted at the end of its range, {value:.3} {unit}: the true value may lie beyond, so that its \
+         interval is the whole range, and another effect may be the cause"
     )
 }
 

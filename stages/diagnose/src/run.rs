@@ -39,7 +39,7 @@ const FRAMES: usize = 6;
 
 impl Stage for Diagnose {
     const NAME: &'static str = "diagnose";
-    const VERSION: u32 = 16;
+    const VERSION: u32 = 17;
     type Input = Input;
     type Output = Diagnosed;
     type Error = DiagnoseError;

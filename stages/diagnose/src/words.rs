@@ -1,7 +1,7 @@
-//! What the smooth dependences say, in words.
+//! Verdict, gap and smooth dependences in words.
 
 use crate::{
-    diagnosis::GapDependence,
+    diagnosis::{GapDependence, NamedEffect, Verdict},
     evidence::{Alarm, DRAWN, FLIPPED, PValue, Statistic},
     smooth::{Dependence, covariate::Covariate},
 };
@@ -113,4 +113,31 @@ pub(crate) fn p_value(p: PValue) -> String {
         one(p.drawn, DRAWN),
         one(p.flipped, FLIPPED)
     )
+}
+
+/// The verdict in a sentence; `share` is that of the evidence which the effects named hold.
+pub(crate) fn summary(
+    verdict: Verdict,
+    named: &[NamedEffect],
+    p_value: PValue,
+    share: f64,
+) -> String {
+    match verdict {
+        Verdict::Consistent => format!(
+            "no gap beyond noise ({}); see `detectable` for the least that would have shown",
+            self::p_value(p_value)
+        ),
+        Verdict::Unexplained => {
+            "a real gap that no candidate explains; see `where` for what it depends on".into()
+        }
+        Verdict::Named => format!(
+            "{}; this holds {:.0} % of the gap's evidence",
+            named
+                .iter()
+                .map(|n| n.statement.as_str())
+                .collect::<Vec<_>>()
+                .join(", and "),
+            100.0 * share
+        ),
+    }
 }

@@ -234,3 +234,27 @@ fn an_effect_that_does_not_pay_on_strikes_that_took_no_part_is_not_named() {
         diagnosis.notes
     );
 }
+
+#[test]
+fn a_form_at_the_end_of_its_range_is_told_and_is_not_named_alone() {
+    // A stain of 0.6 m radius beside the strikes: the library's discs end at 0.5 m, and strikes meet no more than its edge.
+    let hidden = "friction_patch=center_x:0.5,center_y:-0.55,radius:0.6,change:0.6,stretch:1.0";
+    let found = diagnose(&input(hidden, 120, 31));
+    let diagnosis = &found.diagnosis;
+    assert_eq!(diagnosis.verdict, Verdict::Named, "{}", diagnosis.summary);
+    let effects = diagnosis.effects.iter();
+    let patches: Vec<_> = effects
+        .filter(|effect| effect.name == "friction_patch")
+        .collect();
+    assert_eq!(patches.len(), 1, "{}", diagnosis.summary);
+    let radius = &patches[0].parameters["radius"];
+    assert!(radius.value > 0.48, "{radius:?}");
+    assert_eq!((radius.low, radius.high), (0.01, 0.5), "its whole range");
+    assert!(!patches[0].equivalent.is_empty(), "it is not named alone");
+    let told = "radius of friction_patch was fitted at the end of its range";
+    assert!(
+        diagnosis.notes.iter().any(|note| note.contains(told)),
+        "{:?}",
+        diagnosis.notes
+    );
+}

@@ -1,15 +1,15 @@
 //! The first gate between a candidate and the robot: held-out strikes.
 
-use evaluate::{Candidate, Evaluation, Judge};
+use std::collections::BTreeMap;
+
+use evaluate::{Candidate, Judge, Predict};
 use serde::{Deserialize, Serialize};
 use stage::Run;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 use store::Artifact;
-use values::{Split, Strike};
+use values::{Rig, Split, Strike};
 
 use crate::Error;
-use crate::noise::identified;
-use crate::pipeline::judge;
 
 /// Fewer strikes than these decide nothing.
 const LEAST: usize = 8;
@@ -76,40 +76,44 @@ pub fn compare_held_out(
     strikes: &[Strike],
     asked: u32,
 ) -> Result<HeldOutGate, Error> {
-    let used = candidate.effect.as_ref().unwrap_or(&candidate.sysid);
     let judges: Vec<Judge> = strikes.iter().map(Judge::from).collect();
-    let models = [("current", current), ("candidate", candidate)]
-        .map(|(name, artifact)| default_model(name, artifact));
-    let noise = identified(&candidate.rig, &used.world);
-    // What a strike said of a model before is kept.
-    let evaluation = judge(run, &candidate.rig, &judges, &models, &noise)?;
-    let errors = |name| errors(&evaluation, name);
-    Ok(compare(
-        &current.version,
-        &errors("current"),
-        &errors("candidate"),
-        asked,
-    ))
+    let errors = |artifact| unseen_errors(run, &candidate.rig, &default_model(artifact), &judges);
+    let (version, current) = (&current.version, errors(current)?);
+    Ok(compare(version, &current, &errors(candidate)?, asked))
 }
 
-fn default_model(name: &str, artifact: &Artifact) -> Candidate {
+/// One model's stop errors, in the order of the strikes, each predicted as if the model had never seen the strike's session. Where
+/// sessions differ, a candidate that learnt from tonight's session would beat a version that did not, and be no better tomorrow.
+fn unseen_errors(
+    run: &Run,
+    rig: &Rig,
+    candidate: &Candidate,
+    judges: &[Judge],
+) -> Result<Vec<Option<f64>>, Error> {
+    let mut errors = BTreeMap::new();
+    for (model, judges) in evaluate::unseen(rig, candidate, judges) {
+        // What a strike said of a model before is kept.
+        let predicted = run.items(&Predict, &model, &judges)?;
+        for (judge, predicted) in judges.into_iter().zip(predicted) {
+            let error = predicted.stop.map(|stop| stop.distance(judge.stop));
+            errors.insert(judge.strike_id, error);
+        }
+    }
+    let error = |judge: &Judge| errors.get(&judge.strike_id).copied().flatten();
+    Ok(judges.iter().map(error).collect())
+}
+
+fn default_model(artifact: &Artifact) -> Candidate {
     let model = artifact.manifest.provenance.default_model;
     // Loading has checked that it is there.
     let (world, residual) = artifact
         .model(model)
         .unwrap_or_else(|| (artifact.sysid.world.clone(), None));
     Candidate {
-        name: name.into(),
+        name: model.to_string(),
         world,
         residual: residual.cloned(),
     }
-}
-
-/// One model's errors, in the order of the strikes.
-fn errors(evaluation: &Evaluation, model: &str) -> Vec<Option<f64>> {
-    let rows = evaluation.predictions.iter();
-    let rows = rows.filter(|row| row.model == model);
-    rows.map(|row| row.error).collect()
 }
 
 /// Paired by strike, by Student's t: strikes differ by far more than models do.
@@ -203,6 +207,8 @@ impl HeldOutGate {
 mod tests {
     use rand::{RngExt, SeedableRng};
     use rand_chacha::ChaCha8Rng;
+    use values::{Command, Conditions, Point, Shape};
+    use world::{AddedEffect, Estimate, Simulator, World};
 
     use super::*;
 
@@ -233,6 +239,63 @@ mod tests {
         assert!(beats.gain > 0.0 && !beats.passed, "{beats:?}");
         let same = compare("v0001", &current, &current, 1);
         assert!(!same.passed, "{same:?}");
+    }
+
+    #[test]
+    fn what_a_candidate_learnt_of_the_strikes_own_session_is_no_gain() {
+        let rig = Rig::demo(Shape::Cylinder);
+        let plain = World::nominal(&rig).with("friction", 0.25);
+        let mut knows = plain.clone();
+        knows.effects.push(AddedEffect {
+            name: "friction_by_session".into(),
+            parameters: [("monday", 0.2), ("tuesday", -0.2)]
+                .map(|(name, value)| (name.to_string(), Estimate::fixed(value)))
+                .into(),
+        });
+        let (initial, command) = (
+            Point::new(0.3, 0.0),
+            Command {
+                speed: 0.8,
+                angle: 0.1,
+            },
+        );
+        let simulator = Simulator::new(&rig, &knows).expect("a world");
+        let judges: Vec<Judge> = ["monday", "tuesday"]
+            .into_iter()
+            .map(|session| {
+                let conditions = Conditions {
+                    session: session.into(),
+                    order: 0.0,
+                };
+                let struck = simulator.worker().strike(initial, command, &conditions);
+                Judge {
+                    strike_id: session.into(),
+                    initial,
+                    stop: struck.expect("rests").stop,
+                    command,
+                    conditions,
+                }
+            })
+            .collect();
+        let dir = tempfile::tempdir().expect("folder");
+        let options = stage::Options {
+            engine: "test".into(),
+            is_quiet: true,
+        };
+        let run = Run::open(dir.path(), options).expect("a run");
+        let errors = |world: &World| {
+            let candidate = Candidate {
+                name: "effect".into(),
+                world: world.clone(),
+                residual: None,
+            };
+            unseen_errors(&run, &rig, &candidate, &judges).expect("predicts")
+        };
+        // It predicts its own sessions to the micrometre, and knows nothing of a third.
+        for (knowing, plain) in errors(&knows).into_iter().zip(errors(&plain)) {
+            let (knowing, plain) = (knowing.expect("simulated"), plain.expect("simulated"));
+            assert!(plain > 0.02 && knowing > plain, "{knowing} {plain}");
+        }
     }
 
     #[test]

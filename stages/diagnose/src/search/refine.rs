@@ -116,7 +116,11 @@ fn assess(
         .collect();
     let tried = &mut Tried::new();
     let rivals = fit_best(prepared, &reduced, &screened, chance, alike(name), tried)?;
-    let is_at_end = fitted.model.is_form_at_end(place);
+    let at_end = fitted.forms_at_end();
+    let is_at_end = fitted
+        .model
+        .forms()
+        .any(|(i, of, _)| of == place && at_end.contains(&i));
     let equivalent = rivals
         .iter()
         .enumerate()
