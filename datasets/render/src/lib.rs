@@ -4,16 +4,19 @@
 //! exposure, through the lens to the object or the table, and the light that comes back is added up. So perspective, lens,
 //! the sides of a tall object, soft shadows, motion blur and a rolling shutter are all what they are, to the number of rays.
 //!
-//! - [`Scene`] is what is there; [`Renderer`] is a camera that looks at it; [`Picture`] is what it gives.
-//! - [`case`] holds the cases that trackers are measured on.
+//! - [`Scene`] is what is there; [`Renderer`] is a camera that looks at it; [`Picture`] is what it gives, also of a flat print.
+//! - [`case`] holds the cases that trackers are measured on, [`hostile`] scenes that they should not trust.
 
 pub mod case;
 mod encode;
+pub mod hostile;
 mod light;
 mod moment;
 mod noise;
 mod optics;
 mod picture;
+mod print;
+mod rays;
 mod renderer;
 mod scene;
 mod solid;

@@ -69,21 +69,38 @@ impl Scene {
                     at[0] - object.x - glare.at[0],
                     at[1] - object.y - glare.at[1],
                 ];
-                let share = smooth(glare.radius, 0.6 * glare.radius, from[0].hypot(from[1]));
+                let share = 1.0 - smooth(0.6 * glare.radius, glare.radius, from[0].hypot(from[1]));
                 colour.map(|part| part + share * 1.2)
             }
             _ => colour,
         }
     }
 
-    /// Whether a cover hides what a ray from `origin` along `ray` meets, and its colour.
-    pub(crate) fn covered(&self, origin: [f64; 3], ray: [f64; 3]) -> Option<[f64; 3]> {
-        let mut covers = self.covers.iter();
-        let cover = covers.find(|cover| {
+    /// The number of the cover, if any, that hides what a ray from `origin` along `ray` meets.
+    pub(crate) fn covered(&self, origin: [f64; 3], ray: [f64; 3]) -> Option<usize> {
+        self.covers.iter().position(|cover| {
             let along = (cover.height - origin[2]) / ray[2];
             let at = [origin[0] + along * ray[0], origin[1] + along * ray[1]];
             along > 0.0 && to_segment(at, cover.from, cover.to) < cover.radius
-        })?;
-        Some(cover.colour)
+        })
     }
+
+    /// Whether the bare table looks alike in both.
+    pub(crate) fn has_table_of(&self, other: &Self) -> bool {
+        self.table == other.table
+            && self.grain == other.grain
+            && self.gradient == other.gradient
+            && self.shade == other.shade
+    }
+}
+
+/// sRGB's byte of light (IEC 61966-2-1), not rounded.
+pub(crate) fn byte(light: f64) -> f32 {
+    let light = light.clamp(0.0, 1.0);
+    let value = if light <= 0.003_130_8 {
+        12.92 * light
+    } else {
+        1.055 * light.powf(1.0 / 2.4) - 0.055
+    };
+    (255.0 * value) as f32
 }

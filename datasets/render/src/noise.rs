@@ -30,3 +30,24 @@ pub(crate) fn bells() -> Vec<f32> {
         })
         .collect()
 }
+
+/// Bytes with noise of this standard deviation, rounded.
+pub(crate) fn noisy(bytes: &[f32], noise: f64, bells: &[f32], seed: u64) -> Vec<u8> {
+    let mut noisy = vec![0; bytes.len()];
+    if noise > 0.0 {
+        let (mut random, noise) = (Random(seed), noise as f32);
+        for (to, four) in noisy.chunks_mut(4).zip(bytes.chunks(4)) {
+            let draw = random.next();
+            for (k, (to, byte)) in to.iter_mut().zip(four).enumerate() {
+                let bell = bells[(draw >> (16 * k)) as usize & 0xffff];
+                // The cast keeps to 0 and 255.
+                *to = (byte + noise * bell + 0.5) as u8;
+            }
+        }
+    } else {
+        for (to, byte) in noisy.iter_mut().zip(bytes) {
+            *to = (byte + 0.5) as u8;
+        }
+    }
+    noisy
+}

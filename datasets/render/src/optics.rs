@@ -40,8 +40,10 @@ impl Optics {
 
     /// The ray that arrives at a pixel, in the frame `table`; of any length.
     pub(crate) fn ray(&self, x: f64, y: f64) -> [f64; 3] {
-        /// Rounds of undoing the distortion; it shrinks by ten or more in each.
+        /// Rounds of undoing the distortion at the most; what is left shrinks by ten or more in each.
         const ROUNDS: usize = 25;
+        /// What may be left of it.
+        const DONE: f64 = 1e-12;
         let [fx, fy, cx, cy] = self.matrix;
         let [k1, k2, p1, p2, k3] = self.distortion;
         let (seen_x, seen_y) = ((x - cx) / fx, (y - cy) / fy);
@@ -53,10 +55,23 @@ impl Optics {
                 2.0 * p1 * u * v + p2 * (r + 2.0 * u * u),
                 p1 * (r + 2.0 * v * v) + 2.0 * p2 * u * v,
             ];
-            u = (seen_x - tangential[0]) / stretch;
-            v = (seen_y - tangential[1]) / stretch;
+            let next = [
+                (seen_x - tangential[0]) / stretch,
+                (seen_y - tangential[1]) / stretch,
+            ];
+            let moved = (next[0] - u).abs() + (next[1] - v).abs();
+            [u, v] = next;
+            if moved < DONE {
+                break;
+            }
         }
         self.turned([u, v, 1.0])
+    }
+
+    /// Where a ray meets the table, in m.
+    pub(crate) fn on_table(&self, ray: [f64; 3]) -> [f64; 2] {
+        let along = -self.position[2] / ray[2];
+        [0, 1].map(|i| self.position[i] + along * ray[i])
     }
 
     /// The pixel at which a point is seen, without regard to what is behind the camera.

@@ -1,9 +1,12 @@
 //! Rays from pixels, added up.
 
-use crate::noise::{Random, bells};
+use crate::light::byte;
+use crate::noise::{bells, noisy};
+use crate::rays::Rays;
+use crate::solid::Hit;
 use crate::{Moment, Optics, Picture, Scene};
 
-/// A camera before a scene whose table does not change.
+/// A camera before a scene.
 #[derive(Clone, Debug)]
 pub struct Renderer {
     optics: Optics,
@@ -12,8 +15,7 @@ pub struct Renderer {
     noise: f64,
     /// Rays across a pixel: their square is cast for each.
     across: usize,
-    /// Rays through the corners of the pixels, in the frame `table`.
-    corners: Vec<[f64; 3]>,
+    rays: Rays,
     /// The bare table: bytes before they are rounded.
     bare: Vec<f32>,
     bells: Vec<f32>,
@@ -30,6 +32,40 @@ pub struct Rendering {
     pub centroid: Option<[f64; 2]>,
 }
 
+/// What a ray meets.
+#[derive(Clone, Copy, Debug)]
+enum Met {
+    Table,
+    /// A cover, by its number.
+    Cover(usize),
+    /// An object, by its number, and where.
+    Object {
+        index: usize,
+        object: Moment,
+        hit: Hit,
+    },
+}
+
+/// A surface, by number: thing and face.
+type Surface = (usize, usize);
+const TABLE: Surface = (0, 0);
+
+impl Met {
+    fn surface(&self) -> Surface {
+        match self {
+            Self::Table => TABLE,
+            Self::Cover(cover) => (1, *cover),
+            Self::Object { index, hit, .. } => (2 + index, hit.face),
+        }
+    }
+
+    fn is_like(&self, other: &Self) -> bool {
+        self.surface() == other.surface()
+    }
+}
+
+/// Rays across a pixel where it and its neighbours show one surface of an object: its light changes slowly. One is enough for the table.
+const ACROSS_SURFACE: usize = 2;
 /// Positions of the object that are worked out for one picture.
 const MOMENTS: usize = 64;
 /// The golden section: its multiples fill an interval evenly.
@@ -38,36 +74,36 @@ const GOLDEN: f64 = 0.618_033_988_749_894_9;
 impl Renderer {
     /// A camera with this noise (standard deviation of a byte), which casts the square of `across` rays for each pixel.
     pub fn new(optics: Optics, scene: Scene, noise: f64, across: usize) -> Self {
-        let (width, height) = (optics.width, optics.height);
-        let mut corners = Vec::with_capacity((width + 1) * (height + 1));
-        for row in 0..=height {
-            for column in 0..=width {
-                corners.push(optics.ray(column as f64 - 0.5, row as f64 - 0.5));
-            }
-        }
-        let ray = optics.ray(0.5 * width as f64, 0.5 * height as f64);
-        let along = -optics.position[2] / ray[2];
-        let middle = [0, 1].map(|i| optics.position[i] + along * ray[i]);
+        let [width, height] = [optics.width, optics.height].map(|size| size as f64);
+        let middle = optics.on_table(optics.ray(0.5 * width, 0.5 * height));
         let mut renderer = Self {
             optics,
             scene,
             noise,
             across: across.max(1),
-            corners,
+            rays: Rays::of(&optics),
             bare: Vec::new(),
             bells: bells(),
             middle,
         };
+        renderer.lay_table();
+        renderer
+    }
+
+    /// Renders the bare table.
+    fn lay_table(&mut self) {
+        let (width, height) = (self.optics.width, self.optics.height);
         let mut bare = Vec::with_capacity(3 * width * height);
         for row in 0..height {
             for column in 0..width {
-                let ray = renderer.ray(column, row, 0.5, 0.5);
-                let light = renderer.scene.table_light(renderer.on_table(ray), middle);
+                let ray = self.rays.through(column, row, 0.5, 0.5);
+                let light = self
+                    .scene
+                    .table_light(self.optics.on_table(ray), self.middle);
                 bare.extend(light.map(byte));
             }
         }
-        renderer.bare = bare;
-        renderer
+        self.bare = bare;
     }
 
     /// The camera.
@@ -75,9 +111,13 @@ impl Renderer {
         &self.optics
     }
 
-    /// What is before it; others, covers and glare may be changed between pictures.
-    pub fn scene_mut(&mut self) -> &mut Scene {
-        &mut self.scene
+    /// Puts another scene before it.
+    pub fn set_scene(&mut self, scene: Scene) {
+        let is_same_table = self.scene.has_table_of(&scene);
+        self.scene = scene;
+        if !is_same_table {
+            self.lay_table();
+        }
     }
 
     /// Takes a picture; `path` tells where the object is so many seconds after the middle of the first row's exposure.
@@ -90,58 +130,91 @@ impl Renderer {
             .collect();
         let mut bytes = self.bare.clone();
         let (mut seen, mut sum) = (0.0, [0.0; 2]);
-        for [left, top, right, bottom] in self.regions(&moments) {
-            for row in top..bottom {
-                for column in left..right {
-                    let (light, object) = self.pixel(column, row, &moments);
-                    let at = 3 * (row * width + column);
-                    for (to, light) in bytes[at..at + 3].iter_mut().zip(light) {
-                        *to = byte(light);
-                    }
-                    seen += object;
-                    sum[0] += object * column as f64;
-                    sum[1] += object * row as f64;
+        for region in self.regions(&moments) {
+            let surfaces = self.surfaces(region, &moments);
+            let [left, top, right, bottom] = region;
+            let pixels =
+                (top..bottom).flat_map(|row| (left..right).map(move |column| (column, row)));
+            for ((column, row), surface) in pixels.zip(surfaces) {
+                let across = match surface {
+                    Some(TABLE) => 1,
+                    Some(_) => self.across.min(ACROSS_SURFACE),
+                    None => self.across,
+                };
+                let (light, object) = self.pixel(column, row, &moments, across);
+                let at = 3 * (row * width + column);
+                for (to, light) in bytes[at..at + 3].iter_mut().zip(light) {
+                    *to = byte(light);
                 }
+                seen += object;
+                sum[0] += object * column as f64;
+                sum[1] += object * row as f64;
             }
         }
-        let mut random = Random(seed);
-        let mut rgb = Vec::with_capacity(3 * width * height);
-        for four in bytes.chunks(4) {
-            let draw = if self.noise > 0.0 { random.next() } else { 0 };
-            rgb.extend(four.iter().enumerate().map(|(k, byte)| {
-                let noise = if self.noise > 0.0 {
-                    self.noise as f32 * self.bells[(draw >> (16 * k)) as usize & 0xffff]
-                } else {
-                    0.0
-                };
-                (byte + noise + 0.5).clamp(0.0, 255.0) as u8
-            }));
-        }
+        let rgb = noisy(&bytes, self.noise, &self.bells, seed);
         Rendering {
             picture: Picture { width, height, rgb },
             centroid: (seen > 0.0).then(|| sum.map(|sum| sum / seen)),
         }
     }
 
-    /// Light of a pixel, and the share of it that is object.
-    fn pixel(&self, column: usize, row: usize, moments: &[Moment]) -> ([f64; 3], f64) {
-        let n = self.across;
-        let count = n * n;
+    /// Of each pixel of a region, row by row: the surface that it and its neighbours show throughout the exposure, where it is one.
+    fn surfaces(&self, region: [usize; 4], moments: &[Moment]) -> Vec<Option<Surface>> {
+        let [left, top, right, bottom] = region;
+        // With a rim of one pixel, which ends at the picture's border.
+        let (first, last) = (left.saturating_sub(1), (right + 1).min(self.optics.width));
+        let (above, below) = (top.saturating_sub(1), (bottom + 1).min(self.optics.height));
+        let width = last - first;
+        let mut met = Vec::with_capacity(width * (below - above));
+        for row in above..below {
+            for column in first..last {
+                let ray = self.rays.through(column, row, 0.5, 0.5);
+                let at = |share: f64| self.meet(ray, between(moments, self.exposed(row, share)));
+                let begin = at(0.0);
+                let is_still = self.optics.exposure == 0.0;
+                let is_same = is_still || (at(0.5).is_like(&begin) && at(1.0).is_like(&begin));
+                met.push(is_same.then_some(begin.surface()));
+            }
+        }
+        let mut surfaces = Vec::with_capacity((right - left) * (bottom - top));
+        for row in top..bottom {
+            for column in left..right {
+                let at = |row: usize, column: usize| met[(row - above) * width + column - first];
+                let here = at(row, column);
+                let rows = row.saturating_sub(1).max(above)..(row + 2).min(below);
+                let is_one = rows.into_iter().all(|row| {
+                    let columns = column.saturating_sub(1).max(first)..(column + 2).min(last);
+                    columns.into_iter().all(|column| at(row, column) == here)
+                });
+                surfaces.push(here.filter(|_| is_one));
+            }
+        }
+        surfaces
+    }
+
+    /// The share (0 to 1) of all rows' exposure at which a share of this row's is over.
+    fn exposed(&self, row: usize, share: f64) -> f64 {
         let whole = self.optics.exposure + self.optics.readout;
-        let begin = if self.optics.height > 1 {
-            self.optics.readout * row as f64 / (self.optics.height - 1) as f64
+        let rows = self.optics.height.max(2) - 1;
+        let begin = self.optics.readout * row as f64 / rows as f64;
+        if whole > 0.0 {
+            (begin + self.optics.exposure * share) / whole
         } else {
-            0.0
-        };
+            0.5
+        }
+    }
+
+    /// Light of a pixel from so many rays across, and the share of it that is object.
+    fn pixel(&self, column: usize, row: usize, moments: &[Moment], n: usize) -> ([f64; 3], f64) {
+        let count = n * n;
         let first = (column as f64 * GOLDEN + row as f64 * GOLDEN * GOLDEN).fract();
         let (mut light, mut object) = ([0.0; 3], 0.0);
         for k in 0..count {
             let (i, j) = (k % n, k / n);
             let share = |i: usize| (i as f64 + 0.5) / n as f64;
-            let ray = self.ray(column, row, share(i), share(j));
+            let ray = self.rays.through(column, row, share(i), share(j));
             // Every ray has its own time in the exposure; over the pixel they are even.
-            let time = begin + self.optics.exposure * (first + k as f64 * GOLDEN).fract();
-            let at = if whole > 0.0 { time / whole } else { 0.5 };
+            let at = self.exposed(row, (first + k as f64 * GOLDEN).fract());
             let (part, is_object) = self.cast(ray, between(moments, at));
             light = [0, 1, 2].map(|i| light[i] + part[i] / count as f64);
             object += f64::from(u8::from(is_object)) / count as f64;
@@ -149,41 +222,39 @@ impl Renderer {
         (light, object)
     }
 
-    fn cast(&self, ray: [f64; 3], moment: Moment) -> ([f64; 3], bool) {
+    /// What a ray meets first.
+    fn meet(&self, ray: [f64; 3], moment: Moment) -> Met {
         let origin = self.optics.position;
-        if let Some(colour) = self.scene.covered(origin, ray) {
-            return (colour, false);
+        if let Some(cover) = self.scene.covered(origin, ray) {
+            return Met::Cover(cover);
         }
-        let objects = std::iter::once(&moment).chain(&self.scene.others);
-        for (index, object) in objects.clone().enumerate() {
-            if let Some(hit) = self.scene.form.hit(*object, origin, ray) {
-                let at = [0, 1, 2].map(|i| origin[i] + hit.along * ray[i]);
-                let scene = &self.scene;
-                let light = scene.object_light(*object, at, hit.normal, self.middle);
-                return (light, index == 0);
+        let objects = std::iter::once(moment).chain(self.scene.others.iter().copied());
+        for (index, object) in objects.enumerate() {
+            if let Some(hit) = self.scene.form.hit(object, origin, ray) {
+                return Met::Object { index, object, hit };
             }
         }
-        let at = self.on_table(ray);
-        let past: f64 = objects.map(|object| self.scene.past(*object, at)).product();
-        let light = self.scene.table_light(at, self.middle);
-        (light.map(|part| part * past), false)
+        Met::Table
     }
 
-    /// The ray through a part (0 to 1 from the left and the top) of a pixel.
-    fn ray(&self, column: usize, row: usize, x: f64, y: f64) -> [f64; 3] {
-        let at = row * (self.optics.width + 1) + column;
-        let below = at + self.optics.width + 1;
-        let corner = |at: usize, i: usize| self.corners[at][i];
-        [0, 1, 2].map(|i| {
-            let upper = corner(at, i) * (1.0 - x) + corner(at + 1, i) * x;
-            let lower = corner(below, i) * (1.0 - x) + corner(below + 1, i) * x;
-            upper * (1.0 - y) + lower * y
-        })
-    }
-
-    fn on_table(&self, ray: [f64; 3]) -> [f64; 2] {
-        let along = -self.optics.position[2] / ray[2];
-        [0, 1].map(|i| self.optics.position[i] + along * ray[i])
+    /// The light along a ray, and whether it comes from the object.
+    fn cast(&self, ray: [f64; 3], moment: Moment) -> ([f64; 3], bool) {
+        let scene = &self.scene;
+        match self.meet(ray, moment) {
+            Met::Cover(cover) => (scene.covers[cover].colour, false),
+            Met::Object { index, object, hit } => {
+                let at = [0, 1, 2].map(|i| self.optics.position[i] + hit.along * ray[i]);
+                let light = scene.object_light(object, at, hit.normal, self.middle);
+                (light, index == 0)
+            }
+            Met::Table => {
+                let at = self.optics.on_table(ray);
+                let objects = std::iter::once(&moment).chain(&scene.others);
+                let past: f64 = objects.map(|object| scene.past(*object, at)).product();
+                let light = scene.table_light(at, self.middle);
+                (light.map(|part| part * past), false)
+            }
+        }
     }
 
     /// Rectangles of pixels (left, top, right, bottom) outside of which nothing but the bare table is seen.
@@ -240,15 +311,4 @@ fn between(moments: &[Moment], share: f64) -> Moment {
         y: a.y + s * (b.y - a.y),
         yaw: a.yaw + s * (b.yaw - a.yaw),
     }
-}
-
-/// sRGB's byte of light (IEC 61966-2-1), not rounded.
-fn byte(light: f64) -> f32 {
-    let light = light.clamp(0.0, 1.0);
-    let value = if light <= 0.003_130_8 {
-        12.92 * light
-    } else {
-        1.055 * light.powf(1.0 / 2.4) - 0.055
-    };
-    (255.0 * value) as f32
 }

@@ -31,6 +31,8 @@ pub(crate) struct Hit {
     pub(crate) along: f64,
     /// Outwards, of length 1.
     pub(crate) normal: [f64; 3],
+    /// Which of the solid's faces, by number.
+    pub(crate) face: usize,
 }
 
 impl Form {
@@ -85,6 +87,7 @@ fn cylinder(radius: f64, height: f64, from: [f64; 3], ray: [f64; 3]) -> Option<H
         return Some(Hit {
             along: top,
             normal: [0.0, 0.0, 1.0],
+            face: 0,
         });
     }
     let a = ray[0] * ray[0] + ray[1] * ray[1];
@@ -103,6 +106,7 @@ fn cylinder(radius: f64, height: f64, from: [f64; 3], ray: [f64; 3]) -> Option<H
             (from[1] + along * ray[1]) / radius,
             0.0,
         ],
+        face: 1,
     })
 }
 
@@ -122,11 +126,13 @@ fn sphere(radius: f64, from: [f64; 3], ray: [f64; 3]) -> Option<Hit> {
     (along > 0.0).then(|| Hit {
         along,
         normal: [0, 1, 2].map(|i| (from[i] + along * ray[i]) / radius),
+        face: 0,
     })
 }
 
 fn slab(half: [f64; 3], from: [f64; 3], ray: [f64; 3]) -> Option<Hit> {
-    let (mut enter, mut leave, mut normal) = (f64::NEG_INFINITY, f64::INFINITY, [0.0; 3]);
+    let (mut enter, mut leave) = (f64::NEG_INFINITY, f64::INFINITY);
+    let (mut normal, mut face) = ([0.0; 3], 0);
     for i in 0..3 {
         let middle = if i == 2 { half[2] } else { 0.0 };
         let (near, far) = (
@@ -137,11 +143,13 @@ fn slab(half: [f64; 3], from: [f64; 3], ray: [f64; 3]) -> Option<Hit> {
             enter = near.min(far);
             normal = [0.0; 3];
             normal[i] = -ray[i].signum();
+            face = 2 * i + usize::from(ray[i] < 0.0);
         }
         leave = leave.min(near.max(far));
     }
     (enter > 0.0 && enter <= leave).then_some(Hit {
         along: enter,
         normal,
+        face,
     })
 }
