@@ -86,7 +86,7 @@ def main():
         if pixel is None:
             places.append(None)
             continue
-        u, v = cv2.undistortPoints(np.array([[pixel]]), matrix, np.array(camera["distortion"] or [0.0] * 5))[0, 0]
+        u, v = cv2.undistortPoints(np.array([[pixel]]), matrix, np.array(camera.get("distortion") or [0.0] * 5))[0, 0]
         ray = turned @ (u, v, 1.0)
         along = -camera["position"][2] / ray[2]
         places.append([camera["position"][i] + along * ray[i] for i in (0, 1)])
