@@ -6,8 +6,10 @@ use std::time::Instant;
 
 use anyhow::{Context, bail};
 use clap::{Parser, Subcommand, ValueEnum};
+use logs::write::CopyWriter;
 use rayon::prelude::*;
 use render::case::{self, Case};
+use render::hostile::{KINDS, Kind};
 use render::{Moment, Optics, Renderer, Scene};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
@@ -29,6 +31,20 @@ enum Part {
         width: usize,
         height: usize,
         count: usize,
+    },
+    /// Renders scenes that should not be trusted into a folder: so many of each kind, from this number on.
+    Hostile {
+        dir: PathBuf,
+        shape: String,
+        first: usize,
+        count: usize,
+    },
+    /// Writes a log of a folder's frames, again and again up to so many bytes, and its rig file.
+    Log {
+        dir: PathBuf,
+        log: PathBuf,
+        rig: PathBuf,
+        bytes: u64,
     },
     /// Finds the object in a folder's frames, so many times over.
     Track {
@@ -52,11 +68,11 @@ enum Name {
 }
 
 /// What is known of a frame.
-#[derive(Serialize, Deserialize)]
+#[derive(Clone, Serialize, Deserialize)]
 struct Frame {
     file: String,
-    /// Centroid of what is seen of the object, in px.
-    pixel: [f64; 2],
+    /// Centroid of what is seen of the object, in px; none where it is not seen.
+    pixel: Option<[f64; 2]>,
     /// The object's centre on the table in m.
     place: [f64; 2],
 }
@@ -73,6 +89,18 @@ fn main() -> anyhow::Result<()> {
             height,
             count,
         } => render(&dir, case, [width, height], count)?,
+        Part::Hostile {
+            dir,
+            shape,
+            first,
+            count,
+        } => hostile(&dir, &shape, first, count)?,
+        Part::Log {
+            dir,
+            log,
+            rig,
+            bytes,
+        } => write_log(&dir, &log, &rig, bytes)?,
         Part::Track {
             dir,
             threads,
@@ -136,16 +164,78 @@ fn render(dir: &Path, name: Name, pixels: [usize; 2], count: usize) -> anyhow::R
         fs::write(dir.join(&file), data)?;
         Ok(Frame {
             file,
-            pixel: rendered.centroid.context("not seen")?,
+            pixel: rendered.centroid,
             place: [at.x, at.y],
         })
     };
     let places: Vec<_> = case::places(count).into_iter().enumerate().collect();
     let frames = places.into_par_iter().map(render);
     let frames = frames.collect::<anyhow::Result<Vec<_>>>()?;
-    fs::write(dir.join("truth.json"), serde_json::to_vec(&frames)?)?;
-    fs::write(dir.join("rig.json"), serde_json::to_vec(&rig)?)?;
+    keep(dir, &frames, &rig)
+}
+
+fn keep(dir: &Path, frames: &[Frame], rig: &Rig) -> anyhow::Result<Value> {
+    fs::write(dir.join("truth.json"), serde_json::to_vec(frames)?)?;
+    fs::write(dir.join("rig.json"), serde_json::to_vec(rig)?)?;
     Ok(json!({ "frames": frames.len() }))
+}
+
+fn hostile(dir: &Path, shape: &str, first: usize, count: usize) -> anyhow::Result<Value> {
+    let case = Case {
+        pixels: [640, 480],
+        ..Case::flat()
+    };
+    let shapes = [Shape::Cylinder, Shape::Box, Shape::Sphere];
+    let shape = shapes.into_iter().find(|known| known.name() == shape);
+    let rig = case::rig(&case::tall(shape.context("no such shape")?), &case);
+    let plain = Scene::laboratory(&rig.object).context("a size is missing")?;
+    let optics = Optics::of(&rig, case.pixels).context("no camera")?;
+    let renderer = Renderer::new(optics, plain.clone(), case.noise, RAYS);
+    fs::create_dir_all(dir)?;
+    let kinds = KINDS.iter().enumerate().collect::<Vec<_>>();
+    let of_kind = |(which, kind): (usize, &Kind)| -> anyhow::Result<Vec<Frame>> {
+        let mut renderer = renderer.clone();
+        let mut frames = Vec::with_capacity(count);
+        for number in first + which * count..first + (which + 1) * count {
+            let (scene, at) = kind.scene(&plain, number);
+            renderer.set_scene(scene);
+            let rendered = renderer.render(&|_| at, number as u64);
+            let file = format!("{which}_{number:06}.jpg");
+            fs::write(dir.join(&file), rendered.picture.jpeg(90)?)?;
+            frames.push(Frame {
+                file,
+                pixel: rendered.centroid,
+                place: [at.x, at.y],
+            });
+        }
+        Ok(frames)
+    };
+    let frames = kinds.into_par_iter().map(of_kind);
+    let frames = frames.collect::<anyhow::Result<Vec<_>>>()?;
+    keep(dir, &frames.concat(), &rig)
+}
+
+fn write_log(dir: &Path, log: &Path, rig_file: &Path, bytes: u64) -> anyhow::Result<Value> {
+    /// Of a camera of 60 frames a second, in ns.
+    const PERIOD: u64 = 16_666_667;
+    let frames: Vec<Frame> = serde_json::from_slice(&fs::read(dir.join("truth.json"))?)?;
+    let rig: Rig = serde_json::from_slice(&fs::read(dir.join("rig.json"))?)?;
+    let topic = rig.topics.image.as_ref().context("no topic")?;
+    let files = frames.iter().map(|frame| fs::read(dir.join(&frame.file)));
+    let files = files.collect::<Result<Vec<_>, _>>()?;
+    let mut writer = CopyWriter::create(log)?;
+    let (mut written, mut stamp) = (0, 1_700_000_000_000_000_000);
+    for file in files.iter().cycle() {
+        writer.jpeg(&topic.name, stamp, stamp, file)?;
+        written += file.len() as u64;
+        stamp += PERIOD;
+        if written >= bytes {
+            break;
+        }
+    }
+    writer.finish()?;
+    fs::write(rig_file, rig.to_toml())?;
+    Ok(json!({ "bytes": written }))
 }
 
 fn track(dir: &Path, threads: usize, rounds: usize) -> anyhow::Result<Value> {

@@ -41,14 +41,18 @@ pub struct Calibration {
     pub orientation: [f64; 4],
     /// Reprojection error in px: rms of a coordinate, for the unknowns that were fitted.
     pub error: f64,
+    /// Points that it was found from.
+    pub points: usize,
     /// The greatest distance of a point's pixel from where the camera found would see it, in px.
     pub worst: f64,
     /// Standard error in m of the object's place where it is known least, over the table.
     pub unsure: f64,
 }
 
-/// A typed pixel is off by this much (px, standard deviation) even where fewer points leave less.
+/// A pixel that was typed, and one that was found in an image, is off by this much (px, standard deviation) even where fewer points leave
+/// less.
 const TYPED: f64 = 0.5;
+const FOUND: f64 = 0.15;
 /// Points whose pixels are off by more than this (px) were mistyped, or the lens bends more than is known.
 const MOST_ERROR: f64 = 2.0;
 /// An object that is seen farther than this from where it is (m) is seen wrong.
@@ -66,6 +70,27 @@ impl Calibration {
         points: &[SeenPoint],
         known: KnownLens,
         workspace: Workspace,
+    ) -> Result<Self, CalibrationError> {
+        Self::from(points, known, workspace, TYPED)
+    }
+
+    /// Finds the pose of a camera whose lens is known from the corners of a board that lies on the table.
+    ///
+    /// # Errors
+    /// Those of [`Calibration::from_points`].
+    pub fn from_board(
+        corners: &[SeenPoint],
+        lens: Lens,
+        workspace: Workspace,
+    ) -> Result<Self, CalibrationError> {
+        Self::from(corners, KnownLens::Lens(lens), workspace, FOUND)
+    }
+
+    fn from(
+        points: &[SeenPoint],
+        known: KnownLens,
+        workspace: Workspace,
+        least_error: f64,
     ) -> Result<Self, CalibrationError> {
         if points.len() < FEWEST {
             return Err(CalibrationError::Few {
@@ -101,7 +126,7 @@ impl Calibration {
             });
         }
         let unsure = unknowns
-            .unsure(&fit, error.max(TYPED), workspace)
+            .unsure(&fit, error.max(least_error), workspace)
             .ok_or(CalibrationError::Undetermined)?;
         if unsure > MOST_UNSURE {
             return Err(CalibrationError::Unsure {
@@ -114,6 +139,7 @@ impl Calibration {
             position: camera.position,
             orientation: quaternion(camera.axes),
             error,
+            points: points.len(),
             worst,
             unsure,
         })

@@ -10,6 +10,7 @@ use zune_jpeg::JpegDecoder;
 use crate::image::{Image, checked_size};
 use crate::message::Payload;
 use crate::size::LARGEST_IMAGE;
+use crate::video::Video;
 use crate::{ImageError, ImageMessage};
 
 /// Decodes one image after another into the same memory.
@@ -18,10 +19,11 @@ pub struct Decoder {
     image: Image,
     /// The undecoded pixels of the last PNG.
     scratch: Vec<u8>,
+    video: Video,
 }
 
 impl Decoder {
-    /// Decodes the pixels of a message.
+    /// Decodes the pixels of a message. The images of a video build on one another: they go in their order through one decoder.
     pub fn decode(&mut self, message: &ImageMessage<'_>) -> Result<&Image, ImageError> {
         match message.payload {
             Payload::Raw {
@@ -35,7 +37,7 @@ impl Decoder {
                 raw(&mut self.image, size, step as usize, encoding, data)?;
             }
             Payload::Compressed(data) => self.compressed(data)?,
-            Payload::Video(format, _) => return Err(ImageError::Video(format.into())),
+            Payload::Video(format, data) => self.video.decode(format, data, &mut self.image)?,
         }
         Ok(&self.image)
     }
@@ -46,7 +48,7 @@ impl Decoder {
         } else if data.starts_with(b"\x89PNG") {
             png(&mut self.image, &mut self.scratch, data)
         } else {
-            Err(ImageError::Encoding("neither JPEG nor PNG".into()))
+            Err(ImageError::Unknown)
         }
     }
 }

@@ -65,6 +65,10 @@ const WIDE_BAND: f64 = 2.5;
 /// Least difference of the levels inside and outside, of 1, for an edge to be one.
 const LEAST_STEP: f32 = 0.35;
 
+/// The object's light along a ray, of its middle's, is less than this: else the edge of a hard shadow runs between, and the profile's area
+/// tells of that edge.
+const MOST_VALUE: f32 = 2.5;
+
 /// Where an edge was found: its distance outwards from the ray's crossing, in px; none where there is none.
 pub(crate) type Edge = Option<f64>;
 
@@ -100,6 +104,7 @@ impl Profile {
         let count = ((window - from) / STEP).round().max(1.0);
         let step = (window - from) / count;
         let (mut area, mut inner, mut outer, mut side) = (0.0, (0.0, 0.0), (0.0, 0.0), (0.0, 0.0));
+        let mut most = 0.0f32;
         let add = |sum: &mut (f32, f32), value: f32| {
             sum.0 += value;
             sum.1 += 1.0;
@@ -108,6 +113,7 @@ impl Profile {
             let t = from + (k as f64 + 0.5) * step;
             let value = map.at(ray.at[0] + t * ray.normal[0], ray.at[1] + t * ray.normal[1])?;
             area += value;
+            most = most.max(value);
             if t < from + level {
                 add(&mut inner, value);
             } else if t > window - level {
@@ -118,7 +124,7 @@ impl Profile {
         }
         let mean = |(sum, count): (f32, f32)| sum / count;
         let (inner, outer) = (mean(inner), mean(outer));
-        let is_edge = inner - outer > LEAST_STEP;
+        let is_edge = inner - outer > LEAST_STEP && most < MOST_VALUE;
         is_edge.then(|| Self {
             area: area * step as f32,
             inner,

@@ -35,10 +35,13 @@ pub enum ImageError {
     /// Its encoding is none that is decoded.
     #[error("its encoding is `{0}`; JPEG, PNG, rgb8, bgr8, rgba8, bgra8, mono8, bayer_*8 are read")]
     Encoding(String),
-    /// It is a part of a video.
+    /// Compressed data are neither JPEG nor PNG.
+    #[error("it is neither JPEG nor PNG")]
+    Unknown,
+    /// It is a part of a video of another format than H.264.
     #[error(
-        "it is a part of a video (`{0}`), which is not decoded; record each image as JPEG or PNG, in sensor_msgs/CompressedImage or \
-         foxglove.CompressedImage"
+        "it is a part of a video (`{0}`), of which only `h264` is decoded; record H.264, or each image as JPEG or PNG in \
+         sensor_msgs/CompressedImage or foxglove.CompressedImage"
     )]
     Video(String),
     /// The message is not as its schema has it.
@@ -117,6 +120,66 @@ pub enum CalibrationError {
     },
 }
 
+/// Why a board gave no lens or no pose; each text completes "failed to …".
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum BoardError {
+    /// Too few images show it.
+    #[error(
+        "find the board: {views} of the images show {corners} of its corners or more, {needed} are needed; check --board, --square, \
+         --marker and --dictionary, and that it is sharp, evenly lit and has some white around it"
+    )]
+    Few {
+        /// Images that show it.
+        views: usize,
+        /// Images that are needed.
+        needed: usize,
+        /// Corners that are needed in each.
+        corners: usize,
+    },
+    /// The images do not tell the lens.
+    #[error(
+        "find the lens: the images do not determine it; hold the board at a slant, to the left, the right, up and down, by 20 to 45 degrees"
+    )]
+    Undetermined,
+    /// No lens sees the corners where they are.
+    #[error(
+        "find the lens: the corners are {error:.2} px off (rms) any lens found, more than {most} px; image {} is off by most, {worst:.2} px: \
+         leave it out if it is blurred, and check that the board is flat and the numbers of its squares are right", .view + 1
+    )]
+    Poor {
+        /// Reprojection error in px.
+        error: f64,
+        /// The most that is let pass.
+        most: f64,
+        /// Index of the worst image.
+        view: usize,
+        /// Its rms, in px.
+        worst: f64,
+    },
+    /// The focal length is not known well enough.
+    #[error(
+        "find the lens: the focal length would be known to {unsure:.1} % only (standard error; {most} % are let pass): take more images, with \
+         the board at more of a slant and over all of the image"
+    )]
+    Unsure {
+        /// Standard error in per cent.
+        unsure: f64,
+        /// The most that is let pass, in per cent.
+        most: f64,
+    },
+    /// What was measured on the table is not the board.
+    #[error(
+        "place the board on the table: the corners typed are {typed:.4} m apart, the board is {width:.4} m wide; measure its upper left and its \
+         upper right corner again"
+    )]
+    Width {
+        /// Distance of the corners that were typed, in m.
+        typed: f64,
+        /// The board's width in m.
+        width: f64,
+    },
+}
+
 /// Why no colour range was proposed; each text completes "failed to …".
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum TuneError {
@@ -171,7 +234,7 @@ pub enum TrackError {
     NoTopic,
     /// The topic holds something else.
     #[error(
-        "read images of topic {topic}: its messages are {schema}; sensor_msgs Image and CompressedImage, foxglove RawImage and CompressedImage are read"
+        "read images of topic {topic}: its messages are {schema}; sensor_msgs Image and CompressedImage, foxglove RawImage, CompressedImage and CompressedVideo are read"
     )]
     NoImages {
         /// The topic.
@@ -187,6 +250,14 @@ pub enum TrackError {
         /// The topic.
         topic: String,
         /// What is wrong with it.
+        why: String,
+    },
+    /// A log from which one image was wanted has none.
+    #[error("find an image in log {log}: {why}")]
+    NoImage {
+        /// The file.
+        log: String,
+        /// What was wrong with the first, or that there is none.
         why: String,
     },
     /// Not one image could be decoded.

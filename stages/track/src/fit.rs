@@ -1,8 +1,8 @@
-//! The pose at which the outline lies on the edges seen: Gauss–Newton with Tukey's weights.
+//! The pose at which the outline lies on the edges seen, step by step.
 
+use crate::change::Change;
 use crate::colour::{Contrast, Map, Part, Range};
 use crate::edges::{Edge, Ray, edges, rays};
-use crate::linear::solve;
 use crate::outline::{Outline, Pose, Solid};
 use crate::size::GLARE;
 use crate::{CameraModel, Image};
@@ -27,13 +27,15 @@ pub(crate) struct Fit {
     pub(crate) rays: Vec<Ray>,
     /// What is left of each ray's edge, in px; none where there is no edge.
     pub(crate) residuals: Vec<Edge>,
+    /// How far a third of the outline moves the centre by itself, in m.
+    pub(crate) pull: f64,
     /// How much larger than the outline the object is seen, in px.
     pub(crate) larger: f64,
     pub(crate) map: Map,
     /// Light of the object's middle.
     pub(crate) object: [f32; 3],
     /// Whether the table around is so bright that glare cannot be told from it.
-    pub(crate) is_table_glare: bool,
+    pub(crate) is_table_bright: bool,
     /// Half width of the search across the outline, in px.
     pub(crate) window: f64,
     /// How far from the outline its blurred edge has ended, in px.
@@ -62,8 +64,10 @@ const FIRST: f64 = 2.0;
 /// Steps of Gauss–Newton at the most, and the move in px at which they end.
 const STEPS: usize = 8;
 const DONE: f64 = 0.004;
-/// Fewest edges for a fit.
-const FEWEST_EDGES: usize = 16;
+/// A table with more than this share of glare's light cannot be told from it: compression rings.
+const BRIGHT: f32 = 0.8;
+/// Fewest pixels of the object, and of the table, for their colours.
+const FEWEST_PIXELS: usize = 16;
 
 /// Fits the outline from a first guess on.
 pub(crate) fn fit(scene: &Scene<'_>, start: Pose) -> Result<Fit, NoFit> {
@@ -95,8 +99,8 @@ pub(crate) fn fit(scene: &Scene<'_>, start: Pose) -> Result<Fit, NoFit> {
         };
         let found = edges(&seen.map, &rays, window, level);
         let turns = scene.solid.turns() && step > 0;
-        let change = change(&rays, &found, turns).ok_or(NoFit::NoEdges)?;
-        let [x, y, yaw, larger] = change;
+        let change = Change::least(&rays, &found, turns).ok_or(NoFit::NoEdges)?;
+        let [x, y, yaw, larger] = change.parts;
         let moved = scale * (x.hypot(y) + scene.solid.reach() * yaw.abs());
         if !moved.is_finite() {
             return Err(NoFit::NoEdges);
@@ -105,16 +109,16 @@ pub(crate) fn fit(scene: &Scene<'_>, start: Pose) -> Result<Fit, NoFit> {
         pose.y += y;
         pose.yaw += yaw;
         if (moved < DONE && step > 1) || step + 1 == STEPS {
-            let residuals = residuals(&rays, &found, change);
             return Ok(Fit {
                 pose,
                 outline,
+                residuals: change.residuals(&rays, &found),
+                pull: change.pull(&rays, &found, turns).ok_or(NoFit::NoEdges)?,
                 rays,
-                residuals,
                 larger,
                 map: seen.map,
                 object: seen.object,
-                is_table_glare: seen.is_table_glare,
+                is_table_bright: seen.is_table_bright,
                 window,
                 clear: window - level,
             });
@@ -137,7 +141,7 @@ fn leaves(image: &Image, outline: &Outline) -> bool {
 struct Colours {
     map: Map,
     object: [f32; 3],
-    is_table_glare: bool,
+    is_table_bright: bool,
 }
 
 /// The colours of object and table around an outline, and how far each pixel there is object.
@@ -165,8 +169,7 @@ fn colours_around(
             table.extend(pixel(at).filter(|rgb| !scene.range.contains(*rgb, image.grey)));
         }
     }
-    let few = FEWEST_EDGES;
-    if object.len() < few || table.len() < few {
+    if object.len().min(table.len()) < FEWEST_PIXELS {
         return Err(NoFit::NoContrast);
     }
     let object = median(scene.light, &mut object);
@@ -179,11 +182,11 @@ fn colours_around(
     if part.width < 2 || part.height < 2 {
         return Err(NoFit::Border);
     }
-    let glare = scene.light[usize::from(GLARE)];
+    let bright = BRIGHT * scene.light[usize::from(GLARE)];
     Ok(Colours {
         map: contrast.map(image, scene.light, part),
         object,
-        is_table_glare: table.iter().all(|light| *light >= glare),
+        is_table_bright: table.iter().all(|light| *light >= bright),
     })
 }
 
@@ -194,68 +197,4 @@ fn median(light: &[f32; 256], pixels: &mut [[u8; 3]]) -> [f32; 3] {
         let (_, median, _) = pixels.select_nth_unstable_by_key(middle, |rgb| rgb[channel]);
         light[usize::from(median[channel])]
     })
-}
-
-/// Rounds of weights.
-const ROUNDS: usize = 4;
-/// Tukey's constant, and the least scale of residuals in px: what edges scatter by in a good image.
-const TUKEY: f64 = 4.7;
-const LEAST_SCALE: f64 = 0.08;
-
-/// The change of x, y, yaw and of the outline's size (px) that lies best on the edges; none where they are too few.
-fn change(rays: &[Ray], found: &[Edge], turns: bool) -> Option<[f64; 4]> {
-    let known: Vec<(&Ray, f64)> = rays
-        .iter()
-        .zip(found)
-        .filter_map(|(ray, edge)| Some((ray, (*edge)?)))
-        .collect();
-    if known.len() < FEWEST_EDGES {
-        return None;
-    }
-    let mut change = [0.0; 4];
-    // At first all edges are off by the first guess: their median stands for what is left.
-    let mut scale = f64::INFINITY;
-    let mut left: Vec<f64> = Vec::with_capacity(known.len());
-    for _ in 0..ROUNDS {
-        let mut normal = [[0.0; 5]; 4];
-        for (ray, edge) in &known {
-            let share = (edge - predicted(ray, change)) / (TUKEY * scale);
-            let weight = if share.abs() < 1.0 {
-                (1.0 - share * share).powi(2)
-            } else {
-                0.0
-            };
-            let yaw = if turns { ray.moves[2] } else { 0.0 };
-            let row = [ray.moves[0], ray.moves[1], yaw, 1.0, *edge];
-            for i in 0..4 {
-                for j in 0..5 {
-                    normal[i][j] += weight * row[i] * row[j];
-                }
-            }
-        }
-        if !turns {
-            normal[2][2] = 1.0;
-        }
-        change = solve(normal)?;
-        left.clear();
-        let off = known
-            .iter()
-            .map(|(ray, edge)| (edge - predicted(ray, change)).abs());
-        left.extend(off);
-        let middle = left.len() / 2;
-        let (_, median, _) = left.select_nth_unstable_by(middle, f64::total_cmp);
-        scale = (1.4826 * *median).max(LEAST_SCALE);
-    }
-    Some(change)
-}
-
-fn predicted(ray: &Ray, [x, y, yaw, larger]: [f64; 4]) -> f64 {
-    ray.moves[0] * x + ray.moves[1] * y + ray.moves[2] * yaw + larger
-}
-
-fn residuals(rays: &[Ray], found: &[Edge], change: [f64; 4]) -> Vec<Edge> {
-    let pairs = rays.iter().zip(found);
-    pairs
-        .map(|(ray, edge)| Some((*edge)? - predicted(ray, change)))
-        .collect()
 }

@@ -5,7 +5,7 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 use logs::read::RawChannel;
 
 use crate::draw::drawn;
-use crate::{Decoder, ImageMessage, Observation, Reason, Tracker};
+use crate::{Decoder, ImageMessage, Observation, Payload, Reason, Tracker};
 
 /// One image message after tracking.
 pub(crate) struct TrackedFrame {
@@ -33,13 +33,20 @@ pub(crate) fn track_frame(
     let parsed = ImageMessage::parse(&channel.schema, &channel.encoding, data);
     let log_stamp = i64::try_from(log_time).unwrap_or(i64::MAX);
     let stamp = parsed.as_ref().map_or(log_stamp, |message| message.stamp);
-    let hash = parsed.as_ref().ok().map(|message| {
+    let hash_of = |bytes: &[u8]| {
         let mut hasher = DefaultHasher::new();
-        message.payload.bytes().hash(&mut hasher);
+        bytes.hash(&mut hasher);
         hasher.finish()
-    });
+    };
+    let payload = parsed.as_ref().ok().map(|message| message.payload);
+    let hash = payload.map(|payload| hash_of(payload.bytes()));
     match parsed.and_then(|message| decoder.decode(&message)) {
         Ok(image) => {
+            // A video tells of an image that repeats in other bytes.
+            let hash = match payload {
+                Some(Payload::Video(..)) => Some(hash_of(&image.rgb)),
+                _ => hash,
+            };
             let observation = tracker.observe(image);
             let middle = 0.5 * image.height as f64;
             let row = observation.pixel.map_or(middle, |[_, row]| row);

@@ -1,7 +1,7 @@
 //! From camera images to the place of the object on the table.
 //!
 //! ```text
-//! message (raw, JPEG, PNG) → image → blobs of the object's colour → outline of the known shape fitted to the edges → centre on
+//! message (raw, JPEG, PNG, H.264) → image → blobs of the object's colour → outline of the known shape fitted to the edges → centre on
 //! the table, a quality, or a reason why the frame is not trusted
 //! ```
 //!
@@ -9,21 +9,24 @@
 //! - [`Tracker`] looks at one image after another: `detect` finds where the object may be, `fit` moves the
 //!   projected outline of the known shape until it lies on the edges seen, `trust` decides whether to believe it.
 //! - [`track_log`] reads a log and writes another with the centroids.
-//! - [`Calibration`] finds a camera from points of the table, [`Tuned`] the object's colour range from an image.
+//! - [`LensFit`] finds a lens from images of a [`Board`], [`Calibration`] a camera from points of the table, [`Tuned`] the object's colour range from an image.
 //!
 //! What is measured is the object's centre on the table, not the centroid of its picture: the outline is that of the shape at its
 //! height, seen through the camera's lens from its pose. Stamps are moved to the middle of the exposure of the object's rows.
 
 mod bayer;
+mod board;
 mod calibrate;
 mod camera;
 mod camera_info;
+mod change;
 mod colour;
 mod decode;
 mod detect;
 mod draw;
 mod edges;
 mod error;
+mod first_image;
 mod first_pose;
 mod fit;
 mod frame;
@@ -43,14 +46,17 @@ mod size;
 mod tracker;
 mod trust;
 mod tune;
+mod video;
 mod view;
 mod wire;
 
+pub use board::{Board, Dictionary, LensFit, SeenBoard};
 pub use calibrate::{Calibration, KnownLens, Workspace};
 pub use camera::CameraModel;
 pub use decode::Decoder;
 pub use draw::{draw_observation, png_of};
-pub use error::{CalibrationError, ImageError, SetupError, TrackError, TuneError};
+pub use error::{BoardError, CalibrationError, ImageError, SetupError, TrackError, TuneError};
+pub use first_image::first_image;
 pub use image::Image;
 pub use lens::Lens;
 pub use log::track_log;

@@ -13,6 +13,7 @@ use values::{ImageTopic, Rig};
 
 use crate::camera_info::CameraInfo;
 use crate::frame::{TrackedFrame, track_frame};
+use crate::message::is_video;
 use crate::report::QUALITY_SCHEMA;
 use crate::sequence::{Sequence, SequenceFrame};
 use crate::view::View;
@@ -111,6 +112,8 @@ struct Tracking<'a> {
     batch: Vec<Item>,
     bytes: usize,
     images: usize,
+    /// Of a video, whose images build on one another.
+    decoder: Decoder,
     sequence: Sequence<(u64, f64)>,
     /// What waits behind each frame that is held back.
     held: Vec<After>,
@@ -138,6 +141,7 @@ impl<'a> Tracking<'a> {
             batch: Vec::new(),
             bytes: 0,
             images: 0,
+            decoder: Decoder::default(),
             sequence: Sequence::new(STILL.max(3.0 * rig.camera.noise)),
             held: Vec::new(),
             outcome: TrackOutcome::default(),
@@ -173,27 +177,28 @@ impl<'a> Tracking<'a> {
         if is_full { self.flush() } else { Ok(()) }
     }
 
-    /// Looks at the images of a batch side by side, then goes through it in order.
+    /// Looks at the images of a batch side by side, those of a video one after another, then goes through it in order.
     fn flush(&mut self) -> Result<(), TrackError> {
         let batch = std::mem::take(&mut self.batch);
         (self.bytes, self.images) = (0, 0);
         let is_drawn = self.view.is_some();
-        let tracked: Vec<Option<TrackedFrame>> = batch
-            .par_iter()
-            .map_init(Decoder::default, |decoder, item| match item {
-                Item::Copy(..) => None,
-                Item::Image(channel, log_time, data) => {
-                    let message = (*log_time, data.as_slice());
-                    Some(track_frame(
-                        self.tracker,
-                        decoder,
-                        channel,
-                        message,
-                        is_drawn,
-                    ))
-                }
-            })
-            .collect();
+        let tracker = self.tracker;
+        let track = |decoder: &mut Decoder, item: &Item| match item {
+            Item::Copy(..) => None,
+            Item::Image(channel, log_time, data) => {
+                let message = (*log_time, data.as_slice());
+                Some(track_frame(tracker, decoder, channel, message, is_drawn))
+            }
+        };
+        let is_of_video =
+            |item: &Item| matches!(item, Item::Image(channel, ..) if is_video(&channel.schema));
+        let tracked: Vec<Option<TrackedFrame>> = if batch.iter().any(is_of_video) {
+            let items = batch.iter();
+            items.map(|item| track(&mut self.decoder, item)).collect()
+        } else {
+            let items = batch.par_iter();
+            items.map_init(Decoder::default, track).collect()
+        };
         for (item, tracked) in batch.into_iter().zip(tracked) {
             match (item, tracked) {
                 (Item::Image(_, log_time, _), Some(tracked)) => self.frame(log_time, tracked)?,

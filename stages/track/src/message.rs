@@ -67,6 +67,11 @@ fn kind(schema: &str) -> Option<Kind> {
     })
 }
 
+/// Whether messages of this type are images of a video, each of which builds on those before it.
+pub(crate) fn is_video(schema: &str) -> bool {
+    kind(schema) == Some(Kind::FoxgloveVideo)
+}
+
 /// Whether messages of this type hold images that are read.
 pub fn is_image(schema: &str) -> bool {
     kind(schema).is_some()

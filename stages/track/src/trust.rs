@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::Image;
 use crate::colour::Range;
+use crate::edges::Ray;
 use crate::fit::{Fit, NoFit};
 use crate::outline::Solid;
 use crate::size::GLARE;
@@ -77,8 +78,20 @@ const INSIDE: std::ops::Range<f32> = 0.35..2.5;
 /// A pixel with less than this share of the object's light is dark.
 const DARK: f32 = 0.25;
 
+/// A centre that is off by more than this (m) is wrong.
+const WRONG: f64 = 0.003;
+/// A third of the outline may move the centre by half of that: what misleads one third hardly misleads the others alike. Where a hard shadow
+/// lies around, which may, each third may move it by its third.
+const MOST_PULL: f64 = WRONG / 2.0;
+const MOST_PULL_IN_SHADOW: f64 = WRONG / 3.0;
+
 /// Most of what is seen just outside the outline that may have the object's colour, or glare: dust and noise.
 const MOST_OUTSIDE: f64 = 0.05;
+
+/// The table's light is that which this share of it stays below: without what is brighter than the table.
+const BRIGHT_SHARE: f64 = 0.9;
+/// Most of a face under a hard shadow's edge that may be lit otherwise than the rest: noise.
+const MOST_ODD: f64 = 0.03;
 
 /// How much of a fit agrees, 0 to 1, or why it is not believed.
 pub(crate) fn judge(
@@ -107,8 +120,18 @@ pub(crate) fn judge(
     if outline < LEAST_OUTLINE {
         return Err((Reason::Occluded, quality));
     }
-    if let Some(reason) = outside(image, light, range, fit) {
-        return Err((reason, quality));
+    let is_half_dark = is_table_half_dark(image, light, fit);
+    if is_half_dark && is_face_half_dark(fit) {
+        return Err((Reason::Shaded, quality));
+    }
+    let outside = Outside::count(image, light, range, fit);
+    let most_pull = if is_half_dark {
+        MOST_PULL_IN_SHADOW
+    } else {
+        MOST_PULL
+    };
+    if outside.is_much() || fit.pull > most_pull {
+        return Err((outside.reason(), quality));
     }
     if fit.larger.abs() > SIZE.max(SIZE_SHARE * half_width) {
         return Err((Reason::Shape, quality));
@@ -116,48 +139,106 @@ pub(crate) fn judge(
     Ok(quality)
 }
 
+/// The pixel so far (px) outwards along a ray.
+fn pixel(image: &Image, ray: &Ray, far: f64) -> Option<[u8; 3]> {
+    let [x, y] = [0, 1].map(|i| (ray.at[i] + far * ray.normal[i]).round());
+    let is_in = x >= 0.0 && y >= 0.0 && x < image.width as f64 && y < image.height as f64;
+    is_in.then(|| image.pixel(x as usize, y as usize))
+}
+
 fn is_glare(rgb: [u8; 3]) -> bool {
     rgb.iter().all(|byte| *byte >= GLARE)
 }
 
+/// Whether a part of the table around the object has too little light, of the rest, for an edge to be seen there: a hard shadow, which may be
+/// the object's own.
+fn is_table_half_dark(image: &Image, light: &[f32; 256], fit: &Fit) -> bool {
+    let light_of = |ray: &Ray, far: f64| {
+        let rgb = pixel(image, ray, far)?;
+        Some(rgb.iter().map(|byte| light[usize::from(*byte)]).sum())
+    };
+    let beyond = |ray| [0.5, 1.5, 2.5].map(|beyond| light_of(ray, fit.clear + beyond));
+    let mut table: Vec<f32> = fit.rays.iter().flat_map(beyond).flatten().collect();
+    let bright = (BRIGHT_SHARE * table.len() as f64) as usize;
+    if bright >= table.len() {
+        return false;
+    }
+    let (_, bright, _) = table.select_nth_unstable_by(bright, f32::total_cmp);
+    let least = INSIDE.start * *bright;
+    let dark = table.iter().filter(|seen| **seen < least).count();
+    dark as f64 > MOST_OUTSIDE * table.len() as f64
+}
+
+/// Whether the edge of a hard shadow runs over the object's face: the object's own shadow, however deep, does not.
+fn is_face_half_dark(fit: &Fit) -> bool {
+    let inside = |ray: &Ray| {
+        let inset = ray.band + fit.clear;
+        [0.0, 1.0, 2.0].map(|further| {
+            let at = [0, 1].map(|i| ray.at[i] - (inset + further) * ray.normal[i]);
+            fit.map.at(at[0], at[1])
+        })
+    };
+    let face: Vec<f32> = fit.rays.iter().flat_map(inside).flatten().collect();
+    let odd = face.iter().filter(|value| !INSIDE.contains(value)).count();
+    odd as f64 > MOST_ODD * face.len() as f64
+}
+
 /// What tells that the object goes on outside the outline: there, where the blurred edge has ended, is its colour, or glare that the table
 /// has not. A hard shadow across the object, or a lamp's reflection, makes such an outline.
-fn outside(image: &Image, light: &[f32; 256], range: &Range, fit: &Fit) -> Option<Reason> {
-    let (mut glare, mut dark, mut object, mut all) = (0usize, 0usize, 0usize, 0usize);
-    let total: f32 = fit.object.iter().sum();
-    for ray in &fit.rays {
-        for beyond in [0.5, 1.5, 2.5] {
-            let far = fit.clear + beyond;
-            let [x, y] = [0, 1].map(|i| (ray.at[i] + far * ray.normal[i]).round());
-            let is_in = x >= 0.0 && y >= 0.0 && x < image.width as f64 && y < image.height as f64;
-            if !is_in {
-                continue;
-            }
-            all += 1;
-            let rgb = image.pixel(x as usize, y as usize);
-            let seen: f32 = rgb.iter().map(|byte| light[usize::from(*byte)]).sum();
-            if is_glare(rgb) && !fit.is_table_glare {
-                glare += 1;
-            } else if range.contains(rgb, image.grey) {
-                if seen < DARK * total {
-                    dark += 1;
-                } else {
-                    object += 1;
+struct Outside {
+    glare: usize,
+    dark: usize,
+    object: usize,
+    all: usize,
+}
+
+impl Outside {
+    fn count(image: &Image, light: &[f32; 256], range: &Range, fit: &Fit) -> Self {
+        let mut count = Self {
+            glare: 0,
+            dark: 0,
+            object: 0,
+            all: 0,
+        };
+        let total: f32 = fit.object.iter().sum();
+        for ray in &fit.rays {
+            for beyond in [0.5, 1.5, 2.5] {
+                // No blur between object and table is as bright as glare: it is looked for at the outline itself.
+                let near = pixel(image, ray, beyond);
+                if near.is_some_and(is_glare) && !fit.is_table_bright {
+                    count.glare += 1;
+                }
+                let Some(rgb) = pixel(image, ray, fit.clear + beyond) else {
+                    continue;
+                };
+                count.all += 1;
+                let seen: f32 = rgb.iter().map(|byte| light[usize::from(*byte)]).sum();
+                if range.contains(rgb, image.grey) {
+                    if seen < DARK * total {
+                        count.dark += 1;
+                    } else {
+                        count.object += 1;
+                    }
                 }
             }
         }
+        count
     }
-    let most = MOST_OUTSIDE * all as f64;
-    if (glare + dark + object) as f64 <= most {
-        return None;
+
+    fn is_much(&self) -> bool {
+        let odd = self.glare + self.dark + self.object;
+        odd as f64 > MOST_OUTSIDE * self.all as f64
     }
-    Some(if glare >= dark.max(object) {
-        Reason::Saturated
-    } else if dark >= object {
-        Reason::Shaded
-    } else {
-        Reason::Occluded
-    })
+
+    fn reason(&self) -> Reason {
+        if self.glare > self.dark.max(self.object) {
+            Reason::Saturated
+        } else if self.dark > self.object {
+            Reason::Shaded
+        } else {
+            Reason::Occluded
+        }
+    }
 }
 
 /// What lies inside the outline.

@@ -74,7 +74,7 @@ fn a_lens_is_taken_from_the_logs_camera_info_where_the_rig_file_has_none() {
 }
 
 #[test]
-fn an_image_of_another_size_and_video_are_not_looked_at() {
+fn an_image_of_another_size_and_video_of_another_format_are_not_looked_at() {
     let (rig, dir) = (small(), tempfile::tempdir().unwrap());
     let (log, out) = (dir.path().join("in.mcap"), dir.path().join("out.mcap"));
     let mut shots = pictures(&rig, 2);
@@ -91,10 +91,12 @@ fn an_image_of_another_size_and_video_are_not_looked_at() {
     assert_eq!(outcome.reasons[&Reason::Undecodable], 1);
     assert!(outcome.notes[0].contains("320 × 200"), "{outcome:?}");
 
-    let video = [&[26, 4][..], &[0, 0, 0, 1], &[34, 4], b"h264"].concat();
-    write(&log, "foxglove.CompressedVideo", "protobuf", &[video]);
-    let said = track_log(&log, &rig, &out, None).unwrap_err().to_string();
-    assert!(said.contains("h264") && said.contains("JPEG"), "{said}");
+    for (format, told) in [("h264", "H.264"), ("h265", "JPEG")] {
+        let video = [&[26, 4][..], &[0, 0, 0, 1], &[34, 4], format.as_bytes()].concat();
+        write(&log, "foxglove.CompressedVideo", "protobuf", &[video]);
+        let said = track_log(&log, &rig, &out, None).unwrap_err().to_string();
+        assert!(said.contains(told), "{said}");
+    }
 }
 
 #[test]

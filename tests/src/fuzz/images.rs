@@ -16,6 +16,9 @@ const TYPES: [(&str, &str); 6] = [
 /// Pixels of the seeds: small, so that most bytes mean something.
 const SIZE: [usize; 2] = [48, 32];
 
+/// A key frame of this size, of a red disc (`tests/peers/video.py`).
+const VIDEO: &[u8] = include_bytes!("frame.h264");
+
 /// A rig whose camera sees the object in the seeds.
 fn rig() -> Rig {
     let mut rig = Rig::demo(Shape::Cylinder);
@@ -68,7 +71,7 @@ pub(super) fn seeds() -> Vec<Vec<u8>> {
             ]
             .concat(),
         ),
-        typed(5, &[bytes(3, &jpeg), bytes(4, b"h264")].concat()),
+        typed(5, &[bytes(3, VIDEO), bytes(4, b"h264")].concat()),
     ]
 }
 

@@ -94,3 +94,53 @@ fn a_colour_is_proposed_from_an_image_and_shown() {
     let (_, why) = refusal(&format!("camera tune {dir}/no.png --out {dir}/b.png"));
     assert!(why.contains("neither JPEG nor PNG"), "{why}");
 }
+
+#[test]
+fn a_board_that_cannot_be_is_refused_with_what_is_wrong() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let dir = folder.path().display();
+    write(&folder.path().join("rig.toml"), &rig().to_toml());
+    let size = [320, 240];
+    let image = Image {
+        width: size[0],
+        height: size[1],
+        rgb: vec![200; 3 * size[0] * size[1]],
+        grey: false,
+    };
+    let png = png_of(&image).expect("encodes");
+    std::fs::write(folder.path().join("white.png"), png).expect("written");
+
+    let line = format!("camera calibrate --rig {dir}/rig.toml");
+    let board = "--square 0.04 --marker 0.03 --dictionary DICT_5X5_100";
+    for (words, told) in [
+        (String::new(), "--point"),
+        (
+            format!("{dir}/white.png --board 5x7 {board}"),
+            "--dictionary",
+        ),
+        (format!("{dir}/white.png --board 2x2 {board}"), "corners"),
+        (format!("{dir}/white.png --board 40x40 {board}"), "markers"),
+        (
+            format!(
+                "{dir}/white.png --board 5x7 {}",
+                board.replace("0.03", "0.05")
+            ),
+            "smaller",
+        ),
+        (
+            format!(
+                "{dir}/white.png --board 5x7 {}",
+                board.replace("5X5", "5X6")
+            ),
+            "7X7",
+        ),
+        (
+            format!("--board 5x7 {board} --table {dir}/white.png --corners 0.3,0.1,0.5,0.1"),
+            "corners",
+        ),
+    ] {
+        let (outcome, why) = refusal(&format!("{line} {words}"));
+        assert_eq!(outcome, Outcome::BadInput, "{words}: {why}");
+        assert!(why.contains(told), "{words}: {why}");
+    }
+}

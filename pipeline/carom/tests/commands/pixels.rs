@@ -33,6 +33,12 @@ fn a_run_starts_from_images_tracks_them_once_and_is_rebuilt_from_them() {
     assert_eq!(kept(), once, "tracked once");
     done(&format!("rebuild v0001 --artifacts {dir}/run"));
 
+    // The colour is found in the log itself.
+    let tuned = done(&format!(
+        "camera tune {dir}/rig/logs/session_000.mcap --rig {dir}/rig/rig.toml --out {dir}/found.png"
+    ));
+    assert!(tuned["area"].as_u64() > Some(100), "{tuned}");
+
     // Another colour is another question: nothing of it is seen.
     let rig = std::fs::read_to_string(folder.path().join("rig/rig.toml")).expect("a rig");
     let blue = rig.replace("hue = [340.0, 20.0]", "hue = [200.0, 240.0]");

@@ -1,0 +1,41 @@
+//! Images in, pictures and rig files out.
+
+use std::fs;
+use std::path::Path;
+
+use track::{Decoder, Image, ImageMessage, Payload, first_image};
+
+use crate::Error;
+
+/// Reads a JPEG or PNG, or the first image of a log.
+pub(super) fn load_image(path: &Path) -> Result<Image, Error> {
+    if path
+        .extension()
+        .is_some_and(|extension| extension == "mcap")
+    {
+        return first_image(path).map_err(Error::input);
+    }
+    let data = fs::read(path).map_err(|error| Error::unreadable(path, &error))?;
+    let message = ImageMessage {
+        stamp: 0,
+        payload: Payload::Compressed(&data),
+    };
+    let mut decoder = Decoder::default();
+    let image = decoder
+        .decode(&message)
+        .map_err(|error| Error::input(format!("read the image {}: {error}", path.display())))?;
+    Ok(image.clone())
+}
+
+/// Writes a file that must not be there yet.
+pub(super) fn write_new(path: &Path, bytes: &[u8]) -> Result<(), Error> {
+    use std::io::Write;
+    let created = fs::File::create_new(path);
+    let written = created.and_then(|mut file| file.write_all(bytes));
+    written.map_err(|error| {
+        Error::input(format!(
+            "write {}: {error}; name a file that is not there yet",
+            path.display()
+        ))
+    })
+}

@@ -1,0 +1,41 @@
+//! `carom camera`: where the camera is, how its lens bends, and which colour the object has.
+
+mod board;
+mod calibrate;
+mod files;
+mod tune;
+mod typed;
+
+use clap::Subcommand;
+
+use crate::Error;
+use crate::args::examples;
+use crate::output::Output;
+
+/// `carom camera`.
+#[derive(Debug, Subcommand)]
+pub enum CameraCommand {
+    /// Find the camera's lens from images of a ChArUco board, and its pose from points of the table and their pixels or from the board on it.
+    #[command(after_help = examples(&[
+        "carom camera calibrate views/*.png --board 5x7 --square 0.04 --marker 0.028 --dictionary DICT_5X5_100 --rig rig.toml --out lens.toml",
+        "carom camera calibrate views/*.png --board 5x7 --square 0.04 --marker 0.028 --dictionary DICT_5X5_100 --table lying.png --corners 0.72,0.10,0.72,-0.10 --rig rig.toml --out calibrated.toml",
+        "carom camera calibrate --rig lens.toml --point 0.20,-0.30,912,596 --point 0.20,0.40,121,604 --point 0.80,0.40,118,31 --point 0.80,-0.30,915,27",
+        "carom camera calibrate --rig rig.toml --size 1280x720 --point 0.2,-0.3,0.15,930,610 --point 0.2,0.4,0.15,110,618 --point 0.8,0.4,120,31 --point 0.8,-0.3,914,28 --out calibrated.toml",
+    ]))]
+    Calibrate(calibrate::CalibrateArgs),
+    /// Propose the object's colour range from an image, and write a picture of what it finds.
+    #[command(after_help = examples(&[
+        "carom camera tune frame.png --rig rig.toml --out found.png",
+        "carom camera tune session.mcap --rig rig.toml --out found.png",
+        "carom camera tune frame.jpg --pixel 412,233 --out found.png",
+    ]))]
+    Tune(tune::TuneArgs),
+}
+
+/// Does what was asked.
+pub fn run(command: &CameraCommand) -> Result<Output, Error> {
+    match command {
+        CameraCommand::Calibrate(args) => calibrate::calibrate(args),
+        CameraCommand::Tune(args) => tune::tune(args),
+    }
+}

@@ -1,0 +1,97 @@
+//! `carom camera tune`: a colour range from an image.
+
+use std::fs;
+use std::path::PathBuf;
+
+use clap::Args;
+use serde_json::json;
+use track::{Image, Tracker, Tuned, draw_observation, png_of};
+use values::Rig;
+
+use super::files::load_image;
+use super::typed::pixel;
+use crate::Error;
+use crate::inputs::load_rig;
+use crate::output::Output;
+
+/// `carom camera tune`.
+#[derive(Args, Debug)]
+pub struct TuneArgs {
+    /// An image of the object on the table: JPEG, PNG, or a log (.mcap), whose first image is taken.
+    #[arg(value_name = "IMAGE")]
+    pub image: PathBuf,
+    /// A pixel of the object [default: the pixels whose colour differs most from the table's].
+    #[arg(long, value_name = "U,V", value_parser = pixel)]
+    pub pixel: Option<[usize; 2]>,
+    /// A rig file with the camera's lens and pose: the object is then also found as `carom track` does.
+    #[arg(long, value_name = "FILE")]
+    pub rig: Option<PathBuf>,
+    /// Picture to write (PNG): what is outside the range is dark.
+    #[arg(long, value_name = "FILE")]
+    pub out: PathBuf,
+}
+
+/// Proposes the range, and draws it.
+pub(super) fn tune(args: &TuneArgs) -> Result<Output, Error> {
+    let rig = args.rig.as_deref().map(load_rig).transpose()?;
+    let image = load_image(&args.image)?;
+    let tuned = Tuned::propose(&image, args.pixel).map_err(Error::input)?;
+    let mut picture = image.clone();
+    let pixels = picture.rgb.chunks_exact_mut(3).zip(&tuned.found);
+    for (pixel, _) in pixels.filter(|(_, found)| !**found) {
+        pixel.iter_mut().for_each(|byte| *byte /= 4);
+    }
+    let found = rig.map(|rig| look(rig, &tuned, &image, &mut picture));
+    let png = png_of(&picture).ok_or_else(|| Error::failed("encode the picture"))?;
+    fs::write(&args.out, png)
+        .map_err(|error| Error::input(format!("write {}: {error}", args.out.display())))?;
+
+    let colour = &tuned.colour;
+    let ends = |interval: values::Interval| format!("[{}, {}]", interval.low, interval.high);
+    let [u, v] = tuned.pixel;
+    let elsewhere = if tuned.elsewhere == 0 {
+        String::new()
+    } else {
+        format!(
+            "{} pixels of the range lie elsewhere in the image, {:.0} % of the object's: see the picture\n",
+            tuned.elsewhere,
+            100.0 * tuned.elsewhere as f64 / tuned.area as f64
+        )
+    };
+    let text = format!(
+        "[object]\ncolour = {{ hue = {}, saturation = {}, value = {} }}\n\n\
+         {} pixels about {u:.0}, {v:.0}\n{elsewhere}{}picture    {}\n",
+        ends(colour.hue),
+        ends(colour.saturation),
+        ends(colour.value),
+        tuned.area,
+        found.as_deref().unwrap_or_default(),
+        args.out.display()
+    );
+    let json = json!({
+        "colour": colour, "pixel": tuned.pixel, "area": tuned.area, "elsewhere": tuned.elsewhere, "picture": args.out,
+    });
+    Ok(Output::done(json, text))
+}
+
+/// Finds the object as `carom track` would with the colour proposed, draws it, and says what came of it.
+fn look(mut rig: Rig, tuned: &Tuned, image: &Image, picture: &mut Image) -> String {
+    rig.object.colour = Some(tuned.colour);
+    match Tracker::new(&rig) {
+        Err(error) => format!("not tracked, for it failed to {error}\n"),
+        Ok(tracker) => {
+            let observation = tracker.observe(image);
+            draw_observation(picture, &observation);
+            match observation.centre {
+                Ok(centre) => format!(
+                    "found at x = {:.4} m, y = {:.4} m on the table, quality {:.2}\n",
+                    centre.x, centre.y, observation.quality
+                ),
+                Err(reason) => format!(
+                    "`carom track` would not trust this frame: {}\n",
+                    reason.name()
+                ),
+            }
+        }
+    }
+}

@@ -1,0 +1,19 @@
+//! ChArUco boards: a chessboard with ArUco markers in its white squares.
+//!
+//! ```text
+//! image → dark quads → markers of the dictionary → corners of the chessboard → lens from some views, pose from one
+//! ```
+//!
+//! The markers tell which corner is which, so that a board may be cut or covered; the corners, where two black squares meet, are found
+//! to a fraction of a pixel.
+
+mod corners;
+mod dictionary;
+mod lens_fit;
+mod markers;
+mod plane;
+mod quads;
+
+pub use corners::{Board, SeenBoard};
+pub use dictionary::Dictionary;
+pub use lens_fit::LensFit;

@@ -1,0 +1,141 @@
+//! H.264 video: `video.h264` is what x264 made of eight clean frames (`examples/frames.rs`, `tests/peers/video.py`), a key frame every four.
+
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+mod common;
+
+use common::messages::{SECOND, write};
+use common::{Case, places, rig};
+use render::case::disc;
+use track::{Decoder, Image, ImageError, ImageMessage, Payload, Reason, Tracker, track_log};
+use values::{Point, Rig};
+
+const VIDEO: &[u8] = include_bytes!("video.h264");
+/// The delimiter before every image.
+const DELIMITER: &[u8] = &[0, 0, 0, 1, 9];
+
+fn images() -> Vec<&'static [u8]> {
+    let starts: Vec<usize> = VIDEO
+        .windows(DELIMITER.len())
+        .enumerate()
+        .filter(|(_, bytes)| *bytes == DELIMITER)
+        .map(|(at, _)| at)
+        .collect();
+    let ends = starts.iter().copied().skip(1).chain([VIDEO.len()]);
+    let parts = starts.iter().zip(ends);
+    parts.map(|(start, end)| &VIDEO[*start..end]).collect()
+}
+
+fn camera() -> Rig {
+    let case = Case {
+        pixels: [640, 480],
+        noise: 0.0,
+        ..Case::flat()
+    };
+    rig(&disc(), &case)
+}
+
+fn decode<'a>(decoder: &'a mut Decoder, data: &[u8]) -> Result<&'a Image, ImageError> {
+    let payload = Payload::Video("h264", data);
+    decoder.decode(&ImageMessage { stamp: 0, payload })
+}
+
+#[test]
+fn the_object_is_found_in_every_image_of_a_video() {
+    let tracker = Tracker::new(&camera()).unwrap();
+    let mut decoder = Decoder::default();
+    let mut squares = 0.0;
+    for (data, (at, _)) in images().into_iter().zip(places(8)) {
+        let image = decode(&mut decoder, data).unwrap();
+        assert_eq!([image.width, image.height], [640, 480]);
+        let centre = tracker.observe(image).centre.unwrap();
+        squares += centre.distance(Point::new(at.x, at.y)).powi(2);
+    }
+    let rms = (squares / 8.0).sqrt();
+    println!("{:.3} mm rms", 1e3 * rms);
+    // A tenth of a pixel of 2.4 mm.
+    assert!(rms < 0.25e-3, "{rms}");
+}
+
+#[test]
+fn what_builds_on_an_image_that_is_not_there_is_not_given() {
+    let images = images();
+    let mut decoder = Decoder::default();
+    for data in &images[1..4] {
+        let error = decode(&mut decoder, data)
+            .map(|image| image.width)
+            .expect_err("no key frame")
+            .to_string();
+        assert!(error.contains("before it"), "{error}");
+    }
+    assert!(decode(&mut decoder, images[4]).is_ok(), "a key frame");
+    assert!(decode(&mut decoder, images[5]).is_ok());
+    // Without its slice.
+    assert!(decode(&mut decoder, &images[6][..6]).is_err());
+    assert!(decode(&mut decoder, images[7]).is_err());
+    assert!(decode(&mut decoder, images[0]).is_ok());
+    assert!(decode(&mut decoder, b"no video").is_err());
+}
+
+#[test]
+fn changed_bytes_are_errors_or_images_and_never_a_panic() {
+    let images = images();
+    let mut seed = 1u64;
+    let mut next = |below: usize| {
+        seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+        (seed >> 33) as usize % below
+    };
+    let mut refused = 0;
+    for _ in 0..100 {
+        let mut decoder = Decoder::default();
+        for data in &images[..3] {
+            let mut data = data.to_vec();
+            for _ in 0..next(4) {
+                let at = next(data.len());
+                data[at] = next(256) as u8;
+            }
+            data.truncate(data.len() - next(2) * next(data.len()));
+            refused += usize::from(decode(&mut decoder, &data).is_err());
+        }
+    }
+    assert!(refused > 0);
+}
+
+#[test]
+fn a_log_of_video_gives_centroids() {
+    let folder = tempfile::tempdir().unwrap();
+    let (log, out) = (
+        folder.path().join("in.mcap"),
+        folder.path().join("out.mcap"),
+    );
+    let messages: Vec<Vec<u8>> = (1u8..)
+        .zip(images())
+        .map(|(k, data)| message(k, data))
+        .collect();
+    write(&log, "foxglove.CompressedVideo", "protobuf", &messages);
+    let outcome = track_log(&log, &camera(), &out, None).unwrap();
+    assert_eq!((outcome.frames, outcome.centroids), (8, 8), "{outcome:?}");
+    // From its second image on, all up to the next key frame build on what is not there.
+    write(&log, "foxglove.CompressedVideo", "protobuf", &messages[1..]);
+    let outcome = track_log(&log, &camera(), &out, None).unwrap();
+    assert_eq!((outcome.frames, outcome.centroids), (7, 4), "{outcome:?}");
+    assert_eq!(outcome.reasons[&Reason::Undecodable], 3);
+    assert!(outcome.notes[0].contains("before it"), "{outcome:?}");
+}
+
+/// `foxglove.CompressedVideo`.
+fn message(at: u8, data: &[u8]) -> Vec<u8> {
+    let varint = |mut number: u64| {
+        let mut bytes = Vec::new();
+        while number > 127 {
+            bytes.push(number as u8 | 0x80);
+            number >>= 7;
+        }
+        bytes.push(number as u8);
+        bytes
+    };
+    let stamp = [&[8][..], &varint(SECOND as u64), &[16, at]].concat();
+    let format = [34, 4, b'h', b'2', b'6', b'4'];
+    let head = [&[10, stamp.len() as u8][..], &stamp].concat();
+    [&head, &[26][..], &varint(data.len() as u64), data, &format].concat()
+}
