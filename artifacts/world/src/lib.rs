@@ -52,5 +52,6 @@ pub use solution::{Solution, SolveSettings, SolveStatus};
 pub use worker::Worker;
 pub use world::{Scatter, World};
 
-/// Acceleration by weight, in m/s².
-pub const GRAVITY: f64 = 9.81;
+/// Acceleration by weight, in m/s²: standard gravity. Decelerations tell friction to a few parts in ten thousand, so a rounded value
+/// would show.
+pub const GRAVITY: f64 = 9.806_65;

@@ -8,7 +8,7 @@
 
 use values::{Object, Rig, Shape, Tip};
 
-use crate::{Base, World, WorldError};
+use crate::{Base, GRAVITY, World, WorldError};
 
 /// Mass of the striker in kg: its motion is prescribed, so any mass far above the object's does.
 const STRIKER_MASS: f64 = 1000.0;
@@ -122,7 +122,7 @@ pub(crate) fn mjcf(rig: &Rig, world: &World) -> Result<String, WorldError> {
     Ok(format!(
         r#"<mujoco>
   <compiler boundmass="0" boundinertia="0" balanceinertia="true"/>
-  <option cone="elliptic" solver="Newton" iterations="50" tolerance="1e-10" impratio="{IMPEDANCE_RATIO}" integrator="Euler" density="{density}" viscosity="{viscosity}">
+  <option gravity="0 0 -{GRAVITY}" cone="elliptic" solver="Newton" iterations="50" tolerance="1e-10" impratio="{IMPEDANCE_RATIO}" integrator="Euler" density="{density}" viscosity="{viscosity}">
     <flag autoreset="disable" eulerdamp="disable" energy="disable" island="disable"/>
   </option>
   <default><geom contype="0" conaffinity="0" mass="0"/></default>

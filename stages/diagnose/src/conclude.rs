@@ -17,24 +17,13 @@ use crate::{
     model::specification,
     next::next_strikes,
     notes,
+    remaining_gain::RemainingGain,
     screen::{Chance, Screened},
     search::{CandidateFit, SelectedEffect, Selection},
-    smooth::{
-        Dependence,
-        covariate::{Covariate, family},
-    },
+    smooth::Dependence,
     words,
 };
 
-/// A model explains a gap if it holds at least this share of the log-likelihood that it and the smooth rest gain together; less where
-/// objects slide otherwise than any world says.
-const EXPLAINS: f64 = 0.95;
-const EXPLAINS_ASTRAY: f64 = 0.75;
-/// Of a rest that another form of the same effects would take, it may leave more; less of it an effect by place, for a field of another
-/// kind leaves much, and least several of them together.
-const EXPLAINS_IN_FORM: f64 = 0.5;
-const EXPLAINS_BY_PLACE: f64 = 0.6;
-const EXPLAIN_BY_PLACE: f64 = 0.8;
 /// Standard errors by which an effect must exceed what chance gains, to be found in four cases of five.
 const POWER: f64 = 0.84;
 /// Standard errors by which the held-out gap may grow by chance (5 %, one-sided).
@@ -56,24 +45,6 @@ pub(crate) struct Case<'c, 'a> {
     pub(crate) maps: Vec<SmoothMap>,
     /// Sentences from the steps before.
     pub(crate) notes: Vec<String>,
-}
-
-/// Gain in log-likelihood that smooth dependences have beside a model.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct RemainingGain {
-    /// All that are no chance.
-    pub(crate) all: f64,
-    /// Those that another form of the model's effects would not take.
-    pub(crate) beyond_form: f64,
-    /// Whether objects slide otherwise than any world says.
-    pub(crate) is_astray: bool,
-}
-
-fn is_by_place(name: &str) -> bool {
-    let by_place = [Covariate::Position, Covariate::Surface];
-    family(name)
-        .iter()
-        .any(|covariate| by_place.contains(covariate))
 }
 
 /// A verdict, with the world that comes of it.
@@ -114,6 +85,8 @@ impl Case<'_, '_> {
         if verdict == Verdict::Named {
             notes.extend(self.at_ends());
         }
+        let at_end = self.selection.fitted.model.world_at_end();
+        notes.extend(at_end.map(|(name, value)| notes::world_at_end(name, value)));
         notes.extend(notes::few_judges(judged.gap.heldout_strikes));
         Ok(Diagnosed {
             residuals: gap::residuals(&strikes, &judged.before, &judged.after),
@@ -158,24 +131,13 @@ impl Case<'_, '_> {
 
     /// Share of the log-likelihood that the effects hold.
     fn share(&self) -> f64 {
-        let gained = self.selection.gain();
-        gained / (gained + self.left.all).max(1e-9)
+        self.left.share(self.selection.gain())
     }
 
     fn explains(&self) -> bool {
-        let gained = self.selection.gain();
-        let beyond = gained / (gained + self.left.beyond_form).max(1e-9);
-        let least = match self.left.is_astray {
-            true => EXPLAINS_ASTRAY,
-            false => EXPLAINS,
-        };
-        let effects = self.selection.effects.iter();
-        let in_form = match effects.filter(|effect| is_by_place(effect.name)).count() {
-            0 => EXPLAINS_IN_FORM,
-            1 => EXPLAINS_BY_PLACE,
-            _ => EXPLAIN_BY_PLACE,
-        };
-        !self.selection.effects.is_empty() && beyond >= least && self.share() >= in_form
+        let names = self.names();
+        let is_possible = self.selection.fitted.model.world_at_end().is_none();
+        !names.is_empty() && is_possible && self.left.is_small(self.selection.gain(), &names)
     }
 
     fn judge(&self, strikes: &[&Strike]) -> Result<Conclusion, DiagnoseError> {

@@ -1,7 +1,9 @@
 //! A model fitted to strikes: Gauss–Newton about each strike's own best launch.
 
-use nalgebra::{DMatrix, DVector};
 use std::sync::Arc;
+
+use nalgebra::{DMatrix, DVector};
+use statrs::distribution::{ContinuousCDF, StudentsT};
 use world::WorldError;
 
 use crate::{
@@ -109,6 +111,13 @@ impl Fitted {
         forms
             .filter(|i| self.model.is_at_end(*i, error(*i)))
             .collect()
+    }
+
+    /// Standard errors within which 95 % lie, where as many strikes tell errors of as many values: Student's t.
+    pub(crate) fn ninety_five(&self) -> f64 {
+        let freedom = self.nuisances.len().saturating_sub(self.model.free.len());
+        StudentsT::new(0.0, 1.0, freedom.max(1) as f64)
+            .map_or(NINETY_FIVE, |t| t.inverse_cdf(0.975))
     }
 
     /// An effect whose strength may as well be none: each of its 95 % intervals holds that.

@@ -6,7 +6,7 @@ use world::{AddedEffect, Estimate, Scatter, World};
 
 use crate::{
     DiagnoseError,
-    fit::{Fitted, NINETY_FIVE},
+    fit::Fitted,
     mixed::{ANGLE, SPEED},
     model::{FRICTION, RESTITUTION},
     noise::FrameNoise,
@@ -27,6 +27,7 @@ pub(crate) fn fitted_world(
             why: "its parameters cannot be told apart".into(),
         })?;
     let at_end = fitted.forms_at_end();
+    let ninety_five = fitted.ninety_five();
     let estimate = |place: usize| {
         let free = &model.free[place];
         let value = model.values[place];
@@ -38,8 +39,8 @@ pub(crate) fn fitted_world(
         let bound = |v: f64| v.clamp(free.low, free.high);
         Estimate::with_interval(
             value,
-            bound(value - NINETY_FIVE * error),
-            bound(value + NINETY_FIVE * error),
+            bound(value - ninety_five * error),
+            bound(value + ninety_five * error),
         )
     };
     let mut world = identified.clone();
@@ -70,7 +71,13 @@ pub(crate) fn fitted_world(
         let own = covariance.select_rows(&places).select_columns(&places);
         world.effects.push(AddedEffect {
             name: part.name.into(),
-            parameters: sessions::centred_estimates(part.name, parameters, &free, &own),
+            parameters: sessions::centred_estimates(
+                part.name,
+                parameters,
+                &free,
+                &own,
+                ninety_five,
+            ),
         });
     }
     let world = world.with_populations();

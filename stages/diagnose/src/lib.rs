@@ -28,6 +28,7 @@ mod next;
 mod noise;
 mod notes;
 mod null;
+mod remaining_gain;
 mod run;
 mod score;
 mod screen;

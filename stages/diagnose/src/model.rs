@@ -4,8 +4,9 @@ use std::collections::BTreeMap;
 
 use values::Rig;
 use world::{
-    AddedEffect, Estimate, WorldError,
+    AddedEffect, Estimate, ParameterSpec, WorldError,
     effects::{self, Effect, EffectParameter},
+    parameter,
 };
 
 /// One number that a fit may change.
@@ -55,8 +56,8 @@ pub(crate) struct Model {
     pub(crate) values: Vec<f64>,
 }
 
-/// Range of the world's restitution; below 0 the object leaves more slowly than the tip.
-const RESTITUTIONS: (f64, f64) = (-0.6, 0.99);
+/// Factor by which friction may differ from where it was identified.
+const FURTHEST: f64 = 5.0;
 /// How many scales wide the prior of an effect's parameter is: wide enough to move no estimate that the data tell.
 pub(crate) const PRIOR: f64 = 20.0;
 /// Share of a range within which its end is reached.
@@ -76,17 +77,19 @@ impl Model {
             centre,
             width,
         };
+        let (frictions, restitutions) =
+            (world_parameter("friction"), world_parameter("restitution"));
         Self {
             parts: Vec::new(),
             free: vec![
                 base(
                     0.01 * friction,
-                    0.2 * friction,
-                    5.0 * friction,
+                    (friction / FURTHEST).max(frictions.low),
+                    (friction * FURTHEST).min(frictions.high),
                     friction,
                     10.0,
                 ),
-                base(0.01, RESTITUTIONS.0, RESTITUTIONS.1, restitution, 10.0),
+                base(0.01, restitutions.low, restitutions.high, restitution, 10.0),
                 base(0.05 * frame, -2.0 * frame, 3.0 * frame, 0.5 * frame, 10.0),
             ],
             values: vec![friction, restitution, 0.5 * frame],
@@ -151,6 +154,14 @@ impl Model {
         parts
     }
 
+    /// Friction or restitution at the end of what a world may have: its name and value. The data want what no world has.
+    pub(crate) fn world_at_end(&self) -> Option<(&'static str, f64)> {
+        [("friction", FRICTION), ("restitution", RESTITUTION)]
+            .into_iter()
+            .find(|(_, place)| self.is_at_end(*place, 0.0))
+            .map(|(name, place)| (name, self.values[place]))
+    }
+
     /// Whether no effect is as strong as its range allows: one that would be stronger still stands for something else.
     pub(crate) fn is_possible(&self) -> bool {
         (0..self.free.len()).all(|i| !self.free[i].is_strength || !self.is_at_end(i, 0.0))
@@ -187,6 +198,11 @@ impl Model {
     }
 }
 
+/// Range of a parameter of every world.
+fn world_parameter(name: &str) -> &'static ParameterSpec {
+    parameter(name).expect("every world has friction and restitution")
+}
+
 /// As an effect of `world.toml`, without intervals.
 pub(crate) fn added(part: &Part) -> AddedEffect {
     AddedEffect {
@@ -205,4 +221,22 @@ pub(crate) fn specification(effect: &str, parameter: &str) -> EffectParameter {
         .ok()
         .and_then(|spec| spec.parameter(parameter).copied())
         .expect("a candidate names an effect and a parameter of the library")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_fit_leaves_what_a_world_may_have() {
+        for friction in [0.03, 0.3, 0.9] {
+            let mut model = Model::plain(friction, 0.5, 1.0 / 60.0);
+            let free = model.free[FRICTION].clone();
+            let range = world_parameter("friction");
+            assert!(range.low <= free.low && free.high <= range.high, "{free:?}");
+            assert_eq!(model.world_at_end(), None);
+            model.values[FRICTION] = free.high;
+            assert_eq!(model.world_at_end(), Some(("friction", free.high)));
+        }
+    }
 }

@@ -82,6 +82,13 @@ pub(crate) fn at_end(effect: &str, parameter: &str, value: f64, unit: &str) -> S
     )
 }
 
+/// Friction or restitution at the end of its range.
+pub(crate) fn world_at_end(name: &str, value: f64) -> String {
+    format!(
+        "{name} stands at the end of its range, {value:.3}: these strikes want a value that no world has"
+    )
+}
+
 /// Strikes that were left out before anything was fitted.
 pub(crate) fn left_out(pushed_again: usize, pushed: usize) -> Vec<String> {
     let mut notes = Vec::new();

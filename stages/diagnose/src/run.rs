@@ -8,7 +8,7 @@ use crate::{
     Diagnose, DiagnoseError, Diagnosed, Input, Verdict,
     arm::{self, Arm},
     candidates::{Candidate, candidates, is_of_whole_strikes, last_resorts},
-    conclude::{Case, RemainingGain},
+    conclude::Case,
     evidence::{self, Alarm, Statistic, replicates},
     fit::{Fitted, ITERATIONS},
     heldout::{self, Gains},
@@ -16,6 +16,7 @@ use crate::{
     mixed::GREATEST,
     notes,
     null::fit_null,
+    remaining_gain::RemainingGain,
     score::ScoreTest,
     screen::{Chance, screen_by},
     search::{Limits, Selection, search, with_last_resorts, without},
@@ -39,7 +40,7 @@ const FRAMES: usize = 6;
 
 impl Stage for Diagnose {
     const NAME: &'static str = "diagnose";
-    const VERSION: u32 = 17;
+    const VERSION: u32 = 18;
     type Input = Input;
     type Output = Diagnosed;
     type Error = DiagnoseError;

@@ -11,27 +11,25 @@ use world::{
     effects::{Parameters, centred, effect},
 };
 
-use crate::fit::NINETY_FIVE;
-
-/// The parameters of an effect as they are told; `free` are those that were fitted, by name, with their `covariance`.
+/// The parameters of an effect as they are told; `free` are those that were fitted, by name, with their `covariance`, and 95 % lie
+/// within so many standard errors.
 pub(crate) fn centred_estimates(
     name: &str,
     parameters: BTreeMap<String, Estimate>,
     free: &[&str],
     covariance: &DMatrix<f64>,
+    ninety_five: f64,
 ) -> BTreeMap<String, Estimate> {
-    let is_relative = effect(name).is_ok_and(|spec| {
-        matches!(
-            spec.parameters,
-            Parameters::BySession {
-                is_relative: true,
-                ..
-            }
-        )
+    let range = effect(name).ok().and_then(|spec| match &spec.parameters {
+        Parameters::BySession {
+            is_relative: true,
+            parameter,
+        } => Some((parameter.low, parameter.high)),
+        _ => None,
     });
-    if !is_relative {
+    let Some((low, high)) = range else {
         return parameters;
-    }
+    };
     let changes: BTreeMap<String, f64> = parameters
         .iter()
         .map(|(name, estimate)| (name.clone(), estimate.value))
@@ -51,8 +49,11 @@ pub(crate) fn centred_estimates(
                     variance += slope(a) * slope(b) * covariance[(i, j)];
                 }
             }
-            let by = NINETY_FIVE * variance.max(0.0).sqrt();
-            let estimate = Estimate::with_interval(value, value - by, value + by);
+            let by = ninety_five * variance.max(0.0).sqrt();
+            // From their mean, sessions that differ widely may lie further than the first one did from them.
+            let bound = |v: f64| v.clamp(low, high);
+            let estimate =
+                Estimate::with_interval(bound(value), bound(value - by), bound(value + by));
             (session, estimate)
         })
         .collect()
@@ -61,6 +62,7 @@ pub(crate) fn centred_estimates(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::fit::NINETY_FIVE;
 
     #[test]
     fn no_session_is_the_reference_of_the_others() {
@@ -69,8 +71,13 @@ mod tests {
             .into();
         // Three sessions measured alike, each compared with the first: the differences share its error.
         let covariance = DMatrix::from_row_slice(2, 2, &[2e-4, 1e-4, 1e-4, 2e-4]);
-        let centred_estimates =
-            centred_estimates("friction_by_session", parameters, &["b", "c"], &covariance);
+        let centred_estimates = centred_estimates(
+            "friction_by_session",
+            parameters,
+            &["b", "c"],
+            &covariance,
+            NINETY_FIVE,
+        );
         let half = |name: &str| {
             let estimate = centred_estimates[name];
             0.5 * (estimate.high.expect("an end") - estimate.low.expect("an end"))
@@ -99,7 +106,13 @@ mod tests {
         let parameters: BTreeMap<String, Estimate> =
             [("rate".to_string(), Estimate::with_interval(0.3, 0.2, 0.4))].into();
         let covariance = DMatrix::identity(1, 1);
-        let kept = centred_estimates("viscous_drag", parameters.clone(), &["rate"], &covariance);
+        let kept = centred_estimates(
+            "viscous_drag",
+            parameters.clone(),
+            &["rate"],
+            &covariance,
+            NINETY_FIVE,
+        );
         assert_eq!(kept, parameters);
     }
 }

@@ -14,10 +14,14 @@ use table::{Hidden, Noise, Table};
 use world::World;
 
 fn diagnosed(noise: Noise, hidden: Hidden, seed: u64) -> Diagnosis {
+    diagnosed_of(160, noise, hidden, seed)
+}
+
+fn diagnosed_of(strikes: usize, noise: Noise, hidden: Hidden, seed: u64) -> Diagnosis {
     let table = Table {
         noise,
         hidden: vec![hidden],
-        strikes: 160,
+        strikes,
         seed,
     };
     let (rig, strikes) = table.strike();
@@ -91,4 +95,16 @@ fn a_force_across_the_motion_is_no_tilt() {
         "{:?}",
         found.notes
     );
+}
+
+#[test]
+fn a_wave_of_the_delivered_launch_is_no_scatter() {
+    for (hidden, covariate) in [
+        (Hidden::SpeedWave(0.08, 0.2), "speed"),
+        (Hidden::AngleWave(0.04, 0.4), "angle"),
+    ] {
+        let found = diagnosed_of(60, Noise::Ideal, hidden, 21);
+        assert_eq!(found.verdict, Verdict::Unexplained, "{}", found.summary);
+        assert_eq!(found.r#where[0].covariate, covariate, "{:?}", found.r#where);
+    }
 }

@@ -1,6 +1,6 @@
 //! Simulated tracks beside measured ones.
 
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use values::{Command, Point, Rig, Shape, Strike};
 use world::{
@@ -8,6 +8,8 @@ use world::{
     launch::{self, launches},
     planar::{Deviation, Frames, Planar, StrikeInput},
 };
+
+use crate::scatter::{FRICTION, Nuisances};
 
 /// Parameters that planar form knows; the impact depends on the others, or they are the air's.
 const PLANAR: &[&str] = &["friction", "restitution", "torsional_friction", "inertia_z"];
@@ -115,6 +117,58 @@ impl<'a> StrikeSimulator<'a> {
             })
             .collect()
     }
+}
+
+impl StrikeSimulator<'_> {
+    /// How far each strike's frames lie, with nuisances of its own, from where derivatives by them put it, in m: a slide is not linear
+    /// in its friction, and scatter would bias what is common to all. None in MuJoCo: planar form differs little in this.
+    pub(crate) fn beyond_slopes(
+        &self,
+        world: &World,
+        launch: Launch,
+        own: &[Nuisances],
+        slopes: &[DMatrix<f64>],
+    ) -> Result<Option<Vec<DVector<f64>>>, WorldError> {
+        let Some(launches) = &self.launches else {
+            return Ok(None);
+        };
+        let planar = Planar::new(self.rig, world, &[])?;
+        let beyond = self
+            .strikes
+            .par_iter()
+            .zip(launches)
+            .zip(own.par_iter().zip(slopes))
+            .map(|((strike, near), (own, slopes))| {
+                let input = StrikeInput {
+                    command: launch.of(strike.command),
+                    ..StrikeInput::from(*strike)
+                };
+                let frames = |own: &Nuisances| {
+                    let deviation = Deviation {
+                        speed: own[0],
+                        angle: own[1],
+                        delay: launch.delay + own[2],
+                        rest: Point::new(own[3], own[4]),
+                        friction: own[FRICTION],
+                    };
+                    let frames = planar.strike(&input, near, &deviation)?;
+                    Some(stack(&frames.at))
+                };
+                let linear = slopes * DVector::from_column_slice(own.as_slice());
+                match frames(own).zip(frames(&Nuisances::zeros())) {
+                    Some((there, here)) => there - here - linear,
+                    None => DVector::zeros(linear.len()),
+                }
+            })
+            .collect();
+        Ok(Some(beyond))
+    }
+}
+
+/// Points as a column: all x, then all y.
+fn stack(points: &[Point]) -> DVector<f64> {
+    let (x, y) = (points.iter().map(|p| p.x), points.iter().map(|p| p.y));
+    DVector::from_iterator(2 * points.len(), x.chain(y))
 }
 
 /// How every launch differs from its command: factor on speed, turn in rad, and how late its clock starts in s.

@@ -9,11 +9,13 @@ use world::{ParameterSpec, World, WorldError, parameter};
 use crate::{
     SysidError,
     compare::{Batch, Launch, StrikeSimulator},
-    scatter::{self, Evidence, FRICTION, VarianceComponents},
+    scatter::{self, Evidence, FRICTION, Nuisances, VarianceComponents},
     slopes::{DIFFERENCE, LAUNCH_STEP, nuisances, sensitivities},
 };
 
 const MOST_ITERATIONS: u32 = 15;
+/// Iterations after which what each strike differs by has been taken beyond its derivatives, and again about where that led.
+const LEAST_ITERATIONS: u32 = 3;
 /// The fit ends when no parameter moves by more than this share of its standard error.
 const SETTLED: f64 = 0.05;
 /// A strike further out than this many times the median weighs less (Huber).
@@ -35,6 +37,8 @@ pub(crate) struct Fitted {
     pub(crate) scores: Vec<DVector<f64>>,
     /// Jᵀ·Σ⁻¹·J of each strike.
     pub(crate) informations: Vec<DMatrix<f64>>,
+    /// What each strike differs by.
+    pub(crate) own: Vec<Nuisances>,
     pub(crate) iterations: u32,
     pub(crate) simulations: u64,
 }
@@ -187,21 +191,23 @@ pub(crate) fn beside_means(
     all
 }
 
+/// `beyond`: how far each strike's own nuisances move it beyond their derivatives.
 fn evidence<'a>(
     strikes: &[&Strike],
     batch: &Batch,
     slopes: &'a Slopes,
+    beyond: Option<&[DVector<f64>]>,
     components: &VarianceComponents,
 ) -> Vec<Evidence<'a>> {
     strikes
         .par_iter()
         .enumerate()
         .map(|(i, strike)| {
-            Evidence::new(
-                batch.residual(i, strike),
-                &slopes.by_nuisance[i],
-                components,
-            )
+            let mut residual = batch.residual(i, strike);
+            if let Some(beyond) = beyond {
+                residual -= &beyond[i];
+            }
+            Evidence::new(residual, &slopes.by_nuisance[i], components)
         })
         .collect()
 }
@@ -294,9 +300,10 @@ pub(crate) fn fit(
     let mut weights_now = vec![1.0; strikes.len()];
     let mut simulations = count + a_slope;
     let mut iterations = 0;
+    let mut beyond: Option<Vec<DVector<f64>>> = None;
     loop {
         iterations += 1;
-        let mut all = evidence(strikes, &batch, &slopes, &components);
+        let mut all = evidence(strikes, &batch, &slopes, beyond.as_deref(), &components);
         components =
             scatter::estimate_components(&components, &mut all, &weights_now, slopes.fitted());
         weights_now = weights(&all);
@@ -331,6 +338,7 @@ pub(crate) fn fit(
             .iter()
             .zip(errors.iter())
             .all(|(s, e)| s.abs() < SETTLED * e);
+        let own: Vec<Nuisances> = all.iter().map(Evidence::nuisance).collect();
         let mut moved = None;
         if !is_settled && iterations < MOST_ITERATIONS {
             let now = objective(&all, &weights_now);
@@ -340,7 +348,7 @@ pub(crate) fn fit(
                 let trial = place.moved(&specs, &(&step * share))?;
                 simulations += count;
                 if let Ok(tried) = trial.simulate(lab) {
-                    let then = evidence(strikes, &tried, &slopes, &components);
+                    let then = evidence(strikes, &tried, &slopes, beyond.as_deref(), &components);
                     if objective(&then, &weights_now) <= now * (1.0 + 1e-9) {
                         moved = Some((trial, tried));
                     }
@@ -348,7 +356,11 @@ pub(crate) fn fit(
                 share *= 0.4;
             }
         }
+        beyond = beside.beyond_slopes(&place.world, place.launch, &own, &slopes.by_nuisance)?;
         let Some(next) = moved else {
+            if beyond.is_some() && iterations < LEAST_ITERATIONS {
+                continue;
+            }
             let mut world = place.world;
             world.scatter = components.scatter();
             return Ok(Fitted {
@@ -359,6 +371,7 @@ pub(crate) fn fit(
                 information,
                 scores,
                 informations,
+                own,
                 iterations,
                 simulations,
             });

@@ -8,8 +8,9 @@ use crate::{SysidError, fit::Fitted};
 
 /// The fitted world with intervals: the larger of the model's variance A⁻¹ and the jackknife's A⁻¹·B·A⁻¹, B from each
 /// strike's own score s at the fit to all others, (1 − A_i·A⁻¹)⁻¹·s (Bell and McCaffrey 2002, "CR3"), at Student's t with as many
-/// degrees of freedom as strikes less parameters.
-pub(crate) fn with_intervals(fitted: &Fitted) -> Result<World, SysidError> {
+/// degrees of freedom as strikes less parameters. `unseen`: relative variance that friction's mean over all strikes has beside that
+/// over those that were used ([`crate::wander`]).
+pub(crate) fn with_intervals(fitted: &Fitted, unseen: f64) -> Result<World, SysidError> {
     let (n, p) = (fitted.scores.len() as f64, fitted.information.ncols());
     let Some(inverse) = fitted.information.clone().try_inverse() else {
         return Err(SysidError::Singular {
@@ -30,7 +31,11 @@ pub(crate) fn with_intervals(fitted: &Fitted) -> Result<World, SysidError> {
     for (i, name) in fitted.free.iter().enumerate() {
         let spec = parameter(name)?;
         let value = world.value(name)?;
-        let half = quantile * inverse[(i, i)].max(sandwich[(i, i)]).sqrt();
+        let mut variance = inverse[(i, i)].max(sandwich[(i, i)]);
+        if name == "friction" {
+            variance += value * value * unseen;
+        }
+        let half = quantile * variance.sqrt();
         let estimate = Estimate::with_interval(
             value,
             (value - half).max(spec.low),

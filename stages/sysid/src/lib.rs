@@ -16,6 +16,7 @@ mod interval;
 mod scatter;
 mod slopes;
 mod start;
+mod wander;
 
 pub use error::SysidError;
 
@@ -91,7 +92,7 @@ fn pushed_again(count: usize, are_left_out: bool) -> String {
 
 impl Stage for Sysid {
     const NAME: &'static str = "sysid";
-    const VERSION: u32 = 11;
+    const VERSION: u32 = 12;
     type Input = Input;
     type Output = Fit;
     type Error = SysidError;
@@ -170,7 +171,13 @@ impl Stage for Sysid {
             told.simulations += simulations;
         }
         let rms = |world| Ok::<_, WorldError>(mujoco.simulate(world, Launch::EXACT)?.rms(&strikes));
-        let mut world = interval::with_intervals(&fitted)?;
+        let used: Vec<(f64, f64)> = strikes
+            .iter()
+            .zip(&fitted.own)
+            .map(|(strike, own)| (strike.conditions.order, own[scatter::FRICTION]))
+            .collect();
+        let all: Vec<f64> = input.strikes.iter().map(|s| s.conditions.order).collect();
+        let mut world = interval::with_intervals(&fitted, wander::unseen(&used, &all))?;
         if delivered.is_some() {
             // Its scatter is the impact's; the arm's comes on top.
             let arm = arm_scatter(&input.strikes);

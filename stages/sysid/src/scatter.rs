@@ -26,7 +26,8 @@ const GREATEST: f64 = 0.12;
 const NEGLIGIBLE: f64 = 1e-3;
 
 type Square = SMatrix<f64, NUISANCES, NUISANCES>;
-type Column = SVector<f64, NUISANCES>;
+/// What one strike differs by.
+pub(crate) type Nuisances = SVector<f64, NUISANCES>;
 
 /// Most steps of expectation and maximisation, and the relative change of a standard deviation at which they end; the next
 /// iteration of the fit takes them up where they were left.
@@ -100,7 +101,7 @@ pub(crate) struct Evidence<'a> {
     nuisances: &'a DMatrix<f64>,
     /// GᵀG, Gᵀr and rᵀr: all that the scatter needs of the track.
     gram: Square,
-    projected: Column,
+    projected: Nuisances,
     square: f64,
     posterior: Square,
     camera: f64,
@@ -120,7 +121,7 @@ impl<'a> Evidence<'a> {
             residual,
             nuisances,
             gram: Square::from_fn(|i, j| gram[(i, j)]),
-            projected: Column::from_fn(|i, _| projected[i]),
+            projected: Nuisances::from_fn(|i, _| projected[i]),
             posterior: Square::zeros(),
             camera: components.camera,
         };
@@ -154,12 +155,12 @@ impl<'a> Evidence<'a> {
     }
 
     /// Best guess of the nuisances.
-    fn nuisance(&self) -> Column {
+    pub(crate) fn nuisance(&self) -> Nuisances {
         self.posterior * self.projected
     }
 
     /// Sum of squares that the best guess leaves, in m².
-    fn unexplained(&self, guess: &Column) -> f64 {
+    fn unexplained(&self, guess: &Nuisances) -> f64 {
         (self.square - 2.0 * guess.dot(&self.projected) + guess.dot(&(self.gram * guess))).max(0.0)
     }
 }

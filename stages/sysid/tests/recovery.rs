@@ -289,3 +289,60 @@ fn too_few_strikes_are_told() {
         .to_string();
     assert!(error.contains("at least 5 are needed"), "{error}");
 }
+
+#[test]
+fn friction_that_scatters_widely_biases_neither_friction_nor_launch() {
+    let rig = Rig::demo(Shape::Cylinder);
+    let noise = Noise {
+        camera: 1e-4,
+        ..REALISTIC
+    };
+    let data: Vec<Strike> = (0..60)
+        .flat_map(|seed| {
+            let other = if seed % 2 == 0 { 0.1f64 } else { -0.1 };
+            let world = truth(&rig).with("friction", FRICTION * other.exp());
+            strikes(&rig, &world, 1, &noise, 100 + seed / 2)
+        })
+        .collect();
+    let fit = identify(&rig, World::nominal(&rig), data, &[]);
+    let found = |name| fit.world.value(name).expect("freed");
+    // A stop is off by half the square of what friction differs by, on average: 0.5 % of the way.
+    assert!(
+        (found("friction") / FRICTION - 1.0).abs() < 2e-3,
+        "{:?}",
+        fit.world
+    );
+    assert!(
+        ((1.0 + found("restitution")) / (1.0 + RESTITUTION) - 1.0).abs() < 2e-3,
+        "{:?}",
+        fit.world
+    );
+}
+
+#[test]
+fn friction_of_another_simulator_is_found_to_two_parts_in_ten_thousand() {
+    let mut truth = Truth::demo(&Truth::demo_rig(Shape::Cylinder), 77_000);
+    truth.hidden = Hidden::none();
+    truth.friction = 0.15;
+    truth.rig.camera.noise = 1e-5;
+    (truth.camera.jitter, truth.camera.dropped) = (0.0, 0.0);
+    (truth.scatter.speed, truth.scatter.angle) = (0.0, 0.0);
+    let folder = tempfile::tempdir().expect("a folder");
+    let settings = rig::demo::Settings {
+        strikes: 30,
+        truth: truth.clone(),
+        plan: None,
+        log_state: false,
+        sessions: Some(1),
+    };
+    let written = rig::demo::write(&settings, folder.path()).expect("written");
+    let rig = Rig::load(&written.rig).expect("its rig file is valid");
+    let outcomes = written
+        .logs
+        .iter()
+        .map(|log| ingest_log(log, &rig, &Ingest::default()).expect("its log is read"))
+        .collect();
+    let fit = identify(&rig, World::nominal(&rig), assemble(outcomes).0, &[]);
+    let friction = fit.world.value("friction").expect("freed");
+    assert!((friction / 0.15 - 1.0).abs() < 2e-4, "{friction}");
+}

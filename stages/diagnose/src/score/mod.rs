@@ -6,10 +6,12 @@
 //! signs of whole strikes flipped, which takes no model of noise on trust.
 
 mod columns;
+mod deviations;
 mod replicates;
 mod strike;
 
 pub(crate) use columns::{ColumnScores, RandomColumns, Score, StrikeColumns};
+pub(crate) use deviations::Deviations;
 pub(crate) use replicates::Replicates;
 
 use nalgebra::{DMatrix, DVector};

@@ -8,6 +8,7 @@
 pub(crate) mod bumps;
 pub(crate) mod covariate;
 mod peak;
+mod restricted;
 pub(crate) mod ridge;
 
 use values::Point;
@@ -17,6 +18,7 @@ use self::{
     bumps::bumps,
     covariate::{COVARIATES, Covariate, family},
     peak::Peak,
+    restricted::{Restricted, restricted},
     ridge::Ridge,
 };
 use crate::{
@@ -59,6 +61,10 @@ pub(crate) fn dependences_of(
 ) -> Result<Vec<Dependence>, WorldError> {
     let mut found = Vec::new();
     for covariate in COVARIATES {
+        if let Some(launched) = launched(prepared, test, covariate) {
+            found.push(launched);
+            continue;
+        }
         let Some(bumps) = bumps(prepared, fitted, test, covariate)? else {
             continue;
         };
@@ -75,6 +81,37 @@ pub(crate) fn dependences_of(
         });
     }
     Ok(found)
+}
+
+/// A dependence of launches on what was commanded, each side at its own scatter; none where random columns stand beside the model,
+/// which have a variance of their own.
+fn launched(
+    prepared: &PreparedStrikes<'_>,
+    test: &ScoreTest<'_, '_>,
+    covariate: Covariate,
+) -> Option<Dependence> {
+    let commands = prepared.strikes.iter().map(|strike| strike.command);
+    let at: Vec<f64> = match covariate {
+        Covariate::Speed => commands.map(|command| command.speed).collect(),
+        Covariate::Angle => commands.map(|command| command.angle).collect(),
+        _ => return None,
+    };
+    if test.is_beside {
+        return None;
+    }
+    let Restricted {
+        gain,
+        by_chance,
+        strike,
+        peak,
+    } = restricted(test, &at)?;
+    Some(Dependence {
+        covariate,
+        gain,
+        by_chance,
+        at: Point::new(at[strike], 0.0),
+        peak,
+    })
 }
 
 /// What a wrong form of the effects held would leave: smooth dependences of their families, each as large as the marginal

@@ -1,6 +1,8 @@
 //! A table of its own for measuring diagnosis: a disc that slides under dry friction, struck by an arm and seen by a camera, with
 //! noise and forms that the diagnosis does not have. It shares no physics with `world` or `rig`.
 
+use std::f64::consts::TAU;
+
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal, StudentT};
@@ -60,6 +62,10 @@ pub enum Hidden {
     Wander(f64),
     /// A force across the velocity, in m/s² per m/s.
     Magnus(f64),
+    /// The delivered speed waves with the commanded one: share of it, crest to crest in m/s.
+    SpeedWave(f64, f64),
+    /// The delivered angle waves with the commanded one: in rad, crest to crest in rad.
+    AngleWave(f64, f64),
 }
 
 /// A set of strikes.
@@ -146,6 +152,14 @@ impl Set {
             .fold(command, |command, hidden| match hidden {
                 Hidden::SoftCap(cap) => Command {
                     speed: cap * (command.speed / cap).tanh(),
+                    ..command
+                },
+                Hidden::SpeedWave(share, period) => Command {
+                    speed: command.speed * (1.0 + share * (TAU * command.speed / period).sin()),
+                    ..command
+                },
+                Hidden::AngleWave(size, period) => Command {
+                    angle: command.angle + size * (TAU * command.angle / period).sin(),
                     ..command
                 },
                 Hidden::AngleGain(gain) => Command {

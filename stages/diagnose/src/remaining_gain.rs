@@ -1,0 +1,88 @@
+//! What is left of a gap beside the effects found, and whether that is small enough for them to be named.
+
+use world::effects::effect;
+
+use crate::smooth::covariate::{Covariate, family};
+
+/// A model explains a gap if it holds at least this share of the log-likelihood that it and the smooth rest gain together; less where
+/// objects slide otherwise than any world says.
+const EXPLAINS: f64 = 0.95;
+const EXPLAINS_ASTRAY: f64 = 0.75;
+/// Of a rest that another form of the same effects would take, it may leave more; less of it an effect by place, for a field of another
+/// kind leaves much, and less still several of them together.
+const EXPLAINS_IN_FORM: f64 = 0.5;
+const EXPLAINS_BY_PLACE: f64 = 0.6;
+const EXPLAIN_BY_PLACE: f64 = 0.8;
+/// A smooth field takes every smooth form: what it leaves of its own kind, as at a line, is of no field.
+const EXPLAINS_AS_FIELD: f64 = 0.85;
+
+/// Gain in log-likelihood that smooth dependences have beside a model.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct RemainingGain {
+    /// All that are no chance.
+    pub(crate) all: f64,
+    /// Those that another form of the model's effects would not take.
+    pub(crate) beyond_form: f64,
+    /// Whether objects slide otherwise than any world says.
+    pub(crate) is_astray: bool,
+}
+
+impl RemainingGain {
+    /// Share of the gap that effects hold which gained this log-likelihood.
+    pub(crate) fn share(&self, gained: f64) -> f64 {
+        share(gained, self.all)
+    }
+
+    /// Whether it is small beside what these effects gained.
+    pub(crate) fn is_small(&self, gained: f64, effects: &[&str]) -> bool {
+        let least = match self.is_astray {
+            true => EXPLAINS_ASTRAY,
+            false => EXPLAINS,
+        };
+        let in_form = match effects.iter().filter(|name| is_by_place(name)).count() {
+            _ if effects.iter().any(|name| is_field(name)) => EXPLAINS_AS_FIELD,
+            0 => EXPLAINS_IN_FORM,
+            1 => EXPLAINS_BY_PLACE,
+            _ => EXPLAIN_BY_PLACE,
+        };
+        share(gained, self.beyond_form) >= least && self.share(gained) >= in_form
+    }
+}
+
+fn share(gained: f64, left: f64) -> f64 {
+    gained / (gained + left).max(1e-9)
+}
+
+fn is_by_place(name: &str) -> bool {
+    let by_place = [Covariate::Position, Covariate::Surface];
+    family(name)
+        .iter()
+        .any(|covariate| by_place.contains(covariate))
+}
+
+/// Whether an effect is a smooth field that stands in simpler ones' place.
+fn is_field(name: &str) -> bool {
+    effect(name).is_ok_and(|spec| spec.is_last_resort)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_field_of_friction_leaves_less_of_its_own_kind_than_a_patch_may() {
+        let left = RemainingGain {
+            all: 30.0,
+            beyond_form: 0.0,
+            is_astray: false,
+        };
+        assert!(left.is_small(100.0, &["friction_patch"]));
+        assert!(!left.is_small(100.0, &["friction_map"]));
+        assert!(left.is_small(400.0, &["friction_map"]));
+        let beyond = RemainingGain {
+            beyond_form: 30.0,
+            ..left
+        };
+        assert!(!beyond.is_small(100.0, &["friction_patch"]));
+    }
+}
