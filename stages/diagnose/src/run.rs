@@ -22,7 +22,7 @@ use crate::{
     search::{Limits, Selection, search, with_last_resorts, without},
     smooth::{
         Dependence,
-        covariate::{Covariate, family},
+        covariate::{Covariate, family, left_of_launches},
         dependences, dependences_of, family_columns,
     },
     strikes::PreparedStrikes,
@@ -236,7 +236,15 @@ impl Diagnose {
             Some(test) => dependences_of(prepared, fitted, test)?,
             None => Vec::new(),
         };
-        Ok(evidence::left(&beside, |_| true))
+        let in_form: Vec<Covariate> = selection
+            .effects
+            .iter()
+            .flat_map(|effect| left_of_launches(effect.name))
+            .copied()
+            .collect();
+        Ok(evidence::left(&beside, |covariate| {
+            !in_form.contains(&covariate)
+        }))
     }
 }
 
@@ -276,7 +284,11 @@ fn left(selection: &Selection<'_>, after: &[Dependence], is_astray: bool) -> Rem
     let held: Vec<_> = selection
         .effects
         .iter()
-        .flat_map(|effect| family(effect.name))
+        .flat_map(|effect| {
+            family(effect.name)
+                .iter()
+                .chain(left_of_launches(effect.name))
+        })
         .collect();
     let counts = |covariate: Covariate| !is_astray || covariate.is_of_whole_strikes();
     RemainingGain {

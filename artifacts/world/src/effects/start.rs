@@ -126,9 +126,10 @@ impl FitStart {
         parameters: &Parameters,
         coefficients: &[f64],
     ) -> BTreeMap<String, f64> {
-        let mut values = BTreeMap::new();
+        // A column may hold still what another one changes.
+        let forms = self.columns.iter().flat_map(|column| &column.form);
+        let mut values: BTreeMap<String, f64> = forms.cloned().collect();
         for (column, coefficient) in self.columns.iter().zip(coefficients) {
-            values.extend(column.form.iter().cloned());
             let (strength, value) = &column.strength;
             let neutral = parameters.get(strength).map_or(0.0, |own| own.neutral);
             let scaled = if column.is_kept {

@@ -58,8 +58,13 @@ fn sessions(experiment: &Experiment<'_>) -> Vec<FitStart> {
     if names.len() < 2 {
         return Vec::new();
     }
-    let columns = names.iter().map(|name| Column::new(&[], (name, 0.005)));
-    vec![FitStart::new(columns.collect(), &names)]
+    // In each column the other sessions stand still: one that is left out would have the mean of those that are not.
+    let column = |name: &&str| {
+        let others = names.iter().filter(|other| *other != name);
+        let still: Vec<(&str, f64)> = others.map(|other| (*other, 0.0)).collect();
+        Column::new(&still, (*name, 0.005))
+    };
+    vec![FitStart::new(names.iter().map(column).collect(), &names)]
 }
 
 struct StrikerAngleBySession {
@@ -81,7 +86,51 @@ impl Effect for StrikerAngleBySession {
 
 #[cfg(test)]
 mod tests {
+    use values::{Point, Shape, Split, Strike, Track};
+
+    use super::*;
     use crate::effects::tests::{Bench, assert_near};
+
+    #[test]
+    fn each_column_of_its_start_turns_one_session_and_the_fit_begins_with_all() {
+        let strike = |session: &str| Strike {
+            id: String::new(),
+            log: session.into(),
+            index: 0,
+            t_start: 0.0,
+            initial: Point::default(),
+            stop: Point::new(0.5, 0.0),
+            command: Command {
+                speed: 0.7,
+                angle: 0.0,
+            },
+            track: Track::default(),
+            split: Split::Train,
+            conditions: Conditions {
+                session: session.into(),
+                ..Conditions::default()
+            },
+            delivered: None,
+        };
+        let strikes = ["monday.mcap", "tuesday.mcap", "friday.mcap"].map(strike);
+        let strikes: Vec<&Strike> = strikes.iter().collect();
+        let rig = Rig::demo(Shape::Cylinder);
+        let starts = sessions(&Experiment {
+            rig: &rig,
+            strikes: &strikes,
+        });
+        let start = &starts[0];
+        for column in &start.columns {
+            let all = column.form.iter().chain([&column.strength]).cloned();
+            let values: std::collections::BTreeMap<String, f64> = all.collect();
+            let turned = values.values().filter(|value| **value != 0.0).count();
+            assert_eq!((values.len(), turned), (3, 1), "{column:?}");
+        }
+        let begun = start.parameters(&SPEC.parameters, &[1.0, 2.0, 3.0]);
+        let mut values: Vec<f64> = begun.values().copied().collect();
+        values.sort_by(f64::total_cmp);
+        assert_eq!(values, [0.005, 0.01, 0.015]);
+    }
 
     #[test]
     fn it_changes_the_track() {

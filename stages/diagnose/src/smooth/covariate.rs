@@ -91,3 +91,12 @@ pub(crate) fn family(name: &str) -> &'static [Covariate] {
         Family::ForceByPlace | Family::SeenByPlace => &[Covariate::Position],
     }
 }
+
+/// What another form of an effect would leave of launches: friction by speed that brakes by another law takes an object as much farther
+/// or less far as a launch that errs by its speed. It stands beside no search, where it would take an arm that saturates.
+pub(crate) fn left_of_launches(name: &str) -> &'static [Covariate] {
+    match effect(name).map(|spec| spec.family) {
+        Ok(Family::FrictionBySpeed) => &[Covariate::Speed],
+        _ => &[],
+    }
+}
