@@ -4,7 +4,8 @@
 //! what is added to the delivered angle. Each is a Bayesian linear model in [`FEATURES`] features: a constant and a slope for
 //! each input, and eigenfunctions of the Laplacian on a box about the commands learnt from, which approximate a squared-exponential
 //! kernel (Solin and Särkkä 2020, "Hilbert space methods for reduced-rank Gaussian process regression"). Beyond the box the
-//! smooth part is zero and its uncertainty that of the prior: far from every strike the map says nothing but its slopes.
+//! smooth part is zero and its uncertainty that of the prior: far from every strike the map says nothing but its slopes. Faster than
+//! every strike it holds what was delivered at the fastest.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -121,11 +122,28 @@ impl LaunchMap {
         [command.speed * (1.0 - offset.speed.exp()), -offset.angle]
     }
 
-    /// What is delivered beside the world for this command.
+    /// The command, or the fastest one learnt from at its angle if it is faster.
+    ///
+    /// A map is learnt where the arm does not do as it is told. Nothing then says that it would deliver more than it was seen to: a
+    /// drive's speed is bounded, and what it delivers levels off below that (Khalil and Dombre 2002, "Modeling, Identification and
+    /// Control of Robots", chapter 13, speed and torque limits of a joint). Slower commands go on in proportion, to nothing at rest.
+    pub fn held(&self, command: Command) -> Command {
+        let fastest = self.parts.centre[0] + self.parts.half_width[0];
+        Command {
+            speed: command.speed.min(fastest),
+            ..command
+        }
+    }
+
+    /// What is delivered beside what the world's effects make of the command that is [`held`](Self::held). Beyond that the speed may be
+    /// off by as much as proportion would add: the deviation counts it.
     pub fn offset(&self, command: Command) -> LaunchOffset {
         let Parts {
             centre, half_width, ..
         } = self.parts;
+        let held = self.held(command);
+        let beyond = (command.speed / held.speed).ln().max(0.0);
+        let command = held;
         let within = |value: f64, i: usize| {
             value.clamp(centre[i] - half_width[i], centre[i] + half_width[i])
         };
@@ -141,7 +159,7 @@ impl LaunchMap {
         LaunchOffset {
             speed: speed.clamp(-most, most),
             angle: angle.clamp(-MOST.1, MOST.1),
-            deviation: [by_speed, by_angle],
+            deviation: [by_speed.hypot(beyond), by_angle],
         }
     }
 
@@ -153,8 +171,9 @@ impl LaunchMap {
 }
 
 impl Delivery for LaunchMap {
-    fn deliver(&self, commanded: Command, by_effects: Command) -> Command {
+    fn deliver(&self, commanded: Command, by_effects: &dyn Fn(Command) -> Command) -> Command {
         let offset = self.offset(commanded);
+        let by_effects = by_effects(self.held(commanded));
         Command {
             speed: by_effects.speed * offset.speed.exp(),
             angle: by_effects.angle + offset.angle,
@@ -264,113 +283,4 @@ pub fn spectrum(amplitude: f64, lengths: [f64; 2]) -> Vec<f64> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    const CENTRE: [f64; 2] = [1.0, 0.0];
-    const HALF_WIDTH: [f64; 2] = [0.5, 0.4];
-
-    fn command(x: f64, y: f64) -> Command {
-        Command {
-            speed: CENTRE[0] + HALF_WIDTH[0] * x,
-            angle: CENTRE[1] + HALF_WIDTH[1] * y,
-        }
-    }
-
-    /// Nothing learnt: the prior alone.
-    fn blank(amplitude: f64) -> Parts {
-        let mut prior = vec![0.0; LINEAR];
-        prior.extend(spectrum(amplitude, [1.0, 0.8]));
-        let mut covariance = vec![0.0; FEATURES * FEATURES];
-        for i in 0..FEATURES {
-            covariance[i * FEATURES + i] = prior[i];
-        }
-        let map = SmoothMap {
-            weights: vec![0.0; FEATURES],
-            covariance,
-            prior,
-            scatter: 0.0,
-        };
-        Parts {
-            centre: CENTRE,
-            half_width: HALF_WIDTH,
-            speed: map.clone(),
-            angle: map,
-        }
-    }
-
-    #[test]
-    fn features_make_a_squared_exponential_kernel() {
-        let spectrum = spectrum(0.04, [1.0, 0.8]);
-        let kernel = |a: [f64; 2], b: [f64; 2]| -> f64 {
-            let at = |x: [f64; 2]| features(CENTRE, HALF_WIDTH, command(x[0], x[1]));
-            let (a, b) = (at(a), at(b));
-            (0..WAVES * WAVES)
-                .map(|i| spectrum[i] * a[LINEAR + i] * b[LINEAR + i])
-                .sum()
-        };
-        for (a, b) in [
-            ([0.0, 0.0], [0.0, 0.0]),
-            ([0.2, -0.3], [-0.4, 0.1]),
-            ([0.5, 0.5], [-0.3, 0.2]),
-        ] {
-            let far = ((a[0] - b[0]) / 1.0f64).powi(2) + ((a[1] - b[1]) / 0.8f64).powi(2);
-            let exact = 0.04 * (-0.5 * far).exp();
-            assert!((kernel(a, b) - exact).abs() < 0.04 * 0.06, "{a:?} {b:?}");
-        }
-    }
-
-    #[test]
-    fn far_from_every_strike_it_adds_nothing_and_is_as_unsure_as_before_any() {
-        let mut parts = blank(0.04);
-        parts.speed.weights[LINEAR + 1] = 0.3;
-        let map = LaunchMap::new(parts).expect("a map");
-        assert!(map.offset(command(0.1, 0.1)).speed.abs() > 1e-3);
-        for far in [command(1.8, 0.0), command(0.0, -9.0), command(40.0, 40.0)] {
-            let offset = map.offset(far);
-            assert_eq!(offset.speed, 0.0);
-            let edge = map.offset(command(
-                ((far.speed - CENTRE[0]) / HALF_WIDTH[0]).clamp(-1.0, 1.0),
-                ((far.angle - CENTRE[1]) / HALF_WIDTH[1]).clamp(-1.0, 1.0),
-            ));
-            // Nothing was learnt at that edge either: the deviation there is the prior's.
-            let apart = offset.deviation[0] - edge.deviation[0];
-            assert!(
-                apart.abs() < 1e-9 && edge.deviation[0] > 0.05,
-                "{offset:?} {edge:?}"
-            );
-            assert!(map.outside(far) > 0.7);
-        }
-        assert_eq!(map.outside(command(1.0, -1.0)), 0.0);
-    }
-
-    #[test]
-    fn whatever_its_weights_it_is_bounded() {
-        let mut parts = blank(0.04);
-        parts.speed.weights[0] = 1e6;
-        parts.angle.weights[1] = -1e6;
-        let map = LaunchMap::new(parts).expect("finite");
-        let delivered = map.deliver(command(0.5, 0.0), command(0.0, 0.0));
-        assert!(delivered.speed <= 4.0 * 1.0 + 1e-9 && delivered.angle >= -1.0);
-    }
-
-    #[test]
-    fn numbers_that_are_no_map_are_refused() {
-        type Spoil = fn(&mut Parts);
-        let spoils: [Spoil; 6] = [
-            |parts| parts.centre[0] = f64::NAN,
-            |parts| parts.half_width[1] = 0.0,
-            |parts| parts.speed.weights[3] = f64::INFINITY,
-            |parts| {
-                parts.angle.covariance.pop();
-            },
-            |parts| parts.angle.scatter = -1.0,
-            |parts| parts.speed.prior[0] = f64::NAN,
-        ];
-        for (index, spoil) in spoils.iter().enumerate() {
-            let mut parts = blank(0.01);
-            spoil(&mut parts);
-            assert!(LaunchMap::new(parts).is_err(), "{index}");
-        }
-    }
-}
+mod tests;

@@ -4,8 +4,9 @@ use values::Command;
 
 /// A correction of what the arm delivers, learnt from strikes: it acts after the world's effects and before the impact.
 pub trait Delivery: Send + Sync {
-    /// What is delivered (m/s, rad) for the command that was sent, where the world's effects alone would deliver `by_effects`.
-    fn deliver(&self, commanded: Command, by_effects: Command) -> Command;
+    /// What is delivered (m/s, rad) for the command that was sent; `by_effects` tells what the world's effects alone would deliver for
+    /// a command.
+    fn deliver(&self, commanded: Command, by_effects: &dyn Fn(Command) -> Command) -> Command;
 }
 
 /// The arm delivers what it is told, whatever the world's effects make of a command: a solve then answers with the launch that a
@@ -14,7 +15,7 @@ pub trait Delivery: Send + Sync {
 pub struct AsCommanded;
 
 impl Delivery for AsCommanded {
-    fn deliver(&self, commanded: Command, _by_effects: Command) -> Command {
+    fn deliver(&self, commanded: Command, _by_effects: &dyn Fn(Command) -> Command) -> Command {
         commanded
     }
 }

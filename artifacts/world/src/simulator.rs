@@ -91,10 +91,10 @@ impl Simulator {
 
     /// What the arm makes of a command, in m/s and rad: effects, then the correction.
     pub fn delivered(&self, command: Command, conditions: &Conditions) -> Command {
-        let by_effects = effects::deliver(&self.effects, command, conditions);
+        let by_effects = |command| effects::deliver(&self.effects, command, conditions);
         match &self.delivery {
-            Some(delivery) => delivery.deliver(command, by_effects),
-            None => by_effects,
+            Some(delivery) => delivery.deliver(command, &by_effects),
+            None => by_effects(command),
         }
     }
 

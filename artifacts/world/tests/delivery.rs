@@ -11,7 +11,8 @@ use world::{
 struct Off;
 
 impl Delivery for Off {
-    fn deliver(&self, _commanded: Command, by_effects: Command) -> Command {
+    fn deliver(&self, commanded: Command, by_effects: &dyn Fn(Command) -> Command) -> Command {
+        let by_effects = by_effects(commanded);
         Command {
             speed: 1.1 * by_effects.speed,
             angle: by_effects.angle + 0.05,

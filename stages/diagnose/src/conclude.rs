@@ -26,8 +26,6 @@ use crate::{
 
 /// Standard errors by which an effect must exceed what chance gains, to be found in four cases of five.
 const POWER: f64 = 0.84;
-/// Standard errors by which the held-out gap may grow by chance (5 %, one-sided).
-const BY_CHANCE: f64 = 1.64;
 
 /// All that was found, before it is judged.
 pub(crate) struct Case<'c, 'a> {
@@ -215,9 +213,8 @@ impl Case<'_, '_> {
             .zip(after)
             .filter_map(|(b, a)| Some((*b)?.dot((*b)?) - (*a)?.dot((*a)?)))
             .collect();
-        let (sum, error) = heldout::total(&judges);
-        let all = sum + self.gains.stop.iter().sum::<f64>();
-        all > 0.0 && sum > -BY_CHANCE * error
+        let all: f64 = judges.iter().chain(&self.gains.stop).sum();
+        all > 0.0 && heldout::may_be_none_or_more(&judges)
     }
 
     fn names(&self) -> Vec<&'static str> {

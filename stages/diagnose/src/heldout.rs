@@ -6,13 +6,15 @@
 use std::collections::BTreeMap;
 
 use nalgebra::DVector;
+use statrs::distribution::{ContinuousCDF, StudentsT};
 use world::WorldError;
 
 use crate::{
     fit::Fitted,
     linearisation::{Linearisation, Linearised},
     mixed::{FRICTION, posterior},
-    strikes::PreparedStrikes,
+    model::CLOCK,
+    strikes::{Nuisances, PreparedStrikes},
 };
 
 /// Parts into which the strikes are divided.
@@ -42,7 +44,7 @@ pub(crate) fn folds(prepared: &PreparedStrikes<'_>) -> Vec<usize> {
 pub(crate) struct Gains {
     /// Log-likelihood of the whole track.
     pub(crate) likelihood: Vec<f64>,
-    /// By how much the square of the stop error falls, in m².
+    /// By how much the square of the stop error falls, in m²; zero where either model predicts no stop.
     pub(crate) stop: Vec<f64>,
 }
 
@@ -70,18 +72,25 @@ pub(crate) fn gains(
         };
         for i in (0..folds.len()).filter(|i| folds[*i] == fold) {
             gains.likelihood[i] = with[i].0 - without[i].0;
-            gains.stop[i] = without[i].1 - with[i].1;
+            if let (Some(with), Some(without)) = (with[i].1, without[i].1) {
+                gains.stop[i] = without - with;
+            }
         }
     }
     Ok(gains)
 }
 
-/// Log-likelihood of every strike under a model that is fitted to some, and the square of its stop error in m².
+/// What a model predicts of one strike: its log-likelihood, and the square of its stop error, if it predicts a stop.
+type Predicted = (f64, Option<f64>);
+
+/// Log-likelihood of every strike under a model that is fitted to some, and the square of its stop error in m². The stop is one of the
+/// model's own launch, not of the strike's linearised about what was seen of it: by that a launch that is twice too fast would miss by
+/// half of what it does.
 fn predictive(
     prepared: &PreparedStrikes<'_>,
     from: &Fitted,
     learns: &[usize],
-) -> Result<Option<Vec<(f64, f64)>>, WorldError> {
+) -> Result<Option<Vec<Predicted>>, WorldError> {
     let part = prepared.only(learns);
     let nuisances: Vec<_> = learns.iter().map(|i| from.nuisances[*i]).collect();
     let Some(fitted) = part.fit(
@@ -100,19 +109,26 @@ fn predictive(
     let components = &fitted.estimated.components;
     let precision = components.camera.powi(-2);
     let wander = &fitted.estimated.wander;
-    let each = all.whitened.iter().zip(&all.products).zip(all.raw.iter());
+    let values = &fitted.model.values;
+    let effects = fitted.model.effects(prepared.rig, values)?;
+    let planar = prepared.planar(values, &effects);
+    let miss = |i: usize| {
+        let simulated = prepared.simulate(&planar, i, values[CLOCK], &Nuisances::zeros())?;
+        Some(simulated.stop.distance(prepared.strikes[i].stop).powi(2))
+    };
+    let each = all.whitened.iter().zip(&all.products);
     Ok(Some(
         each.zip(&prepared.paths)
-            .map(|(((whitened, products), raw), path)| {
+            .enumerate()
+            .map(|(i, ((whitened, products), path))| {
                 // The wander is known from the strikes before and after.
                 let wandered = whitened.nuisances.column(FRICTION) * path.dot(wander);
                 let r = &whitened.residual - wandered;
                 let posterior = posterior(&whitened.nuisances, components);
                 let seen: DVector<f64> = whitened.nuisances.tr_mul(&r);
                 let square = precision * (r.norm_squared() - seen.dot(&(&posterior * &seen)));
-                let last = raw.residual.len() / 2 - 1;
-                let stop = raw.residual[last].powi(2) + raw.residual[2 * last + 1].powi(2);
-                (-0.5 * (square + products.log_determinant(components)), stop)
+                let likelihood = -0.5 * (square + products.log_determinant(components));
+                (likelihood, miss(i))
             })
             .collect(),
     ))
@@ -137,4 +153,28 @@ pub(crate) fn total(gains: &[f64]) -> (f64, f64) {
     let mean = sum / n;
     let variance = gains.iter().map(|g| (g - mean).powi(2)).sum::<f64>() / (n - 1.0).max(1.0);
     (sum, (n * variance).sqrt())
+}
+
+/// What is no chance, one-sided.
+const BY_CHANCE: f64 = 0.05;
+
+/// Whether gains that sum to less than none may do so by chance, by Student's t; fewer than two do not tell.
+pub(crate) fn may_be_none_or_more(gains: &[f64]) -> bool {
+    let (sum, error) = total(gains);
+    StudentsT::new(0.0, 1.0, gains.len() as f64 - 1.0)
+        .map_or(true, |t| sum >= -t.inverse_cdf(1.0 - BY_CHANCE) * error)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn few_judges_refuse_only_what_no_chance_explains() {
+        assert!(may_be_none_or_more(&[]) && may_be_none_or_more(&[-1.0]));
+        assert!(may_be_none_or_more(&[-1.0, -0.1, 0.3]));
+        assert!(!may_be_none_or_more(&[-1.0, -0.9, -1.1]));
+        // 2.19 standard errors below zero: beyond a normal distribution's 1.64, within the 2.35 of four strikes.
+        assert!(may_be_none_or_more(&[-2.0, -1.5, -0.5, 0.0]));
+    }
 }

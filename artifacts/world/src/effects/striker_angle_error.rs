@@ -74,11 +74,21 @@ pub const SPEC: EffectSpec = EffectSpec {
             text += &format!(" {:.2} times", 1.0 + gain);
         }
         text += " the commanded angle";
-        for (value, per) in [(bias, ""), (slope, " for every m/s of speed")] {
-            if value.abs() >= STATED {
-                let side = wording::side(value);
-                text += &format!(", {:.1}° to the {side}{per}", value.abs().to_degrees());
-            }
+        if bias.abs() >= STATED {
+            let side = wording::side(bias);
+            text += &format!(", {:.1}° to the {side}", bias.abs().to_degrees());
+        }
+        if slope.abs() >= STATED {
+            let by = match bias.abs() >= STATED {
+                // The bias is that of an arm at rest: the two say something together only.
+                true if bias * slope < 0.0 => format!(" less {:.1}°", slope.abs().to_degrees()),
+                true => format!(" and {:.1}°", slope.abs().to_degrees()),
+                false => {
+                    let side = wording::side(slope);
+                    format!(", {:.1}° to the {side}", slope.abs().to_degrees())
+                }
+            };
+            text += &format!("{by} for every m/s of speed");
         }
         text
     },

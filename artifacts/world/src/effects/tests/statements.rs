@@ -87,6 +87,11 @@ fn fitted_values_are_stated_in_a_sentence() {
             "the arm strikes at 1.64 times the commanded angle, 5.7° to the right for every m/s of speed",
         ),
         (
+            "striker_angle_error",
+            &[("bias", 0.5), ("slope", -0.4)],
+            "the arm strikes at the commanded angle, 28.6° to the left less 22.9° for every m/s of speed",
+        ),
+        (
             "striker_angle_by_session",
             &[("monday.mcap", 0.02), ("tuesday.mcap", -0.01)],
             "the arm strikes 1.1° to the left in monday.mcap, 0.6° to the right in tuesday.mcap",
