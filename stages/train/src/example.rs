@@ -19,6 +19,8 @@ pub struct Example {
     pub distance: f64,
     /// The part that it plays.
     pub split: Split,
+    /// Whether its object slid freely: the arm did not push it a second time.
+    pub is_free: bool,
     /// What the arm delivered beside the world; none where no launch leads along its path.
     pub launch: Option<LaunchResidual>,
     /// What was commanded beside the world's command; none where the world's arm cannot reach its stop.
@@ -26,7 +28,8 @@ pub struct Example {
 }
 
 /// The examples that strikes are, in one world: their launches in the same order, and the residuals of those that have one, found by
-/// the strike. A strike that was pushed twice is none: no one command sends an object there.
+/// the strike. One that was pushed twice has a launch, the one that would have led as far, and no residual: no one command sends an
+/// object there.
 pub fn examples(
     strikes: &[Strike],
     launches: &[Option<LaunchResidual>],
@@ -42,13 +45,12 @@ pub fn examples(
         session: strike.conditions.session.clone(),
         distance: strike.path().norm(),
         split: strike.split,
+        is_free: !strike.is_pushed_again(),
         launch: *launch,
-        residual: by_strike.get(strike.id.as_str()).map(|row| (*row).clone()),
+        residual: by_strike
+            .get(strike.id.as_str())
+            .filter(|_| !strike.is_pushed_again())
+            .map(|row| (*row).clone()),
     };
-    strikes
-        .iter()
-        .zip(launches)
-        .filter(|(strike, _)| !strike.is_pushed_again())
-        .map(example)
-        .collect()
+    strikes.iter().zip(launches).map(example).collect()
 }

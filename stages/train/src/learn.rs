@@ -19,7 +19,7 @@ pub fn learn(
     settings: &Settings,
     on_epoch: &(dyn Fn(&Epoch) + Sync),
 ) -> Result<Learned, TrainError> {
-    let strikes = LearningSet::of(examples)?;
+    let mut strikes = LearningSet::of(examples)?;
     let none = strikes.none();
     let mut best = Candidate {
         kind: Kind::None,

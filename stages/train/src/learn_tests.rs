@@ -53,6 +53,7 @@ fn strikes(count: usize, seed: u64, truth: Truth) -> Vec<Example> {
                 session: session.into(),
                 distance: DISTANCE,
                 split,
+                is_free: true,
                 launch: Some(LaunchResidual { speed, angle: turn }),
                 residual: Some(Residual {
                     strike_id: strike_id.clone(),
@@ -224,4 +225,32 @@ fn of_two_worlds_the_one_that_misses_less_on_common_strikes_is_best() {
     more.misses.push(("another".into(), 9.0));
     assert_eq!(best(&[&more, &bad]), Some(0));
     assert_eq!(best(&[]), None);
+}
+
+/// Strikes of `arm` whose object is pushed on by half its speed where `is_pushed` says so.
+fn pushed(is_pushed: impl Fn(usize, Command) -> bool) -> Vec<Example> {
+    let mut examples = strikes(40, 3, arm);
+    for (index, example) in examples.iter_mut().enumerate() {
+        if is_pushed(index, example.command) {
+            (example.is_free, example.residual) = (false, None);
+            if let Some(launch) = &mut example.launch {
+                launch.speed += 0.4;
+            }
+        }
+    }
+    examples
+}
+
+#[test]
+fn strikes_pushed_again_teach_a_map_where_the_command_tells_them_and_else_not() {
+    let at_one = |examples: &[Example], speed: f64| match learned(examples).model {
+        Some(store::ResidualModel::Launch(map)) => map.offset(Command { speed, angle: 0.0 }).speed,
+        other => panic!("{other:?}"),
+    };
+    // Slow ones are all pushed on: the next slow one will be, too.
+    let slow = at_one(&pushed(|_, command| command.speed < 0.6), 0.5);
+    assert!((slow - 0.45).abs() < 0.08, "{slow}");
+    // Pushed now and then, they are no strikes to learn from.
+    let now_and_then = at_one(&pushed(|index, _| index % 13 == 0), 0.5);
+    assert!((now_and_then - 0.05).abs() < 0.03, "{now_and_then}");
 }

@@ -23,6 +23,8 @@ const SURE: f64 = 2.0;
 pub(crate) struct LearningSet<'a> {
     pub(crate) rows: Vec<(&'a Example, LaunchResidual)>,
     pub(crate) groups: Vec<usize>,
+    /// Whether maps learn from strikes that were pushed a second time, too. All strikes judge.
+    pub(crate) learns_pushed: bool,
 }
 
 impl<'a> LearningSet<'a> {
@@ -48,6 +50,7 @@ impl<'a> LearningSet<'a> {
         Ok(Self {
             groups: settings(&commands),
             rows,
+            learns_pushed: true,
         })
     }
 
@@ -122,8 +125,13 @@ impl<'a> LearningSet<'a> {
         gain > SURE * (variance / count).sqrt()
     }
 
+    fn is_learnt_from(&self, i: usize) -> bool {
+        self.learns_pushed || self.rows[i].0.is_free
+    }
+
     pub(crate) fn launches(&self, takes: impl Fn(usize) -> bool) -> Vec<Launch> {
-        let rows = self.rows.iter().enumerate().filter(|(i, _)| takes(*i));
+        let learns = |i: usize| self.is_learnt_from(i) && takes(i);
+        let rows = self.rows.iter().enumerate().filter(|(i, _)| learns(*i));
         rows.map(|(_, (example, residual))| Launch {
             command: example.command,
             residual: *residual,
@@ -160,11 +168,14 @@ impl<'a> LearningSet<'a> {
         let shares: Vec<f64> = best.misses.iter().map(Miss::share).collect();
         let miss = mean(shares.iter().copied())?;
         let expected = mean(best.expected.iter().copied()).filter(|expected| *expected > 0.0);
+        let none = self.none();
+        let learnt = (0..none.len()).filter(|i| self.is_learnt_from(*i));
+        let displacement = learnt.map(|i| none[i].share()).fold(0.0, f64::max);
         Some(TrainingExtent {
             strikes: self.rows.len(),
             d_speed: range(0)?,
             d_angle: range(1)?,
-            displacement: self.none().iter().map(Miss::share).fold(0.0, f64::max),
+            displacement,
             miss,
             miss_p95: quantile(shares, 0.95)?,
             calibration: expected.map_or(1.0, |expected| miss / expected),

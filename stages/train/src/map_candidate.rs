@@ -15,11 +15,27 @@ const LEAST_FOR_MAP: usize = 8;
 const MAP_FOLDS: usize = 10;
 
 impl LearningSet<'_> {
-    pub(crate) fn launch_map(&self, seed: u64) -> Option<Candidate> {
-        if self.rows.len() < LEAST_FOR_MAP {
+    /// The map of all strikes, or of those alone that were pushed once: whichever predicts all of them better, held out. An arm that
+    /// catches up with the object may do so at the same commands again; pushed by chance, its strikes are outliers.
+    pub(crate) fn launch_map(&mut self, seed: u64) -> Option<Candidate> {
+        let of_all = self.map_as_set(seed)?;
+        if self.rows.iter().all(|(row, _)| row.is_free) {
+            return Some(of_all);
+        }
+        self.learns_pushed = false;
+        let of_free = self.map_as_set(seed);
+        let mean = |map: &Candidate| self.score(map).by_setting;
+        let of_free = of_free.filter(|of_free| mean(of_free) < mean(&of_all));
+        self.learns_pushed = of_free.is_none();
+        of_free.or(Some(of_all))
+    }
+
+    fn map_as_set(&self, seed: u64) -> Option<Candidate> {
+        let learnt = self.launches(|_| true);
+        if learnt.len() < LEAST_FOR_MAP {
             return None;
         }
-        let fitted = fit_launch_map(&self.launches(|_| true), None)?;
+        let fitted = fit_launch_map(&learnt, None)?;
         let parts: Vec<Option<usize>> = folds(&self.groups, MAP_FOLDS, seed)
             .into_iter()
             .map(Some)

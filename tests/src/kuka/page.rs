@@ -239,6 +239,8 @@ const CHECK: &str = "
 2. Whether the arm lets go. In several tracks the box speeds up again: the arm catches up with it. These strikes must be struck again
    with an arm that stops at contact.
 3. The two sessions apart. No speed was struck in both, so that friction by session, friction that changes with speed and an arm that
-   saturates stand for one another. Ten strikes at 1 m/s in the second session would tell them apart.
+   saturates stand for one another. Ten strikes at 1 m/s in the second session would tell them apart. Within the first session neither
+   launches nor the time from command to first motion tell a ceiling of the speed from an arm that is late: what is predicted for the
+   second from the first is a launch map that holds what was delivered at the fastest command, not a ceiling that was found.
 4. Repeats of one command: without any, scatter and missing physics are told apart by smoothness alone.
 ";
