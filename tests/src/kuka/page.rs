@@ -28,7 +28,7 @@ pub fn page(
     let mut text = format!(
         "# Real strikes of a KUKA arm\n\nMade by `make kuka`. {} strikes that another lab recorded, of a light box and an arm told 0.5 to \
          2.75 m/s, in three logs of two sessions (a and a2, b). In {pushed} the arm pushes the box a second time: these take no part in a \
-         fit and count in every error. The strikes themselves are not part of this repository.\n\n\
+         fit but a launch map's, where that predicts better with them, and count in every error. The strikes themselves are not part of this repository.\n\n\
          ## Stop errors\n\nEvery model learns from the strikes that are left, as a run does, and predicts those held out; mean distance \
          between measured and predicted stop. By setting: commanded speed and angle are held out together, five folds, {} deals; the \
          deviation is that of the deals' means. By session: a and a2 against b, both ways. `default` is the model that the training \
