@@ -86,7 +86,7 @@ bench: build $(if $(filter track,$(PARTS)),$(OPENCV)/done) $(if $(filter-out tra
 FUZZ_SECONDS := 600
 FUZZ_SEED := 1
 fuzz: build
-	@for target in mcap cdr json protobuf image rig world manifest weights segmenter batch signature; do \
+	@for target in mcap cdr json protobuf image rig world manifest weights segmenter batch live signature; do \
 		nice -n 19 $(BIN)/fuzz $$target --seconds $(FUZZ_SECONDS) --seed $(FUZZ_SEED) & pids="$$pids $$!"; \
 	done; for pid in $$pids; do wait $$pid || exit 1; done
 
@@ -94,13 +94,15 @@ fuzz: build
 # topics of Foxglove's own SDK; a collection that signals end; then every fault at every step of a strike, and the page that is
 # committed. Ports 502, 30000, 30001 and 8765 of 127.0.0.1 are taken: 502 needs root.
 XARM := artifacts/runs/arm/sdk
+FOXGLOVE := artifacts/runs/arm/foxglove
 $(XARM)/done: tests/peers/requirements_xarm.txt
 	python3 -m venv $(XARM)
 	$(XARM)/bin/python -m pip install --quiet --disable-pip-version-check --requirement $<
 	touch $@
 arm: build $(XARM)/done
 	$(XARM)/bin/python tests/peers/arm.py $(BIN)/arm-emulator tests/arm/tests/sdk_frames.txt --check
-	$(XARM)/bin/python tests/peers/watch.py $(BIN)/arm-watch
+	cargo build --locked --manifest-path tests/peers/foxglove_server/Cargo.toml --target-dir $(FOXGLOVE)
+	$(XARM)/bin/python tests/peers/watch.py $(BIN)/arm-watch $(FOXGLOVE)/debug/foxglove-server
 	$(XARM)/bin/python tests/peers/collect.py $(BIN)/arm-emulator $(BIN)/carom artifacts/runs/arm/collect
 	ARM_PAGE=$(CURDIR)/tests/ARM.md cargo test --workspace --locked --test arm -- --nocapture --test-threads 1
 

@@ -1,6 +1,8 @@
 """Servers of Foxglove's own SDK, whose live topics the executor's client must read: JSON, ROS 2's CDR, protobuf.
 
-Usage: watch.py ARM_WATCH
+Those of the Python package run here; those of the Rust crate are a program of their own.
+
+Usage: watch.py ARM_WATCH FOXGLOVE_SERVER
 """
 
 import json
@@ -83,36 +85,55 @@ def as_protobuf(context):
     return publish
 
 
-def main():
-    watch = sys.argv[1]
-    for name, make in [("json", as_json), ("cdr", as_cdr), ("protobuf", as_protobuf)]:
-        context = foxglove.Context()
-        server = foxglove.start_server(name="a lab", port=0, context=context)
-        publish = make(context)
-        ends = threading.Event()
+def check(server, name, watch, port):
+    """What the executor reads of a server is where the object was published, in the encoding that it was published in."""
+    url = f"ws://127.0.0.1:{port}"
+    output = subprocess.run([watch, url], capture_output=True, text=True, timeout=30)
+    assert output.returncode == 0, output.stderr
+    seen = json.loads(output.stdout)
+    assert abs(seen["x"] - PLACE[0]) < 1e-9 and abs(seen["y"] - PLACE[1]) < 1e-9, seen
+    assert seen["encoding"] == name, seen
+    assert seen["messages"] > 60 and seen["left_out"] is None, seen
+    if name == "protobuf":
+        assert abs(seen["yaw"] - YAW) < 1e-9, seen
+    print(f"{server}, {name}: {seen}")
 
-        def run():
-            while not ends.is_set():
-                publish(time.time())
-                time.sleep(1 / 60)
 
-        thread = threading.Thread(target=run)
-        thread.start()
+def of_package(watch, name, publisher):
+    context = foxglove.Context()
+    server = foxglove.start_server(name="a lab", port=0, context=context)
+    publish = publisher(context)
+    ends = threading.Event()
+
+    def run():
+        while not ends.is_set():
+            publish(time.time())
+            time.sleep(1 / 60)
+
+    thread = threading.Thread(target=run)
+    thread.start()
+    try:
+        check("foxglove-sdk of PyPI", name, watch, server.port)
+    finally:
+        ends.set()
+        thread.join()
+        server.stop()
+
+
+def of_crate(watch, name, program):
+    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
+    with subprocess.Popen([program, name], text=True, **pipes) as server:
         try:
-            url = f"ws://127.0.0.1:{server.port}"
-            output = subprocess.run([watch, url], capture_output=True, text=True, timeout=30)
+            check("crate foxglove", name, watch, int(server.stdout.readline()))
         finally:
-            ends.set()
-            thread.join()
-            server.stop()
-        assert output.returncode == 0, output.stderr
-        seen = json.loads(output.stdout)
-        assert abs(seen["x"] - PLACE[0]) < 1e-9 and abs(seen["y"] - PLACE[1]) < 1e-9, seen
-        assert seen["encoding"] == name, seen
-        assert seen["messages"] > 60 and seen["left_out"] is None, seen
-        if name == "protobuf":
-            assert abs(seen["yaw"] - YAW) < 1e-9, seen
-        print(f"foxglove-sdk, {name}: {seen}")
+            server.stdin.close()
+
+
+def main():
+    watch, program = sys.argv[1:]
+    for name, publisher in [("json", as_json), ("cdr", as_cdr), ("protobuf", as_protobuf)]:
+        of_package(watch, name, publisher)
+        of_crate(watch, name, program)
 
 
 if __name__ == "__main__":

@@ -32,7 +32,7 @@ pub use command::CommandPlanner;
 pub use config::{Config, ConfigError};
 pub use count::take_number;
 pub use error::PlannerError;
-pub use live::{Live, LiveError, Resting};
+pub use live::{Live, LiveError, Resting, ServerMessage, read_messages};
 pub use log::{Destination, LogError, OpenLog, WrittenLog, highest};
 pub use logs::write::{Received, Samples};
 pub use plan::{Details, FEW, Plan};

@@ -6,6 +6,7 @@
 
 mod executor;
 mod images;
+mod live;
 mod mutate;
 mod seeds;
 mod segmenter;

@@ -10,7 +10,7 @@ use values::{Command, Conditions, FieldTopic, Point, Rig, Shape};
 use world::{Simulator, World};
 
 use super::target::Target;
-use super::{executor, images, seeds, segmenter};
+use super::{executor, images, live, seeds, segmenter};
 
 /// All of them.
 pub fn targets() -> Vec<Target> {
@@ -147,6 +147,20 @@ pub fn targets() -> Vec<Target> {
                 "null",
             ],
             read: Box::new(executor::batch_reader()),
+        },
+        Target {
+            name: "live",
+            seeds: live::seeds(),
+            words: &[
+                "\"op\":\"advertise\"",
+                "\"channels\":[",
+                "/object/centroid",
+                "\"encoding\":\"cdr\"",
+                "ros2msg",
+                "\"schema\":\"",
+                "18446744073709551615",
+            ],
+            read: Box::new(live::reader(Rig::demo(Shape::Cylinder).topics)),
         },
         Target {
             name: "signature",

@@ -11,6 +11,7 @@ mod error;
 mod protocol;
 mod recording;
 mod rest;
+mod seen;
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -21,13 +22,12 @@ use logs::write::Received;
 use tungstenite::Message;
 use values::{Point, Rig};
 
-use channels::Channels;
 use connection::Connection;
 pub use error::LiveError;
-use protocol::Control;
-use recording::{Places, Recording};
 pub use rest::Resting;
 use rest::resting;
+use seen::Seen;
+pub use seen::{ServerMessage, read_messages};
 
 /// Topics are told within this time of the connection.
 const TOPICS: Duration = Duration::from_secs(5);
@@ -57,33 +57,12 @@ struct Shared {
     ends: AtomicBool,
 }
 
-/// What is known of the topics.
-#[derive(Debug)]
-struct Seen {
-    channels: Channels,
-    places: Places,
-    recording: Recording,
-    /// Why nothing comes any more.
-    fault: Option<LiveError>,
-    /// What was wrong with the last message that could not be read.
-    unread: Option<String>,
-    /// By how much (s) the last stamp was behind this computer's clock.
-    behind: Option<f64>,
-}
-
 impl Live {
     /// Connects to `ws://HOST:PORT`, and waits until the object's topic is there.
     pub fn connect(url: &str, rig: &Rig) -> Result<Self, LiveError> {
         let connection = Connection::open(url)?;
         let shared = Arc::new(Shared {
-            seen: Mutex::new(Seen {
-                channels: Channels::new(&rig.topics),
-                places: Places::default(),
-                recording: Recording::default(),
-                fault: None,
-                unread: None,
-                behind: None,
-            }),
+            seen: Mutex::new(Seen::new(&rig.topics)),
             ends: AtomicBool::new(false),
         });
         let reader = shared.clone();
@@ -236,11 +215,9 @@ impl Shared {
 /// Reads until the connection ends, or nobody listens any more.
 fn listen(shared: &Shared, mut connection: Connection) {
     while !shared.ends.load(Ordering::Relaxed) {
-        let taken = connection.read().and_then(|message| match message {
-            Some(Message::Text(text)) => tell(shared, &mut connection, text.as_str()),
-            Some(Message::Binary(frame)) => take(shared, &connection, &frame),
-            _ => Ok(()),
-        });
+        let taken = connection
+            .read()
+            .and_then(|message| take(shared, &mut connection, message));
         if let Err(fault) = taken {
             shared.lock().fault = Some(fault);
             return;
@@ -248,71 +225,27 @@ fn listen(shared: &Shared, mut connection: Connection) {
     }
 }
 
-/// A control message of the server.
-fn tell(shared: &Shared, connection: &mut Connection, text: &str) -> Result<(), LiveError> {
-    match protocol::control(text).map_err(|why| connection.wrong(why))? {
-        Control::Advertise(channels) => {
-            for channel in channels {
-                let id = channel.id;
-                let subscription = shared.lock().channels.advertise(channel);
-                if let Some(subscription) = subscription.map_err(|why| connection.wrong(why))? {
-                    connection.send(protocol::subscribe(subscription, id))?;
-                }
+/// A message of the server, answered with what it asks for.
+fn take(
+    shared: &Shared,
+    connection: &mut Connection,
+    message: Option<Message>,
+) -> Result<(), LiveError> {
+    match message {
+        Some(Message::Text(text)) => {
+            let answers = shared.lock().control(text.as_str());
+            for answer in answers.map_err(|why| connection.wrong(why))? {
+                connection.send(answer)?;
             }
-            Ok(())
         }
-        Control::Unadvertise(ids) => {
-            shared.lock().channels.unadvertise(&ids);
-            Ok(())
+        Some(Message::Binary(frame)) => {
+            let log_time = SystemTime::now()
+                .duration_since(SystemTime::UNIX_EPOCH)
+                .map_or(0, |since| since.as_nanos() as u64);
+            let taken = shared.lock().data(&frame, Instant::now(), log_time);
+            taken.map_err(|why| connection.wrong(why))?;
         }
-        // It need not be about a topic that is listened to: it is told where nothing else comes.
-        Control::Error(why) => {
-            shared.lock().unread = Some(format!("the server reports: {why}"));
-            Ok(())
-        }
-        Control::Other => Ok(()),
+        _ => {}
     }
-}
-
-/// A binary frame of the server.
-fn take(shared: &Shared, connection: &Connection, frame: &[u8]) -> Result<(), LiveError> {
-    let Some((subscription, message)) =
-        protocol::message(frame).map_err(|why| connection.wrong(why))?
-    else {
-        return Ok(());
-    };
-    let at = Instant::now();
-    let log_time = SystemTime::now()
-        .duration_since(SystemTime::UNIX_EPOCH)
-        .map_or(0, |since| since.as_nanos() as u64);
-    let mut seen = shared.lock();
-    let seen = &mut *seen;
-    // A channel that has just gone may have sent a last message.
-    let Some(listened) = seen.channels.of(subscription) else {
-        return Ok(());
-    };
-    match listened.read(message) {
-        Ok(Some(told)) if seen.channels.object() == Some(listened.role) => {
-            seen.unread = None;
-            seen.behind = told
-                .stamp
-                .map(|stamp| (i128::from(log_time) - i128::from(stamp)) as f64 * 1e-9);
-            seen.places.push(rest::Place {
-                at,
-                point: told.point,
-                yaw: told.yaw,
-            });
-        }
-        Ok(_) => {}
-        Err(why) => seen.unread = Some(why),
-    }
-    seen.recording.push(
-        at,
-        Received {
-            channel: listened.raw.clone(),
-            log_time,
-            data: message.to_vec(),
-        },
-    );
     Ok(())
 }

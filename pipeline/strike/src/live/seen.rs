@@ -1,0 +1,120 @@
+//! What a server has told so far: its channels, the object's recent places, and the messages for a log.
+
+use std::time::Instant;
+
+use logs::write::Received;
+use values::Topics;
+
+use super::LiveError;
+use super::channels::Channels;
+use super::protocol::{self, Control};
+use super::recording::{Places, Recording};
+use super::rest::Place;
+
+/// What is known of the topics.
+#[derive(Debug)]
+pub(super) struct Seen {
+    pub(super) channels: Channels,
+    pub(super) places: Places,
+    pub(super) recording: Recording,
+    /// Why nothing comes any more.
+    pub(super) fault: Option<LiveError>,
+    /// What was wrong with the last message that could not be read.
+    pub(super) unread: Option<String>,
+    /// By how much (s) the last stamp was behind this computer's clock.
+    pub(super) behind: Option<f64>,
+}
+
+impl Seen {
+    pub(super) fn new(topics: &Topics) -> Self {
+        Self {
+            channels: Channels::new(topics),
+            places: Places::default(),
+            recording: Recording::default(),
+            fault: None,
+            unread: None,
+            behind: None,
+        }
+    }
+
+    /// Takes a control message; gives what the server is to be asked. Errors where it is against the protocol.
+    pub(super) fn control(&mut self, text: &str) -> Result<Vec<String>, String> {
+        let mut answers = Vec::new();
+        match protocol::control(text)? {
+            Control::Advertise(channels) => {
+                for channel in channels {
+                    let id = channel.id;
+                    if let Some(subscription) = self.channels.advertise(channel)? {
+                        answers.push(protocol::subscribe(subscription, id));
+                    }
+                }
+            }
+            Control::Unadvertise(ids) => self.channels.unadvertise(&ids),
+            // It need not be about a topic that is listened to: it is told where nothing else comes.
+            Control::Error(why) => self.unread = Some(format!("the server reports: {why}")),
+            Control::Other => {}
+        }
+        Ok(answers)
+    }
+
+    /// Takes a binary frame that came at a time, in ns since 1970 in the log. Errors where it is against the protocol.
+    pub(super) fn data(&mut self, frame: &[u8], at: Instant, log_time: u64) -> Result<(), String> {
+        let Some((subscription, message)) = protocol::message(frame)? else {
+            return Ok(());
+        };
+        // A channel that has just gone may have sent a last message.
+        let Some(listened) = self.channels.of(subscription) else {
+            return Ok(());
+        };
+        match listened.read(message) {
+            Ok(Some(told)) if self.channels.object() == Some(listened.role) => {
+                self.unread = None;
+                self.behind = told
+                    .stamp
+                    .map(|stamp| (i128::from(log_time) - i128::from(stamp)) as f64 * 1e-9);
+                self.places.push(Place {
+                    at,
+                    point: told.point,
+                    yaw: told.yaw,
+                });
+            }
+            Ok(_) => {}
+            Err(why) => self.unread = Some(why),
+        }
+        self.recording.push(
+            at,
+            Received {
+                channel: listened.raw.clone(),
+                log_time,
+                data: message.to_vec(),
+            },
+        );
+        Ok(())
+    }
+}
+
+/// A message of a server.
+#[derive(Clone, Copy, Debug)]
+pub enum ServerMessage<'a> {
+    /// A control message, JSON.
+    Control(&'a str),
+    /// A binary frame.
+    Data(&'a [u8]),
+}
+
+/// How many of a server's messages are kept for a log, read without a connection. Errors with what is against the protocol, or with
+/// what was wrong with the last message of a topic.
+pub fn read_messages(topics: &Topics, messages: &[ServerMessage<'_>]) -> Result<usize, String> {
+    let mut seen = Seen::new(topics);
+    let now = Instant::now();
+    for message in messages {
+        match message {
+            ServerMessage::Control(text) => drop(seen.control(text)?),
+            ServerMessage::Data(frame) => seen.data(frame, now, 0)?,
+        }
+    }
+    match seen.unread {
+        Some(why) => Err(why),
+        None => Ok(seen.recording.take().0.len()),
+    }
+}
