@@ -38,6 +38,8 @@ fn hidden(name: &str, size: f64) -> Vec<Hidden> {
         "stribeck" => Hidden::Stribeck(0.15 * size),
         "lean" => Hidden::Lean(0.035 * size),
         "wander" => Hidden::Wander(0.01 * size),
+        "speed_wave" => Hidden::SpeedWave(0.08 * size, 0.2),
+        "angle_wave" => Hidden::AngleWave(0.04 * size, 0.4),
         "magnus" => Hidden::Magnus(0.05 * size),
         _ => Hidden::Nothing,
     };

@@ -16,6 +16,8 @@ const STILL: f64 = 0.05;
 const LIES: Duration = Duration::from_millis(2_500);
 /// It is put no nearer to the tip than this, in m.
 const CLEAR: f64 = 0.1;
+/// It is put no nearer to where it stopped than this, in m: who collects strikes waits until it was put elsewhere.
+const ELSEWHERE: f64 = 0.03;
 /// An object that is in the hand is not seen for so long.
 const IN_HAND: Duration = Duration::from_millis(400);
 /// The hand puts it into this part of the table.
@@ -127,7 +129,7 @@ impl Table {
                     if self.puts_back && has_lain && velocity.norm() < STILL {
                         let next = self.next();
                         // Beside an arm that was stopped low, the next draw may be free.
-                        if next.distance(at) > CLEAR {
+                        if next.distance(at) > CLEAR && next.distance(stop) > ELSEWHERE {
                             self.put(next);
                         }
                     } else if !self.puts_back {

@@ -167,7 +167,7 @@ impl Station for ArmStation {
             match self.live.at_rest() {
                 Ok(rest) if self.is_where_it_stopped(rest.point) => {
                     still = None;
-                    tell("it lies where it stopped".into());
+                    tell("it lies within 2 cm of where it stopped: put it elsewhere".into());
                 }
                 Ok(rest) => {
                     let (place, since) = *still.get_or_insert((rest.point, Instant::now()));
