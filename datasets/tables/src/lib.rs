@@ -16,6 +16,6 @@ mod write;
 pub use error::TableError;
 pub use layout::SCHEMA_VERSION;
 pub use rejects::{read_rejects, write_rejects};
-pub use residuals::{ResidualRow, read_residuals, write_residuals};
+pub use residuals::{read_residuals, write_residuals};
 pub use solutions::{SolutionRow, read_solutions, write_solutions};
 pub use strikes::{read_strikes, stream_strikes, write_strikes};

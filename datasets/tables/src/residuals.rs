@@ -2,32 +2,13 @@
 
 use std::path::Path;
 
-use values::{Point, Split};
+use values::{Point, Residual};
 
 use crate::TableError;
 use crate::layout::{Table, real, text};
 use crate::read::read;
 use crate::strikes::split;
 use crate::write::{Cell, write};
-
-/// What the real command differs by from the simulated one, for the same path.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ResidualRow {
-    /// Which strike.
-    pub strike_id: String,
-    /// Displacement from rest to rest, in m.
-    pub path: Point,
-    /// Speed in m/s that solves the path in simulation.
-    pub speed_sim: f64,
-    /// Angle in rad that solves the path in simulation.
-    pub angle_sim: f64,
-    /// Real speed less the simulated, in m/s.
-    pub d_speed: f64,
-    /// Real angle less the simulated, in rad.
-    pub d_angle: f64,
-    /// Which part of learning and testing it belongs to.
-    pub split: Split,
-}
 
 const RESIDUALS: Table<8> = Table {
     name: "residuals",
@@ -44,7 +25,7 @@ const RESIDUALS: Table<8> = Table {
 };
 
 /// Writes the table of these residuals, in their order.
-pub fn write_residuals(dir: &Path, residuals: &[ResidualRow]) -> Result<(), TableError> {
+pub fn write_residuals(dir: &Path, residuals: &[Residual]) -> Result<(), TableError> {
     let rows = residuals.iter().map(|residual| {
         [
             Cell::Text(&residual.strike_id),
@@ -61,13 +42,13 @@ pub fn write_residuals(dir: &Path, residuals: &[ResidualRow]) -> Result<(), Tabl
 }
 
 /// Reads the table, in the order written.
-pub fn read_residuals(dir: &Path) -> Result<Vec<ResidualRow>, TableError> {
+pub fn read_residuals(dir: &Path) -> Result<Vec<Residual>, TableError> {
     let mut residuals = Vec::new();
     for batch in read(dir, &RESIDUALS)? {
         let batch = batch?;
         for row in batch.rows() {
             let real = |name| batch.real(name)[row];
-            residuals.push(ResidualRow {
+            residuals.push(Residual {
                 strike_id: batch.text("strike_id").value(row).to_string(),
                 path: Point::new(real("path_x"), real("path_y")),
                 speed_sim: real("speed_sim"),

@@ -6,7 +6,8 @@ use std::path::Path;
 use proptest::prelude::*;
 use tables::*;
 use values::{
-    Command, Conditions, Delivered, Point, Reject, RejectReason, Split, Strike, Track, Yaw,
+    Command, Conditions, Delivered, Point, Reject, RejectReason, Residual, Split, Strike, Track,
+    Yaw,
 };
 
 fn strike(number: usize, frames: usize) -> Strike {
@@ -76,8 +77,8 @@ fn solution() -> SolutionRow {
     }
 }
 
-fn residual() -> ResidualRow {
-    ResidualRow {
+fn residual() -> Residual {
+    Residual {
         strike_id: "1f".into(),
         path: Point::new(0.3, -0.1),
         speed_sim: 0.71,

@@ -9,7 +9,8 @@ use std::path::Path;
 
 use diagnose::Diagnosis;
 use serde::Serialize;
-use tables::{ResidualRow, SolutionRow};
+use tables::SolutionRow;
+use values::Residual;
 use world::World;
 
 use crate::Error;
@@ -38,7 +39,7 @@ pub fn write(dir: &Path, results: &Results, last: Step) -> Result<(), Error> {
         tables::write_solutions(dir, &solution_rows(results)).map_err(Error::failed)?;
     }
     if last >= Step::Residual {
-        tables::write_residuals(dir, &residual_rows(results)).map_err(Error::failed)?;
+        tables::write_residuals(dir, residual_rows(results)).map_err(Error::failed)?;
     }
     if let Some(evaluation) = &results.evaluation {
         write_json(&dir.join("evaluation.json"), evaluation)?;
@@ -99,21 +100,9 @@ fn solution_rows(results: &Results) -> Vec<SolutionRow> {
     .collect()
 }
 
-fn residual_rows(results: &Results) -> Vec<ResidualRow> {
-    let rows = results
-        .used()
-        .map_or(&[][..], |(_, used)| &used.residuals.rows);
-    rows.iter()
-        .map(|row| ResidualRow {
-            strike_id: row.strike_id.clone(),
-            path: row.path,
-            speed_sim: row.speed_sim,
-            angle_sim: row.angle_sim,
-            d_speed: row.d_speed,
-            d_angle: row.d_angle,
-            split: row.split,
-        })
-        .collect()
+fn residual_rows(results: &Results) -> &[Residual] {
+    let used = results.used();
+    used.map_or(&[], |(_, used)| &used.residuals.rows)
 }
 
 #[cfg(test)]

@@ -1,6 +1,5 @@
 //! Strike by strike: a strike that judged a model once need not again.
 
-use rayon::prelude::*;
 use serde::Serialize;
 use stage::{ItemStage, Progress};
 use store::ResidualModel;
@@ -63,13 +62,9 @@ fn each<T: Send>(
     answer: impl Fn(&mut Worker<'_>, &Judge) -> T + Sync,
 ) -> Result<Vec<T>, EvaluateError> {
     let simulator = ResidualModel::simulator(&model.rig, &model.world, model.residual.as_ref())?;
-    let answers = judges.par_iter().map_init(
-        || simulator.worker(),
-        |worker, judge| {
-            let answer = answer(worker, judge);
-            progress.inc(1);
-            answer
-        },
-    );
-    Ok(answers.collect())
+    Ok(simulator.map(judges, |worker, judge| {
+        let answer = answer(worker, judge);
+        progress.inc(1);
+        answer
+    }))
 }

@@ -4,7 +4,6 @@
 //! world's effects make of the command that was sent. Targets from where strikes stop carry what the slide does otherwise, too: on
 //! the real strikes a map of them predicts held-out stops better than one of speeds seen right after the impact.
 
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use stage::{ItemStage, Progress};
 use values::{Command, Conditions, Point, Rig, Strike};
@@ -77,7 +76,7 @@ impl ItemStage for Launches {
         let world = Simulator::new(&shared.rig, &shared.world)?;
         let as_told = Simulator::new(&shared.rig, &shared.world)?
             .with_delivery(std::sync::Arc::new(AsCommanded));
-        let residual = |worker: &mut world::Worker<'_>, strike: &&LaunchItem| {
+        Ok(as_told.map(strikes, |worker, strike| {
             let needed = worker.solve(
                 strike.initial,
                 strike.stop,
@@ -92,9 +91,7 @@ impl ItemStage for Launches {
                 speed: (needed.command.speed / delivered.speed).ln(),
                 angle: wrap(needed.command.angle - delivered.angle),
             })
-        };
-        let all = strikes.par_iter().map_init(|| as_told.worker(), residual);
-        Ok(all.collect())
+        }))
     }
 }
 

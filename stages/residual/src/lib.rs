@@ -11,30 +11,11 @@ use std::f64::consts::{PI, TAU};
 
 use serde::{Deserialize, Serialize};
 use stage::{Progress, Stage};
-use values::{Point, Split, Strike};
+use values::Strike;
 use world::{Solution, SolveStatus};
 
 pub use launch::{LaunchItem, LaunchResidual, Launches, Shared};
-
-/// One row of `residuals.parquet`: what the residual model learns from.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Residual {
-    /// The strike.
-    pub strike_id: String,
-    /// Measured displacement from rest to rest, in m.
-    pub path: Point,
-    /// Speed that the world would strike with for this path, in m/s.
-    pub speed_sim: f64,
-    /// Angle that the world would strike at, in rad.
-    pub angle_sim: f64,
-    /// Commanded less simulated speed, in m/s.
-    pub d_speed: f64,
-    /// Commanded less simulated angle, in rad, in (−π, π].
-    pub d_angle: f64,
-    /// The part that the strike plays.
-    pub split: Split,
-}
+pub use values::Residual;
 
 /// A strike without a residual.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -139,7 +120,7 @@ pub fn wrap(angle: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use values::{Command, Conditions, Track};
+    use values::{Command, Conditions, Point, Split, Track};
 
     use super::*;
 

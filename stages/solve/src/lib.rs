@@ -4,7 +4,6 @@
 //! Each item is solved from the same first guess, whatever was solved before it, so that threads, order and what the cache
 //! holds change no bit. A path that the world cannot reach is a row with its status, not a failure.
 
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use stage::{ItemStage, Progress};
 use values::{Conditions, Point, Rig, Strike};
@@ -74,23 +73,17 @@ impl ItemStage for Solve {
         progress: &Progress,
     ) -> Result<Vec<Solution>, SolveError> {
         let simulator = Simulator::new(&shared.rig, &shared.world)?;
-        Ok(items
-            .par_iter()
-            .map_init(
-                || simulator.worker(),
-                |worker, path| {
-                    let solution = worker.solve(
-                        path.initial,
-                        path.target,
-                        &path.conditions,
-                        &self.settings,
-                        None,
-                    );
-                    progress.inc(1);
-                    solution
-                },
-            )
-            .collect())
+        Ok(simulator.map(items, |worker, path| {
+            let solution = worker.solve(
+                path.initial,
+                path.target,
+                &path.conditions,
+                &self.settings,
+                None,
+            );
+            progress.inc(1);
+            solution
+        }))
     }
 }
 

@@ -3,6 +3,7 @@
 mod release;
 mod strike;
 
+use rayon::prelude::*;
 use values::{Command, Point};
 
 use crate::{
@@ -19,6 +20,18 @@ impl Simulator {
             simulator: self,
             engine: self.scene.engine(self.table_contact()),
         }
+    }
+
+    /// Answers for items, each computed by itself and side by side with a worker a thread; in the order of the items.
+    pub fn map<T: Sync, R: Send>(
+        &self,
+        items: &[T],
+        answer: impl Fn(&mut Worker<'_>, &T) -> R + Sync,
+    ) -> Vec<R> {
+        items
+            .par_iter()
+            .map_init(|| self.worker(), |worker, item| answer(worker, item))
+            .collect()
     }
 }
 

@@ -211,9 +211,6 @@ fn station(
     interrupted: Arc<AtomicBool>,
 ) -> Result<Box<dyn Station>, Error> {
     match (&args.robot, &args.watch) {
-        (Choice::DryRun, _) => Err(Error::input(
-            "gather strikes with dry-run, which makes none; use --robot sim or xarm:HOST",
-        )),
         (Choice::Sim(_), Some(_)) => Err(Error::input(
             "watch live topics with the embedded rig, which has a camera of its own; take --watch away",
         )),
@@ -222,7 +219,7 @@ fn station(
             Ok(Box::new(SimStation::new(rig, sim.truth(folder))))
         }
         (Choice::XArm(_), None) => Err(Error::input(
-            "gather strikes of an arm without a camera; give its live topics with --watch ws://HOST:PORT",
+            "collect strikes of an arm without a camera; give its live topics with --watch ws://HOST:PORT",
         )),
         (Choice::XArm(host), Some(url)) => {
             let ports = Ports::of(host)
@@ -238,6 +235,10 @@ fn station(
                 interrupted,
             )))
         }
+        // A robot that moves nothing, or that has no station of its own yet.
+        _ => Err(Error::input(
+            "collect strikes with a robot that makes none; use --robot sim or xarm:HOST",
+        )),
     }
 }
 
