@@ -71,7 +71,8 @@ $(PEERS)/done: tests/peers/requirements.txt
 	python3 -m venv $(PEERS)
 	$(PEERS)/bin/python -m pip install --quiet --disable-pip-version-check --requirement $<
 	touch $@
-# Tracking has a page and a peer of its own: `make bench PARTS=track`.
+# Tracking has a page and a peer of its own: `make bench PARTS=track`; `TRACK="speed memory"` measures these of its parts anew.
+TRACK :=
 OPENCV := artifacts/runs/bench/opencv
 $(OPENCV)/done: tests/peers/requirements_track.txt
 	python3 -m venv $(OPENCV)
@@ -79,7 +80,7 @@ $(OPENCV)/done: tests/peers/requirements_track.txt
 	touch $@
 bench: build $(if $(filter track,$(PARTS)),$(OPENCV)/done) $(if $(filter-out track,$(PARTS))$(if $(PARTS),,all),$(PEERS)/done)
 	$(if $(filter track,$(PARTS)),cargo build --workspace --locked --example frames)
-	$(if $(filter track,$(PARTS)),$(OPENCV)/bin/python tests/peers/track.py $(if $(SMALL),--small))
+	$(if $(filter track,$(PARTS)),$(OPENCV)/bin/python tests/peers/track.py $(if $(SMALL),--small) $(TRACK))
 	$(if $(filter-out track,$(PARTS))$(if $(PARTS),,all),$(PEERS)/bin/python tests/peers/bench.py $(if $(SMALL),--small) $(filter-out track,$(PARTS)))
 
 # Ten minutes of changed inputs for everything that is read from outside, side by side.

@@ -224,7 +224,7 @@ def memory(small):
     (frames,) = (one["frames"]["frames"] for one in result["tracked"])
     subprocess.run(["rm", "-rf", out, log], cwd=ROOT, check=True)
     peak = result["memory"] / 1e6
-    return [(f"log of {size / 1e9:.2g} GB, {frames:,} frames", f"{peak:.0f} MB at most, {result['wall']:.0f} s", "< 300 MB", yes(peak < 300))]
+    return [(f"log of {size / 1e9:.2g} GB of images, {frames:,} frames", f"{peak:.0f} MB at most, {result['wall']:.0f} s", "< 300 MB", yes(peak < 300))]
 
 
 def boards(small):
