@@ -41,8 +41,6 @@ fn hidden(name: &str, size: f64) -> Vec<Hidden> {
         "speed_wave" => Hidden::SpeedWave(0.08 * size, 0.2),
         "angle_wave" => Hidden::AngleWave(0.04 * size, 0.4),
         "magnus" => Hidden::Magnus(0.05 * size),
-        "speedwave" => Hidden::SpeedWave(0.03 * size, 0.2),
-        "anglewave" => Hidden::AngleWave(0.02 * size, 0.4),
         _ => Hidden::Nothing,
     };
     name.split('+').map(one).collect()
