@@ -120,8 +120,9 @@ impl<'a> StrikeSimulator<'a> {
 }
 
 impl StrikeSimulator<'_> {
-    /// How far each strike's frames lie, with nuisances of its own, from where derivatives by them put it, in m: a slide is not linear
-    /// in its friction, and scatter would bias what is common to all. None in MuJoCo: planar form differs little in this.
+    /// How far each strike's frames lie, with friction of its own, from where the derivative by it puts them, in m: a slide is not linear
+    /// in its friction, and scatter would bias what is common to all. A launch that is far from its command stays linear: it is a gap
+    /// of the world, no scatter. None in MuJoCo: planar form differs little in this.
     pub(crate) fn beyond_slopes(
         &self,
         world: &World,
@@ -143,19 +144,18 @@ impl StrikeSimulator<'_> {
                     command: launch.of(strike.command),
                     ..StrikeInput::from(*strike)
                 };
-                let frames = |own: &Nuisances| {
+                let frames = |friction: f64| {
                     let deviation = Deviation {
-                        speed: own[0],
-                        angle: own[1],
-                        delay: launch.delay + own[2],
-                        rest: Point::new(own[3], own[4]),
-                        friction: own[FRICTION],
+                        delay: launch.delay,
+                        friction,
+                        ..Deviation::default()
                     };
                     let frames = planar.strike(&input, near, &deviation)?;
                     Some(stack(&frames.at))
                 };
-                let linear = slopes * DVector::from_column_slice(own.as_slice());
-                match frames(own).zip(frames(&Nuisances::zeros())) {
+                let friction = own[FRICTION];
+                let linear = slopes.column(FRICTION) * friction;
+                match frames(friction).zip(frames(0.0)) {
                     Some((there, here)) => there - here - linear,
                     None => DVector::zeros(linear.len()),
                 }

@@ -14,7 +14,7 @@ use crate::{
 };
 
 const MOST_ITERATIONS: u32 = 15;
-/// Iterations after which what each strike differs by has been taken beyond its derivatives, and again about where that led.
+/// Iterations after which each strike's own friction has been taken beyond its derivative, and again about where that led.
 const LEAST_ITERATIONS: u32 = 3;
 /// The fit ends when no parameter moves by more than this share of its standard error.
 const SETTLED: f64 = 0.05;
@@ -191,7 +191,7 @@ pub(crate) fn beside_means(
     all
 }
 
-/// `beyond`: how far each strike's own nuisances move it beyond their derivatives.
+/// `beyond`: how far each strike's own friction moves it beyond its derivative.
 fn evidence<'a>(
     strikes: &[&Strike],
     batch: &Batch,
