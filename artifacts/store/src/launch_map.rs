@@ -125,8 +125,8 @@ impl LaunchMap {
     /// The command, or the fastest one learnt from at its angle if it is faster.
     ///
     /// A map is learnt where the arm does not do as it is told. Nothing then says that it would deliver more than it was seen to: a
-    /// drive's speed is bounded, and what it delivers levels off below that (Khalil and Dombre 2002, "Modeling, Identification and
-    /// Control of Robots", chapter 13, speed and torque limits of a joint). Slower commands go on in proportion, to nothing at rest.
+    /// drive's speed is bounded. This is assumed, not learnt; its deviation says so. Slower commands go on in proportion, to nothing at
+    /// rest.
     pub fn held(&self, command: Command) -> Command {
         let fastest = self.parts.centre[0] + self.parts.half_width[0];
         Command {
