@@ -142,6 +142,12 @@ impl Table {
         }
     }
 
+    /// A hand puts it elsewhere, as where a strike from here was refused.
+    pub fn put_elsewhere(&mut self) {
+        let next = self.next();
+        self.put(next);
+    }
+
     /// Where the hand puts it next.
     fn next(&mut self) -> Point {
         let mut between =

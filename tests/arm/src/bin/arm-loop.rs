@@ -203,7 +203,11 @@ impl Lab {
                     );
                     struck.push(one);
                 }
-                None => refused += 1,
+                None => {
+                    refused += 1;
+                    // Where it lies may be what was refused.
+                    self.emulator.table(Table::put_elsewhere);
+                }
             }
         }
         Ok((struck, refused))
