@@ -105,6 +105,9 @@ impl LaunchMap {
         if !parts.half_width.iter().all(is_wide) {
             return wrong("half_width", "must be finite and above zero");
         }
+        if parts.centre[0] + parts.half_width[0] <= 0.0 {
+            return wrong("centre", "has no speed above zero");
+        }
         for map in [&parts.speed, &parts.angle] {
             map.check()?;
         }

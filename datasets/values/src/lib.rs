@@ -7,6 +7,7 @@
 mod delivery;
 mod geometry;
 mod interval;
+mod median;
 mod residual;
 mod rig;
 mod slide;
@@ -17,6 +18,7 @@ mod strike;
 pub use delivery::{ArmScatter, arm_scatter, delivered_strikes};
 pub use geometry::Point;
 pub use interval::Interval;
+pub use median::median;
 pub use residual::Residual;
 pub use rig::{
     Camera, Colour, FieldTopic, ImageTopic, Object, Obstacle, PoseTopic, Rig, RigError, Robot,

@@ -1,6 +1,6 @@
 //! What of a track is a free slide.
 
-use crate::{Strike, Track};
+use crate::{Strike, Track, median};
 
 /// Seconds over which a speed is taken, and how many neighbouring speeds a median is taken of: single frames that are stale, early
 /// or astray then move none.
@@ -73,7 +73,7 @@ pub fn free_slides(strikes: &[&Strike]) -> Vec<bool> {
     if all.is_empty() {
         return is_free;
     }
-    let least = CARRIED * median(all);
+    let least = CARRIED * median(all).unwrap_or(0.0);
     is_free
         .iter()
         .zip(&braked)
@@ -104,7 +104,7 @@ impl Track {
         let peak = speeds.iter().copied().fold(0.0, f64::max);
         let mut least = f64::INFINITY;
         speeds.windows(NEIGHBOURS).any(|near| {
-            let speed = median(near.to_vec());
+            let speed = median(near.to_vec()).unwrap_or(0.0);
             least = least.min(speed);
             speed - least > (RISE.0 * peak).max(RISE.1 * least).max(RISE.2 * noise)
         })
@@ -117,13 +117,8 @@ impl Track {
                 .map(|w| (w[2] - 2.0 * w[1] + w[0]).abs())
                 .collect()
         };
-        median([bends(&self.x), bends(&self.y)].concat()) / (MEDIAN * 6f64.sqrt())
+        median([bends(&self.x), bends(&self.y)].concat()).unwrap_or(0.0) / (MEDIAN * 6f64.sqrt())
     }
-}
-
-fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(0.0)
 }
 
 #[cfg(test)]

@@ -11,6 +11,7 @@ mod growth;
 mod inputs;
 mod left_out;
 mod naming;
+mod new_file;
 mod nightly;
 mod noise;
 mod output;

@@ -1,6 +1,5 @@
 //! The gap: stop errors in MuJoCo's world before and after, on strikes that took no part.
 
-use rayon::prelude::*;
 use values::{Point, Rig, Split, Strike};
 use world::{Simulator, World, WorldError};
 
@@ -18,19 +17,12 @@ pub(crate) fn stop_residuals(
     world: &World,
     strikes: &[&Strike],
 ) -> Result<Vec<Option<Point>>, WorldError> {
-    let simulator = Simulator::new(rig, world)?;
-    Ok(strikes
-        .par_iter()
-        .map_init(
-            || simulator.worker(),
-            |worker, strike| {
-                worker
-                    .strike(strike.initial, strike.command, &strike.conditions)
-                    .ok()
-                    .map(|simulated| strike.stop - simulated.stop)
-            },
-        )
-        .collect())
+    Ok(Simulator::new(rig, world)?.map(strikes, |worker, strike| {
+        worker
+            .strike(strike.initial, strike.command, &strike.conditions)
+            .ok()
+            .map(|simulated| strike.stop - simulated.stop)
+    }))
 }
 
 /// Root mean square, in m.

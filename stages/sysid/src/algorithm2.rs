@@ -2,7 +2,6 @@
 //! alone cannot tell friction from restitution, and the fit says so only by where it stops.
 
 use nlopt::{Algorithm, Nlopt, Target};
-use rayon::prelude::*;
 use values::{Rig, Strike};
 use world::{Simulator, World, WorldError, parameter};
 
@@ -51,17 +50,12 @@ pub fn algorithm2(
 }
 
 fn mean_stop_error(rig: &Rig, world: &World, strikes: &[Strike]) -> Result<f64, WorldError> {
-    let simulator = Simulator::new(rig, world)?;
-    let errors: Vec<f64> = strikes
-        .par_iter()
-        .map_init(
-            || simulator.worker(),
-            |worker, strike| {
-                let simulated =
-                    worker.strike(strike.initial, strike.command, &strike.conditions)?;
-                Ok(simulated.stop.distance(strike.stop))
-            },
-        )
+    let errors: Vec<f64> = Simulator::new(rig, world)?
+        .map(strikes, |worker, strike| {
+            let simulated = worker.strike(strike.initial, strike.command, &strike.conditions)?;
+            Ok(simulated.stop.distance(strike.stop))
+        })
+        .into_iter()
         .collect::<Result<_, WorldError>>()?;
     Ok(errors.iter().sum::<f64>() / errors.len().max(1) as f64)
 }

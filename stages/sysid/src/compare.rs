@@ -9,7 +9,7 @@ use world::{
     planar::{Deviation, Frames, Planar, StrikeInput},
 };
 
-use crate::scatter::{FRICTION, Nuisances};
+use crate::scatter::FRICTION;
 
 /// Parameters that planar form knows; the impact depends on the others, or they are the air's.
 const PLANAR: &[&str] = &["friction", "restitution", "torsional_friction", "inertia_z"];
@@ -54,6 +54,11 @@ impl<'a> StrikeSimulator<'a> {
         }))
     }
 
+    /// Whether MuJoCo simulates.
+    pub(crate) fn is_mujoco(&self) -> bool {
+        self.launches.is_none()
+    }
+
     /// MuJoCo's simulations that one pass over the strikes takes.
     pub(crate) fn simulations(&self) -> u64 {
         match self.launches {
@@ -72,17 +77,13 @@ impl<'a> StrikeSimulator<'a> {
     }
 
     fn in_mujoco(&self, world: &World, launch: Launch) -> Result<Vec<SimulatedStrike>, WorldError> {
-        let simulator = Simulator::new(self.rig, world)?;
-        self.strikes
-            .par_iter()
-            .map_init(
-                || simulator.worker(),
-                |worker, strike| {
-                    let command = launch.of(strike.command);
-                    let simulated = worker.strike(strike.initial, command, &strike.conditions)?;
-                    Ok(SimulatedStrike::Whole(simulated))
-                },
-            )
+        Simulator::new(self.rig, world)?
+            .map(self.strikes, |worker, strike| {
+                let command = launch.of(strike.command);
+                let simulated = worker.strike(strike.initial, command, &strike.conditions)?;
+                Ok(SimulatedStrike::Whole(simulated))
+            })
+            .into_iter()
             .collect()
     }
 
@@ -127,7 +128,7 @@ impl StrikeSimulator<'_> {
         &self,
         world: &World,
         launch: Launch,
-        own: &[Nuisances],
+        frictions: &[f64],
         slopes: &[DMatrix<f64>],
     ) -> Result<Option<Vec<DVector<f64>>>, WorldError> {
         let Some(launches) = &self.launches else {
@@ -138,8 +139,8 @@ impl StrikeSimulator<'_> {
             .strikes
             .par_iter()
             .zip(launches)
-            .zip(own.par_iter().zip(slopes))
-            .map(|((strike, near), (own, slopes))| {
+            .zip(frictions.par_iter().zip(slopes))
+            .map(|((strike, near), (friction, slopes))| {
                 let input = StrikeInput {
                     command: launch.of(strike.command),
                     ..StrikeInput::from(*strike)
@@ -153,9 +154,8 @@ impl StrikeSimulator<'_> {
                     let frames = planar.strike(&input, near, &deviation)?;
                     Some(stack(&frames.at))
                 };
-                let friction = own[FRICTION];
-                let linear = slopes.column(FRICTION) * friction;
-                match frames(friction).zip(frames(0.0)) {
+                let linear = slopes.column(FRICTION) * *friction;
+                match frames(*friction).zip(frames(0.0)) {
                     Some((there, here)) => there - here - linear,
                     None => DVector::zeros(linear.len()),
                 }

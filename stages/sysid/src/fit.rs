@@ -9,7 +9,7 @@ use world::{ParameterSpec, World, WorldError, parameter};
 use crate::{
     SysidError,
     compare::{Batch, Launch, StrikeSimulator},
-    scatter::{self, Evidence, FRICTION, Nuisances, VarianceComponents},
+    scatter::{self, Evidence, FRICTION, VarianceComponents},
     slopes::{DIFFERENCE, LAUNCH_STEP, nuisances, sensitivities},
 };
 
@@ -37,8 +37,8 @@ pub(crate) struct Fitted {
     pub(crate) scores: Vec<DVector<f64>>,
     /// Jᵀ·Σ⁻¹·J of each strike.
     pub(crate) informations: Vec<DMatrix<f64>>,
-    /// What each strike differs by.
-    pub(crate) own: Vec<Nuisances>,
+    /// Logarithm of each strike's own friction over the world's.
+    pub(crate) frictions: Vec<f64>,
     pub(crate) iterations: u32,
     pub(crate) simulations: u64,
 }
@@ -70,8 +70,8 @@ impl Fitted {
         let error = self.information.clone().try_inverse()?[(turn, turn)].sqrt();
         (self.launch.turn.abs() > STEADY * error).then(|| {
             format!(
-                "strikes leave {:.2}° ± {:.2}° beside their commanded angles on average, which this world does not hold: \
-                 the residual model carries it",
+                "strikes leave {:.2}° ± {:.2}° beside their commanded angles on average, which this world does not model: \
+                 an effect or a residual model has to",
                 self.launch.turn.to_degrees(),
                 2.0 * error.to_degrees()
             )
@@ -338,7 +338,7 @@ pub(crate) fn fit(
             .iter()
             .zip(errors.iter())
             .all(|(s, e)| s.abs() < SETTLED * e);
-        let own: Vec<Nuisances> = all.iter().map(Evidence::nuisance).collect();
+        let frictions: Vec<f64> = all.iter().map(|e| e.nuisance()[FRICTION]).collect();
         let mut moved = None;
         if !is_settled && iterations < MOST_ITERATIONS {
             let now = objective(&all, &weights_now);
@@ -356,9 +356,13 @@ pub(crate) fn fit(
                 share *= 0.4;
             }
         }
-        beyond = beside.beyond_slopes(&place.world, place.launch, &own, &slopes.by_nuisance)?;
+        let goes_on = moved.is_some() || !beside.is_mujoco() && iterations < LEAST_ITERATIONS;
+        if goes_on {
+            let (world, launch) = (&place.world, place.launch);
+            beyond = beside.beyond_slopes(world, launch, &frictions, &slopes.by_nuisance)?;
+        }
         let Some(next) = moved else {
-            if beyond.is_some() && iterations < LEAST_ITERATIONS {
+            if goes_on {
                 continue;
             }
             let mut world = place.world;
@@ -371,7 +375,7 @@ pub(crate) fn fit(
                 information,
                 scores,
                 informations,
-                own,
+                frictions,
                 iterations,
                 simulations,
             });

@@ -173,8 +173,8 @@ impl Stage for Sysid {
         let rms = |world| Ok::<_, WorldError>(mujoco.simulate(world, Launch::EXACT)?.rms(&strikes));
         let used: Vec<(f64, f64)> = strikes
             .iter()
-            .zip(&fitted.own)
-            .map(|(strike, own)| (strike.conditions.order, own[scatter::FRICTION]))
+            .zip(&fitted.frictions)
+            .map(|(strike, friction)| (strike.conditions.order, *friction))
             .collect();
         let all: Vec<f64> = input.strikes.iter().map(|s| s.conditions.order).collect();
         let mut world = interval::with_intervals(&fitted, wander::unseen(&used, &all))?;

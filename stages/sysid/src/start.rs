@@ -2,15 +2,10 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use values::{Rig, Strike};
+use values::{Rig, Strike, median};
 use world::{GRAVITY, World, parameter};
 
 use crate::fit::Fitted;
-
-fn median(mut values: Vec<f64>) -> Option<f64> {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied()
-}
 
 const HOLDS: &str = "tip_friction";
 /// Share of the strikes whose bearings must lie within the tip's friction cone, and by how much the cone is wider yet.

@@ -3,7 +3,7 @@
 use values::StampMark;
 
 use crate::camera::dot;
-use crate::linear::solve;
+use crate::homography::homography;
 use crate::rotation::{cross, length, unit};
 use crate::seen_point::SeenPoint;
 use crate::{CameraModel, Lens};
@@ -12,23 +12,10 @@ use crate::{CameraModel, Lens};
 pub(crate) fn first_pose(points: &[SeenPoint], lens: &Lens) -> Option<CameraModel> {
     let count = points.len() as f64;
     let middle = [0, 1].map(|i| points.iter().map(|point| point.at[i]).sum::<f64>() / count);
-    let mut normal = [[0.0; 9]; 8];
-    for point in points {
-        let [x, y] = [0, 1].map(|i| point.at[i] - middle[i]);
-        let [u, v] = lens.direction(point.pixel);
-        let rows = [
-            [x, y, 1.0, 0.0, 0.0, 0.0, -u * x, -u * y, u],
-            [0.0, 0.0, 0.0, x, y, 1.0, -v * x, -v * y, v],
-        ];
-        for row in rows {
-            for i in 0..8 {
-                for j in 0..9 {
-                    normal[i][j] += row[i] * row[j];
-                }
-            }
-        }
-    }
-    let h = solve(normal)?;
+    let h = homography(points.iter().map(|point| {
+        let at = [0, 1].map(|i| point.at[i] - middle[i]);
+        (at, lens.direction(point.pixel))
+    }))?;
     // Columns: the camera's view of the table's x, of its y, and of its middle, which lies before the camera.
     let across = [h[0], h[3], h[6]];
     let along = [h[1], h[4], h[7]];

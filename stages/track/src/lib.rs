@@ -30,6 +30,7 @@ mod first_image;
 mod first_pose;
 mod fit;
 mod frame;
+mod homography;
 mod image;
 mod lens;
 mod linear;
@@ -50,7 +51,7 @@ mod video;
 mod view;
 mod wire;
 
-pub use board::{Board, Dictionary, LensFit, SeenBoard};
+pub use board::{Board, Dictionary, FEWEST_CORNERS, LensFit, SeenBoard};
 pub use calibrate::{Calibration, KnownLens, Workspace};
 pub use camera::CameraModel;
 pub use decode::Decoder;

@@ -112,9 +112,10 @@ fn whatever_its_weights_it_is_bounded() {
 #[test]
 fn numbers_that_are_no_map_are_refused() {
     type Spoil = fn(&mut Parts);
-    let spoils: [Spoil; 6] = [
+    let spoils: [Spoil; 7] = [
         |parts| parts.centre[0] = f64::NAN,
         |parts| parts.half_width[1] = 0.0,
+        |parts| parts.centre[0] = -parts.half_width[0],
         |parts| parts.speed.weights[3] = f64::INFINITY,
         |parts| {
             parts.angle.covariance.pop();

@@ -2,7 +2,6 @@
 
 use std::collections::BTreeMap;
 
-use rayon::prelude::*;
 use values::{Command, Rig, Shape};
 
 use super::Launch;
@@ -40,13 +39,7 @@ pub fn launches_about(
 ) -> Result<Vec<Option<Launch>>, WorldError> {
     let simulator = Simulator::new(rig, world)?;
     let all = |impacts: &[Impact]| -> Vec<Option<Launch>> {
-        impacts
-            .par_iter()
-            .map_init(
-                || simulator.worker(),
-                |worker, about| launch(worker, *about),
-            )
-            .collect()
+        simulator.map(impacts, |worker, about| launch(worker, *about))
     };
     if rig.object.shape == Shape::Box {
         return Ok(all(impacts));

@@ -1,8 +1,6 @@
 //! `carom key`: keys that versions are signed with.
 
-use std::fs::{self, OpenOptions};
-use std::io::Write;
-use std::os::unix::fs::OpenOptionsExt;
+use std::fs;
 use std::path::{Path, PathBuf};
 
 use clap::Subcommand;
@@ -11,6 +9,7 @@ use serde_json::json;
 
 use crate::Error;
 use crate::args::examples;
+use crate::new_file::write_new;
 use crate::output::Output;
 
 /// `carom key`.
@@ -38,8 +37,8 @@ fn new_key(secret: &Path) -> Result<Output, Error> {
     let text = |made: Result<String, minisign::PError>| made.map_err(Error::failed);
     let secret_text = text(pair.sk.to_box(None).map(SecretKeyBox::into_string))?;
     let public_text = text(pair.pk.to_box().map(minisign::PublicKeyBox::into_string))?;
-    create(&public, 0o644, &public_text)?;
-    if let Err(error) = create(secret, 0o600, &secret_text) {
+    write_new(&public, 0o644, public_text.as_bytes())?;
+    if let Err(error) = write_new(secret, 0o600, secret_text.as_bytes()) {
         // A public key without its secret one is of no use; the first error is the one to tell.
         let _ = fs::remove_file(&public);
         return Err(error);
@@ -53,24 +52,6 @@ fn new_key(secret: &Path) -> Result<Output, Error> {
             public.display()
         ),
     ))
-}
-
-/// Creates a file that is not there yet.
-fn create(path: &Path, mode: u32, text: &str) -> Result<(), Error> {
-    let mut options = OpenOptions::new();
-    options.write(true).create_new(true).mode(mode);
-    options
-        .open(path)
-        .and_then(|mut file| {
-            file.write_all(text.as_bytes())?;
-            file.sync_all()
-        })
-        .map_err(|error| {
-            Error::input(format!(
-                "create {}: {error}; keys are never overwritten, name another file",
-                path.display()
-            ))
-        })
 }
 
 #[cfg(test)]

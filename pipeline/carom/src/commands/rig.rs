@@ -1,7 +1,5 @@
 //! `carom rig`: a rig file to begin with.
 
-use std::fs;
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use clap::Subcommand;
@@ -10,6 +8,7 @@ use values::Rig;
 
 use crate::Error;
 use crate::args::examples;
+use crate::new_file::{ORDINARY, write_new};
 use crate::output::Output;
 
 /// `carom rig`.
@@ -36,13 +35,6 @@ fn init(out: Option<&Path>) -> Result<String, Error> {
     let Some(path) = out else {
         return Ok(Rig::template().into());
     };
-    let mut file = fs::File::create_new(path).map_err(|error| {
-        Error::input(format!(
-            "write {}: {error}; name a file that is not there yet",
-            path.display()
-        ))
-    })?;
-    file.write_all(Rig::template().as_bytes())
-        .map_err(Error::failed)?;
+    write_new(path, ORDINARY, Rig::template().as_bytes())?;
     Ok(format!("rig file   {}\n", path.display()))
 }

@@ -1,6 +1,7 @@
 //! Frames that are left out: far from where the strike's own launch, clock and friction put them.
 
 use nalgebra::DVector;
+use values::median;
 
 use super::Frames;
 
@@ -42,14 +43,11 @@ pub(crate) fn kept_frames(frames: &[Frames], left: &[DVector<f64>], rule: Rule) 
         (along.abs(), (y * heading.x - x * heading.y).abs())
     };
     let each = || (0..frames.len()).flat_map(|i| (0..frames[i].kept.len()).map(move |k| (i, k)));
-    let camera = NORMAL * median(each().map(|(i, k)| split(i, k).1).collect());
+    let across = each().map(|(i, k)| split(i, k).1);
+    let camera = NORMAL * median(across.collect()).unwrap_or(0.0);
     let moving = each().filter(|(i, k)| frames[*i].speeds[*k] > MOVING);
-    let stamps = NORMAL
-        * median(
-            moving
-                .map(|(i, k)| split(i, k).0 / frames[i].speeds[k])
-                .collect(),
-        );
+    let late = moving.map(|(i, k)| split(i, k).0 / frames[i].speeds[k]);
+    let stamps = NORMAL * median(late.collect()).unwrap_or(0.0);
     frames
         .iter()
         .enumerate()
@@ -87,11 +85,6 @@ pub(crate) fn kept_frames(frames: &[Frames], left: &[DVector<f64>], rule: Rule) 
             }
         })
         .collect()
-}
-
-fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(0.0)
 }
 
 #[cfg(test)]

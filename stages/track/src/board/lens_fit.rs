@@ -27,8 +27,9 @@ pub struct LensFit {
     pub unsure: f64,
 }
 
-/// Corners of a view at the least, and views.
-const FEWEST_CORNERS: usize = 6;
+/// Inner corners that a view must show.
+pub const FEWEST_CORNERS: usize = 6;
+/// Views that a lens is found from, at the least.
 const FEWEST_VIEWS: usize = 3;
 /// Corners are off by more than this (px, rms): blurred, a bent board, or not the board that was said.
 const MOST_ERROR: f64 = 1.0;

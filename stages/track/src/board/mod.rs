@@ -16,4 +16,4 @@ mod quads;
 
 pub use corners::{Board, SeenBoard};
 pub use dictionary::Dictionary;
-pub use lens_fit::LensFit;
+pub use lens_fit::{FEWEST_CORNERS, LensFit};

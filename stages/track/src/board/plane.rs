@@ -1,6 +1,6 @@
 //! How one plane is seen on another.
 
-use crate::linear::solve;
+use crate::homography::homography;
 
 /// A homography: (x, y) to ((a·x + b·y + c) / (g·x + h·y + 1), (d·x + e·y + f) / (g·x + h·y + 1)), between points that are moved and
 /// scaled to be about one from their middle.
@@ -43,22 +43,8 @@ impl Homography {
     pub(crate) fn between(pairs: &[([f64; 2], [f64; 2])]) -> Option<Self> {
         let from = Scale::of(pairs.iter().map(|pair| pair.0))?;
         let to = Scale::of(pairs.iter().map(|pair| pair.1))?;
-        let mut normal = [[0.0; 9]; 8];
-        for pair in pairs {
-            let ([x, y], [u, v]) = (from.small(pair.0), to.small(pair.1));
-            let rows = [
-                [x, y, 1.0, 0.0, 0.0, 0.0, -u * x, -u * y, u],
-                [0.0, 0.0, 0.0, x, y, 1.0, -v * x, -v * y, v],
-            ];
-            for row in rows {
-                for i in 0..8 {
-                    for j in 0..9 {
-                        normal[i][j] += row[i] * row[j];
-                    }
-                }
-            }
-        }
-        let parts = solve(normal)?;
+        let small = |pair: &([f64; 2], [f64; 2])| (from.small(pair.0), to.small(pair.1));
+        let parts = homography(pairs.iter().map(small))?;
         Some(Self { from, to, parts })
     }
 

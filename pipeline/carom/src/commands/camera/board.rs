@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use track::{Board, Dictionary, LensFit, SeenBoard, SeenPoint};
+use track::{Board, Dictionary, FEWEST_CORNERS, LensFit, SeenBoard, SeenPoint};
 
 use super::files::load_image;
 use super::typed::{places, size};
@@ -34,9 +34,6 @@ pub struct BoardArgs {
     #[arg(long, value_name = "X,Y,X,Y", value_parser = places, allow_hyphen_values = true, requires = "table")]
     pub corners: Vec<[[f64; 2]; 2]>,
 }
-
-/// Fewest inner corners of a board: as many as a view must show.
-const FEWEST_CORNERS: usize = 6;
 
 impl BoardArgs {
     /// The board, where one was typed.

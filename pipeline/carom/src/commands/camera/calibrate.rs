@@ -8,10 +8,10 @@ use track::{Calibration, KnownLens, Lens, LensFit, SeenPoint, Workspace};
 use values::{Object, Rig, Shape};
 
 use super::board::BoardArgs;
-use super::files::write_new;
 use super::typed::{point, size};
 use crate::Error;
 use crate::inputs::load_rig;
+use crate::new_file::{ORDINARY, write_new};
 use crate::output::Output;
 
 /// `carom camera calibrate`.
@@ -62,7 +62,7 @@ pub(super) fn calibrate(args: &CalibrateArgs) -> Result<Output, Error> {
         ));
     }
     if let Some(path) = &args.out {
-        write_new(path, rig.to_toml().as_bytes())?;
+        write_new(path, ORDINARY, rig.to_toml().as_bytes())?;
     }
     Ok(said(args, &rig, lens.as_ref(), pose.as_ref()))
 }

@@ -26,16 +26,3 @@ pub(super) fn load_image(path: &Path) -> Result<Image, Error> {
         .map_err(|error| Error::input(format!("read the image {}: {error}", path.display())))?;
     Ok(image.clone())
 }
-
-/// Writes a file that must not be there yet.
-pub(super) fn write_new(path: &Path, bytes: &[u8]) -> Result<(), Error> {
-    use std::io::Write;
-    let created = fs::File::create_new(path);
-    let written = created.and_then(|mut file| file.write_all(bytes));
-    written.map_err(|error| {
-        Error::input(format!(
-            "write {}: {error}; name a file that is not there yet",
-            path.display()
-        ))
-    })
-}
