@@ -9,6 +9,7 @@ use crate::{
     fit::{Fitted, MEANS, beside_means, own_friction},
     scatter::Evidence,
     slopes::{nuisances, sensitivities},
+    start::holds,
 };
 
 /// Strikes looked at: this is about sensitivity, which few strikes show.
@@ -44,14 +45,15 @@ const SCANNED: &[f64] = &[0.1, 0.2, 0.3, 0.4, 0.6, 0.8, 1.2];
 /// Share of the residual by which another value must be better than the one that stands.
 const BETTER: f64 = 0.01;
 
-/// The world with the best of a few values of each candidate, and the simulations that it took.
+/// The world with the best of a few values of each candidate, of those that hold a box as all strikes show, and the simulations that
+/// it took.
 pub(crate) fn scan(
     rig: &Rig,
     fitted: &Fitted,
-    strikes: &[&Strike],
+    all: &[&Strike],
 ) -> Result<(World, u64), WorldError> {
-    let stride = strikes.len().div_ceil(STRIKES);
-    let strikes: Vec<&Strike> = strikes.iter().step_by(stride).copied().collect();
+    let stride = all.len().div_ceil(STRIKES);
+    let strikes: Vec<&Strike> = all.iter().step_by(stride).copied().collect();
     let lab = StrikeSimulator::mujoco(rig, &strikes);
     let rms = |world: &World| -> Result<f64, WorldError> {
         Ok(lab.simulate(world, fitted.launch)?.rms(&strikes))
@@ -63,7 +65,7 @@ pub(crate) fn scan(
         .filter(|name| **name == "tip_friction")
     {
         let mut least = rms(&fitted.world)? * (1.0 - BETTER);
-        for value in SCANNED {
+        for value in SCANNED.iter().filter(|value| holds(rig, all, **value)) {
             let trial = fitted.world.clone().with(name, *value);
             let left = rms(&trial)?;
             if left < least {

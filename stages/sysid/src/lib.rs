@@ -92,7 +92,7 @@ fn pushed_again(count: usize, are_left_out: bool) -> String {
 
 impl Stage for Sysid {
     const NAME: &'static str = "sysid";
-    const VERSION: u32 = 13;
+    const VERSION: u32 = 14;
     type Input = Input;
     type Output = Fit;
     type Error = SysidError;
@@ -165,10 +165,15 @@ impl Stage for Sysid {
         }
         if let Some(more) = told.worth_freeing.take() {
             let free = fitted.free.iter().cloned().chain([more]).collect();
-            fitted = fit(&fitted.world, fitted.launch, free)?.after(fitted.simulations);
-            let simulations = told.simulations;
-            told = identify::what_can_be_told(&input.rig, &fitted, &strikes)?;
-            told.simulations += simulations;
+            let freed = fit(&fitted.world, fitted.launch, free)?.after(fitted.simulations);
+            if start::holds(&input.rig, &strikes, freed.world.value(start::HOLDS)?) {
+                fitted = freed;
+                let simulations = told.simulations;
+                told = identify::what_can_be_told(&input.rig, &fitted, &strikes)?;
+                told.simulations += simulations;
+            } else {
+                fitted.simulations = freed.simulations;
+            }
         }
         let rms = |world| Ok::<_, WorldError>(mujoco.simulate(world, Launch::EXACT)?.rms(&strikes));
         let used: Vec<(f64, f64)> = strikes

@@ -7,18 +7,18 @@ use world::{GRAVITY, World, parameter};
 
 use crate::fit::Fitted;
 
-const HOLDS: &str = "tip_friction";
+/// The parameter that decides how far aside a box can be sent.
+pub(crate) const HOLDS: &str = "tip_friction";
 /// Share of the strikes whose bearings must lie within the tip's friction cone, and by how much the cone is wider yet.
 const HELD: (f64, f64) = (0.98, 1.1);
 /// Shorter paths, in m, have no bearing to speak of.
 const SHORT: f64 = 0.05;
 
-/// The world with a tip that holds a box as the strikes show: a tip that slips along a face cannot send it further aside
-/// than the arc tangent of its friction, so bearings are a lower bound of that. Only where it was neither freed nor set.
-pub(crate) fn hold(rig: &Rig, world: World, strikes: &[&Strike], free: &[String]) -> World {
-    let is_given = world.parameters.contains_key(HOLDS) || free.iter().any(|name| name == HOLDS);
-    if rig.object.shape != values::Shape::Box || is_given {
-        return world;
+/// The tip's friction that the strikes' bearings need at least: a tip that slips along a face cannot send a box further aside than the
+/// arc tangent of its friction. None for a round object, and where no strike shows it.
+fn needed_grip(rig: &Rig, strikes: &[&Strike]) -> Option<f64> {
+    if rig.object.shape != values::Shape::Box {
+        return None;
     }
     let mut aside: Vec<f64> = strikes
         .iter()
@@ -32,14 +32,26 @@ pub(crate) fn hold(rig: &Rig, world: World, strikes: &[&Strike], free: &[String]
         })
         .collect();
     aside.sort_by(f64::total_cmp);
-    let (share, wider) = HELD;
     let last = aside.len().saturating_sub(1) as f64;
-    match (aside.get((share * last) as usize), parameter(HOLDS)) {
-        (Some(aside), Ok(spec)) if wider * aside.tan() > spec.nominal => {
-            world.with(HOLDS, (wider * aside.tan()).min(spec.high))
+    aside.get((HELD.0 * last) as usize).map(|aside| aside.tan())
+}
+
+/// The world with a tip that holds a box as the strikes show. Only where its friction was neither freed nor set.
+pub(crate) fn hold(rig: &Rig, world: World, strikes: &[&Strike], free: &[String]) -> World {
+    let is_given = world.parameters.contains_key(HOLDS) || free.iter().any(|name| name == HOLDS);
+    let needed = needed_grip(rig, strikes).map(|needed| HELD.1 * needed);
+    match (needed, parameter(HOLDS)) {
+        (Some(needed), Ok(spec)) if !is_given && needed > spec.nominal => {
+            world.with(HOLDS, needed.min(spec.high))
         }
         _ => world,
     }
+}
+
+/// Whether a tip of this friction sends a box as far aside as the strikes show, but for the margin that [`hold`] leaves: bearings are
+/// measured, and may all be turned a little. What tracks say of a tip that slips is of no account where they went too far for it.
+pub(crate) fn holds(rig: &Rig, strikes: &[&Strike], tip_friction: f64) -> bool {
+    needed_grip(rig, strikes).is_none_or(|needed| HELD.1 * tip_friction >= needed)
 }
 
 /// A sentence where the tip was given more friction.
@@ -130,5 +142,18 @@ mod tests {
         assert_eq!(found(Shape::Box, 0.3), nominal);
         assert_eq!(found(Shape::Cylinder, 0.6), nominal);
         assert!((found(Shape::Box, 0.6) - HELD.1 * 0.6f64.tan()).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_tip_that_would_slip_before_it_sends_a_box_so_far_aside_does_not_hold() {
+        let strikes: Vec<Strike> = (0..=50)
+            .map(|i| strike(0.6 * f64::from(i - 25) / 25.0))
+            .collect();
+        let strikes: Vec<&Strike> = strikes.iter().collect();
+        let holds = |shape, friction| holds(&Rig::demo(shape), &strikes, friction);
+        let needed = 0.6f64.tan();
+        assert!(holds(Shape::Box, needed) && holds(Shape::Box, needed / HELD.1 + 1e-9));
+        assert!(!holds(Shape::Box, 0.4));
+        assert!(holds(Shape::Cylinder, 0.4));
     }
 }
