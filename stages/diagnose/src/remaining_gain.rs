@@ -6,7 +6,7 @@ use crate::smooth::covariate::{Covariate, family};
 
 /// A model explains a gap if it holds at least this share of the log-likelihood that it and the smooth rest gain together; less where
 /// objects slide otherwise than any world says.
-const EXPLAINS: f64 = 0.95;
+pub(crate) const EXPLAINS: f64 = 0.95;
 const EXPLAINS_ASTRAY: f64 = 0.75;
 /// Of a rest that another form of the same effects would take, it may leave more; less of it an effect by place, for a field of another
 /// kind leaves much, and less still several of them together.

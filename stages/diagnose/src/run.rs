@@ -40,7 +40,7 @@ const FRAMES: usize = 6;
 
 impl Stage for Diagnose {
     const NAME: &'static str = "diagnose";
-    const VERSION: u32 = 18;
+    const VERSION: u32 = 19;
     type Input = Input;
     type Output = Diagnosed;
     type Error = DiagnoseError;
@@ -94,23 +94,21 @@ impl Diagnose {
 
         progress.set_message("the world without effects, and the noise about it");
         let (prepared, null) = fit_null(prepared, &input.world, greatest_wander)?;
-        let is_astray = is_astray(rig, &null);
 
         progress.set_message("every candidate by its score");
         let mut candidates = candidates(rig, &prepared.strikes);
         candidates.retain(|candidate| !(is_delivered && arm::is_the_arms(candidate.name)));
-        candidates.retain(|candidate| !is_astray || is_of_whole_strikes(candidate.name));
         let replicates = replicates(self.seed);
         let test = ScoreTest::new(&prepared, &null, &[], replicates).ok_or_else(|| {
             DiagnoseError::NoFit {
                 why: "friction and restitution cannot be told apart".into(),
             }
         })?;
-        let screened = screen_by(&prepared, &null, &test, &candidates, replicates)?;
+        let mut screened = screen_by(&prepared, &null, &test, &candidates, replicates)?;
         let before = dependences_of(&prepared, &null, &test)?;
         let mut chance = evidence::chance(&screened);
         let p_value = Alarm::new(&Statistic::all(&screened, &before)).p_value();
-        let last_resorts = if p_value.is_real() && !is_astray {
+        let mut last_resorts = if p_value.is_real() {
             last_resorts(rig, &prepared.strikes)
         } else {
             Vec::new()
@@ -128,7 +126,14 @@ impl Diagnose {
             },
             replicates,
         };
-        let selection = search(&prepared, &null, &screened, &candidates, &chance, &limits)?;
+        let mut selection = search(&prepared, &null, &screened, &candidates, &chance, &limits)?;
+        let is_astray = is_astray(rig, &selection.fitted);
+        if is_astray {
+            candidates.retain(|candidate| is_of_whole_strikes(candidate.name));
+            screened.retain(|screened| is_of_whole_strikes(screened.name));
+            last_resorts.clear();
+            selection = search(&prepared, &null, &screened, &candidates, &chance, &limits)?;
+        }
         let selection = with_last_resorts(selection, &last_resorts, &candidates, &chance)?;
         let (selection, left) = self.pruned(selection, &candidates, &chance, is_astray)?;
         let wanders = wanders(&selection)?;
@@ -272,10 +277,10 @@ pub(crate) fn prepare<'a>(
 /// The camera's noise over that of the rig file from which on a box slides otherwise than the world says.
 const ASTRAY: f64 = 3.0;
 
-/// Whether tracks of a box differ from any slide of the world by far more than the camera's noise. A box may tip and turn in ways that no
-/// centroid shows: what its track tells on the way is then no evidence, but its launch, and its friction as a whole, are.
-fn is_astray(rig: &Rig, null: &Fitted) -> bool {
-    let noise = null.estimated.components.camera;
+/// Whether tracks of a box differ from any slide of the world and all effects found by far more than the camera's noise. A box may tip and
+/// turn in ways that no centroid shows: what its track tells on the way is then no evidence, but its launch, and its friction as a whole, are.
+fn is_astray(rig: &Rig, fitted: &Fitted) -> bool {
+    let noise = fitted.estimated.components.camera;
     rig.object.shape == Shape::Box && noise > ASTRAY * rig.camera.noise
 }
 

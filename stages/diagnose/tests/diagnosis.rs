@@ -8,9 +8,15 @@ use values::{Rig, Shape, Split, Strike};
 use world::World;
 
 fn input(hidden: &str, strikes: usize, seed: u64) -> Input {
+    input_of(Shape::Cylinder, hidden, strikes, seed)
+}
+
+/// Strikes of a rig that hides these effects, joined by `+`.
+fn input_of(shape: Shape, hidden: &str, strikes: usize, seed: u64) -> Input {
     let folder = tempfile::tempdir().expect("a folder");
-    let hidden = Hidden::parse(&[hidden]).expect("an effect");
-    let settings = demo::Settings::new(Shape::Cylinder, strikes, seed, Some(hidden));
+    let hidden: Vec<&str> = hidden.split('+').collect();
+    let hidden = Hidden::parse(&hidden).expect("effects");
+    let settings = demo::Settings::new(shape, strikes, seed, Some(hidden));
     let written = demo::write(&settings, folder.path()).expect("writes");
     let rig = Rig::load(&written.rig).expect("the rig file is accepted");
     let outcomes = written
@@ -257,4 +263,57 @@ fn a_form_at_the_end_of_its_range_is_told_and_is_not_named_alone() {
         "{:?}",
         diagnosis.notes
     );
+}
+
+/// For each effect named, its name and those that the data cannot tell from it.
+fn classes(found: &Diagnosed) -> Vec<Vec<&str>> {
+    let effects = found.diagnosis.effects.iter();
+    effects
+        .map(|effect| {
+            let others = effect.equivalent.iter().map(String::as_str);
+            [effect.name.as_str()].into_iter().chain(others).collect()
+        })
+        .collect()
+}
+
+#[test]
+fn a_form_that_is_wider_than_the_usual_one_is_one_name() {
+    for (hidden, name) in [
+        // Friction by heading without a force across, a table that sags one way only, lengths foreshortened along a lean.
+        ("cosine_grain=0.3,1.2", "anisotropic_friction"),
+        ("trough=0.16,0.5,-0.05,0.5", "table_bowl"),
+        ("camera_lean=0.19,1.1,0.8", "camera_lean"),
+    ] {
+        let found = diagnose(&input(hidden, 80, 41));
+        let classes = classes(&found);
+        assert!(
+            matches!(&classes[..], [class] if class[0] == name),
+            "{hidden}: {}",
+            found.diagnosis.summary
+        );
+    }
+}
+
+#[test]
+fn two_effects_that_are_both_taken_for_others_are_exchanged_together() {
+    let found = diagnose(&input(
+        "viscous_drag=1.2+viscoelastic_restitution=1.8",
+        120,
+        42,
+    ));
+    let classes = classes(&found);
+    for name in ["viscous_drag", "speed_dependent_restitution"] {
+        assert!(
+            classes.iter().any(|class| class.contains(&name)),
+            "{name}: {classes:?}"
+        );
+    }
+    assert_eq!(classes.len(), 2, "{classes:?}");
+}
+
+#[test]
+fn a_box_that_an_effect_brakes_on_its_way_slides_as_the_world_with_it_says() {
+    let input = input_of(Shape::Box, "logarithmic_stribeck=0.45,0.5", 80, 43);
+    let found = diagnose(&input);
+    assert_eq!(classes(&found), [["speed_weakening_friction"]]);
 }

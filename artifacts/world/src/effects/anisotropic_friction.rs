@@ -1,8 +1,10 @@
-//! Friction that differs along and across a grain: an elliptic limit curve with its associated flow rule.
+//! Friction that differs along and across a grain: an elliptic limit curve, with its associated flow rule or less of it.
 //!
 //! With μ_a = μ·(1 − k/2) along and μ_c = μ·(1 + k/2) across the grain, a slide with velocity (v_a, v_c) is decelerated by
 //! g·(μ_a²·v_a, μ_c²·v_c)/√(μ_a²·v_a² + μ_c²·v_c²). Against the velocity that is μ·g times a factor; the rest acts across
-//! it and turns the slide towards the grain.
+//! it and turns the slide towards the grain. That is friction of greatest power; friction that merely opposes the motion, as
+//! strongly as its direction says, has no such part (Zmitrowicz 1989: sliding rules that are not associated). So a share of
+//! the part across acts.
 
 use std::f64::consts::FRAC_PI_4;
 
@@ -16,8 +18,9 @@ use super::{
     wording,
 };
 
-/// Anisotropic friction; parameters `contrast` = k, friction across less friction along over their mean, and `direction`:
-/// that of the grain from +x. A negative contrast is a grain at a right angle, so that a fit can pass through zero.
+/// Anisotropic friction; parameters `contrast` = k, friction across less friction along over their mean, `direction`: that of the
+/// grain from +x, and `flow`: the share of the associated flow rule's force across the motion, 1 to 0. A negative contrast is a grain
+/// at a right angle, so that a fit can pass through zero.
 pub const SPEC: EffectSpec = EffectSpec {
     name: "anisotropic_friction",
     parameters: Parameters::Listed(&[
@@ -37,16 +40,33 @@ pub const SPEC: EffectSpec = EffectSpec {
             neutral: 0.0,
             scale: 0.5,
         },
+        EffectParameter {
+            name: "flow",
+            unit: "",
+            low: 0.0,
+            high: 1.0,
+            neutral: 1.0,
+            scale: 0.3,
+        },
     ]),
     family: Family::FrictionByHeading,
     equivalent: &[],
     contains: &[],
     is_last_resort: false,
-    source: "limit surface of sliding friction (Goyal, Ruina and Papadopoulos 1991); seen by Ma and Rodriguez 2018",
+    source: "limit surface of sliding friction (Goyal, Ruina and Papadopoulos 1991); seen by Ma and Rodriguez 2018; without an associated flow rule Zmitrowicz 1989",
     starts: |_| {
-        let column = |direction| Column::new(&[("direction", direction)], ("contrast", 0.03));
-        let columns = vec![column(0.0), column(FRAC_PI_4)];
-        vec![FitStart::new(columns, &["contrast", "direction"]).combined_by(one_grain)]
+        let grain = |flow, free: &[&str]| {
+            let column = |direction| {
+                let form = [("direction", direction), ("flow", flow)];
+                Column::new(&form, ("contrast", 0.03))
+            };
+            let columns = vec![column(0.0), column(FRAC_PI_4)];
+            FitStart::new(columns, free).combined_by(one_grain)
+        };
+        vec![
+            grain(1.0, &["contrast", "direction"]),
+            grain(0.0, &["contrast", "direction", "flow"]),
+        ]
     },
     build: |values: &Values, rig: &Rig| {
         let contrast = values.get("contrast");
@@ -57,7 +77,7 @@ pub const SPEC: EffectSpec = EffectSpec {
             // The friction of a ball that rolls is not at its limit, and does not steer it.
             turning: match rig.object.shape {
                 Shape::Sphere => 0.0,
-                Shape::Cylinder | Shape::Box => 2.0 * contrast,
+                Shape::Cylinder | Shape::Box => 2.0 * contrast * values.get("flow"),
             },
         })
     },
@@ -67,12 +87,24 @@ pub const SPEC: EffectSpec = EffectSpec {
         if contrast < 0.0 {
             degrees += if degrees > 0.0 { -90.0 } else { 90.0 };
         }
+        let flow = values.get("flow");
+        let aside = if flow > MERELY_OPPOSES {
+            String::new()
+        } else {
+            format!(
+                ", and turns a slide towards the grain by {} of what friction of greatest power would",
+                wording::percent(flow)
+            )
+        };
         format!(
-            "friction across the grain exceeds that along it by {} of their mean; the grain runs at {degrees:.0}° from +x",
+            "friction across the grain exceeds that along it by {} of their mean; the grain runs at {degrees:.0}° from +x{aside}",
             wording::percent(contrast)
         )
     },
 };
+
+/// Share of the flow rule from which on a statement says no more of it.
+const MERELY_OPPOSES: f64 = 0.99;
 
 struct AnisotropicFriction {
     /// Unit vector along the grain.
@@ -143,6 +175,15 @@ mod tests {
             let slid = Bench::with("anisotropic_friction", &grain).slide(0.9, 0.3);
             slid.assert_distance(slid.speed().powi(2) / (2.0 * DRY * factor));
         }
+    }
+
+    #[test]
+    fn without_its_flow_rule_it_brakes_and_does_not_turn() {
+        let grain = [("contrast", 0.4), ("direction", 0.7), ("flow", 0.0)];
+        let (angle, apart) = (0.2, 0.5f64);
+        let slid = Bench::with("anisotropic_friction", &grain).slide(0.9, angle);
+        let factor = (0.8 * apart.cos()).hypot(1.2 * apart.sin());
+        slid.assert_distance(slid.speed().powi(2) / (2.0 * DRY * factor));
     }
 
     #[test]

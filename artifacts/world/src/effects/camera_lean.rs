@@ -1,4 +1,6 @@
-//! A camera that does not look straight down: seen = c + (p − c)/(1 + l·(p − c)), c the point it looks down on.
+//! A camera that does not look straight down: seen = c + S·(p − c)/(1 + l·(p − c)), c the point it looks down on.
+//!
+//! S foreshortens lengths along the lean: by cos α where the camera leans by α, sin α = |l|·h at a height h over the table.
 
 use values::{Point, Rig};
 
@@ -23,12 +25,24 @@ const fn lean(name: &'static str) -> EffectParameter {
     }
 }
 
-/// Camera lean; parameters `lean_x`, `lean_y` = l, and `center_x`, `center_y` = c (the rig's camera where they are not given).
+/// sin α of a camera that sees the table edge-on, or nearly so.
+const STEEPEST: f64 = 0.95;
+
+/// Camera lean; parameters `lean_x`, `lean_y` = l, `height` = h along the camera's axis (0: lengths are not foreshortened), and
+/// `center_x`, `center_y` = c (the rig's camera where they are not given).
 pub const SPEC: EffectSpec = EffectSpec {
     name: "camera_lean",
     parameters: Parameters::Listed(&[
         lean("lean_x"),
         lean("lean_y"),
+        EffectParameter {
+            name: "height",
+            unit: "m",
+            low: 0.0,
+            high: 5.0,
+            neutral: 0.0,
+            scale: 0.5,
+        },
         centre("center_x", 0.45),
         centre("center_y", 0.0),
     ]),
@@ -36,17 +50,30 @@ pub const SPEC: EffectSpec = EffectSpec {
     equivalent: &[],
     contains: &[],
     is_last_resort: false,
-    source: "perspective of a plane that is not parallel to the image (keystone): a camera at height h that leans by α has l = tan α/h",
+    source: "perspective of a plane that is not parallel to the image (keystone, foreshortening): a camera h from the table that leans by α has l = sin α/h",
     starts: |experiment: &Experiment<'_>| {
-        let form = experiment.camera_centre();
-        let names = ["lean_x", "lean_y"];
-        let columns = names.map(|name| Column::new(&form, (name, 0.01)));
-        vec![FitStart::new(columns.into(), &names)]
+        let [x, y] = experiment.camera_centre();
+        let leaning = |height, free: &[&str]| {
+            let form = [x, y, ("height", height)];
+            let columns = ["lean_x", "lean_y"].map(|name| Column::new(&form, (name, 0.01)));
+            FitStart::new(columns.into(), free)
+        };
+        vec![
+            leaning(0.0, &["lean_x", "lean_y"]),
+            leaning(USUAL_HEIGHT, &["lean_x", "lean_y", "height"]),
+        ]
     },
     build: |values: &Values, rig: &Rig| {
+        let lean = Point::new(values.get("lean_x"), values.get("lean_y"));
+        let sine = (lean.norm() * values.get("height")).min(STEEPEST);
         Box::new(CameraLean {
             centre: values.camera_centre(rig),
-            lean: Point::new(values.get("lean_x"), values.get("lean_y")),
+            lean,
+            // (cos α − 1)/|l|², with a limit where nothing leans.
+            shorter: match lean.dot(lean) {
+                0.0 => 0.0,
+                square => ((1.0 - sine * sine).sqrt() - 1.0) / square,
+            },
         })
     },
     statement: |values| {
@@ -59,9 +86,14 @@ pub const SPEC: EffectSpec = EffectSpec {
     },
 };
 
+/// Height in m at which a camera over a table hangs, roughly: where fits begin.
+const USUAL_HEIGHT: f64 = 1.0;
+
 struct CameraLean {
     centre: Point,
     lean: Point,
+    /// What S adds to a length along the lean, over |l|².
+    shorter: f64,
 }
 
 impl Effect for CameraLean {
@@ -71,7 +103,9 @@ impl Effect for CameraLean {
 
     fn observe(&self, point: Point) -> Point {
         let apart = point - self.centre;
-        self.centre + apart * (1.0 + self.lean.dot(apart)).max(LEAST_SCALE).recip()
+        let along = self.lean.dot(apart);
+        let foreshortened = apart + self.lean * (self.shorter * along);
+        self.centre + foreshortened * (1.0 + along).max(LEAST_SCALE).recip()
     }
 }
 
@@ -97,6 +131,27 @@ mod tests {
         let plain = Bench::plain().strike(0.8, 0.2);
         let stop = start + (plain.stop - START) - centre;
         let expected = centre + stop * (1.0 + lean.dot(stop)).recip();
+        assert_near(bench.strike(0.8, 0.2).stop, expected, 1e-6);
+    }
+
+    #[test]
+    fn from_a_height_lengths_along_the_lean_are_foreshortened() {
+        let lean = 0.2;
+        let height = 1.1;
+        let bench = Bench::with("camera_lean", &[("lean_x", lean), ("height", height)]);
+        let centre = bench.rig.camera.centre;
+        let cosine = (1.0 - (lean * height).powi(2)).sqrt();
+        let see = |at: Point| {
+            let apart = at - centre;
+            let depth = 1.0 + lean * apart.x;
+            centre + Point::new(cosine * apart.x, apart.y) * depth.recip()
+        };
+        // Turned round for the start, which is seen, too.
+        let seen = START - centre;
+        let x = seen.x / (cosine - lean * seen.x);
+        let start = centre + Point::new(x, seen.y * (1.0 + lean * x));
+        let plain = Bench::plain().strike(0.8, 0.2);
+        let expected = see(start + (plain.stop - START));
         assert_near(bench.strike(0.8, 0.2).stop, expected, 1e-6);
     }
 

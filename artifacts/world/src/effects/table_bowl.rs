@@ -1,4 +1,6 @@
-//! A table that is hollow or domed: a = −g·κ·(p − p₀).
+//! A table that is hollow or domed: a = −g·K·(p − p₀), K = κ·1 for a round bowl.
+//!
+//! A table that sags more one way than the other, a trough at the extreme, has K = [[κ + d, t], [t, κ − d]].
 
 use values::{Point, Rig};
 
@@ -21,10 +23,22 @@ const fn centre(name: &'static str, neutral: f64) -> EffectParameter {
     }
 }
 
-/// Curvature in 1/m below which a bowl is flat, and has no centre.
+/// Curvature in 1/m below which a bowl is flat along some way, and has no centre there.
 const FLAT: f64 = 1e-6;
 
-/// Table bowl; parameters `curvature` = κ (negative: a dome) and `center_x`, `center_y` = p₀.
+const fn unequal(name: &'static str) -> EffectParameter {
+    EffectParameter {
+        name,
+        unit: "1/m",
+        low: -0.5,
+        high: 0.5,
+        neutral: 0.0,
+        scale: 0.03,
+    }
+}
+
+/// Table bowl; parameters `curvature` = κ, the mean (negative: a dome), `stretch` = d: by how much it is more along x and less along
+/// y, `twist` = t: the same towards the diagonal, and `center_x`, `center_y` = p₀.
 pub const SPEC: EffectSpec = EffectSpec {
     name: "table_bowl",
     parameters: Parameters::Listed(&[
@@ -36,6 +50,8 @@ pub const SPEC: EffectSpec = EffectSpec {
             neutral: 0.0,
             scale: 0.03,
         },
+        unequal("stretch"),
+        unequal("twist"),
         centre("center_x", 0.5),
         centre("center_y", 0.0),
     ]),
@@ -43,22 +59,30 @@ pub const SPEC: EffectSpec = EffectSpec {
     equivalent: &[],
     contains: &[],
     is_last_resort: false,
-    source: "weight on a paraboloid of height κ·|p − p₀|²/2, its slope small",
+    source: "weight on a paraboloid of height (p − p₀)ᵀK(p − p₀)/2, its slope small: the second order of any smooth table",
     starts: |experiment| {
-        let columns = [(0.0, 0.0), (0.5, 0.0), (0.0, 0.5)]
-            .iter()
-            .map(|(x, y)| Column::new(&[("center_x", *x), ("center_y", *y)], ("curvature", 0.02)))
-            .collect();
-        let free = &["curvature", "center_x", "center_y"];
-        vec![
-            FitStart::new(columns, free)
+        let at = |x: f64, y: f64, name: &str| {
+            Column::new(&[("center_x", x), ("center_y", y)], (name, 0.02))
+        };
+        let round = [(0.0, 0.0), (0.5, 0.0), (0.0, 0.5)].map(|(x, y)| at(x, y, "curvature"));
+        let unequal = ["stretch", "twist"].map(|name| at(0.0, 0.0, name));
+        let start = |columns: &[&[Column]], free: &[&str]| {
+            FitStart::new(columns.concat(), free)
                 .about(experiment)
-                .combined_by(one_bowl),
+                .combined_by(one_bowl)
+        };
+        let free = ["curvature", "center_x", "center_y", "stretch", "twist"];
+        vec![
+            start(&[&round], &free[..3]),
+            start(&[&round, &unequal], &free),
         ]
     },
     build: |values: &Values, _: &Rig| {
+        let [mean, stretch, twist] =
+            ["curvature", "stretch", "twist"].map(|name| GRAVITY * values.get(name));
         Box::new(TableBowl {
-            stiffness: GRAVITY * values.get("curvature"),
+            along_x: Point::new(mean + stretch, twist),
+            along_y: Point::new(twist, mean - stretch),
             centre: Point::new(values.get("center_x"), values.get("center_y")),
         })
     },
@@ -69,8 +93,19 @@ pub const SPEC: EffectSpec = EffectSpec {
         } else {
             ("hollow: it pulls towards", curvature)
         };
+        let (stretch, twist) = (values.get("stretch"), values.get("twist"));
+        let unequal = stretch.hypot(twist);
+        let sideways = if unequal < LEAST_UNEQUAL * pull {
+            String::new()
+        } else {
+            format!(
+                " on the mean, by {:.2} m/s² more towards {:.0}° from +x and as much less across",
+                GRAVITY * unequal,
+                (0.5 * twist.atan2(stretch)).to_degrees()
+            )
+        };
         format!(
-            "the table is {shape} ({:.2}, {:.2}) m with {:.2} m/s² for every metre from there",
+            "the table is {shape} ({:.2}, {:.2}) m with {:.2} m/s² for every metre from there{sideways}",
             values.get("center_x"),
             values.get("center_y"),
             GRAVITY * pull
@@ -78,9 +113,13 @@ pub const SPEC: EffectSpec = EffectSpec {
     },
 };
 
+/// Difference of curvatures over their mean below which a statement calls a bowl round.
+const LEAST_UNEQUAL: f64 = 0.02;
+
 struct TableBowl {
-    /// g·κ in 1/s².
-    stiffness: f64,
+    /// Rows of g·K in 1/s².
+    along_x: Point,
+    along_y: Point,
     centre: Point,
 }
 
@@ -90,28 +129,50 @@ impl Effect for TableBowl {
     }
 
     fn acceleration(&self, slide: &Slide<'_>) -> Point {
-        (self.centre - slide.position) * self.stiffness
+        let back = self.centre - slide.position;
+        Point::new(self.along_x.dot(back), self.along_y.dot(back))
     }
 }
 
-/// A sum of paraboloids is one.
+/// A sum of paraboloids is one: of round ones wherever they are, and of unequal ones about the origin.
 fn one_bowl(start: &FitStart, coefficients: &[f64]) -> Vec<(String, f64)> {
-    let columns = || start.columns.iter().zip(coefficients);
-    let total: f64 = columns()
-        .map(|(column, coefficient)| coefficient * column.strength.1)
-        .sum();
-    let safe = if total.abs() < FLAT { FLAT } else { total };
-    let mut parameters = vec![("curvature".into(), total)];
-    for place in ["center_x", "center_y"] {
-        let moment: f64 = columns()
-            .map(|(column, coefficient)| {
+    let heights = |name: &str| {
+        let name = name.to_string();
+        let all = start.columns.iter().zip(coefficients);
+        all.filter(move |(column, _)| column.strength.0 == name)
+            .map(|(column, coefficient)| (column, coefficient * column.strength.1))
+    };
+    let total = |name: &str| heights(name).map(|(_, height)| height).sum::<f64>();
+    let [mean, stretch, twist] = ["curvature", "stretch", "twist"].map(total);
+    let moment = |place: &str| {
+        heights("curvature")
+            .map(|(column, height)| {
                 let at = column.form.iter().find(|(name, _)| name == place);
-                coefficient * column.strength.1 * at.map_or(0.0, |(_, value)| *value)
+                height * at.map_or(0.0, |(_, value)| *value)
             })
-            .sum();
-        parameters.push((place.into(), moment / safe));
-    }
-    parameters
+            .sum::<f64>()
+    };
+    // p₀ = K⁻¹·moment.
+    let moment = Point::new(moment("center_x"), moment("center_y"));
+    let determinant = mean * mean - stretch * stretch - twist * twist;
+    let safe = if determinant.abs() < FLAT * FLAT {
+        FLAT * FLAT
+    } else {
+        determinant
+    };
+    let centre = Point::new(
+        (mean - stretch) * moment.x - twist * moment.y,
+        (mean + stretch) * moment.y - twist * moment.x,
+    ) * safe.recip();
+    [
+        ("curvature", mean),
+        ("stretch", stretch),
+        ("twist", twist),
+        ("center_x", centre.x),
+        ("center_y", centre.y),
+    ]
+    .map(|(name, value)| (name.to_string(), value))
+    .into()
 }
 
 #[cfg(test)]
@@ -140,6 +201,25 @@ mod tests {
         let stiffness = GRAVITY * curvature;
         let u = slid.from.x - centre + DRY / stiffness;
         slid.assert_distance(u.hypot(slid.speed() / stiffness.sqrt()) - u);
+    }
+
+    #[test]
+    fn a_trough_pulls_across_itself_alone() {
+        // Its bottom runs at a bearing b: K = κ·nnᵀ, n = (−sin b, cos b).
+        let (curvature, b) = (0.16f64, 0.5f64);
+        let normal = Point::new(-b.sin(), b.cos());
+        let centre = Point::new(0.4, -0.1);
+        let trough = [
+            ("curvature", 0.5 * curvature),
+            ("stretch", -0.5 * curvature * (2.0 * b).cos()),
+            ("twist", -0.5 * curvature * (2.0 * b).sin()),
+            ("center_x", centre.x),
+            ("center_y", centre.y),
+        ];
+        let slid = Bench::with("table_bowl", &trough).slide(0.8, 0.0);
+        slid.assert_integrates(|position, _| {
+            normal * (-GRAVITY * curvature * normal.dot(position - centre))
+        });
     }
 
     #[test]

@@ -18,7 +18,7 @@ const STARTS: usize = 2;
 /// Gain of the score below this share of the best one's is not worth a fit.
 const HOPELESS: f64 = 0.25;
 /// Share of the best one's evidence below which a candidate is not fitted to the end.
-const BEHIND: f64 = 0.6;
+pub(super) const BEHIND: f64 = 0.6;
 /// A candidate whose evidence is less than this short of the best one's is not excluded: odds of a hundred to one.
 pub(crate) const EXCLUDED: f64 = 4.6;
 

@@ -4,6 +4,7 @@ use world::WorldError;
 
 use super::{
     CandidateFit, Selection,
+    exchange::exchanged,
     fits::{Tried, fit_best},
     penalty::alike,
     refine::{ALIKE, BETTER, refine},
@@ -70,6 +71,7 @@ pub(crate) fn search<'a>(
                 chance,
                 held,
             )?;
+            selection = exchanged(selection, &short, chance)?;
         } else {
             break;
         }

@@ -11,14 +11,12 @@ use crate::{
     candidates::Candidate,
     fit::ITERATIONS,
     null::renewed,
+    remaining_gain::EXPLAINS,
     screen::{Chance, screen},
 };
 
-/// Share of its gain that a last resort must bring beyond the simpler effects: what a wrong form of those leaves is no reason for it.
-const FORM: f64 = 0.02;
-
-/// Asks each last resort whether it stands better than all effects of its kind together; where no effect is held, whether it stands at
-/// all.
+/// Asks each last resort whether it stands better than all effects of its kind together, which hold less than what explains a gap of what
+/// it gains; where no effect is held, whether it stands at all.
 pub(crate) fn with_last_resorts<'a>(
     mut selection: Selection<'a>,
     last_resorts: &[Candidate],
@@ -60,7 +58,7 @@ pub(crate) fn with_last_resorts<'a>(
         )?;
         let Some(fit) = fits.into_iter().find(|fit| {
             let gain = fit.fitted.likelihood() - reduced.likelihood();
-            (1.0 - FORM) * gain - chance[last_resort.name] > simpler + BETTER
+            EXPLAINS * gain - chance[last_resort.name] > simpler + BETTER
         }) else {
             continue;
         };

@@ -4,6 +4,7 @@
 //! leave standing beside the model, and where its fit brings more than chance and form do ([`forward`]). After each, the noise
 //! is estimated anew, and every effect held is asked whether another fits better in its place ([`refine`]).
 
+mod exchange;
 mod fits;
 mod forward;
 mod last_resort;

@@ -83,7 +83,7 @@ fn replacement(effect: &SelectedEffect, reduced: Option<Fitted>) -> Option<Fitte
 }
 
 /// How firmly one effect stands beside the others, and the model without it.
-fn assess(
+pub(super) fn assess(
     selection: &Selection<'_>,
     place: usize,
     candidates: &[Candidate],
