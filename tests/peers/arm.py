@@ -88,7 +88,7 @@ def drive():
     holds("reports", abs(arm.position[2] - 100) < 1e-3 and arm.error_code == 0)
     holds("tool", abs(arm.tcp_offset[2] - 100) < 1e-3 and abs(arm.tcp_load[0] - 0.3) < 1e-6)
 
-    # A line, waited for: the tip is where it was told.
+    # A line, waited for: the tip is where it was commanded to be.
     line = dict(x=300, y=50, z=80, roll=math.pi, pitch=0, yaw=0, speed=200, mvacc=2000)
     call("set_position", arm.set_position, wait=True, timeout=10, **line)
     pose = call("get_position_after", arm.get_position)[1]

@@ -94,12 +94,12 @@ def main():
                 assert time.time() - begun < 1.0, "the arm was not stopped"
                 time.sleep(0.001)
             stopped = time.time() - begun
-            _, told = program.communicate(timeout=30)
-            assert program.returncode == 1, (program.returncode, told)
-            assert "signal" in told, told
+            _, printed = program.communicate(timeout=30)
+            assert program.returncode == 1, (program.returncode, printed)
+            assert "signal" in printed, printed
             assert reports.speed == 0.0
             print(f"{name.name} in the middle of a strike: stopped {stopped * 1e3:.0f} ms after it, exit code 1")
-        # Nobody can stop an arm after kill -9: its controller ends the line that it was told.
+        # Nobody can stop an arm after kill -9: its controller ends the line that it was sent.
         program = start(4)
         reports.wait_for_strike(program)
         program.kill()
@@ -108,8 +108,8 @@ def main():
         time.sleep(8)
         assert reports.speed == 0.0
         program = start(4)
-        out, told = program.communicate(timeout=120)
-        assert program.returncode in (0, 3), (program.returncode, told)
+        out, printed = program.communicate(timeout=120)
+        assert program.returncode in (0, 3), (program.returncode, printed)
         done = json.loads(out)
         assert done["strikes"] == 4 and pathlib.Path(done["session"]).exists(), done
         assert [path.name for path in logs.glob("*.mcap")] == ["session_000001.mcap"]

@@ -27,8 +27,8 @@ def run(*command):
         errors.seek(0)
         # 3: done, but some input was rejected; 4: refused by a gate, as a night is that is no better than the one before.
         if child.returncode not in (0, 3, 4):
-            told = errors.read().decode()[-2000:]
-            sys.exit(f"failed to measure: `{' '.join(command)}` ended with {child.returncode}: {told}")
+            printed = errors.read().decode()[-2000:]
+            sys.exit(f"failed to measure: `{' '.join(command)}` ended with {child.returncode}: {printed}")
     last = (output.strip().splitlines() or [""])[-1]
     answer = json.loads(last) if last.startswith("{") else {}
     return {**answer, "wall": wall, "cpu": usage.ru_utime + usage.ru_stime, "memory": usage.ru_maxrss * 1024}

@@ -33,7 +33,7 @@ def main():
         along = striker.start(np.array(strike["initial"]), speed, strike["command"]["angle"])
         states.append(sysid.create_initial_state(striker.model, striker.data.qpos, striker.data.qvel))
         track = np.array([strike["track"][key] for key in "txy"]).T
-        # A track begins with the first frame that has moved, the rollout with the touch: the early frames' line tells when.
+        # A track begins with the first frame that has moved, the rollout with the touch: the early frames' line gives the time.
         early = np.linalg.norm(track[:4, 1:] - strike["initial"], axis=1)
         track[:, 0] += np.polyval(np.polyfit(early, track[:4, 0], 1), 0.0) * -1.0
         times = np.arange(0.0, track[-1, 0], STEP)

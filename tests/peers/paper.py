@@ -194,7 +194,7 @@ def train(rows, epochs, stop_after, least_steps=13, threads=1):
 
 
 def pipeline(shared, variant, targets, strikes, evaluations):
-    """A slice of every part, from which the whole is told: the time of `targets` solves, of `evaluations` of algorithm 2's sum
+    """A slice of every part, from which the whole is extrapolated: the time of `targets` solves, of `evaluations` of algorithm 2's sum
     over `strikes` strikes, and of one training on residuals of the targets solved."""
     striker = Striker(shared, **STEPS[variant])
     identified = identify(shared, striker, strikes, evaluations)

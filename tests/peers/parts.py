@@ -270,10 +270,10 @@ def pipeline(size):
             solved["seconds"] / solved["targets"] * count,
             training["seconds"],
         )
-        told = "all measured"
+        basis = "all measured"
         accuracy = f"{mae}{training['mae']:.4f}; "
         if slice_ is not whole:
-            told = f"extrapolated from {identified['evaluations']} of {sums} sums, {solved['targets']} of {count} solves and the training above"
+            basis = f"extrapolated from {identified['evaluations']} of {sums} sums, {solved['targets']} of {count} solves and the training above"
             accuracy = ""
         least = 50 if variant == "written" else None
         for label, times in wholes.items():
@@ -283,7 +283,7 @@ def pipeline(size):
                     label,
                     spread(times, "s"),
                     least and ratio >= least,
-                    f"the paper's, {name}: {sum(parts):.0f} s (algorithm 2 {parts[0]:.0f}, algorithm 1 {parts[1]:.0f}, training {parts[2]:.1f}); {told}",
+                    f"the paper's, {name}: {sum(parts):.0f} s (algorithm 2 {parts[0]:.0f}, algorithm 1 {parts[1]:.0f}, training {parts[2]:.1f}); {basis}",
                     f"{ratio:.3g} ×",
                     "≥ 50 ×" if least else "",
                     f"{accuracy}it solves {solved['solved']} of {solved['targets']} to 1 mm in a world whose stops jump by {roughness:.2g} mm",

@@ -39,7 +39,7 @@ def rows(case):
         p = np.column_stack([np.interp(even, t, p[:, i]) for i in range(2)])
         v = smooth._differentiate(p, even)
         a = smooth._differentiate(v, even)
-        # Ends are smoothed from one side alone; at rest there is no friction to tell.
+        # Ends are smoothed from one side alone; at rest there is no friction to estimate.
         still = np.nonzero(np.hypot(*v.T) < SLOWEST)[0]
         last = (still[still > WINDOW][:1].tolist() or [len(t)])[0] - WINDOW // 2
         for i in range(WINDOW // 2, last):

@@ -34,7 +34,7 @@ WRONG = 3.0  # mm
 FIRST = 500_000  # of the scenes that judge; those up to 1,000 were looked at while the marks were made
 SEED = 31  # of the demo's strikes
 TARGETS = 400  # of the trials of both published models
-STRIKES = int(os.environ.get("STRIKES", "500"))  # fewer where time is short: the page tells how many
+STRIKES = int(os.environ.get("STRIKES", "500"))  # fewer where time is short: the page says how many
 HEAD = """# Tracking from images, beside OpenCV
 
 Made by `make bench PARTS=track`. Frames are rendered (`datasets/render`, which shares no code with the tracker): a disc or cylinder

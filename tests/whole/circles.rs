@@ -1,4 +1,4 @@
-//! Files of a crate import each other in no circle: what two files share stands in a third.
+//! Files of a crate import each other in no circle: what two files share is in a third.
 //!
 //! An edge runs from the file that names an item (`use crate::…`, `super::…`, `child::…`) to the file that defines it. A `pub use`
 //! that only hands an item on is no edge. Test modules are left out.
@@ -52,7 +52,7 @@ fn a_circle_is_found_through_re_exports_and_inline_paths() {
 struct Module {
     file: PathBuf,
     children: BTreeSet<String>,
-    /// Names brought into scope, and the paths that they stand for.
+    /// Names brought into scope, and their paths.
     imports: BTreeMap<String, Vec<String>>,
     /// Paths that the code depends on.
     named: Vec<Vec<String>>,
@@ -107,7 +107,7 @@ impl Crate {
         self.modules.insert(path, module);
     }
 
-    /// The file that defines what `named` stands for in module `from`; none for another crate's.
+    /// The file that defines `named` in module `from`; none for another crate's.
     fn file(&self, from: &[String], named: &[String], depth: usize) -> Option<&Path> {
         let (first, mut rest) = named.split_first()?;
         let mut at = from.to_vec();
@@ -188,7 +188,7 @@ fn text(path: &Path) -> String {
     fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
 }
 
-/// Code without line comments and without what stands in ordinary string literals.
+/// Code without line comments and without ordinary string literals.
 fn without_comments(code: &str) -> String {
     let mut out = String::new();
     for line in code.lines() {
@@ -326,7 +326,7 @@ fn parts(path: &str) -> Vec<String> {
     parts.filter(|part| !part.is_empty()).collect()
 }
 
-/// At commas that stand in no braces.
+/// At commas outside of braces.
 fn split_commas(text: &str) -> Vec<String> {
     let mut found = vec![String::new()];
     let mut depth = 0_usize;

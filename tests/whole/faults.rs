@@ -266,7 +266,10 @@ fn failing_at_any_step(nights: &Nights) {
         let fault = if step % 2 == 0 { "full" } else { "io" };
         let ended = faulty(fault, step, dir);
         assert_eq!(ended.code, 1, "step {step}: {ended:?}");
-        assert!(ended.told.contains("failed to"), "step {step}: {ended:?}");
+        assert!(
+            ended.printed.contains("failed to"),
+            "step {step}: {ended:?}"
+        );
         is_sound(dir, &format!("step {step} failed"));
     });
 }
@@ -344,7 +347,7 @@ fn refused_by_a_gate(nights: &Nights) {
     let kept = fs::read_to_string(folder.join("second/nightly.json")).expect("kept");
     assert_eq!(kept, text);
 
-    // A log that is none is told every night.
+    // A log that is none is reported every night.
     fs::write(format!("{logs}/empty.mcap"), "").expect("written");
     for status in ["refused", "nothing_new"] {
         let night = carom(&line);

@@ -21,7 +21,7 @@ fn no_dependency_runs_up_a_floor() {
     assert!(members.len() >= 19, "{members:?}");
     let mut up = Vec::new();
     for member in members.iter().map(|member| member.as_str().unwrap()) {
-        // What proves the whole stands beside the house.
+        // The tests of the whole belong to no floor.
         if member.starts_with("tests") {
             continue;
         }

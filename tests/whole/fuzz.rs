@@ -1,4 +1,4 @@
-//! A short run of every fuzz target; `make fuzz` goes on for ten minutes each.
+//! A short run of every fuzz target; `make fuzz` takes ten minutes each.
 
 use std::time::Duration;
 

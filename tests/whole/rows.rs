@@ -1,4 +1,4 @@
-//! A row that cannot be computed has its status, and the batch goes on.
+//! A row that cannot be computed has its status, and the others are computed.
 
 use solve::{Path, Shared, Solve};
 use stage::{ItemStage, Progress};

@@ -35,7 +35,7 @@ pub enum ArtifactError {
     /// There is no such version.
     #[error("find version {version}: the store holds {known}")]
     NoVersion {
-        /// What was asked for.
+        /// The name requested.
         version: String,
         /// Names of all versions.
         known: String,
@@ -258,7 +258,7 @@ pub enum ArtifactError {
         /// What is wrong with it.
         source: ResidualModelError,
     },
-    /// The manifest speaks of a model that the version does not hold.
+    /// The manifest names a model that the version does not hold.
     #[error("load {version}: its manifest names the model {model}, it holds [{has}]; {MEND}")]
     NoModel {
         /// The version.

@@ -127,7 +127,7 @@ impl LaunchMap {
 
     /// The command, or the fastest one learnt from at its angle if it is faster.
     ///
-    /// A map is learnt where the arm does not do as it is told. Nothing then says that it would deliver more than it was seen to: a
+    /// A map is learnt where the arm does not deliver the command. Nothing then says that it would deliver more than it was seen to: a
     /// drive's speed is bounded. This is assumed, not learnt; its deviation says so. Slower commands go on in proportion, to nothing at
     /// rest.
     pub fn held(&self, command: Command) -> Command {
@@ -212,7 +212,7 @@ impl SmoothMap {
     fn at(&self, features: &[f64; FEATURES], nearest: &[f64; FEATURES]) -> (f64, f64) {
         let dot = |row: &[f64]| row.iter().zip(features).map(|(a, b)| a * b).sum::<f64>();
         let mean = dot(&self.weights);
-        let told: f64 = self
+        let learnt: f64 = self
             .covariance
             .chunks_exact(FEATURES)
             .zip(features)
@@ -226,7 +226,7 @@ impl SmoothMap {
         // Beyond the commands learnt from the features fade, and with them what they say of the smooth part's uncertainty: as much as
         // they lose from the nearest of those commands on is added.
         let faded = (prior(nearest) - prior(features)).max(0.0);
-        (mean, (told.max(0.0) + faded + self.scatter).sqrt())
+        (mean, (learnt.max(0.0) + faded + self.scatter).sqrt())
     }
 }
 

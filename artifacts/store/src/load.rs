@@ -1,4 +1,4 @@
-//! Reads a version and checks all of it, the cheapest and most telling first.
+//! Reads a version and checks all of it, the cheapest and most decisive checks first.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::{self, File};
@@ -299,7 +299,7 @@ fn calibrated(
     })
 }
 
-/// Every model that the manifest speaks of is there.
+/// Every model that the manifest names is there.
 fn models(artifact: &Artifact) -> Result<(), ArtifactError> {
     let has = artifact.models();
     let provenance = &artifact.manifest.provenance;

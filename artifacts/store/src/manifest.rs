@@ -12,7 +12,7 @@ use crate::Model;
 /// What a version holds and how it came to be. It holds no time or place of its making: the same inputs, settings and
 /// programs give the same bytes.
 ///
-/// Its first key is its own hash, so that a changed digit shows without a key, too. Anybody can compute a hash: it tells damage,
+/// Its first key is its own hash, so that a changed digit shows without a key, too. Anybody can compute a hash: it shows damage,
 /// not who wrote it. That is what a signature is for, a file of its own beside it; through the hashes here it covers all files.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -29,7 +29,7 @@ pub struct Manifest {
     pub rig: String,
     /// Every file of the version but this one, by name.
     pub files: BTreeMap<String, FileHash>,
-    /// How it came to be and how good it is; in the file, its keys stand beside those above.
+    /// How it came to be and how good it is; in the file, its keys are at the same level as those above.
     #[serde(flatten)]
     pub provenance: Provenance,
 }
@@ -37,19 +37,19 @@ pub struct Manifest {
 /// How a version came to be and how good it is.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Provenance {
-    /// The model to use unless another is asked for.
+    /// The model to use unless another is requested.
     pub default_model: Model,
     /// Stop errors on held-out strikes, by model.
     pub metrics: BTreeMap<Model, StopErrors>,
-    /// What repeats of one command scatter by, in the same terms.
+    /// Scatter of repeats of one command, in the same terms.
     pub noise_floor: Option<StopErrors>,
     /// What the training of a model's residual explains, by model; what is beyond, the executor refuses. Models without a residual
-    /// are not among them, nor any in versions of before it was recorded.
+    /// are not among them, nor any in older versions.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub explained: BTreeMap<Model, TrainingExtent>,
-    /// Where the strikes lie that it learnt from.
+    /// The region of the strikes that it learnt from.
     pub trained_region: TrainedRegion,
-    /// The strikes that it was computed from; none in versions of before it was recorded.
+    /// The strikes that it was computed from; none in older versions.
     #[serde(default)]
     pub strikes: Option<Logged>,
     /// Whether effects that the data name were kept out of the world on request.
@@ -152,10 +152,10 @@ pub struct TrainedRegion {
     pub stop_x: Interval,
     /// The stop's y, in m.
     pub stop_y: Interval,
-    /// The start's x, in m; none in versions of before it was recorded.
+    /// The start's x, in m; none in older versions.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub start_x: Option<Interval>,
-    /// The start's y, in m; none in versions of before it was recorded.
+    /// The start's y, in m; none in older versions.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub start_y: Option<Interval>,
 }
@@ -229,7 +229,7 @@ fn arc(mut bearings: Vec<f64>) -> Option<Interval> {
     Some(arc)
 }
 
-/// What stands for a manifest's own hash while it is taken.
+/// In the place of a manifest's own hash while it is computed.
 const UNSEALED: &str = "0000000000000000000000000000000000000000000000000000000000000000";
 
 impl Manifest {

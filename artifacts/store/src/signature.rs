@@ -141,7 +141,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_key_is_told() {
+    fn what_is_no_key_is_reported() {
         for text in ["", "RWQ", "untrusted comment: x\nRWQ=\n"] {
             assert!(Key::parse(text).is_err(), "{text}");
         }

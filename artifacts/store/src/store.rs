@@ -25,7 +25,7 @@ pub struct Listing {
     pub version: String,
     /// Whether it is the one in use.
     pub is_latest: bool,
-    /// What it holds, or why that cannot be told.
+    /// What it holds, or why it cannot be read.
     pub manifest: Result<Manifest, ArtifactError>,
 }
 
@@ -111,7 +111,7 @@ impl Store {
         Ok(self.numbers()?.into_iter().map(listing).collect())
     }
 
-    /// The name of an existing version: the one asked for, or the one in use.
+    /// The name of an existing version: the one requested, or the one in use.
     pub(crate) fn find(&self, version: Option<&str>) -> Result<String, ArtifactError> {
         let version = version.map_or_else(|| self.latest(), |version| Ok(version.to_string()))?;
         let numbers = self.numbers()?;

@@ -20,7 +20,7 @@ const STRIKE: usize = 1;
 /// Least friction that MuJoCo accepts.
 const LEAST_FRICTION: f64 = 1e-5;
 
-/// MuJoCo prints its warnings and appends them to a file in the current folder; a state that is not finite is told by
+/// MuJoCo prints its warnings and appends them to a file in the current folder; a state that is not finite is reported by
 /// [`crate::WorldError::Diverged`] instead.
 fn keep_quiet() {
     static ONCE: Once = Once::new();

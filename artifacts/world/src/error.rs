@@ -17,7 +17,7 @@ pub enum WorldError {
     /// A parameter that no world has.
     #[error("use parameter `{name}`: unknown{hint}; known are {known}")]
     UnknownParameter {
-        /// What was asked for.
+        /// The name requested.
         name: String,
         /// ", did you mean …" or nothing.
         hint: String,
@@ -41,7 +41,7 @@ pub enum WorldError {
     /// An effect that the library does not hold.
     #[error("add effect `{name}`: unknown; known are {known}")]
     UnknownEffect {
-        /// What was asked for.
+        /// The name requested.
         name: String,
         /// All names.
         known: String,

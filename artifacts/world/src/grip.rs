@@ -15,7 +15,7 @@ const BEYOND_CONE: f64 = 1.02;
 /// Share of the slip that one step takes away where friction can.
 const TAKEN: f64 = 0.9;
 
-/// What one step of an impact knows of its contact.
+/// The state of the contact in one step of an impact.
 pub(crate) struct Grip {
     /// Square of the object's radius of gyration in m².
     pub(crate) gyration: f64,

@@ -4,7 +4,7 @@
 //! A [`Simulator`] is a world compiled for one rig, shared between threads; each thread strikes with a [`Worker`] of its own.
 //! Where thousands of worlds or commands must be tried, the slide is integrated without contacts ([`planar`]), from MuJoCo's
 //! impact ([`launch`]).
-//! Nothing here knows of logs, tables, files of a run, or the artifact store.
+//! Nothing here depends on logs, tables, files of a run, or the artifact store.
 
 mod base;
 mod delivery;
@@ -52,6 +52,6 @@ pub use solution::{Solution, SolveSettings, SolveStatus};
 pub use worker::Worker;
 pub use world::{Scatter, World};
 
-/// Acceleration by weight, in m/s²: standard gravity. Decelerations tell friction to a few parts in ten thousand, so a rounded value
+/// Acceleration by weight, in m/s²: standard gravity. Decelerations give friction to a few parts in ten thousand, so a rounded value
 /// would show.
 pub const GRAVITY: f64 = 9.806_65;

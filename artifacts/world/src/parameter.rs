@@ -37,8 +37,8 @@ const fn spec(
     }
 }
 
-/// All parameters. `contact_time` and `restitution` are the strike's `solref` in terms that can be identified. Restitution stands for the whole launch factor: with one object and one striker, a mass ratio or
-/// a constant gain of speed cannot be told from it.
+/// All parameters. `contact_time` and `restitution` are the strike's `solref` in terms that can be identified. Restitution is the
+/// whole launch factor: with one object and one striker, a mass ratio or a constant gain of speed cannot be distinguished from it.
 pub const PARAMETERS: &[ParameterSpec] = &[
     spec(
         "friction",
@@ -129,7 +129,7 @@ pub const PARAMETERS: &[ParameterSpec] = &[
         "power of the impedance's rise (solimp[4])",
     ),
     spec(
-        // Air slows a sliding body by some 0.01 per metre, far below what strikes tell: none unless it is freed.
+        // Air slows a sliding body by some 0.01 per metre, far below what strikes can show: none unless it is freed.
         "fluid_blunt_drag",
         0.0,
         0.0,

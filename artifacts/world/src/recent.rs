@@ -98,9 +98,9 @@ pub fn recent_session(
         precision = DMatrix::from_diagonal(&prior);
         let mut score = (&means - &values).component_mul(&prior);
         for columns in found.iter().flatten() {
-            let (information, told) = session.told(columns);
+            let (information, gradient) = session.information(columns);
             precision += information;
-            score += told;
+            score += gradient;
         }
         let Some(step) = precision.clone().cholesky().map(|c| c.solve(&score)) else {
             break;
@@ -135,7 +135,7 @@ pub fn recent_session(
 type Effects = Vec<Box<dyn Effect>>;
 
 /// A world at values of the session, and a step before and after each. Differences are central: a session's friction and a
-/// strike's own do the same, and the bend of the track would tell one from the other.
+/// strike's own do the same, and the bend of the track would distinguish them.
 struct Session {
     world: World,
     frame: f64,
@@ -227,7 +227,7 @@ impl Session {
         })
     }
 
-    /// Variances of a strike's own, and of a frame: correlated frames tell as much as fewer independent ones.
+    /// Variances of a strike's own, and of a frame: correlated frames hold as much information as fewer independent ones.
     fn variances(&self) -> (DVector<f64>, f64) {
         let scatter = &self.world.scatter;
         let correlation = scatter.camera_correlation.clamp(0.0, 0.97);
@@ -256,7 +256,7 @@ impl Session {
     }
 
     /// CᵀΣ⁻¹C and CᵀΣ⁻¹r of one strike.
-    fn told(&self, columns: &Columns) -> (DMatrix<f64>, DVector<f64>) {
+    fn information(&self, columns: &Columns) -> (DMatrix<f64>, DVector<f64>) {
         let (_, camera) = self.variances();
         let count = columns.session.ncols();
         let mut both = columns.session.clone().insert_column(count, 0.0);
@@ -265,10 +265,10 @@ impl Session {
             return (DMatrix::zeros(count, count), DVector::zeros(count));
         };
         let left = (&both - &columns.own * own) / camera;
-        let told = columns.session.tr_mul(&left);
+        let products = columns.session.tr_mul(&left);
         (
-            told.columns(0, count).into_owned(),
-            told.column(count).into_owned(),
+            products.columns(0, count).into_owned(),
+            products.column(count).into_owned(),
         )
     }
 

@@ -21,7 +21,7 @@ pub(crate) const STEPS: [f64; 2] = [0.3, 0.04];
 pub(crate) struct Releases(RwLock<BTreeMap<[i64; 2], Option<Scaled>>>);
 
 impl Releases {
-    /// The entry at this place, filled in by `simulate` when it is first asked for.
+    /// The entry at this place, filled in by `simulate` when it is first needed.
     pub(crate) fn entry(
         &self,
         place: [i64; 2],

@@ -1,4 +1,4 @@
-//! MuJoCo has no restitution: a contact's spring and damper stand for it.
+//! MuJoCo has no restitution: a contact's spring and damper represent it.
 //!
 //! With `solref = (-k, -b)`, b = 2ζ√k, a contact pushes as a damped oscillator of unit mass and lets go when its force
 //! would pull (MuJoCo docs, "Contact parameters"). In the limit of short steps

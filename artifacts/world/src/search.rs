@@ -6,7 +6,7 @@
 //! nearer; NLopt's BOBYQA is the fallback that always ends.
 //!
 //! A box is struck on a face. The friction of the tip bounds the bearings that it can take: beyond, the tip slips and the
-//! bearing no longer follows the angle. The bearing at the face's edge then tells that a target is out of reach, in a few
+//! bearing no longer follows the angle. The bearing at the face's edge then shows that a target is out of reach, in a few
 //! trials. Strikes on the edge itself are not considered: a degree there turns the object by ten, which no arm repeats.
 
 use std::cell::RefCell;
@@ -22,7 +22,7 @@ const SLIPPING: f64 = 0.25;
 const SATURATED: f64 = 0.1;
 /// Angle per bearing for a step back to where it sticks.
 const STICKING: f64 = 1.5;
-/// Step in the logarithm of the speed that tells a slope.
+/// Step in the logarithm of the speed, for a slope by differences.
 const LEAST_STEP: f64 = 1e-3;
 /// Longest step in the logarithm of the speed, and in rad.
 const LONGEST: [f64; 2] = [1.0, 0.7];
@@ -154,7 +154,7 @@ impl<'a> Search<'a> {
             if is_at_edge && self.is_solved() {
                 return Ending::Solved;
             }
-            // While the tip slips, the bearing tells nothing of which trial is the better one.
+            // While the tip slips, the bearing does not show which trial is the better one.
             let best = self
                 .best
                 .filter(|_| !is_slipping && !is_at_edge)
@@ -174,7 +174,7 @@ impl<'a> Search<'a> {
                 angle: best.command.angle + step[1],
             });
             if is_saturated {
-                // An arm that delivers no more, whatever it is told: its fastest command tells what is out of reach.
+                // An arm that delivers no more, whatever it is commanded: its fastest command shows what is out of reach.
                 command.speed = self.settings.speed.high;
             }
             if is_slipping && let Some(edge) = self.edge(&trial) {

@@ -38,7 +38,7 @@ pub struct Simulator {
     pub(crate) rig: Rig,
     pub(crate) scene: Scene,
     pub(crate) effects: Vec<Box<dyn Effect>>,
-    /// What strikes told of the arm beside the effects.
+    /// What strikes showed of the arm beside the effects.
     delivery: Option<Arc<dyn Delivery>>,
     pub(crate) friction: f64,
     restitution: f64,
@@ -161,7 +161,7 @@ impl Simulator {
         effects::observe(&self.effects, point)
     }
 
-    /// The tip's motion for a command, as the arm would be told: towards the object seen at `initial`.
+    /// The tip's motion for a command, as the arm would be sent it: towards the object seen at `initial`.
     pub fn profile(&self, initial: Point, command: Command) -> Option<Profile> {
         let direction = Point::polar(1.0, command.angle);
         let standoff = touch::standoff(&self.rig.object, &self.rig.striker, direction, 0.0)?;

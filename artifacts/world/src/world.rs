@@ -293,7 +293,7 @@ mod tests {
     }
 
     #[test]
-    fn unknown_names_and_impossible_values_are_told() {
+    fn unknown_names_and_impossible_values_are_reported() {
         let error = World::parse("[parameters.fricton]\nvalue = 0.2")
             .expect_err("unknown")
             .to_string();

@@ -45,7 +45,7 @@ fn every_reachable_target_is_solved_in_about_one_simulation() {
 }
 
 #[test]
-fn what_lies_beyond_an_arm_that_saturates_is_told_in_a_few_simulations() {
+fn what_lies_beyond_an_arm_that_saturates_is_reported_in_a_few_simulations() {
     let rig = Rig::demo(Shape::Cylinder);
     let mut world = World::nominal(&rig);
     world.effects.push(AddedEffect {

@@ -157,7 +157,7 @@ fn a_ball_rolls_on_after_it_has_slid() {
 }
 
 #[test]
-fn what_cannot_be_struck_is_told() {
+fn what_cannot_be_struck_is_reported() {
     let rig = Rig::demo(Shape::Cylinder);
     let simulator = Simulator::new(&rig, &World::nominal(&rig)).expect("valid");
     for (speed, angle) in [

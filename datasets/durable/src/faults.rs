@@ -24,12 +24,12 @@ static TAKEN: AtomicU64 = AtomicU64::new(0);
 /// At which of them what happens.
 static EVERYWHERE: OnceLock<(u64, fn() -> io::Error)> = OnceLock::new();
 
-/// Runs `body`, whose `steps`-th step and all after it fail; tells what it returned and whether it came so far.
+/// Runs `body`, whose `steps`-th step and all after it fail; gives what it returned and whether it came so far.
 pub fn after<T>(steps: u64, body: impl FnOnce() -> T) -> (T, bool) {
     with(steps, Fault::Kill, body)
 }
 
-/// Runs `body`, whose `steps`-th step alone fails for want of space; tells what it returned and whether it came so far.
+/// Runs `body`, whose `steps`-th step alone fails for want of space; gives what it returned and whether it came so far.
 pub fn once<T>(steps: u64, body: impl FnOnce() -> T) -> (T, bool) {
     with(steps, Fault::Fail, body)
 }

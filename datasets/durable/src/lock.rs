@@ -26,7 +26,7 @@ pub enum LockError {
 }
 
 impl Lock {
-    /// Takes the lock of that file, which is made where there is none, or tells at once that another holds it.
+    /// Takes the lock of that file, which is made where there is none, or reports at once that another holds it.
     pub fn acquire(path: &Path) -> Result<Self, LockError> {
         let file = OpenOptions::new()
             .create(true)
@@ -56,7 +56,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_second_holder_is_told_and_a_third_succeeds_after_the_first() {
+    fn a_second_holder_is_refused_and_a_third_succeeds_after_the_first() {
         let dir = tempfile::tempdir().expect("folder");
         let path = dir.path().join("lock");
         let first = Lock::acquire(&path).expect("free");

@@ -39,7 +39,7 @@ pub fn write<E: From<Error>>(
     let aside = partial(path);
     let written = fill_and_sync(&aside, fill).and_then(|()| rename(&aside, path).map_err(E::from));
     if written.is_err() && !faults::dead() {
-        // The first error is the one to tell; what stays is swept by the next run.
+        // The first error is the one to report; what stays is swept by the next run.
         let _ = fs::remove_file(&aside);
     }
     written
@@ -74,7 +74,7 @@ fn fill_and_sync<E: From<Error>>(
 }
 
 /// Appends to a file, which is made where there is none, from the length `end` on (what lies behind is cut off), and
-/// syncs it. Where it fails, a part of `bytes` may stay: the file's format must tell a torn end.
+/// syncs it. Where it fails, a part of `bytes` may stay: the file's format must show a torn end.
 pub fn append(path: &Path, end: u64, bytes: &[u8]) -> Result<(), Error> {
     let failed = |action| move |source| Error::new(action, path, source);
     let is_new = !path.exists();

@@ -5,7 +5,7 @@
 //! paths of its fields are settings ([`values::FieldTopic`]); each schema is compiled once to a plan that walks a
 //! message's bytes past all that is not asked for.
 //!
-//! A file may be cut off, damaged or hostile: what is whole is given, what is lost is told ([`Damage`]), and nothing that
+//! A file may be cut off, damaged or hostile: what is whole is given, what is lost is reported ([`Damage`]), and nothing that
 //! a file says of its own sizes is believed before it is checked.
 
 mod decode;

@@ -64,7 +64,7 @@ impl Leaf {
     /// The error of a path that leads nowhere.
     pub(crate) fn astray(self, topic: &FieldTopic, why: String) -> LogError {
         let path = match self {
-            // Further paths that lead nowhere are given up, not told.
+            // Further paths that lead nowhere are given up, not reported.
             Self::X | Self::More(_) => &topic.x,
             Self::Y => &topic.y,
             Self::Stamp | Self::Seconds | Self::Nanoseconds => &topic.stamp,
@@ -86,7 +86,7 @@ impl FieldTree {
         }
     }
 
-    /// Some leaf at or below here, to tell which path went astray.
+    /// Some leaf at or below here, to say which path went astray.
     pub(crate) fn any_leaf(&self) -> Leaf {
         let below = self
             .fields

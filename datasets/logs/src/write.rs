@@ -27,7 +27,7 @@ pub use samples::{Samples, Stamped, StateSample};
 /// A message that was received as it is.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Received {
-    /// Its channel; channels are told apart by their numbers.
+    /// Its channel; channels are distinguished by their numbers.
     pub channel: Arc<RawChannel>,
     /// When it was received, in ns on the log's clock.
     pub log_time: u64,
@@ -300,7 +300,7 @@ mod tests {
             .unwrap()
             .map(Result::unwrap)
             .collect();
-        let told: Vec<_> = messages
+        let topics: Vec<_> = messages
             .iter()
             .map(|m| {
                 (
@@ -311,7 +311,7 @@ mod tests {
             })
             .collect();
         assert_eq!(
-            told,
+            topics,
             [
                 ("/object/centroid", "json", 0),
                 ("/striker/command", "cdr", 0),

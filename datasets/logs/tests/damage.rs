@@ -302,7 +302,7 @@ proptest! {
             file[at] ^= 1 << bit;
         }
         if let Ok((read, summary)) = read(&file) && packing > 0 {
-            // A flip in the chunk's own CRC field may take the check away, but then the data section's tells.
+            // A flip in the chunk's own CRC field may take the check away, but then the data section's shows it.
             let wrong = read.iter().any(|sample| !written.contains(sample));
             prop_assert!(!wrong || !summary.damage.is_empty());
         }

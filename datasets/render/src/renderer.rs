@@ -120,7 +120,7 @@ impl Renderer {
         }
     }
 
-    /// Takes a picture; `path` tells where the object is so many seconds after the middle of the first row's exposure.
+    /// Takes a picture; `path` gives where the object is so many seconds after the middle of the first row's exposure.
     pub fn render(&self, path: &dyn Fn(f64) -> Moment, seed: u64) -> Rendering {
         let (width, height) = (self.optics.width, self.optics.height);
         let begin = -0.5 * self.optics.exposure;

@@ -22,7 +22,7 @@ pub(crate) enum Outline {
     Rectangle(f64, f64),
 }
 
-/// What the physics needs to know of the object.
+/// The object's properties that the physics needs.
 #[derive(Clone, Debug)]
 pub(crate) struct Body {
     /// Seen from above.

@@ -158,7 +158,7 @@ mod tests {
     }
 
     #[test]
-    fn friction_scatters_and_wanders_as_told() {
+    fn friction_scatters_and_wanders_as_given() {
         let scatter = levels(&[("friction_scatter", "sd", 0.03)]);
         let logs: Vec<f64> = (0..4000)
             .map(|order| Disturbance::new(scatter, 7, at(order)).friction.ln())

@@ -8,7 +8,7 @@ pub enum RigSimError {
         "hide {name}: no effect and no kind of noise has that name; the nearest is {nearest}; there are {all}"
     )]
     UnknownEffect {
-        /// What was asked for.
+        /// The name requested.
         name: String,
         /// The known name most like it.
         nearest: String,
@@ -24,7 +24,7 @@ pub enum RigSimError {
     /// Nothing and something is to be hidden.
     #[error("hide none and {other}: `none` hides nothing; leave out one of them")]
     NoneAnd {
-        /// What else was asked for.
+        /// The other name.
         other: String,
     },
     /// A value of an effect is not a number, or there are too many or too few, or its name is unknown.

@@ -20,9 +20,9 @@ impl Hidden {
         Self::default()
     }
 
-    /// What the demo hides where nothing is asked for: a mixture that friction and one factor of launch cannot absorb.
+    /// What the demo hides by default: a mixture that friction and one factor of launch cannot absorb.
     ///
-    /// All but the last part depend on the displacement asked for alone, which is all that the paper's residual is told: an
+    /// All but the last part depend on the desired displacement alone, which is the only input of the paper's residual: an
     /// arm that is 10 % slow at its slowest and just over at its fastest, so that no constant factor fits; a hand-eye error
     /// in which the arm's angle, the tip's mount and the camera's turn all point the same way (7° on a cylinder); friction that
     /// rises as the object slows; a table that leans. A weak patch depends on the place, as real tables do, and is the part

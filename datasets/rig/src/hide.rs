@@ -2,7 +2,7 @@
 
 use crate::{Effect, Hidden, Noise, NoiseKind, ParameterSpec, RigSimError};
 
-/// What `--hide` asks for.
+/// The value of `--hide`.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Hide {
     /// Effects.
@@ -14,7 +14,7 @@ pub struct Hide {
 impl Hide {
     /// Reads the values of `--hide`, one item for each time the flag was given.
     ///
-    /// `none`, which stands alone, hides nothing; `demo` the demo's mixture; `NAME` an effect or a kind of noise with its
+    /// `none`, with nothing beside it, hides nothing; `demo` the demo's mixture; `NAME` an effect or a kind of noise with its
     /// defaults; `NAME=0.4,0.1` with all its parameters in order; `NAME=center_x:0.4,change:0.2` with those named. Several
     /// times: several of them.
     pub fn parse<S: AsRef<str>>(flags: &[S]) -> Result<Self, RigSimError> {
@@ -51,7 +51,7 @@ impl Hidden {
     }
 }
 
-/// One thing that is asked for.
+/// One effect or kind of noise.
 #[derive(Clone, Copy)]
 enum Part {
     Effect(Effect),
@@ -133,7 +133,7 @@ fn parse_one(text: &str) -> Result<Part, RigSimError> {
     Ok(changed)
 }
 
-/// Beyond these a formula has no meaning, or the camera could not be told where to look.
+/// Beyond these a formula has no meaning, or the object would leave the camera's view.
 fn limits(name: &str, parameter: &str) -> Option<(f64, f64)> {
     match (name, parameter) {
         ("camera_rotation", "angle") | ("camera_lean", "lean") => Some((-0.5, 0.5)),

@@ -1,4 +1,4 @@
-//! The rig as a robot: told a command, it strikes and hands back what a log of it would hold.
+//! The rig as a robot: it takes a command, strikes, and returns what a log of the strike would hold.
 
 use std::path::Path;
 

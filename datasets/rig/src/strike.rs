@@ -128,7 +128,7 @@ impl PreparedRig {
 }
 
 impl Truth {
-    /// The strike without scatter or noise: `initial` is where the camera sees the object, `command` what the arm is told.
+    /// The strike without scatter or noise: `initial` is where the camera sees the object, `command` what the arm is sent.
     pub fn outcome(
         &self,
         initial: Point,

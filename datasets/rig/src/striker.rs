@@ -4,7 +4,7 @@ use values::{Command, Point};
 
 /// The commanded speed is reached this far before the impact (paper, section 3.1), in m.
 const PRE_STRIKE: f64 = 0.010;
-/// It is held this far beyond, so that the plateau spans the impact even if the arm is slower than told, in m.
+/// It is held this far beyond, so that the plateau spans the impact even if the arm is slower than commanded, in m.
 const FOLLOW_THROUGH: f64 = 0.010;
 
 /// One commanded motion along a line; times in s from its start.

@@ -135,14 +135,14 @@ fn the_same_rows_give_the_same_bytes() {
         names.map(|name| fs::read(dir.path().join(format!("{name}.parquet"))).expect("is there"))
     };
     let first = bytes();
-    // Hash maps are seeded anew each time: were one written in its order, some round would tell.
+    // Hash maps are seeded anew each time: were one written in its order, some round would show it.
     for _ in 0..8 {
         assert!(bytes() == first);
     }
 }
 
 #[test]
-fn a_missing_a_foreign_and_a_torn_table_are_told_apart() {
+fn a_missing_a_foreign_and_a_torn_table_are_distinguished() {
     let dir = tempfile::tempdir().expect("folder");
     let path = dir.path();
     assert!(matches!(

@@ -29,22 +29,22 @@ pub fn delivered_strikes(strikes: &[Strike]) -> Option<Vec<Strike>> {
     (!delivered.is_empty() && 2 * delivered.len() >= strikes.len()).then_some(delivered)
 }
 
-/// How far launches scatter that arms were told alike: what delivered speeds (relative) and angles differ from lines over the
-/// commanded ones by.
+/// Scatter of launches under equal commands: by how much delivered speeds (relative) and angles (rad) differ from lines over the
+/// commanded ones.
 pub fn arm_scatter(strikes: &[Strike]) -> ArmScatter {
-    let told = || {
+    let pairs = || {
         strikes
             .iter()
             .filter_map(|strike| Some((strike.command, strike.delivered?)))
     };
-    let speed = about_a_line(told().map(|(command, delivered)| {
+    let speed = about_a_line(pairs().map(|(command, delivered)| {
         (
             command.speed,
             delivered.tip_speed / command.speed.max(1e-9) - 1.0,
         )
     }));
     let turn = std::f64::consts::TAU;
-    let angle = about_a_line(told().map(|(command, delivered)| {
+    let angle = about_a_line(pairs().map(|(command, delivered)| {
         let error = delivered.tip_angle - command.angle;
         (command.angle, error - turn * (error / turn).round())
     }));

@@ -9,7 +9,7 @@ const NEIGHBOURS: usize = 7;
 /// A rise of the speed counts from this share of the greatest speed, and of the speed before it, and from so many standard
 /// deviations of its noise.
 const RISE: (f64, f64, f64) = (0.1, 0.15, 6.0);
-/// Share of the whole distance within which frames tell the deceleration: noise rules the ends.
+/// Share of the whole distance within which frames determine the deceleration: noise rules the ends.
 const USED: std::ops::Range<f64> = 0.05..0.90;
 /// Share of most strikes' deceleration below which an object was carried along: no table has patches of half its friction under a whole
 /// slide.
@@ -158,7 +158,7 @@ mod tests {
     #[test]
     fn what_is_carried_along_is_no_free_slide() {
         let strikes = [2.0, 2.1, 1.9, 1.4, 0.8].map(strike);
-        assert!((strikes[0].deceleration().expect("told") - 2.0).abs() < 1e-6);
+        assert!((strikes[0].deceleration().expect("determined") - 2.0).abs() < 1e-6);
         let all: Vec<&Strike> = strikes.iter().collect();
         assert_eq!(free_slides(&all), [true, true, true, true, false]);
         assert!(free_slides(&[]).is_empty());

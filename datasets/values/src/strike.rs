@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::{Point, Split};
 
-/// What the robot was told to do: the plateau of the commanded end-effector velocity.
+/// What the robot was commanded to do: the plateau of the commanded end-effector velocity.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Command {
     /// Speed of the plateau in m/s.

@@ -127,7 +127,7 @@ pub fn find_logs(paths: &[PathBuf]) -> Result<Vec<PathBuf>, Error> {
             logs.push(path.clone());
         }
     }
-    // A dead link stays as it is named: reading tells what is wrong with it.
+    // A dead link stays as it is named: reading reports what is wrong with it.
     let whole = |path: PathBuf| fs::canonicalize(&path).unwrap_or(path);
     let mut logs: Vec<PathBuf> = logs.into_iter().map(whole).collect();
     logs.sort();

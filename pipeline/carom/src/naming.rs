@@ -1,4 +1,4 @@
-//! Names of logs in tables and messages: the file's, and of folders above it what tells it from others.
+//! Names of logs in tables and messages: the file's, and as many folders above it as distinguish it from others.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -27,7 +27,7 @@ pub fn names(files: &[(&Path, &str)]) -> Vec<String> {
     names
 }
 
-/// Names logs of one file name and several contents so that they are told apart.
+/// Gives logs of one file name and several contents names that differ.
 pub fn name_logs(logs: &mut [LogFile]) {
     let files = logs
         .iter()
@@ -65,7 +65,7 @@ mod tests {
     }
 
     #[test]
-    fn other_contents_of_one_file_name_are_told_apart_by_as_few_folders_as_do() {
+    fn other_contents_of_one_file_name_are_distinguished_by_as_few_folders_as_do() {
         let files = [
             ("/r/mon/d0/s.mcap", "x"),
             ("/r/tue/d0/s.mcap", "y"),

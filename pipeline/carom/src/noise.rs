@@ -12,14 +12,14 @@ use crate::results::WorldResults;
 
 /// Seconds of rest over which ingestion averages a position, about.
 const REST: f64 = 0.3;
-/// Fewer strikes tell no scatter.
+/// Fewer strikes give no estimate of scatter.
 const LEAST_STRIKES: usize = 10;
 
-/// From what the residual model leaves of commands that it did not learn from, where enough strikes tell; else as identified.
+/// From what the residual model leaves of commands that it did not learn from, where these are enough; else as identified.
 pub fn noise(rig: &Rig, of_world: &WorldResults) -> Noise {
     let identified = identified(rig, &of_world.world);
-    let told = of_world.learned.as_ref();
-    let Some(learned) = told.filter(|learned| learned.strikes >= LEAST_STRIKES) else {
+    let learned = of_world.learned.as_ref();
+    let Some(learned) = learned.filter(|learned| learned.strikes >= LEAST_STRIKES) else {
         return identified;
     };
     let [speed, angle] = learned.scatter;

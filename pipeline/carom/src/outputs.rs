@@ -17,7 +17,7 @@ use crate::Error;
 use crate::pipeline::Step;
 use crate::results::Results;
 
-/// Strikes that would best tell the leading candidates apart, as a plan.
+/// Strikes that would best distinguish the leading candidates, as a plan.
 pub const NEXT_STRIKES: &str = "next_strikes.json";
 
 /// Writes what the steps up to and with `last` gave. Every file is whole or absent; the same results give the same bytes.

@@ -96,11 +96,11 @@ fn explained(results: &Results) -> BTreeMap<Model, TrainingExtent> {
         (&results.sysid, Model::SysidResidual),
         (&results.effect, Model::EffectResidual),
     ];
-    let told = worlds.into_iter().filter_map(|(of_world, model)| {
+    let explained = worlds.into_iter().filter_map(|(of_world, model)| {
         let explained = of_world.as_ref()?.learned.as_ref()?.explained?;
         Some((model, explained))
     });
-    told.collect()
+    explained.collect()
 }
 
 /// Under which name a manifest records the seed of a run.

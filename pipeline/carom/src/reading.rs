@@ -27,12 +27,12 @@ pub struct Read {
     pub left_out: Vec<LeftOut>,
     /// Names of logs that are cut off or damaged.
     pub damaged: Vec<String>,
-    /// What a person should know of the logs, each with the log's name.
+    /// Warnings about the logs, each with the log's name.
     pub notes: Vec<String>,
 }
 
 /// Files that can be read, with their hashes, and those that cannot. Logs of one file name in several folders are named so
-/// that they are told apart: they are other sessions.
+/// that they can be distinguished: they are other sessions.
 pub fn open(paths: &[PathBuf]) -> (Vec<LogFile>, Vec<LeftOut>) {
     let (mut logs, unread): (Vec<LogFile>, Vec<(PathBuf, IngestError)>) = paths
         .par_iter()

@@ -28,7 +28,7 @@ pub struct Results {
     pub left_out: Vec<LeftOut>,
     /// Names of logs that are cut off or damaged.
     pub damaged: Vec<String>,
-    /// What a person should know of the logs.
+    /// Warnings about the logs.
     pub log_notes: Vec<String>,
     /// From [`Step::Sysid`](crate::pipeline::Step) on.
     pub fit: Option<Fit>,
@@ -61,7 +61,7 @@ pub struct WorldResults {
     pub solutions: Vec<Solution>,
     /// What it still gets wrong; from the residual on.
     pub residuals: ResidualTable,
-    /// What strikes tell of the arm beside it, one a strike; from the residual on.
+    /// The launch that each strike shows beside that world's, one a strike; from the residual on.
     pub launches: Vec<Option<LaunchResidual>>,
     /// What is added to its commands; from training on.
     pub learned: Option<Learned>,

@@ -29,7 +29,7 @@ impl Embedded {
 }
 
 impl Embedded {
-    /// The embedded rig for an artifact's rig. It goes on where the demo's strikes ended, so that no launch repeats
+    /// The embedded rig for an artifact's rig. It continues where the demo's strikes ended, so that no launch repeats
     /// one that was learnt from.
     pub fn open(choice: &SimChoice, artifacts: &Path, rig: &Rig, seed: u64) -> Result<Self, Error> {
         let truth = choice.truth(artifacts);

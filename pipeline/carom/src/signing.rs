@@ -16,7 +16,7 @@ pub struct SecretSigner {
     key: Key,
 }
 
-/// By its public key: the library's own text of a secret key tells the secret.
+/// By its public key: the library's own text of a secret key shows the secret.
 impl fmt::Debug for SecretSigner {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("SecretSigner")

@@ -22,7 +22,7 @@ pub fn open(dir: &Path, global: Global) -> Result<Run, Error> {
     Ok(Run::open(dir, options)?)
 }
 
-/// Goes through the steps up to and with `last`, writes the run's files, publishes where `last` says so, and tells what came out.
+/// Goes through the steps up to and with `last`, writes the run's files, publishes where `last` says so, and reports what came out.
 pub fn advance(
     run: &Run,
     store: &Store,
@@ -39,7 +39,7 @@ pub fn advance(
         _ => None,
     };
     let summary = run.summary();
-    // Who asked for one step asked for its figures.
+    // A command that runs a single step prints all figures of that step.
     let mut text = if global.verbose || last < Step::Publish {
         format!("{summary}\n{}", summary::details(&results))
     } else {

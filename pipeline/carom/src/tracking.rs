@@ -63,7 +63,7 @@ pub fn tracked(dir: &Path, rig: &Rig, logs: &[PathBuf]) -> Result<Tracked, Error
     Ok(tracked)
 }
 
-/// The hash of a log that has images and no centroids. What is wrong with a log is told when it is ingested.
+/// The hash of a log that has images and no centroids. What is wrong with a log is reported when it is ingested.
 fn needs_tracking(rig: &Rig, log: &Path) -> Option<String> {
     let images = rig.topics.image.as_ref()?;
     let read: Result<RawSummary, TrackError> = read_raw(log, Limits::default(), &mut |_| Ok(()));
@@ -84,7 +84,7 @@ enum Failure {
     Run(Error),
 }
 
-/// The log with centroids and what came of its frames; it is made if it is not there.
+/// The log with centroids and the outcome of its frames; it is made if it is not there.
 fn made(
     dir: &Path,
     rig: &Rig,
@@ -98,9 +98,9 @@ fn made(
     let key = durable::sha256(what.to_string().as_bytes());
     let folder = dir.join(FOLDER).join(&key[..16]);
     let path = folder.join(name(log));
-    let told = folder.join("frames.json");
+    let frames_file = folder.join("frames.json");
     if path.is_file()
-        && let Ok(text) = fs::read_to_string(&told)
+        && let Ok(text) = fs::read_to_string(&frames_file)
         && let Ok(kept) = serde_json::from_str::<Frames>(&text)
     {
         return Ok((path, kept.frames));
@@ -113,7 +113,7 @@ fn made(
             let kept = Frames { sha256, frames };
             let text = serde_json::to_string_pretty(&kept);
             let text = text.map_err(|error| Failure::Run(Error::failed(error)))? + "\n";
-            fs::write(told, text).map_err(failed)?;
+            fs::write(frames_file, text).map_err(failed)?;
             // Whole or absent: a run that is killed leaves no half of a log.
             fs::rename(&part, &path).map_err(failed)?;
             Ok((path, kept.frames))

@@ -125,7 +125,7 @@ fn a_dataset_is_the_same_bytes_with_any_threads_order_names_and_place() {
         lock
     );
 
-    // Tables that were changed are told.
+    // Tables that were changed are reported.
     let table = folder.path().join("set/strikes.parquet");
     let mut bytes = fs::read(&table).expect("a table");
     bytes[100] ^= 1;
@@ -171,7 +171,7 @@ fn copies_and_overlapping_parts_of_logs_give_one_row_for_a_strike() {
 }
 
 #[test]
-fn a_flipped_bit_a_lost_log_and_a_changed_recipe_are_told() {
+fn a_flipped_bit_a_lost_log_and_a_changed_recipe_are_reported() {
     let folder = demo(20);
     let (path, dir) = (folder.path(), folder.path().display());
     let all = json(&format!("dataset lock {dir}/set.toml"));
@@ -245,11 +245,11 @@ fn a_flipped_bit_a_lost_log_and_a_changed_recipe_are_told() {
         ("logs = [\"logs\"]\n[filters]\nsped = [0.1, 0.2]", "sped"),
     ] {
         recipe(path, text);
-        let told = refusal(&format!("dataset lock {dir}/set.toml"));
-        assert!(told.contains(named), "{text}: {told}");
+        let refused = refusal(&format!("dataset lock {dir}/set.toml"));
+        assert!(refused.contains(named), "{text}: {refused}");
     }
     fs::write(path.join("set.lock"), "schema = 1").expect("written");
     recipe(path, "logs = [\"logs\"]");
-    let told = refusal(&format!("dataset build {dir}/set.toml"));
-    assert!(told.contains("set.lock"), "{told}");
+    let refused = refusal(&format!("dataset build {dir}/set.toml"));
+    assert!(refused.contains("set.lock"), "{refused}");
 }

@@ -1,4 +1,4 @@
-//! From a command to a plan: for strikes that gather data, of which it is only foreseen where the object stops.
+//! From a command to a plan: for strikes that gather data, whose stops are only predicted.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -11,10 +11,10 @@ use crate::limits::{self, BrokenLimit};
 use crate::plan::{Details, GOOD_FOR};
 use crate::{Plan, PlannerError, Reason, Refusal, motion};
 
-/// How plans are named that no version made.
+/// The version's name in plans that no version made.
 const NO_VERSION: &str = "none";
 
-/// Plans strikes by their command, in a world that foresees where the object stops.
+/// Plans strikes by their command, in a world that predicts where the object stops.
 pub struct CommandPlanner {
     version: String,
     model: Model,
@@ -33,7 +33,7 @@ impl CommandPlanner {
     /// [`crate::identity::check`].
     pub fn published(artifact: &Artifact, rig: &Rig) -> Result<Self, PlannerError> {
         let best = artifact.manifest.provenance.default_model;
-        // The world is what foresees; a residual corrects commands for targets.
+        // The world predicts the stop; a residual corrects commands for targets.
         let world = artifact
             .model(best)
             .map_or_else(|| World::nominal(rig), |(world, _)| world);
@@ -99,13 +99,13 @@ impl CommandPlanner {
         limits::points(rig, from, object.stop)
             .and_then(|()| limits::point(rig, "to", farthest))
             .map_err(|(reason, detail)| {
-                let told = format!(
+                let text = format!(
                     "struck with {:.3} m/s at {:.3} rad it is foreseen to slide {:.3} m, and may slide {farther:.2} times as far: {detail}",
                     command.speed,
                     command.angle,
                     path.norm()
                 );
-                (reason, told)
+                (reason, text)
             })?;
         limits::second_push(&stroke, &object, limits::sizes(rig).0)?;
         if path.norm() == 0.0 {

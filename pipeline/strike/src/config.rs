@@ -5,7 +5,7 @@ use std::{fs, io};
 
 use serde::Deserialize;
 
-/// The configuration; paths are told from the folder of its file.
+/// The configuration; paths are relative to the folder of its file.
 ///
 /// ```toml
 /// key = "carom.pub"     # versions must be signed by this key
@@ -83,7 +83,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn paths_are_told_from_the_files_folder_and_what_is_not_known_is_named() {
+    fn paths_are_relative_to_the_files_folder_and_what_is_not_known_is_named() {
         let dir = tempfile::tempdir().expect("folder");
         let program = dir.path().join("strike");
         assert_eq!(Config::beside(&program).expect("none"), Config::default());

@@ -11,7 +11,7 @@ use crate::limits::{self, BrokenLimit};
 /// outermost commands, and no more.
 const BEYOND: f64 = 0.1;
 /// How far beyond what it adds on the strikes that it learnt from a residual may add, in half widths of that range: between
-/// strikes and at the trained region's edge it goes on smoothly, and a residual that asks for more is not the one that was judged.
+/// strikes and at the trained region's edge it goes on smoothly, and a residual that adds more is not the one that was judged.
 const BEYOND_ADDED: f64 = 1.0;
 
 /// A residual in its world.
@@ -74,7 +74,7 @@ impl Correction {
                         ),
                     ));
                 }
-                // The world alone may not reach what the arm does: its nearest command is then what stands beside.
+                // The world alone may not reach this target: its nearest command is then the simulated one.
                 let settings = SolveSettings::default();
                 let nearest = alone.worker().solve(from, to, conditions, &settings, None);
                 Ok((nearest.command, command))
@@ -102,7 +102,7 @@ impl Correction {
 
     /// What the object does when it is struck with the final command; `object` is what it does in the world alone.
     ///
-    /// An arm that delivers far less than it is told would, by the world alone, throw the object off the table: with a map of what
+    /// An arm that delivers far less than it is commanded would, by the world alone, throw the object off the table: with a map of what
     /// it delivers, the object moves as in the world where the map acts.
     pub(crate) fn moved(
         &self,

@@ -9,21 +9,21 @@ pub enum PlannerError {
     /// The artifact has no such model.
     #[error("plan with model `{model}`: version {version} does not hold it; it has {has}")]
     NoModel {
-        /// What was asked for.
+        /// The model requested.
         model: Model,
         /// The artifact.
         version: String,
-        /// What there is.
+        /// The models that it holds.
         has: String,
     },
     /// A session that the version does not know.
     #[error("plan for session `{session}`: version {version} does not know it; it knows {}", if known.is_empty() { "none: nothing that it named differs by session" } else { known })]
     NoSession {
-        /// What was asked for.
+        /// The session requested.
         session: String,
         /// The artifact.
         version: String,
-        /// What there is.
+        /// The sessions that it knows.
         known: String,
     },
     /// The world of the artifact cannot be simulated.

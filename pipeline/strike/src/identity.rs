@@ -40,8 +40,8 @@ enum Rule {
     Within,
     /// The stricter number is the smaller one.
     AtMost,
-    /// In any way: it says what a camera needs to know of the object, or where this robot stands and may go. Plans keep to the
-    /// robot's own value and no artifact depends on it.
+    /// Any difference is allowed: the key describes the object for a camera, or this robot's place and area. Plans use the robot's
+    /// own value, and no artifact depends on it.
     Own,
 }
 
@@ -299,11 +299,11 @@ mod tests {
     #[test]
     fn a_key_that_only_one_file_states_is_another_rig_unless_it_is_the_robots_own() {
         let (bare, stated) = (Rig::demo(Shape::Cylinder), complete(Shape::Cylinder));
-        let told = check(&bare, &stated)
+        let differences = check(&bare, &stated)
             .expect_err("strike height")
             .differences;
         assert_eq!(
-            told,
+            differences,
             ["[robot] strike_height is none in the artifact, 0.02 here"]
         );
         let mut own = stated.clone();

@@ -1,4 +1,4 @@
-//! What a plan must keep to. Each check tells the limit, the value, and how to mend it; none moves a value into its limit.
+//! What a plan must keep to. Each check states the limit, the value, and how to mend it; none moves a value into its limit.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -9,7 +9,7 @@ use world::Simulated;
 use crate::Reason;
 use crate::stroke::Stroke;
 
-/// Paths shorter than this, in m, are no strike: the camera cannot tell them from rest.
+/// Paths shorter than this, in m, are no strike: the camera cannot distinguish them from rest.
 const SHORTEST_PATH: f64 = 1e-3;
 /// After the impact the tip stays so far from the object, in m: several times what the camera's noise and a share of a tenth in
 /// friction move either by before the tip is at rest.
@@ -112,7 +112,7 @@ pub(crate) fn trained(region: &TrainedRegion, from: Point, to: Point) -> Result<
     trained_stop(region, to)
 }
 
-/// The object lies where training strikes started; versions of before that was recorded do not tell.
+/// The object lies where training strikes started; older versions do not state it.
 pub(crate) fn trained_start(region: &TrainedRegion, from: Point) -> Result<(), BrokenLimit> {
     let axes = [
         ("the object's x in m", from.x, region.start_x),
@@ -178,7 +178,7 @@ impl TrainedRange {
     }
 }
 
-/// The command is one that the arm may be told. `simulated` is the part of it that the world gave.
+/// The command is one that the arm may be sent. `simulated` is the part of it that the world gave.
 pub(crate) fn command(rig: &Rig, command: Command, simulated: Command) -> Result<(), BrokenLimit> {
     let robot = &rig.robot;
     if !robot.speed.contains(command.speed) {

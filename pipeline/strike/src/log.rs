@@ -285,7 +285,7 @@ mod tests {
     }
 
     #[test]
-    fn a_place_that_cannot_be_written_to_is_told_before_the_strike() {
+    fn a_place_that_cannot_be_written_to_is_reported_before_the_strike() {
         let dir = tempfile::tempdir().expect("folder");
         let file = dir.path().join("file");
         fs::write(&file, "").expect("writes");

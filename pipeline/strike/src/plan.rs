@@ -101,7 +101,7 @@ impl Plan {
         }
     }
 
-    /// What the robot is told.
+    /// The command that the robot is sent.
     pub fn command(&self) -> Command {
         Command {
             speed: self.speed,

@@ -223,7 +223,7 @@ impl Planner {
     }
 
     /// How far (m) the residual may move the simulated stop from the target: it makes good what the world alone misses by, on the
-    /// strikes that it learnt from or, where the version does not tell, on held-out ones.
+    /// strikes that it learnt from or, where the version does not state it, on held-out ones.
     fn farthest_shift(&self, path: Point) -> f64 {
         if let Some(explained) = self.explained {
             return explained.displacement * path.norm();

@@ -98,9 +98,9 @@ impl Reason {
 #[derive(Clone, Debug, PartialEq, Serialize, thiserror::Error)]
 #[error("{}: {detail}", refused.name())]
 pub struct Refusal {
-    /// Where the object rests, in m; none where nobody told.
+    /// Where the object rests, in m; none where it was not given.
     pub from: Option<Point>,
-    /// Where it was to come to rest, in m; none where nobody told.
+    /// Where it was to come to rest, in m; none where it was not given.
     pub to: Option<Point>,
     /// Why.
     pub refused: Reason,

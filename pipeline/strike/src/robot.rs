@@ -14,7 +14,7 @@ use values::Point;
 
 use crate::{Plan, Refusal};
 
-/// An arm with its camera, or what stands in for one.
+/// An arm with its camera, or a simulation of both.
 ///
 /// The order of calls is [`execute`]'s: `check`, then `strike`, and `abort` if `strike` failed. A driver connects when it
 /// is made, and moves nothing before `strike`.
@@ -36,7 +36,7 @@ pub trait Robot {
     fn abort(&mut self) -> Result<(), RobotError>;
 }
 
-/// What a strike left.
+/// What a strike recorded.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StrikeRecord {
     /// What goes into the log.
@@ -45,7 +45,7 @@ pub struct StrikeRecord {
     pub stop: Option<Point>,
     /// Speed that the arm delivered at contact, in m/s; none where it is not measured.
     pub delivered_speed: Option<f64>,
-    /// What a person should look at; none where nothing is.
+    /// A warning for the operator.
     pub warning: Option<String>,
 }
 
@@ -133,7 +133,7 @@ mod tests {
     use crate::Reason;
     use crate::testing::plan;
 
-    /// A robot that notes what it is asked, and fails where it is told.
+    /// A robot that records its calls, and fails at the one that is given.
     #[derive(Default)]
     struct Noting {
         calls: Vec<&'static str>,
@@ -235,7 +235,7 @@ mod tests {
     }
 
     #[test]
-    fn an_arm_that_cannot_be_stopped_is_told_with_both_reasons() {
+    fn an_arm_that_cannot_be_stopped_is_reported_with_both_reasons() {
         let (_, outcome) = calls(&["strike", "abort"]);
         let error = outcome.expect_err("failed");
         assert_eq!(error.samples(), Some(&sampled()));

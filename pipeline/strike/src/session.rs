@@ -1,4 +1,4 @@
-//! What a session leaves open: by how much plans miss in one that nobody has measured.
+//! Uncertainty of a session: by how much plans miss in one that was not measured.
 
 use values::{Command, Conditions, Point, Rig};
 use world::{SessionValue, Simulator, World, WorldError};
@@ -8,7 +8,7 @@ const MEAN_SIZE: f64 = 0.797_884_560_802_865_4;
 /// Standard errors within which 95 % lie.
 const NINETY_FIVE: f64 = 1.96;
 
-/// Worlds a standard deviation of what is open beside the one that plans; none for a session that is known.
+/// Worlds one standard deviation of the session's uncertainty beside the one that plans; none for a session that is known.
 #[derive(Default)]
 pub(crate) struct OpenSession {
     here: Option<Simulator>,
@@ -16,7 +16,7 @@ pub(crate) struct OpenSession {
 }
 
 impl OpenSession {
-    /// Of a session that is not known: what the world's sessions scatter by.
+    /// Of a session that is not known: by the scatter between the world's sessions.
     pub(crate) fn unknown(rig: &Rig, world: &World) -> Result<Self, WorldError> {
         let moved = world
             .sessions
@@ -25,7 +25,7 @@ impl OpenSession {
         Self::beside(rig, world, moved)
     }
 
-    /// Of a session that a few strikes have told of: what these leave open.
+    /// Of a session that was estimated from a few strikes: the uncertainty that these leave.
     pub(crate) fn estimated(
         rig: &Rig,
         world: &World,
@@ -58,8 +58,8 @@ impl OpenSession {
         Ok(Self { here, beside })
     }
 
-    /// A mean miss (m) on strikes of known sessions, and what this strike would miss by for the session's sake: independent, so
-    /// their squares add.
+    /// A mean miss (m) on strikes of known sessions, combined with the miss that the session's uncertainty adds to this strike: they
+    /// are independent, so their squares add.
     pub(crate) fn expected_miss(
         &self,
         known: f64,

@@ -27,7 +27,7 @@ pub struct Trust {
 struct Seen {
     sequence: u64,
     version: String,
-    /// SHA-256 of its manifest, as the manifest itself says it; none in files of before it was kept.
+    /// SHA-256 of its manifest, as the manifest itself says it; none in older files.
     #[serde(default)]
     manifest: Option<String>,
 }
@@ -43,7 +43,7 @@ impl Seen {
     }
 }
 
-/// Why a version is not trusted, or that cannot be told. Texts complete "failed to …".
+/// Why a version is not trusted, or cannot be judged. Texts complete "failed to …".
 #[derive(Debug, thiserror::Error)]
 pub enum TrustError {
     /// The version is damaged, not signed, or not by the key.
@@ -85,9 +85,9 @@ pub enum TrustError {
         /// What is wrong with it.
         why: String,
     },
-    /// What was seen cannot be told.
+    /// The newest version seen cannot be read.
     #[error(
-        "tell the newest version seen from {}: {why}; remove the file only if you know that the version to load is the newest",
+        "find the newest version seen in {}: {why}; remove the file only if you know that the version to load is the newest",
         path.display()
     )]
     BadSeen {

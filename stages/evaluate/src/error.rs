@@ -9,7 +9,7 @@ pub enum EvaluateError {
     /// A model's world does not compile.
     #[error("evaluate in a model's world: {0}")]
     World(#[from] WorldError),
-    /// Two models of one name cannot be told apart.
+    /// Two models have one name.
     #[error("evaluate: the model `{model}` is given twice")]
     Twice {
         /// The name.

@@ -93,7 +93,7 @@ pub struct Evaluation {
 }
 
 impl Evaluation {
-    /// What is said of new sessions, where a model tells sessions apart; else it repeats what is said of known ones.
+    /// Stop errors in new sessions, where a model has parameters by session; else they repeat those in known ones.
     pub fn differing_sessions(&self) -> Option<&NewSessions> {
         let new = self.new_sessions.as_ref();
         new.filter(|new| new.models != self.models)

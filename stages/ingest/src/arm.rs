@@ -44,7 +44,7 @@ pub(crate) struct LaunchContext<'a> {
 
 /// States are looked at from this long before the command rises, in s.
 const BEFORE: f64 = 0.05;
-/// Fewer states up to contact tell nothing.
+/// Fewer states up to contact are not evaluated.
 const FEWEST_STATES: usize = 4;
 /// Of more states, as many are used.
 const MOST_STATES: usize = 400;
@@ -55,7 +55,7 @@ const LEAST_SHARE: f64 = 0.1;
 /// A state this many times faster than the command is no measurement.
 const IMPLAUSIBLE: f64 = 5.0;
 
-/// What the arm delivered; `None` where the states do not tell.
+/// What the arm delivered; `None` where the states do not determine it.
 pub(crate) fn delivered(states: &[State], context: &LaunchContext<'_>) -> Option<Delivered> {
     let contact = contact(context);
     let start = context.commands.first()?.stamp;
@@ -107,7 +107,7 @@ fn contact(context: &LaunchContext<'_>) -> f64 {
     /// A slide is straight enough for a line over this time, in s, or over as many frames.
     const LINE: f64 = 0.07;
     const LINE_FRAMES: usize = 4;
-    /// The line's end may lie this part of a frame after first motion, which noise may have told too early.
+    /// The line's end may lie this part of a frame after first motion, which noise may have shown too early.
     const AFTER: f64 = 0.25;
     let track = context.track;
     let count = track

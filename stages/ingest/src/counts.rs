@@ -43,17 +43,17 @@ impl Counts {
                 "commands came too long before the centroids of their time and were judged without them",
             ),
         ];
-        let told = counts.into_iter().filter(|(count, _)| *count > 0);
-        told.map(|(count, text)| format!("{count} {text}"))
+        let seen = counts.into_iter().filter(|(count, _)| *count > 0);
+        seen.map(|(count, text)| format!("{count} {text}"))
             .collect()
     }
 
     /// What is to be said of frames that come at another rate than the rig file's.
     pub(crate) fn other_rate(&self, rig: &Rig) -> Option<String> {
         let rate = 1.0 / median(self.periods.iter().copied());
-        let told = rig.camera.rate;
-        ((rate / told).ln().abs() > OTHER_RATE).then(|| {
-            format!("frames come at {rate:.0} Hz, and the rig file says camera.rate = {told}: set it to what the camera does")
+        let stated = rig.camera.rate;
+        ((rate / stated).ln().abs() > OTHER_RATE).then(|| {
+            format!("frames come at {rate:.0} Hz, and the rig file says camera.rate = {stated}: set it to what the camera does")
         })
     }
 }

@@ -7,7 +7,7 @@
 //!
 //! Each log is ingested on its own ([`Ingest`], a list stage): its strikes go to the cache while they are found. [`Strikes`]
 //! then joins all logs, one row for a strike that several logs hold, in the order of time, and reads them one by one; what is
-//! held of a strike is what tells it from others ([`StrikeSummary`]). [`assemble`] does the same with logs that are held whole.
+//! held of a strike is what distinguishes it from others ([`StrikeSummary`]). [`assemble`] does the same with logs that are held whole.
 
 mod arm;
 mod assemble;

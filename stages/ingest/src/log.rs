@@ -1,4 +1,4 @@
-//! One log: its messages into the segmenter, and what is told of the file.
+//! One log: its messages into the segmenter, and what is reported of the file.
 
 use std::path::Path;
 
@@ -32,7 +32,7 @@ pub fn ingest_log(path: &Path, rig: &Rig, settings: &Ingest) -> Result<LogOutcom
     Ok(outcome.with_strikes(|_| strikes))
 }
 
-/// The same, of a log by its name; each strike is handed over when it is found, and what stays of it is what tells it from
+/// The same, of a log by its name; each strike is handed over when it is found, and what stays of it is what distinguishes it from
 /// others. The object's place comes from its centroids; from its poses in a log that has those and no centroids.
 pub(crate) fn read_log(
     path: &Path,
@@ -45,7 +45,7 @@ pub(crate) fn read_log(
     let is_there = |summary: &Summary, topic: &FieldTopic| {
         summary.topics.iter().any(|there| there.name == topic.name)
     };
-    let told = |found: &[String]| {
+    let names_pose = |found: &[String]| {
         found
             .iter()
             .any(|there| there.split(' ').next() == Some(pose.name.as_str()))
@@ -60,7 +60,9 @@ pub(crate) fn read_log(
     };
     let has_poses_alone = match &by_centroids {
         Ok((_, summary)) => !any_kept && !is_there(summary, centroid) && is_there(summary, pose),
-        Err(LogError::MissingTopic { topic, found, .. }) => *topic == centroid.name && told(found),
+        Err(LogError::MissingTopic { topic, found, .. }) => {
+            *topic == centroid.name && names_pose(found)
+        }
         Err(_) => false,
     };
     let (outcome, _) = if has_poses_alone {
@@ -150,7 +152,7 @@ fn read_by(
     Ok((outcome, summary))
 }
 
-/// Somewhere in the log a message is wrong, and nothing tells where: no strike of it is kept.
+/// Somewhere in the log a message is wrong, and nothing shows where: no strike of it is kept.
 fn distrust(outcome: &mut LogOutcome<StrikeSummary>, why: &str) {
     let log = &outcome.log;
     outcome
@@ -165,7 +167,7 @@ fn distrust(outcome: &mut LogOutcome<StrikeSummary>, why: &str) {
     outcome.rejects.sort_by_key(|reject| reject.index);
 }
 
-/// So many damaged places of a log are told one by one.
+/// So many damaged places of a log are listed one by one.
 const PLACES: usize = 10;
 
 fn notes(summary: &Summary, wanted: &[TopicRequest<'_>]) -> Vec<String> {

@@ -143,13 +143,13 @@ mod tests {
     }
 
     #[test]
-    fn a_clock_that_is_set_back_is_told_and_the_messages_before_and_after_are_kept_apart() {
+    fn a_clock_that_is_set_back_is_reported_and_the_messages_before_and_after_are_kept_apart() {
         for back in [35, 55, 200, 100_000] {
             let before: Vec<i64> = (0..40).map(|i| 100_000 + 10 * i).collect();
             let after: Vec<i64> = (40..80).map(|i| 100_000 + 10 * i - back).collect();
             let all = [before, after].concat();
             let (out, backs) = order(&all);
-            // Back by less than the messages that may be overtaken, it cannot be told from overtaking.
+            // Back by less than the messages that may be overtaken, it cannot be distinguished from overtaking.
             if back > 10 * STAY_BACK as i64 {
                 assert_eq!((out, backs.len()), (all, 1), "{back}");
             }

@@ -51,7 +51,7 @@ impl LogFile {
     }
 }
 
-/// What came out of one log; its strikes are held whole, or what tells them from others.
+/// What came out of one log; its strikes are held whole, or what distinguishes them from others.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LogOutcome<S = Strike> {
     /// Its name.

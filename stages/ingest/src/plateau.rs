@@ -96,12 +96,12 @@ fn clipped(commands: &[Sample], speeds: &[f64]) -> Option<Range<usize>> {
     let held = time(last) - time(first);
     let peak = (rise * (after - fall * held) - fall * before) / (rise - fall);
     let is_known = peak < (1.0 + PEAK_TOLERANCE) * top;
-    let is_told = if plateau.len() > 1 {
+    let is_resolved = if plateau.len() > 1 {
         upper > above || is_known
     } else {
         lower > above || (upper > above && is_known)
     };
-    (lower > (1.0 - PLATEAU_TOLERANCE) * top && is_told).then_some(plateau)
+    (lower > (1.0 - PLATEAU_TOLERANCE) * top && is_resolved).then_some(plateau)
 }
 
 /// A plateau that ripples: the longest run within the wider tolerance of the highest held speed, without the ramps at its ends;
@@ -217,7 +217,7 @@ mod tests {
     }
 
     #[test]
-    fn a_plateau_of_one_or_two_commands_is_told_from_a_peak_by_its_ramps() {
+    fn a_plateau_of_one_or_two_commands_differs_from_a_peak_by_its_ramps() {
         for (top, down) in [
             (&[1.0][..], [0.97, 0.92, 0.0]),
             (&[1.0, 1.0], [0.95, 0.9, 0.0]),

@@ -27,7 +27,7 @@ const FASTER: f64 = 2.0;
 /// Most of a slide's frames that may be missing.
 const MOST_MISSING: f64 = 0.3;
 
-/// What the centroids around one command tell.
+/// What the centroids around one command show.
 #[derive(Debug)]
 pub(crate) struct Slide {
     /// Stamp of the first frame in motion, in ns.

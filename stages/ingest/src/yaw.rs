@@ -41,7 +41,7 @@ pub fn yaw_of([x, y, z, w]: More) -> Option<f64> {
 
 /// The yaw at rest is taken from this time before first motion, in s.
 const REST: f64 = 0.3;
-/// Two poses with this many usual intervals between them do not tell what lies between, in s.
+/// Two poses with this many usual intervals between them do not show what lies between, in s.
 const GAP: f64 = 0.1;
 
 /// The yaw before first motion and at the track's times; `None` where poses do not cover them.

@@ -73,13 +73,13 @@ fn keeps_the_strikes_before(folder: &Folder, bytes: &[u8], cuts: impl Iterator<I
         };
         assert_eq!(ids(&cut, cut.strikes.len()), ids(&whole, cut.strikes.len()));
         // A file whose index alone is cut has all its messages.
-        let told = if cut.whole {
+        let words = if cut.whole {
             "the index is not whole"
         } else {
             "truncated"
         };
         assert!(
-            cut.notes.iter().any(|note| note.contains(told)),
+            cut.notes.iter().any(|note| note.contains(words)),
             "{:?}",
             cut.notes
         );

@@ -107,18 +107,18 @@ fn what_the_embedded_rigs_arm_delivered_is_measured_where_its_state_is_logged() 
         .map(|log| ingest_log(log, &rig, &Ingest::default()).expect("the log is read"))
         .collect();
     let (strikes, _) = assemble(outcomes);
-    let told: Vec<_> = strikes
+    let delivered: Vec<_> = strikes
         .iter()
         .zip(&truth.strikes)
         .filter_map(|(strike, truth)| Some((strike.delivered?, truth.delivered)))
         .collect();
-    assert_eq!(told.len(), 60);
-    let speed = rms(told
+    assert_eq!(delivered.len(), 60);
+    let speed = rms(delivered
         .iter()
-        .map(|(told, truth)| told.tip_speed - truth.speed));
-    let angle = rms(told
+        .map(|(delivered, truth)| delivered.tip_speed - truth.speed));
+    let angle = rms(delivered
         .iter()
-        .map(|(told, truth)| told.tip_angle - truth.angle));
+        .map(|(delivered, truth)| delivered.tip_angle - truth.angle));
     println!(
         "delivered: {:.2} mm/s and {:.2} mrad rms",
         1e3 * speed,

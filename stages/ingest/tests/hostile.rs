@@ -71,16 +71,16 @@ fn cameras_from_30_to_240_hz_with_jitter_and_dropped_frames() {
     for rate in [30.0, 50.0, 60.0, 120.0, 240.0] {
         let outcome = ingest_samples(&seen_at(&truths, rate));
         kept(&outcome, &truths, 1e-9);
-        let told = outcome
+        let is_noted = outcome
             .notes
             .iter()
             .any(|note| note.contains("camera.rate = 60"));
-        assert_eq!(told, rate != 60.0, "{rate}: {:?}", outcome.notes);
+        assert_eq!(is_noted, rate != 60.0, "{rate}: {:?}", outcome.notes);
     }
 }
 
 #[test]
-fn a_camera_that_shows_no_slide_is_told_as_one() {
+fn a_camera_that_shows_no_slide_is_reported_as_one() {
     let outcome = ingest_samples(&seen_at(&truths(2), 8.0));
     assert_eq!(
         reasons(&outcome.rejects),
@@ -198,7 +198,7 @@ fn an_object_that_is_struck_again_before_it_rests_keeps_neither_strike() {
         panic!("{:?}", outcome.rejects);
     };
     assert_eq!(first.reason.name(), "no_rest_after");
-    // From its own centroids alone it cannot be told from one whose clock is late.
+    // From its own centroids alone it cannot be distinguished from one whose clock is late.
     assert!(["no_rest_before", "clock_skew"].contains(&second.reason.name()));
 }
 

@@ -133,8 +133,8 @@ fn a_camera_of_unequal_intervals_is_known_by_its_mean_rate() {
     // Its frames come 8 and 12 ms apart, and the rig file says the mean.
     assert!((rig.camera.rate - 99.3).abs() < 1e-9);
     for outcome in outcomes {
-        let told = outcome.notes.iter().find(|note| note.contains("Hz"));
-        assert_eq!(told, None, "{}", outcome.log);
+        let note_on_rate = outcome.notes.iter().find(|note| note.contains("Hz"));
+        assert_eq!(note_on_rate, None, "{}", outcome.log);
     }
 }
 

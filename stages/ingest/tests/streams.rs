@@ -149,11 +149,11 @@ fn commands_that_all_come_before_the_centroids_are_held_within_bounds() {
     }
     let outcome = ingest(&folder.write("b.mcap", &flood));
     assert_eq!(outcome.rejects.len(), strikes as usize);
-    let told = outcome
+    let is_noted = outcome
         .notes
         .iter()
         .any(|note| note.contains("before the centroids of their time"));
-    assert!(told, "{:?}", outcome.notes);
+    assert!(is_noted, "{:?}", outcome.notes);
 }
 
 /// A session with the arm's states at a rate: the commanded profile, a share of it, turned.
@@ -227,7 +227,7 @@ fn states_may_lie_behind_all_else_in_the_file_or_be_of_another_kind() {
             .all(|strike| strike.delivered.is_some())
     );
 
-    // A topic of that name that is something else takes no strike with it, and is told.
+    // A topic of that name that is something else takes no strike with it, and is reported.
     let mut messages: Vec<_> = session(&truths).centroids.iter().map(point).collect();
     messages.extend(session(&truths).commands.iter().map(twist));
     messages.push(("/striker/state", EPOCH, r#""text":"ready""#.into()));
@@ -237,16 +237,16 @@ fn states_may_lie_behind_all_else_in_the_file_or_be_of_another_kind() {
     let outcome = ingest(&path);
     assert_eq!(outcome.strikes.len(), 3);
     for topic in ["/striker/state", "/object/pose"] {
-        let told = outcome
+        let is_noted = outcome
             .notes
             .iter()
             .any(|note| note.contains(topic) && note.contains("could not be decoded"));
-        assert!(told, "{:?}", outcome.notes);
+        assert!(is_noted, "{:?}", outcome.notes);
     }
 }
 
 #[test]
-fn poses_stand_in_for_centroids_and_tell_the_yaw() {
+fn poses_stand_in_for_centroids_and_give_the_yaw() {
     let truths = truths(3);
     let samples = session(&truths);
     let by_centroids = ingest_samples(&samples);

@@ -73,7 +73,7 @@ fn strikes_are_measured_as_they_were_made() {
 }
 
 #[test]
-fn frames_that_jump_away_change_nothing_and_are_told() {
+fn frames_that_jump_away_change_nothing_and_are_reported() {
     let truths = truths(3);
     let mut samples = session(&truths);
     let clean = ingest_samples(&samples);
@@ -227,7 +227,7 @@ fn a_strike_is_one_row_whatever_files_hold_it() {
 }
 
 #[test]
-fn the_stage_answers_by_content_and_tells_a_log_that_changed() {
+fn the_stage_answers_by_content_and_reports_a_log_that_changed() {
     let folder = Folder::new();
     let path = folder.write("a.mcap", &session(&truths(2)));
     let log = LogFile::open(&path).expect("hashes");
@@ -256,7 +256,7 @@ fn the_stage_answers_by_content_and_tells_a_log_that_changed() {
 }
 
 #[test]
-fn a_stamp_that_no_message_has_is_told_and_the_log_time_taken() {
+fn a_stamp_that_no_message_has_is_reported_and_the_log_time_taken() {
     let folder = Folder::new();
     let path = folder.path("a.mcap");
     std::fs::write(&path, as_json(&session(&truths(2)), false)).expect("writes");

@@ -1,7 +1,7 @@
 //! Answers as bytes: MessagePack with field names.
 //!
 //! It describes itself, so that values that leave out empty fields (as `world.toml`'s do) read back, and it keeps every
-//! bit of a number. One value has one encoding, whose end is told by its content: encodings can be joined and hashed.
+//! bit of a number. One value has one encoding, whose end follows from its content: encodings can be joined and hashed.
 
 use std::io::Write;
 

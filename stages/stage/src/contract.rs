@@ -50,7 +50,7 @@ pub trait ItemStage: Serialize + Sync {
     ) -> Result<Vec<Self::Output>, Self::Error>;
 }
 
-/// A stage whose answer to one item is a list that may be larger than memory, and what is told of it as a whole.
+/// A stage whose answer to one item is a list that may be larger than memory, and an answer for it as a whole.
 pub trait ListStage: Serialize + Sync {
     /// Its name: of its folder in the cache, in the summary and in the manifest.
     const NAME: &'static str;
@@ -62,12 +62,12 @@ pub trait ListStage: Serialize + Sync {
     type Item: Serialize + Sync;
     /// One of a list.
     type Entry: Serialize + DeserializeOwned + Send;
-    /// What is told of one list as a whole.
+    /// The answer for one list as a whole.
     type Output: Serialize + DeserializeOwned + Send;
     /// Why it could not answer.
     type Error: std::error::Error + Send + Sync + 'static;
 
-    /// Computes the list of one item: hands over each entry when it is found, then tells of the whole. Items are computed
+    /// Computes the list of one item: hands over each entry when it is found, then returns the answer for the whole. Items are computed
     /// side by side.
     fn run_item(
         &self,

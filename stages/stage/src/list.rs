@@ -2,7 +2,7 @@
 //! at a time.
 //!
 //! Layout, little-endian: a line that names the format; the key (32 bytes) of what the list answers; the entries and then
-//! what is told of the whole, each as its length (u32) and its encoding; the SHA-256 of all that comes before.
+//! the answer to the whole, each as its length (u32) and its encoding; the SHA-256 of all that comes before.
 
 use std::fs::File;
 use std::io::{self, BufReader, BufWriter, ErrorKind, Read, Seek, SeekFrom, Write};
@@ -22,7 +22,7 @@ const HEAD: u64 = FORMAT.len() as u64 + 32;
 const HASH: u64 = 32;
 const LENGTH: u64 = 4;
 
-/// The answer to one item: what is told of the list as a whole, and its entries.
+/// The answer to one item: what holds for the list as a whole, and its entries.
 pub type ListAnswer<S> = (<S as ListStage>::Output, Entries<<S as ListStage>::Entry>);
 
 /// The entries of one list, which lie in the cache of the run that gave them.
@@ -153,7 +153,7 @@ pub(crate) fn written<S: ListStage>(place: &Place) -> Result<ListAnswer<S>, Stag
     }
 }
 
-/// Where each entry begins, and the encoding of what is told of the whole; none where the hash or the key is another.
+/// Where each entry begins, and the encoding of the answer to the whole; none where the hash or the key is another.
 fn prove(file: File, key: Key) -> io::Result<Option<(Vec<u64>, Vec<u8>)>> {
     let Some(end) = file.metadata()?.len().checked_sub(HASH) else {
         return Ok(None);

@@ -30,7 +30,7 @@ pub(crate) struct Pack {
 }
 
 impl Pack {
-    /// Reads a pack, passing each proved answer to `visit`. Also tells whether damage was seen.
+    /// Reads a pack, passing each proved answer to `visit`. Also returns whether damage was seen.
     pub fn open(
         path: PathBuf,
         group: Key,

@@ -8,7 +8,7 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 /// A bar on stderr, two lines where stderr is no terminal, or nothing where none is wanted. Usable from any thread.
 pub struct Progress {
     bar: ProgressBar,
-    /// The stage that is told in lines, and when it began.
+    /// The stage that is shown in lines, and when it began.
     lines: Option<(&'static str, Instant)>,
     /// Whether the runner counts over many batches, so that a stage cannot set the number of items.
     is_counted: bool,
@@ -27,10 +27,10 @@ impl Progress {
         }
     }
 
-    /// Shows the stage's name and a spinner until the number of items is told.
+    /// Shows the stage's name and a spinner until the number of items is known.
     pub(crate) fn shown(stage: &'static str) -> Self {
         if !io::stderr().is_terminal() {
-            tell(&format!("{stage} …"));
+            print_line(&format!("{stage} …"));
             let mut progress = Self::hidden();
             progress.lines = Some((stage, Instant::now()));
             return progress;
@@ -83,7 +83,7 @@ impl Drop for Progress {
     fn drop(&mut self) {
         self.bar.finish_and_clear();
         if let Some((stage, began)) = self.lines {
-            tell(&format!(
+            print_line(&format!(
                 "{stage} ended after {:.1} s",
                 began.elapsed().as_secs_f64()
             ));
@@ -92,7 +92,7 @@ impl Drop for Progress {
 }
 
 /// A line on stderr; that nobody reads it stops no work.
-fn tell(line: &str) {
+fn print_line(line: &str) {
     drop(writeln!(io::stderr(), "{line}"));
 }
 

@@ -39,7 +39,7 @@ pub struct Run {
     answers: Answers,
     /// Held while items are answered: a pack has one reader and writer.
     packs: Mutex<()>,
-    told: Mutex<(Summary, Vec<Record>)>,
+    account: Mutex<(Summary, Vec<Record>)>,
     _lock: Lock,
 }
 
@@ -60,7 +60,7 @@ impl Run {
             options,
             answers,
             packs: Mutex::default(),
-            told: Mutex::default(),
+            account: Mutex::default(),
             _lock: lock,
         })
     }
@@ -72,12 +72,12 @@ impl Run {
 
     /// What was computed and what reused so far.
     pub fn summary(&self) -> Summary {
-        lock(&self.told).0.clone()
+        lock(&self.account).0.clone()
     }
 
     /// How each stage was run so far, in order, each kind of run once.
     pub fn records(&self) -> Vec<Record> {
-        lock(&self.told).1.clone()
+        lock(&self.account).1.clone()
     }
 
     /// The stage's answer: kept, or computed now and kept. Either way it is what the cache's bytes say.
@@ -94,7 +94,7 @@ impl Run {
         match self.answers.load(&path, key)? {
             Cached::Answer(bytes) => match codec::decode(&bytes, S::NAME) {
                 Ok(output) => {
-                    self.tell(S::NAME, 0, 1, 0, started);
+                    self.account_for(S::NAME, 0, 1, 0, started);
                     return Ok(output);
                 }
                 // Kept by a stage of the same version with another type of output.
@@ -110,7 +110,7 @@ impl Run {
         let output = codec::decode(&bytes, S::NAME)?;
         self.answers.store(&path, key, &bytes)?;
         self.answers.prune(S::NAME)?;
-        self.tell(S::NAME, 1, 0, damaged, started);
+        self.account_for(S::NAME, 1, 0, damaged, started);
         Ok(output)
     }
 
@@ -172,7 +172,7 @@ impl Run {
             }
             self.answers.prune(S::NAME)?;
         }
-        self.tell(
+        self.account_for(
             S::NAME,
             computed,
             items.len() - computed,
@@ -244,7 +244,7 @@ impl Run {
                 _ => list::written::<S>(place),
             })
             .collect::<Result<Vec<_>, StageError>>()?;
-        self.tell(S::NAME, computed, items.len() - computed, damaged, started);
+        self.account_for(S::NAME, computed, items.len() - computed, damaged, started);
         Ok(lists)
     }
 
@@ -319,14 +319,14 @@ impl Run {
             version,
             settings,
         };
-        let records = &mut lock(&self.told).1;
+        let records = &mut lock(&self.account).1;
         if !records.contains(&record) {
             records.push(record);
         }
         Ok(())
     }
 
-    fn tell(
+    fn account_for(
         &self,
         name: &'static str,
         computed: usize,
@@ -335,7 +335,7 @@ impl Run {
         started: Instant,
     ) {
         let seconds = started.elapsed().as_secs_f64();
-        lock(&self.told).0.add(StageSummary {
+        lock(&self.account).0.add(StageSummary {
             name,
             computed,
             reused,

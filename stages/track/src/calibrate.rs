@@ -1,7 +1,7 @@
 //! Lens and pose of a camera from points of the table and the pixels in which they are seen.
 //!
 //! A homography of the plane gives a first pose (Zhang 2000, section 3.1); the sum of squared pixels is then minimised over the
-//! pose, and over the focal length where the lens is not known. What the points leave open is told in mm on the table.
+//! pose, and over the focal length where the lens is not known. What the points leave uncertain is given in mm on the table.
 
 use nalgebra::DMatrix;
 use values::Interval;
@@ -303,7 +303,7 @@ mod tests {
     }
 
     #[test]
-    fn heights_tell_the_focal_length_of_a_camera_that_looks_straight_down() {
+    fn heights_determine_the_focal_length_of_a_camera_that_looks_straight_down() {
         let camera = camera(0.0);
         let size = KnownLens::Size([1280, 720]);
         let flat = Calibration::from_points(&seen(&camera, &CORNERS), size, WORKSPACE);
@@ -323,7 +323,7 @@ mod tests {
     }
 
     #[test]
-    fn a_camera_that_leans_tells_its_focal_length() {
+    fn a_camera_that_leans_determines_its_focal_length() {
         let camera = camera(0.5);
         let mut places = CORNERS.to_vec();
         places.extend([[0.5, 0.0, 0.0], [0.35, 0.2, 0.0], [0.65, -0.2, 0.0]]);

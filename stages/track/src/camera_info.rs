@@ -1,4 +1,4 @@
-//! The lens of a camera as a log tells it: ROS's `CameraInfo`, Foxglove's `CameraCalibration`.
+//! The lens of a camera as a log states it: ROS's `CameraInfo`, Foxglove's `CameraCalibration`.
 //!
 //! Sources: `sensor_msgs/msg/CameraInfo.msg`, `foxglove/CameraCalibration.proto`.
 

@@ -85,9 +85,9 @@ pub(crate) struct Contrast {
     offset: f32,
 }
 
-/// The object's light must stand off the table's direction by this share of its own to be told from its shadows.
+/// The object's light must stand off the table's direction by this share of its own to be distinguished from its shadows.
 const LEAST_CHROMA: f32 = 0.2;
-/// Light of object and table that differ by less than this, of 1, cannot be told apart.
+/// Light of object and table that differ by less than this, of 1, cannot be distinguished.
 const LEAST_DIFFERENCE: f32 = 0.03;
 
 impl Contrast {

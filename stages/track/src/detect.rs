@@ -134,7 +134,7 @@ mod tests {
     }
 
     #[test]
-    fn blobs_are_told_apart_and_a_ring_is_one() {
+    fn blobs_are_distinguished_and_a_ring_is_one() {
         let far = |c: usize, r: usize, x: f64, y: f64| (c as f64 - x).hypot(r as f64 - y);
         let image = painted(|c, r| {
             (8.0..14.0).contains(&far(c, r, 30.0, 40.0)) || far(c, r, 90.0, 30.0) < 9.0

@@ -1,6 +1,6 @@
 //! Where the object's edge lies along rays across its outline.
 //!
-//! Along a ray the contrast falls from the level of what is inside to that of the table. The area under it tells where the edge
+//! Along a ray the contrast falls from the level of what is inside to that of the table. The area under it gives where the edge
 //! is, whatever blurs it: lens, motion and compression spread an edge to both sides alike. A tall object shows a side that may be
 //! darker than its upper face; between the two runs a second edge, a known width (`band`) further in.
 
@@ -66,13 +66,13 @@ const WIDE_BAND: f64 = 2.5;
 const LEAST_STEP: f32 = 0.35;
 
 /// The object's light along a ray, of its middle's, is less than this: else the edge of a hard shadow runs between, and the profile's area
-/// tells of that edge.
+/// shows of that edge.
 const MOST_VALUE: f32 = 2.5;
 
 /// Where an edge was found: its distance outwards from the ray's crossing, in px; none where there is none.
 pub(crate) type Edge = Option<f64>;
 
-/// Finds the edge along every ray, within `window` px of the outline, of which the outer `level` px on both ends tell the levels.
+/// Finds the edge along every ray, within `window` px of the outline, of which the outer `level` px on both ends give the levels.
 pub(crate) fn edges(map: &Map, rays: &[Ray], window: f64, level: f64) -> Vec<Edge> {
     let profiles: Vec<_> = rays
         .iter()
@@ -165,7 +165,7 @@ impl Side {
         if count < Self::FEWEST {
             return Self([1.0, 0.0, 0.0]);
         }
-        // What is seen of one direction tells nothing of others: a ridge keeps them at the mean.
+        // What is seen in one direction says nothing of others: a ridge keeps them at the mean.
         for (i, row) in normal.iter_mut().enumerate().skip(1) {
             row[i] += Self::RIDGE * f64::from(count);
         }

@@ -136,7 +136,7 @@ pub enum BoardError {
         /// Corners that are needed in each.
         corners: usize,
     },
-    /// The images do not tell the lens.
+    /// The images do not determine the lens.
     #[error(
         "find the lens: the images do not determine it; hold the board at a slant, to the left, the right, up and down, by 20 to 45 degrees"
     )]
@@ -202,7 +202,7 @@ pub enum TuneError {
     Nothing,
     /// What is at the pixel looks like the table.
     #[error(
-        "tell the object from the table: what is at the pixel has the table's colour; name another with --pixel, or give the object another colour"
+        "separate the object from the table: what is at the pixel has the table's colour; name another with --pixel, or give the object another colour"
     )]
     Table,
     /// What was found is no object.

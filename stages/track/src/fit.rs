@@ -34,7 +34,7 @@ pub(crate) struct Fit {
     pub(crate) map: Map,
     /// Light of the object's middle.
     pub(crate) object: [f32; 3],
-    /// Whether the table around is so bright that glare cannot be told from it.
+    /// Whether the table around is so bright that glare cannot be distinguished from it.
     pub(crate) is_table_bright: bool,
     /// Half width of the search across the outline, in px.
     pub(crate) window: f64,
@@ -64,7 +64,7 @@ const FIRST: f64 = 2.0;
 /// Steps of Gauss–Newton at the most, and the move in px at which they end.
 const STEPS: usize = 8;
 const DONE: f64 = 0.004;
-/// A table with more than this share of glare's light cannot be told from it: compression rings.
+/// A table with more than this share of glare's light cannot be distinguished from it: compression rings.
 const BRIGHT: f32 = 0.8;
 /// Fewest pixels of the object, and of the table, for their colours.
 const FEWEST_PIXELS: usize = 16;

@@ -42,7 +42,7 @@ pub(crate) fn track_frame(
     let hash = payload.map(|payload| hash_of(payload.bytes()));
     match parsed.and_then(|message| decoder.decode(&message)) {
         Ok(image) => {
-            // A video tells of an image that repeats in other bytes.
+            // A video shows an image again in other bytes.
             let hash = match payload {
                 Some(Payload::Video(..)) => Some(hash_of(&image.rgb)),
                 _ => hash,

@@ -23,7 +23,7 @@ pub enum Payload<'a> {
         /// The bytes.
         data: &'a [u8],
     },
-    /// A whole JPEG or PNG file; its first bytes tell which.
+    /// A whole JPEG or PNG file; its first bytes show which.
     Compressed(&'a [u8]),
     /// One access unit of a video, and the name of its format.
     Video(&'a str, &'a [u8]),

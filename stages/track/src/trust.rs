@@ -23,7 +23,7 @@ pub enum Reason {
     Occluded,
     /// Glare hides its colour.
     Saturated,
-    /// It is too dark to tell its colour.
+    /// It is too dark to judge its colour.
     Shaded,
     /// What is seen has not the object's shape or size.
     Shape,
@@ -183,7 +183,7 @@ fn is_face_half_dark(fit: &Fit) -> bool {
     odd as f64 > MOST_ODD * face.len() as f64
 }
 
-/// What tells that the object goes on outside the outline: there, where the blurred edge has ended, is its colour, or glare that the table
+/// Signs that the object goes on outside the outline: there, where the blurred edge has ended, is its colour, or glare that the table
 /// has not. A hard shadow across the object, or a lamp's reflection, makes such an outline.
 struct Outside {
     glare: usize,

@@ -182,7 +182,7 @@ fn a_lens_is_found_from_views_and_the_pose_from_the_board_on_the_table() {
 }
 
 #[test]
-fn what_does_not_tell_the_lens_is_refused() {
+fn what_does_not_determine_the_lens_is_refused() {
     let (drawing, optics) = (drawing(), views());
     let light = lying(&drawing, [0.0, 0.0], 0.0);
     let one = seen(&optics[0], &light, 1);

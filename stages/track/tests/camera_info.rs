@@ -91,11 +91,11 @@ fn an_image_of_another_size_and_video_of_another_format_are_not_looked_at() {
     assert_eq!(outcome.reasons[&Reason::Undecodable], 1);
     assert!(outcome.notes[0].contains("320 × 200"), "{outcome:?}");
 
-    for (format, told) in [("h264", "H.264"), ("h265", "JPEG")] {
+    for (format, named) in [("h264", "H.264"), ("h265", "JPEG")] {
         let video = [&[26, 4][..], &[0, 0, 0, 1], &[34, 4], format.as_bytes()].concat();
         write(&log, "foxglove.CompressedVideo", "protobuf", &[video]);
         let said = track_log(&log, &rig, &out, None).unwrap_err().to_string();
-        assert!(said.contains(told), "{said}");
+        assert!(said.contains(named), "{said}");
     }
 }
 

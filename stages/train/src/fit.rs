@@ -21,7 +21,7 @@ use crate::{
 
 /// With fewer rows to learn from, 11,042 weights say nothing.
 const LEAST_TRAIN: usize = 10;
-/// With no row to stop by, nothing tells learning from memorising.
+/// With no row to stop by, nothing distinguishes learning from memorising.
 const LEAST_VALIDATION: usize = 1;
 /// Units that dropout may silence: the last hidden layer's.
 const DROPPED: usize = 32;

@@ -73,7 +73,7 @@ mod tests {
     }
 
     #[test]
-    fn sessions_are_told_by_their_names() {
+    fn sessions_are_distinguished_by_their_names() {
         assert_eq!(by_name(&["a", "b", "a", "c", "b"]), [0, 1, 0, 3, 1]);
     }
 }

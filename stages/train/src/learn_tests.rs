@@ -139,7 +139,7 @@ fn what_an_arm_does_smoothly_is_learnt_from_few_strikes() {
 }
 
 #[test]
-fn with_many_strikes_networks_are_tried_and_all_three_are_told() {
+fn with_many_strikes_networks_are_tried_and_all_three_are_listed() {
     let learned = learned(&strikes(160, 2, arm));
     let kinds: Vec<Kind> = learned.scores.iter().map(|score| score.kind).collect();
     assert_eq!(kinds, [Kind::None, Kind::LaunchMap, Kind::Networks]);
@@ -195,7 +195,7 @@ fn strikes_for_testing_take_no_part_and_the_same_strikes_give_the_same_answer() 
 }
 
 #[test]
-fn strikes_without_a_launch_are_left_out_and_numbers_that_are_none_are_told() {
+fn strikes_without_a_launch_are_left_out_and_numbers_that_are_none_are_refused() {
     let mut examples = strikes(30, 5, arm);
     let all = learned(&examples).strikes;
     examples[3].launch = None;
@@ -242,7 +242,7 @@ fn pushed(is_pushed: impl Fn(usize, Command) -> bool) -> Vec<Example> {
 }
 
 #[test]
-fn strikes_pushed_again_teach_a_map_where_the_command_tells_them_and_else_not() {
+fn strikes_pushed_again_teach_a_map_where_the_command_predicts_them_and_else_not() {
     let at_one = |examples: &[Example], speed: f64| match learned(examples).model {
         Some(store::ResidualModel::Launch(map)) => map.offset(Command { speed, angle: 0.0 }).speed,
         other => panic!("{other:?}"),

@@ -19,7 +19,7 @@ pub(crate) const LEAST_OF_SESSION: usize = 5;
 /// one in 3 (with medians of 0.1 in the map's priors); where the arm is off by 20 % both find it alike.
 const SURE: f64 = 2.0;
 
-/// The strikes that tell a launch, with their groups.
+/// The strikes that show a launch, with their groups.
 pub(crate) struct LearningSet<'a> {
     pub(crate) rows: Vec<(&'a Example, LaunchResidual)>,
     pub(crate) groups: Vec<usize>,
@@ -74,10 +74,10 @@ impl<'a> LearningSet<'a> {
         let parts: Vec<Option<usize>> = (0..groups.len())
             .map(|i| (size(groups[i]) >= LEAST_OF_SESSION).then_some(folds[i]))
             .collect();
-        let mut told: Vec<usize> = parts.iter().flatten().copied().collect();
-        told.sort_unstable();
-        told.dedup();
-        (told.len() > 1).then_some(parts)
+        let mut used: Vec<usize> = parts.iter().flatten().copied().collect();
+        used.sort_unstable();
+        used.dedup();
+        (used.len() > 1).then_some(parts)
     }
 
     /// Mean distance in m, of these strikes.

@@ -47,7 +47,7 @@ impl LearningSet<'_> {
         })
     }
 
-    /// What maps leave that learnt from the other parts; strikes of no part always learn, and none is told of them.
+    /// What maps leave that learnt from the other parts; strikes of no part always learn, and are not predicted.
     pub(crate) fn held_out_maps(
         &self,
         parts: &[Option<usize>],
@@ -64,7 +64,7 @@ impl LearningSet<'_> {
                 Some(fit_launch_map(&launches, near)?.map)
             })
             .collect();
-        let told = self
+        let predicted = self
             .rows
             .iter()
             .zip(parts)
@@ -77,8 +77,8 @@ impl LearningSet<'_> {
                     (miss, (offset.expected_miss(), is_among))
                 })
             });
-        let (misses, told): (Vec<Miss>, Vec<(f64, bool)>) = told.unzip();
-        let (expected, is_within) = told.into_iter().unzip();
+        let (misses, expectations): (Vec<Miss>, Vec<(f64, bool)>) = predicted.unzip();
+        let (expected, is_within) = expectations.into_iter().unzip();
         Some(Candidate {
             kind: Kind::LaunchMap,
             model: None,

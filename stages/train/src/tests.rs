@@ -162,7 +162,7 @@ fn more_strikes_make_a_better_network() {
 }
 
 #[test]
-fn too_few_rows_and_bad_rows_are_told() {
+fn too_few_rows_and_bad_rows_are_reported() {
     let rows = synthetic(8, 6);
     let none = fit(&rows, &Settings::default(), &mut |_| {});
     assert!(matches!(none, Err(TrainError::TooFewRows { .. })));

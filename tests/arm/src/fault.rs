@@ -5,7 +5,7 @@
 pub enum Step {
     /// From the start.
     Connect,
-    /// When the error code is asked for.
+    /// When the error code is requested.
     Check,
     /// When the motors are enabled.
     Enable,
@@ -48,9 +48,9 @@ pub enum Fault {
     Lag,
     /// Reports hold no numbers.
     NotANumber,
-    /// The arm moves at 80 % of the speed that it was told.
+    /// The arm moves at 80 % of the speed that it was commanded.
     TooSlow,
-    /// The arm comes to rest on its line, and nothing tells why.
+    /// The arm comes to rest on its line, and nothing shows why.
     Stuck,
     /// The state never becomes ready.
     NeverReady,

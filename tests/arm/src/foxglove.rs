@@ -12,14 +12,14 @@ use tungstenite::http::HeaderValue;
 use tungstenite::http::header::SEC_WEBSOCKET_PROTOCOL;
 use tungstenite::{Error, Message, WebSocket};
 
-/// The protocol that is spoken.
+/// The protocol's name.
 const SUBPROTOCOL: &str = "foxglove.websocket.v1";
 /// A connection looks so often for what is to be sent.
 const TICK: Duration = Duration::from_millis(2);
 
 /// Takes a WebSocket connection with the protocol's name.
 pub fn accept(stream: TcpStream) -> Option<WebSocket<TcpStream>> {
-    #[expect(clippy::result_large_err, reason = "the crate asks for this form")]
+    #[expect(clippy::result_large_err, reason = "the crate requires this form")]
     fn name(_: &Request, mut response: Response) -> Result<Response, ErrorResponse> {
         response.headers_mut().insert(
             SEC_WEBSOCKET_PROTOCOL,

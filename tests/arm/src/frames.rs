@@ -28,7 +28,7 @@ impl Request {
         self.bytes[6]
     }
 
-    /// What is told.
+    /// The content.
     pub fn payload(&self) -> &[u8] {
         &self.bytes[7..]
     }
@@ -51,7 +51,7 @@ impl Request {
     }
 }
 
-/// What a report tells.
+/// What a report holds.
 #[derive(Clone, Copy, Debug)]
 pub struct Reported {
     /// In µs.

@@ -128,7 +128,7 @@ impl Emulator {
         self.shared.lock().moved_after_stop
     }
 
-    /// State, as reports tell it.
+    /// State, as reports hold it.
     pub fn state(&self) -> u8 {
         self.shared.lock().reported().state
     }

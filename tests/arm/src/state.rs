@@ -13,7 +13,7 @@ use crate::{Fault, Step};
 /// The arm that is emulated.
 #[derive(Clone, Debug)]
 pub struct Model {
-    /// As the controller tells it.
+    /// As the controller reports it.
     pub version: String,
     /// Where the tip is at first: mm and rad.
     pub pose: [f64; 6],
@@ -70,7 +70,7 @@ pub(crate) struct State {
     /// The fault that was made.
     pub(crate) made: Option<(Instant, Fault)>,
     pub(crate) events: Vec<(Instant, Event)>,
-    /// Greatest distance (mm) that the tip moved since a stop was asked for.
+    /// Greatest distance (mm) that the tip moved since a stop was requested.
     pub(crate) moved_after_stop: f64,
     stop_pose: Option<[f64; 6]>,
     /// What lies before the arm, whose base is the origin of the table.
@@ -217,7 +217,7 @@ impl State {
         self.state = MOVING;
     }
 
-    /// What the reports tell now.
+    /// What the reports hold now.
     pub(crate) fn reported(&self) -> Reported {
         let (mut pose, mut velocity) = self
             .motion

@@ -16,7 +16,7 @@ const STILL: f64 = 0.05;
 const LIES: Duration = Duration::from_millis(2_500);
 /// It is put no nearer to the tip than this, in m.
 const CLEAR: f64 = 0.1;
-/// It is put no nearer to where it stopped than this, in m: who collects strikes waits until it was put elsewhere.
+/// It is put no nearer to where it stopped than this, in m: `carom collect` waits until it was put elsewhere.
 const ELSEWHERE: f64 = 0.03;
 /// An object that is in the hand is not seen for so long.
 const IN_HAND: Duration = Duration::from_millis(400);

@@ -45,7 +45,7 @@ struct Args {
     /// Also what peers make of the same sets; a Python with pysindy.
     #[arg(long)]
     peers: Option<PathBuf>,
-    /// Also how many strikes tell pairs apart, chosen and at random.
+    /// Also how many strikes separate pairs, chosen and at random.
     #[arg(long)]
     chosen: bool,
     /// The page to write; without one it is printed, and the run is noted nowhere.

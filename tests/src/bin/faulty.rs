@@ -1,6 +1,6 @@
 //! `carom` with a fault set on purpose: `faulty FAULT STEP COMMAND…` runs a command of carom whose STEP-th step on the disk is
 //! struck. `kill` ends the program there by SIGKILL, in the middle of a write; `full` and `io` fail that step as a full disk or
-//! a broken one does. The last line on standard error tells how many steps were taken, and the peak memory.
+//! a broken one does. The last line on standard error says how many steps were taken, and the peak memory.
 
 use std::io;
 use std::process::{Command, ExitCode};

@@ -1,4 +1,4 @@
-//! Fuzzes what is read from outside: `fuzz [TARGET…] --seconds 600`. One process a target tells that target's memory.
+//! Fuzzes what is read from outside: `fuzz [TARGET…] --seconds 600`. One process a target, so that each target's memory is measured.
 
 use std::fs;
 use std::path::PathBuf;
@@ -36,7 +36,7 @@ fn main() -> anyhow::Result<()> {
         let names: Vec<_> = targets().iter().map(|target| target.name).collect();
         bail!("find the target: there are {}", names.join(", "));
     }
-    // What panics is told once, with its input; a library's panic that is caught below is an answer.
+    // What panics is reported once, with its input; a library's panic that is caught below is an answer.
     std::panic::set_hook(Box::new(|_| ()));
     for target in chosen {
         if let Some(path) = &args.input {

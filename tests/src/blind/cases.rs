@@ -17,7 +17,7 @@ pub enum Kind {
 }
 
 impl Case {
-    /// Whether a box is struck: told apart from the rest, where a cylinder is.
+    /// Whether a box is struck; sets of boxes are judged apart from the rest.
     pub fn is_box(&self) -> bool {
         self.variant == "box"
     }

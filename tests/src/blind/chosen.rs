@@ -1,4 +1,4 @@
-//! Strikes needed to tell a pair apart: those that the diagnosis asks for, against more of the same.
+//! Strikes needed to separate a pair: those that the diagnosis proposes, against more of the same.
 //!
 //! Strikes are added to a set whose diagnosis leaves the hidden effect and others standing, once as `next_strikes` says and once
 //! at random, and it is diagnosed again each time: until the hidden effect is named, and T, twice the logarithm of the odds,
@@ -18,11 +18,11 @@ use super::set::{Made, Make, identified, strikes};
 
 /// Numbers of strikes after which it is diagnosed again: the same for chosen and for random ones.
 const LOOKS: [usize; 7] = [1, 2, 4, 8, 12, 24, 48];
-/// Chosen strikes are asked for this many at a time.
+/// So many chosen strikes are made at a time.
 const AT_A_TIME: usize = 12;
 
 /// Strikes that a set begins with, and what is hidden in it: effects of the table and the camera, which strikes elsewhere, faster
-/// or at another angle can tell.
+/// or at another angle can separate.
 const FEW: usize = 20;
 const STARTS: [&str; 6] = [
     "speed_weakening_friction",
@@ -32,7 +32,7 @@ const STARTS: [&str; 6] = [
     "table_bowl",
     "camera_distortion",
 ];
-/// Odds in log-likelihood at which a pair is told: half of T.
+/// Odds in log-likelihood at which a pair is separated: half of T.
 const TOLD_APART: f64 = 5.4;
 
 /// A set to which strikes were added, both ways.
@@ -40,25 +40,25 @@ const TOLD_APART: f64 = 5.4;
 pub struct Separation {
     /// The set.
     pub id: String,
-    /// What stood beside the hidden effect; empty where the first diagnosis left nothing to tell apart.
+    /// What stood beside the hidden effect; empty where the first diagnosis left nothing to separate.
     pub pairs: Vec<Pair>,
 }
 
-/// How many strikes told a pair apart.
+/// How many strikes separated a pair.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Pair {
     /// What is hidden.
     pub hidden: String,
     /// What stood beside it.
     pub rival: String,
-    /// Strikes that were needed, as asked for; none where those made were not enough.
+    /// Strikes that were needed; none where those made were not enough.
     pub chosen: Option<usize>,
     /// The same at random.
     pub random: Option<usize>,
 }
 
 impl Pair {
-    /// Random strikes for each chosen one, at the least; none where neither told. Where chosen ones did not, they count as of
+    /// Random strikes for each chosen one, at the least; none where neither separated it. Where chosen ones did not, they count as of
     /// no use.
     pub fn times(&self) -> Option<f64> {
         let most = LOOKS[LOOKS.len() - 1];
@@ -135,18 +135,18 @@ impl Start {
     /// Notes at how many strikes each rival is gone, and whether all are.
     fn note(
         &self,
-        told: &mut [Option<usize>],
+        separated_at: &mut [Option<usize>],
         among: &[String],
         found: &Diagnosis,
         at: usize,
     ) -> bool {
         let left = self.rivals(found);
-        for (told, rival) in told.iter_mut().zip(among) {
+        for (first, rival) in separated_at.iter_mut().zip(among) {
             // Told at one look and not at the next was luck.
             let is_gone = left.as_ref().is_some_and(|left| !left.contains(rival));
-            *told = told.filter(|_| is_gone).or(is_gone.then_some(at));
+            *first = first.filter(|_| is_gone).or(is_gone.then_some(at));
         }
-        told.iter().all(Option::is_some)
+        separated_at.iter().all(Option::is_some)
     }
 
     /// Strikes of a plan, or at random, in the rig as it is; none of them judges.
@@ -176,20 +176,20 @@ impl Start {
 
     fn at_random(&self, among: &[String]) -> Option<Vec<Option<usize>>> {
         let all = self.strike(None, LOOKS[LOOKS.len() - 1], 0)?;
-        let mut told = vec![None; among.len()];
+        let mut separated_at = vec![None; among.len()];
         for look in LOOKS {
             let found = self.diagnose(&all[..look.min(all.len())], 0)?;
-            if self.note(&mut told, among, &found, look) {
+            if self.note(&mut separated_at, among, &found, look) {
                 break;
             }
         }
-        Some(told)
+        Some(separated_at)
     }
 
     fn as_asked(&self, among: &[String], first: &Diagnosis) -> Option<Vec<Option<usize>>> {
         let mut asked = first.next_strikes.clone();
         let mut made: Vec<Strike> = Vec::new();
-        let mut told = vec![None; among.len()];
+        let mut separated_at = vec![None; among.len()];
         while !asked.is_empty() && made.len() < LOOKS[LOOKS.len() - 1] {
             let plan: Vec<PlannedStrike> = asked
                 .iter()
@@ -207,21 +207,21 @@ impl Start {
                 .filter(|look| (before + 1..=made.len()).contains(look))
             {
                 let found = self.diagnose(&made[..look], AT_A_TIME)?;
-                if self.note(&mut told, among, &found, look) {
-                    return Some(told);
+                if self.note(&mut separated_at, among, &found, look) {
+                    return Some(separated_at);
                 }
                 asked = found.next_strikes;
             }
             if !LOOKS.contains(&made.len()) {
-                // Between looks it only asks for more.
+                // Between looks it only makes more.
                 asked = self.diagnose(&made, AT_A_TIME)?.next_strikes;
             }
         }
-        Some(told)
+        Some(separated_at)
     }
 }
 
-/// Adds strikes to a case until its pairs are told apart, both ways.
+/// Adds strikes to a case until its pairs are separated, both ways.
 pub fn separate(case: &Case) -> Separation {
     Separation {
         id: case.id.clone(),

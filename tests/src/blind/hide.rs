@@ -1,4 +1,4 @@
-//! Draws what a set of the plain benchmark hides, and makes it as large as the case asks for.
+//! Draws what a set of the plain benchmark hides, and makes it as large as the case states.
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -15,7 +15,7 @@ const NOISY: f64 = 3.0;
 /// Sessions of a demo of 40 strikes and more.
 const SESSIONS: usize = 4;
 /// Strengths in units of an effect's default beyond which it is none that a table or an arm shows; of what no candidate has,
-/// any may be asked for.
+/// any strength is allowed.
 const STRONGEST: f64 = 12.0;
 const STRONGEST_FOREIGN: f64 = 200.0;
 

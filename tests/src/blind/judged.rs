@@ -1,4 +1,4 @@
-//! The figures of every run whose page was committed: the last run stands beside all of them together.
+//! The figures of every run whose page was committed: the last run beside all of them together.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;

@@ -154,14 +154,14 @@ fn figures(made: &[&Outcome]) -> Vec<Figure> {
     ]
 }
 
-/// Median of random strikes for each chosen one, over the pairs that either told.
+/// Median of random strikes for each chosen one, over the pairs that either separated.
 fn fewer(separations: &[Separation]) -> String {
     let pairs = || separations.iter().flat_map(|s| &s.pairs);
     let mut times: Vec<f64> = pairs().filter_map(Pair::times).collect();
     times.sort_by(f64::total_cmp);
     match times.get(times.len() / 2) {
         Some(median) => format!(
-            "{median:.1} times (median of {} pairs; {} more were told by neither)",
+            "{median:.1} times (median of {} pairs; {} more were separated by neither)",
             times.len(),
             pairs().count() - times.len()
         ),

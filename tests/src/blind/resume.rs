@@ -1,4 +1,4 @@
-//! Runs sets in parallel and keeps each answer as it comes, so that a run that was stopped goes on where it was.
+//! Runs sets in parallel and keeps each answer as it comes, so that a run that was stopped continues where it ended.
 
 use std::collections::BTreeMap;
 use std::fs;

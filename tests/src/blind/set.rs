@@ -140,7 +140,7 @@ pub struct Answer {
     /// `named`, `consistent`, `unexplained`; `impossible` where the rig could not make the set, `error: …` where identification or
     /// diagnosis gave one.
     pub verdict: String,
-    /// Effects named, each with those that the data cannot tell from it.
+    /// Effects named, each with those that the data cannot distinguish from it.
     pub named: Vec<(String, Vec<String>)>,
     /// Probability of the gap by chance.
     pub p_value: f64,

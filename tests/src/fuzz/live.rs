@@ -11,18 +11,35 @@ const POINT: &[u8] = br#"{"header":{"stamp":{"sec":1,"nanosec":5}},"point":{"x":
 const PLACE: &[u8] =
     br#"{"pose":{"position":{"x":0.3,"y":0.1},"orientation":{"x":0,"y":0,"z":0,"w":1}}}"#;
 
-/// Sequences of messages: of each, two bytes tell the length and one whether it is binary.
+/// Sequences of messages: of each, two bytes are its length and one says whether it is binary.
 pub(super) fn seeds() -> Vec<Vec<u8>> {
-    let told = |text: &str| whole(0, text.as_bytes());
+    let text_message = |text: &str| whole(0, text.as_bytes());
     let frame = |subscription: u32, data: &[u8]| {
         let header = [&[1][..], &subscription.to_le_bytes(), &9_u64.to_le_bytes()].concat();
         whole(1, &[&header, data].concat())
     };
     vec![
-        [told(CENTROID), frame(1, POINT), frame(1, POINT)].concat(),
-        [told(POSE), told(CENTROID), frame(1, PLACE), frame(2, POINT)].concat(),
-        [told(CENTROID), told(GONE), told(CENTROID), frame(2, POINT)].concat(),
-        [told(STATUS), told(CENTROID), frame(1, b"{}")].concat(),
+        [text_message(CENTROID), frame(1, POINT), frame(1, POINT)].concat(),
+        [
+            text_message(POSE),
+            text_message(CENTROID),
+            frame(1, PLACE),
+            frame(2, POINT),
+        ]
+        .concat(),
+        [
+            text_message(CENTROID),
+            text_message(GONE),
+            text_message(CENTROID),
+            frame(2, POINT),
+        ]
+        .concat(),
+        [
+            text_message(STATUS),
+            text_message(CENTROID),
+            frame(1, b"{}"),
+        ]
+        .concat(),
     ]
 }
 

@@ -2,7 +2,7 @@
 //! the memory.
 //!
 //! Seeds are made, not kept. An input that is answered as none before it was joins them, so that later ones go on from there:
-//! the kinds of answers stand in for the coverage that stable Rust does not tell.
+//! the kinds of answers replace the coverage that stable Rust does not report.
 
 mod executor;
 mod images;

@@ -82,7 +82,7 @@ pub(super) fn logs() -> Vec<Vec<u8>> {
     ]
 }
 
-/// A schema and a message, behind two bytes that tell how long the schema is.
+/// A schema and a message, behind two bytes with the schema's length.
 fn pair(schema: &[u8], message: &[u8]) -> Vec<u8> {
     let length = u16::try_from(schema.len()).expect("a short schema");
     [&length.to_le_bytes(), schema, message].concat()

@@ -115,7 +115,7 @@ fn check(outcome: &LogOutcome) {
     seen.sort_unstable();
     assert!(
         seen.iter().zip(0..).all(|(index, place)| *index == place),
-        "a strike is lost or told twice: {seen:?}"
+        "a strike is lost or given twice: {seen:?}"
     );
     for strike in &outcome.strikes {
         let track = &strike.track;

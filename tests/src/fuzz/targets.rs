@@ -206,7 +206,7 @@ fn read_log(input: &[u8]) -> Result<(), String> {
     })
 }
 
-/// A schema and a message: two bytes tell how long the schema is.
+/// A schema and a message: two bytes are the schema's length.
 fn read_message(input: &[u8], message: &str, encoding: &str) -> Result<(), String> {
     let (length, rest) = input.split_first_chunk::<2>().ok_or("too short")?;
     let length = usize::from(u16::from_le_bytes(*length)).min(rest.len());

@@ -26,7 +26,7 @@ pub fn page(
         .count();
     let seeds = by_seed(by_setting);
     let mut text = format!(
-        "# Real strikes of a KUKA arm\n\nMade by `make kuka`. {} strikes that another lab recorded, of a light box and an arm told 0.5 to \
+        "# Real strikes of a KUKA arm\n\nMade by `make kuka`. {} strikes that another lab recorded, of a light box and an arm commanded 0.5 to \
          2.75 m/s, in three logs of two sessions (a and a2, b). In {pushed} the arm pushes the box a second time: these take no part in a \
          fit but a launch map's, where that predicts better with them, and count in every error. The strikes themselves are not part of this repository.\n\n\
          ## Stop errors\n\nEvery model learns from the strikes that are left, as a run does, and predicts those held out; mean distance \
@@ -239,8 +239,8 @@ const CHECK: &str = "
 2. Whether the arm lets go. In several tracks the box speeds up again: the arm catches up with it. These strikes must be struck again
    with an arm that stops at contact.
 3. The two sessions apart. No speed was struck in both, so that friction by session, friction that changes with speed and an arm that
-   saturates stand for one another. Ten strikes at 1 m/s in the second session would tell them apart. Within the first session neither
-   launches nor the time from command to first motion tell a ceiling of the speed from an arm that is late: what is predicted for the
+   saturates stand for one another. Ten strikes at 1 m/s in the second session would separate them. Within the first session neither
+   launches nor the time from command to first motion separate a ceiling of the speed from an arm that is late: what is predicted for the
    second from the first is a launch map that holds what was delivered at the fastest command, not a ceiling that was found.
-4. Repeats of one command: without any, scatter and missing physics are told apart by smoothness alone.
+4. Repeats of one command: without any, scatter and missing physics are distinguished by smoothness alone.
 ";

@@ -176,7 +176,7 @@ fn changed(log: &Path, folder: &Folder, change: impl FnOnce(&mut Vec<u8>)) -> an
     fs::write(log, &bytes)?;
     let ended = folder.night()?;
     fs::write(log, whole)?;
-    // A flip in what nobody reads, such as the index, is told or harmless.
+    // A flip in what nobody reads, such as the index, is reported or harmless.
     ensure!(WORKED.contains(&ended.code), "{ended:?}");
     Ok(())
 }

@@ -41,8 +41,8 @@ pub struct Ended {
     pub memory: u64,
     /// How long it took.
     pub took: Duration,
-    /// What it told on standard error.
-    pub told: String,
+    /// What it printed on standard error.
+    pub printed: String,
 }
 
 impl Ended {
@@ -203,8 +203,8 @@ impl Folder {
 
 /// What a program that has ended says.
 pub fn ended(output: &Output, took: Duration) -> Ended {
-    let told = String::from_utf8_lossy(&output.stderr).into_owned();
-    let line = told.lines().last().unwrap_or("");
+    let printed = String::from_utf8_lossy(&output.stderr).into_owned();
+    let line = printed.lines().last().unwrap_or("");
     let number = |name: &str| {
         let (before, _) = line.split_once(name)?;
         before.split_whitespace().last()?.parse().ok()
@@ -215,11 +215,11 @@ pub fn ended(output: &Output, took: Duration) -> Ended {
         steps: number(" steps").unwrap_or(0),
         memory: number(" bytes").unwrap_or(0),
         took,
-        told,
+        printed,
     }
 }
 
-/// Peak resident memory of this program, in bytes; none where the system does not tell.
+/// Peak resident memory of this program, in bytes; none where the system does not report it.
 pub fn peak_memory() -> Option<u64> {
     let status = fs::read_to_string("/proc/self/status").ok()?;
     let line = status

@@ -60,11 +60,11 @@ impl Soaked {
     }
 }
 
-/// Goes through the nights; `faulty` is that program, and `tell` hears of each night. An error says what did not hold.
+/// Goes through the nights; `faulty` is that program, and `report` is called with each night. An error says what did not hold.
 pub fn soak(
     faulty: &Path,
     settings: Settings,
-    tell: &mut dyn FnMut(String),
+    report: &mut dyn FnMut(String),
 ) -> anyhow::Result<Soaked> {
     let mut random = ChaCha8Rng::seed_from_u64(settings.seed);
     let mut folder = Folder::new(faulty, settings.seed)?;
@@ -114,7 +114,7 @@ pub fn soak(
         if ended.status() != "nothing_new" {
             soaked.memory.push(ended.memory);
         }
-        tell(format!(
+        report(format!(
             "{night:>4} {:<22} {:<11} {} in use, {} strikes, {} MiB, {:.1} s",
             fault.name(),
             ended.status(),

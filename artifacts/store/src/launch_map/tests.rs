@@ -83,9 +83,9 @@ fn beyond_the_fastest_command_it_holds_what_was_delivered_there() {
     parts.speed.weights[1] = -0.3;
     parts.angle.weights[1] = 0.1;
     let map = LaunchMap::new(parts).expect("a map");
-    let slope = |told: Command| Command {
-        speed: 0.9 * told.speed,
-        angle: told.angle + 0.2 * told.speed,
+    let slope = |commanded: Command| Command {
+        speed: 0.9 * commanded.speed,
+        angle: commanded.angle + 0.2 * commanded.speed,
     };
     let (fastest, beyond) = (command(1.0, 0.3), command(2.0, 0.3));
     let there = map.deliver(fastest, &slope);

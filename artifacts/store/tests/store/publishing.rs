@@ -163,7 +163,7 @@ fn signing_stopped_at_any_step_leaves_a_version_that_loads() {
 }
 
 #[test]
-fn a_second_publisher_is_told_that_the_store_is_busy() {
+fn a_second_publisher_learns_that_the_store_is_busy() {
     let (dir, store) = published(&contents(0.2));
     let held = durable::Lock::acquire(&dir.path().join("versions/.lock")).expect("free");
     assert!(matches!(

@@ -157,7 +157,7 @@ fn a_copy_of_versions_and_latest_is_a_store() {
 }
 
 #[test]
-fn a_latest_that_leads_nowhere_is_told() {
+fn a_latest_that_leads_nowhere_is_reported() {
     let (dir, store) = published(&contents(0.2));
     let latest = |content: &str| {
         fs::write(dir.path().join("latest"), content).expect("writes");

@@ -50,7 +50,7 @@ pub const SPEC: EffectSpec = EffectSpec {
     },
 };
 
-/// The first session stands still, for the mean is friction's own: the columns of the others tell the differences.
+/// The first session's factor is fixed, for the mean is friction's own: the columns of the others are their differences from it.
 fn sessions(experiment: &Experiment<'_>) -> Vec<FitStart> {
     match experiment.sessions()[..] {
         [] | [_] => Vec::new(),

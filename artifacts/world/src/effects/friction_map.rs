@@ -103,14 +103,14 @@ pub const SPEC: EffectSpec = EffectSpec {
         let most = factors()
             .max_by(|a, b| a.1.total_cmp(&b.1))
             .unwrap_or(nearest_one);
-        let tell = |(place, factor): (Point, f64)| {
+        let described = |(place, factor): (Point, f64)| {
             let change = wording::higher(factor - 1.0);
             format!("{change} around ({:.2}, {:.2}) m", place.x, place.y)
         };
         format!(
             "friction varies over the table: {}, {}",
-            tell(most),
-            tell(least)
+            described(most),
+            described(least)
         )
     },
 };

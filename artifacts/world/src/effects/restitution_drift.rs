@@ -10,7 +10,7 @@ use super::{
     wording,
 };
 
-/// Factors beyond which a line no longer stands for a contact: none restores less than nothing.
+/// Factors beyond which a line no longer describes a contact: none restores less than nothing.
 const FACTORS: [f64; 2] = [0.0, 2.0];
 
 /// Restitution drift; parameter `rate`: relative change of restitution per 100 strikes, from that of the first.

@@ -85,7 +85,7 @@ pub struct Population {
     pub mean: f64,
     /// Standard deviation between sessions, the error of each one's estimate taken off.
     pub scatter: f64,
-    /// Sessions that tell both.
+    /// Sessions that determine both.
     pub sessions: u32,
 }
 
@@ -121,7 +121,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_scatter_between_sessions_is_told_from_the_error_of_each() {
+    fn the_scatter_between_sessions_is_separated_from_the_error_of_each() {
         let estimates = |error: f64| -> BTreeMap<String, Estimate> {
             [("a", 0.1), ("b", -0.1), ("c", 0.0)]
                 .map(|(name, v)| {

@@ -17,20 +17,20 @@ pub struct EffectSpec {
     /// What it makes depend on what.
     pub family: Family,
     /// Effects that do the same to the centroid tracks of one round object and one striker, or so nearly that strikes
-    /// within a robot's limits do not tell them apart: named with it, never instead of it.
+    /// within a robot's limits do not distinguish them: named with it, never instead of it.
     pub equivalent: &'static [&'static str],
-    /// Simpler effects that it can take the form of: it is named in the place of one only where the data tell what it has
+    /// Simpler effects that it can take the form of: it is named in the place of one only where the data show what it has
     /// beyond that one.
     pub contains: &'static [&'static str],
     /// Whether it is tried only where nothing simpler is enough.
     pub is_last_resort: bool,
-    /// What it stands for, and where the formula comes from.
+    /// The phenomenon, and the formula's source.
     pub source: &'static str,
-    /// Where fits of it begin on these strikes; none where they cannot tell it.
+    /// Where fits of it begin on these strikes; none where they cannot determine it.
     pub starts: fn(&Experiment<'_>) -> Vec<FitStart>,
     /// Makes it act.
     pub build: fn(&Values, &Rig) -> Box<dyn Effect>,
-    /// One sentence that states fitted values to a person.
+    /// One sentence that states fitted values.
     pub statement: fn(&Values) -> String,
 }
 

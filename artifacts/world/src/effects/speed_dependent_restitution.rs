@@ -13,7 +13,7 @@ use super::{
 /// Impact speed in m/s at which restitution is the world's own: the middle of an arm's striking speeds, so that slope and
 /// restitution are fitted apart.
 const REFERENCE: f64 = 0.7;
-/// Factors beyond which the straight line no longer stands for a contact: none restores less than nothing.
+/// Factors beyond which the straight line no longer describes a contact: none restores less than nothing.
 const FACTORS: [f64; 2] = [0.0, 2.0];
 
 /// Speed-dependent restitution; parameter `slope` = s: relative fall for every m/s.

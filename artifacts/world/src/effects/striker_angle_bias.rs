@@ -1,4 +1,4 @@
-//! An arm that strikes beside the direction it is told: delivered angle = commanded + δ.
+//! An arm that strikes beside the commanded direction: delivered angle = commanded + δ.
 
 use values::{Command, Conditions, Rig};
 

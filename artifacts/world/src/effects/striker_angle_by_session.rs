@@ -58,7 +58,7 @@ fn sessions(experiment: &Experiment<'_>) -> Vec<FitStart> {
     if names.len() < 2 {
         return Vec::new();
     }
-    // In each column the other sessions stand still: one that is left out would have the mean of those that are not.
+    // In each column the other sessions are fixed: one that is left out would have the mean of those that are not.
     let column = |name: &&str| {
         let others = names.iter().filter(|other| *other != name);
         let still: Vec<(&str, f64)> = others.map(|other| (*other, 0.0)).collect();

@@ -1,4 +1,4 @@
-//! An arm whose direction errs with what it is told: delivered angle = commanded·(1 + a) + δ + b·speed.
+//! An arm whose direction errs in proportion to the command: delivered angle = commanded·(1 + a) + δ + b·speed.
 
 use values::{Command, Conditions, Rig};
 
@@ -126,11 +126,11 @@ mod tests {
     }
 
     #[test]
-    fn it_strikes_as_if_told_the_angle_of_its_formula() {
+    fn it_strikes_as_if_commanded_the_angle_of_its_formula() {
         let error = [("gain", 0.5), ("bias", -0.03), ("slope", 0.1)];
-        for (speed, told, delivered) in [(0.6, 0.2, 0.33), (0.9, -0.1, -0.09)] {
+        for (speed, commanded, delivered) in [(0.6, 0.2, 0.33), (0.9, -0.1, -0.09)] {
             let stop = Bench::with("striker_angle_error", &error)
-                .strike(speed, told)
+                .strike(speed, commanded)
                 .stop;
             assert_near(stop, Bench::plain().strike(speed, delivered).stop, 1e-6);
         }

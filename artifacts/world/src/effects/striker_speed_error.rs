@@ -1,4 +1,4 @@
-//! An arm that does not deliver the speed it is told: min(a + b·commanded, cap).
+//! An arm that does not deliver the commanded speed: min(a + b·commanded, cap).
 //!
 //! An arm may come near its cap smoothly: u/(1 + (u/cap)^(1/s))^s, u = a + b·commanded, s its softness. That is min(u, cap)
 //! for s = 0, and cap·tanh(u/cap) to 3 % for s = 0.37.
@@ -12,7 +12,7 @@ use super::{
     start::{Column, Experiment, FitStart},
 };
 
-/// The greatest cap, in m/s, stands for none.
+/// The greatest cap, in m/s, means none.
 const NO_CAP: f64 = 5.0;
 /// An offset in m/s that is worth a word.
 const STATED: f64 = 0.0005;
@@ -24,7 +24,7 @@ const CAPS: [f64; 8] = [0.3, 0.45, 0.58, 0.68, 0.76, 0.84, 0.9, 0.95];
 const HARD: f64 = 1e-9;
 /// Softness of a tanh, to 3 %, from which fits start.
 const SOFT: f64 = 0.37;
-/// Softness that is told.
+/// A softness from which on the statement mentions it.
 const STATED_SOFTNESS: f64 = 0.1;
 /// Caps over the fastest command at which a soft one is tried: it acts well below itself.
 const SOFT_CAPS: [f64; 4] = [0.7, 1.0, 1.4, 2.0];
@@ -181,38 +181,38 @@ mod tests {
     }
 
     #[test]
-    fn it_strikes_as_if_told_the_speed_of_its_formula() {
+    fn it_strikes_as_if_commanded_the_speed_of_its_formula() {
         let error = [("offset", 0.05), ("slope", 0.8), ("cap", 0.75)];
-        for (told, delivered) in [(0.5, 0.45), (0.8, 0.69), (1.0, 0.75)] {
+        for (commanded, delivered) in [(0.5, 0.45), (0.8, 0.69), (1.0, 0.75)] {
             let stop = Bench::with("striker_speed_error", &error)
-                .strike(told, 0.2)
+                .strike(commanded, 0.2)
                 .stop;
             assert_near(stop, Bench::plain().strike(delivered, 0.2).stop, 1e-6);
         }
     }
     #[test]
     fn a_soft_cap_is_nearly_a_tanh_and_a_hard_one_its_limit() {
-        let delivered = |softness: f64, told: f64| {
+        let delivered = |softness: f64, commanded: f64| {
             let effect = super::StrikerSpeedError {
                 offset: 0.0,
                 slope: 1.0,
                 cap: 1.5,
                 softness,
             };
-            effect.capped(told)
+            effect.capped(commanded)
         };
         for i in 1..40 {
-            let told = 0.1 * f64::from(i);
-            let tanh = 1.5 * (told / 1.5).tanh();
+            let commanded = 0.1 * f64::from(i);
+            let tanh = 1.5 * (commanded / 1.5).tanh();
             assert!(
-                (delivered(super::SOFT, told) / tanh - 1.0).abs() < 0.03,
-                "{told}"
+                (delivered(super::SOFT, commanded) / tanh - 1.0).abs() < 0.03,
+                "{commanded}"
             );
             assert!(
-                (delivered(1e-4, told) - told.min(1.5)).abs() < 2e-4,
-                "{told}"
+                (delivered(1e-4, commanded) - commanded.min(1.5)).abs() < 2e-4,
+                "{commanded}"
             );
-            assert_eq!(delivered(0.0, told), told.min(1.5));
+            assert_eq!(delivered(0.0, commanded), commanded.min(1.5));
         }
     }
 }

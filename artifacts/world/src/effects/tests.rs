@@ -219,7 +219,7 @@ fn every_parameter_has_room_on_both_sides_of_its_scale() {
 }
 
 #[test]
-fn what_cannot_be_told_apart_says_so_on_both_sides() {
+fn what_cannot_be_distinguished_says_so_on_both_sides() {
     for spec in EFFECTS {
         for simpler in spec.contains {
             assert!(effect(simpler).expect("known").contains.is_empty());
@@ -232,7 +232,7 @@ fn what_cannot_be_told_apart_says_so_on_both_sides() {
 }
 
 #[test]
-fn values_out_of_range_and_unknown_parameters_are_told() {
+fn values_out_of_range_and_unknown_parameters_are_reported() {
     let error = |name: &str, parameters: &[(&str, f64)]| {
         super::check(&added(name, parameters))
             .expect_err("refused")

@@ -1,4 +1,4 @@
-//! How numbers are said to a person.
+//! Numbers and directions as words.
 
 /// A share in per cent: whole from 10 % on, with one decimal below.
 pub(super) fn percent(share: f64) -> String {

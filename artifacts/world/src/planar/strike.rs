@@ -7,7 +7,7 @@ use values::{Command, Conditions, Point, Strike};
 pub struct StrikeInput<'a> {
     /// Where the camera sees the object at rest, in m.
     pub initial: Point,
-    /// What the arm is told.
+    /// The command that the arm is sent.
     pub command: Command,
     /// Session and order.
     pub conditions: &'a Conditions,

@@ -27,7 +27,7 @@ pub enum DecodeError {
     /// Its encapsulation header names a representation that is not read.
     #[error("its CDR header is {0:#06x}; plain CDR (0x0000, 0x0001, 0x0006, 0x0007) is read")]
     Representation(u16),
-    /// A wstring lies before a wanted field, and its length on the wire cannot be told.
+    /// A wstring lies before a wanted field, and its length on the wire is not known.
     #[error(
         "a wstring lies before the fields that are read, and ROS 2's middlewares do not write those alike"
     )]

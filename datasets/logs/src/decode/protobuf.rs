@@ -326,7 +326,7 @@ fn field(descriptor: &FieldDescriptor, want: &FieldTree) -> Result<Field, (Leaf,
     })
 }
 
-/// What a number that is not written stands for; fields that tell presence stand for nothing then.
+/// What a number that is not written stands for; fields with explicit presence stand for nothing then.
 fn default(descriptor: &FieldDescriptor) -> Option<Number> {
     if descriptor.supports_presence() || descriptor.cardinality() == Cardinality::Repeated {
         return None;

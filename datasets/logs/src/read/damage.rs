@@ -18,7 +18,7 @@ pub enum Extent {
     Part,
     /// Everything after: the file is cut off or cannot be followed further.
     Rest,
-    /// Some bytes of the messages that no chunk's CRC covers; which ones cannot be told.
+    /// Some bytes of the messages that no chunk's CRC covers; which ones is not known.
     Unlocated,
     /// Nothing but the index and statistics behind the messages.
     Index,

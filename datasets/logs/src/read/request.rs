@@ -24,7 +24,7 @@ pub struct Limits {
     pub open_chunk: usize,
     /// All schemas and channels together.
     pub schemas: usize,
-    /// Damaged places that are told.
+    /// Damaged places that are listed.
     pub damage: usize,
 }
 

@@ -298,7 +298,7 @@ fn refusal(definition: Type<'_>) -> String {
 }
 
 #[test]
-fn definitions_that_cannot_be_used_are_told_apart() {
+fn definitions_that_cannot_be_used_are_distinguished() {
     let idl = "================================================================================\nIDL: demo_msgs/msg/P\n\
                module demo_msgs { module msg { struct P { double x; }; }; };\n";
     let service = "================================================================================\nSRV: demo_msgs/srv/Ask\n\
@@ -335,7 +335,7 @@ fn definitions_that_cannot_be_used_are_told_apart() {
 }
 
 #[test]
-fn a_file_that_was_compressed_as_a_whole_is_told_so() {
+fn a_file_that_was_compressed_as_a_whole_is_reported_as_such() {
     let zstd = b"\x28\xb5\x2f\xfd\x04\x00\x41\x00\x00";
     let text = read(zstd, &[]).expect_err("refused").to_string();
     assert!(text.contains("unzstd"), "{text}");

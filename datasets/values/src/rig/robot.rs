@@ -8,9 +8,9 @@ use crate::{Interval, Point};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Robot {
-    /// Striking speeds that it may be told, in m/s.
+    /// Striking speeds that it may be commanded, in m/s.
     pub speed: Interval,
-    /// Striking angles that it may be told, in rad.
+    /// Striking angles that it may be commanded, in rad.
     pub angle: Interval,
     /// Acceleration of the trapezoidal profile, in m/s².
     pub acceleration: f64,

@@ -74,7 +74,7 @@ impl FieldTopic {
 pub struct StateTopic {
     /// Name, stamp and velocity, in m/s.
     pub topic: FieldTopic,
-    /// Path of the position along x, in m; a message without it tells the velocity alone.
+    /// Path of the position along x, in m; a message without it gives the velocity alone.
     pub position_x: String,
     /// Path of the position along y, in m.
     pub position_y: String,

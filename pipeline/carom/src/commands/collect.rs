@@ -87,7 +87,7 @@ pub fn run(args: &CollectArgs, global: Global) -> Result<Output, Error> {
         args.strikes as usize,
         &requested,
         &|| interrupted.load(Ordering::Relaxed),
-        &mut |news| tell(&bar, waits, &news),
+        &mut |news| show(&bar, waits, &news),
     );
     bar.finish_and_clear();
     finished(
@@ -102,7 +102,7 @@ fn style() -> ProgressStyle {
         .unwrap_or_else(|_| ProgressStyle::default_bar())
 }
 
-fn tell(bar: &ProgressBar, waits: bool, news: &CollectEvent) {
+fn show(bar: &ProgressBar, waits: bool, news: &CollectEvent) {
     // Told where there is no bar too.
     let say = |what: String| bar.suspend(|| eprintln!("carom: {what}"));
     match news {

@@ -76,7 +76,7 @@ pub fn run(command: &DatasetCommand) -> Result<Output, Error> {
     }
 }
 
-/// Where a dataset's tables lie: in a folder named as its recipe, unless told.
+/// Where a dataset's tables lie: in a folder named as its recipe, unless another is given.
 fn folder(args: &DatasetArgs, out: Option<&Path>) -> PathBuf {
     out.map_or_else(|| args.recipe.with_extension(""), Path::to_path_buf)
 }

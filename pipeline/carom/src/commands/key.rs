@@ -39,7 +39,7 @@ fn new_key(secret: &Path) -> Result<Output, Error> {
     let public_text = text(pair.pk.to_box().map(minisign::PublicKeyBox::into_string))?;
     write_new(&public, 0o644, public_text.as_bytes())?;
     if let Err(error) = write_new(secret, 0o600, secret_text.as_bytes()) {
-        // A public key without its secret one is of no use; the first error is the one to tell.
+        // A public key without its secret one is of no use; the first error is the one to report.
         let _ = fs::remove_file(&public);
         return Err(error);
     }

@@ -67,7 +67,7 @@ pub fn run(args: &NightlyArgs, global: Global) -> Result<Output, Error> {
         if let Err(error) = &night
             && !durable::faults::dead()
         {
-            // The error is the one to tell.
+            // The error is the one to report.
             let _ = keep(
                 dir,
                 &Night::failed(error, store.latest().ok(), kept(dir).as_ref()),
@@ -134,7 +134,7 @@ fn work(
     let in_use_now = before.as_ref().map(|before| before.version.as_str());
     let asked = last.as_ref().map_or(0, |last| last.asked_of(in_use_now));
     if let Some(last) = last.filter(|last| last.basis == basis(inputs, &logs, in_use_now)) {
-        // What was decided then stays to be read; what is wrong with the logs is told again.
+        // What was decided then stays to be read; what is wrong with the logs is reported again.
         return Ok(last.again(logs.0, before.as_ref()));
     }
 
@@ -150,8 +150,8 @@ fn work(
     night.asked = asked;
     log.line("info", "run", &json!({ "strikes": night.strikes, "rejected": night.rejected, "new_logs": night.new_logs, "left_out": night.left_out, "damaged": night.damaged }));
     if let Some(before) = &before {
-        tell_drift(run, inputs, before, &results, &mut night)?;
-        night.tell_missing(before, &results);
+        report_drift(run, inputs, before, &results, &mut night)?;
+        night.report_missing(before, &results);
         log.line(
             "info",
             "score",
@@ -170,7 +170,7 @@ fn work(
         night.removed = store.retain(usize::from(args.keep)).map_err(store_error)?;
     }
     night.latest = store.latest().ok();
-    // Of what was decided about: a version that a person put to use meanwhile is news to the next night.
+    // By the version that was compared: one that a person put to use meanwhile makes the next night decide anew.
     let decided = promoted.as_deref().or(night.before.as_deref());
     night.basis = basis(inputs, &logs, decided);
     keep(dir, &night)?;
@@ -193,7 +193,7 @@ fn basis(
     (logs, left_out): &(Vec<LogFile>, Vec<LeftOut>),
     in_use: Option<&str>,
 ) -> String {
-    // By their names, too, for tables name them: a copy that was taken away is no longer told of.
+    // By their names, too, for tables name them: a copy that was taken away is no longer listed.
     let logs: BTreeSet<_> = logs.iter().map(|log| (&log.name, &log.sha256)).collect();
     let (seed, without_effects) = (inputs.seed, inputs.without_effects);
     let all = json!([
@@ -209,7 +209,7 @@ fn basis(
 }
 
 /// How well the version in use predicts the strikes that are new to it.
-fn tell_drift(
+fn report_drift(
     run: &Run,
     inputs: &Inputs,
     before: &Artifact,

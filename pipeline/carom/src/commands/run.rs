@@ -32,7 +32,7 @@ pub fn ingest(args: &LogsArgs, global: Global) -> Result<Output, Error> {
     begin(args, Step::Ingest, None, global)
 }
 
-/// A new run, or one that goes on with other logs.
+/// A new run, or an earlier one with other logs.
 fn begin(args: &LogsArgs, last: Step, key: Option<&Path>, global: Global) -> Result<Output, Error> {
     let inputs = Inputs::named(args)?;
     let store = signing::store(&args.out, key)?;

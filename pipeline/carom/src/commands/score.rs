@@ -42,7 +42,7 @@ struct Score {
     rejected: usize,
     /// Whether the default model does worse here than chance explains.
     drift: Option<Drift>,
-    /// Why that cannot be told, where it cannot.
+    /// Why that cannot be judged, where it cannot.
     drift_unknown: Option<String>,
     /// What repeats of one command scatter by, as published.
     noise_floor: Option<StopErrors>,

@@ -22,7 +22,7 @@ pub struct TrackArgs {
     /// The rig file: its camera's lens and pose, the object's shape and colour, the topic of images.
     #[arg(long, value_name = "FILE")]
     pub rig: PathBuf,
-    /// Folder to write: for each log one with its other messages, the centroids, and what is said of every frame.
+    /// Folder to write: for each log one with its other messages, the centroids, and the outcome of every frame.
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
     /// Also write a log for viewers: the images with the outline and centre found, and the object's pose; of one log.

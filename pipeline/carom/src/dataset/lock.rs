@@ -127,7 +127,7 @@ impl Lock {
                 log.sha256
             ),
             None => format!(
-                "find the log {name} (SHA-256 {sha256}), which is pinned; tell where it lies with `--logs`, or `carom dataset \
+                "find the log {name} (SHA-256 {sha256}), which is pinned; name its folder with `--logs`, or `carom dataset \
                  lock --again` to go on without it"
             ),
         })

@@ -10,7 +10,7 @@ use values::{Interval, Rig, Strike};
 use crate::Error;
 use crate::inputs::{find_logs, load_rig};
 
-/// `NAME.toml`; paths are told from its folder.
+/// `NAME.toml`; paths are relative to its folder.
 ///
 /// ```toml
 /// logs = ["../../runs/june", "../../runs/july_*.mcap", "one.mcap"]   # folders, globs, files
@@ -55,7 +55,7 @@ pub struct Filters {
 }
 
 impl Filters {
-    /// Whether a log is left out by its name, with as many of its folders as the recipe tells.
+    /// Whether a log is left out by its name, with as many of its folders as the recipe names.
     pub fn leave_out(&self, log: &Path) -> bool {
         self.without.iter().any(|name| log.ends_with(name))
     }

@@ -27,7 +27,7 @@ impl Log {
         if let (Some(line), Some(more)) = (line.as_object_mut(), more.as_object()) {
             line.extend(more.clone());
         }
-        // Whoever listens may have gone; the night's work goes on.
+        // The reader of standard error may have closed it; the night's work continues.
         let _ = writeln!(std::io::stderr(), "{line}");
     }
 }

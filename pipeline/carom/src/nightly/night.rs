@@ -1,4 +1,4 @@
-//! What came of a night: `nightly.json`, and its words for a person.
+//! The outcome of a night: `nightly.json`, and its text.
 
 use std::fmt::Write;
 use std::fs;
@@ -169,7 +169,7 @@ impl Night {
     }
 
     /// Effects that the data name and the version in use lacks.
-    pub fn tell_missing(&mut self, before: &Artifact, results: &Results) {
+    pub fn report_missing(&mut self, before: &Artifact, results: &Results) {
         let known = before.effect.as_ref().map(|effect| &effect.world.effects);
         let is_known = |name: &str| known.is_some_and(|all| all.iter().any(|one| one.name == name));
         let named = results
@@ -210,7 +210,7 @@ impl Night {
         }
     }
 
-    /// All that a person should know, a line each.
+    /// The decision, drift, missing effects and damaged logs, a line each.
     pub fn lines(&self) -> Vec<String> {
         let mut lines = self.why.clone();
         lines.extend(self.drift.map(|drift| drift.sentence()));
@@ -266,7 +266,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_night_with_nothing_to_decide_tells_of_the_last_refusal_and_counts_what_is_new_now() {
+    fn a_night_with_nothing_to_decide_repeats_the_last_refusal_and_counts_what_is_new_now() {
         let refused = Night {
             status: Status::Refused,
             why: vec!["8 at the least".into()],

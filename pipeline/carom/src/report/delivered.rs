@@ -1,4 +1,4 @@
-//! What the arm was told against what it delivered, where `/striker/state` was logged.
+//! What the arm was commanded against what it delivered, where `/striker/state` was logged.
 
 use maud::{Markup, html};
 use plotters::prelude::*;
@@ -34,7 +34,7 @@ pub fn delivered_section(strikes: &[Strike]) -> Result<Option<Markup>, PageError
                 tr { td { "direction at contact, beside the command" } td.number { (format!("{angle:+.2} ± {angle_sd:.2}°")) } }
                 tr { td { "arm reached the object a second time" } td.number { (pushed_again) } }
             } }
-            p.note { "Mean ± standard deviation over strikes. On the line the arm does what it was told." }
+            p.note { "Mean ± standard deviation over strikes. On the line the arm delivers what was commanded." }
         },
     )))
 }
@@ -90,12 +90,12 @@ fn angles(pairs: &[Pair<'_>]) -> Result<String, PlotError> {
     )
 }
 
-/// Points, and the line on which what is delivered is what was told.
+/// Points, and the line on which what is delivered is what was commanded; `commanded` are its ends.
 fn scatter(
     x: &str,
     y: &str,
     points: &[(f64, f64)],
-    told: [(f64, f64); 2],
+    commanded: [(f64, f64); 2],
     y_range: (f64, f64),
 ) -> Result<String, PlotError> {
     svg((420, 320), |area| {
@@ -105,11 +105,11 @@ fn scatter(
                 title: "",
                 x,
                 y,
-                x_range: (told[0].0, told[1].0),
+                x_range: (commanded[0].0, commanded[1].0),
                 y_range,
             },
         )?;
-        chart.draw_series([line(told[0], told[1], MEASURED.mix(0.5))])?;
+        chart.draw_series([line(commanded[0], commanded[1], MEASURED.mix(0.5))])?;
         let hue = colour("effect").mix(0.6);
         chart.draw_series(points.iter().map(|at| Circle::new(*at, 3, hue.filled())))?;
         Ok(())
@@ -153,8 +153,8 @@ mod tests {
         let strikes = [strike(None), strike(Some(delivered))];
         let section = delivered_section(&strikes).expect("drawn").expect("shown");
         let text = section.into_string();
-        for told in ["1 of 2", "-5.0 ± 0.0 %", "+2.00 ± 0.00°"] {
-            assert!(text.contains(told), "{told}: {text}");
+        for shown in ["1 of 2", "-5.0 ± 0.0 %", "+2.00 ± 0.00°"] {
+            assert!(text.contains(shown), "{shown}: {text}");
         }
     }
 }

@@ -63,7 +63,7 @@ fn effects_table(effects: &[NamedEffect]) -> Markup {
                                 td { @if place == 0 {
                                     (effect.statement)
                                     @if !effect.equivalent.is_empty() {
-                                        br; span.note { "These strikes cannot tell it from " (effect.equivalent.join(", ")) "." }
+                                        br; span.note { "These strikes cannot distinguish it from " (effect.equivalent.join(", ")) "." }
                                     }
                                 } }
                                 td { code { (name) } }
@@ -257,7 +257,7 @@ fn pictures(shown: &ReportInput<'_>, found: &Diagnosed) -> Result<Markup, PageEr
 fn next_strikes(strikes: &[NextStrike]) -> Markup {
     html! {
         @if !strikes.is_empty() {
-            h3 { "Strikes that would tell more" }
+            h3 { "The most informative next strikes" }
             table {
                 thead { tr { th { "from x" } th { "from y" } th { "speed" } th { "angle" } th { "why" } } }
                 tbody {

@@ -1,4 +1,4 @@
-//! The page: sections in the order in which a person asks.
+//! The page and its sections.
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use values::{Reject, Split, Strike};

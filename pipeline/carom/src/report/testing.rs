@@ -192,5 +192,7 @@ fn without_a_named_effect_there_is_one_map_and_no_after() {
     let page = text(found, true);
     assert!(page.contains("Unexplained:"));
     assert_eq!(page.matches("<svg").count(), 1 + 2 + 1 + 2 * 5);
-    assert!(!page.contains("with the effects") && !page.contains("Strikes that would tell more"));
+    assert!(
+        !page.contains("with the effects") && !page.contains("The most informative next strikes")
+    );
 }

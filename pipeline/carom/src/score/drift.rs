@@ -19,7 +19,7 @@ pub struct Drift {
     beyond_chance: bool,
 }
 
-/// Fewer held-out strikes when published tell no scatter to judge by.
+/// Fewer held-out strikes when published give no scatter to judge by.
 pub const LEAST: usize = 8;
 /// Chance is called drift once in so many scores.
 const CHANCE: f64 = 1e-3;
@@ -88,7 +88,7 @@ mod tests {
         assert!(drift(0.009).beyond_chance);
         assert!((drift(0.0056).z - 1.0).abs() < 1e-9);
 
-        // One strike that misses wildly makes the scatter here, and is told all the same.
+        // One strike that misses wildly makes the scatter here, and is reported all the same.
         let wild = StopErrors {
             mean: 0.030,
             sd: 0.080,

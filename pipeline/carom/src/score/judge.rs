@@ -34,12 +34,12 @@ pub fn judge(
     Ok((evaluation, drift))
 }
 
-/// Why drift cannot be told with a version.
+/// Why drift from a version cannot be judged.
 pub fn drift_unknown(artifact: &Artifact) -> String {
     let provenance = &artifact.manifest.provenance;
     let published = provenance.metrics.get(&provenance.default_model);
     format!(
-        "cannot tell drift: {} was published with {} held-out strikes, {LEAST} are needed",
+        "cannot judge drift: {} was published with {} held-out strikes, {LEAST} are needed",
         artifact.version,
         published.map_or(0, |published| published.n)
     )

@@ -1,4 +1,4 @@
-//! What a diagnosis tells a person on the command line.
+//! A diagnosis as the command line prints it.
 
 use std::fmt::Write;
 
@@ -6,7 +6,7 @@ use diagnose::{Diagnosis, Gap, NamedEffect, Parameter, Verdict};
 
 use crate::outputs::NEXT_STRIKES;
 
-/// Candidates of the ranking that are told.
+/// Candidates of the ranking that are printed.
 const RANKED: usize = 3;
 
 /// Verdict, effects, gap, rivals, next strikes and notes, a line each.
@@ -41,7 +41,7 @@ pub fn diagnosis(diagnosis: &Diagnosis) -> String {
     if !diagnosis.next_strikes.is_empty() {
         let _ = writeln!(
             text,
-            "           {} strikes that would tell more are in {NEXT_STRIKES}",
+            "           the {} most informative next strikes are in {NEXT_STRIKES}",
             diagnosis.next_strikes.len()
         );
     }
@@ -60,7 +60,7 @@ pub fn verdict(verdict: Verdict) -> &'static str {
     }
 }
 
-/// The summary; where these strikes cannot tell an effect from others, it says so with the name.
+/// The summary; an effect that these strikes cannot distinguish from others has those beside its name.
 pub fn sentence(diagnosis: &Diagnosis) -> String {
     let mut text = diagnosis.summary.trim_end_matches('.').to_owned();
     for effect in &diagnosis.effects {
@@ -182,7 +182,7 @@ fn named(effect: &NamedEffect) -> String {
     if !effect.equivalent.is_empty() {
         let _ = writeln!(
             text,
-            "             these strikes cannot tell it from {}",
+            "             these strikes cannot distinguish it from {}",
             effect.equivalent.join(", ")
         );
     }
@@ -216,7 +216,7 @@ mod tests {
     }
 
     #[test]
-    fn a_probability_is_told_no_smaller_than_its_replicates_show() {
+    fn a_probability_is_printed_no_smaller_than_its_replicates_show() {
         assert_eq!(probability(0.005, 199), "< 1/199");
         assert_eq!(probability(1e-9, 199), "< 1/199");
         assert_eq!(probability(0.01, 199), "0.010");
@@ -224,7 +224,7 @@ mod tests {
     }
 
     #[test]
-    fn the_gap_is_told_with_the_share_that_is_closed() {
+    fn the_gap_is_printed_with_the_share_that_is_closed() {
         let mut measured = Gap {
             heldout_strikes: 40,
             before: 0.021,

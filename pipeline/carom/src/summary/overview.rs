@@ -1,4 +1,4 @@
-//! What a run tells on one screen: strikes, the verdict as a list, the table of stop errors, and what to do next.
+//! A run on one screen: strikes, the verdict as a list, the table of stop errors, and what to do next.
 
 use std::fmt::Write;
 
@@ -50,7 +50,7 @@ fn diagnosis(diagnosis: &Diagnosis) -> String {
         text += &effect_lines(&effect.name, &values);
         if !effect.equivalent.is_empty() {
             let others = effect.equivalent.join(", ");
-            let _ = writeln!(text, "             not told apart from: {others}");
+            let _ = writeln!(text, "             cannot be distinguished from: {others}");
         }
     }
     if diagnosis.verdict == Verdict::Unexplained {
@@ -112,7 +112,9 @@ fn next(diagnosis: &Diagnosis) -> String {
     match (diagnosis.verdict, count) {
         (Verdict::Consistent, _) => "next       nothing is missing: `strike` it\n".into(),
         (_, 1..) => {
-            format!("next       the {count} strikes in {NEXT_STRIKES} would tell more\n")
+            format!(
+                "next       the {count} strikes in {NEXT_STRIKES} would be the most informative\n"
+            )
         }
         (Verdict::Named, 0) => "next       check the effects on the rig: see the report\n".into(),
         (Verdict::Unexplained, 0) => "next       the report shows what the gap depends on\n".into(),

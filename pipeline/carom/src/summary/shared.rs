@@ -1,4 +1,4 @@
-//! What the overview and the details both tell.
+//! What the overview and the details both print.
 
 use std::fmt::Write;
 

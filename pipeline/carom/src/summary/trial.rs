@@ -61,6 +61,6 @@ fn remark(outcome: &Outcome) -> String {
         0 => None,
         refused => Some(format!("{refused} refused")),
     };
-    let told: Vec<String> = expected.into_iter().chain(refused).collect();
-    told.join(", ")
+    let parts: Vec<String> = expected.into_iter().chain(refused).collect();
+    parts.join(", ")
 }

@@ -17,7 +17,7 @@ use crate::outputs::write_json;
 use crate::publishing::store_error;
 use crate::robot::Embedded;
 
-/// Repeats of one command that tell the rig's scatter.
+/// Repeats of one command from which the rig's scatter is estimated.
 const FLOOR_REPEATS: usize = 25;
 
 /// What a trial is to strike.

@@ -1,4 +1,4 @@
-//! Trials in closed loop: targets, strikes and what came of them (`trial.json`).
+//! Trials in closed loop: targets, strikes and their results (`trial.json`).
 
 mod closed_loop;
 mod outcome;

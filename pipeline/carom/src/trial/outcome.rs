@@ -24,7 +24,7 @@ pub struct TargetStrike {
     pub stop: Point,
     /// Distance from target to stop, in m.
     pub error: f64,
-    /// What the plan expected that to be, in m; none where the version does not tell.
+    /// What the plan expected that to be, in m; none where the version does not state it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub expected_miss: Option<f64>,
 }
@@ -46,7 +46,7 @@ pub struct Outcome {
     /// Stop errors; none where every target was refused.
     #[serde(flatten)]
     pub errors: Option<StopErrors>,
-    /// Mean of what the plans expected, in m; none where a version does not tell.
+    /// Mean of what the plans expected, in m; none where a version does not state it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub expected_miss: Option<f64>,
     /// Every strike.
@@ -94,7 +94,7 @@ pub struct Trial {
     /// The session that all of this was struck in but `new_sessions`: the last one that was logged; none where the rig was not.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub session: Option<String>,
-    /// The same in new sessions; none where none was asked for.
+    /// The same in new sessions; none where none was requested.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub new_sessions: Option<NewSessions>,
     /// Random targets, struck once; by model.

@@ -112,7 +112,7 @@ fn a_board_that_cannot_be_is_refused_with_what_is_wrong() {
 
     let line = format!("camera calibrate --rig {dir}/rig.toml");
     let board = "--square 0.04 --marker 0.03 --dictionary DICT_5X5_100";
-    for (words, told) in [
+    for (words, reason) in [
         (String::new(), "--point"),
         (
             format!("{dir}/white.png --board 5x7 {board}"),
@@ -141,6 +141,6 @@ fn a_board_that_cannot_be_is_refused_with_what_is_wrong() {
     ] {
         let (outcome, why) = refusal(&format!("{line} {words}"));
         assert_eq!(outcome, Outcome::BadInput, "{words}: {why}");
-        assert!(why.contains(told), "{words}: {why}");
+        assert!(why.contains(reason), "{words}: {why}");
     }
 }

@@ -81,7 +81,7 @@ fn a_strike_that_was_joined_before_the_program_was_killed_is_not_joined_twice() 
 }
 
 #[test]
-fn what_cannot_collect_is_told_before_anything_is_made() {
+fn what_cannot_collect_is_reported_before_anything_is_made() {
     let folder = tempfile::tempdir().expect("a folder");
     let dir = folder.path().display();
     done(&format!("demo --strikes 1 --hide none --out {dir}/rig"));

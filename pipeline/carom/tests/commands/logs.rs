@@ -5,7 +5,7 @@ use carom::Outcome;
 use crate::fixture::{carom, done, refusal, write};
 
 #[test]
-fn a_log_that_has_grown_and_another_of_its_name_are_told_apart_at_night() {
+fn a_log_that_has_grown_and_another_of_its_name_are_distinguished_at_night() {
     let folder = tempfile::tempdir().expect("a folder");
     let dir = folder.path().display();
     done(&format!("demo --strikes 40 --hide none --out {dir}/rig"));
@@ -117,7 +117,7 @@ fn a_cut_off_log_gives_what_is_whole_and_says_so() {
     assert!(said.json["strikes"].as_u64() < Some(10));
     assert!(said.text.contains("session_000.mcap"), "{}", said.text);
 
-    // Cut before the first strike, it is the cut that is told of.
+    // Cut before the first strike, it is the cut that is reported.
     std::fs::write(&log, &bytes[..bytes.len() / 12]).expect("written");
     let (outcome, text) = refusal(&line);
     assert_eq!(outcome, Outcome::BadInput);
@@ -128,7 +128,7 @@ fn a_cut_off_log_gives_what_is_whole_and_says_so() {
 }
 
 #[test]
-fn strikes_that_are_rejected_are_told_with_an_example_of_each_reason() {
+fn strikes_that_are_rejected_are_reported_with_an_example_of_each_reason() {
     let folder = tempfile::tempdir().expect("a folder");
     let dir = folder.path().display();
     done(&format!("demo --strikes 12 --hide none --out {dir}/rig"));
@@ -142,15 +142,15 @@ fn strikes_that_are_rejected_are_told_with_an_example_of_each_reason() {
         ))
     };
     let some = ingest("x = [0.1, 0.6]").unwrap_or_else(|error| panic!("failed to {error}"));
-    let told = "off_table, such as strike ";
-    assert!(some.text.contains(told), "{}", some.text);
+    let example = "off_table, such as strike ";
+    assert!(some.text.contains(example), "{}", some.text);
     let none = ingest("x = [2.0, 3.0]").expect_err("no strike is left");
-    assert!(none.to_string().contains(told), "{none}");
+    assert!(none.to_string().contains(example), "{none}");
     assert_eq!(none.outcome(), Outcome::BadInput);
 }
 
 #[test]
-fn logs_that_are_none_are_left_out_and_told_and_the_others_are_read() {
+fn logs_that_are_none_are_left_out_and_reported_and_the_others_are_read() {
     let folder = tempfile::tempdir().expect("a folder");
     let dir = folder.path().display();
     done(&format!("demo --strikes 12 --hide none --out {dir}/rig"));

@@ -173,7 +173,7 @@ fn a_hidden_effect_is_named_used_kept_out_on_request_and_struck_with() {
         assert_eq!(again["same"], true, "{version}");
     }
 
-    // The strikes that would tell more, where there are any, are a plan for the rig.
+    // The most informative next strikes, where there are any, are a plan for the rig.
     if path.join("next_strikes.json").is_file() {
         let line =
             format!("demo --hide table_tilt --plan {dir}/next_strikes.json --out {dir}/more");
@@ -218,7 +218,7 @@ fn a_ball_is_identified_and_learnt_though_nothing_diagnoses_it() {
 }
 
 #[test]
-fn a_second_run_in_a_folder_is_told_to_try_again() {
+fn a_second_run_in_a_folder_is_asked_to_try_again() {
     let folder = tempfile::tempdir().expect("a folder");
     let dir = folder.path().display();
     done(&format!("demo --strikes 1 --hide none --out {dir}/rig"));

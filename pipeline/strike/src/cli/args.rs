@@ -1,4 +1,4 @@
-//! What may be asked.
+//! The command line's arguments.
 
 use std::path::PathBuf;
 
@@ -25,7 +25,7 @@ Examples:
 
 Exit codes: 0 done; 1 failed; 2 wrong usage or bad input; 3 done, but a line of the batch was refused or the log lies
 elsewhere; 4 refused; 75 busy.
-A refusal tells its reason: not_finite, off_table, outside_trained_region, unreachable, diverged, speed_limit,
+A refusal states its reason: not_finite, off_table, outside_trained_region, unreachable, diverged, speed_limit,
 angle_limit, reach, keep_out, obstacle, second_push, turned (a box), residual_too_large, plan_expired, malformed (a line of
 a batch), not_ready (the robot), other_rig (the artifact was made for another object or striker), not_trusted (not signed by
 the key, or older than what was loaded before). No command is ever moved into a limit. A damaged artifact is bad input: exit

@@ -1,4 +1,4 @@
-//! How the program ends where it does not do what was asked.
+//! How the program ends where it does not do what was requested.
 
 use std::fmt::{self, Display};
 use std::process::ExitCode;
@@ -63,15 +63,15 @@ impl Failure {
         })
     }
 
-    /// What a machine is told: the contract's refusal, or `{"failed": "text"}`.
+    /// What a machine reads: the contract's refusal, or `{"failed": "text"}`.
     pub fn to_json(&self) -> String {
-        let told = match self {
+        let failure = match self {
             Self::Refused(refusal) => FailureAsJson::Refused(refusal),
             _ => FailureAsJson::Failed {
                 failed: self.to_string(),
             },
         };
-        serde_json::to_string(&told).unwrap_or_default()
+        serde_json::to_string(&failure).unwrap_or_default()
     }
 }
 

@@ -1,4 +1,4 @@
-//! The command line: what is asked becomes one plan, one strike and one answer.
+//! The command line: arguments become one plan, one strike and one answer.
 
 mod args;
 mod failure;
@@ -20,10 +20,10 @@ use failure::Failure;
 use load::load;
 use strike_one::strike_one;
 
-/// Done, but a line of the batch was refused, or the log lies elsewhere than it was to.
+/// Done, but a line of the batch was refused, or the log was written under another name.
 const REJECTED: u8 = 3;
 
-/// Does what is asked. The artifact is verified whole before anything else, and no robot is opened before a plan has
+/// Runs the command. The artifact is verified whole before anything else, and no robot is opened before a plan has
 /// passed every limit.
 pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     if args.log.is_some() && args.robot == Choice::DryRun {
@@ -91,7 +91,7 @@ fn plan_batch(args: &Args, planner: &Planner, file: &Path) -> Result<ExitCode, F
             counts.planned,
             counts.refused
         )
-        .map_err(|error| Failure::failed(format!("tell the result: {error}")))?;
+        .map_err(|error| Failure::failed(format!("print the result: {error}")))?;
     }
     Ok(if counts.refused == 0 {
         ExitCode::SUCCESS

@@ -1,4 +1,4 @@
-//! Answers on standard output: for a person, and for a machine.
+//! Answers on standard output: as text, and as JSON.
 
 use std::io::{self, Write};
 use std::path::PathBuf;
@@ -9,7 +9,7 @@ use values::Point;
 
 use super::Failure;
 
-/// The contract's plan, and what became of it where a robot struck.
+/// The contract's plan and, where a robot struck, the result.
 #[derive(Clone, Debug, Serialize)]
 pub struct Answer {
     #[serde(flatten)]
@@ -23,13 +23,13 @@ pub struct Answer {
     /// Speed that the arm delivered at contact, in m/s, where it is measured.
     #[serde(skip_serializing_if = "Option::is_none")]
     delivered_speed: Option<f64>,
-    /// What a person should look at.
+    /// A warning for the operator.
     #[serde(skip_serializing_if = "Option::is_none")]
     warning: Option<String>,
     /// The log.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub log: Option<PathBuf>,
-    /// Why the log does not lie where it was to; none where it does.
+    /// Why the log was written under another name; none where it was not.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub log_moved: Option<String>,
     /// What failed once the strike was begun; completes "failed to …".
@@ -71,7 +71,7 @@ impl Answer {
         }
     }
 
-    /// Adds to what a person should look at.
+    /// Adds a warning for the operator.
     pub fn warn(&mut self, what: &str) {
         let before = self.warning.take();
         self.warning = Some(before.map_or(what.into(), |before| format!("{before}; {what}")));
@@ -143,7 +143,7 @@ fn expected(miss: Option<f64>, strikes: Option<usize>) -> String {
     }
 }
 
-/// What became of the plan.
+/// The result of the strike.
 pub fn struck(answer: &Answer) -> Result<(), Failure> {
     let mut text = String::new();
     if let (Some(stop), Some(miss)) = (answer.stopped, answer.miss) {
@@ -175,15 +175,15 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_expected_miss_tells_on_how_many_strikes_it_stands() {
-        let told = |strikes: Option<usize>| expected(strikes.map(|_| 0.0046), strikes);
-        assert_eq!(told(None), "");
+    fn an_expected_miss_says_from_how_many_strikes_it_is() {
+        let shown = |strikes: Option<usize>| expected(strikes.map(|_| 0.0046), strikes);
+        assert_eq!(shown(None), "");
         assert_eq!(
-            told(Some(62)),
+            shown(Some(62)),
             ", expected miss 4.6 mm (mean of 62 held-out strikes)"
         );
         for few in [1, 2, FEW - 1] {
-            assert!(told(Some(few)).contains("hardly known"), "{few}");
+            assert!(shown(Some(few)).contains("hardly known"), "{few}");
         }
     }
 }

@@ -17,7 +17,7 @@ use super::show::{self, Answer};
 use super::watching::Watching;
 use super::{Args, Failure, REJECTED, point};
 
-/// Plans a strike at `to`, makes it, and tells what came of it.
+/// Plans a strike at `to`, makes it, and reports the result.
 pub fn strike_one(args: &Args, planner: &Planner, to: Point) -> Result<ExitCode, Failure> {
     let watching = Watching::open(args, planner.rig())?;
     let (from, yaw) = match (&args.from, &watching) {
@@ -120,7 +120,7 @@ fn destination(args: &Args) -> Destination {
     )
 }
 
-/// Strikes and keeps the log. Errors only where nothing was struck: what was is told, whatever came after.
+/// Strikes and keeps the log. Errors only where nothing was struck: a strike that was made is reported, whatever fails after it.
 fn strike_with(
     robot: &mut dyn Robot,
     plan: &Plan,
@@ -161,7 +161,7 @@ fn strike_with(
     Ok(answer)
 }
 
-/// Writes what was recorded, and notes in the answer where it lies, or why it does not.
+/// Writes what was recorded, and puts its path into the answer, or why it could not be written.
 fn keep(
     answer: &mut Answer,
     log: Option<OpenLog>,

@@ -15,14 +15,14 @@ use super::request::StrikeRequest;
 use crate::CommandPlanner;
 use crate::log::LogError;
 
-/// How joined logs are called: `session_NNNNNN.mcap`.
+/// The name of a joined log: `session_NNNNNN.mcap`.
 pub const SESSION: &str = "session_";
 const STRIKE: &str = "strike_";
 const ENDING: &str = ".mcap";
 const LOCK: &str = ".collect.lock";
-/// Before strikes told better, an object may slide so many times as far as it is foreseen to.
+/// Before any strike was made, an object may slide this many times as far as predicted.
 const UNKNOWN: f64 = 2.0;
-/// Strikes that tell how far it slides; and by how much more than the farthest of these the next one may.
+/// Strikes from which its distance is estimated; and by how much more than the farthest of these the next one may.
 const TELLING: usize = 3;
 const BEYOND: f64 = 1.15;
 /// A strike is the one that was requested within so many m/s and rad.
@@ -121,7 +121,7 @@ impl Collection {
         requested.iter().filter(is_left).copied().collect()
     }
 
-    /// How many times as far as foreseen the next object may slide: as the strikes made tell.
+    /// How many times as far as foreseen the next object may slide: as the strikes made show.
     pub(super) fn farther(&self, planner: &CommandPlanner) -> f64 {
         let ratio = |made: &CollectedStrike| {
             let foreseen = planner
@@ -129,7 +129,7 @@ impl Collection {
                 .distance(made.from);
             (foreseen > 0.0).then(|| made.stop.distance(made.from) / foreseen)
         };
-        // The last ones tell of today; each takes milliseconds to foresee.
+        // The last ones show how it slides today; each takes milliseconds to foresee.
         let recent = self.made.iter().rev().take(10 * TELLING);
         let ratios: Vec<f64> = recent.filter_map(ratio).collect();
         if ratios.len() < TELLING {

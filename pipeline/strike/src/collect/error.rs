@@ -10,7 +10,7 @@ pub enum CollectError {
     /// The robot did not strike, or did not end a strike.
     #[error(transparent)]
     Robot(#[from] RobotError),
-    /// The camera does not tell where the object is.
+    /// The camera does not show where the object is.
     #[error(transparent)]
     Live(#[from] LiveError),
     /// A strike could not be kept.

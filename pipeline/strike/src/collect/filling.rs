@@ -150,7 +150,7 @@ mod tests {
     }
 
     #[test]
-    fn from_a_place_that_nothing_fits_the_reason_is_told() {
+    fn from_a_place_that_nothing_fits_the_reason_is_reported() {
         let rig = Rig::demo(Shape::Cylinder);
         let planner = CommandPlanner::nominal(&rig).expect("a world");
         let error = choose(&planner, Point::new(0.98, 0.0), &[], 1.0).expect_err("at the edge");

@@ -1,6 +1,6 @@
 //! Gathering data: strikes that fill speed, angle and table evenly and stay on it, each in a log of its own before the next is made.
 //!
-//! What was collected is what lies in the folder: a collection that was ended by anything goes on where it was.
+//! The folder's logs are the state of a collection: whatever ended it, the next call continues from them.
 
 mod collection;
 mod error;
@@ -22,7 +22,7 @@ use crate::{CommandPlanner, Destination, OpenLog, Refusal};
 /// So many strikes in a row that are made and cannot be used end the collection: something is wrong with the camera or the table.
 const MOST_USELESS: usize = 5;
 
-/// What came of one strike of a collection, for a person.
+/// Progress of a collection, for its operator.
 #[derive(Clone, Debug)]
 pub enum CollectEvent {
     /// Where the object is to be put, in m.
@@ -35,14 +35,14 @@ pub enum CollectEvent {
     Kept {
         /// Usable strikes so far.
         strikes: usize,
-        /// What a person should look at.
+        /// A warning for the operator.
         warning: Option<String>,
     },
     /// A strike whose log cannot be used, and why.
     Useless(String),
 }
 
-/// What came of a collection.
+/// The outcome of a collection.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Collected {
     /// Usable strikes in the folder.
@@ -63,7 +63,7 @@ pub fn collect(
     strikes: usize,
     requested: &[StrikeRequest],
     is_over: &dyn Fn() -> bool,
-    tell: &mut dyn FnMut(CollectEvent),
+    report: &mut dyn FnMut(CollectEvent),
 ) -> Result<Collected, CollectError> {
     let rig = planner.rig();
     let mut collection = Collection::open(folder, rig)?;
@@ -76,9 +76,9 @@ pub fn collect(
             Some(request) => request,
             None => request(planner, &collection)?,
         };
-        tell(CollectEvent::Put(put));
+        report(CollectEvent::Put(put));
         let log = OpenLog::open(Destination::Next(folder.into()))?;
-        let from = station.object(put.from, &mut |what| tell(CollectEvent::Waiting(what)))?;
+        let from = station.object(put.from, &mut |what| report(CollectEvent::Waiting(what)))?;
         let farther = collection.farther(planner);
         let plan = match next {
             Some(request) => {
@@ -86,14 +86,14 @@ pub fn collect(
                 match planner.plan(from, request.command, farther) {
                     Ok(plan) => plan,
                     Err(refusal) => {
-                        tell(CollectEvent::LeftOut(refusal));
+                        report(CollectEvent::LeftOut(refusal));
                         continue;
                     }
                 }
             }
             None => match choose(planner, from, &collection.made(), farther) {
                 Err(CollectError::NoStrike(why)) if station.is_by_hand() => {
-                    tell(CollectEvent::Waiting(why));
+                    report(CollectEvent::Waiting(why));
                     continue;
                 }
                 chosen => chosen?,
@@ -118,14 +118,14 @@ pub fn collect(
             match collection.take(&kept.path, rig)? {
                 Ok(()) => {
                     in_a_row = 0;
-                    tell(CollectEvent::Kept {
+                    report(CollectEvent::Kept {
                         strikes: collection.len(),
                         warning,
                     });
                 }
                 Err(why) => {
                     (useless, in_a_row) = (useless + 1, in_a_row + 1);
-                    tell(CollectEvent::Useless(why.clone()));
+                    report(CollectEvent::Useless(why.clone()));
                     if in_a_row == MOST_USELESS && failed.is_none() {
                         return Err(CollectError::Useless {
                             strikes: in_a_row,

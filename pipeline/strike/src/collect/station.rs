@@ -22,14 +22,14 @@ const AFTER: Duration = Duration::from_secs(15);
 /// How often it is looked at.
 const TICK: Duration = Duration::from_millis(50);
 
-/// What a strike left for its log.
+/// What a strike recorded for its log.
 #[derive(Clone, Debug, Default)]
 pub struct Recorded {
     /// The robot's samples, and the camera's of a robot that has one of its own.
     pub samples: Samples,
     /// Messages of live topics.
     pub received: Vec<Received>,
-    /// What a person should look at.
+    /// A warning for the operator.
     pub warning: Option<String>,
 }
 
@@ -47,11 +47,11 @@ pub trait Station {
     /// How many strikes were made before, and where (m) the last usable one left the object.
     fn goes_on(&mut self, strikes: usize, last_stop: Option<Point>);
 
-    /// Waits until the object lies ready, wherever that is; `requested` is where it would best lie. In m. What is waited for is told.
+    /// Waits until the object lies ready, wherever that is; `requested` is where it would best lie. In m. Reports what it waits for.
     fn object(
         &mut self,
         requested: Point,
-        tell: &mut dyn FnMut(String),
+        report: &mut dyn FnMut(String),
     ) -> Result<Point, CollectError>;
 
     /// Whether a hand puts the object back, which may put it where nothing can be struck.
@@ -158,7 +158,7 @@ impl Station for ArmStation {
         true
     }
 
-    fn object(&mut self, _: Point, tell: &mut dyn FnMut(String)) -> Result<Point, CollectError> {
+    fn object(&mut self, _: Point, report: &mut dyn FnMut(String)) -> Result<Point, CollectError> {
         let mut still: Option<(Point, Instant)> = None;
         loop {
             if self.interrupted.load(Ordering::Relaxed) {
@@ -167,7 +167,7 @@ impl Station for ArmStation {
             match self.live.at_rest() {
                 Ok(rest) if self.is_where_it_stopped(rest.point) => {
                     still = None;
-                    tell("it lies within 2 cm of where it stopped: put it elsewhere".into());
+                    report("it lies within 2 cm of where it stopped: put it elsewhere".into());
                 }
                 Ok(rest) => {
                     let (place, since) = *still.get_or_insert((rest.point, Instant::now()));
@@ -176,12 +176,12 @@ impl Station for ArmStation {
                     } else if since.elapsed() >= self.pause {
                         return Ok(rest.point);
                     } else {
-                        tell("the arm moves in a moment: step back".into());
+                        report("the arm moves in a moment: step back".into());
                     }
                 }
                 Err(LiveError::NotAtRest(why)) => {
                     still = None;
-                    tell(why);
+                    report(why);
                 }
                 Err(error) => return Err(error.into()),
             }

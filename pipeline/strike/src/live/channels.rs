@@ -8,8 +8,8 @@ use values::{FieldTopic, Point, Topics};
 
 use super::protocol::Channel;
 
-/// Names that are told of what a server has, where what is looked for is not among it.
-const MOST_TOLD: usize = 20;
+/// Topics of a server that an error lists, where the one that is looked for is not among them.
+const MOST_LISTED: usize = 20;
 
 /// What a channel holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -19,7 +19,7 @@ pub(super) enum Role {
     Image,
 }
 
-/// A place of the object, as a message tells it.
+/// A place of the object, as a message gives it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Sighting {
     pub(super) point: Point,
@@ -32,7 +32,7 @@ pub(super) struct Sighting {
 #[derive(Debug)]
 pub(super) struct Subscription {
     pub(super) role: Role,
-    told: Channel,
+    channel: Channel,
     pub(super) raw: Arc<RawChannel>,
     /// None for images.
     decoder: Option<Decoder>,
@@ -58,29 +58,29 @@ impl Channels {
         }
     }
 
-    /// Takes a channel that a server tells; gives the id of the subscription to make where it is to be listened to. Errors where
+    /// Takes a channel that a server advertises; gives the id of the subscription to make where it is to be listened to. Errors where
     /// it contradicts what is known.
     pub(super) fn advertise(&mut self, channel: Channel) -> Result<Option<u32>, String> {
         let Some(role) = self.role(&channel.topic) else {
-            if self.others.len() < MOST_TOLD {
+            if self.others.len() < MOST_LISTED {
                 self.others.push(channel.topic);
             }
             return Ok(None);
         };
         for known in self.listened.values() {
-            if known.told == channel {
+            if known.channel == channel {
                 return Ok(None);
             }
-            if known.told.id == channel.id {
+            if known.channel.id == channel.id {
                 return Err(format!(
-                    "channel {} is told twice, and not alike",
+                    "channel {} is advertised twice, with different contents",
                     channel.id
                 ));
             }
             if known.role == role {
                 return Err(format!(
                     "topic {} is there twice, as channels {} and {}: two programs publish it; end one of them",
-                    channel.topic, known.told.id, channel.id
+                    channel.topic, known.channel.id, channel.id
                 ));
             }
         }
@@ -97,7 +97,7 @@ impl Channels {
             role,
             decoder: self.decoder(role, &raw)?,
             raw: Arc::new(raw),
-            told: channel,
+            channel,
         };
         let subscription = self.next;
         self.listened.insert(subscription, listened);
@@ -112,7 +112,7 @@ impl Channels {
     /// Channels that are gone.
     pub(super) fn unadvertise(&mut self, ids: &[u64]) {
         self.listened
-            .retain(|_, listened| !ids.contains(&listened.told.id));
+            .retain(|_, listened| !ids.contains(&listened.channel.id));
     }
 
     /// The channel of a subscription.
@@ -120,7 +120,7 @@ impl Channels {
         self.listened.get(&subscription)
     }
 
-    /// Which topic tells the object's place: its centroid's, as where logs are read, else its pose's; none where neither is there.
+    /// Which topic gives the object's place: its centroid's, as where logs are read, else its pose's; none where neither is there.
     pub(super) fn object(&self) -> Option<Role> {
         self.listened
             .values()
@@ -131,7 +131,10 @@ impl Channels {
 
     /// Names of what is there, for a person.
     pub(super) fn names(&self) -> String {
-        let listened = self.listened.values().map(|known| known.told.topic.clone());
+        let listened = self
+            .listened
+            .values()
+            .map(|known| known.channel.topic.clone());
         let names: Vec<String> = listened.chain(self.others.iter().cloned()).collect();
         if names.is_empty() {
             "no topics at all".into()
@@ -188,12 +191,12 @@ impl Subscription {
         };
         let (fields, quaternion) = decoder
             .decode_with(message)
-            .map_err(|error| format!("a message of topic {}: {error}", self.told.topic))?;
+            .map_err(|error| format!("a message of topic {}: {error}", self.channel.topic))?;
         let point = Point::new(fields.x, fields.y);
         if !(point.x.is_finite() && point.y.is_finite()) {
             return Err(format!(
-                "a message of topic {} tells no finite place",
-                self.told.topic
+                "a message of topic {} holds no finite place",
+                self.channel.topic
             ));
         }
         Ok(Some(Sighting {
@@ -236,18 +239,18 @@ mod tests {
             channels.advertise(channel(8, "/object/centroid")),
             Ok(Some(3))
         );
-        let told = channels
+        let sighting = channels
             .of(3)
             .expect("there")
             .read(br#"{"point":{"x":0.3,"y":-0.1}}"#)
             .expect("read")
             .expect("a place");
-        assert_eq!(told.point, Point::new(0.3, -0.1));
-        assert_eq!(told.stamp, None);
+        assert_eq!(sighting.point, Point::new(0.3, -0.1));
+        assert_eq!(sighting.stamp, None);
     }
 
     #[test]
-    fn channels_that_contradict_each_other_are_told() {
+    fn channels_that_contradict_each_other_are_reported() {
         let mut channels = Channels::new(&Topics::default());
         assert_eq!(
             channels.advertise(channel(7, "/object/centroid")),
@@ -260,7 +263,7 @@ mod tests {
     }
 
     #[test]
-    fn messages_that_make_no_sense_are_told() {
+    fn messages_that_make_no_sense_are_reported() {
         let mut channels = Channels::new(&Topics::default());
         let id = channels.advertise(channel(7, "/object/centroid"));
         let listened = channels

@@ -112,7 +112,7 @@ impl Connection {
 
 impl Drop for Connection {
     fn drop(&mut self) {
-        // The server is told; whether it hears it does not matter any more.
+        // The server is sent a close; whether it arrives does not matter any more.
         let _ = self.socket.close(None);
         let _ = self.socket.flush();
     }

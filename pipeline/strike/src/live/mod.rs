@@ -3,7 +3,7 @@
 //! A server of the Foxglove WebSocket protocol (ROS 2's `foxglove_bridge`, or any server of Foxglove's SDK) is listened to on a
 //! thread of its own. Of its topics the rig file's centroid, pose and image are subscribed to; places are read by the decoder that
 //! reads logs, and every message is kept as it came for the log of the strike. Nothing that a server sends is believed: what is
-//! held is bounded, and what makes no sense is told.
+//! held is bounded, and a message that makes no sense is reported.
 
 mod channels;
 mod connection;
@@ -29,7 +29,7 @@ use rest::resting;
 use seen::Seen;
 pub use seen::{ServerMessage, read_messages};
 
-/// Topics are told within this time of the connection.
+/// Topics are advertised within this time of the connection.
 const TOPICS: Duration = Duration::from_secs(5);
 /// The object rests where it is seen at one place for so long.
 const REST: Duration = Duration::from_millis(500);
@@ -167,7 +167,7 @@ impl Live {
             match look() {
                 Err(LiveError::NotAtRest(_))
                     if Instant::now() < until && !is_over.load(Ordering::Relaxed) => {}
-                told => return told,
+                found => return found,
             }
             thread::sleep(TICK);
         }

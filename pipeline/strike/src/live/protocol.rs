@@ -29,7 +29,7 @@ pub(super) enum Control {
     Other,
 }
 
-/// A channel as a server tells it.
+/// A channel as a server advertises it.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub(super) struct Channel {
@@ -147,7 +147,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_a_server_says_is_read_or_told() {
+    fn what_a_server_says_is_read_or_reported() {
         let text = r#"{"op":"advertise","channels":[
             {"id":3,"topic":"/a","encoding":"protobuf","schemaName":"A","schema":"aGk=","more":1},
             {"id":4,"topic":"/b","encoding":"cdr","schemaName":"B","schema":"float64 x"}]}"#;
@@ -178,7 +178,7 @@ mod tests {
     }
 
     #[test]
-    fn frames_of_any_length_are_read_or_told() {
+    fn frames_of_any_length_are_read_or_reported() {
         let mut frame = vec![1, 7, 0, 0, 0];
         frame.extend(5u64.to_le_bytes());
         frame.extend(b"data");

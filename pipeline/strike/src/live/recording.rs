@@ -127,14 +127,20 @@ mod tests {
     }
 
     #[test]
-    fn a_flood_is_held_within_the_limit_and_told() {
+    fn a_flood_is_held_within_the_limit_and_reported() {
         let (mut recording, now) = (Recording::default(), Instant::now());
         (0..40).for_each(|_| recording.push(now, message(8 << 20)));
         assert!(recording.bytes <= MOST_BYTES);
         recording.start();
         (0..40).for_each(|_| recording.push(now, message(8 << 20)));
         assert!(recording.bytes <= MOST_BYTES);
-        assert!(recording.take().1.expect("told").contains("not in the log"));
+        assert!(
+            recording
+                .take()
+                .1
+                .expect("a warning")
+                .contains("not in the log")
+        );
         let mut places = Places::default();
         for _ in 0..3 * MOST_PLACES {
             places.push(Place {

@@ -8,19 +8,19 @@ use values::Point;
 const WANDER: f64 = 0.001;
 /// And within this many standard deviations of the camera's noise.
 const NOISE: f64 = 4.0;
-/// So many places, at the least, tell a rest.
+/// A rest takes so many places at the least.
 const FEWEST: usize = 5;
 /// The last place may be so old.
 const FRESH: Duration = Duration::from_millis(250);
 /// Share of the places that may lie elsewhere: outliers of a tracker.
 const OUTLIERS: f64 = 0.2;
 
-/// Where the object was seen, and when that was told.
+/// Where the object was seen, and when the message came.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Place {
     pub(super) at: Instant,
     pub(super) point: Point,
-    /// In rad; none where the topic does not tell.
+    /// In rad; none where the topic does not hold it.
     pub(super) yaw: Option<f64>,
 }
 
@@ -29,7 +29,7 @@ pub(super) struct Place {
 pub struct Resting {
     /// Where, in m.
     pub point: Point,
-    /// By how much it is turned, in rad; none where the topic does not tell.
+    /// By how much it is turned, in rad; none where the topic does not hold it.
     pub yaw: Option<f64>,
 }
 
@@ -62,7 +62,7 @@ pub(super) fn resting(
         .any(|place| now.saturating_duration_since(place.at) >= window.mul_f64(0.8));
     if recent.len() < FEWEST || !is_filled {
         return Err(format!(
-            "the camera has seen it {} times in the last {:.1} s, which is too short to tell",
+            "the camera has seen it {} times in the last {:.1} s, which is too short to judge whether it rests",
             recent.len(),
             window.as_secs_f64()
         ));
@@ -110,7 +110,7 @@ fn median(places: &[Place]) -> Point {
     Point::new(middle(|place| place.point.x), middle(|place| place.point.y))
 }
 
-/// The mean direction; none where a place does not tell.
+/// The mean direction; none where a place has none.
 fn mean_yaw(places: &[Place]) -> Option<f64> {
     let mut sum = (0.0, 0.0);
     for place in places {
@@ -181,7 +181,7 @@ mod tests {
             point: Point::default(),
             yaw: Some(yaw),
         };
-        let mean = mean_yaw(&[place(3.1), place(-3.1)]).expect("told");
+        let mean = mean_yaw(&[place(3.1), place(-3.1)]).expect("each has one");
         assert!((mean.abs() - std::f64::consts::PI).abs() < 1e-9);
     }
 }

@@ -1,4 +1,4 @@
-//! What a server has told so far: its channels, the object's recent places, and the messages for a log.
+//! What a server has sent so far: its channels, the object's recent places, and the messages for a log.
 
 use std::time::Instant;
 
@@ -50,7 +50,7 @@ impl Seen {
                 }
             }
             Control::Unadvertise(ids) => self.channels.unadvertise(&ids),
-            // It need not be about a topic that is listened to: it is told where nothing else comes.
+            // It need not be about a topic that is listened to: it is reported where nothing else comes.
             Control::Error(why) => self.unread = Some(format!("the server reports: {why}")),
             Control::Other => {}
         }
@@ -67,15 +67,15 @@ impl Seen {
             return Ok(());
         };
         match listened.read(message) {
-            Ok(Some(told)) if self.channels.object() == Some(listened.role) => {
+            Ok(Some(sighting)) if self.channels.object() == Some(listened.role) => {
                 self.unread = None;
-                self.behind = told
+                self.behind = sighting
                     .stamp
                     .map(|stamp| (i128::from(log_time) - i128::from(stamp)) as f64 * 1e-9);
                 self.places.push(Place {
                     at,
-                    point: told.point,
-                    yaw: told.yaw,
+                    point: sighting.point,
+                    yaw: sighting.yaw,
                 });
             }
             Ok(_) => {}

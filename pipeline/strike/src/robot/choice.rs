@@ -67,7 +67,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn robots_are_known_by_name_and_others_are_told_what_there_is() {
+    fn robots_are_known_by_name_and_an_unknown_one_lists_them() {
         assert_eq!("dry-run".parse(), Ok(Choice::DryRun));
         assert_eq!("sim".parse(), Ok(Choice::Sim(SimChoice::default())));
         let folder = Some("a/b".into());

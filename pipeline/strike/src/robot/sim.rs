@@ -28,9 +28,9 @@ pub struct SimRobot {
 }
 
 impl SimRobot {
-    /// The embedded rig, after as many strikes as its truth tells and `struck` more: the next strike has a scatter, a
+    /// The embedded rig, after as many strikes as its truth lists and `struck` more: the next strike has a scatter, a
     /// wear and stamps of its own. It strikes in this session of the demo, which its log names, or in the one after all that the
-    /// truth tells. `rig` is the rig that plans are made for. Errors where the truth cannot be read, or tells no such session.
+    /// truth lists. `rig` is the rig that plans are made for. Errors where the truth cannot be read, or lists no such session.
     pub fn open(
         rig: &Rig,
         source: TruthSource<'_>,
@@ -54,7 +54,7 @@ impl SimRobot {
                 .filter(|number| *number < sessions)
                 .ok_or_else(|| {
                     failed(format!(
-                        "its truth tells of no session `{name}`, only of {sessions} that `carom demo` logged"
+                        "its truth lists no session `{name}`, only {sessions} that `carom demo` logged"
                     ))
                 })?,
         };

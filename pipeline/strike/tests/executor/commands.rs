@@ -63,7 +63,7 @@ fn a_second_target_is_not_passed_over() {
 }
 
 #[test]
-fn a_plan_is_told_to_a_person_with_positions_and_times() {
+fn a_plan_is_printed_for_a_person_with_positions_and_times() {
     let (code, out, err) = code(&GOOD);
     assert_eq!(code, 0);
     assert!(err.contains("no key is configured"), "{err}");
@@ -85,7 +85,7 @@ fn a_plan_is_told_to_a_person_with_positions_and_times() {
 }
 
 #[test]
-fn a_plan_is_told_to_a_machine_as_one_object() {
+fn a_plan_is_printed_for_a_machine_as_one_object() {
     let (code, out, _) = code(&good_and(&["--json", "--model", "sysid"]));
     assert_eq!(code, 0);
     let plan: Value = serde_json::from_str(&out).unwrap();
@@ -132,7 +132,7 @@ fn a_refusal_exits_4_and_is_an_object_too() {
 }
 
 #[test]
-fn wrong_usage_exits_2_and_tells_how_to_mend_it() {
+fn wrong_usage_exits_2_and_says_how_to_mend_it() {
     for (arguments, said) in [
         (vec![], "--to"),
         (vec!["--to", "0.5"], "2 values"),
@@ -195,8 +195,8 @@ fn every_end_is_one_object_where_a_machine_asks() {
         (dir.path(), &["--version", "v0009"], "v0009"),
         (dir.path(), &["--key", "/none/key"], "/none/key"),
     ] {
-        let told = object(artifacts, more, 2);
-        assert!(told["failed"].as_str().unwrap().contains(said), "{told}");
+        let end = object(artifacts, more, 2);
+        assert!(end["failed"].as_str().unwrap().contains(said), "{end}");
     }
 }
 
@@ -252,7 +252,7 @@ fn a_robots_own_rig_file_may_be_stricter_and_then_counts() {
 }
 
 #[test]
-fn a_folder_without_an_artifact_is_told() {
+fn a_folder_without_an_artifact_is_reported() {
     let dir = tempfile::tempdir().unwrap();
     let output = strike(dir.path(), &GOOD);
     assert_eq!(output.status.code(), Some(2));
@@ -297,10 +297,10 @@ fn a_tampered_artifact_is_refused_before_any_robot_is_touched() {
         let output = strike(dir.path(), &good_and(&["--robot", "sim"]));
         assert_eq!(output.status.code(), Some(2), "{file}: {}", stderr(&output));
         assert_eq!(stdout(&output), "", "{file}");
-        let told = stderr(&output);
+        let text = stderr(&output);
         assert!(
-            told.contains("v0001") && !told.contains("is whole"),
-            "{told}"
+            text.contains("v0001") && !text.contains("is whole"),
+            "{text}"
         );
         assert!(!dir.path().join("strikes").exists(), "{file}");
     }
@@ -331,7 +331,7 @@ fn an_artifact_of_another_rig_is_refused() {
 }
 
 #[test]
-fn a_batch_answers_line_by_line_and_tells_by_its_code_that_lines_were_refused() {
+fn a_batch_answers_line_by_line_and_shows_by_its_code_that_lines_were_refused() {
     let dir = fixture::published();
     let batch = |input: &[u8]| {
         let mut child = Command::new(env!("CARGO_BIN_EXE_strike"))
@@ -369,9 +369,9 @@ fn a_batch_may_be_asked_line_by_line() {
     let mut answers = BufReader::new(child.stdout.take().unwrap());
     for x in ["0.6", "0.65", "0.55"] {
         writeln!(ask, "{{\"from\": [0.3, 0.05], \"to\": [{x}, 0.1]}}").unwrap();
-        let mut answer = String::new();
-        answers.read_line(&mut answer).unwrap();
-        assert!(answer.contains(&format!("\"to\":[{x},0.1]")), "{answer}");
+        let mut end = String::new();
+        answers.read_line(&mut end).unwrap();
+        assert!(end.contains(&format!("\"to\":[{x},0.1]")), "{end}");
     }
     drop(ask);
     assert_eq!(child.wait().unwrap().code(), Some(0));

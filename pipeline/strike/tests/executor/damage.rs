@@ -277,9 +277,9 @@ fn every_kind_of_damage_is_refused_by_name_before_a_robot_is_touched() {
         let computer = Computer::new();
         damage(&computer, &computer.version("v0002"));
         let output = computer.strike(&[]);
-        let told = stderr(&output);
-        assert_eq!(output.status.code(), Some(*code), "{name}: {told}");
-        assert!(told.contains(said), "{name}: {told}");
+        let printed = stderr(&output);
+        assert_eq!(output.status.code(), Some(*code), "{name}: {printed}");
+        assert!(printed.contains(said), "{name}: {printed}");
         assert_eq!(stdout(&output), "", "{name}");
         assert!(!computer.store.path().join("strikes").exists(), "{name}");
     }

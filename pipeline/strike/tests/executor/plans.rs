@@ -70,7 +70,7 @@ fn a_plan_does_not_depend_on_what_was_planned_before() {
 }
 
 #[test]
-fn a_plan_tells_its_artifact_and_what_to_expect() {
+fn a_plan_states_its_artifact_and_what_to_expect() {
     let plan = plan(Model::Sysid);
     assert_eq!(plan.artifact, "v0001");
     assert_eq!(plan.expected_miss, Some(fixture::SYSID_MEAN));
@@ -79,7 +79,7 @@ fn a_plan_tells_its_artifact_and_what_to_expect() {
 }
 
 #[test]
-fn a_model_that_the_artifact_lacks_is_told_with_those_it_has() {
+fn a_model_that_the_artifact_lacks_is_reported_with_those_it_has() {
     let mut artifact = fixture::artifact();
     artifact.effect = None;
     let error = Planner::new(&artifact, Model::Effect).err().unwrap();

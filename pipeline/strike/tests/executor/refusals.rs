@@ -133,7 +133,7 @@ fn the_angle_must_be_the_arms() {
     );
 }
 
-/// The plan within a rig of its own, in which the arm stands as told.
+/// The plan within a rig of its own, in which the arm stands as given.
 fn within(change: impl FnOnce(&mut Rig), from: Point, to: Point) -> Result<Plan, Refusal> {
     let artifact = fixture::artifact();
     let mut rig = artifact.rig.clone();
@@ -189,14 +189,14 @@ fn a_strike_that_would_start_at_the_base_is_refused_by_name() {
 }
 
 #[test]
-fn a_run_up_that_does_not_fit_tells_which_speed_would() {
+fn a_run_up_that_does_not_fit_says_which_speed_would() {
     let stiff = |jerk: f64| move |rig: &mut Rig| rig.robot.jerk = Some(jerk);
     let (from, to) = (Point::new(0.3, 0.0), Point::new(0.6, 0.0));
     assert!(within(stiff(100.0), from, to).is_ok());
     let refusal = within(stiff(10.0), from, to).err().unwrap();
     assert_eq!(refusal.refused, Reason::Reach);
-    let told = refusal.detail.split("up to ").nth(1).expect("a speed");
-    let speed: f64 = told.split(' ').next().unwrap().parse().unwrap();
+    let text = refusal.detail.split("up to ").nth(1).expect("a speed");
+    let speed: f64 = text.split(' ').next().unwrap().parse().unwrap();
     // From its start at 0.112 the tip has 0.136 m of run-up: v²·√(v/10) = 0.136² m.
     let fits = |speed: f64| Ramp::to(speed, 5.0, Some(10.0)).length() <= 0.3 - 0.042 - 0.01 - 0.112;
     assert!(fits(speed) && !fits(speed + 0.02), "{speed}");
@@ -228,13 +228,13 @@ fn an_arm_that_brakes_more_slowly_than_the_object_pushes_it_again() {
     artifact.sysid.world = World::nominal(&artifact.rig)
         .with("friction", 0.45)
         .with("restitution", 0.0);
-    let told = refusal(
+    let answer = refusal(
         &artifact,
         Model::Sysid,
         Point::new(0.3, 0.0),
         Point::new(0.36, 0.0),
     );
-    assert_eq!(told.refused, Reason::SecondPush, "{told}");
+    assert_eq!(answer.refused, Reason::SecondPush, "{answer}");
     artifact.rig.robot.acceleration = 20.0;
     let planner = Planner::new(&artifact, Model::Sysid).unwrap();
     planner
@@ -250,7 +250,7 @@ fn the_object_lies_where_training_strikes_started() {
         Reason::OutsideTrainedRegion,
         "the object's x in m is 0.5000",
     );
-    // A version of before that was recorded does not tell.
+    // An older version does not state it.
     let mut artifact = fixture::artifact();
     artifact.manifest.provenance.trained_region.start_x = None;
     let planner = Planner::new(&artifact, Model::Sysid).unwrap();

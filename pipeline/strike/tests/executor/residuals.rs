@@ -23,7 +23,7 @@ fn refusal(artifact: &Artifact, model: Model, from: Point, to: Point) -> Refusal
 #[test]
 fn a_residual_makes_good_what_the_arm_delivers_otherwise_and_a_model_without_one_does_not() {
     let artifact = fixture::artifact();
-    // An arm that delivers less than it is told, and turned: just what this residual has learnt to add.
+    // An arm that delivers less than it is commanded, and turned: just what this residual has learnt to add.
     let [slower, turned] = fixture::SYSID_RESIDUAL;
     let simulator = Simulator::new(&artifact.rig, &artifact.sysid.world).unwrap();
     let miss = |model: Model| {
@@ -89,9 +89,9 @@ fn a_residual_that_moves_the_stop_farther_than_it_was_trained_to_is_refused() {
     artifact.sysid.residual = Some(fixture::constant([0.2, 0.0]).into());
     let to = Point::new(0.48, 0.08);
     let refused = |artifact: &Artifact| refusal(artifact, Model::SysidResidual, FROM, to);
-    let told = refused(&artifact);
-    assert_eq!(told.refused, Reason::ResidualTooLarge, "{told}");
-    assert!(told.detail.contains("mm from `to`"), "{told}");
+    let answer = refused(&artifact);
+    assert_eq!(answer.refused, Reason::ResidualTooLarge, "{answer}");
+    assert!(answer.detail.contains("mm from `to`"), "{answer}");
     artifact.sysid.residual = Some(fixture::constant([0.28, 0.5]).into());
     assert_eq!(refused(&artifact).refused, Reason::ResidualTooLarge);
     // Where nobody measured the world alone, a tenth of the path is the most.
@@ -162,12 +162,12 @@ fn a_residual_that_moves_the_stop_off_the_table_is_refused() {
     let planner = Planner::new(&artifact, Model::SysidResidual).unwrap();
     let from = Point::new(0.3, 0.35);
     assert!(planner.plan(from, Point::new(0.6, 0.5)).is_ok());
-    let told = refusal(
+    let answer = refusal(
         &artifact,
         Model::SysidResidual,
         from,
         Point::new(0.6, 0.548),
     );
-    assert_eq!(told.refused, Reason::ResidualTooLarge, "{told}");
-    assert!(told.detail.contains("off the table"), "{told}");
+    assert_eq!(answer.refused, Reason::ResidualTooLarge, "{answer}");
+    assert!(answer.detail.contains("off the table"), "{answer}");
 }

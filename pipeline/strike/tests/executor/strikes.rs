@@ -59,12 +59,12 @@ fn the_next_run_ingests_a_strike_as_it_was_commanded_and_seen() {
 #[test]
 fn the_demos_default_rig_is_not_struck_in_silence() {
     let dir = fixture::published();
-    let told = |more: &[&str]| {
+    let printed = |more: &[&str]| {
         let output = strike(dir.path(), &[&STRIKE, more].concat());
         stderr(&output).to_owned()
     };
-    assert!(told(&[]).contains("no truth.json"));
-    assert!(!told(&["--quiet"]).contains("no truth.json"));
+    assert!(printed(&[]).contains("no truth.json"));
+    assert!(!printed(&["--quiet"]).contains("no truth.json"));
 }
 
 #[test]
@@ -124,7 +124,7 @@ fn a_log_with_the_highest_number_there_is_does_not_end_the_program() {
 }
 
 #[test]
-fn a_strike_whose_log_is_taken_while_it_is_made_is_kept_and_told() {
+fn a_strike_whose_log_is_taken_while_it_is_made_is_kept_and_reported() {
     let dir = fixture::published();
     let log = dir.path().join("one.mcap");
     // The program waits for the lock of the count once its log is open: the name is taken then.
@@ -145,11 +145,11 @@ fn a_strike_whose_log_is_taken_while_it_is_made_is_kept_and_told() {
     drop(lock);
     let output = child.wait_with_output().unwrap();
     assert_eq!(output.status.code(), Some(3), "{}", stderr(&output));
-    let told: Value = serde_json::from_slice(&output.stdout).unwrap();
-    assert!(told["miss"].as_f64().unwrap() > 0.0, "{told}");
-    assert!(told["log_moved"].as_str().unwrap().contains("one.mcap"));
+    let answer: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert!(answer["miss"].as_f64().unwrap() > 0.0, "{answer}");
+    assert!(answer["log_moved"].as_str().unwrap().contains("one.mcap"));
     let kept = dir.path().join("one_2.mcap");
-    assert_eq!(told["log"], kept.to_str().unwrap());
+    assert_eq!(answer["log"], kept.to_str().unwrap());
     read(&kept);
     assert_eq!(fs::read(&log).unwrap(), b"mine");
 }
@@ -201,11 +201,11 @@ fn a_rig_that_the_plan_was_not_made_for_is_not_struck() {
 }
 
 #[test]
-fn a_truth_that_cannot_be_read_is_told() {
+fn a_truth_that_cannot_be_read_is_reported() {
     let dir = fixture::published();
     let output = strike(dir.path(), &[&STRIKE[..8], &["sim:/none/such"]].concat());
     assert_eq!(output.status.code(), Some(2));
     assert!(stderr(&output).contains("/none/such/truth.json"));
-    let told: Value = serde_json::from_str(stdout(&output)).unwrap();
-    assert!(told["failed"].as_str().unwrap().contains("/none/such"));
+    let answer: Value = serde_json::from_str(stdout(&output)).unwrap();
+    assert!(answer["failed"].as_str().unwrap().contains("/none/such"));
 }

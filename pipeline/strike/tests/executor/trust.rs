@@ -37,7 +37,7 @@ fn what_is_signed_and_newest_strikes_and_is_remembered() {
 }
 
 #[test]
-fn two_stores_that_sign_with_one_key_are_told_apart() {
+fn two_stores_that_sign_with_one_key_are_distinguished() {
     let computer = Computer::new();
     assert_eq!(computer.strike(&[]).status.code(), Some(0));
     // The same names and counts, other contents.
@@ -78,18 +78,18 @@ fn an_arm_whose_rig_file_says_too_little_is_not_connected_to() {
         assert_eq!(output.status.code(), Some(code), "{}", stderr(&output));
         serde_json::from_slice(&output.stdout).unwrap()
     };
-    let told = refusal(strike(computer.store.path(), &arguments), 4);
-    assert_eq!(told["refused"], "not_ready");
+    let answer = refusal(strike(computer.store.path(), &arguments), 4);
+    assert_eq!(answer["refused"], "not_ready");
     assert!(
-        told["detail"].as_str().unwrap().contains("lacks base"),
-        "{told}"
+        answer["detail"].as_str().unwrap().contains("lacks base"),
+        "{answer}"
     );
     // Another rig's artifact is refused before the arm is thought of.
     let mut other = fixture::rig();
     other.object.mass = 0.3;
     fs::write(computer.own("rig.toml"), other.to_toml()).unwrap();
-    let told = refusal(strike(computer.store.path(), &arguments), 4);
-    assert_eq!(told["refused"], "other_rig");
+    let answer = refusal(strike(computer.store.path(), &arguments), 4);
+    assert_eq!(answer["refused"], "other_rig");
 }
 
 #[test]

@@ -32,8 +32,8 @@ const EXACT: Case = Case {
     noise: 0.0,
 };
 
-/// What is told of a strike at 0.8 m/s and 0.2 rad, whose contact is at 0.162 s, in the middle of a plateau of 25 ms.
-fn told(case: &Case, phase: f64) -> Delivered {
+/// What is found of a strike at 0.8 m/s and 0.2 rad, whose contact is at 0.162 s, in the middle of a plateau of 25 ms.
+fn found(case: &Case, phase: f64) -> Delivered {
     let nanoseconds = |t: f64| (t * 1e9).round() as i64;
     let (speed, contact, frame) = (0.8, 0.162, 1.0 / 60.0);
     let commands: Vec<Sample> = (0..=80)
@@ -77,7 +77,7 @@ fn told(case: &Case, phase: f64) -> Delivered {
         track: &track,
         noise: 0.0007,
     };
-    let delivered = delivered(&states, &context).expect("told");
+    let delivered = delivered(&states, &context).expect("found");
     // The line through the first frames of a slide that slows down meets zero a millisecond early.
     assert!((delivered.contact + 0.4 * frame).abs() < 0.0015);
     assert!(!delivered.pushed_again);
@@ -85,10 +85,10 @@ fn told(case: &Case, phase: f64) -> Delivered {
 }
 
 #[test]
-fn a_scaled_and_turned_command_is_told_exactly_at_any_rate_and_phase() {
+fn a_scaled_and_turned_command_is_measured_exactly_at_any_rate_and_phase() {
     for rate in [50.0, 100.0, 250.0, 1000.0] {
         for phase in [0.0, 0.3, 0.6, 0.9] {
-            let delivered = told(&Case { rate, ..EXACT }, phase);
+            let delivered = found(&Case { rate, ..EXACT }, phase);
             assert!(
                 (delivered.tip_speed - 0.744).abs() < 1e-4,
                 "{rate} {phase} {delivered:?}"
@@ -105,7 +105,7 @@ fn a_scaled_and_turned_command_is_told_exactly_at_any_rate_and_phase() {
 fn a_delay_of_the_arm_is_taken_into_account() {
     // 8 ms late: at contact the arm is on its plateau, though the nearest states at 50 Hz are not.
     for phase in [0.0, 0.25, 0.5, 0.75] {
-        let delivered = told(
+        let delivered = found(
             &Case {
                 delay: 0.008,
                 rate: 50.0,
@@ -121,9 +121,9 @@ fn a_delay_of_the_arm_is_taken_into_account() {
 }
 
 #[test]
-fn an_arm_that_saturates_is_told_by_its_own_plateau() {
+fn an_arm_that_saturates_is_measured_by_its_own_plateau() {
     for phase in [0.0, 0.25, 0.5, 0.75] {
-        let delivered = told(
+        let delivered = found(
             &Case {
                 share: 1.0,
                 cap: 0.7,
@@ -148,7 +148,7 @@ fn noise_of_the_states_is_averaged() {
             ..EXACT
         };
         let errors: Vec<f64> = (0..40)
-            .map(|i| told(&case, f64::from(i) / 40.0).tip_speed - 0.744)
+            .map(|i| found(&case, f64::from(i) / 40.0).tip_speed - 0.744)
             .collect();
         let rms = (errors.iter().map(|e| e * e).sum::<f64>() / errors.len() as f64).sqrt();
         assert!(rms < most * noise, "{rate} Hz: {rms}");
@@ -156,7 +156,7 @@ fn noise_of_the_states_is_averaged() {
 }
 
 #[test]
-fn states_that_do_not_reach_contact_tell_nothing() {
+fn states_that_do_not_reach_contact_give_nothing() {
     let sample = |i: i64| Sample {
         stamp: i * 4_000_000,
         x: 0.7,
@@ -254,7 +254,7 @@ fn pushed(goes_on: f64) -> bool {
         track: &track,
         noise: 0.0007,
     };
-    delivered(&states, &context).expect("told").pushed_again
+    delivered(&states, &context).expect("found").pushed_again
 }
 
 #[test]

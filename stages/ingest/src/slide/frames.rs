@@ -206,7 +206,7 @@ fn jumps(frames: &[Frame], noise: f64) -> Vec<bool> {
 }
 
 /// Marks frames that repeat the one before to the last digit while the object moves, as the next one that is new shows: the tracker
-/// had nothing new to tell.
+/// had nothing new.
 fn stale(frames: &[Frame], noise: f64, marked: &mut [bool]) {
     const MOVES: f64 = 3.0;
     const CATCHES_UP: f64 = 1.5;

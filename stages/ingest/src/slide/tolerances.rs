@@ -1,4 +1,4 @@
-//! Tolerances by which the parts of a slide are told, shared by its files.
+//! Tolerances by which the parts of a slide are distinguished, shared by its files.
 
 /// Frames of rest at the end of a track.
 pub(super) const FRAMES_AFTER: usize = 5;

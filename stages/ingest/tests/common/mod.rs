@@ -83,7 +83,7 @@ pub fn noise(seed: u64) -> f64 {
     (-2.0 * uniform(2 * seed).max(1e-300).ln()).sqrt() * (TAU * uniform(2 * seed + 1)).cos()
 }
 
-/// What the arm is told at a time of the session: rise in 0.15 s, plateau until 0.25 s, fall in 0.15 s.
+/// What the arm is commanded at a time of the session: rise in 0.15 s, plateau until 0.25 s, fall in 0.15 s.
 pub fn velocity(truths: &[Truth], t: f64) -> Point {
     truths.iter().fold(Point::default(), |velocity, truth| {
         let s = t - truth.start;

@@ -71,7 +71,7 @@ impl ItemStage for Times<'_> {
     }
 }
 
-/// Lists the numbers below each item, and tells their sum; counts the items.
+/// Lists the numbers below each item, and returns their sum; counts the items.
 #[derive(Serialize)]
 pub struct Below<'a> {
     #[serde(skip)]
@@ -94,7 +94,7 @@ impl ListStage for Below<'_> {
     }
 }
 
-/// What is told of each list, its entries read backwards, and how many lists were computed.
+/// The answer for each list, its entries read backwards, and how many lists were computed.
 pub type Lists = (Vec<(f64, Vec<f64>)>, usize);
 
 pub fn below(dir: &Path, items: &[u32]) -> Result<Lists, StageError> {

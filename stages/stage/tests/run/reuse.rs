@@ -102,7 +102,7 @@ fn the_summary_counts_what_was_computed_and_reused() {
 }
 
 #[test]
-fn a_second_run_in_the_folder_is_told_that_it_is_busy() {
+fn a_second_run_in_the_folder_learns_that_it_is_busy() {
     let dir = tempfile::tempdir().expect("folder");
     let first = open(dir.path());
     assert!(matches!(

@@ -2,7 +2,7 @@
 //!
 //! The homographies of the views give a focal length (Zhang 2000, section 3.1, with the axis through the image's middle); the sum of
 //! squared pixels is then minimised over focal lengths, principal point, k1, k2, p1, p2 and the pose of every view. k3 stays 0: it cannot
-//! be told from k2 but at the corners of wide lenses.
+//! be distinguished from k2 but at the corners of wide lenses.
 
 use super::corners::SeenBoard;
 use super::plane::Homography;
@@ -44,7 +44,7 @@ impl LensFit {
     /// Finds the lens of a camera with images of this size (width, height) from what they show of a board.
     ///
     /// # Errors
-    /// Too few views; views that do not tell the focal length; corners that fit no lens; a focal length that is not known to 1 %.
+    /// Too few views; views that do not determine the focal length; corners that fit no lens; a focal length that is not known to 1 %.
     pub fn from_views(views: &[SeenBoard], size: [usize; 2]) -> Result<Self, BoardError> {
         let used: Vec<(usize, Vec<SeenPoint>)> = views
             .iter()

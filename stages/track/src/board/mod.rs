@@ -4,7 +4,7 @@
 //! image → dark quads → markers of the dictionary → corners of the chessboard → lens from some views, pose from one
 //! ```
 //!
-//! The markers tell which corner is which, so that a board may be cut or covered; the corners, where two black squares meet, are found
+//! The markers identify the corners, so that a board may be cut or covered; the corners, where two black squares meet, are found
 //! to a fraction of a pixel.
 
 mod corners;

@@ -1,8 +1,8 @@
 //! `arm-loop FOLDER BIN PAGE [STRIKES TARGETS]`: the paper's script on the emulated arm. An object lies before it whose physics is the
 //! embedded rig's, and a camera publishes where it is. `carom collect`, `carom run --key`, and a `strike --watch` for each target, as
-//! a person would type them; then the page, with the misses beside what repeats of the same commands scatter by.
+//! a person would type them; then the page, with the misses beside the scatter of repeats of the same commands.
 //!
-//! What was collected is kept: the same command goes on. The maker's ports are taken, of which 502 needs root.
+//! What was collected is kept: the same command continues. The maker's ports are taken, of which 502 needs root.
 
 use std::error::Error;
 use std::fmt::Write;
@@ -22,10 +22,10 @@ use values::{Command, Point, Rig, Shape};
 /// Where the emulator listens, and its camera.
 const HOST: &str = "127.0.0.1";
 const CAMERA_PORT: u16 = 8765;
-/// What is hidden from carom; an arm that tells what it delivers hides nothing of its own.
+/// What is hidden from carom; an arm that reports what it delivers hides nothing of its own.
 const HIDDEN: [&str; 2] = ["table_tilt", "speed_weakening_friction"];
 const SEED: u64 = 11;
-/// Repeats of a command that tell the floor.
+/// Repeats of a command, for the noise floor.
 const REPEATS: u32 = 25;
 /// How often what the watchdog ended is gone on with: reports that a busy machine delays look like a silent arm.
 const STOPS: usize = 40;
@@ -254,12 +254,12 @@ impl Lab {
             Some(0) => {}
             Some(4) => return Ok(None),
             code => {
-                let told = String::from_utf8_lossy(&output.stderr).into_owned();
+                let printed = String::from_utf8_lossy(&output.stderr).into_owned();
                 if code != Some(1) {
-                    return Err(format!("strike: {}: {told}", output.status).into());
+                    return Err(format!("strike: {}: {printed}", output.status).into());
                 }
                 // Stopped before the impact or after it: the target is drawn again.
-                eprintln!("{told}");
+                eprintln!("{printed}");
                 *stops += 1;
                 return Ok(None);
             }

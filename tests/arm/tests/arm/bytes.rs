@@ -20,7 +20,7 @@ fn hex(bytes: &[u8]) -> String {
 }
 
 #[test]
-fn a_line_is_told_as_the_sdk_tells_it() {
+fn a_line_is_sent_as_the_sdk_sends_it() {
     let sdk = sdk();
     let pi = std::f64::consts::PI;
     for (name, x, speed) in [

@@ -146,14 +146,14 @@ fn one(name: &str, step: Step, fault: Fault) -> Row {
             );
         }
         if fault == Fault::Gone && is_moving {
-            let told = outcome
+            let error_text = outcome
                 .as_ref()
                 .err()
                 .map(ToString::to_string)
                 .unwrap_or_default();
             check(
-                told.contains("emergency stop"),
-                "nobody is told to press the emergency stop",
+                error_text.contains("emergency stop"),
+                "nobody is asked to press the emergency stop",
             );
         }
     }
@@ -239,7 +239,7 @@ fn whatever_fails_at_whatever_step_the_arm_rests_and_the_record_is_kept() {
         latencies[latencies.len() / 2]
     );
     assert!(wrong.is_empty(), "{wrong:#?}");
-    // What a busy machine adds is no fault of the driver: the median must hold the limit here, the page tells the 99th percentile.
+    // What a busy machine adds is no fault of the driver: the median must hold the limit here, the page gives the 99th percentile.
     assert!(latencies[latencies.len() / 2] <= LATENCY, "{latencies:?}");
 }
 

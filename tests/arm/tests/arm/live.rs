@@ -74,7 +74,7 @@ fn an_object_is_seen_at_rest_and_again_where_it_comes_to_rest() {
 }
 
 #[test]
-fn what_is_not_at_rest_is_told_and_waiting_ends() {
+fn what_is_not_at_rest_is_reported_and_waiting_ends() {
     type Seen = fn(f64) -> Option<[f64; 2]>;
     let cases: [(Seen, &str); 4] = [
         (|t| Some([0.3 + 0.1 * t, 0.0]), "moves"),
@@ -108,7 +108,7 @@ fn what_is_not_at_rest_is_told_and_waiting_ends() {
 }
 
 #[test]
-fn a_clock_that_differs_is_told_before_a_log_joins_both() {
+fn a_clock_that_differs_is_reported_before_a_log_joins_both() {
     let topic = Topic::serve(([127, 0, 0, 1], 0).into(), "/object/centroid").unwrap();
     let live = Live::connect(&format!("ws://{}", topic.address), &rig()).unwrap();
     for _ in 0..80 {
@@ -117,7 +117,7 @@ fn a_clock_that_differs_is_told_before_a_log_joins_both() {
     }
     let error = live.at_rest().unwrap_err().to_string();
     assert!(error.contains("behind this computer's clock"), "{error}");
-    // Messages that make no sense are told beside what is missing.
+    // Messages that make no sense are reported beside what is missing.
     for _ in 0..40 {
         topic.send(r#"{"point":{"x":"far"}}"#);
         thread::sleep(Duration::from_millis(10));
@@ -130,7 +130,7 @@ fn a_clock_that_differs_is_told_before_a_log_joins_both() {
 }
 
 #[test]
-fn addresses_that_are_none_and_servers_that_are_not_there_are_told() {
+fn addresses_that_are_none_and_servers_that_are_not_there_are_reported() {
     for text in [
         "",
         "localhost:8765",
@@ -189,7 +189,7 @@ fn a_server_that_is_silent_or_slow_in_its_handshake_is_given_up() {
 }
 
 #[test]
-fn a_server_that_is_none_is_told() {
+fn a_server_that_is_none_is_reported() {
     fails(
         |mut stream| drop(stream.write_all(b"HTTP/1.1 200 OK\r\n\r\n")),
         "reach the live topics",
@@ -207,7 +207,7 @@ fn a_server_that_is_none_is_told() {
 }
 
 #[test]
-fn a_server_that_tells_no_topics_or_others_is_told() {
+fn a_server_that_advertises_no_topics_or_others_is_reported() {
     fails_then(|_socket| wait(), "no topics at all");
     fails_then(
         |mut socket| {
@@ -268,14 +268,14 @@ fn control_messages_that_make_no_sense_end_the_listening() {
 
 #[test]
 fn frames_that_are_half_empty_or_too_large_end_the_listening() {
-    let told = |mut socket: WebSocket<TcpStream>| {
+    let advertised = |mut socket: WebSocket<TcpStream>| {
         let advertise = format!(r#"{{"op":"advertise","channels":[{CENTROID}]}}"#);
         socket.send(Message::text(advertise)).unwrap();
         socket
     };
     fails_then(
         move |socket| {
-            let mut socket = told(socket);
+            let mut socket = advertised(socket);
             socket.send(Message::binary(vec![])).unwrap();
             wait();
         },
@@ -283,7 +283,7 @@ fn frames_that_are_half_empty_or_too_large_end_the_listening() {
     );
     fails_then(
         move |socket| {
-            let mut socket = told(socket);
+            let mut socket = advertised(socket);
             socket
                 .send(Message::binary(vec![1, 1, 0, 0, 0, 9]))
                 .unwrap();
@@ -298,7 +298,7 @@ fn frames_that_are_half_empty_or_too_large_end_the_listening() {
     ] {
         fails_then(
             move |socket| {
-                let mut socket = told(socket);
+                let mut socket = advertised(socket);
                 socket.get_mut().write_all(&bytes).unwrap();
                 wait();
             },
@@ -308,7 +308,7 @@ fn frames_that_are_half_empty_or_too_large_end_the_listening() {
     // Half a frame, and then nothing; half a frame, and then the end.
     fails_then(
         move |socket| {
-            let mut socket = told(socket);
+            let mut socket = advertised(socket);
             socket.get_mut().write_all(&[0x82, 100, 1, 1, 0]).unwrap();
             wait();
         },
@@ -316,7 +316,7 @@ fn frames_that_are_half_empty_or_too_large_end_the_listening() {
     );
     fails_then(
         move |socket| {
-            let mut socket = told(socket);
+            let mut socket = advertised(socket);
             socket.get_mut().write_all(&[0x82, 100, 1, 1, 0]).unwrap();
         },
         "reach the live topics",

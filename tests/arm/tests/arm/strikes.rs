@@ -24,7 +24,7 @@ fn registers(emulator: &Emulator) -> Vec<u8> {
     events.filter_map(register).collect()
 }
 
-/// The speed (m/s) that the arm delivers at the impact where it is told this one; none where the plan is refused.
+/// The speed (m/s) that the arm delivers at the impact where it is commanded this one; none where the plan is refused.
 pub fn delivered(speed: f64) -> Option<f64> {
     // A table on which the object may slide far: it is the arm that is looked at.
     let mut rig = rig();
@@ -55,7 +55,7 @@ fn from_the_least_to_the_greatest_speed_it_is_delivered_within_a_percent() {
 }
 
 #[test]
-fn a_panic_stops_it_with_state_4_and_is_told() {
+fn a_panic_stops_it_with_state_4_and_is_reported() {
     let rig = rig();
     let plan = plan(&rig, TO);
     let emulator = Emulator::start(Listening::Free, model(), None).unwrap();
@@ -64,8 +64,8 @@ fn a_panic_stops_it_with_state_4_and_is_told() {
     let error = execute(&mut arm, &plan).unwrap_err().to_string();
     assert!(error.contains("panicked"), "{error}");
     assert_eq!(emulator.state(), 4);
-    let told = registers(&emulator);
-    let lines = told.iter().filter(|register| **register == 21).count();
+    let written = registers(&emulator);
+    let lines = written.iter().filter(|register| **register == 21).count();
     // Lift, travel and lower; not the strike.
     assert_eq!(lines, 3);
 }
@@ -142,16 +142,16 @@ fn an_arm_that_is_not_the_rigs_moves_nothing() {
             "{text}"
         );
         let changing = [11, 12, 16, 17, 19, 21];
-        let told = registers(&emulator);
+        let written = registers(&emulator);
         assert!(
-            !told.iter().any(|register| changing.contains(register)),
-            "{told:?}"
+            !written.iter().any(|register| changing.contains(register)),
+            "{written:?}"
         );
     }
 }
 
 #[test]
-fn a_rig_file_that_lacks_what_an_arm_needs_is_told_before_a_connection() {
+fn a_rig_file_that_lacks_what_an_arm_needs_is_reported_before_a_connection() {
     let mut rig = rig();
     rig.robot.payload = None;
     rig.robot.travel_height = None;
@@ -199,9 +199,9 @@ fn stopped_by(stop: impl FnOnce(&XArm, &AtomicBool) -> Box<dyn FnOnce() + Send>,
         "what was recorded is kept"
     );
     assert_eq!(emulator.state(), 4);
-    let told = registers(&emulator);
-    let stop_at = told.iter().position(|register| *register == 12).unwrap();
-    assert!(told[stop_at..].contains(&12));
+    let written = registers(&emulator);
+    let stop_at = written.iter().position(|register| *register == 12).unwrap();
+    assert!(written[stop_at..].contains(&12));
     // It braked, and moved no farther.
     thread::sleep(Duration::from_millis(300));
     let rest = emulator.pose();

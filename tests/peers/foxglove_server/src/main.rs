@@ -1,4 +1,4 @@
-//! `foxglove-server ENCODING`: a server of the `foxglove` crate that tells where an object is, 60 times a second, as `json`, `cdr` or
+//! `foxglove-server ENCODING`: a server of the `foxglove` crate that publishes an object's place 60 times a second, as `json`, `cdr` or
 //! `protobuf`. It prints its port and ends with its standard input. `watch.py` holds what the executor reads of it against the place.
 
 use std::error::Error;

@@ -1,7 +1,7 @@
 //! The grading table: which names are right for what is hidden, after the contract's table of effects and its classes.
 //!
 //! An answer is right where it has as many effects as are hidden, and each hidden phenomenon is one of them: by a right name, or
-//! by a right name among those that the diagnosis says it cannot tell from it (`equivalent`).
+//! by a right name among those that the diagnosis says it cannot distinguish from it (`equivalent`).
 
 /// Right names for each phenomenon that the rig can hide; `&[]` is what no candidate has, for which `unexplained` is right.
 const RIGHT: &[(&str, &[&str])] = &[
@@ -116,7 +116,7 @@ pub fn right_names(hidden: &str) -> &'static [&'static str] {
 }
 
 /// Whether two phenomena may be hidden together: nothing that is right for one is right or nearly right for the other.
-pub fn can_be_told_apart(one: &str, other: &str) -> bool {
+pub fn can_be_distinguished(one: &str, other: &str) -> bool {
     let (one, other) = (right_names(one), right_names(other));
     let in_group = |group: &[&str], names: &[&str]| names.iter().any(|name| group.contains(name));
     !one.iter().any(|name| other.contains(name))
@@ -125,7 +125,7 @@ pub fn can_be_told_apart(one: &str, other: &str) -> bool {
             .any(|group| in_group(group, one) && in_group(group, other))
 }
 
-/// A named effect and those that the diagnosis says it cannot tell from it.
+/// A named effect and those that the diagnosis says it cannot distinguish from it.
 pub type Named = (String, Vec<String>);
 
 /// Whether a named effect says what is hidden.
@@ -195,8 +195,8 @@ mod tests {
 
     #[test]
     fn near_equivalents_are_not_hidden_together() {
-        assert!(!can_be_told_apart("viscous_drag", "rational_stribeck"));
-        assert!(!can_be_told_apart("tanh_speed", "yielding_restitution"));
-        assert!(can_be_told_apart("tanh_speed", "cosine_grain"));
+        assert!(!can_be_distinguished("viscous_drag", "rational_stribeck"));
+        assert!(!can_be_distinguished("tanh_speed", "yielding_restitution"));
+        assert!(can_be_distinguished("tanh_speed", "cosine_grain"));
     }
 }

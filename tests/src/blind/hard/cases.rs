@@ -105,7 +105,7 @@ const WRONG_SCALE: f64 = 0.1;
 const STRONG: (f64, f64) = (2.0, 4.0);
 const WEAK: (f64, f64) = (0.5, 2.0);
 /// Strengths in units of an effect's default beyond which it is no longer what a table or an arm shows; of what no candidate
-/// has, any may be asked for.
+/// has, any strength is allowed.
 const STRONGEST: f64 = 6.0;
 const STRONGEST_FOREIGN: f64 = 60.0;
 /// Draws of an effect before the set is given up.
@@ -154,7 +154,7 @@ pub fn draw(case: &HardCase) -> Option<Drawn> {
     Some(drawn)
 }
 
-/// Adds one more phenomenon that can be told from those that are there.
+/// Adds one more phenomenon that can be distinguished from those that are there.
 fn add(drawn: &mut Drawn, kind: HardKind, random: &mut ChaCha8Rng) -> Option<()> {
     let is_foreign = kind == HardKind::Foreign;
     let all = answers::phenomena(!is_foreign);
@@ -169,7 +169,7 @@ fn add(drawn: &mut Drawn, kind: HardKind, random: &mut ChaCha8Rng) -> Option<()>
         let (low, high) = if kind == HardKind::Weak { WEAK } else { STRONG };
         let magnitude = low * (high / low).powf(random.random::<f64>());
         let needs_sessions = name.ends_with("_by_session") || name.ends_with("_of_sessions");
-        let can_be_told = |other: &String| answers::can_be_told_apart(name, other);
+        let can_be_told = |other: &String| answers::can_be_distinguished(name, other);
         if (needs_sessions && drawn.sessions < 2) || !drawn.hidden.iter().all(can_be_told) {
             continue;
         }

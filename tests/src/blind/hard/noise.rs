@@ -6,7 +6,7 @@ use rig::{Noise, NoiseKind};
 
 use super::super::form::{Range, one_of, uniform};
 
-/// Ranges of each kind's parameters: what real tables show, up to what the issue asks for.
+/// Ranges of each kind's parameters: what real tables show, up to the largest that are to be withstood.
 const RANGES: &[(&str, &[Range])] = &[
     ("friction_scatter", &[("sd", 0.01, 0.04)]),
     ("friction_wander", &[("step", 0.002, 0.01)]),

@@ -1,4 +1,4 @@
-//! The parts of the page that stand beside: peers on the same sets, and strikes chosen against strikes at random.
+//! The page's comparisons: peers on the same sets, and strikes chosen against strikes at random.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -15,7 +15,7 @@ struct Both<'o> {
     peers: &'o Peers,
 }
 
-/// Whether a name is what is hidden, or stands in one class with it by construction; none where nothing is hidden.
+/// Whether a name is what is hidden, or is in one class with it by construction; none where nothing is hidden.
 fn fits(hidden: &[String], named: Option<&str>) -> bool {
     match (hidden, named) {
         ([], None) => true,
@@ -191,7 +191,7 @@ fn freed(text: &mut String, both: &[Both<'_>]) {
     );
 }
 
-/// Strikes that told pairs apart.
+/// Strikes that separated pairs.
 pub(super) fn separations(text: &mut String, separations: &[Separation]) {
     let _ = write!(
         text,
@@ -219,7 +219,7 @@ pub(super) fn separations(text: &mut String, separations: &[Separation]) {
         .count();
     let _ = writeln!(
         text,
-        "\n{nothing} of {} sets left nothing to tell apart, or not what is hidden.",
+        "\n{nothing} of {} sets left nothing to separate, or not what is hidden.",
         separations.len()
     );
 }

@@ -215,7 +215,7 @@ fn schemas_that_recurse_or_explode_are_errors() {
 }
 
 #[test]
-fn paths_that_lead_nowhere_tell_what_is_there() {
+fn paths_that_lead_nowhere_list_what_is_there() {
     let why = |x: &str, y: &str| {
         compile(POINT_STAMPED, x, y)
             .expect_err("refused")

@@ -18,7 +18,7 @@ const LARGEST_MASS: f64 = 50.0;
 const LARGEST_TABLE: f64 = 20.0;
 /// Fastest camera, in frames per second.
 const LARGEST_RATE: f64 = 10_000.0;
-/// Largest camera noise in m: above it nothing can be told from a track.
+/// Largest camera noise in m: above it nothing can be estimated from a track.
 const LARGEST_NOISE: f64 = 0.05;
 /// Fastest arm, in m/s.
 const LARGEST_SPEED: f64 = 30.0;

@@ -1,4 +1,4 @@
-//! A ChArUco board: as it is typed, and what its images tell.
+//! A ChArUco board: as it is typed, and what its images give.
 
 use std::path::{Path, PathBuf};
 

@@ -26,7 +26,7 @@ pub struct CalibrateArgs {
     /// A point and its pixel: X,Y,U,V on the table or X,Y,Z,U,V above it (m, px); four or more.
     #[arg(long = "point", value_name = "X,Y[,Z],U,V", value_parser = point, allow_hyphen_values = true, conflicts_with = "table")]
     pub points: Vec<SeenPoint>,
-    /// Pixels of the image; needed where neither the rig file nor a board tells the lens.
+    /// Pixels of the image; needed where neither the rig file nor a board gives the lens.
     #[arg(long, value_name = "WIDTHxHEIGHT", value_parser = size)]
     pub size: Option<[usize; 2]>,
     /// Write the rig file with the camera found, which must not be there yet.
@@ -34,7 +34,7 @@ pub struct CalibrateArgs {
     pub out: Option<PathBuf>,
 }
 
-/// Finds lens and pose, as far as what was given tells them.
+/// Finds lens and pose, as far as the images or points given determine them.
 pub(super) fn calibrate(args: &CalibrateArgs) -> Result<Output, Error> {
     let mut rig = load_rig(&args.rig)?;
     let board = args.board.board()?;

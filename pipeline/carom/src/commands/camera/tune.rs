@@ -74,7 +74,7 @@ pub(super) fn tune(args: &TuneArgs) -> Result<Output, Error> {
     Ok(Output::done(json, text))
 }
 
-/// Finds the object as `carom track` would with the colour proposed, draws it, and says what came of it.
+/// Finds the object as `carom track` would with the colour proposed, draws it, and reports the result.
 fn look(mut rig: Rig, tuned: &Tuned, image: &Image, picture: &mut Image) -> String {
     rig.object.colour = Some(tuned.colour);
     match Tracker::new(&rig) {

@@ -114,26 +114,26 @@ impl Control {
     pub(super) fn enable(&mut self) -> io::Result<()> {
         /// Stands for all axes.
         const ALL: u8 = 8;
-        self.tell(Register::MotionEnable, &[ALL, 1], ENABLE)
+        self.request(Register::MotionEnable, &[ALL, 1], ENABLE)
     }
 
     pub(super) fn set_mode(&mut self, mode: u8) -> io::Result<()> {
         // The second byte is the maker's detection of collisions while teaching, which is left off.
-        self.tell(Register::SetMode, &[mode, 0], REPLY)
+        self.request(Register::SetMode, &[mode, 0], REPLY)
     }
 
     pub(super) fn set_state(&mut self, state: u8) -> io::Result<()> {
-        self.tell(Register::SetState, &[state], REPLY)
+        self.request(Register::SetState, &[state], REPLY)
     }
 
     /// Jerk in mm/s³ of the lines that follow.
     pub(super) fn set_jerk(&mut self, jerk: f64) -> io::Result<()> {
-        self.tell(Register::TcpJerk, &wire::floats(&[jerk])?, REPLY)
+        self.request(Register::TcpJerk, &wire::floats(&[jerk])?, REPLY)
     }
 
     /// Greatest acceleration in mm/s² of the lines that follow.
     pub(super) fn set_acceleration(&mut self, acceleration: f64) -> io::Result<()> {
-        self.tell(
+        self.request(
             Register::TcpAcceleration,
             &wire::floats(&[acceleration])?,
             REPLY,
@@ -148,11 +148,16 @@ impl Control {
         acceleration: f64,
     ) -> io::Result<()> {
         let payload = wire::line_payload(pose, speed, acceleration)?;
-        self.tell(Register::MoveLine, &payload, REPLY)
+        self.request(Register::MoveLine, &payload, REPLY)
     }
 
     /// Sends what has no answer but its status.
-    fn tell(&mut self, register: Register, payload: &[u8], patience: Duration) -> io::Result<()> {
+    fn request(
+        &mut self,
+        register: Register,
+        payload: &[u8],
+        patience: Duration,
+    ) -> io::Result<()> {
         let reply = self.ask(register, payload, patience)?;
         if reply.status & REFUSED == 0 {
             return Ok(());

@@ -6,7 +6,7 @@ use super::wire::Realtime;
 
 /// The tip may be so far beside its line, in mm.
 const ASIDE: f64 = 5.0;
-/// It may be so much faster than told, as a share, and in mm/s.
+/// It may be so much faster than commanded, as a share, and in mm/s.
 const FASTER: (f64, f64) = (0.10, 10.0);
 /// At the point where the striking speed must be reached, it may lack this share of it.
 const SLOWER: f64 = 0.05;
@@ -74,7 +74,7 @@ pub(super) struct Guard {
 }
 
 impl Guard {
-    /// `last` is the report before the line was told.
+    /// `last` is the report before the line was sent.
     pub(super) fn new(line: Line, last: Option<Sample>) -> Self {
         Self {
             line,
@@ -115,7 +115,7 @@ impl Guard {
         let most = self.line.speed * (1.0 + share) + more;
         if speed > most {
             return Err(format!(
-                "the tip moves at {speed:.0} mm/s, told were {:.0} mm/s",
+                "the tip moves at {speed:.0} mm/s, commanded were {:.0} mm/s",
                 self.line.speed
             ));
         }

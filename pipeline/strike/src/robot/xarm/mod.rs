@@ -2,7 +2,7 @@
 //!
 //! The driver connects, checks, enables, moves at travel height and at most 100 mm/s to the start, down, along one straight line
 //! through the strike point, and up. It never clears an error, never clamps a value, and stops with state 4. While anything
-//! moves, every report is held against the line that was told ([`guard`]); what does not keep to it is stopped from the thread
+//! moves, every report is compared with the line that was commanded ([`guard`]); what does not keep to it is stopped from the thread
 //! that reads the reports. None of this is safety-rated.
 
 mod control;
@@ -46,12 +46,12 @@ const PATIENCE: Duration = Duration::from_secs(1);
 const READY: [u8; 2] = [0, 2];
 /// Another program has paused its motion.
 const PAUSED: u8 = 3;
-/// The delivered speed may differ from the commanded one by this share before it is told.
+/// The delivered speed may differ from the commanded one by this share before it is reported.
 const SPEED_WARNING: f64 = 0.01;
 /// Shorter lines than this, in mm, are not moved.
 const SHORTEST: f64 = 0.2;
 
-/// What is checked last, when the tip is down at the start of the strike; it tells why the strike must not be made.
+/// What is checked last, when the tip is down at the start of the strike; it returns why the strike must not be made.
 struct LastCheck(Box<dyn FnMut() -> Result<(), String> + Send>);
 
 impl fmt::Debug for LastCheck {
@@ -125,7 +125,7 @@ impl XArm {
         unreachable_arm(&self.name, error)
     }
 
-    /// The tool and the errors that the controller tells.
+    /// The tool and the errors that the controller reports.
     fn status(&self) -> io::Result<wire::Status> {
         let mut stream = TcpStream::connect_timeout(&self.ports.report, CONNECT)?;
         stream.set_read_timeout(Some(CONNECT))?;
@@ -134,19 +134,19 @@ impl XArm {
 
     /// All motions of a strike. Errors with the line that was not ended, and why.
     fn move_all(&mut self, plan: &Plan) -> Result<Instant, (&'static str, String)> {
-        let told = |what| move |error: io::Error| (what, error.to_string());
+        let during = |what| move |error: io::Error| (what, error.to_string());
         let control = &mut self.control;
-        control.enable().map_err(told("enable"))?;
-        control.set_mode(0).map_err(told("enable"))?;
-        control.set_state(0).map_err(told("enable"))?;
+        control.enable().map_err(during("enable"))?;
+        control.set_mode(0).map_err(during("enable"))?;
+        control.set_state(0).map_err(during("enable"))?;
         self.wait_until_ready().map_err(|why| ("enable", why))?;
         let (jerk, acceleration) = (self.setup.jerk, self.setup.acceleration);
-        self.control.set_jerk(jerk).map_err(told("enable"))?;
+        self.control.set_jerk(jerk).map_err(during("enable"))?;
         self.control
             .set_acceleration(acceleration.max(TRAVEL.1))
-            .map_err(told("enable"))?;
+            .map_err(during("enable"))?;
 
-        let here = self.control.pose().map_err(told("travel"))?;
+        let here = self.control.pose().map_err(during("travel"))?;
         let above = self
             .setup
             .high(self.setup.on_table([here[0], here[1], here[2]]));
@@ -272,7 +272,7 @@ impl Robot for XArm {
         for (error, warning) in [(error, warning), (status.error, status.warning)] {
             if error != 0 || warning != 0 {
                 return Err(self.not_ready(format!(
-                    "the controller tells error {error} and warning {warning}; look them up in the arm's manual, mend the cause, and \
+                    "the controller reports error {error} and warning {warning}; look them up in the arm's manual, mend the cause, and \
                      clear them by the arm's own program"
                 )));
             }
@@ -331,7 +331,7 @@ impl Robot for XArm {
             failed => {
                 let stopped = self.stop.stop();
                 let (what, why) = match failed {
-                    Ok(Err(told)) => told,
+                    Ok(Err(line_and_why)) => line_and_why,
                     _ => ("strike", "the driver panicked".to_owned()),
                 };
                 let unsent = stopped.err().map_or(String::new(), |error| {
@@ -365,7 +365,7 @@ impl Robot for XArm {
             Ok(4 | 5) => Ok(()),
             Ok(state) => Err(RobotError::Connection {
                 robot: self.name.clone(),
-                why: format!("the controller was told to stop and is in state {state}"),
+                why: format!("the controller was sent a stop and is in state {state}"),
             }),
             Err(error) => Err(self.unreachable(&error)),
         }
@@ -376,7 +376,7 @@ impl Drop for XArm {
     /// Whatever ends the program's use of it: what moves is stopped.
     fn drop(&mut self) {
         if self.is_moving {
-            // Nothing is left that could be told.
+            // Nobody is left to report an error to.
             let _ = self.stop.stop();
         }
     }

@@ -1,11 +1,11 @@
-//! Where an arm listens.
+//! An arm's ports.
 
 use std::io;
 use std::net::{SocketAddr, ToSocketAddrs};
 
 use super::wire;
 
-/// Where an arm listens.
+/// Addresses of an arm's ports.
 #[derive(Clone, Copy, Debug)]
 pub struct Ports {
     /// Requests and replies.

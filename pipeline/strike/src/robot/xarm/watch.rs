@@ -1,4 +1,4 @@
-//! The real-time report on a thread of its own: it records what the arm does, and stops it where that is not what was told.
+//! The real-time report on a thread of its own: it records what the arm does, and stops it where that is not what was commanded.
 
 use std::io::{self, ErrorKind};
 use std::net::{SocketAddr, TcpStream};
@@ -44,7 +44,7 @@ pub(super) struct Watch {
 }
 
 impl Watch {
-    /// Connects to the real-time report. `stop` is used while a guard is set; `interrupted` tells of a signal.
+    /// Connects to the real-time report. `stop` is used while a guard is set; `interrupted` is set by a signal.
     pub(super) fn start(
         address: SocketAddr,
         stop: StopHandle,

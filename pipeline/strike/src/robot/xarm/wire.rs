@@ -9,14 +9,14 @@ use std::io::{self, ErrorKind, Read};
 pub const CONTROL_PORT: u16 = 502;
 /// Port of the real-time report, at up to 250 Hz.
 pub const REALTIME_PORT: u16 = 30_000;
-/// Port of the ordinary report, at 5 Hz: it also tells the tool and the errors.
+/// Port of the ordinary report, at 5 Hz: it also holds the tool and the errors.
 pub const REPORT_PORT: u16 = 30_001;
 
 /// The private protocol's number in a header.
 const PROTOCOL: u16 = 2;
 /// Bytes of a header, with the register.
 const HEADER: usize = 7;
-/// Longest reply that is read, in bytes: the longest that is asked for has 50.
+/// Longest reply that is read, in bytes: the longest of those used here has 50.
 const LONGEST_REPLY: usize = 1024;
 /// Bytes of a real-time report up to the last field that is read; whole ones have 804.
 const LEAST_REALTIME: usize = 520;
@@ -76,7 +76,7 @@ pub fn floats(numbers: &[f64]) -> io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// What is told of a straight line to a pose (mm, rad) at a speed (mm/s) and acceleration (mm/s²). Errors where a number is not
+/// The payload of a straight line to a pose (mm, rad) at a speed (mm/s) and acceleration (mm/s²). Errors where a number is not
 /// finite.
 pub fn line_payload(pose: [f64; 6], speed: f64, acceleration: f64) -> io::Result<Vec<u8>> {
     /// No blending into the next line.
@@ -100,7 +100,7 @@ pub struct Reply {
     pub register: u8,
     /// Bits: 0x40 an error is set, 0x20 a warning, 0x10 not ready to move, 0x08 the request is invalid.
     pub status: u8,
-    /// What was asked for.
+    /// The parameters.
     pub payload: Vec<u8>,
 }
 
@@ -145,7 +145,7 @@ pub struct Realtime {
     pub velocity: [f64; 3],
 }
 
-/// What the ordinary report tells of the tool and of errors.
+/// Tool and errors, as the ordinary report gives them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Status {
     /// Error code; 0 where there is none.
@@ -229,7 +229,7 @@ mod tests {
     }
 
     #[test]
-    fn replies_and_reports_of_any_bytes_are_read_or_told() {
+    fn replies_and_reports_of_any_bytes_are_read_or_reported() {
         // Short, cut off, and of lengths that nothing has.
         for bytes in [
             &[][..],
