@@ -35,6 +35,16 @@ pub struct Received {
     pub data: Vec<u8>,
 }
 
+/// How every log is written. One compression thread, whatever the machine: zstd's bytes depend on whether it has workers.
+fn options() -> WriteOptions {
+    WriteOptions::new()
+        .profile("ros2")
+        .library("carom")
+        .compression(Some(mcap::Compression::Zstd))
+        .compression_level(1)
+        .compression_threads(0)
+}
+
 /// Why a log could not be written.
 #[derive(Debug, thiserror::Error)]
 pub enum WriteError {
@@ -97,14 +107,7 @@ impl<W: Write + Seek> RecordingWriter<W> {
     }
 
     fn start(sink: W, topics: &Topics) -> Result<Self, WriteError> {
-        // One compression thread, whatever the machine: zstd's bytes depend on whether it has workers.
-        let mcap = WriteOptions::new()
-            .profile("ros2")
-            .library("carom")
-            .compression(Some(mcap::Compression::Zstd))
-            .compression_level(1)
-            .compression_threads(0)
-            .create(sink)?;
+        let mcap = options().create(sink)?;
         Ok(Self {
             mcap,
             topics: topics.clone(),

@@ -114,26 +114,8 @@ impl CommandPlanner {
                 "the object is foreseen not to move".into(),
             ));
         }
-        let details = Details {
-            artifact: self.version.clone(),
-            model: self.model,
-            from,
-            to: object.stop,
-            path,
-            speed_sim: command.speed,
-            angle_sim: command.angle,
-            d_speed: 0.0,
-            d_angle: 0.0,
-            speed: command.speed,
-            angle: command.angle,
-            start: stroke.start,
-            pre_strike: stroke.pre_strike,
-            strike: stroke.strike,
-            stop: stroke.stop,
-            acceleration: rig.robot.acceleration,
-            expected_miss: None,
-            expected_miss_strikes: None,
-        };
+        let maker = (self.version.clone(), self.model);
+        let details = Details::unaided(maker, (from, object.stop), command, &stroke, rig);
         Ok(Plan::new(details, stroke, rig.clone(), self.good_for))
     }
 }

@@ -75,6 +75,38 @@ pub struct Details {
     pub expected_miss_strikes: Option<usize>,
 }
 
+impl Details {
+    /// Of a command that nothing is added to, and of which nothing is known from held-out strikes.
+    pub(crate) fn unaided(
+        (artifact, model): (String, Model),
+        (from, to): (Point, Point),
+        command: Command,
+        stroke: &Stroke,
+        rig: &Rig,
+    ) -> Self {
+        Self {
+            artifact,
+            model,
+            from,
+            to,
+            path: to - from,
+            speed_sim: command.speed,
+            angle_sim: command.angle,
+            d_speed: 0.0,
+            d_angle: 0.0,
+            speed: command.speed,
+            angle: command.angle,
+            start: stroke.start,
+            pre_strike: stroke.pre_strike,
+            strike: stroke.strike,
+            stop: stroke.stop,
+            acceleration: rig.robot.acceleration,
+            expected_miss: None,
+            expected_miss_strikes: None,
+        }
+    }
+}
+
 impl Deref for Plan {
     type Target = Details;
 

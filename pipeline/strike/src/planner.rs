@@ -199,25 +199,15 @@ impl Planner {
             })?;
         }
         limits::second_push(&stroke, &object, limits::sizes(&self.rig).0)?;
+        let maker = (self.version.clone(), self.model);
         let details = Details {
-            artifact: self.version.clone(),
-            model: self.model,
-            from,
-            to,
-            path,
             speed_sim: simulated.speed,
             angle_sim: simulated.angle,
             d_speed: command.speed - simulated.speed,
             d_angle: command.angle - simulated.angle,
-            speed: command.speed,
-            angle: command.angle,
-            start: stroke.start,
-            pre_strike: stroke.pre_strike,
-            strike: stroke.strike,
-            stop: stroke.stop,
-            acceleration: self.rig.robot.acceleration,
             expected_miss: self.expected_miss(from, path, command),
             expected_miss_strikes: self.metrics.map(|metrics| metrics.n),
+            ..Details::unaided(maker, (from, to), command, &stroke, &self.rig)
         };
         Ok(Plan::new(details, stroke, self.rig.clone(), self.good_for))
     }

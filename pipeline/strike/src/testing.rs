@@ -30,25 +30,7 @@ fn make(speed: f64, good_for: Duration) -> Plan {
     let (from, to) = (Point::new(0.3, 0.0), Point::new(0.6, 0.0));
     let command = Command { speed, angle: 0.0 };
     let stroke = Stroke::plan(from, command, &rig.robot, 0.042);
-    let details = Details {
-        artifact: "v0001".into(),
-        model: Model::Sysid,
-        from,
-        to,
-        path: to - from,
-        speed_sim: command.speed,
-        angle_sim: command.angle,
-        d_speed: 0.0,
-        d_angle: 0.0,
-        speed: command.speed,
-        angle: command.angle,
-        start: stroke.start,
-        pre_strike: stroke.pre_strike,
-        strike: stroke.strike,
-        stop: stroke.stop,
-        acceleration: rig.robot.acceleration,
-        expected_miss: None,
-        expected_miss_strikes: None,
-    };
+    let maker = ("v0001".into(), Model::Sysid);
+    let details = Details::unaided(maker, (from, to), command, &stroke, &rig);
     Plan::new(details, stroke, Arc::new(rig), good_for)
 }

@@ -3,6 +3,8 @@
 use rig::{Effect, Truth};
 use serde::{Deserialize, Serialize};
 
+use super::judged::Figure;
+use super::proportion::Proportion;
 use super::set::DiagnosedSet;
 
 /// One interval beside its truth.
@@ -23,6 +25,27 @@ impl Covered {
     pub fn holds(&self) -> bool {
         self.low <= self.truth && self.truth <= self.high
     }
+}
+
+/// How many intervals hold the truth: of all parameters, and of the two that every set has.
+pub fn figures(covered: &[&Covered]) -> [Figure; 3] {
+    let figure = |what, goal, parameter: Option<&str>| {
+        let of_it = |c: &&&Covered| parameter.is_none_or(|name| c.parameter == name);
+        Figure {
+            what,
+            goal,
+            got: Proportion::of(covered.iter().filter(of_it), |c| c.holds()),
+        }
+    };
+    [
+        figure(
+            "95 % intervals that hold the truth, all parameters",
+            "92–97 %",
+            None,
+        ),
+        figure("of these, friction", "", Some("friction")),
+        figure("of these, restitution", "", Some("restitution")),
+    ]
 }
 
 /// Parameters by the rig's effect and name and the library's, where both formulas give the parameter the same meaning; `true`

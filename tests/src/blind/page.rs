@@ -7,6 +7,7 @@ mod beside;
 
 use super::cases::{EFFECTS, FOREIGN, Kind, MAGNITUDES, STRIKES};
 use super::chosen::{Pair, Separation};
+use super::coverage::{self, Covered};
 use super::grade::{is_claimed_alone, is_exact, is_of_its_own, is_right};
 use super::judged::{Figure, Judged};
 use super::outcome::Outcome;
@@ -88,9 +89,8 @@ fn figures(made: &[&Outcome]) -> Vec<Figure> {
         made.iter().copied().filter(mine)
     };
     let strong = || of(Kind::Single, false).filter(|o| o.case.magnitude >= 2.0);
-    let covered = || made.iter().flat_map(|o| &o.covered);
-    let base = |name: &'static str| covered().filter(move |c| c.parameter == name);
-    vec![
+    let covered: Vec<&Covered> = made.iter().flat_map(|o| &o.covered).collect();
+    let mut figures = vec![
         Figure {
             what: "false alarms with nothing hidden",
             goal: "≤ 5 %, upper limit ≤ 8 %",
@@ -136,22 +136,9 @@ fn figures(made: &[&Outcome]) -> Vec<Figure> {
             goal: "",
             got: Proportion::of(of(Kind::Single, true), |o| is_right(o)),
         },
-        Figure {
-            what: "95 % intervals that hold the truth, all parameters",
-            goal: "92–97 %",
-            got: Proportion::of(covered(), |c| c.holds()),
-        },
-        Figure {
-            what: "of these, friction",
-            goal: "",
-            got: Proportion::of(base("friction"), |c| c.holds()),
-        },
-        Figure {
-            what: "of these, restitution",
-            goal: "",
-            got: Proportion::of(base("restitution"), |c| c.holds()),
-        },
-    ]
+    ];
+    figures.extend(coverage::figures(&covered));
+    figures
 }
 
 /// Median of random strikes for each chosen one, over the pairs that either separated.

@@ -5,11 +5,11 @@ use std::fs::File;
 use std::io::{BufWriter, Seek, Write};
 use std::path::Path;
 
+use mcap::Writer;
 use mcap::records::MessageHeader;
-use mcap::{WriteOptions, Writer};
 
 use super::messages::{Kind, image_schema, jpeg_image, point_stamped, pose_schema, pose_stamped};
-use super::{Stamped, WriteError};
+use super::{Stamped, WriteError, options};
 use crate::read::RawMessage;
 
 /// Writes messages of any topics into one log, in the order in which they are given.
@@ -39,13 +39,7 @@ impl CopyWriter<BufWriter<File>> {
 impl<W: Write + Seek> CopyWriter<W> {
     /// Starts a log on anything that can be written to and sought in.
     pub fn new(sink: W) -> Result<Self, WriteError> {
-        let mcap = WriteOptions::new()
-            .profile("ros2")
-            .library("carom")
-            .compression(Some(mcap::Compression::Zstd))
-            .compression_level(1)
-            .compression_threads(0)
-            .create(sink)?;
+        let mcap = options().create(sink)?;
         Ok(Self {
             mcap,
             copied: HashMap::new(),

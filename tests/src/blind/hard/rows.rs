@@ -1,5 +1,6 @@
 //! What the hard benchmark measures, each figure with what it counts.
 
+use super::super::coverage::{self, Covered};
 use super::super::judged::Figure;
 use super::super::proportion::Proportion;
 use super::cases::HardKind;
@@ -25,9 +26,8 @@ pub(super) fn figures(made: &[&HardOutcome]) -> Vec<Figure> {
             )
         })
     };
-    let covered = || made.iter().flat_map(|o| &o.covered);
-    let base = |name: &'static str| covered().filter(move |c| c.parameter == name);
-    vec![
+    let covered: Vec<&Covered> = made.iter().flat_map(|o| &o.covered).collect();
+    let mut figures = vec![
         Figure {
             what: "hard controls, nothing hidden: false alarms (anything but `consistent`)",
             goal: "≤ 5 %, upper limit ≤ 8 %",
@@ -70,22 +70,9 @@ pub(super) fn figures(made: &[&HardOutcome]) -> Vec<Figure> {
             goal: "≥ 85 %",
             got: Proportion::of(of(HardKind::Foreign), |o| o.is_right()),
         },
-        Figure {
-            what: "95 % intervals that hold the truth, all parameters",
-            goal: "92–97 %",
-            got: Proportion::of(covered(), |c| c.holds()),
-        },
-        Figure {
-            what: "of these, friction",
-            goal: "",
-            got: Proportion::of(base("friction"), |c| c.holds()),
-        },
-        Figure {
-            what: "of these, restitution",
-            goal: "",
-            got: Proportion::of(base("restitution"), |c| c.holds()),
-        },
-    ]
+    ];
+    figures.extend(coverage::figures(&covered));
+    figures
 }
 
 /// Median and longest time of a diagnosis of 120 strikes and more, in s.
