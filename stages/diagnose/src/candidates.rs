@@ -1,4 +1,4 @@
-//! The candidates: every effect of the library that these strikes can tell, with where fits of it begin.
+//! The candidates: every effect of the library that these strikes can determine, with where fits of it begin.
 
 use std::collections::BTreeMap;
 

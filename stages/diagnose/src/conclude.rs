@@ -115,7 +115,7 @@ impl Case<'_, '_> {
         })
     }
 
-    /// What is told of forms at the ends of their ranges.
+    /// Notes on forms at the ends of their ranges.
     fn at_ends(&self) -> Vec<String> {
         let fitted = &self.selection.fitted;
         let (model, at_end) = (&fitted.model, fitted.forms_at_end());

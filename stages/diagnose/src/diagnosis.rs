@@ -130,7 +130,7 @@ pub struct NamedEffect {
     pub statement: String,
     /// Gain in log-likelihood that it brings beside the other effects named.
     pub evidence: f64,
-    /// Candidates that these data cannot tell from it.
+    /// Candidates that these data cannot distinguish from it.
     pub equivalent: Vec<String>,
     /// What other candidates bring in its place, the best first.
     #[serde(default)]
@@ -187,7 +187,7 @@ pub struct NextStrike {
     pub speed: f64,
     /// Commanded angle, in rad.
     pub angle: f64,
-    /// What it tells apart.
+    /// The models that it distinguishes.
     pub why: String,
 }
 

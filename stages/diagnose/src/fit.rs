@@ -22,7 +22,7 @@ const SETTLED: f64 = 0.05;
 pub(crate) const NINETY_FIVE: f64 = 1.96;
 /// A step that loses more log-likelihood than this is taken back.
 const LOSS: f64 = 0.05;
-/// Damping (Marquardt 1963), relative to what the strikes tell of each value: its factors after a step that was good and one that
+/// Damping (Marquardt 1963), relative to the strikes' information on each value: its factors after a step that was good and one that
 /// was not, and where the fit gives up.
 const DAMPING: (f64, f64, f64) = (0.1, 10.0, 1e4);
 /// Longest step of friction (relative), of the launch speed (as a logarithm) and of a strike's own speed (logarithm), angle (rad)
@@ -67,7 +67,7 @@ impl Fitted {
         })
     }
 
-    /// Of the model's values, with the priors, which keep what the data do not tell from being infinite.
+    /// Of the model's values, with the priors, which keep what the data do not determine finite.
     pub(crate) fn covariance(&self) -> Option<DMatrix<f64>> {
         let mut information = self.estimated.information.clone();
         for (i, free) in self.model.free.iter().enumerate() {
@@ -113,7 +113,7 @@ impl Fitted {
             .collect()
     }
 
-    /// Standard errors within which 95 % lie, where as many strikes tell errors of as many values: Student's t.
+    /// Standard errors within which 95 % lie, where errors of as many values are estimated from as many strikes: Student's t.
     pub(crate) fn ninety_five(&self) -> f64 {
         let freedom = self.nuisances.len().saturating_sub(self.model.free.len());
         StudentsT::new(0.0, 1.0, freedom.max(1) as f64)
@@ -251,7 +251,7 @@ impl PreparedStrikes<'_> {
     }
 }
 
-/// A Gaussian about where each value began, wide enough to move none that the data tell.
+/// A Gaussian about where each value began, wide enough to move none that the data determine.
 pub(crate) fn prior(model: &Model) -> Prior {
     let p = model.free.len();
     Prior {

@@ -134,7 +134,7 @@ fn predictive(
     ))
 }
 
-/// Typical gains that one strike may count for: what a fifth of the strikes alone tells of may go far wrong without it, and must not
+/// Typical gains that one strike may count for: what only a fifth of the strikes determines may go far wrong without it, and must not
 /// decide over all.
 const MOST_OF_ONE: f64 = 20.0;
 
@@ -158,7 +158,7 @@ pub(crate) fn total(gains: &[f64]) -> (f64, f64) {
 /// What is no chance, one-sided.
 const BY_CHANCE: f64 = 0.05;
 
-/// Whether gains that sum to less than none may do so by chance, by Student's t; fewer than two do not tell.
+/// Whether gains that sum to less than none may do so by chance, by Student's t; fewer than two do not decide.
 pub(crate) fn may_be_none_or_more(gains: &[f64]) -> bool {
     let (sum, error) = total(gains);
     StudentsT::new(0.0, 1.0, gains.len() as f64 - 1.0)

@@ -58,7 +58,7 @@ pub(crate) struct Model {
 
 /// Factor by which friction may differ from where it was identified.
 const FURTHEST: f64 = 5.0;
-/// How many scales wide the prior of an effect's parameter is: wide enough to move no estimate that the data tell.
+/// How many scales wide the prior of an effect's parameter is: wide enough to move no estimate that the data determine.
 pub(crate) const PRIOR: f64 = 20.0;
 /// Share of a range within which its end is reached.
 const EDGE: f64 = 1e-3;

@@ -1,4 +1,4 @@
-//! Which strikes to make next: those that would best tell two models apart (T-optimal design, Atkinson and Fedorov 1975).
+//! Which strikes to make next: those that would best distinguish two models (T-optimal design, Atkinson and Fedorov 1975).
 //!
 //! T = min over the rival's parameters of ‖f_A − f_B‖², weighed as the strikes' own evidence. What the rival can still follow is
 //! projected off, with all that it has learnt from the strikes at hand; strikes are added one by one, then exchanged.
@@ -26,23 +26,23 @@ const PLACES: usize = 5;
 const MARGIN: f64 = 0.03;
 /// Frames of a proposed strike.
 const FRAMES: usize = 40;
-/// T from which a pair is told apart in 95 of 100 cases: Φ(√T/2).
+/// T from which a pair is separated in 95 of 100 cases: Φ(√T/2).
 const ENOUGH: f64 = 10.8;
 
-/// How much one strike tells two models apart, and what of it the rival could follow.
+/// How far one strike separates two models, and how much of that the rival could follow.
 struct StrikeInformation {
     square: f64,
     slope: DVector<f64>,
     information: DMatrix<f64>,
 }
 
-/// What each strike of a pool tells of a model against a rival.
+/// How far each strike of a pool separates a model from a rival.
 struct Contrast<'r> {
     rival: &'r Fitted,
     by_strike: Vec<Option<StrikeInformation>>,
 }
 
-/// Strikes within the robot's limits that best separate `named` from its rivals, the most telling first.
+/// Strikes within the robot's limits that best separate `named` from its rivals, the most informative first.
 pub(crate) fn next_strikes(
     seen: &PreparedStrikes<'_>,
     world: &World,
@@ -72,7 +72,7 @@ pub(crate) fn next_strikes(
             Ok((forth, back))
         })
         .collect::<Result<Vec<_>, WorldError>>()?;
-    // Concave, so that the pair that is told least counts most; what nothing here can tell apart adds nothing.
+    // Concave, so that the pair that is separated least counts most; what nothing here can separate adds nothing.
     let value = |sets: &[(SetInformation, SetInformation)]| -> f64 {
         let each = sets.iter().map(|(forth, back)| {
             let apart = forth.separation().min(back.separation());
@@ -129,7 +129,7 @@ pub(crate) fn next_strikes(
             chosen[place] = other;
         }
     }
-    // In the order in which they tell: who makes only some makes the best.
+    // The most informative first: who makes only some makes the best.
     Ok(grow(&chosen)
         .iter()
         .map(|i| {

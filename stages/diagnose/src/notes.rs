@@ -59,7 +59,7 @@ pub(crate) fn noise(noise: &Noise, fitted: &Fitted, verdict: Verdict) -> Vec<Str
     notes
 }
 
-/// That tracks do not tell how the object is braked on its way.
+/// That tracks do not show how the object is braked on its way.
 pub(crate) fn astray() -> String {
     "tracks of this box differ from any slide of this world by far more than the camera's noise, as where a box tips or turns: effects \
      are told from launches and from the friction of whole strikes, and none that acts on the way or in the camera's picture"

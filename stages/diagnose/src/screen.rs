@@ -155,7 +155,7 @@ struct ScoredStart<'b> {
 }
 
 impl<'b> ScoredStart<'b> {
-    /// `None` where a strike does not come to rest, or the strikes do not tell it from the model's own values.
+    /// `None` where a strike does not come to rest, or the strikes do not distinguish it from the model's own values.
     fn new(
         prepared: &PreparedStrikes<'_>,
         fitted: &'b Fitted,

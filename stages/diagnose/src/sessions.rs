@@ -1,6 +1,6 @@
-//! Sessions as they are told: relative changes from their mean, each with its interval.
+//! Sessions as they are reported: relative changes from their mean, each with its interval.
 //!
-//! A fit lets one session stand still and frees the others. What is told treats all alike: c = (1 + r)/(1 + r̄) − 1, its
+//! A fit fixes one session and frees the others. The report treats all alike: c = (1 + r)/(1 + r̄) − 1, its
 //! error by the first derivatives of that.
 
 use std::collections::BTreeMap;
@@ -11,7 +11,7 @@ use world::{
     effects::{Parameters, centred, effect},
 };
 
-/// The parameters of an effect as they are told; `free` are those that were fitted, by name, with their `covariance`, and 95 % lie
+/// The parameters of an effect as they are reported; `free` are those that were fitted, by name, with their `covariance`, and 95 % lie
 /// within so many standard errors.
 pub(crate) fn centred_estimates(
     name: &str,

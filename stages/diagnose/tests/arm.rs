@@ -1,4 +1,4 @@
-//! Where the arm's state is logged, what the arm does is told from it, apart from the impact and the camera.
+//! Where the arm's state is logged, what the arm does is estimated from it, apart from the impact and the camera.
 
 use diagnose::{Diagnose, Diagnosed, Input, Verdict};
 use ingest::{Ingest, assemble, ingest_log};
@@ -41,7 +41,7 @@ fn names(found: &Diagnosed) -> Vec<&str> {
 }
 
 #[test]
-fn the_arms_effects_and_what_they_are_taken_for_are_each_told_alone() {
+fn the_arms_effects_and_what_they_are_taken_for_are_each_named_alone() {
     for hidden in [
         "striker_speed_error",
         "striker_angle_bias",
@@ -81,7 +81,7 @@ fn a_turned_camera_is_not_taken_for_the_arm() {
 }
 
 #[test]
-fn an_arm_that_does_as_it_is_told_is_told_nothing_of() {
+fn of_an_arm_that_delivers_its_commands_nothing_is_named() {
     let found = diagnosis("viscous_drag", true);
     assert_eq!(
         names(&found),

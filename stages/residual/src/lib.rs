@@ -1,4 +1,4 @@
-//! The residual of each strike: what the robot was told, less what the world would have it told for the same path
+//! The residual of each strike: the command that was sent, less the command that the world needs for the same path
 //! (paper, section 3.4).
 //!
 //! Δv = v_real − v_sim and Δθ = θ_real − θ_sim, where (v_sim, θ_sim) is the inverse solve's command for the strike's

@@ -1,5 +1,5 @@
 //! The paper's Algorithm 2: NLopt over the distances between measured and simulated stops. For comparison: end points
-//! alone cannot tell friction from restitution, and the fit says so only by where it stops.
+//! alone cannot distinguish friction from restitution, and the fit says so only by where it stops.
 
 use nlopt::{Algorithm, Nlopt, Target};
 use values::{Rig, Strike};

@@ -21,7 +21,7 @@ pub enum SysidError {
     #[error(transparent)]
     World(#[from] WorldError),
     /// The data do not determine the freed parameters at all.
-    #[error("identify {names}: these strikes do not tell them apart; free fewer parameters")]
+    #[error("identify {names}: these strikes do not distinguish them; free fewer parameters")]
     Singular {
         /// The parameters freed.
         names: String,

@@ -22,7 +22,7 @@ const SETTLED: f64 = 0.05;
 const OUTLYING: f64 = 4.0;
 /// What is fitted besides the parameters: the mean turn of the launches, and the mean delay of their clocks.
 pub(crate) const MEANS: usize = 2;
-/// Standard errors from which a mean turn is told.
+/// Standard errors from which a mean turn is reported.
 const STEADY: f64 = 4.0;
 
 /// A fit and all that its intervals need.

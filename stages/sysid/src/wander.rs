@@ -1,6 +1,6 @@
 //! Friction that wanders over the strikes: what it may have been over those that were not used.
 //!
-//! Friction of strikes near in time is then alike. Its steps are told by how the squared difference of two strikes' frictions grows
+//! Friction of strikes near in time is then alike. Its steps are estimated from how the squared difference of two strikes' frictions grows
 //! with the number of strikes between them (a variogram; Matheron 1963).
 
 /// Correlation of one strike's friction with the next one's, in standard errors of none, from which it wanders: 1 %, one-sided.
@@ -68,7 +68,7 @@ mod tests {
     use super::*;
 
     fn walks(step: f64, scatter: f64) -> Vec<(f64, f64)> {
-        // What is told of the unseen strikes beside what they did, of many walks of 160 strikes whose first 100 are used.
+        // The uncertainty of the unseen strikes beside what they did, of many walks of 160 strikes whose first 100 are used.
         (0..60)
             .map(|seed| {
                 let mut random = ChaCha8Rng::seed_from_u64(seed);
@@ -91,7 +91,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_told_of_unseen_strikes_is_what_they_do() {
+    fn the_uncertainty_of_unseen_strikes_is_how_far_they_go() {
         for scatter in [0.0, 0.02] {
             let walks = walks(0.006, scatter);
             let told: f64 = walks.iter().map(|(told, _)| told).sum();

@@ -67,7 +67,7 @@ pub(super) fn fitted(
     Ok(best)
 }
 
-/// Levenberg and Marquardt's descent from one start, within the parameters' ranges; `None` where the strikes do not tell them.
+/// Levenberg and Marquardt's descent from one start, within the parameters' ranges; `None` where the strikes do not determine them.
 fn descend(
     rig: &Rig,
     quantity: Quantity,

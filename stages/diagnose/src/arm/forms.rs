@@ -15,7 +15,7 @@ pub(super) enum Quantity {
     Angle,
 }
 
-/// One strike: what was told, what was delivered, and when.
+/// One strike: what was commanded, what was delivered, and when.
 pub(super) struct Pair<'a> {
     pub(super) command: Command,
     pub(super) delivered: Command,

@@ -16,7 +16,7 @@ use crate::fit::NINETY_FIVE;
 pub(super) struct Law {
     pub(super) name: &'static str,
     pub(super) added: AddedEffect,
-    /// Gain in log-likelihood over an arm that does as it is told, less what as many parameters gain by chance.
+    /// Gain in log-likelihood over an arm that delivers its commands, less what as many parameters gain by chance.
     pub(super) evidence: f64,
 }
 
@@ -62,7 +62,7 @@ pub(super) fn fit(rig: &Rig, strikes: &[&Strike]) -> Result<Vec<Law>, WorldError
     Ok(laws)
 }
 
-/// The form that these strikes need, with its evidence; none where the arm does as it is told. A form with further values must
+/// The form that these strikes need, with its evidence; none where the arm delivers its commands. A form with further values must
 /// bring as much beyond the best of the simpler ones as it must beyond none.
 fn best<'f>(
     rig: &Rig,

@@ -1,4 +1,4 @@
-//! What the arm makes of its commands, told from its logged state, apart from all that follows.
+//! What the arm makes of its commands, estimated from its logged state, apart from all that follows.
 //!
 //! Where the launch that was delivered is known, the rest is diagnosed from it: restitution, camera and table can no longer stand for
 //! the arm. What the arm does is a regression of its own, of delivered on commanded speeds and angles, by the formulas of the library's
@@ -19,7 +19,7 @@ mod descent;
 mod forms;
 mod law;
 
-/// Effects of the library that act on what the arm is told begin with this: they are told here, where the arm's state is known.
+/// Effects of the library that act on the command begin with this: they are estimated here, where the arm's state is known.
 const STRIKER: &str = "striker_";
 
 /// Whether an effect is the arm's own.

@@ -8,7 +8,7 @@ use super::{
 };
 use crate::wander::{PATHS, Path};
 
-/// A Gaussian on β, to keep what the data do not tell near where it was.
+/// A Gaussian on β, to keep what the data do not determine near its start.
 #[derive(Clone, Debug)]
 pub(crate) struct Prior {
     /// Precision of each.

@@ -20,7 +20,7 @@ pub(crate) const REFINEMENT: Search = Search {
 };
 /// ρ and κ (s/m) from which the first search begins.
 const START: (f64, f64) = (0.3, 0.8);
-/// Greatest correlation: beyond it errors and a strike's nuisances cannot be told apart.
+/// Greatest correlation: beyond it errors and a strike's nuisances cannot be distinguished.
 const MOST_CORRELATED: f64 = 0.97;
 /// Least and greatest κ in s/m: with 1 mm of camera noise, stamps that are off by 10 µs, and by 100 ms.
 const JITTER: (f64, f64) = (0.01, 100.0);

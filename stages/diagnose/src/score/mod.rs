@@ -72,7 +72,7 @@ pub(crate) struct ScoreTest<'f, 'a> {
 }
 
 impl<'f, 'a> ScoreTest<'f, 'a> {
-    /// Prepares a fitted model with random columns beside it; `None` where its values cannot be told apart.
+    /// Prepares a fitted model with random columns beside it; `None` where its values cannot be distinguished.
     pub(crate) fn new(
         prepared: &'f PreparedStrikes<'a>,
         fitted: &'f Fitted,

@@ -3,7 +3,7 @@
 //! Each is a set of small bumps (over the table, over speed, over strikes …) whose heights are Gaussian with one common
 //! standard deviation; the gain in marginal likelihood says how much of the gap goes with that covariate, and what the same
 //! bumps gain in replicates says whether it is real. What is left here after the best effects is what no candidate explains.
-//! What is told of a dependence is net of what the model's own values (friction, restitution …) make up for.
+//! A dependence is reported net of what the model's own values (friction, restitution …) make up for.
 
 pub(crate) mod bumps;
 pub(crate) mod covariate;
