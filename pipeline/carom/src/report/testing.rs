@@ -162,7 +162,7 @@ fn the_page_shows_verdict_parameters_gap_pictures_and_next_strikes() {
         "the table slopes down by 4.2 mm per metre",
         "0.00420",
         "0.00400 … 0.00440",
-        "cannot tell it from a steady draught",
+        "cannot distinguish it from a steady draught",
         "21.3 mm before, 1.2 mm after",
         "99 % of the gap is closed",
         "table_bowl",

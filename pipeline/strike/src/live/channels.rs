@@ -259,7 +259,7 @@ mod tests {
         let twice = channels.advertise(channel(8, "/object/centroid"));
         assert!(twice.expect_err("two").contains("two programs"));
         let other = channels.advertise(channel(7, "/object/pose"));
-        assert!(other.expect_err("one id").contains("not alike"));
+        assert!(other.expect_err("one id").contains("different contents"));
     }
 
     #[test]

@@ -239,7 +239,7 @@ fn control_messages_that_make_no_sense_end_the_listening() {
                 r#"{CENTROID},{}"#,
                 CENTROID.replace("json", "cdr")
             )),
-            "not alike",
+            "different contents",
         ),
         (advertise(&CENTROID.replace("json", "morse")), "morse"),
         (
