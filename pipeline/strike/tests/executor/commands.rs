@@ -369,9 +369,9 @@ fn a_batch_may_be_asked_line_by_line() {
     let mut answers = BufReader::new(child.stdout.take().unwrap());
     for x in ["0.6", "0.65", "0.55"] {
         writeln!(ask, "{{\"from\": [0.3, 0.05], \"to\": [{x}, 0.1]}}").unwrap();
-        let mut end = String::new();
-        answers.read_line(&mut end).unwrap();
-        assert!(end.contains(&format!("\"to\":[{x},0.1]")), "{end}");
+        let mut answer = String::new();
+        answers.read_line(&mut answer).unwrap();
+        assert!(answer.contains(&format!("\"to\":[{x},0.1]")), "{answer}");
     }
     drop(ask);
     assert_eq!(child.wait().unwrap().code(), Some(0));
