@@ -173,11 +173,19 @@ mod tests {
         (world.scatter.speed, world.scatter.angle) = (0.02, 0.01);
         assert_eq!(told(&world, &item(0.37)), None);
         world.scatter.speed = 0.06;
-        let nearest = told(&world, &item(0.37)).expect("as near as repeats");
-        assert!(
-            nearest.speed.abs() < 0.3 && nearest.angle.abs() < 0.3,
-            "{nearest:?}"
-        );
+        let strike = item(0.37);
+        let nearest = told(&world, &strike).expect("as near as repeats");
+        let launch = Command {
+            speed: strike.command.speed * nearest.speed.exp(),
+            angle: strike.command.angle + nearest.angle,
+        };
+        let simulator = Simulator::new(&rig, &world).expect("valid");
+        let simulated = simulator
+            .worker()
+            .strike(initial, launch, &strike.conditions)
+            .expect("rests");
+        let miss = simulated.stop.distance(strike.stop);
+        assert!(miss > 1e-3 && miss < 0.3 * 0.12f64.hypot(0.01), "{miss}");
         assert_eq!(told(&world, &item(0.6)), None);
     }
 
