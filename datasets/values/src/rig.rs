@@ -4,6 +4,7 @@ mod camera;
 mod check;
 mod demo;
 mod error;
+mod exact;
 mod file;
 mod keys;
 mod object;

@@ -1,7 +1,7 @@
 //! A file that is written once and never over another.
 
 use std::fs::OpenOptions;
-use std::io::Write;
+use std::io::{ErrorKind, Write};
 use std::os::unix::fs::OpenOptionsExt;
 use std::path::Path;
 
@@ -18,10 +18,11 @@ pub fn write_new(path: &Path, mode: u32, bytes: &[u8]) -> Result<(), Error> {
         .mode(mode)
         .open(path);
     let mut file = created.map_err(|error| {
-        Error::input(format!(
-            "create {}: {error}; nothing is overwritten, name a file that is not there yet",
-            path.display()
-        ))
+        let help = match error.kind() {
+            ErrorKind::AlreadyExists => "nothing is overwritten, name another file",
+            _ => "name a file in a folder that is there and may be written to",
+        };
+        Error::input(format!("create {}: {error}; {help}", path.display()))
     })?;
     let written = file.write_all(bytes).and_then(|()| file.sync_all());
     written.map_err(|error| Error::failed(format!("write {}: {error}", path.display())))

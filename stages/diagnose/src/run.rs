@@ -28,12 +28,12 @@ use crate::{
     strikes::PreparedStrikes,
 };
 
-/// Strikes below which friction, launch and their scatter leave nothing to tell effects by.
+/// Strikes below which friction, launch and their scatter leave nothing to distinguish effects by.
 const FEWEST: usize = 8;
 /// Wander of friction from the first strike to the last, relative, beside which effects are sought first: it moves no stop by more than
 /// launches scatter.
 const SMALL_WANDER: f64 = 0.004;
-/// Gain in log-likelihood of an effect of friction by order over a wander, for it to be told: two degrees of freedom at 5 %.
+/// Gain in log-likelihood of an effect of friction by order over a wander, for it to be named: two degrees of freedom at 5 %.
 const BEYOND_WANDER: f64 = 3.0;
 /// Frames that a track must have.
 const FRAMES: usize = 6;
@@ -278,7 +278,7 @@ pub(crate) fn prepare<'a>(
 const ASTRAY: f64 = 3.0;
 
 /// Whether tracks of a box differ from any slide of the world and all effects found by far more than the camera's noise. A box may tip and
-/// turn in ways that no centroid shows: what its track tells on the way is then no evidence, but its launch, and its friction as a whole, are.
+/// turn in ways that no centroid shows: what its track shows on the way is then no evidence, but its launch, and its friction as a whole, are.
 fn is_astray(rig: &Rig, fitted: &Fitted) -> bool {
     let noise = fitted.estimated.components.camera;
     rig.object.shape == Shape::Box && noise > ASTRAY * rig.camera.noise

@@ -1,6 +1,6 @@
 //! What the arm delivered beside the world, strike by strike: what a launch map learns from.
 //!
-//! The solve answers with the launch that a strike's path needs when the arm delivers what it is told. Beside it stands what the
+//! The solve answers with the launch that a strike's path needs when the arm delivers its commands. Beside it is what the
 //! world's effects make of the command that was sent. Targets from where strikes stop carry what the slide does otherwise, too: on
 //! the real strikes a map of them predicts held-out stops better than one of speeds seen right after the impact.
 
@@ -24,7 +24,7 @@ pub struct Shared {
     pub world: World,
 }
 
-/// What of a strike tells its launch.
+/// The part of a strike that shows its launch.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct LaunchItem {
     /// Where the object rested, in m.
@@ -110,7 +110,7 @@ mod tests {
 
     use super::*;
 
-    /// A strike of the world without effects, whose arm delivers `delivered` when told `command`.
+    /// A strike of the world without effects, whose arm delivers `delivered` when commanded `command`.
     fn struck(command: Command, delivered: Command) -> LaunchItem {
         let rig = Rig::demo(Shape::Cylinder);
         let simulator = Simulator::new(&rig, &World::nominal(&rig)).expect("valid");

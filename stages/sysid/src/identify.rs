@@ -1,4 +1,4 @@
-//! What these strikes can tell of the parameters that were not freed.
+//! What these strikes determine of the parameters that were not freed.
 
 use nalgebra::DMatrix;
 use values::{Rig, Shape, Strike};
@@ -14,19 +14,19 @@ use crate::{
 
 /// Strikes looked at: this is about sensitivity, which few strikes show.
 const STRIKES: usize = 16;
-/// A parameter whose standard error would exceed this share of its range is not told by the data.
+/// A parameter whose standard error would exceed this share of its range is not determined by the data.
 const TOLD: f64 = 0.10;
-/// A parameter of which less than this share of the effect is left beside the freed ones is not told from them.
+/// A parameter of which less than this share of the effect is left beside the freed ones is not distinguished from them.
 const APART: f64 = 0.02;
 /// Twice the gain in log-likelihood from which a candidate is worth freeing: one false alarm in a thousand or so.
 const WORTH: f64 = 12.0;
 
-/// What can be told.
+/// What can be determined.
 #[derive(Default)]
 pub(crate) struct Identifiability {
-    /// One sentence for each group of parameters that cannot be told.
+    /// One sentence for each group of parameters that cannot be determined.
     pub(crate) notes: Vec<String>,
-    /// A parameter that the data tell, and that explains more of them.
+    /// A parameter that the data determine, and that explains more of them.
     pub(crate) worth_freeing: Option<String>,
     pub(crate) simulations: u64,
 }

@@ -1,10 +1,10 @@
 //! System identification: the world's parameters from the tracks of strikes.
 //!
-//! Stop distance alone goes as (1+e)²/μ and cannot tell friction from restitution; tracks can. Each strike's launch
+//! Stop distance alone goes as (1+e)²/μ and cannot distinguish friction from restitution; tracks can. Each strike's launch
 //! scatters in speed and angle, so the strike is the unit of evidence: residuals are weighed by
 //! Σ = σ²I + σ_v²·J_v·J_vᵀ + σ_θ²·J_θ·J_θᵀ + …, the scatter is estimated along with the parameters (EM), and intervals come
 //! from how strikes differ. What turns or delays every strike alike is fitted
-//! beside the parameters and told in a note: it is no scatter, and it does not move the world. Gauss–Newton on large-step central differences starts from a line through
+//! beside the parameters and reported in a note: it is no scatter, and it does not move the world. Gauss–Newton on large-step central differences starts from a line through
 //! √(D − d(t)), which needs no simulation; NLopt's polish and the paper's Algorithm 2 are in [`algorithm2`].
 
 pub mod algorithm2;
@@ -30,8 +30,8 @@ use world::{World, WorldError, parameter};
 /// How to identify.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Sysid {
-    /// Parameters to free; empty: friction, restitution and, for a box or a ball, one more if the data tell it, with notes
-    /// on what they cannot tell.
+    /// Parameters to free; empty: friction, restitution and, for a box or a ball, one more if the data determine it, with notes
+    /// on what they cannot determine.
     pub free: Vec<String>,
     /// The earliest strikes that learn, at most this many: later ones do not move the world under the solutions.
     pub most_strikes: usize,
@@ -74,7 +74,7 @@ pub struct Fit {
     pub iterations: u32,
     /// Strikes that MuJoCo simulated; those in planar form are not counted.
     pub simulations: u64,
-    /// Sentences for a person: what the data cannot tell, and what went to a bound.
+    /// Sentences for a person: what the data cannot determine, and what went to a bound.
     pub notes: Vec<String>,
 }
 

@@ -19,16 +19,17 @@ impl From<LogError> for End {
     }
 }
 
-/// The first image of a log that can be decoded, of any topic of images.
+/// The first image of a log that can be decoded, of this topic or, without one, of any topic of images.
 ///
 /// # Errors
 /// The log cannot be read, or holds no such image.
-pub fn first_image(log: &Path) -> Result<Image, TrackError> {
+pub fn first_image(log: &Path, topic: Option<&str>) -> Result<Image, TrackError> {
     let mut decoder = Decoder::default();
     let mut why = None;
     let read = read_raw(log, Limits::default(), &mut |message| {
         let channel = message.channel;
-        if !is_image(&channel.schema) {
+        let is_other = topic.is_some_and(|topic| channel.topic != topic);
+        if is_other || !is_image(&channel.schema) {
             return Ok(());
         }
         let parsed = ImageMessage::parse(&channel.schema, &channel.encoding, message.data);
@@ -45,7 +46,10 @@ pub fn first_image(log: &Path) -> Result<Image, TrackError> {
         Err(End::Failed(error)) => Err(TrackError::Log(error)),
         Ok(_) => Err(TrackError::NoImage {
             log: log.display().to_string(),
-            why: why.unwrap_or_else(|| "no topic of it holds images".into()),
+            why: why.unwrap_or_else(|| match topic {
+                Some(topic) => format!("no images are on the rig file's topic {topic}"),
+                None => "no topic of it holds images".into(),
+            }),
         }),
     }
 }

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::exact;
 use crate::Interval;
 
 /// The object that is struck; which sizes are given depends on the shape.
@@ -17,7 +18,11 @@ pub struct Object {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub half_height: Option<f64>,
     /// Half sizes along x, y, z in m, for `box`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(
+        default,
+        deserialize_with = "exact::optional",
+        skip_serializing_if = "Option::is_none"
+    )]
     pub half_size: Option<[f64; 3]>,
     /// Mass in kg.
     pub mass: f64,

@@ -1,7 +1,7 @@
 //! `carom track`: images to centroids.
 
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use serde_json::json;
@@ -38,23 +38,42 @@ pub fn run(args: &TrackArgs) -> Result<Output, Error> {
         let why = "view several logs in one: name one log with --view";
         return Err(Error::input(why));
     }
-    fs::create_dir_all(&args.out).map_err(|error| Error::unreadable(&args.out, &error))?;
+    fs::create_dir_all(&args.out).map_err(|error| {
+        let folder = args.out.display();
+        Error::input(format!(
+            "create the folder {folder}: {error}; name another with --out"
+        ))
+    })?;
     let files: Vec<_> = logs
         .iter()
         .map(|log| (log.as_path(), log.to_str().unwrap_or_default()))
         .collect();
     let (mut text, mut tracked, mut left_out) = (String::new(), Vec::new(), Vec::new());
+    let mut is_all_used = true;
     for (log, name) in logs.iter().zip(names(&files)) {
         let out = args
             .out
             .join(name.trim_start_matches('/').replace('/', "_"));
-        if fs::canonicalize(&out).is_ok_and(|out| out == *log) {
+        if is_same(&out, log) {
             let why = "write over the log that is read; name another folder with --out";
             return Err(Error::input(why));
         }
-        match track_log(log, &rig, &out, args.view.as_deref()) {
+        let view = args.view.as_deref();
+        if view.is_some_and(|view| view == out || is_same(view, log) || is_same(view, &out)) {
+            let why =
+                "write the view over a log that is read or written; name another file with --view";
+            return Err(Error::input(why));
+        }
+        let parts = Parts::of([out.as_path()].into_iter().chain(view));
+        let tracked_log = track_log(log, &rig, parts.at(0).unwrap_or(&out), parts.at(1));
+        if tracked_log.is_err() {
+            parts.remove();
+        }
+        match tracked_log {
             Ok(outcome) => {
+                parts.name()?;
                 text += &sentence(&name, &outcome);
+                is_all_used &= outcome.centroids > 0;
                 tracked.push(json!({ "log": log, "out": out, "frames": outcome }));
             }
             Err(error @ (TrackError::Setup(_) | TrackError::NoTopic)) => {
@@ -62,26 +81,72 @@ pub fn run(args: &TrackArgs) -> Result<Output, Error> {
             }
             Err(error @ TrackError::Write(_)) => return Err(Error::failed(error)),
             Err(error) => {
-                // What was begun is of no use.
-                drop(fs::remove_file(&out));
                 text += &format!("{name} is left out: failed to {error}\n");
                 left_out.push(json!({ "log": log, "why": error.to_string() }));
             }
         }
     }
     if tracked.is_empty() {
-        return Err(Error::input(text.trim_end().to_owned()));
+        return Err(Error::input(format!("track any log: {}", text.trim_end())));
     }
     let mut output = Output::done(json!({ "tracked": tracked, "left_out": left_out }), text);
-    if !left_out.is_empty() {
+    if !left_out.is_empty() || !is_all_used {
         output.outcome = Outcome::Rejected;
     }
     Ok(output)
 }
 
+/// Whether two paths are one file.
+fn is_same(a: &Path, b: &Path) -> bool {
+    let real = |path| fs::canonicalize(path).ok();
+    real(a).is_some_and(|a| real(b) == Some(a))
+}
+
+/// Files that are written under another name until they are whole: nothing that was there is lost to an interruption.
+struct Parts<'a>(Vec<(PathBuf, &'a Path)>);
+
+impl<'a> Parts<'a> {
+    fn of(paths: impl IntoIterator<Item = &'a Path>) -> Self {
+        let part = |path: &'a Path| {
+            let mut name = path.as_os_str().to_owned();
+            name.push(".part");
+            (PathBuf::from(name), path)
+        };
+        Self(paths.into_iter().map(part).collect())
+    }
+
+    /// Where the file of this place is written.
+    fn at(&self, index: usize) -> Option<&Path> {
+        self.0.get(index).map(|(part, _)| part.as_path())
+    }
+
+    /// Gives them their names.
+    fn name(&self) -> Result<(), Error> {
+        self.0
+            .iter()
+            .try_for_each(|(part, path)| Ok(durable::rename(part, path)?))
+    }
+
+    /// Removes what was begun: it is of no use.
+    fn remove(&self) {
+        for (part, _) in &self.0 {
+            drop(fs::remove_file(part));
+        }
+    }
+}
+
 /// A log's frames in a line, and its notes below.
 fn sentence(name: &str, outcome: &TrackOutcome) -> String {
-    let notes = outcome.notes.iter();
-    let notes: String = notes.map(|note| format!("           {note}\n")).collect();
+    let mut notes = outcome.notes.clone();
+    if outcome.centroids == 0 {
+        notes.push(NO_CENTROID.into());
+    }
+    let notes: String = notes
+        .iter()
+        .map(|note| format!("           {note}\n"))
+        .collect();
     format!("{name}  {}\n{notes}", outcome.sentence())
 }
+
+/// What helps where no frame has a centroid.
+const NO_CENTROID: &str = "no frame is of use: look at one with `carom camera tune`, and at what the reasons mean in docs/camera.md";

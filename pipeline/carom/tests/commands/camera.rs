@@ -56,6 +56,37 @@ fn a_camera_is_calibrated_from_typed_points_or_refused() {
     assert!(why.contains("--size"), "{why}");
 }
 
+/// The command lines of a page's block that contain these words.
+fn commands(page: &str, words: &str) -> Vec<String> {
+    let lines = page.replace("\\\n", " ");
+    let of_page = lines.lines().filter(|line| line.starts_with(words));
+    of_page.map(str::to_owned).collect()
+}
+
+#[test]
+fn the_pages_examples_of_typed_points_are_good_calibrations() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let dir = folder.path().display();
+    let page = include_str!("../../docs/camera.md");
+    let (_, lens) = page.split_once("```toml\n[camera]\n").expect("a lens");
+    let (lens, _) = lens.split_once("```").expect("an end");
+    let rig = Rig::template();
+    write(&folder.path().join("rig.toml"), rig);
+    let with_lens = rig.replacen("[camera]\n", &format!("[camera]\n{lens}"), 1);
+    write(&folder.path().join("lens.toml"), &with_lens);
+
+    let examples = commands(page, "carom camera calibrate --rig");
+    assert_eq!(examples.len(), 2, "{examples:?}");
+    for (index, example) in examples.iter().enumerate() {
+        let line = example
+            .replacen("carom ", "", 1)
+            .replace("--rig ", &format!("--rig {dir}/"))
+            .replace("--out ", &format!("--out {dir}/{index}_"));
+        let said = done(&line);
+        assert!(said["reprojection_error"].as_f64() < Some(0.5), "{said}");
+    }
+}
+
 #[test]
 fn a_colour_is_proposed_from_an_image_and_shown() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -85,6 +116,8 @@ fn a_colour_is_proposed_from_an_image_and_shown() {
     // The blue that was painted has 229 degrees.
     assert!(hue(0) < 229.0 && hue(1) > 229.0, "{said}");
     assert!(folder.path().join("found.png").is_file());
+    let (_, why) = refusal(&format!("camera tune {dir}/a.png --out {dir}/a.png"));
+    assert!(why.contains("over the image"), "{why}");
     let (outcome, why) = refusal(&format!(
         "camera tune {dir}/a.png --pixel 5,5 --out {dir}/b.png"
     ));

@@ -33,6 +33,33 @@ fn a_run_starts_from_images_tracks_them_once_and_is_rebuilt_from_them() {
     assert_eq!(kept(), once, "tracked once");
     done(&format!("rebuild v0001 --artifacts {dir}/run"));
 
+    // A view is written beside what is read and written, never over it.
+    let log = folder.path().join("rig/logs/session_000.mcap");
+    let before = std::fs::read(&log).expect("the log");
+    let line = format!(
+        "track {} --rig {dir}/rig/rig.toml --out {dir}/again",
+        log.display()
+    );
+    let link = folder.path().join("again/session_000.mcap");
+    std::fs::create_dir(folder.path().join("again")).expect("a folder");
+    std::fs::hard_link(&log, &link).expect("a link");
+    for view in [log.clone(), link.clone()] {
+        let (outcome, why) = refusal(&format!("{line} --view {}", view.display()));
+        assert_eq!(outcome, Outcome::BadInput);
+        assert!(why.contains("another file with --view"), "{why}");
+    }
+    done(&format!("{line} --view {dir}/view.mcap"));
+    assert_eq!(std::fs::read(&log).expect("the log"), before);
+    let tracked = folder.path().join("tracked/session_000.mcap");
+    assert_eq!(
+        std::fs::read(&link).expect("tracked"),
+        std::fs::read(tracked).expect("tracked")
+    );
+    let left: Vec<_> = std::fs::read_dir(folder.path().join("again"))
+        .expect("a folder")
+        .collect();
+    assert_eq!(left.len(), 1, "{left:?}");
+
     // The colour is found in the log itself.
     let tuned = done(&format!(
         "camera tune {dir}/rig/logs/session_000.mcap --rig {dir}/rig/rig.toml --out {dir}/found.png"
@@ -44,6 +71,12 @@ fn a_run_starts_from_images_tracks_them_once_and_is_rebuilt_from_them() {
     let blue = rig.replace("hue = [340.0, 20.0]", "hue = [200.0, 240.0]");
     assert_ne!(rig, blue);
     write(&folder.path().join("blue.toml"), &blue);
+    let unseen = carom(&format!(
+        "track {dir}/rig/logs --rig {dir}/blue.toml --out {dir}/unseen"
+    ));
+    let unseen = unseen.expect("tracked");
+    assert_eq!(unseen.outcome, Outcome::Rejected, "{}", unseen.text);
+    assert!(unseen.text.contains("camera tune"), "{}", unseen.text);
     let (outcome, why) = refusal(&format!(
         "run {dir}/rig/logs --rig {dir}/blue.toml --out {dir}/run"
     ));

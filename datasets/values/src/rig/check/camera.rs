@@ -150,6 +150,9 @@ mod tests {
         for (camera, object, said) in [
             ("matrix = [0, 900, 1, 1]\n", "", "camera.matrix"),
             ("position = [0, 0, -1]\n", "", "from above"),
+            ("position = [0, 0, 1, 0]\n", "", "3 numbers"),
+            ("distortion = [0, 0, 0, 0, 0, 0.1, 0, 0]\n", "", "5 numbers"),
+            ("distortion = [0, 0, 0, 0]\n", "", "5 numbers"),
             ("orientation = [0, 0, 0, 2]\n", "", "length 1"),
             ("exposure = 5\n", "", "camera.exposure"),
             ("readout = nan\n", "", "finite"),

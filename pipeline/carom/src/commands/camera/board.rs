@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use track::{Board, Dictionary, FEWEST_CORNERS, LensFit, SeenBoard, SeenPoint};
+use values::Rig;
 
 use super::files::load_image;
 use super::typed::{places, size};
@@ -74,11 +75,11 @@ impl BoardArgs {
     }
 
     /// The lens, from the images; none where no image was named.
-    pub(super) fn lens(&self, board: &Board) -> Result<Option<LensFit>, Error> {
+    pub(super) fn lens(&self, board: &Board, rig: &Rig) -> Result<Option<LensFit>, Error> {
         let mut views = Vec::with_capacity(self.images.len());
         let mut first: Option<(&Path, [usize; 2])> = None;
         for path in &self.images {
-            let image = load_image(path)?;
+            let image = load_image(path, Some(rig))?;
             let size = [image.width, image.height];
             let (one, expected) = *first.get_or_insert((path, size));
             if size != expected {
@@ -102,7 +103,7 @@ impl BoardArgs {
     }
 
     /// What of the table is seen in the images of the board that lies on it; none where there is no such image.
-    pub(super) fn on_table(&self, board: &Board) -> Result<Vec<SeenPoint>, Error> {
+    pub(super) fn on_table(&self, board: &Board, rig: &Rig) -> Result<Vec<SeenPoint>, Error> {
         if self.table.len() != self.corners.len() {
             return Err(Error::input(format!(
                 "place the board on the table: {} times --table and {} times --corners; each image needs the places of its own",
@@ -113,7 +114,7 @@ impl BoardArgs {
         let width = board.square * board.columns as f64;
         let mut all = Vec::new();
         for (path, corners) in self.table.iter().zip(&self.corners) {
-            let seen: SeenBoard = board.find(&load_image(path)?);
+            let seen: SeenBoard = board.find(&load_image(path, Some(rig))?);
             let points = seen.on_table(*corners, width).map_err(Error::input)?;
             if points.len() < FEWEST_CORNERS {
                 return Err(Error::input(format!(

@@ -39,7 +39,7 @@ pub(super) fn calibrate(args: &CalibrateArgs) -> Result<Output, Error> {
     let mut rig = load_rig(&args.rig)?;
     let board = args.board.board()?;
     let lens = match &board {
-        Some(board) => args.board.lens(board)?,
+        Some(board) => args.board.lens(board, &rig)?,
         None => None,
     };
     if let Some(fit) = &lens {
@@ -47,7 +47,7 @@ pub(super) fn calibrate(args: &CalibrateArgs) -> Result<Output, Error> {
         rig.camera.distortion = Some(fit.lens.distortion);
     }
     let on_table = match &board {
-        Some(board) => args.board.on_table(board)?,
+        Some(board) => args.board.on_table(board, &rig)?,
         None => Vec::new(),
     };
     let pose = pose(args, &rig, &on_table)?;

@@ -4,16 +4,18 @@ use std::fs;
 use std::path::Path;
 
 use track::{Decoder, Image, ImageMessage, Payload, first_image};
+use values::Rig;
 
 use crate::Error;
 
-/// Reads a JPEG or PNG, or the first image of a log.
-pub(super) fn load_image(path: &Path) -> Result<Image, Error> {
+/// Reads a JPEG or PNG, or the first image of a log: of the rig file's topic, where it names one.
+pub(super) fn load_image(path: &Path, rig: Option<&Rig>) -> Result<Image, Error> {
     if path
         .extension()
         .is_some_and(|extension| extension == "mcap")
     {
-        return first_image(path).map_err(Error::input);
+        let topic = rig.and_then(|rig| rig.topics.image.as_ref());
+        return first_image(path, topic.map(|topic| topic.name.as_str())).map_err(Error::input);
     }
     let data = fs::read(path).map_err(|error| Error::unreadable(path, &error))?;
     let message = ImageMessage {

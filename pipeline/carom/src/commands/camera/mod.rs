@@ -19,8 +19,8 @@ pub enum CameraCommand {
     #[command(after_help = examples(&[
         "carom camera calibrate views/*.png --board 5x7 --square 0.04 --marker 0.028 --dictionary DICT_5X5_100 --rig rig.toml --out lens.toml",
         "carom camera calibrate views/*.png --board 5x7 --square 0.04 --marker 0.028 --dictionary DICT_5X5_100 --table lying.png --corners 0.72,0.10,0.72,-0.10 --rig rig.toml --out calibrated.toml",
-        "carom camera calibrate --rig lens.toml --point 0.20,-0.30,912,596 --point 0.20,0.40,121,604 --point 0.80,0.40,118,31 --point 0.80,-0.30,915,27",
-        "carom camera calibrate --rig rig.toml --size 1280x720 --point 0.2,-0.3,0.15,930,610 --point 0.2,0.4,0.15,110,618 --point 0.8,0.4,120,31 --point 0.8,-0.3,914,28 --out calibrated.toml",
+        "carom camera calibrate --rig lens.toml --point 0.20,-0.40,520,418 --point 0.20,0.40,119,418 --point 0.90,0.40,137,87 --point 0.90,-0.40,502,87 --point 0.55,0.00,319,244",
+        "carom camera calibrate --rig rig.toml --size 640x480 --point 0.20,-0.40,524,420 --point 0.20,0.40,115,420 --point 0.90,0.40,135,85 --point 0.90,-0.40,504,85 --point 0.30,-0.30,0.20,501,373 --point 0.30,0.30,0.20,138,373 --point 0.80,0.30,0.20,153,89 --point 0.80,-0.30,0.20,486,89 --out calibrated.toml",
     ]))]
     Calibrate(calibrate::CalibrateArgs),
     /// Propose the object's colour range from an image, and write a picture of what it finds.

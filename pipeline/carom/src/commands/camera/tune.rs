@@ -17,7 +17,7 @@ use crate::output::Output;
 /// `carom camera tune`.
 #[derive(Args, Debug)]
 pub struct TuneArgs {
-    /// An image of the object on the table: JPEG, PNG, or a log (.mcap), whose first image is taken.
+    /// An image of the object on the table: JPEG, PNG, or a log (.mcap), whose first image (on the rig file's topic) is taken.
     #[arg(value_name = "IMAGE")]
     pub image: PathBuf,
     /// A pixel of the object [default: the pixels whose colour differs most from the table's].
@@ -34,7 +34,12 @@ pub struct TuneArgs {
 /// Proposes the range, and draws it.
 pub(super) fn tune(args: &TuneArgs) -> Result<Output, Error> {
     let rig = args.rig.as_deref().map(load_rig).transpose()?;
-    let image = load_image(&args.image)?;
+    if fs::canonicalize(&args.out).is_ok_and(|out| fs::canonicalize(&args.image).ok() == Some(out))
+    {
+        let why = "write the picture over the image that is read; name another file with --out";
+        return Err(Error::input(why));
+    }
+    let image = load_image(&args.image, rig.as_ref())?;
     let tuned = Tuned::propose(&image, args.pixel).map_err(Error::input)?;
     let mut picture = image.clone();
     let pixels = picture.rgb.chunks_exact_mut(3).zip(&tuned.found);
