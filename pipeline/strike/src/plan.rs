@@ -68,10 +68,10 @@ pub struct Details {
     pub stop: Point,
     /// Acceleration of the ramps, in m/s².
     pub acceleration: f64,
-    /// Mean stop error of this model on the strikes held out when the artifact was made, in m; none where it was not
-    /// evaluated.
+    /// Distance between target and stop to expect, in m: of a residual, as commands that it did not learn from missed when the artifact was
+    /// made and, of a launch map, as sure as it is here; else the mean over strikes held out then. None where it was not evaluated.
     pub expected_miss: Option<f64>,
-    /// On how many strikes that mean stands: below [`FEW`] the miss is hardly known.
+    /// On how many strikes that stands: below [`FEW`] the miss is hardly known.
     pub expected_miss_strikes: Option<usize>,
 }
 

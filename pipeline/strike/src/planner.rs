@@ -206,7 +206,7 @@ impl Planner {
             d_speed: command.speed - simulated.speed,
             d_angle: command.angle - simulated.angle,
             expected_miss: self.expected_miss(from, path, command),
-            expected_miss_strikes: self.metrics.map(|metrics| metrics.n),
+            expected_miss_strikes: self.expected_miss_strikes(),
             ..Details::unaided(maker, (from, to), command, &stroke, &self.rig)
         };
         Ok(Plan::new(details, stroke, self.rig.clone(), self.good_for))
@@ -230,6 +230,15 @@ impl Planner {
                 .map(|command| (command, command)),
             Some(residual) => residual.commands(&self.simulator, from, to, &self.conditions),
         }
+    }
+
+    /// On how many strikes the expected miss stands: of a residual, those that it learnt from, each predicted by a model that learnt from
+    /// other commands; else those held out.
+    fn expected_miss_strikes(&self) -> Option<usize> {
+        let of_residual = self.residual.as_ref().zip(self.explained.as_ref());
+        of_residual
+            .map(|(_, explained)| explained.strikes)
+            .or(self.metrics.map(|metrics| metrics.n))
     }
 
     /// Expected distance (m) between stop and target: of a residual as its training's held-out commands missed, at this path's length

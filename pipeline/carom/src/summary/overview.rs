@@ -110,7 +110,13 @@ fn value(name: &str, parameter: &Parameter) -> String {
 fn next(diagnosis: &Diagnosis) -> String {
     let count = diagnosis.next_strikes.len();
     match (diagnosis.verdict, count) {
-        (Verdict::Consistent, _) => "next       nothing is missing: `strike` it\n".into(),
+        (Verdict::Consistent, _) => {
+            "next       no effect shows beyond scatter: `strike` it\n".into()
+        }
+        (Verdict::Named, 1..) if diagnosis.gap.after > diagnosis.gap.before => format!(
+            "next       on held-out strikes the effects bring stops no nearer; the {count} strikes in\n           \
+             {NEXT_STRIKES} would tell more\n"
+        ),
         (_, 1..) => {
             format!(
                 "next       the {count} strikes in {NEXT_STRIKES} would be the most informative\n"
@@ -143,6 +149,11 @@ mod tests {
         assert!(text.contains(&value("tilt_x", parameter)), "{text}");
         assert!(text.contains("diagnosis  named (p "), "{text}");
         assert!(text.contains("next       "), "{text}");
+
+        let mut worse = found.diagnosis;
+        worse.gap.after = 1.1 * worse.gap.before;
+        worse.next_strikes = vec![worse.next_strikes.first().cloned().expect("planned")];
+        assert!(next(&worse).contains("no nearer"), "{}", next(&worse));
     }
 
     #[test]

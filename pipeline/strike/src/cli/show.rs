@@ -133,13 +133,11 @@ fn expected(miss: Option<f64>, strikes: Option<usize>) -> String {
     };
     let miss = miss * 1e3;
     match strikes {
-        1 => format!(", expected miss hardly known ({miss:.1} mm on the only held-out strike)"),
+        1 => format!(", expected miss hardly known ({miss:.1} mm, by one strike)"),
         2..FEW => {
-            format!(
-                ", expected miss hardly known ({miss:.1} mm, mean of only {strikes} held-out strikes)"
-            )
+            format!(", expected miss hardly known ({miss:.1} mm, by only {strikes} strikes)")
         }
-        _ => format!(", expected miss {miss:.1} mm (mean of {strikes} held-out strikes)"),
+        _ => format!(", expected miss {miss:.1} mm (by {strikes} strikes)"),
     }
 }
 
@@ -178,10 +176,7 @@ mod tests {
     fn an_expected_miss_says_from_how_many_strikes_it_is() {
         let shown = |strikes: Option<usize>| expected(strikes.map(|_| 0.0046), strikes);
         assert_eq!(shown(None), "");
-        assert_eq!(
-            shown(Some(62)),
-            ", expected miss 4.6 mm (mean of 62 held-out strikes)"
-        );
+        assert_eq!(shown(Some(62)), ", expected miss 4.6 mm (by 62 strikes)");
         for few in [1, 2, FEW - 1] {
             assert!(shown(Some(few)).contains("hardly known"), "{few}");
         }

@@ -129,6 +129,12 @@ fn forged_weights_are_refused_by_what_the_residuals_training_explains() {
     for (displacement, is_planned) in [(0.4, true), (0.05, false)] {
         explained(&mut artifact, displacement);
         let answer = plan(&artifact);
+        if let Ok(plan) = &answer {
+            // What to expect is what its training missed by, on as many strikes.
+            let miss = plan.expected_miss.expect("told");
+            assert!((miss - 0.02 * to.distance(FROM)).abs() < 1e-12, "{miss}");
+            assert_eq!(plan.expected_miss_strikes, Some(80));
+        }
         assert_eq!(answer.is_ok(), is_planned, "{displacement}: {answer:?}");
         if let Err(refusal) = answer {
             let most = 1e3 * displacement * to.distance(FROM);
