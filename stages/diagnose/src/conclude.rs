@@ -14,7 +14,7 @@ use crate::{
     fitted_world::{fitted_world, scatter},
     gap,
     heldout::{self, Gains},
-    model::specification,
+    model::{FRICTION, RESTITUTION, specification},
     next::next_strikes,
     notes,
     remaining_gain::RemainingGain,
@@ -85,6 +85,8 @@ impl Case<'_, '_> {
         }
         let at_end = self.selection.fitted.model.world_at_end();
         notes.extend(at_end.map(|(name, value)| notes::world_at_end(name, value)));
+        let values = &self.selection.fitted.model.values;
+        notes.push(notes::camera_scale(values[FRICTION], values[RESTITUTION]));
         notes.extend(notes::few_judges(judged.gap.heldout_strikes));
         Ok(Diagnosed {
             residuals: gap::residuals(&strikes, &judged.before, &judged.after),

@@ -105,6 +105,21 @@ pub(crate) fn left_out(pushed_again: usize, pushed: usize) -> Vec<String> {
     notes
 }
 
+/// Share by which a camera's lengths may be too long, to say what that would do.
+const SCALE: f64 = 0.01;
+
+/// What tracks do not show: a camera whose lengths are all too long by a share shows the same slides under as much more friction, after
+/// launches that are as much faster.
+pub(crate) fn camera_scale(friction: f64, restitution: f64) -> String {
+    format!(
+        "tracks do not show the camera's scale: were its lengths {:.0} % too long, friction would be {:.4} in place of {friction:.4}, and \
+         restitution {:.3} in place of {restitution:.3}; measure a known length on the table",
+        100.0 * SCALE,
+        friction / (1.0 + SCALE),
+        (1.0 + restitution) / (1.0 + SCALE) - 1.0
+    )
+}
+
 /// Held-out strikes below which the gap's figures are coarse.
 const JUDGES: usize = 10;
 
@@ -115,4 +130,22 @@ pub(crate) fn few_judges(count: usize) -> Option<String> {
         count => format!("only {count} strikes judge"),
     };
     (count < JUDGES).then(|| format!("{judges} the gap: its figures are coarse"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_wrong_scale_is_read_as_friction_and_as_launch_speed() {
+        let told = camera_scale(0.303, 0.515);
+        assert!(
+            told.contains("friction would be 0.3000 in place of 0.3030"),
+            "{told}"
+        );
+        assert!(
+            told.contains("restitution 0.500 in place of 0.515"),
+            "{told}"
+        );
+    }
 }
