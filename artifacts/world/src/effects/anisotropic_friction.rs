@@ -46,7 +46,7 @@ pub const SPEC: EffectSpec = EffectSpec {
             low: 0.0,
             high: 1.0,
             neutral: 1.0,
-            scale: 0.3,
+            scale: 0.25,
         },
     ]),
     family: Family::FrictionByHeading,
