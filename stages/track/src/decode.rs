@@ -8,6 +8,7 @@ use zune_core::options::DecoderOptions;
 use zune_jpeg::JpegDecoder;
 
 use crate::image::{Image, checked_size};
+use crate::jpeg::check_scans;
 use crate::message::Payload;
 use crate::size::LARGEST_IMAGE;
 use crate::video::Video;
@@ -17,7 +18,7 @@ use crate::{ImageError, ImageMessage};
 #[derive(Debug, Default)]
 pub struct Decoder {
     image: Image,
-    /// The undecoded pixels of the last PNG.
+    /// The pixels of the last PNG before they are sorted, or the entropy-coded bytes of the last JPEG.
     scratch: Vec<u8>,
     video: Video,
 }
@@ -44,7 +45,7 @@ impl Decoder {
 
     fn compressed(&mut self, data: &[u8]) -> Result<(), ImageError> {
         if data.starts_with(&[0xff, 0xd8]) {
-            jpeg(&mut self.image, data)
+            jpeg(&mut self.image, &mut self.scratch, data)
         } else if data.starts_with(b"\x89PNG") {
             png(&mut self.image, &mut self.scratch, data)
         } else {
@@ -53,7 +54,7 @@ impl Decoder {
     }
 }
 
-fn jpeg(image: &mut Image, data: &[u8]) -> Result<(), ImageError> {
+fn jpeg(image: &mut Image, scratch: &mut Vec<u8>, data: &[u8]) -> Result<(), ImageError> {
     let wrong =
         |error: zune_jpeg::errors::DecodeErrors| ImageError::Compressed("JPEG", error.to_string());
     // Strict, so that a JPEG that is cut off is an error and no grey lower half.
@@ -66,6 +67,7 @@ fn jpeg(image: &mut Image, data: &[u8]) -> Result<(), ImageError> {
     let info = info.ok_or_else(|| ImageError::Compressed("JPEG", "it has no header".into()))?;
     image.resize(info.width.into(), info.height.into())?;
     image.grey = info.components == 1;
+    check_scans(data, scratch).map_err(|why| ImageError::Compressed("JPEG", why.into()))?;
     decoder.decode_into(&mut image.rgb).map_err(wrong)
 }
 

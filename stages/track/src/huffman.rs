@@ -1,0 +1,167 @@
+//! Huffman codes of a baseline JPEG: how many bits a symbol takes and how far it leads, for several short symbols at once.
+//!
+//! Source: ITU-T T.81, annex C and section F.2.2.
+
+/// Bits by which symbols are looked up; longer codes are rare.
+const LOOKED_UP: u32 = 11;
+/// Longest code in bits.
+const LONGEST: usize = 16;
+/// Coefficients of a block.
+pub(crate) const BLOCK: u32 = 64;
+/// Added to the coefficients passed where the end of a block is among the symbols: more than any block has.
+pub(crate) const END: u32 = 128;
+
+/// What the next bits hold: a number of symbols, the bits that they take with their values, and the coefficients that they pass.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Step {
+    /// Bits of the codes and of the values behind them; 0 where the bits are no code.
+    pub(crate) bits: u8,
+    /// Coefficients that are passed, with [`END`] where the block ends.
+    pub(crate) passed: u8,
+}
+
+impl Step {
+    /// The step of a symbol of coefficients with a code of so many bits; none where the format has no such symbol.
+    fn of(symbol: u8, length: u32) -> Option<Self> {
+        /// Zeros that a symbol without a value stands for.
+        const SIXTEEN_ZEROS: u8 = 0xf0;
+        let (zeros, size) = (symbol >> 4, symbol & 15);
+        let passed = match symbol {
+            0 => END as u8,
+            SIXTEEN_ZEROS => 16,
+            _ if size == 0 => return None,
+            _ => zeros + 1,
+        };
+        let bits = length as u8 + size;
+        Some(Self { bits, passed })
+    }
+}
+
+/// One table of codes.
+pub(crate) struct Codes {
+    /// Symbols in the order of their codes, and for each length the first code beyond it (left-aligned in 16 bits) and what is added to
+    /// a code to find its symbol.
+    symbols: Vec<u8>,
+    beyond: [u32; LONGEST + 1],
+    offset: [i32; LONGEST + 1],
+    /// For each `LOOKED_UP` bits: the first symbol, and as many as fit.
+    one: Vec<Step>,
+    many: Vec<Step>,
+}
+
+impl Codes {
+    /// The table of a DHT segment: how many codes each length has, and their symbols. `None` where these are no code.
+    pub(crate) fn new(counts: &[u8; LONGEST], symbols: &[u8]) -> Option<Self> {
+        let mut codes = Self {
+            symbols: symbols.to_vec(),
+            beyond: [0; LONGEST + 1],
+            offset: [0; LONGEST + 1],
+            one: Vec::new(),
+            many: Vec::new(),
+        };
+        let (mut code, mut index) = (0u32, 0usize);
+        for length in 1..=LONGEST {
+            code <<= 1;
+            codes.offset[length] = i32::try_from(index).ok()? - i32::try_from(code).ok()?;
+            let count = usize::from(counts[length - 1]);
+            (code, index) = (code + count as u32, index + count);
+            if code > 1 << length {
+                return None;
+            }
+            codes.beyond[length] = code << (LONGEST - length);
+        }
+        if index != symbols.len() {
+            return None;
+        }
+        codes.look_up(counts);
+        Some(codes)
+    }
+
+    /// The symbol that 16 bits begin with, and the length of its code.
+    pub(crate) fn symbol(&self, sixteen: u32) -> Option<(u8, u32)> {
+        let length = (1..=LONGEST).find(|length| sixteen < self.beyond[*length])?;
+        let code = (sixteen >> (LONGEST - length)) as i32;
+        let index = usize::try_from(code + self.offset[length]).ok()?;
+        Some((*self.symbols.get(index)?, length as u32))
+    }
+
+    /// Fills the tables of what is looked up.
+    fn look_up(&mut self, counts: &[u8; LONGEST]) {
+        let entries = 1usize << LOOKED_UP;
+        self.one.reserve(entries);
+        let mut symbols = self.symbols.iter();
+        for (length, count) in (1..=LOOKED_UP).zip(counts) {
+            for symbol in symbols.by_ref().take(usize::from(*count)) {
+                let step = Step::of(*symbol, length).unwrap_or_default();
+                let alike = 1 << (LOOKED_UP - length);
+                self.one.resize(self.one.len() + alike, step);
+            }
+        }
+        self.one.resize(entries, Step::default());
+        self.many = (0..entries).map(|bits| self.all_within(bits)).collect();
+    }
+
+    /// As many symbols of coefficients as are whole in the bits.
+    fn all_within(&self, bits: usize) -> Step {
+        let mut all = Step::default();
+        while u32::from(all.passed) < BLOCK {
+            let rest = (bits << all.bits) & (self.one.len() - 1);
+            let step = self.one[rest];
+            if step.bits == 0 || u32::from(all.bits + step.bits) > LOOKED_UP {
+                break;
+            }
+            all.bits += step.bits;
+            all.passed += step.passed;
+        }
+        all
+    }
+
+    /// As many symbols of coefficients as the next bits hold, looked up.
+    pub(crate) fn many(&self, bits: u64) -> Step {
+        self.many[(bits >> (u64::BITS - LOOKED_UP)) as usize]
+    }
+
+    /// The next symbol of coefficients.
+    pub(crate) fn one(&self, bits: u64) -> Option<Step> {
+        let step = self.one[(bits >> (u64::BITS - LOOKED_UP)) as usize];
+        if step.bits > 0 {
+            return Some(step);
+        }
+        let (symbol, length) = self.symbol((bits >> (u64::BITS - LONGEST as u32)) as u32)?;
+        Step::of(symbol, length)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Codes 0 (end of block), 10 (one zero passed, a value of 2 bits), 110 (sixteen zeros).
+    fn codes() -> Codes {
+        let mut counts = [0; LONGEST];
+        counts[..3].fill(1);
+        Codes::new(&counts, &[0x00, 0x12, 0xf0]).expect("a code")
+    }
+
+    #[test]
+    fn symbols_are_found_one_by_one_and_together() {
+        let codes = codes();
+        // 10 11 | 110 | 0 and more.
+        let bits = 0b1011_1100_1111_1111_u64 << 48;
+        let one = codes.one(bits).expect("a symbol");
+        assert_eq!((one.bits, one.passed), (4, 2));
+        let many = codes.many(bits);
+        assert_eq!((many.bits, u32::from(many.passed)), (8, 2 + 16 + END));
+        assert!(codes.one(u64::MAX).is_none(), "ones are no code");
+        assert_eq!(codes.many(u64::MAX).bits, 0);
+    }
+
+    #[test]
+    fn what_is_no_code_is_refused() {
+        let mut counts = [0; LONGEST];
+        counts[0] = 3;
+        assert!(Codes::new(&counts, &[0, 1, 2]).is_none(), "three of 1 bit");
+        counts[0] = 1;
+        assert!(Codes::new(&counts, &[0, 1]).is_none(), "a symbol too many");
+    }
+}
