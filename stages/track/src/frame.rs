@@ -5,13 +5,13 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 use logs::read::RawChannel;
 
 use crate::draw::drawn;
-use crate::{Decoder, ImageMessage, Observation, Payload, Reason, Tracker};
+use crate::{Decoder, ImageMessage, Observation, Reason, Tracker};
 
 /// One image message after tracking.
 pub(crate) struct TrackedFrame {
     /// Middle of the exposure of the object's rows, in ns.
     pub(crate) stamp: i64,
-    /// Hash of the pixels as they came; none where they could not be read.
+    /// Hash of the image's bytes as they came; none where they could not be read.
     pub(crate) hash: Option<u64>,
     /// Width and height, where it was decoded.
     pub(crate) size: Option<[usize; 2]>,
@@ -33,20 +33,14 @@ pub(crate) fn track_frame(
     let parsed = ImageMessage::parse(&channel.schema, &channel.encoding, data);
     let log_stamp = i64::try_from(log_time).unwrap_or(i64::MAX);
     let stamp = parsed.as_ref().map_or(log_stamp, |message| message.stamp);
-    let hash_of = |bytes: &[u8]| {
+    // Of a video as well: an encoder sends an image again in other bytes, and one of an object at rest may have the same pixels.
+    let hash = parsed.as_ref().ok().map(|message| {
         let mut hasher = DefaultHasher::new();
-        bytes.hash(&mut hasher);
+        message.payload.bytes().hash(&mut hasher);
         hasher.finish()
-    };
-    let payload = parsed.as_ref().ok().map(|message| message.payload);
-    let hash = payload.map(|payload| hash_of(payload.bytes()));
+    });
     match parsed.and_then(|message| decoder.decode(&message)) {
         Ok(image) => {
-            // A video shows an image again in other bytes.
-            let hash = match payload {
-                Some(Payload::Video(..)) => Some(hash_of(&image.rgb)),
-                _ => hash,
-            };
             let observation = tracker.observe(image);
             let middle = 0.5 * image.height as f64;
             let row = observation.pixel.map_or(middle, |[_, row]| row);

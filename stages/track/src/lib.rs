@@ -50,6 +50,7 @@ mod tracker;
 mod trust;
 mod tune;
 mod video;
+mod video_headers;
 mod view;
 mod wire;
 

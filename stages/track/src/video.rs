@@ -9,6 +9,7 @@ use rust_h264::nal::{NalUnit, NalUnitType, parse_annex_b, parse_sps_info};
 
 use crate::ImageError;
 use crate::image::{Image, checked_size};
+use crate::video_headers::{Numbering, SliceStart};
 
 /// Decodes the images of one video in their order.
 #[derive(Default)]
@@ -16,6 +17,11 @@ pub(crate) struct Video {
     decoder: Decoder,
     /// Whether all images since the last key frame were decoded.
     is_whole: bool,
+    /// Whether it has images that are shown in another order than they are sent.
+    is_reordered: bool,
+    /// How its reference images are numbered, and the number of the last one.
+    numbering: Option<Numbering>,
+    last: u32,
     /// Whether its colours are those of BT.709, else of BT.601.
     is_bt709: bool,
     /// Whether its samples go from 0 to 255, else from 16 to 235.
@@ -58,9 +64,7 @@ impl Video {
         if is_key {
             self.decoder = Decoder::new();
         } else if !self.is_whole {
-            return Err(wrong(
-                "it builds on an image before it that is not there or damaged",
-            ));
+            return Err(wrong(LOST));
         }
         // Until it is known to be whole.
         self.is_whole = false;
@@ -75,11 +79,47 @@ impl Video {
             }
             self.is_bt709 = info.matrix == BT_709;
             self.is_full = info.full_range;
+            self.is_reordered |= info.max_reorder_frames.is_some_and(|frames| frames > 0);
+            self.numbering = Numbering::of(&nal.rbsp);
         }
+        self.check_order(&nals)?;
         let frame = self.frame(&nals)?;
         let colours = Colours::new(self.is_bt709, self.is_full);
         pixels(&frame, &colours, image)?;
         self.is_whole = true;
+        Ok(())
+    }
+
+    /// That no image is shown before one that was sent earlier, and that none is missing before this one.
+    fn check_order(&mut self, nals: &[NalUnit<'_>]) -> Result<(), ImageError> {
+        let mut next = self.last;
+        for nal in nals {
+            let is_key = nal.nal_unit_type == NalUnitType::SliceIdr;
+            if !is_key && nal.nal_unit_type != NalUnitType::Slice {
+                continue;
+            }
+            let slice = SliceStart::of(&nal.rbsp, self.numbering);
+            let slice = slice.ok_or_else(|| wrong("the header of a slice is damaged"))?;
+            self.is_reordered |= slice.is_bidirectional;
+            let Some((numbering, number)) = self.numbering.zip(slice.number) else {
+                continue;
+            };
+            let expected = if is_key {
+                0
+            } else {
+                numbering.after(self.last)
+            };
+            if number != expected {
+                return Err(wrong(LOST));
+            }
+            if nal.nal_ref_idc > 0 {
+                next = number;
+            }
+        }
+        self.last = next;
+        if self.is_reordered {
+            return Err(wrong(REORDERED));
+        }
         Ok(())
     }
 
@@ -97,6 +137,10 @@ impl Video {
         decoded.unwrap_or_else(|_| Err(wrong("its decoder gave up")))
     }
 }
+
+const LOST: &str = "it builds on an image before it that is not there or damaged";
+const REORDERED: &str =
+    "the video has B-frames; encode without them (x264: --bframes 0 or --tune zerolatency)";
 
 fn wrong(why: impl std::fmt::Display) -> ImageError {
     ImageError::Compressed("H.264", why.to_string())

@@ -78,6 +78,69 @@ fn what_builds_on_an_image_that_is_not_there_is_not_given() {
 }
 
 #[test]
+fn an_image_that_was_dropped_is_noticed() {
+    let images = images();
+    let mut decoder = Decoder::default();
+    assert!(decode(&mut decoder, images[0]).is_ok());
+    assert!(decode(&mut decoder, images[1]).is_ok());
+    for data in [images[3], images[2]] {
+        let decoded = decode(&mut decoder, data).map(|image| image.width);
+        let error = decoded.expect_err("one is missing").to_string();
+        assert!(error.contains("before it"), "{error}");
+    }
+    assert!(decode(&mut decoder, images[4]).is_ok(), "a key frame");
+    // Where the key frame itself is dropped.
+    assert!(decode(&mut decoder, images[5]).is_ok());
+    assert!(decode(&mut decoder, images[6]).is_ok());
+    assert!(decode(&mut decoder, images[1]).is_err());
+}
+
+#[test]
+fn a_video_with_b_frames_is_refused() {
+    /// Of a slice of an image that builds on others, and the bit of its header that tells P from B.
+    const SLICE: &[u8] = &[0, 0, 1, 0x41];
+    const KIND: u8 = 0b100;
+    let images = images();
+    let mut decoder = Decoder::default();
+    assert!(decode(&mut decoder, images[0]).is_ok());
+    let mut data = images[1].to_vec();
+    let slice = data.windows(4).position(|bytes| bytes == SLICE).unwrap();
+    data[slice + 4] ^= KIND;
+    for data in [&data[..], images[4]] {
+        let decoded = decode(&mut decoder, data).map(|image| image.width);
+        let error = decoded.expect_err("B-frames").to_string();
+        assert!(
+            error.contains("B-frames") && error.contains("zerolatency"),
+            "{error}"
+        );
+    }
+}
+
+#[test]
+fn an_object_at_rest_may_have_the_same_pixels_in_a_video() {
+    /// A delimiter that says that any kind of slice follows: the same pixels in other bytes.
+    const OTHER: &[u8] = &[0, 0, 0, 1, 9, 0xf0];
+    let folder = tempfile::tempdir().unwrap();
+    let (log, out) = (
+        folder.path().join("in.mcap"),
+        folder.path().join("out.mcap"),
+    );
+    let images = images();
+    let again = [OTHER, &images[0][OTHER.len()..]].concat();
+    let track = |shown: &[&[u8]]| {
+        let shown = (1u8..).zip(shown);
+        let messages: Vec<_> = shown.map(|(k, data)| message(k, data)).collect();
+        write(&log, "foxglove.CompressedVideo", "protobuf", &messages);
+        track_log(&log, &camera(), &out, None).unwrap()
+    };
+    // The object is elsewhere in the third.
+    let outcome = track(&[images[0], &again, images[4]]);
+    assert_eq!(outcome.centroids, 3, "{outcome:?}");
+    let outcome = track(&[images[0], images[0], images[4]]);
+    assert_eq!(outcome.reasons[&Reason::Repeated], 1, "{outcome:?}");
+}
+
+#[test]
 fn changed_bytes_are_errors_or_images_and_never_a_panic() {
     let images = images();
     let mut seed = 1u64;
