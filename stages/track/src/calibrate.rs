@@ -125,6 +125,10 @@ impl Calibration {
                 worst,
             });
         }
+        // A mirrored table is seen as well, from below.
+        if camera.position[2] <= 0.0 {
+            return Err(CalibrationError::Mirrored);
+        }
         let unsure = unknowns
             .unsure(&fit, error.max(least_error), workspace)
             .ok_or(CalibrationError::Undetermined)?;
@@ -331,6 +335,23 @@ mod tests {
         let found =
             Calibration::from_points(&seen(&camera, &places), size, WORKSPACE).expect("found");
         assert!((found.lens.matrix[0] - 900.0).abs() < 20.0, "{found:?}");
+    }
+
+    #[test]
+    fn mirrored_points_are_refused() {
+        let camera = camera(0.3);
+        let known = KnownLens::Lens(camera.lens);
+        for from_right in [false, true] {
+            let mut points = seen(&camera, &CORNERS);
+            for point in &mut points {
+                match from_right {
+                    true => point.pixel[0] = 1279.0 - point.pixel[0],
+                    false => point.at[1] = -point.at[1],
+                }
+            }
+            let found = Calibration::from_points(&points, known, WORKSPACE);
+            assert_eq!(found, Err(CalibrationError::Mirrored));
+        }
     }
 
     #[test]

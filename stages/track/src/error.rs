@@ -107,6 +107,12 @@ pub enum CalibrationError {
         /// How far it is off, in px.
         worst: f64,
     },
+    /// Only a camera below the table sees the points so.
+    #[error(
+        "calibrate: these points are mirrored, for only a camera below the table sees them so: is y to the robot's left? are pixels \
+         u, v counted from the upper left?"
+    )]
+    Mirrored,
     /// The object's place would not be known.
     #[error(
         "calibrate: somewhere on the table the object's place would be known to {unsure:.1} mm only (standard error; {most} mm are let pass): \
