@@ -77,8 +77,8 @@ fn is_beside(topic: &str, images: &str) -> bool {
 }
 
 /// A camera message as it was decoded, before it is checked.
-#[derive(Default)]
-struct CameraMessage {
+#[derive(Debug, Default)]
+pub(crate) struct CameraMessage {
     size: [u32; 2],
     model: String,
     distortion: Vec<f64>,
@@ -86,17 +86,7 @@ struct CameraMessage {
 }
 
 fn parse(message: &RawMessage<'_>) -> Result<CameraInfo, String> {
-    let wire = match message.channel.encoding.as_str() {
-        "cdr" => Wire::cdr(message.data).and_then(ros),
-        "ros1" => Wire::ros1(message.data).and_then(ros),
-        "protobuf" => foxglove(message.data),
-        other => {
-            return Err(format!(
-                "its encoding is `{other}`; cdr, ros1 and protobuf are read"
-            ));
-        }
-    };
-    wire.map_err(|error| error.to_string())?.checked()
+    CameraMessage::of(message)?.checked()
 }
 
 /// Coefficients of a distortion at the most: what no model exceeds.
@@ -155,16 +145,91 @@ fn foxglove(data: &[u8]) -> Result<CameraMessage, ImageError> {
 }
 
 impl CameraMessage {
-    /// The lens, where its model is plumb_bob, or another whose further coefficients are zero.
-    fn checked(self) -> Result<CameraInfo, String> {
+    fn of(message: &RawMessage<'_>) -> Result<Self, String> {
+        let wire = match message.channel.encoding.as_str() {
+            "cdr" => Wire::cdr(message.data).and_then(ros),
+            "ros1" => Wire::ros1(message.data).and_then(ros),
+            "protobuf" => foxglove(message.data),
+            other => {
+                return Err(format!(
+                    "its encoding is `{other}`; cdr, ros1 and protobuf are read"
+                ));
+            }
+        };
+        wire.map_err(|error| error.to_string())
+    }
+
+    /// A message of a topic beside an image topic, where it is one of a camera that was calibrated.
+    pub(crate) fn beside(message: &RawMessage<'_>, images: &str) -> Option<Self> {
+        let channel = message.channel;
+        let is_its = is_info(&channel.schema) && is_beside(&channel.topic, images);
+        if !is_its {
+            return None;
+        }
+        let found = Self::of(message).ok()?;
+        let is_calibrated = found.matrix.first().is_some_and(|focal| *focal > 0.0);
+        is_calibrated.then_some(found)
+    }
+
+    /// Where it contradicts the lens in use and the size of the images.
+    pub(crate) fn contradictions(&self, lens: &Lens, size: Option<[usize; 2]>) -> Vec<String> {
+        /// Of a focal length, and of the image's width for the principal point: more than calibrations of one camera differ by.
+        const MOST: f64 = 0.01;
+        let mut found = Vec::new();
+        let mut add = |what: String| {
+            found.push(format!(
+                "the log's CameraInfo contradicts the rig file: {what}; the rig file's lens is used, check [camera]"
+            ));
+        };
+        if !self.is_plumb_bob() {
+            let count = self.distortion.len();
+            add(format!(
+                "its distortion model is `{}` with {count} coefficients",
+                self.model
+            ));
+        }
+        if let [fx, _, cx, _, fy, cy, ..] = self.matrix[..] {
+            let width = f64::from(self.size[0].max(1));
+            let [own_fx, own_fy, own_cx, own_cy] = lens.matrix;
+            let is_other = [
+                (fx, own_fx, own_fx),
+                (fy, own_fy, own_fy),
+                (cx, own_cx, width),
+                (cy, own_cy, width),
+            ]
+            .into_iter()
+            .any(|(theirs, ours, scale)| (theirs - ours).abs() > MOST * scale);
+            if is_other {
+                let [a, b, c, d] = lens.matrix;
+                add(format!(
+                    "its matrix is {fx:.1}, {fy:.1}, {cx:.1}, {cy:.1} (fx, fy, cx, cy in px), the rig file's {a:.1}, {b:.1}, {c:.1}, {d:.1}"
+                ));
+            }
+        }
+        let theirs = self.size.map(|pixels| pixels as usize);
+        if let Some(size) = size.filter(|size| *size != theirs) {
+            add(format!(
+                "it holds for {} × {} pixels, the images have {} × {}",
+                theirs[0], theirs[1], size[0], size[1]
+            ));
+        }
+        found
+    }
+
+    /// Whether its model is plumb_bob, or another whose further coefficients are zero.
+    fn is_plumb_bob(&self) -> bool {
         let is_zero = |number: &f64| *number == 0.0;
-        let plumb_bob = match self.model.as_str() {
+        match self.model.as_str() {
             "plumb_bob" => self.distortion.len() <= 5,
             "" => self.distortion.iter().all(is_zero),
             "rational_polynomial" => self.distortion.iter().skip(5).all(is_zero),
             _ => false,
-        };
-        if !plumb_bob {
+        }
+    }
+
+    /// The lens, where its model is read.
+    fn checked(self) -> Result<CameraInfo, String> {
+        if !self.is_plumb_bob() {
             return Err(format!(
                 "its distortion model is `{}` with {} coefficients; plumb_bob is read: log rectified images, or write the lens into \
                  the rig file under [camera]",

@@ -11,7 +11,7 @@ use logs::{Limits, LogError};
 use rayon::prelude::*;
 use values::{ImageTopic, Rig};
 
-use crate::camera_info::CameraInfo;
+use crate::camera_info::{CameraInfo, CameraMessage};
 use crate::frame::{TrackedFrame, track_frame};
 use crate::message::is_video;
 use crate::report::QUALITY_SCHEMA;
@@ -58,7 +58,11 @@ pub fn track_log(
     let tracker = Tracker::new(&rig)?;
     let writer = CopyWriter::create(out)?;
     let mut tracking = Tracking::new(&tracker, &rig, topic, writer)?;
-    tracking.size = info.map(|info| info.size);
+    let of_rig = rig
+        .camera
+        .size
+        .map(|size| size.map(|pixels| pixels as usize));
+    tracking.size = info.map_or(of_rig, |info| Some(info.size));
     tracking.view = view.map(View::create).transpose()?;
     let summary = read_raw(log, Limits::default(), &mut |message| {
         tracking.take(&message)
@@ -121,6 +125,8 @@ struct Tracking<'a> {
     why: Option<String>,
     /// Width and height that all images have: the camera's matrix holds for no other.
     size: Option<[usize; 2]>,
+    /// What the log says of the camera.
+    info: Option<CameraMessage>,
     view: Option<View>,
 }
 
@@ -147,6 +153,7 @@ impl<'a> Tracking<'a> {
             outcome: TrackOutcome::default(),
             why: None,
             size: None,
+            info: None,
             view: None,
         })
     }
@@ -155,6 +162,9 @@ impl<'a> Tracking<'a> {
         let channel = message.channel;
         if channel.topic == self.centroid || channel.topic == QUALITY_TOPIC {
             return Ok(());
+        }
+        if self.info.is_none() {
+            self.info = CameraMessage::beside(message, &self.topic.name);
         }
         let parts = (channel.clone(), message.log_time, message.data.to_vec());
         self.bytes += message.data.len();
@@ -312,6 +322,10 @@ impl<'a> Tracking<'a> {
             view.finish()?;
         }
         let mut outcome = self.outcome;
+        if let Some(info) = &self.info {
+            let lens = &self.tracker.camera().lens;
+            outcome.notes.extend(info.contradictions(lens, self.size));
+        }
         outcome.notes.extend(self.why);
         Ok(outcome)
     }

@@ -74,6 +74,58 @@ fn a_lens_is_taken_from_the_logs_camera_info_where_the_rig_file_has_none() {
 }
 
 #[test]
+fn a_camera_info_that_contradicts_the_rig_file_is_told() {
+    let (rig, dir) = (small(), tempfile::tempdir().unwrap());
+    let (log, out) = (dir.path().join("in.mcap"), dir.path().join("out.mcap"));
+    let [fx, fy, cx, cy] = Optics::of(&rig, [320, 240]).unwrap().matrix;
+    let frames: Vec<_> = (1u32..)
+        .zip(pictures(&rig, 2))
+        .map(|(k, (_, picture))| compressed(&picture.png().unwrap(), k))
+        .collect();
+    let images = ("sensor_msgs/msg/CompressedImage", "cdr");
+    let notes = |data: &[u8]| {
+        let first = ("/camera/camera_info", "sensor_msgs/msg/CameraInfo", data);
+        write_with(&log, images, &frames, Some(first));
+        let outcome = track_log(&log, &rig, &out, None).unwrap();
+        assert_eq!(outcome.centroids, 2, "{outcome:?}");
+        outcome.notes.join("\n")
+    };
+    let size = [320, 240];
+    let near = [1.005 * fx, fy, cx + 1.0, cy];
+    assert_eq!(notes(&info("plumb_bob", &[0.0; 5], near, size)), "");
+    assert_eq!(notes(&info("", &[], [0.0; 4], size)), "", "not calibrated");
+    let far = [1.02 * fx, 1.02 * fy, cx, cy];
+    let said = notes(&info("plumb_bob", &[0.0; 5], far, size));
+    assert!(
+        said.contains("contradicts") && said.contains("matrix"),
+        "{said}"
+    );
+    let said = notes(&info("equidistant", &[0.1; 4], near, size));
+    assert!(said.contains("equidistant"), "{said}");
+    let said = notes(&info("plumb_bob", &[0.0; 5], near, [640, 480]));
+    assert!(said.contains("640 × 480"), "{said}");
+}
+
+#[test]
+fn images_of_another_size_than_the_rig_files_are_refused() {
+    let (mut rig, dir) = (small(), tempfile::tempdir().unwrap());
+    let (log, out) = (dir.path().join("in.mcap"), dir.path().join("out.mcap"));
+    let frames: Vec<_> = (1u32..)
+        .zip(pictures(&rig, 2))
+        .map(|(k, (_, picture))| compressed(&picture.png().unwrap(), k))
+        .collect();
+    write(&log, "sensor_msgs/msg/CompressedImage", "cdr", &frames);
+    rig.camera.size = Some([320, 240]);
+    assert_eq!(track_log(&log, &rig, &out, None).unwrap().centroids, 2);
+    rig.camera.size = Some([640, 480]);
+    let said = track_log(&log, &rig, &out, None).unwrap_err().to_string();
+    assert!(
+        said.contains("320 × 240") && said.contains("640 × 480"),
+        "{said}"
+    );
+}
+
+#[test]
 fn an_image_of_another_size_and_video_of_another_format_are_not_looked_at() {
     let (rig, dir) = (small(), tempfile::tempdir().unwrap());
     let (log, out) = (dir.path().join("in.mcap"), dir.path().join("out.mcap"));

@@ -47,6 +47,7 @@ impl Rig {
                 noise: 0.0007,
                 centre: Point::new(0.45, 0.0),
                 matrix: None,
+                size: None,
                 distortion: None,
                 position: None,
                 orientation: None,

@@ -75,8 +75,9 @@ const KEYS: &[(&str, Option<&str>)] = &[
 ];
 
 /// Those that are needed where images are read.
-const IMAGE_KEYS: [(&str, Option<&str>); 14] = [
+const IMAGE_KEYS: [(&str, Option<&str>); 15] = [
     ("camera.matrix", None),
+    ("camera.size", None),
     ("camera.distortion", None),
     ("camera.position", None),
     ("camera.orientation", None),

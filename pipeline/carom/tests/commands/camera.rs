@@ -84,6 +84,7 @@ fn the_pages_examples_of_typed_points_are_good_calibrations() {
             .replace("--out ", &format!("--out {dir}/{index}_"));
         let said = done(&line);
         assert!(said["reprojection_error"].as_f64() < Some(0.5), "{said}");
+        assert_eq!(said["size"], serde_json::json!([640, 480]), "{example}");
     }
 }
 

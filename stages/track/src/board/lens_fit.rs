@@ -17,6 +17,8 @@ use crate::{BoardError, CameraModel, Lens};
 pub struct LensFit {
     /// The lens.
     pub lens: Lens,
+    /// Width and height in px of the images that it holds for.
+    pub size: [usize; 2],
     /// Reprojection error in px: rms of a coordinate, for the unknowns that were fitted.
     pub error: f64,
     /// Rms of each view that was used, in px; none of one that shows too little.
@@ -91,6 +93,7 @@ impl LensFit {
         }
         Ok(Self {
             lens: unknowns.lens(&fit.at),
+            size,
             error,
             views,
             corners: fit.left.len() / 2,

@@ -37,6 +37,9 @@ pub(super) fn check_camera(camera: &Camera) -> Result<(), RigError> {
             within("camera.matrix", centre, -LARGEST_PIXEL, LARGEST_PIXEL, "px")?;
         }
     }
+    for pixels in camera.size.into_iter().flatten() {
+        within("camera.size", pixels.into(), 1.0, LARGEST_PIXEL, "px")?;
+    }
     for coefficient in camera.distortion.unwrap_or_default() {
         let most = LARGEST_DISTORTION;
         within("camera.distortion", coefficient, -most, most, "")?;
@@ -149,6 +152,7 @@ mod tests {
     fn values_that_make_no_sense_are_refused() {
         for (camera, object, said) in [
             ("matrix = [0, 900, 1, 1]\n", "", "camera.matrix"),
+            ("size = [0, 720]\n", "", "camera.size"),
             ("position = [0, 0, -1]\n", "", "from above"),
             ("position = [0, 0, 1, 0]\n", "", "3 numbers"),
             ("distortion = [0, 0, 0, 0, 0, 0.1, 0, 0]\n", "", "5 numbers"),

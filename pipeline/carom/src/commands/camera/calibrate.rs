@@ -45,6 +45,7 @@ pub(super) fn calibrate(args: &CalibrateArgs) -> Result<Output, Error> {
     if let Some(fit) = &lens {
         rig.camera.matrix = Some(fit.lens.matrix);
         rig.camera.distortion = Some(fit.lens.distortion);
+        rig.camera.size = Some(fit.size.map(|pixels| pixels as u32));
     }
     let on_table = match &board {
         Some(board) => args.board.on_table(board, &rig)?,
@@ -52,6 +53,9 @@ pub(super) fn calibrate(args: &CalibrateArgs) -> Result<Output, Error> {
     };
     let pose = pose(args, &rig, &on_table)?;
     if let Some(pose) = &pose {
+        if let (None, Some(size)) = (rig.camera.matrix, args.size) {
+            rig.camera.size = Some(size.map(|pixels| pixels as u32));
+        }
         rig.camera.matrix = Some(pose.lens.matrix);
         rig.camera.position = Some(pose.position);
         rig.camera.orientation = Some(pose.orientation);
@@ -116,6 +120,9 @@ fn said(
     };
     let camera = &rig.camera;
     text += &line("matrix", camera.matrix.as_ref().map(|all| &all[..]), 2);
+    if let Some([width, height]) = camera.size {
+        text += &format!("size = [{width}, {height}]\n");
+    }
     if lens.is_some() {
         let distortion = camera.distortion.as_ref();
         text += &line("distortion", distortion.map(|all| &all[..]), 6);
@@ -164,7 +171,7 @@ fn said(
         text += &format!("rig file   {}\n", path.display());
     }
     let json = json!({
-        "matrix": camera.matrix, "distortion": camera.distortion.unwrap_or_default(),
+        "matrix": camera.matrix, "size": camera.size, "distortion": camera.distortion.unwrap_or_default(),
         "position": pose.map(|pose| pose.position), "orientation": pose.map(|pose| pose.orientation),
         "points": pose.map(|pose| pose.points), "reprojection_error": pose.map(|pose| pose.error),
         "worst": pose.map(|pose| pose.worst), "place_error": pose.map(|pose| pose.unsure),
