@@ -51,7 +51,9 @@ has, or none; a rig file whose sizes may be 10 % wrong; in a tenth of the sets a
 three of ten sets a box; 40, 60, 90, 120 or 160 strikes in one to four sessions; random friction and restitution. Half of the sets hide nothing. \
 The noise floor is what repeats of a command scatter by at rest (launch, friction, camera). A phenomenon's magnitude is the root mean square shift \
 of the stops that is left when friction and one factor of launch are fitted to it, in units of the floor. What is hidden, and how, was written from \
-physics alone, without a look into the diagnosis or its effects. The table that grades stands at the end.";
+physics alone, without a look into the diagnosis or its effects. The reverse no longer holds for three forms: after sets of earlier pages had been \
+looked at, `table_bowl` was given unequal curvatures (as `trough` has), `camera_lean` its foreshortening, and `anisotropic_friction` a flow rule that \
+need not be the associated one (as `cosine_grain` has). The table that grades stands at the end.";
 
 /// False alarms by kind of noise, and by what else differs.
 fn alarms(text: &mut String, made: &[&HardOutcome]) {
