@@ -7,6 +7,7 @@
 //! Source: ITU-T T.81, annexes B and F.
 
 use crate::huffman::{BLOCK, Codes, END};
+use crate::standard_codes::STANDARD_CODES;
 
 /// Markers' second bytes.
 mod marker {
@@ -96,7 +97,12 @@ pub(crate) fn check_scans(data: &[u8], bytes: &mut Vec<u8>) -> Result<(), Damage
                 let [high, low] = *segment.first_chunk::<2>().ok_or(HEADER)?;
                 header.restarts = usize::from(u16::from_be_bytes([high, low]));
             }
-            marker::SCAN => at = header.scan(segment, data, at, bytes)?,
+            marker::SCAN => {
+                if header.codes.iter().flatten().all(Option::is_none) {
+                    header.codes(STANDARD_CODES).ok_or(HEADER)?;
+                }
+                at = header.scan(segment, data, at, bytes)?;
+            }
             // Progressive, or a kind that the decoder refuses.
             kind if marker::OTHER_FRAMES.contains(&kind) => return Ok(()),
             _ => {}
