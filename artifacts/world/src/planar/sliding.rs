@@ -19,6 +19,8 @@ const LAST: f64 = 0.008;
 pub(super) const ABREAST: usize = 8;
 /// No slide lasts longer, in s.
 const ENDLESS: f64 = 20.0;
+/// No table is larger, in m from the robot's base: what slides farther runs away, ever faster down a dome, and does not rest.
+const FARTHEST: f64 = 10.0;
 
 /// An object on its way.
 pub(super) struct Sliding<'s> {
@@ -109,7 +111,7 @@ impl<'s> Sliding<'s> {
         };
         if left <= LAST {
             self.rest(left);
-        } else if self.t > ENDLESS || !speed.is_finite() {
+        } else if self.t > ENDLESS || position.norm() > FARTHEST || !speed.is_finite() {
             self.phase = Phase::Endless;
         } else {
             let stretch = self.forces.stretch(position);

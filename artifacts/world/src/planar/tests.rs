@@ -147,6 +147,23 @@ fn its_steps_follow_the_slide_and_several_at_once_are_each_as_alone() {
 }
 
 #[test]
+fn an_object_that_runs_away_down_a_saddle_is_not_followed_for_ever() {
+    let rig = Rig::demo(Shape::Cylinder);
+    let world = World::nominal(&rig).with("friction", 0.1);
+    // Steps are as short as the patch is small, and ever shorter in time as the object goes faster.
+    let saddle = [("curvature", -0.3), ("stretch", -0.5), ("center_x", 0.3)];
+    let patch = [("center_x", 0.5), ("change", 0.5), ("radius", 0.04)];
+    let effects = [("table_bowl", &saddle), ("friction_patch", &patch)]
+        .map(|(name, parameters)| effects::build(&added(name, parameters), &rig).expect("valid"));
+    let planar = Planar::new(&rig, &world, &effects).expect("known parameters");
+    let strikes = strikes(&rig);
+    let launch = launches(&rig, &world, &[strikes[5].command]).expect("a valid world");
+    let launch = launch[0].expect("leaves the tip");
+    let frames = planar.strike(&(&strikes[5]).into(), &launch, &Deviation::default());
+    assert!(frames.is_none());
+}
+
+#[test]
 fn a_strike_on_more_friction_of_its_own_is_one_in_a_world_of_more_friction() {
     let rig = Rig::demo(Shape::Cylinder);
     let stop = |friction: f64, deviation: Deviation| {
