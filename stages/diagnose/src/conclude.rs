@@ -187,14 +187,9 @@ impl Case<'_, '_> {
         let world = fitted_world(&self.input.world, fitted, prepared.noise)?;
         let after = gap::stop_residuals(rig, &world, strikes)?;
         let gap = gap_to(&after);
-        if !self.pays(&part(&before, true), &part(&after, true)) {
-            let why = format!(
-                "on {} held-out strikes stops are off by {:.1} mm with and {:.1} mm without",
-                gap.heldout_strikes,
-                1e3 * gap.after,
-                1e3 * gap.before
-            );
-            let note = notes::not_named(&self.names(), &why);
+        let judges = gap::falls(&part(&before, true), &part(&after, true));
+        if !heldout::pays(&judges, &self.gains.stop) {
+            let note = notes::not_named(&self.names(), &notes::does_not_pay(&gap, &self.gains));
             return Ok(unnamed(Verdict::Unexplained, Some(note)));
         }
         Ok(Conclusion {
@@ -205,18 +200,6 @@ impl Case<'_, '_> {
             after,
             note: None,
         })
-    }
-
-    /// Whether the effects shrink stop errors of strikes that took no part: of those that judge and those left out of fits
-    /// together, and not grow those of the judges alone beyond chance.
-    fn pays(&self, before: &[Option<Point>], after: &[Option<Point>]) -> bool {
-        let judges: Vec<f64> = before
-            .iter()
-            .zip(after)
-            .filter_map(|(b, a)| Some((*b)?.dot((*b)?) - (*a)?.dot((*a)?)))
-            .collect();
-        let all: f64 = judges.iter().chain(&self.gains.stop).sum();
-        all > 0.0 && heldout::may_be_none_or_more(&judges)
     }
 
     fn names(&self) -> Vec<&'static str> {

@@ -168,12 +168,32 @@ pub struct Gap {
     pub before: f64,
     /// With the effects named.
     pub after: f64,
+    /// (`after` − `before`)/`before`; 0 where nothing is named.
+    #[serde(default)]
+    pub change: f64,
+    /// Half of the change's 95 % interval, by each strike's own change; none of fewer than two strikes.
+    #[serde(default)]
+    pub change_half_95: Option<f64>,
     /// What repeats of a command would scatter by.
     pub noise_floor: f64,
     /// `m`.
     pub unit: String,
     /// `rms stop error`.
     pub measure: String,
+}
+
+impl Gap {
+    /// The change with half of its 95 % interval, such as `-86 ± 12 %` or `+1.5 ± 8.0 %`.
+    pub fn change_in_words(&self) -> String {
+        /// Per cent from which a change is written without decimals.
+        const WHOLE: f64 = 9.95;
+        let change = 100.0 * self.change;
+        match self.change_half_95.map(|half| 100.0 * half) {
+            Some(half) if half >= WHOLE => format!("{change:+.0} ± {half:.0} %"),
+            Some(half) => format!("{change:+.1} ± {half:.1} %"),
+            None => format!("{change:+.0} %"),
+        }
+    }
 }
 
 /// A strike worth making.

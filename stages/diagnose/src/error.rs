@@ -16,7 +16,7 @@ pub enum DiagnoseError {
         needed: usize,
     },
     /// A ball rolls: no slide to look at.
-    #[error("diagnose a ball: effects are told from slides, and a ball rolls")]
+    #[error("diagnose a ball: effects are identified from slides, and a ball rolls")]
     Rolls,
     /// The world without effects cannot be fitted to these strikes.
     #[error(

@@ -130,9 +130,9 @@ impl Fitted {
                 let (_, parameter) = free.of.as_ref().filter(|(of, _)| of == part)?;
                 let spec = specification(name, parameter);
                 // A cap is a strength, too: none is the end of its range.
-                let tells =
+                let is_strength =
                     free.is_strength || spec.neutral == spec.low || spec.neutral == spec.high;
-                tells.then_some((i, spec.neutral))
+                is_strength.then_some((i, spec.neutral))
             })
             .all(|(i, neutral)| {
                 let error = covariance[(i, i)].max(0.0).sqrt();

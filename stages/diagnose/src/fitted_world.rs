@@ -24,7 +24,7 @@ pub(crate) fn fitted_world(
     let covariance = fitted
         .robust_covariance()
         .ok_or_else(|| DiagnoseError::NoFit {
-            why: "its parameters cannot be told apart".into(),
+            why: "its parameters cannot be distinguished".into(),
         })?;
     let at_end = fitted.forms_at_end();
     let ninety_five = fitted.ninety_five();

@@ -18,7 +18,7 @@ use crate::{
 };
 
 /// Parts into which the strikes are divided.
-const FOLDS: usize = 5;
+pub(crate) const FOLDS: usize = 5;
 /// Iterations of each fit, which starts from the fit to all strikes.
 const ITERATIONS: usize = 4;
 /// Commands that differ by less than this (m/s and rad) are one.
@@ -155,26 +155,69 @@ pub(crate) fn total(gains: &[f64]) -> (f64, f64) {
     (sum, (n * variance).sqrt())
 }
 
-/// What is no chance, one-sided.
+/// What is no chance, one-sided: effects that bring stops no nearer are taken for some that do in one case of twenty.
 const BY_CHANCE: f64 = 0.05;
 
-/// Whether gains that sum to less than none may do so by chance, by Student's t; fewer than two do not decide.
-pub(crate) fn may_be_none_or_more(gains: &[f64]) -> bool {
+/// Whether effects pay on strikes that took no part in their fit, by the fall of each strike's squared error. Over all of them the
+/// mean must be above zero beyond chance (Student's t, one-sided): those that `judge`, whose part is too small to show it alone, and
+/// those that were `left_out` of fits in turn. The judges, which did not choose the effects either, must not say the contrary beyond chance.
+pub(crate) fn pays(judges: &[f64], left_out: &[f64]) -> bool {
+    let all: Vec<f64> = judges.iter().chain(left_out).copied().collect();
+    let against: Vec<f64> = judges.iter().map(|gain| -gain).collect();
+    is_beyond_chance(&all) && !is_beyond_chance(&against)
+}
+
+/// Whether the mean is above zero beyond chance; that of fewer than two is not.
+pub(crate) fn is_beyond_chance(gains: &[f64]) -> bool {
     let (sum, error) = total(gains);
-    StudentsT::new(0.0, 1.0, gains.len() as f64 - 1.0)
-        .map_or(true, |t| sum >= -t.inverse_cdf(1.0 - BY_CHANCE) * error)
+    quantile(gains.len(), 1.0 - BY_CHANCE).is_some_and(|t| sum > t * error)
+}
+
+/// Quantile of Student's t for the mean of so many; none of fewer than two.
+pub(crate) fn quantile(count: usize, probability: f64) -> Option<f64> {
+    let t = StudentsT::new(0.0, 1.0, count.checked_sub(1)? as f64).ok()?;
+    Some(t.inverse_cdf(probability))
 }
 
 #[cfg(test)]
 mod tests {
+    use rand::SeedableRng;
+    use rand_chacha::ChaCha8Rng;
+    use rand_distr::{Distribution, StandardNormal};
+
     use super::*;
+
+    /// So many gains about a mean, in units of their scatter.
+    fn gains(count: usize, mean: f64, seed: u64) -> Vec<f64> {
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let normal = |random: &mut ChaCha8Rng| -> f64 { StandardNormal.sample(random) };
+        (0..count).map(|_| mean + normal(&mut random)).collect()
+    }
 
     #[test]
     fn few_judges_refuse_only_what_no_chance_explains() {
-        assert!(may_be_none_or_more(&[]) && may_be_none_or_more(&[-1.0]));
-        assert!(may_be_none_or_more(&[-1.0, -0.1, 0.3]));
-        assert!(!may_be_none_or_more(&[-1.0, -0.9, -1.1]));
+        let left_out = gains(50, 1.0, 1);
+        let pays = |judges: &[f64]| pays(judges, &left_out);
+        assert!(pays(&[]) && pays(&[-1.0]));
+        assert!(pays(&[-1.0, -0.1, 0.3]));
+        assert!(!pays(&[-1.0, -0.9, -1.1]));
         // 2.19 standard errors below zero: beyond a normal distribution's 1.64, within the 2.35 of four strikes.
-        assert!(may_be_none_or_more(&[-2.0, -1.5, -0.5, 0.0]));
+        assert!(pays(&[-2.0, -1.5, -0.5, 0.0]));
+    }
+
+    #[test]
+    fn what_brings_stops_no_nearer_pays_in_one_case_of_twenty() {
+        let cases = 2000;
+        let passed = |mean: f64| {
+            let each = (0..cases).filter(|seed| {
+                let all = gains(60, mean, *seed);
+                pays(&all[..5], &all[5..])
+            });
+            each.count() as f64 / cases as f64
+        };
+        assert!((0.03..0.07).contains(&passed(0.0)), "{}", passed(0.0));
+        // A gain of half its scatter shows in 60 strikes, whatever five of them say.
+        assert!(passed(0.5) > 0.93, "{}", passed(0.5));
+        assert!(!pays(&[], &[]) && !pays(&[1.0], &[]));
     }
 }

@@ -1,31 +1,32 @@
 //! Sentences beside the verdict: the noise, what was left out, what was not named.
 
 use crate::{
-    diagnosis::{Noise, Verdict},
+    diagnosis::{Gap, Noise, Verdict},
     fit::Fitted,
+    heldout::{self, Gains},
     mixed::{ANGLE, FRICTION, SPEED},
 };
 
 /// Noise that is worth a sentence: friction (relative), correlation, jitter of stamps in s.
-const TOLD: (f64, f64, f64) = (0.005, 0.2, 0.001);
+const REPORTED: (f64, f64, f64) = (0.005, 0.2, 0.001);
 
 /// What repeats differ by, beside launches.
 pub(crate) fn noise(noise: &Noise, fitted: &Fitted, verdict: Verdict) -> Vec<String> {
     let mut notes = Vec::new();
     let mut kinds = Vec::new();
-    if noise.friction > TOLD.0 {
+    if noise.friction > REPORTED.0 {
         kinds.push(format!(
             "friction scatters by {:.1} % from strike to strike",
             100.0 * noise.friction
         ));
     }
-    if noise.camera_correlation > TOLD.1 {
+    if noise.camera_correlation > REPORTED.1 {
         kinds.push(format!(
             "camera errors are correlated from frame to frame ({:.2})",
             noise.camera_correlation
         ));
     }
-    if noise.stamp_jitter > TOLD.2 {
+    if noise.stamp_jitter > REPORTED.2 {
         kinds.push(format!(
             "stamps jitter by {:.1} ms",
             1e3 * noise.stamp_jitter
@@ -62,7 +63,7 @@ pub(crate) fn noise(noise: &Noise, fitted: &Fitted, verdict: Verdict) -> Vec<Str
 /// That tracks do not show how the object is braked on its way.
 pub(crate) fn astray() -> String {
     "tracks of this box differ from any slide of this world by far more than the camera's noise, as where a box tips or turns: effects \
-     are told from launches and from the friction of whole strikes, and none that acts on the way or in the camera's picture"
+     are identified from launches and from the friction of whole strikes, and none that acts on the way or in the camera's picture"
         .into()
 }
 
@@ -71,6 +72,23 @@ pub(crate) fn not_named(names: &[&str], why: &str) -> String {
     format!(
         "would have been named, but is not: {} ({why})",
         names.join(" and ")
+    )
+}
+
+/// That effects do not pay on strikes that took no part in their fit.
+pub(crate) fn does_not_pay(gap: &Gap, gains: &Gains) -> String {
+    let (sum, error) = heldout::total(&gains.stop);
+    let each = 1e6 / gains.stop.len().max(1) as f64;
+    format!(
+        "its stops are no nearer beyond chance on strikes that took no part: rms stop error {:.1} mm without and {:.1} mm with, \
+         {}, on {} held-out strikes; squared stop error {:+.1} ± {:.1} mm² a strike on {} left out of its fits in turn",
+        1e3 * gap.before,
+        1e3 * gap.after,
+        gap.change_in_words(),
+        gap.heldout_strikes,
+        -each * sum,
+        each * error,
+        gains.stop.len()
     )
 }
 
@@ -138,14 +156,14 @@ mod tests {
 
     #[test]
     fn a_wrong_scale_is_read_as_friction_and_as_launch_speed() {
-        let told = camera_scale(0.303, 0.515);
+        let note = camera_scale(0.303, 0.515);
         assert!(
-            told.contains("friction would be 0.3000 in place of 0.3030"),
-            "{told}"
+            note.contains("friction would be 0.3000 in place of 0.3030"),
+            "{note}"
         );
         assert!(
-            told.contains("restitution 0.500 in place of 0.515"),
-            "{told}"
+            note.contains("restitution 0.500 in place of 0.515"),
+            "{note}"
         );
     }
 }

@@ -40,7 +40,7 @@ const FRAMES: usize = 6;
 
 impl Stage for Diagnose {
     const NAME: &'static str = "diagnose";
-    const VERSION: u32 = 19;
+    const VERSION: u32 = 20;
     type Input = Input;
     type Output = Diagnosed;
     type Error = DiagnoseError;
@@ -101,7 +101,7 @@ impl Diagnose {
         let replicates = replicates(self.seed);
         let test = ScoreTest::new(&prepared, &null, &[], replicates).ok_or_else(|| {
             DiagnoseError::NoFit {
-                why: "friction and restitution cannot be told apart".into(),
+                why: "friction and restitution cannot be distinguished".into(),
             }
         })?;
         let mut screened = screen_by(&prepared, &null, &test, &candidates, replicates)?;
@@ -326,19 +326,20 @@ fn wanders(selection: &Selection<'_>) -> Result<bool, DiagnoseError> {
     Ok(false)
 }
 
-/// The effects, if together they predict strikes that took no part in their fit; none otherwise, with a sentence that says so.
+/// The effects, if together they predict strikes that took no part in their fit better, beyond chance; none otherwise, with a sentence that says so.
 fn paying(selection: Selection<'_>) -> Result<(Selection<'_>, Gains, Vec<String>), DiagnoseError> {
     if selection.effects.is_empty() {
         return Ok((selection, Gains::default(), Vec::new()));
     }
     let gains = heldout::gains(&selection.prepared, &selection.null, &selection.fitted)?;
-    let (sum, error) = heldout::total(&heldout::limited(&gains.likelihood));
-    if sum > 0.0 {
+    let likelihood = heldout::limited(&gains.likelihood);
+    if heldout::is_beyond_chance(&likelihood) {
         return Ok((selection, gains, Vec::new()));
     }
+    let (sum, error) = heldout::total(&likelihood);
     let names: Vec<&str> = selection.effects.iter().map(|effect| effect.name).collect();
     let why = format!(
-        "fitted to four fifths of the strikes, it predicts the others no better: {sum:+.1} ± {error:.1} of log-likelihood"
+        "fitted to four fifths of the strikes, it predicts the others no better beyond chance: {sum:+.1} ± {error:.1} of log-likelihood"
     );
     let note = notes::not_named(&names, &why);
     let none = Selection {

@@ -102,7 +102,7 @@ mod tests {
     }
 
     #[test]
-    fn other_effects_are_told_as_they_were_fitted() {
+    fn other_effects_are_reported_as_they_were_fitted() {
         let parameters: BTreeMap<String, Estimate> =
             [("rate".to_string(), Estimate::with_interval(0.3, 0.2, 0.4))].into();
         let covariance = DMatrix::identity(1, 1);

@@ -42,7 +42,7 @@ fn diagnosed_of(strikes: usize, noise: Noise, hidden: Hidden, seed: u64) -> Diag
 }
 
 #[test]
-fn friction_that_scatters_and_a_correlated_camera_are_noise_and_told() {
+fn friction_that_scatters_and_a_correlated_camera_are_noise_and_reported() {
     let found = diagnosed(Noise::Mixed, Hidden::Nothing, 12);
     assert_eq!(found.verdict, Verdict::Consistent, "{}", found.summary);
     let noise = found.noise;
@@ -88,9 +88,9 @@ fn friction_that_wanders_is_noise_and_neither_a_drift_nor_a_change_by_session() 
 fn a_force_across_the_motion_is_no_tilt() {
     let found = diagnosed(Noise::Ideal, Hidden::Magnus(0.2), 8);
     assert_eq!(found.verdict, Verdict::Unexplained, "{}", found.summary);
-    let told = "would have been named, but is not";
+    let said = "would have been named, but is not";
     assert!(
-        found.notes.iter().any(|note| note.contains(told))
+        found.notes.iter().any(|note| note.contains(said))
             || found.r#where[0].covariate == "sideways",
         "{:?}",
         found.notes

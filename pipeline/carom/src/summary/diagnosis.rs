@@ -98,10 +98,11 @@ pub fn gap(gap: &Gap) -> String {
         })
     };
     format!(
-        "{} on {} strikes that took no part: {before} before, {} after, where scatter alone leaves {floor}{closed}",
+        "{} on {} strikes that took no part: {before} before, {} after ({}), where scatter alone leaves {floor}{closed}",
         gap.measure,
         gap.heldout_strikes,
-        millimetres(gap.after)
+        millimetres(gap.after),
+        gap.change_in_words()
     )
 }
 
@@ -116,8 +117,12 @@ pub fn gap_in_brief(gap: &Gap) -> String {
     } else {
         format!(" → {}", mm(gap.after))
     };
+    let change = match gap.after == gap.before {
+        true => String::new(),
+        false => format!(", {}", gap.change_in_words()),
+    };
     format!(
-        "gap {}{after} mm ({} of {} held-out strikes; scatter alone {} mm)",
+        "gap {}{after} mm{change} ({}, {} held-out strikes; scatter alone {} mm)",
         mm(gap.before),
         gap.measure,
         gap.heldout_strikes,
@@ -229,14 +234,30 @@ mod tests {
             heldout_strikes: 40,
             before: 0.021,
             after: 0.003,
+            change: 0.003 / 0.021 - 1.0,
+            change_half_95: Some(0.032),
             noise_floor: 0.001,
             unit: "m".into(),
             measure: "rms stop error".into(),
         };
         assert_eq!(
             gap(&measured),
-            "rms stop error on 40 strikes that took no part: 21.0 mm before, 3.0 mm after, where scatter alone leaves \
-             1.0 mm, 90 % of the gap is closed"
+            "rms stop error on 40 strikes that took no part: 21.0 mm before, 3.0 mm after (-85.7 ± 3.2 %), where \
+             scatter alone leaves 1.0 mm, 90 % of the gap is closed"
+        );
+        // What five strikes show of a growth by 1.5 % says nothing, and is printed so.
+        let grown = Gap {
+            heldout_strikes: 5,
+            before: 0.01023,
+            after: 0.01038,
+            change: 0.015,
+            change_half_95: Some(0.08),
+            noise_floor: 0.005,
+            ..measured.clone()
+        };
+        assert_eq!(
+            gap_in_brief(&grown),
+            "gap 10.2 → 10.4 mm, +1.5 ± 8.0 % (rms stop error, 5 held-out strikes; scatter alone 5.0 mm)"
         );
         measured.noise_floor = 0.004;
         assert!(

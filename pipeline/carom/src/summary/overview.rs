@@ -115,7 +115,7 @@ fn next(diagnosis: &Diagnosis) -> String {
         }
         (Verdict::Named, 1..) if diagnosis.gap.after > diagnosis.gap.before => format!(
             "next       on held-out strikes the effects bring stops no nearer; the {count} strikes in\n           \
-             {NEXT_STRIKES} would tell more\n"
+             {NEXT_STRIKES} would say more\n"
         ),
         (_, 1..) => {
             format!(

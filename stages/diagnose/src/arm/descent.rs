@@ -150,9 +150,9 @@ fn descend(
     let freedom = pairs.len().saturating_sub(values.len()).max(1) as f64;
     let squares = squares(&here);
     let covariance = inverse * (squares / freedom);
-    let is_told =
+    let is_determined =
         (0..values.len()).all(|i| covariance[(i, i)].is_finite() && covariance[(i, i)] >= 0.0);
-    Ok(is_told.then_some(Fitted {
+    Ok(is_determined.then_some(Fitted {
         values,
         squares,
         covariance,

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use values::{Command, Conditions};
+use values::{Command, Conditions, Strike};
 use world::effects::library;
 
 /// Shares of the delivered speeds at which a fit of a cap begins; the last ones over the fastest.
@@ -29,7 +29,19 @@ pub(super) struct Form {
     pub(super) starts: Vec<Vec<f64>>,
 }
 
-impl Pair<'_> {
+impl<'a> Pair<'a> {
+    /// Those of the strikes whose delivered launch is known.
+    pub(super) fn all(strikes: &[&'a Strike]) -> Vec<Self> {
+        let each = strikes.iter().filter_map(|strike| {
+            Some(Self {
+                command: strike.command,
+                delivered: strike.delivered?.command(),
+                conditions: &strike.conditions,
+            })
+        });
+        each.collect()
+    }
+
     /// Delivered less predicted: speed relative to the command's, or angle in rad.
     pub(super) fn difference(&self, quantity: Quantity, predicted: Command) -> f64 {
         match quantity {

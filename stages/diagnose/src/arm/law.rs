@@ -10,6 +10,7 @@ use world::{Estimate, WorldError};
 use super::descent::{FLOOR, Fitted, fitted, residuals, squares};
 use super::forms::{Form, Pair, Quantity, forms};
 use crate::fit::NINETY_FIVE;
+use crate::heldout::{self, FOLDS, limited};
 
 /// An effect of the arm.
 #[derive(Clone, Debug)]
@@ -26,17 +27,14 @@ const CHANCE: f64 = 0.001;
 const OUTLIER: f64 = 6.0;
 
 /// The laws by which the arm of these strikes deviates from its commands: none, one of the speed, one of the angle.
-pub(super) fn fit(rig: &Rig, strikes: &[&Strike]) -> Result<Vec<Law>, WorldError> {
-    let pairs: Vec<Pair<'_>> = strikes
-        .iter()
-        .filter_map(|strike| {
-            Some(Pair {
-                command: strike.command,
-                delivered: strike.delivered?.command(),
-                conditions: &strike.conditions,
-            })
-        })
-        .collect();
+/// The strikes that judge take no part in fit and choice.
+pub(super) fn fit(
+    rig: &Rig,
+    strikes: &[&Strike],
+    judges: &[&Strike],
+) -> Result<Vec<Law>, WorldError> {
+    let pairs = Pair::all(strikes);
+    let judges = Pair::all(judges);
     let mut laws = Vec::new();
     for quantity in [Quantity::Speed, Quantity::Angle] {
         let forms = forms(quantity, &pairs);
@@ -55,11 +53,50 @@ pub(super) fn fit(rig: &Rig, strikes: &[&Strike]) -> Result<Vec<Law>, WorldError
             .filter(|(_, residual)| residual.abs() <= most)
             .map(|(pair, _)| *pair)
             .collect();
-        if let Some((form, fitted, evidence)) = best(rig, quantity, &forms, &near)? {
+        if let Some((form, fitted, evidence)) = best(rig, quantity, &forms, &near)?
+            && pays(rig, quantity, form, &fitted, &near, &judges)?
+        {
             laws.push(law(form, &fitted, evidence));
         }
     }
     Ok(laws)
+}
+
+/// Whether a law brings deliveries nearer of strikes that took no part in its fit: of those that judge, and of those that fits to the
+/// others leave out.
+fn pays(
+    rig: &Rig,
+    quantity: Quantity,
+    form: &Form,
+    fitted_to_all: &Fitted,
+    pairs: &[&Pair<'_>],
+    judges: &[Pair<'_>],
+) -> Result<bool, WorldError> {
+    let falls = |values: &[f64], of: &[&Pair<'_>]| -> Result<Vec<f64>, WorldError> {
+        let left = residuals(rig, quantity, form, values, of)?;
+        let plain = of
+            .iter()
+            .map(|pair| pair.difference(quantity, pair.command));
+        Ok(plain
+            .zip(left)
+            .map(|(plain, left)| plain * plain - left * left)
+            .collect())
+    };
+    let mut left_out = Vec::new();
+    for fold in 0..FOLDS {
+        let part = |is_left_out: bool| -> Vec<&Pair<'_>> {
+            let each = pairs.iter().enumerate();
+            each.filter(|(i, _)| (i % FOLDS == fold) == is_left_out)
+                .map(|(_, pair)| *pair)
+                .collect()
+        };
+        if let Some(fitted) = fitted(rig, quantity, form, &part(false))? {
+            left_out.extend(falls(&fitted.values, &part(true))?);
+        }
+    }
+    let judges: Vec<&Pair<'_>> = judges.iter().collect();
+    let judges = limited(&falls(&fitted_to_all.values, &judges)?);
+    Ok(heldout::pays(&judges, &limited(&left_out)))
 }
 
 /// The form that these strikes need, with its evidence; none where the arm delivers its commands. A form with further values must
@@ -71,11 +108,11 @@ fn best<'f>(
     pairs: &[&Pair<'_>],
 ) -> Result<Option<(&'f Form, Fitted, f64)>, WorldError> {
     let n = pairs.len() as f64;
-    let told: Vec<f64> = pairs
+    let off: Vec<f64> = pairs
         .iter()
         .map(|pair| pair.difference(quantity, pair.command))
         .collect();
-    let plain = squares(&told);
+    let plain = squares(&off);
     let by_chance = |values: usize| {
         ChiSquared::new(values as f64).map_or(f64::INFINITY, |chance| {
             0.5 * chance.inverse_cdf(1.0 - CHANCE / forms.len() as f64)

@@ -8,7 +8,7 @@ use values::{Point, Split, Strike, arm_scatter, delivered_strikes};
 use world::Estimate;
 use world::effects;
 
-use crate::diagnosis::{Gap, NamedEffect, Parameter, Verdict};
+use crate::diagnosis::{NamedEffect, Parameter, Verdict};
 use crate::gap;
 use crate::model::specification;
 use crate::{DiagnoseError, Diagnosed, Input};
@@ -40,12 +40,12 @@ impl Arm {
         let Some(strikes) = delivered_strikes(&input.strikes) else {
             return Ok(None);
         };
-        let fitted: Vec<&Strike> = input
+        let (judges, fitted): (Vec<&Strike>, Vec<&Strike>) = input
             .strikes
             .iter()
-            .filter(|strike| strike.split != Split::Test && !strike.is_pushed_again())
-            .collect();
-        let laws = fit(&input.rig, &fitted)?;
+            .filter(|strike| !strike.is_pushed_again())
+            .partition(|strike| strike.split == Split::Test);
+        let laws = fit(&input.rig, &fitted, &judges)?;
         let input = Input {
             strikes,
             ..input.clone()
@@ -126,18 +126,14 @@ impl Arm {
         let before = gap::stop_residuals(&input.rig, &input.world, &strikes)?;
         let after = gap::stop_residuals(&input.rig, &world, &strikes)?;
         found.residuals = gap::residuals(&strikes, &before, &after);
-        let judges: Vec<(Point, Point)> = strikes
-            .iter()
-            .zip(before.iter().zip(&after))
-            .filter(|(strike, _)| strike.split == Split::Test)
-            .filter_map(|(_, (before, after))| Some(((*before)?, (*after)?)))
-            .collect();
-        found.diagnosis.gap = Gap {
-            heldout_strikes: judges.len(),
-            before: gap::rms(judges.iter().map(|(before, _)| *before)),
-            after: gap::rms(judges.iter().map(|(_, after)| *after)),
-            ..found.diagnosis.gap
+        let judges = |residuals: &[Option<Point>]| -> Vec<Option<Point>> {
+            let each = strikes.iter().zip(residuals);
+            each.filter(|(strike, _)| strike.split == Split::Test)
+                .map(|(_, residual)| *residual)
+                .collect()
         };
+        let noise_floor = found.diagnosis.gap.noise_floor;
+        found.diagnosis.gap = gap::gap(&judges(&before), &judges(&after), noise_floor);
         found.world = Some(world);
         Ok(found)
     }

@@ -278,8 +278,8 @@ impl Builder<'_, '_, '_> {
             .collect();
         let mut moved = self.test.moved(&worlds, &|_, _| true);
         if acts == Acts::OnFriction {
-            // In shares of each strike's own friction, as the model's friction is: a bump of the same push for all would tell
-            // strikes of much friction from those of little, and find the scatter of friction again.
+            // In shares of each strike's own friction, as the model's friction is: a bump of the same push for all would
+            // separate strikes of much friction from those of little, and find the scatter of friction again.
             for (columns, b) in moved.iter_mut().flatten().zip(&self.fitted.nuisances) {
                 if let Some(columns) = columns {
                     columns.scale_mut(b[FRICTION].exp());

@@ -76,10 +76,10 @@ struct Projected {
 impl Projected {
     fn new(deviations: &Deviations) -> Option<Self> {
         let decomposed = deviations.design.clone().svd(true, false);
-        let told: Vec<usize> = (0..decomposed.singular_values.len())
+        let determined: Vec<usize> = (0..decomposed.singular_values.len())
             .filter(|i| decomposed.singular_values[*i].powi(2) > FITTED)
             .collect();
-        let own = decomposed.u?.select_columns(&told);
+        let own = decomposed.u?.select_columns(&determined);
         Some(Self {
             values: &deviations.values - &own * own.tr_mul(&deviations.values),
             own,
