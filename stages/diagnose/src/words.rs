@@ -103,7 +103,7 @@ pub(crate) fn p_value(p: PValue) -> String {
     let one = |p: f64, replicates: usize| {
         let least = 1.0 / (1 + replicates) as f64;
         if p <= least {
-            format!("p < 1/{}", 1 + replicates)
+            format!("p < 1/{replicates}")
         } else {
             format!("p = {p:.2}")
         }
@@ -139,5 +139,31 @@ pub(crate) fn summary(
                 .join(", and "),
             100.0 * share
         ),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_probability_is_stated_no_smaller_than_its_replicates_show() {
+        let least = PValue {
+            drawn: 1.0 / (1 + DRAWN) as f64,
+            flipped: 1.0 / (1 + FLIPPED) as f64,
+        };
+        let text = p_value(least);
+        let bounds: Vec<f64> = text
+            .split("1/")
+            .skip(1)
+            .map(|rest| {
+                let number = rest.split_whitespace().next().expect("a number");
+                1.0 / number.parse::<f64>().expect("replicates")
+            })
+            .collect();
+        assert!(
+            least.drawn < bounds[0] && least.flipped < bounds[1],
+            "{text}"
+        );
     }
 }

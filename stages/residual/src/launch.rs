@@ -128,7 +128,7 @@ mod tests {
         }
     }
 
-    fn told(world: World, strike: &LaunchItem) -> LaunchResidual {
+    fn residual_of(world: World, strike: &LaunchItem) -> LaunchResidual {
         let rig = Rig::demo(Shape::Cylinder);
         let answer = Launches {}
             .run_items(&Shared { rig, world }, &[strike], &Progress::hidden())
@@ -144,7 +144,7 @@ mod tests {
     fn it_is_what_the_arm_delivered_beside_the_command() {
         let strike = struck(command(0.7, 0.1), command(0.7 * 0.9, 0.13));
         let world = World::nominal(&Rig::demo(Shape::Cylinder));
-        let residual = told(world, &strike);
+        let residual = residual_of(world, &strike);
         assert!((residual.speed - 0.9f64.ln()).abs() < 2e-3, "{residual:?}");
         assert!((residual.angle - 0.03).abs() < 2e-3, "{residual:?}");
     }
@@ -161,7 +161,7 @@ mod tests {
             command: command(0.8, bearing),
             conditions: Conditions::default(),
         };
-        let told = |world: &World, strike: &LaunchItem| {
+        let residual_of = |world: &World, strike: &LaunchItem| {
             let shared = Shared {
                 rig: rig.clone(),
                 world: world.clone(),
@@ -169,12 +169,12 @@ mod tests {
             let answer = Launches {}.run_items(&shared, &[strike], &Progress::hidden());
             answer.expect("valid")[0]
         };
-        assert!(told(&world, &item(0.2)).is_some());
+        assert!(residual_of(&world, &item(0.2)).is_some());
         (world.scatter.speed, world.scatter.angle) = (0.02, 0.01);
-        assert_eq!(told(&world, &item(0.37)), None);
+        assert_eq!(residual_of(&world, &item(0.37)), None);
         world.scatter.speed = 0.06;
         let strike = item(0.37);
-        let nearest = told(&world, &strike).expect("as near as repeats");
+        let nearest = residual_of(&world, &strike).expect("as near as repeats");
         let launch = Command {
             speed: strike.command.speed * nearest.speed.exp(),
             angle: strike.command.angle + nearest.angle,
@@ -186,7 +186,7 @@ mod tests {
             .expect("rests");
         let miss = simulated.stop.distance(strike.stop);
         assert!(miss > 1e-3 && miss < 0.3 * 0.12f64.hypot(0.01), "{miss}");
-        assert_eq!(told(&world, &item(0.6)), None);
+        assert_eq!(residual_of(&world, &item(0.6)), None);
     }
 
     #[test]
@@ -198,7 +198,7 @@ mod tests {
         });
         // The arm delivers a little more than the cap: no command reaches that path through it, and it has a residual all the same.
         let strike = struck(command(0.9, 0.1), command(0.63, 0.1));
-        let residual = told(world, &strike);
+        let residual = residual_of(world, &strike);
         assert!((residual.speed - 1.05f64.ln()).abs() < 2e-3, "{residual:?}");
     }
 }

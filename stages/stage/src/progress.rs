@@ -53,7 +53,7 @@ impl Progress {
         self
     }
 
-    /// Tells how many items there are to do.
+    /// States how many items there are to do.
     pub fn items(&self, items: usize) {
         if !self.is_counted {
             self.bar.set_style(style(

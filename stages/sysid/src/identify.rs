@@ -15,7 +15,7 @@ use crate::{
 /// Strikes looked at: this is about sensitivity, which few strikes show.
 const STRIKES: usize = 16;
 /// A parameter whose standard error would exceed this share of its range is not determined by the data.
-const TOLD: f64 = 0.10;
+const DETERMINED: f64 = 0.10;
 /// A parameter of which less than this share of the effect is left beside the freed ones is not distinguished from them.
 const APART: f64 = 0.02;
 /// Twice the gain in log-likelihood from which a candidate is worth freeing: one false alarm in a thousand or so.
@@ -78,7 +78,7 @@ pub(crate) fn scan(
 }
 
 /// Looks at every parameter that was not freed, through the residual's own weights, with the freed ones projected off.
-pub(crate) fn what_can_be_told(
+pub(crate) fn identifiability(
     rig: &Rig,
     fitted: &Fitted,
     strikes: &[&Strike],
@@ -131,9 +131,9 @@ pub(crate) fn what_can_be_told(
         };
         let error =
             |information: f64| 1.0 / information.max(1e-300).sqrt() / (spec.high - spec.low);
-        if error(alone) > TOLD {
+        if error(alone) > DETERMINED {
             blind.push(name.clone());
-        } else if apart < APART * alone || error(apart) > TOLD {
+        } else if apart < APART * alone || error(apart) > DETERMINED {
             aliased.push(name.clone());
         } else if candidates(rig).contains(&name.as_str()) {
             let gain = pull * pull / apart;

@@ -154,23 +154,23 @@ impl Stage for Sysid {
             fit::fit(&mujoco, beside, world, launch, free, progress)
         };
         let mut fitted = fit(&begun, Launch::EXACT, free)?;
-        let mut told = Identifiability::default();
+        let mut identifiability = Identifiability::default();
         if default {
             let (scanned, simulations) = identify::scan(&input.rig, &fitted, &strikes)?;
             if scanned != fitted.world {
                 fitted = fit(&scanned, fitted.launch, fitted.free)?.after(fitted.simulations);
             }
             fitted.simulations += simulations;
-            told = identify::what_can_be_told(&input.rig, &fitted, &strikes)?;
+            identifiability = identify::identifiability(&input.rig, &fitted, &strikes)?;
         }
-        if let Some(more) = told.worth_freeing.take() {
+        if let Some(more) = identifiability.worth_freeing.take() {
             let free = fitted.free.iter().cloned().chain([more]).collect();
             let freed = fit(&fitted.world, fitted.launch, free)?.after(fitted.simulations);
             if start::holds(&input.rig, &strikes, freed.world.value(start::HOLDS)?) {
                 fitted = freed;
-                let simulations = told.simulations;
-                told = identify::what_can_be_told(&input.rig, &fitted, &strikes)?;
-                told.simulations += simulations;
+                let simulations = identifiability.simulations;
+                identifiability = identify::identifiability(&input.rig, &fitted, &strikes)?;
+                identifiability.simulations += simulations;
             } else {
                 fitted.simulations = freed.simulations;
             }
@@ -189,7 +189,7 @@ impl Stage for Sysid {
             world.scatter.speed = world.scatter.speed.hypot(arm.speed);
             world.scatter.angle = world.scatter.angle.hypot(arm.angle);
         }
-        let mut notes = told.notes;
+        let mut notes = identifiability.notes;
         if again > 0 {
             notes.push(pushed_again(again, strikes.len() < sliding.len()));
         }
@@ -203,7 +203,9 @@ impl Stage for Sysid {
             freed: fitted.free.clone(),
             strikes: strikes.len(),
             iterations: fitted.iterations,
-            simulations: fitted.simulations + told.simulations + 2 * strikes.len() as u64,
+            simulations: fitted.simulations
+                + identifiability.simulations
+                + 2 * strikes.len() as u64,
             world,
             notes,
         })

@@ -94,16 +94,16 @@ mod tests {
     fn the_uncertainty_of_unseen_strikes_is_how_far_they_go() {
         for scatter in [0.0, 0.02] {
             let walks = walks(0.006, scatter);
-            let told: f64 = walks.iter().map(|(told, _)| told).sum();
+            let estimated: f64 = walks.iter().map(|(variance, _)| variance).sum();
             let did: f64 = walks.iter().map(|(_, did)| did * did).sum();
-            assert!((0.6..1.6).contains(&(told / did)), "{told} {did}");
+            assert!((0.6..1.6).contains(&(estimated / did)), "{estimated} {did}");
         }
     }
 
     #[test]
     fn friction_that_only_scatters_does_not_wander() {
         let walks = walks(0.0, 0.02);
-        let told = walks.iter().filter(|(told, _)| *told > 0.0).count();
-        assert!(told <= 3, "{told} of {}", walks.len());
+        let wandering = walks.iter().filter(|(variance, _)| *variance > 0.0).count();
+        assert!(wandering <= 3, "{wandering} of {}", walks.len());
     }
 }

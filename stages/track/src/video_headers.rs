@@ -21,7 +21,7 @@ pub(crate) struct SliceStart {
 impl Numbering {
     /// That of a sequence parameter set; none where numbers may be left out, or where they stand behind scaling lists.
     pub(crate) fn of(parameters: &[u8]) -> Option<Self> {
-        /// Profiles whose parameter sets tell the chroma format.
+        /// Profiles whose parameter sets state the chroma format.
         const HIGH: [u32; 13] = [100, 110, 122, 244, 44, 83, 86, 118, 128, 138, 139, 134, 135];
         /// Chroma at the full resolution.
         const FULL: u32 = 3;

@@ -142,7 +142,7 @@ impl Start {
     ) -> bool {
         let left = self.rivals(found);
         for (first, rival) in separated_at.iter_mut().zip(among) {
-            // Told at one look and not at the next was luck.
+            // Distinguished at one look and not at the next was luck.
             let is_gone = left.as_ref().is_some_and(|left| !left.contains(rival));
             *first = first.filter(|_| is_gone).or(is_gone.then_some(at));
         }

@@ -103,7 +103,7 @@ fn style() -> ProgressStyle {
 }
 
 fn show(bar: &ProgressBar, waits: bool, news: &CollectEvent) {
-    // Told where there is no bar too.
+    // Printed where there is no bar too.
     let say = |what: String| bar.suspend(|| eprintln!("carom: {what}"));
     match news {
         CollectEvent::Put(request) if waits => bar.set_prefix(format!(

@@ -131,7 +131,7 @@ fn forged_weights_are_refused_by_what_the_residuals_training_explains() {
         let answer = plan(&artifact);
         if let Ok(plan) = &answer {
             // What to expect is what its training missed by, on as many strikes.
-            let miss = plan.expected_miss.expect("told");
+            let miss = plan.expected_miss.expect("known");
             assert!((miss - 0.02 * to.distance(FROM)).abs() < 1e-12, "{miss}");
             assert_eq!(plan.expected_miss_strikes, Some(80));
         }
