@@ -122,7 +122,7 @@ pub fn gap_in_brief(gap: &Gap) -> String {
         false => format!(", {}", gap.change_in_words()),
     };
     format!(
-        "gap {}{after} mm{change} ({}, {} held-out strikes; scatter alone {} mm)",
+        "gap {}{after} mm{change} ({}, {} held out; scatter alone {} mm)",
         mm(gap.before),
         gap.measure,
         gap.heldout_strikes,
@@ -257,7 +257,7 @@ mod tests {
         };
         assert_eq!(
             gap_in_brief(&grown),
-            "gap 10.2 → 10.4 mm, +1.5 ± 8.0 % (rms stop error, 5 held-out strikes; scatter alone 5.0 mm)"
+            "gap 10.2 → 10.4 mm, +1.5 ± 8.0 % (rms stop error, 5 held out; scatter alone 5.0 mm)"
         );
         measured.noise_floor = 0.004;
         assert!(
