@@ -5,6 +5,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal};
 use residual::Residual;
 use values::{Point, split_of};
+use world::GRAVITY;
 
 use crate::{Settings, TrainError, Trained, fit};
 
@@ -29,7 +30,7 @@ pub(crate) fn synthetic(count: usize, seed: u64) -> Vec<Residual> {
         .map(|index| {
             let speed = rng.random_range(0.4..1.0);
             let angle = rng.random_range(-0.6..0.6);
-            let distance = (1.5f64 * speed).powi(2) / (2.0 * 0.3 * 9.81);
+            let distance = (1.5f64 * speed).powi(2) / (2.0 * 0.3 * GRAVITY);
             let [d_speed, d_angle] =
                 truth(speed, angle).map(|value| value + noise.sample(&mut rng));
             let strike_id = format!("{seed}-{index}");

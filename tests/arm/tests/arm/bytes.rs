@@ -4,6 +4,7 @@
 use std::collections::BTreeMap;
 
 use arm::Event;
+use durable::hex;
 use strike::xarm::{Register, line_payload, request};
 use values::Point;
 
@@ -13,10 +14,6 @@ use crate::bench::{model, plan, rig, run};
 fn sdk() -> BTreeMap<&'static str, &'static str> {
     let lines = include_str!("../sdk_frames.txt").lines();
     lines.filter_map(|line| line.split_once(' ')).collect()
-}
-
-fn hex(bytes: &[u8]) -> String {
-    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 #[test]
