@@ -137,7 +137,8 @@ impl Case<'_, '_> {
     fn explains(&self) -> bool {
         let names = self.names();
         let is_possible = self.selection.fitted.model.world_at_end().is_none();
-        !names.is_empty() && is_possible && self.left.is_small(self.selection.gain(), &names)
+        let is_small = |gain| self.left.is_small(gain, &names, &self.stage.thresholds);
+        !names.is_empty() && is_possible && is_small(self.selection.gain())
     }
 
     fn judge(&self, strikes: &[&Strike]) -> Result<Conclusion, DiagnoseError> {

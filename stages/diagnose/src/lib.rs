@@ -37,6 +37,7 @@ mod sessions;
 mod settings;
 mod smooth;
 mod strikes;
+mod thresholds;
 mod wander;
 mod words;
 
@@ -47,3 +48,4 @@ pub use diagnosis::{
 pub use error::DiagnoseError;
 pub use input::Input;
 pub use settings::Diagnose;
+pub use thresholds::Thresholds;

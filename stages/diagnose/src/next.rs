@@ -63,7 +63,8 @@ pub(crate) fn next_strikes(
         .iter()
         .filter_map(|strike| Some((strike, launch_of(&strike.command)?)))
         .unzip();
-    let prepared = PreparedStrikes::new(rig, strikes, launches).with_noise(seen.noise);
+    let prepared =
+        PreparedStrikes::new(rig, strikes, launches, seen.thresholds).with_noise(seen.noise);
     let pairs = rivals
         .iter()
         .map(|rival| {

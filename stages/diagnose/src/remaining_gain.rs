@@ -2,19 +2,10 @@
 
 use world::effects::effect;
 
-use crate::smooth::covariate::{Covariate, family};
-
-/// A model explains a gap if it holds at least this share of the log-likelihood that it and the smooth rest gain together; less where
-/// objects slide otherwise than any world says.
-pub(crate) const EXPLAINS: f64 = 0.95;
-const EXPLAINS_ASTRAY: f64 = 0.75;
-/// Of a rest that another form of the same effects would take, it may leave more; less of it an effect by place, for a field of another
-/// kind leaves much, and less still several of them together.
-const EXPLAINS_IN_FORM: f64 = 0.5;
-const EXPLAINS_BY_PLACE: f64 = 0.6;
-const EXPLAIN_BY_PLACE: f64 = 0.8;
-/// A smooth field takes every smooth form: what it leaves of its own kind, as at a line, is of no field.
-const EXPLAINS_AS_FIELD: f64 = 0.85;
+use crate::{
+    Thresholds,
+    smooth::covariate::{Covariate, family},
+};
 
 /// Gain in log-likelihood that smooth dependences have beside a model.
 #[derive(Clone, Copy, Debug, Default)]
@@ -34,16 +25,16 @@ impl RemainingGain {
     }
 
     /// Whether it is small beside what these effects gained.
-    pub(crate) fn is_small(&self, gained: f64, effects: &[&str]) -> bool {
+    pub(crate) fn is_small(&self, gained: f64, effects: &[&str], thresholds: &Thresholds) -> bool {
         let least = match self.is_astray {
-            true => EXPLAINS_ASTRAY,
-            false => EXPLAINS,
+            true => thresholds.explained_astray,
+            false => thresholds.explained,
         };
         let in_form = match effects.iter().filter(|name| is_by_place(name)).count() {
-            _ if effects.iter().any(|name| is_field(name)) => EXPLAINS_AS_FIELD,
-            0 => EXPLAINS_IN_FORM,
-            1 => EXPLAINS_BY_PLACE,
-            _ => EXPLAIN_BY_PLACE,
+            _ if effects.iter().any(|name| is_field(name)) => thresholds.explained_by_field,
+            0 => thresholds.explained_in_form,
+            1 => thresholds.explained_by_place,
+            _ => thresholds.explained_by_places,
         };
         share(gained, self.beyond_form) >= least && self.share(gained) >= in_form
     }
@@ -71,18 +62,19 @@ mod tests {
 
     #[test]
     fn a_field_of_friction_leaves_less_of_its_own_kind_than_a_patch_may() {
+        let thresholds = &Thresholds::default();
         let left = RemainingGain {
             all: 30.0,
             beyond_form: 0.0,
             is_astray: false,
         };
-        assert!(left.is_small(100.0, &["friction_patch"]));
-        assert!(!left.is_small(100.0, &["friction_map"]));
-        assert!(left.is_small(400.0, &["friction_map"]));
+        assert!(left.is_small(100.0, &["friction_patch"], thresholds));
+        assert!(!left.is_small(100.0, &["friction_map"], thresholds));
+        assert!(left.is_small(400.0, &["friction_map"], thresholds));
         let beyond = RemainingGain {
             beyond_form: 30.0,
             ..left
         };
-        assert!(!beyond.is_small(100.0, &["friction_patch"]));
+        assert!(!beyond.is_small(100.0, &["friction_patch"], thresholds));
     }
 }

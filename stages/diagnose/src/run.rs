@@ -5,12 +5,12 @@ use values::{Command, Rig, Shape, Split, Strike};
 use world::{World, launch::launches};
 
 use crate::{
-    Diagnose, DiagnoseError, Diagnosed, Input, Verdict,
+    Diagnose, DiagnoseError, Diagnosed, Input, Thresholds, Verdict,
     arm::{self, Arm},
     candidates::{Candidate, candidates, is_of_whole_strikes, last_resorts},
     conclude::Case,
     evidence::{self, Alarm, Statistic, replicates},
-    fit::{Fitted, ITERATIONS},
+    fit::ITERATIONS,
     heldout::{self, Gains},
     maps,
     mixed::GREATEST,
@@ -30,11 +30,6 @@ use crate::{
 
 /// Strikes below which friction, launch and their scatter leave nothing to distinguish effects by.
 const FEWEST: usize = 8;
-/// Wander of friction from the first strike to the last, relative, beside which effects are sought first: it moves no stop by more than
-/// launches scatter.
-const SMALL_WANDER: f64 = 0.004;
-/// Gain in log-likelihood of an effect of friction by order over a wander, for it to be named: two degrees of freedom at 5 %.
-const BEYOND_WANDER: f64 = 3.0;
 /// Frames that a track must have.
 const FRAMES: usize = 6;
 
@@ -70,7 +65,8 @@ impl Diagnose {
         is_delivered: bool,
         progress: &Progress,
     ) -> Result<Diagnosed, DiagnoseError> {
-        let (found, wanders) = self.diagnose_beside(SMALL_WANDER, input, is_delivered, progress)?;
+        let small = self.thresholds.small_wander;
+        let (found, wanders) = self.diagnose_beside(small, input, is_delivered, progress)?;
         if !wanders && found.diagnosis.verdict != Verdict::Unexplained {
             return Ok(found);
         }
@@ -90,7 +86,7 @@ impl Diagnose {
         let rig = &input.rig;
         progress.set_message("how the object leaves the tip");
         let (usable, pushed_again) = self.usable(input)?;
-        let (prepared, pushed) = prepare(rig, &input.world, &usable)?;
+        let (prepared, pushed) = prepare(rig, &input.world, &usable, &self.thresholds)?;
 
         progress.set_message("the world without effects, and the noise about it");
         let (prepared, null) = fit_null(prepared, &input.world, greatest_wander)?;
@@ -127,7 +123,7 @@ impl Diagnose {
             replicates,
         };
         let mut selection = search(&prepared, &null, &screened, &candidates, &chance, &limits)?;
-        let is_astray = is_astray(rig, &selection.fitted);
+        let is_astray = is_astray(&selection);
         if is_astray {
             candidates.retain(|candidate| is_of_whole_strikes(candidate.name));
             screened.retain(|screened| is_of_whole_strikes(screened.name));
@@ -258,6 +254,7 @@ pub(crate) fn prepare<'a>(
     rig: &'a Rig,
     world: &World,
     usable: &'a [Strike],
+    thresholds: &'a Thresholds,
 ) -> Result<(PreparedStrikes<'a>, usize), DiagnoseError> {
     let commands: Vec<Command> = usable.iter().map(|strike| strike.command).collect();
     let (strikes, launches): (Vec<&Strike>, Vec<_>) = usable
@@ -271,17 +268,20 @@ pub(crate) fn prepare<'a>(
             why: format!("in {pushed} strikes the object does not leave the tip"),
         });
     }
-    Ok((PreparedStrikes::new(rig, strikes, launches), pushed))
+    Ok((
+        PreparedStrikes::new(rig, strikes, launches, thresholds),
+        pushed,
+    ))
 }
-
-/// The camera's noise over that of the rig file from which on a box slides otherwise than the world says.
-const ASTRAY: f64 = 3.0;
 
 /// Whether tracks of a box differ from any slide of the world and all effects found by far more than the camera's noise. A box may tip and
 /// turn in ways that no centroid shows: what its track shows on the way is then no evidence, but its launch, and its friction as a whole, are.
-fn is_astray(rig: &Rig, fitted: &Fitted) -> bool {
-    let noise = fitted.estimated.components.camera;
-    rig.object.shape == Shape::Box && noise > ASTRAY * rig.camera.noise
+fn is_astray(selection: &Selection<'_>) -> bool {
+    let PreparedStrikes {
+        rig, thresholds, ..
+    } = selection.prepared;
+    let noise = selection.fitted.estimated.components.camera;
+    rig.object.shape == Shape::Box && noise > thresholds.astray * rig.camera.noise
 }
 
 /// What smooth dependences gain beside a model; where objects slide otherwise than the world says, those of whole strikes alone.
@@ -317,8 +317,8 @@ fn wanders(selection: &Selection<'_>) -> Result<bool, DiagnoseError> {
         let wandering = selection
             .prepared
             .fit(&model, &free, &fitted.nuisances, ITERATIONS)?;
-        if wandering
-            .is_some_and(|wandering| fitted.likelihood() - wandering.likelihood() < BEYOND_WANDER)
+        let beyond = selection.prepared.thresholds.beyond_wander;
+        if wandering.is_some_and(|wandering| fitted.likelihood() - wandering.likelihood() < beyond)
         {
             return Ok(true);
         }

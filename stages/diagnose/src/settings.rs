@@ -3,6 +3,8 @@
 use serde::{Deserialize, Serialize};
 use values::{Split, Strike};
 
+use crate::Thresholds;
+
 /// How to diagnose.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Diagnose {
@@ -14,6 +16,8 @@ pub struct Diagnose {
     pub next_strikes: usize,
     /// Seeds the bootstrap.
     pub seed: u64,
+    /// What decides whether an effect is named.
+    pub thresholds: Thresholds,
 }
 
 impl Default for Diagnose {
@@ -23,6 +27,7 @@ impl Default for Diagnose {
             most_effects: 5,
             next_strikes: 12,
             seed: 0,
+            thresholds: Thresholds::default(),
         }
     }
 }

@@ -11,6 +11,7 @@ use world::{
 };
 
 use crate::{
+    Thresholds,
     mixed::{ANGLE, NUISANCES, SPEED},
     model::{FRICTION, Model, RESTITUTION},
     noise::{self, FrameNoise, Whitening},
@@ -24,6 +25,7 @@ pub(crate) type Nuisances = SVector<f64, NUISANCES>;
 #[derive(Clone)]
 pub(crate) struct PreparedStrikes<'a> {
     pub(crate) rig: &'a Rig,
+    pub(crate) thresholds: &'a Thresholds,
     pub(crate) strikes: Vec<&'a Strike>,
     pub(crate) launches: Vec<Launch>,
     base: Base,
@@ -70,7 +72,12 @@ pub(crate) fn stack(points: &[Point]) -> DVector<f64> {
 
 impl<'a> PreparedStrikes<'a> {
     /// Strikes with their launches, under independent camera errors.
-    pub(crate) fn new(rig: &'a Rig, strikes: Vec<&'a Strike>, launches: Vec<Launch>) -> Self {
+    pub(crate) fn new(
+        rig: &'a Rig,
+        strikes: Vec<&'a Strike>,
+        launches: Vec<Launch>,
+        thresholds: &'a Thresholds,
+    ) -> Self {
         let frames: Vec<noise::Frames> = strikes
             .iter()
             .map(|strike| noise::Frames::new(strike, 1.0 / rig.camera.rate))
@@ -78,6 +85,7 @@ impl<'a> PreparedStrikes<'a> {
         let orders: Vec<f64> = strikes.iter().map(|s| s.conditions.order).collect();
         Self {
             rig,
+            thresholds,
             strikes,
             launches,
             paths: paths(&orders),

@@ -3,12 +3,15 @@
 use world::WorldError;
 
 use super::{
-    CandidateFit, EXCLUDED, Selection,
-    fits::BEHIND,
-    penalty::simpler,
-    refine::{BETTER, assess, refine},
+    CandidateFit, Selection,
+    penalty::{alike, simpler},
+    refine::{assess, refine},
 };
-use crate::{candidates::Candidate, fit::Fitted, screen::Chance};
+use crate::{
+    candidates::Candidate,
+    fit::Fitted,
+    screen::{Chance, screen},
+};
 
 /// Rivals of each effect beside which the others are asked again.
 const RIVALS: usize = 2;
@@ -20,6 +23,7 @@ pub(super) fn exchanged<'a>(
     candidates: &[Candidate],
     chance: &Chance,
 ) -> Result<Selection<'a>, WorldError> {
+    let thresholds = selection.prepared.thresholds;
     let held = selection.fitted.model.parts.len();
     if held < 2 {
         return Ok(selection);
@@ -29,12 +33,15 @@ pub(super) fn exchanged<'a>(
     let best = pairs
         .iter()
         .max_by(|a, b| a.worth.total_cmp(&b.worth))
-        .filter(|best| best.worth > here + BETTER);
+        .filter(|best| best.worth > here + thresholds.better);
     if let Some(best) = best {
         selection.fitted = best.fitted.clone();
         return refine(selection, candidates, chance, held);
     }
-    for pair in pairs.iter().filter(|pair| pair.worth > here - EXCLUDED) {
+    for pair in pairs
+        .iter()
+        .filter(|pair| pair.worth > here - thresholds.excluded)
+    {
         for (out, other) in &pair.exchanged {
             let effect = selection.effects.iter_mut().find(|e| e.name == *out);
             if let Some(effect) = effect.filter(|effect| !effect.equivalent.contains(other)) {
@@ -67,9 +74,13 @@ fn exchanges(
 ) -> Result<Vec<Exchange>, WorldError> {
     let mut found = Vec::new();
     for effect in &selection.effects {
-        // One that contains others is another question, which the likelihood alone does not answer.
+        // One that contains others is another question, which the likelihood alone does not answer; beside one that does nearly the same,
+        // the others were asked when it was not there.
         let near = |rival: &&CandidateFit| {
-            rival.evidence > BEHIND * effect.evidence && simpler(rival.name).is_empty()
+            let least = selection.prepared.thresholds.fitted_to_end * effect.evidence;
+            rival.evidence > least
+                && simpler(rival.name).is_empty()
+                && !alike(effect.name).contains(&rival.name)
         };
         for rival in effect.rivals.iter().filter(near).take(RIVALS) {
             let beside = Selection {
@@ -78,6 +89,10 @@ fn exchanges(
                 fitted: rival.fitted.clone(),
                 effects: Vec::new(),
             };
+            let lost = effect.evidence - rival.evidence;
+            if !may_recover(&beside, lost, effect.name, candidates, chance)? {
+                continue;
+            }
             // The rival stands last.
             for place in 0..beside.fitted.model.parts.len().saturating_sub(1) {
                 let (other, _) = assess(&beside, place, candidates, chance)?;
@@ -94,4 +109,32 @@ fn exchanges(
         }
     }
     Ok(found)
+}
+
+/// Whether something beside a model, other than the effect that it lost, promises a share of what it lost with that: an exchange gains no
+/// more than what comes beside all that is there. Linear, so a share is enough.
+fn may_recover(
+    beside: &Selection<'_>,
+    lost: f64,
+    effect: &str,
+    candidates: &[Candidate],
+    chance: &Chance,
+) -> Result<bool, WorldError> {
+    let Selection {
+        prepared, fitted, ..
+    } = beside;
+    let thresholds = prepared.thresholds;
+    let least = thresholds.recovered * (lost - thresholds.excluded);
+    if least <= 0.0 {
+        return Ok(true);
+    }
+    let components = &fitted.estimated.components;
+    let Some(fitted) = prepared.fit(&fitted.model, components, &fitted.nuisances, 1)? else {
+        return Ok(false);
+    };
+    let screened = screen(prepared, &fitted, candidates)?;
+    Ok(screened
+        .iter()
+        .filter(|s| s.name != effect && simpler(s.name).is_empty())
+        .any(|s| s.gain() - chance[s.name] > least))
 }

@@ -15,12 +15,6 @@ use crate::{
 /// Candidates that are fitted at each step, the best by their scores, and starts of each.
 const FITTED: usize = 5;
 const STARTS: usize = 2;
-/// Gain of the score below this share of the best one's is not worth a fit.
-const HOPELESS: f64 = 0.25;
-/// Share of the best one's evidence below which a candidate is not fitted to the end.
-pub(super) const BEHIND: f64 = 0.6;
-/// A candidate whose evidence is less than this short of the best one's is not excluded: odds of a hundred to one.
-pub(crate) const EXCLUDED: f64 = 4.6;
 
 /// A candidate fitted beside a model.
 #[derive(Clone, Debug)]
@@ -50,13 +44,15 @@ pub(super) fn fit_best(
     required: &[&str],
     tried: &mut Tried,
 ) -> Result<Vec<CandidateFit>, WorldError> {
-    let starts = promising(screened, chance, required);
+    let thresholds = prepared.thresholds;
+    let starts = promising(screened, chance, required, thresholds.fitted);
     let of = |name: &'static str, fitted: Fitted| CandidateFit {
         evidence: evidence_of(
             name,
             fitted.likelihood() - from.likelihood(),
             fitted.model.free.len() - from.model.free.len(),
             chance[name],
+            thresholds,
         ),
         name,
         fitted,
@@ -82,7 +78,7 @@ pub(super) fn fit_best(
         .into_par_iter()
         .map(|(key, begun)| {
             // Far behind after its first iterations, it is left there: a rival all the same, if a poor one.
-            if begun.evidence < BEHIND * best && !required.contains(&begun.name) {
+            if begun.evidence < thresholds.fitted_to_end * best && !required.contains(&begun.name) {
                 return Ok((key, begun.clone()));
             }
             let fitted = prepared.further(begun.fitted.clone(), ITERATIONS - TRIAL_ITERATIONS)?;
@@ -95,15 +91,16 @@ pub(super) fn fit_best(
 
 type Key = (&'static str, usize);
 
-/// The starts that are worth a fit.
+/// The starts that are worth a fit, at least this share of the best one's gain each.
 fn promising<'s>(
     screened: &'s [Screened],
     chance: &Chance,
     required: &[&str],
+    least: f64,
 ) -> Vec<(Key, &'s Start)> {
     let mut order: Vec<&Screened> = screened.iter().collect();
     order.sort_by(|a, b| (b.gain() - chance[b.name]).total_cmp(&(a.gain() - chance[a.name])));
-    let least = order.first().map_or(0.0, |best| HOPELESS * best.gain());
+    let least = order.first().map_or(0.0, |best| least * best.gain());
     order
         .into_iter()
         .enumerate()

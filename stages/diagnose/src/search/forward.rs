@@ -7,7 +7,7 @@ use super::{
     exchange::exchanged,
     fits::{Tried, fit_best},
     penalty::alike,
-    refine::{ALIKE, BETTER, refine},
+    refine::refine,
 };
 use crate::{
     candidates::Candidate,
@@ -19,12 +19,6 @@ use crate::{
     smooth::family_columns,
     strikes::PreparedStrikes,
 };
-
-/// Evidence that another effect must bring beyond chance for each value that it frees: one missing effect is likelier than two.
-const ANOTHER: f64 = 2.0;
-/// Share of what the effects so far explain that another must bring: a real effect never has quite the library's form, and what
-/// is left of a strong one looks like a weak one.
-const FORM: f64 = 0.02;
 
 /// What a search may do.
 pub(crate) struct Limits {
@@ -133,9 +127,9 @@ fn next_effect(
     };
     // A rival that was left after its first iterations may be the better one.
     let rivals = best_but(Some(fit.name))?;
-    let better = rivals
-        .into_iter()
-        .find(|rival| rival.evidence > fit.evidence + BETTER && is_enough(rival));
+    let better = rivals.into_iter().find(|rival| {
+        rival.evidence > fit.evidence + prepared.thresholds.better && is_enough(rival)
+    });
     Ok(Some(better.unwrap_or(fit)))
 }
 
@@ -145,15 +139,16 @@ fn required_evidence(selection: &Selection<'_>, fit: &CandidateFit) -> f64 {
         return 0.0;
     }
     let own = fit.fitted.model.free.len() - selection.fitted.model.free.len();
-    let form = FORM * selection.gain();
+    let thresholds = selection.prepared.thresholds;
+    let form = thresholds.form * selection.gain();
     // An effect that does nearly what another does stands beside it only where the form of neither is enough.
     let alike = alike(fit.name);
     selection
         .effects
         .iter()
         .filter(|held| alike.contains(&held.name))
-        .map(|held| (1.0 - ALIKE) * held.evidence)
-        .fold(f64::max(ANOTHER * own as f64, form), f64::max)
+        .map(|held| (1.0 - thresholds.alike) * held.evidence)
+        .fold(f64::max(thresholds.another * own as f64, form), f64::max)
 }
 
 /// Starts of each candidate that are tried in another's place: the best where it was last screened.

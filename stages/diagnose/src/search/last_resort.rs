@@ -5,13 +5,12 @@ use world::{WorldError, effects::effect};
 use super::{
     Selection,
     fits::{Tried, fit_best},
-    refine::{BETTER, refine},
+    refine::refine,
 };
 use crate::{
     candidates::Candidate,
     fit::ITERATIONS,
     null::renewed,
-    remaining_gain::EXPLAINS,
     screen::{Chance, screen},
 };
 
@@ -37,6 +36,7 @@ pub(crate) fn with_last_resorts<'a>(
                 by_chance += chance[name];
             }
         }
+        let thresholds = prepared.thresholds;
         let held = fitted.model.parts.len();
         if model.parts.len() == held && held > 0 {
             continue;
@@ -58,7 +58,7 @@ pub(crate) fn with_last_resorts<'a>(
         )?;
         let Some(fit) = fits.into_iter().find(|fit| {
             let gain = fit.fitted.likelihood() - reduced.likelihood();
-            EXPLAINS * gain - chance[last_resort.name] > simpler + BETTER
+            thresholds.explained * gain - chance[last_resort.name] > simpler + thresholds.better
         }) else {
             continue;
         };

@@ -11,7 +11,7 @@ mod last_resort;
 mod penalty;
 mod refine;
 
-pub(crate) use fits::{CandidateFit, EXCLUDED};
+pub(crate) use fits::CandidateFit;
 pub(crate) use forward::{Limits, search};
 pub(crate) use last_resort::with_last_resorts;
 pub(crate) use refine::without;

@@ -3,20 +3,16 @@
 use world::WorldError;
 
 use super::{
-    CandidateFit, EXCLUDED, SelectedEffect, Selection,
+    CandidateFit, SelectedEffect, Selection,
     fits::{Tried, fit_best},
     penalty::{alike, evidence_of, simpler},
 };
 use crate::{
+    Thresholds,
     candidates::Candidate,
     fit::{Fitted, ITERATIONS},
     screen::{Chance, Screened, screen},
 };
-
-/// Evidence by which another effect in an effect's place is better.
-pub(super) const BETTER: f64 = 0.5;
-/// Share of the evidence below which an effect that is nearly the same by construction is excluded.
-pub(super) const ALIKE: f64 = 0.6;
 
 /// The same without one of its effects.
 pub(crate) fn without<'a>(
@@ -52,7 +48,7 @@ pub(super) fn refine<'a>(
         for place in 0..selection.fitted.model.parts.len() {
             let (mut effect, reduced) = assess(&selection, place, candidates, chance)?;
             if changes > 0 {
-                better = replacement(&effect, reduced);
+                better = replacement(&effect, reduced, selection.prepared.thresholds);
                 if better.is_some() {
                     break;
                 }
@@ -74,12 +70,16 @@ pub(super) fn refine<'a>(
 }
 
 /// The model that is better than the one with this effect: without it, or with a rival in its place.
-fn replacement(effect: &SelectedEffect, reduced: Option<Fitted>) -> Option<Fitted> {
+fn replacement(
+    effect: &SelectedEffect,
+    reduced: Option<Fitted>,
+    thresholds: &Thresholds,
+) -> Option<Fitted> {
     if effect.evidence < 0.0 {
         return reduced;
     }
     let rival = effect.rivals.first()?;
-    (rival.evidence > effect.evidence + BETTER).then(|| rival.fitted.clone())
+    (rival.evidence > effect.evidence + thresholds.better).then(|| rival.fitted.clone())
 }
 
 /// How firmly one effect stands beside the others, and the model without it.
@@ -92,6 +92,7 @@ pub(super) fn assess(
     let Selection {
         prepared, fitted, ..
     } = selection;
+    let thresholds = prepared.thresholds;
     let name = fitted.model.parts[place].name;
     let model = fitted.model.without(place);
     let components = &fitted.estimated.components;
@@ -109,6 +110,7 @@ pub(super) fn assess(
         fitted.likelihood() - reduced.likelihood(),
         fitted.model.free.len() - reduced.model.free.len(),
         chance[name],
+        thresholds,
     );
     let screened: Vec<Screened> = screen(prepared, &reduced, candidates)?
         .into_iter()
@@ -127,7 +129,9 @@ pub(super) fn assess(
         // A form at the end of its range stands for something else, the best rival first of all.
         // One that contains this effect is never excluded, and says no other thing.
         .filter(|(_, rival)| !contains(rival.name, name))
-        .filter(|(rank, rival)| (is_at_end && *rank == 0) || !is_excluded(name, evidence, rival))
+        .filter(|(rank, rival)| {
+            (is_at_end && *rank == 0) || !is_excluded(name, evidence, rival, thresholds)
+        })
         .map(|(_, rival)| rival.name)
         .collect();
     let effect = SelectedEffect {
@@ -141,13 +145,13 @@ pub(super) fn assess(
 
 /// Whether the data exclude another effect in the place of a named one. Of effects that differ in form alone, and whose form is
 /// a choice of the library's, more is asked than odds.
-fn is_excluded(name: &str, evidence: f64, rival: &CandidateFit) -> bool {
+fn is_excluded(name: &str, evidence: f64, rival: &CandidateFit, thresholds: &Thresholds) -> bool {
     let share = if alike(name).contains(&rival.name) {
-        ALIKE
+        thresholds.alike
     } else {
         1.0
     };
-    rival.evidence < share * (evidence - EXCLUDED)
+    rival.evidence < share * (evidence - thresholds.excluded)
 }
 
 /// Whether an effect, or one that does nearly the same, is a special case of another.

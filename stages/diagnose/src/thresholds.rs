@@ -1,0 +1,75 @@
+//! The numbers set by hand that decide what is named, in one place. `tests/THRESHOLDS.md` has what half and twice each of them does.
+
+use serde::{Deserialize, Serialize};
+
+/// What decides whether an effect is tried, added, exchanged, excluded and named. Evidence is gain in log-likelihood beyond chance.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Thresholds {
+    /// Least share of the gap's evidence that a model must hold, what another form of its effects would take not counted.
+    pub explained: f64,
+    /// The same where objects slide otherwise than any world says.
+    pub explained_astray: f64,
+    /// Least share of all the gap's evidence, what another form would take included.
+    pub explained_in_form: f64,
+    /// The same with an effect by place: a field of another kind leaves much.
+    pub explained_by_place: f64,
+    /// The same with several effects by place.
+    pub explained_by_places: f64,
+    /// The same with a smooth field, which takes every smooth form: what it leaves of its own kind, as at a line, is of no field.
+    pub explained_by_field: f64,
+    /// Share of the best candidate's score below which another is not fitted.
+    pub fitted: f64,
+    /// Share of the best candidate's evidence below which another is not fitted to the end.
+    pub fitted_to_end: f64,
+    /// Share of a rival's disadvantage that some further effect must promise to recover for pairs with it to be fitted.
+    pub recovered: f64,
+    /// Log-odds below which a rival is not excluded: a hundred to one.
+    pub excluded: f64,
+    /// Evidence by which a rival takes an effect's place.
+    pub better: f64,
+    /// Share of an effect's evidence below which one that is nearly the same by construction is excluded, and up to which it stands
+    /// beside it: the form of each is a choice of the library's.
+    pub alike: f64,
+    /// Evidence that another effect must bring for each value that it frees: one missing effect is likelier than two.
+    pub another: f64,
+    /// Share of what the effects so far gain that another must bring: what is left of a strong effect looks like a weak one, for a real
+    /// one never has quite the library's form.
+    pub form: f64,
+    /// Share of its own gain that an effect which contains a simpler one must bring beyond it.
+    pub contains: f64,
+    /// Evidence that each further value of such an effect must bring.
+    pub contains_value: f64,
+    /// Wander of friction from the first strike to the last, relative, beside which effects are sought first: it moves no stop by more
+    /// than launches scatter.
+    pub small_wander: f64,
+    /// Gain in log-likelihood over a great wander by which an effect of friction by order is named: two degrees of freedom at 5 %.
+    pub beyond_wander: f64,
+    /// The camera's noise over that of the rig file from which on a box slides otherwise than the world says.
+    pub astray: f64,
+}
+
+impl Default for Thresholds {
+    fn default() -> Self {
+        Self {
+            explained: 0.95,
+            explained_astray: 0.75,
+            explained_in_form: 0.5,
+            explained_by_place: 0.6,
+            explained_by_places: 0.8,
+            explained_by_field: 0.85,
+            fitted: 0.25,
+            fitted_to_end: 0.6,
+            recovered: 0.5,
+            excluded: 4.6,
+            better: 0.5,
+            alike: 0.6,
+            another: 2.0,
+            form: 0.02,
+            contains: 0.02,
+            contains_value: 2.0,
+            small_wander: 0.004,
+            beyond_wander: 3.0,
+            astray: 3.0,
+        }
+    }
+}
