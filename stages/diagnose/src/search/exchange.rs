@@ -9,24 +9,24 @@ use super::{
 };
 use crate::{
     candidates::Candidate,
-    fit::Fitted,
+    fit::{Fitted, ITERATIONS},
     screen::{Chance, screen},
 };
 
 /// Rivals of each effect beside which the others are asked again.
 const RIVALS: usize = 2;
 
-/// The same with two effects exchanged for two others where those are better together; where they are as good, they are named as
-/// equivalents.
+/// The same with two effects exchanged for two others where those are better together, and whether they are; where they are as good, they
+/// are named as equivalents.
 pub(super) fn exchanged<'a>(
     mut selection: Selection<'a>,
     candidates: &[Candidate],
     chance: &Chance,
-) -> Result<Selection<'a>, WorldError> {
+) -> Result<(Selection<'a>, bool), WorldError> {
     let thresholds = selection.prepared.thresholds;
     let held = selection.fitted.model.parts.len();
     if held < 2 {
-        return Ok(selection);
+        return Ok((selection, false));
     }
     let pairs = exchanges(&selection, candidates, chance)?;
     let here = worth(&selection.fitted, chance);
@@ -36,7 +36,7 @@ pub(super) fn exchanged<'a>(
         .filter(|best| best.worth > here + thresholds.better);
     if let Some(best) = best {
         selection.fitted = best.fitted.clone();
-        return refine(selection, candidates, chance, held);
+        return Ok((refine(selection, candidates, chance, held)?, true));
     }
     for pair in pairs
         .iter()
@@ -49,7 +49,7 @@ pub(super) fn exchanged<'a>(
             }
         }
     }
-    Ok(selection)
+    Ok((selection, false))
 }
 
 /// A model with two effects exchanged.
@@ -72,33 +72,43 @@ fn exchanges(
     candidates: &[Candidate],
     chance: &Chance,
 ) -> Result<Vec<Exchange>, WorldError> {
+    let prepared = &selection.prepared;
+    let here = worth(&selection.fitted, chance);
     let mut found = Vec::new();
     for effect in &selection.effects {
         // One that contains others is another question, which the likelihood alone does not answer; beside one that does nearly the same,
         // the others were asked when it was not there.
         let near = |rival: &&CandidateFit| {
-            let least = selection.prepared.thresholds.fitted_to_end * effect.evidence;
+            let least = prepared.thresholds.fitted_to_end * effect.evidence;
             rival.evidence > least
                 && simpler(rival.name).is_empty()
                 && !alike(effect.name).contains(&rival.name)
         };
         for rival in effect.rivals.iter().filter(near).take(RIVALS) {
+            // It was perhaps left after its first iterations, and its columns were dropped.
+            let Fitted {
+                model,
+                estimated,
+                nuisances,
+                ..
+            } = &rival.fitted;
+            let fitted = prepared.fit(model, &estimated.components, nuisances, ITERATIONS)?;
+            let Some(fitted) = fitted else { continue };
+            let lost = here - worth(&fitted, chance);
             let beside = Selection {
-                prepared: selection.prepared.clone(),
+                prepared: prepared.clone(),
                 null: selection.null.clone(),
-                fitted: rival.fitted.clone(),
+                fitted,
                 effects: Vec::new(),
             };
-            let lost = effect.evidence - rival.evidence;
-            if !may_recover(&beside, lost, effect.name, candidates, chance)? {
+            let promising = promising(&beside, lost, effect.name, candidates, chance)?;
+            if promising.is_empty() {
                 continue;
             }
             // The rival stands last.
             for place in 0..beside.fitted.model.parts.len().saturating_sub(1) {
-                let (other, _) = assess(&beside, place, candidates, chance)?;
-                let new =
-                    |to: &&CandidateFit| to.name != effect.name && simpler(to.name).is_empty();
-                if let Some(to) = other.rivals.iter().find(new) {
+                let (other, _) = assess(&beside, place, &promising, chance)?;
+                if let Some(to) = other.rivals.first() {
                     found.push(Exchange {
                         worth: worth(&to.fitted, chance),
                         fitted: to.fitted.clone(),
@@ -111,30 +121,32 @@ fn exchanges(
     Ok(found)
 }
 
-/// Whether something beside a model, other than the effect that it lost, promises a share of what it lost with that: an exchange gains no
-/// more than what comes beside all that is there. Linear, so a share is enough.
-fn may_recover(
+/// The effects, other than the one that a model lost, that promise beside it a share of what it lost with that: an exchange gains no more
+/// than what is added to all that is there. By scores, which are linear, so a share is enough.
+fn promising(
     beside: &Selection<'_>,
     lost: f64,
     effect: &str,
     candidates: &[Candidate],
     chance: &Chance,
-) -> Result<bool, WorldError> {
+) -> Result<Vec<Candidate>, WorldError> {
     let Selection {
         prepared, fitted, ..
     } = beside;
     let thresholds = prepared.thresholds;
     let least = thresholds.recovered * (lost - thresholds.excluded);
-    if least <= 0.0 {
-        return Ok(true);
-    }
-    let components = &fitted.estimated.components;
-    let Some(fitted) = prepared.fit(&fitted.model, components, &fitted.nuisances, 1)? else {
-        return Ok(false);
-    };
-    let screened = screen(prepared, &fitted, candidates)?;
-    Ok(screened
+    let others: Vec<Candidate> = candidates
         .iter()
-        .filter(|s| s.name != effect && simpler(s.name).is_empty())
-        .any(|s| s.gain() - chance[s.name] > least))
+        .filter(|candidate| candidate.name != effect && simpler(candidate.name).is_empty())
+        .cloned()
+        .collect();
+    let screened = screen(prepared, fitted, &others)?;
+    let promises = |name| {
+        let mut found = screened.iter().filter(|s| s.name == name);
+        found.any(|s| s.gain() - chance[s.name] > least)
+    };
+    Ok(others
+        .into_iter()
+        .filter(|candidate| promises(candidate.name))
+        .collect())
 }

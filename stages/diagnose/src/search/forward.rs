@@ -1,4 +1,4 @@
-//! Adds effects one by one.
+//! Adds effects one by one; when none is left to add, exchanges two.
 
 use world::WorldError;
 
@@ -43,41 +43,57 @@ pub(crate) fn search<'a>(
         fitted: null.clone(),
         effects: Vec::new(),
     };
-    let mut screened = first.to_vec();
-    let mut significant: Option<Alarm> = None;
-    for _ in 0..limits.effects {
-        let Some(fit) = next_effect(&selection, &screened, chance, significant.as_ref())? else {
-            break;
-        };
-        let held = selection.fitted.model.parts.len();
-        if let Some((prepared, null, fitted)) =
-            renewed(&selection.prepared, &selection.null, &fit.fitted)?
+    let mut screening = Some(Screening {
+        screened: first.to_vec(),
+        significant: None,
+    });
+    let mut short = candidates.to_vec();
+    // Each exchange makes the model better: so many at the most, for noise is estimated anew between them.
+    for _ in 0..=limits.effects {
+        while let Some(Screening {
+            screened,
+            significant,
+        }) = screening.take()
         {
-            let short = shortlist(candidates, &screened);
-            selection = refine(
-                Selection {
-                    prepared,
-                    null,
-                    fitted,
-                    effects: Vec::new(),
-                },
-                &short,
-                chance,
-                held,
-            )?;
-            selection = exchanged(selection, &short, chance)?;
-        } else {
+            let held = selection.fitted.model.parts.len();
+            if held >= limits.effects {
+                break;
+            }
+            let Some(fit) = next_effect(&selection, &screened, chance, significant.as_ref())?
+            else {
+                break;
+            };
+            let Some((prepared, null, fitted)) =
+                renewed(&selection.prepared, &selection.null, &fit.fitted)?
+            else {
+                break;
+            };
+            let larger = Selection {
+                prepared,
+                null,
+                fitted,
+                effects: Vec::new(),
+            };
+            short = shortlist(candidates, &screened);
+            selection = refine(larger, &short, chance, held)?;
+            if selection.fitted.model.parts.len() > held {
+                screening = screen_beside_family(&selection, candidates, limits)?;
+            }
+        }
+        let (better, is_better) = exchanged(selection, &short, chance)?;
+        selection = better;
+        if !is_better {
             break;
         }
-        if selection.fitted.model.parts.len() <= held {
-            break;
-        }
-        let Some((again, alarm)) = screen_beside_family(&selection, candidates, limits)? else {
-            break;
-        };
-        (screened, significant) = (again, Some(alarm));
+        screening = screen_beside_family(&selection, candidates, limits)?;
     }
     Ok(selection)
+}
+
+/// Candidates beside a model; beside one with effects, how likely each is by chance.
+struct Screening {
+    screened: Vec<Screened>,
+    significant: Option<Alarm>,
 }
 
 /// Every candidate beside the model and what a wrong form of its effects would leave; and how likely each is by chance.
@@ -85,7 +101,7 @@ fn screen_beside_family(
     selection: &Selection<'_>,
     candidates: &[Candidate],
     limits: &Limits,
-) -> Result<Option<(Vec<Screened>, Alarm)>, WorldError> {
+) -> Result<Option<Screening>, WorldError> {
     let Selection {
         prepared, fitted, ..
     } = selection;
@@ -94,8 +110,10 @@ fn screen_beside_family(
         return Ok(None);
     };
     let screened = screen_by(prepared, fitted, &test, candidates, limits.replicates)?;
-    let alarm = Alarm::new(&Statistic::all(&screened, &[]));
-    Ok(Some((screened, alarm)))
+    Ok(Some(Screening {
+        significant: Some(Alarm::new(&Statistic::all(&screened, &[]))),
+        screened,
+    }))
 }
 
 /// The effect that is added next, fitted; none where no candidate brings enough.
