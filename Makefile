@@ -1,6 +1,6 @@
 # Everything that carom needs beside rustup's stable Rust, Python 3 with pip and a C compiler is set up here,
 # under .native/. A second run of any target does nothing that is done.
-.PHONY: build install run test lint blind kuka curve bench fuzz arm loop soak setup clean
+.PHONY: build install run test lint blind thresholds kuka curve bench fuzz arm loop soak setup clean
 .DEFAULT_GOAL := build
 
 DEMO := artifacts/demo
@@ -53,6 +53,11 @@ else
 	$(BIN)/blind --seeds $(SEEDS) --first $(FIRST) --outcomes artifacts/runs/blind/from_$(FIRST).jsonl \
 		--page tests/BLIND.md --peers $(REGRESSION)/bin/python --chosen
 endif
+
+# What half and twice each number set by hand in the diagnosis does to hard sets, and the page that is committed.
+thresholds: build
+	$(BIN)/blind --thresholds --sets $(SETS) --first $(FIRST) --outcomes artifacts/runs/blind/thresholds_from_$(FIRST).jsonl \
+		--page tests/THRESHOLDS.md
 
 # The real strikes beside this checkout, and the page of what was found in them.
 kuka: build

@@ -46,7 +46,7 @@ pub fn run(case: &Case) -> Outcome {
         None => (Answer::none("impossible".into()), Vec::new()),
         Some(Err(error)) => (Answer::none(format!("error: {error}")), Vec::new()),
         Some(Ok(done)) => (
-            Answer::of(&done),
+            Answer::of(&done.found, done.seconds),
             covered(&case.hidden, case.variant == "textbook", &done),
         ),
     };

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use diagnose::{Diagnose, Diagnosed, Input, Verdict};
+use diagnose::{Diagnose, Diagnosed, Input, Thresholds, Verdict};
 use ingest::{Ingest, assemble, ingest_log};
 use rig::{PlannedStrike, StrikeTruth, Truth, demo};
 use serde::{Deserialize, Serialize};
@@ -92,13 +92,22 @@ pub struct DiagnosedSet {
     pub seconds: (f64, f64),
 }
 
-/// Makes a set and diagnoses it. `None` where the rig cannot make it, an error where identification or diagnosis gives one.
-pub(super) fn diagnosed(
+/// A set as it was read and identified.
+pub(super) struct IdentifiedSet {
+    /// All strikes as they really were.
+    pub really: Vec<StrikeTruth>,
+    /// What a diagnosis is given.
+    pub input: Input,
+    /// Seconds that identification took.
+    pub seconds: f64,
+}
+
+/// Makes a set and identifies its world. `None` where the rig cannot make it, an error where identification gives one.
+pub(super) fn identified_set(
     make: Make<'_>,
     believed_friction: Option<f64>,
-) -> Option<Result<DiagnosedSet, String>> {
+) -> Option<Result<IdentifiedSet, String>> {
     let folder = tempfile::tempdir().expect("a temporary folder can be made");
-    let truth = make.truth.clone();
     let Made {
         rig,
         strikes,
@@ -106,32 +115,49 @@ pub(super) fn diagnosed(
     } = strikes(make, folder.path())?;
     let begun = std::time::Instant::now();
     Some(
-        identified(&rig, &strikes, believed_friction).and_then(|world| {
-            let identification = begun.elapsed().as_secs_f64();
-            let input = Input {
+        identified(&rig, &strikes, believed_friction).map(|world| IdentifiedSet {
+            really,
+            input: Input {
                 rig,
                 world,
                 strikes,
-            };
-            let settings = Diagnose {
-                next_strikes: 0,
-                ..Diagnose::default()
-            };
-            let found = settings
-                .run(&input, &Progress::hidden())
-                .map_err(|error| error.to_string())?;
-            Ok(DiagnosedSet {
-                truth,
-                really,
-                input,
-                found,
-                seconds: (
-                    identification,
-                    begun.elapsed().as_secs_f64() - identification,
-                ),
-            })
+            },
+            seconds: begun.elapsed().as_secs_f64(),
         }),
     )
+}
+
+/// A diagnosis by these thresholds, and the seconds that it took.
+pub(super) fn diagnosis(input: &Input, thresholds: Thresholds) -> Result<(Diagnosed, f64), String> {
+    let settings = Diagnose {
+        next_strikes: 0,
+        thresholds,
+        ..Diagnose::default()
+    };
+    let begun = std::time::Instant::now();
+    let found = settings
+        .run(input, &Progress::hidden())
+        .map_err(|error| error.to_string())?;
+    Ok((found, begun.elapsed().as_secs_f64()))
+}
+
+/// Makes a set and diagnoses it. `None` where the rig cannot make it, an error where identification or diagnosis gives one.
+pub(super) fn diagnosed(
+    make: Make<'_>,
+    believed_friction: Option<f64>,
+) -> Option<Result<DiagnosedSet, String>> {
+    let truth = make.truth.clone();
+    let set = identified_set(make, believed_friction)?;
+    Some(set.and_then(|set| {
+        let (found, seconds) = diagnosis(&set.input, Thresholds::default())?;
+        Ok(DiagnosedSet {
+            truth,
+            really: set.really,
+            input: set.input,
+            found,
+            seconds: (set.seconds, seconds),
+        })
+    }))
 }
 
 /// What a diagnosis said of a set.
@@ -166,9 +192,9 @@ impl Answer {
         }
     }
 
-    /// From what was found.
-    pub(super) fn of(done: &DiagnosedSet) -> Self {
-        let found = &done.found.diagnosis;
+    /// From what was found in these seconds of identification and diagnosis.
+    pub(super) fn of(found: &Diagnosed, seconds: (f64, f64)) -> Self {
+        let found = &found.diagnosis;
         let gap = &found.gap;
         Self {
             verdict: match found.verdict {
@@ -184,8 +210,8 @@ impl Answer {
                 .collect(),
             p_value: found.p_value,
             gap: (gap.heldout_strikes, gap.before, gap.after, gap.noise_floor),
-            seconds: done.seconds.0 + done.seconds.1,
-            diagnosis_seconds: done.seconds.1,
+            seconds: seconds.0 + seconds.1,
+            diagnosis_seconds: seconds.1,
         }
     }
 

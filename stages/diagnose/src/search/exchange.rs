@@ -10,7 +10,7 @@ use super::{
 use crate::{
     candidates::Candidate,
     fit::{Fitted, ITERATIONS},
-    screen::{Chance, screen},
+    screen::{Chance, Screened, screen},
 };
 
 /// Rivals of each effect beside which the others are asked again.
@@ -141,9 +141,14 @@ fn promising(
         .cloned()
         .collect();
     let screened = screen(prepared, fitted, &others)?;
+    // What all of them gain is a further step of the model's own.
+    let own = screened
+        .iter()
+        .map(Screened::gain)
+        .fold(f64::INFINITY, f64::min);
     let promises = |name| {
         let mut found = screened.iter().filter(|s| s.name == name);
-        found.any(|s| s.gain() - chance[s.name] > least)
+        found.any(|s| s.gain() - own - chance[s.name] > least)
     };
     Ok(others
         .into_iter()

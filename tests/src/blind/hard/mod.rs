@@ -10,8 +10,10 @@ mod noise;
 mod outcome;
 mod page;
 mod rows;
+mod thresholds;
 
 pub use answers::said;
 pub use cases::{Drawn, HardCase, HardKind, hard_cases};
 pub use outcome::{HardOutcome, diagnosed_hard, run_hard};
 pub use page::hard_page;
+pub use thresholds::{VariedSet, run_varied, thresholds_page};

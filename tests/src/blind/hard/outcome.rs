@@ -98,7 +98,7 @@ pub fn run_hard(case: &HardCase) -> HardOutcome {
         }
         Some((drawn, Ok(done))) => {
             let covered = covered(&drawn.hidden, false, &done);
-            (Some(drawn), Answer::of(&done), covered)
+            (Some(drawn), Answer::of(&done.found, done.seconds), covered)
         }
     };
     HardOutcome {
