@@ -80,7 +80,7 @@ pub(crate) fn does_not_pay(gap: &Gap, gains: &Gains) -> String {
     let (sum, error) = heldout::total(&gains.stop);
     let each = 1e6 / gains.stop.len().max(1) as f64;
     format!(
-        "its stops are no nearer beyond chance on strikes that took no part: rms stop error {:.1} mm without and {:.1} mm with, \
+        "its stops are no nearer on strikes that took no part: rms stop error {:.1} mm without and {:.1} mm with, \
          {}, on {} held-out strikes; squared stop error {:+.1} ± {:.1} mm² a strike on {} left out of its fits in turn",
         1e3 * gap.before,
         1e3 * gap.after,

@@ -193,7 +193,7 @@ mod tests {
                 .into_iter()
                 .filter(|(name, value)| varied[name] != *value);
             let names: Vec<String> = differ.map(|(name, _)| name).collect();
-            assert_eq!(names, [variation.threshold.clone()]);
+            assert_eq!(names, std::slice::from_ref(&variation.threshold));
         }
     }
 
