@@ -8,7 +8,7 @@ use zune_core::options::DecoderOptions;
 use zune_jpeg::JpegDecoder;
 
 use crate::image::{Image, checked_size};
-use crate::jpeg::check_scans;
+use crate::jpeg::ScanCheck;
 use crate::message::Payload;
 use crate::size::LARGEST_IMAGE;
 use crate::video::Video;
@@ -18,8 +18,9 @@ use crate::{ImageError, ImageMessage};
 #[derive(Debug, Default)]
 pub struct Decoder {
     image: Image,
-    /// The pixels of the last PNG before they are sorted, or the entropy-coded bytes of the last JPEG.
+    /// The undecoded pixels of the last PNG.
     scratch: Vec<u8>,
+    scans: ScanCheck,
     video: Video,
 }
 
@@ -45,7 +46,7 @@ impl Decoder {
 
     fn compressed(&mut self, data: &[u8]) -> Result<(), ImageError> {
         if data.starts_with(&[0xff, 0xd8]) {
-            jpeg(&mut self.image, &mut self.scratch, data)
+            jpeg(&mut self.image, &mut self.scans, data)
         } else if data.starts_with(b"\x89PNG") {
             png(&mut self.image, &mut self.scratch, data)
         } else {
@@ -54,7 +55,7 @@ impl Decoder {
     }
 }
 
-fn jpeg(image: &mut Image, scratch: &mut Vec<u8>, data: &[u8]) -> Result<(), ImageError> {
+fn jpeg(image: &mut Image, scans: &mut ScanCheck, data: &[u8]) -> Result<(), ImageError> {
     let wrong =
         |error: zune_jpeg::errors::DecodeErrors| ImageError::Compressed("JPEG", error.to_string());
     // Strict, so that a JPEG that is cut off is an error and no grey lower half.
@@ -67,7 +68,8 @@ fn jpeg(image: &mut Image, scratch: &mut Vec<u8>, data: &[u8]) -> Result<(), Ima
     let info = info.ok_or_else(|| ImageError::Compressed("JPEG", "it has no header".into()))?;
     image.resize(info.width.into(), info.height.into())?;
     image.grey = info.components == 1;
-    check_scans(data, scratch).map_err(|why| ImageError::Compressed("JPEG", why.into()))?;
+    let checked = scans.check(data);
+    checked.map_err(|why| ImageError::Compressed("JPEG", why.into()))?;
     decoder.decode_into(&mut image.rgb).map_err(wrong)
 }
 

@@ -4,6 +4,7 @@
 
 /// Bits by which symbols are looked up; longer codes are rare.
 const LOOKED_UP: u32 = 11;
+const ENTRIES: usize = 1 << LOOKED_UP;
 /// Longest code in bits.
 const LONGEST: usize = 16;
 /// Coefficients of a block.
@@ -38,26 +39,31 @@ impl Step {
 }
 
 /// One table of codes.
+#[derive(Debug)]
 pub(crate) struct Codes {
-    /// Symbols in the order of their codes, and for each length the first code beyond it (left-aligned in 16 bits) and what is added to
+    /// How many codes each length has, their symbols in the order of the codes, and for each length the first code beyond it (left-aligned in 16 bits) and what is added to
     /// a code to find its symbol.
+    counts: [u8; LONGEST],
     symbols: Vec<u8>,
     beyond: [u32; LONGEST + 1],
     offset: [i32; LONGEST + 1],
-    /// For each `LOOKED_UP` bits: the first symbol, and as many as fit.
+    /// For each `LOOKED_UP` bits: the first symbol and its length, the step that it is, and the steps that fit together.
+    first: Vec<(u8, u8)>,
     one: Vec<Step>,
-    many: Vec<Step>,
+    many: Box<[Step; ENTRIES]>,
 }
 
 impl Codes {
     /// The table of a DHT segment: how many codes each length has, and their symbols. `None` where these are no code.
     pub(crate) fn new(counts: &[u8; LONGEST], symbols: &[u8]) -> Option<Self> {
         let mut codes = Self {
+            counts: *counts,
             symbols: symbols.to_vec(),
             beyond: [0; LONGEST + 1],
             offset: [0; LONGEST + 1],
-            one: Vec::new(),
-            many: Vec::new(),
+            first: Vec::with_capacity(ENTRIES),
+            one: Vec::with_capacity(ENTRIES),
+            many: Box::new([Step::default(); ENTRIES]),
         };
         let (mut code, mut index) = (0u32, 0usize);
         for length in 1..=LONGEST {
@@ -78,7 +84,7 @@ impl Codes {
     }
 
     /// The symbol that 16 bits begin with, and the length of its code.
-    pub(crate) fn symbol(&self, sixteen: u32) -> Option<(u8, u32)> {
+    fn symbol(&self, sixteen: u32) -> Option<(u8, u32)> {
         let length = (1..=LONGEST).find(|length| sixteen < self.beyond[*length])?;
         let code = (sixteen >> (LONGEST - length)) as i32;
         let index = usize::try_from(code + self.offset[length]).ok()?;
@@ -87,18 +93,35 @@ impl Codes {
 
     /// Fills the tables of what is looked up.
     fn look_up(&mut self, counts: &[u8; LONGEST]) {
-        let entries = 1usize << LOOKED_UP;
-        self.one.reserve(entries);
         let mut symbols = self.symbols.iter();
         for (length, count) in (1..=LOOKED_UP).zip(counts) {
             for symbol in symbols.by_ref().take(usize::from(*count)) {
-                let step = Step::of(*symbol, length).unwrap_or_default();
-                let alike = 1 << (LOOKED_UP - length);
-                self.one.resize(self.one.len() + alike, step);
+                let end = self.one.len() + (1 << (LOOKED_UP - length));
+                self.first.resize(end, (*symbol, length as u8));
+                self.one
+                    .resize(end, Step::of(*symbol, length).unwrap_or_default());
             }
         }
-        self.one.resize(entries, Step::default());
-        self.many = (0..entries).map(|bits| self.all_within(bits)).collect();
+        self.first.resize(ENTRIES, (0, 0));
+        self.one.resize(ENTRIES, Step::default());
+        for bits in 0..ENTRIES {
+            self.many[bits] = self.all_within(bits);
+        }
+    }
+
+    /// Whether these are its codes.
+    pub(crate) fn is(&self, counts: &[u8; LONGEST], symbols: &[u8]) -> bool {
+        self.counts == *counts && self.symbols == symbols
+    }
+
+    /// The symbol that the next bits begin with, and the length of its code.
+    #[inline]
+    pub(crate) fn first(&self, bits: u64) -> Option<(u8, u32)> {
+        let (symbol, length) = self.first[(bits >> (u64::BITS - LOOKED_UP)) as usize];
+        if length > 0 {
+            return Some((symbol, length.into()));
+        }
+        self.symbol((bits >> (u64::BITS - LONGEST as u32)) as u32)
     }
 
     /// As many symbols of coefficients as are whole in the bits.
@@ -117,11 +140,13 @@ impl Codes {
     }
 
     /// As many symbols of coefficients as the next bits hold, looked up.
+    #[inline]
     pub(crate) fn many(&self, bits: u64) -> Step {
         self.many[(bits >> (u64::BITS - LOOKED_UP)) as usize]
     }
 
     /// The next symbol of coefficients.
+    #[inline]
     pub(crate) fn one(&self, bits: u64) -> Option<Step> {
         let step = self.one[(bits >> (u64::BITS - LOOKED_UP)) as usize];
         if step.bits > 0 {

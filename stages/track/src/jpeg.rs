@@ -35,7 +35,7 @@ const HEADER: Damage = "its header is damaged";
 const NO_TABLES: Damage = "it has no Huffman tables";
 
 /// A component (luma or a chroma) as the header has it.
-#[derive(Clone, Copy, Default)]
+#[derive(Clone, Copy, Debug, Default)]
 struct Component {
     id: u8,
     /// Blocks across and down in a unit of an interleaved scan.
@@ -55,62 +55,82 @@ struct InScan<'a> {
     mean: i32,
 }
 
+/// Checks one JPEG after another in the same memory.
+#[derive(Debug, Default)]
+pub(crate) struct ScanCheck {
+    header: Header,
+    bytes: Vec<u8>,
+}
+
 /// What the segments before a scan set.
-#[derive(Default)]
+#[derive(Debug, Default)]
 struct Header {
     /// Width and height in px.
     size: [usize; 2],
     components: Vec<Component>,
-    /// Codes of means and of the other coefficients.
+    /// Codes of means and of the other coefficients; those of the image before are kept, for cameras use the same again.
     codes: [[Option<Codes>; 4]; 2],
+    /// Whether this image has set them.
+    is_set: [[bool; 4]; 2],
     /// Quantisation steps of blocks' means.
     steps: [i32; 4],
     /// Units between restart markers; 0 for none.
     restarts: usize,
 }
 
-/// Checks all scans of a JPEG. `bytes` is memory to work in.
-pub(crate) fn check_scans(data: &[u8], bytes: &mut Vec<u8>) -> Result<(), Damage> {
-    let mut header = Header::default();
-    let mut at = 2;
-    loop {
-        let (&first, &kind) = data.get(at).zip(data.get(at + 1)).ok_or(CUT)?;
-        if first != 0xff {
-            return Err(HEADER);
-        }
-        if kind == 0xff {
-            at += 1;
-            continue;
-        }
-        if kind == marker::END {
-            return Ok(());
-        }
-        let length = data.get(at + 2..at + 4).ok_or(CUT)?;
-        let length = usize::from(u16::from_be_bytes([length[0], length[1]]));
-        let segment = data.get(at + 4..at + 2 + length).ok_or(CUT)?;
-        at += 2 + length;
-        match kind {
-            marker::BASELINE | marker::EXTENDED => header.frame(segment).ok_or(HEADER)?,
-            marker::CODES => header.codes(segment).ok_or(HEADER)?,
-            marker::STEPS => header.steps(segment).ok_or(HEADER)?,
-            marker::RESTARTS => {
-                let [high, low] = *segment.first_chunk::<2>().ok_or(HEADER)?;
-                header.restarts = usize::from(u16::from_be_bytes([high, low]));
+impl ScanCheck {
+    /// Checks all scans of a JPEG.
+    pub(crate) fn check(&mut self, data: &[u8]) -> Result<(), Damage> {
+        let Self { header, bytes } = self;
+        header.begin();
+        let mut at = 2;
+        loop {
+            let (&first, &kind) = data.get(at).zip(data.get(at + 1)).ok_or(CUT)?;
+            if first != 0xff {
+                return Err(HEADER);
             }
-            marker::SCAN => {
-                if header.codes.iter().flatten().all(Option::is_none) {
-                    header.codes(STANDARD_CODES).ok_or(HEADER)?;
+            if kind == 0xff {
+                at += 1;
+                continue;
+            }
+            if kind == marker::END {
+                return Ok(());
+            }
+            let length = data.get(at + 2..at + 4).ok_or(CUT)?;
+            let length = usize::from(u16::from_be_bytes([length[0], length[1]]));
+            let segment = data.get(at + 4..at + 2 + length).ok_or(CUT)?;
+            at += 2 + length;
+            match kind {
+                marker::BASELINE | marker::EXTENDED => header.frame(segment).ok_or(HEADER)?,
+                marker::CODES => header.codes(segment).ok_or(HEADER)?,
+                marker::STEPS => header.steps(segment).ok_or(HEADER)?,
+                marker::RESTARTS => {
+                    let [high, low] = *segment.first_chunk::<2>().ok_or(HEADER)?;
+                    header.restarts = usize::from(u16::from_be_bytes([high, low]));
                 }
-                at = header.scan(segment, data, at, bytes)?;
+                marker::SCAN => {
+                    if header.is_set.iter().flatten().all(|is_set| !is_set) {
+                        header.codes(STANDARD_CODES).ok_or(HEADER)?;
+                    }
+                    at = header.scan(segment, data, at, bytes)?;
+                }
+                // Progressive, or a kind that the decoder refuses.
+                kind if marker::OTHER_FRAMES.contains(&kind) => return Ok(()),
+                _ => {}
             }
-            // Progressive, or a kind that the decoder refuses.
-            kind if marker::OTHER_FRAMES.contains(&kind) => return Ok(()),
-            _ => {}
         }
     }
 }
 
 impl Header {
+    /// Forgets all but the codes of the image before.
+    fn begin(&mut self) {
+        *self = Self {
+            codes: std::mem::take(&mut self.codes),
+            ..Self::default()
+        };
+    }
+
     fn frame(&mut self, segment: &[u8]) -> Option<()> {
         let (head, components) = segment.split_at_checked(6)?;
         let pixels = |at: usize| usize::from(u16::from_be_bytes([head[at], head[at + 1]]));
@@ -137,9 +157,15 @@ impl Header {
             let [place, counts @ ..] = head;
             let count = counts.iter().map(|count| usize::from(*count)).sum();
             let (symbols, rest) = rest.split_at_checked(count)?;
-            let kind = self.codes.get_mut(usize::from(place >> 4))?;
-            let codes = kind.get_mut(usize::from(place & 15))?;
-            *codes = Some(Codes::new(counts, symbols)?);
+            let (kind, number) = (usize::from(place >> 4), usize::from(place & 15));
+            let codes = self.codes.get_mut(kind)?.get_mut(number)?;
+            if !codes
+                .as_ref()
+                .is_some_and(|codes| codes.is(counts, symbols))
+            {
+                *codes = Some(Codes::new(counts, symbols)?);
+            }
+            self.is_set[kind][number] = true;
             segment = rest;
         }
         segment.is_empty().then_some(())
@@ -180,7 +206,9 @@ impl Header {
                 .find(|component| component.id == *id)
                 .ok_or(HEADER)?;
             let table = |kind: usize, number: u8| {
-                let codes = self.codes[kind].get(usize::from(number));
+                let number = usize::from(number);
+                let is_set = self.is_set[kind].get(number).is_some_and(|is_set| *is_set);
+                let codes = self.codes[kind].get(number).filter(|_| is_set);
                 codes.and_then(Option::as_ref).ok_or(NO_TABLES)
             };
             parts.push(InScan {
@@ -340,8 +368,7 @@ impl InScan<'_> {
         const LARGEST: u8 = 11;
         const BRIGHTEST: i32 = 8 * 128;
         bits.fill()?;
-        let sixteen = (bits.buffer >> 48) as u32;
-        let (size, length) = self.dc.symbol(sixteen).ok_or(NO_CODE)?;
+        let (size, length) = self.dc.first(bits.buffer).ok_or(NO_CODE)?;
         if size > LARGEST {
             return Err(NO_CODE);
         }
