@@ -23,7 +23,11 @@ pub struct Camera {
     )]
     pub matrix: Option<[f64; 4]>,
     /// Width and height in px of the images that `matrix` holds for; images of another size are refused.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(
+        default,
+        deserialize_with = "exact::optional",
+        skip_serializing_if = "Option::is_none"
+    )]
     pub size: Option<[u32; 2]>,
     /// Distortion `[k1, k2, p1, p2, k3]`: `plumb_bob` of ROS and OpenCV.
     #[serde(

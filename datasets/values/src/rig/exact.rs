@@ -1,36 +1,41 @@
 //! Lists of numbers that have exactly as many as they must: a longer one is no list with something to spare.
 
 use std::fmt;
+use std::marker::PhantomData;
 
 use serde::de::{Error, IgnoredAny, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 
 /// Reads a key that may be missing.
-pub(super) fn optional<'de, D: Deserializer<'de>, const N: usize>(
+pub(super) fn optional<'de, D, T, const N: usize>(
     deserializer: D,
-) -> Result<Option<[f64; N]>, D::Error> {
-    Ok(Option::<Exact<N>>::deserialize(deserializer)?.map(|exact| exact.0))
+) -> Result<Option<[T; N]>, D::Error>
+where
+    D: Deserializer<'de>,
+    T: Deserialize<'de> + Copy + Default,
+{
+    Ok(Option::<Exact<T, N>>::deserialize(deserializer)?.map(|exact| exact.0))
 }
 
-struct Exact<const N: usize>([f64; N]);
+struct Exact<T, const N: usize>([T; N]);
 
-impl<'de, const N: usize> Deserialize<'de> for Exact<N> {
+impl<'de, T: Deserialize<'de> + Copy + Default, const N: usize> Deserialize<'de> for Exact<T, N> {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_tuple(N, Numbers)
+        deserializer.deserialize_tuple(N, Numbers(PhantomData))
     }
 }
 
-struct Numbers<const N: usize>;
+struct Numbers<T, const N: usize>(PhantomData<T>);
 
-impl<'de, const N: usize> Visitor<'de> for Numbers<N> {
-    type Value = Exact<N>;
+impl<'de, T: Deserialize<'de> + Copy + Default, const N: usize> Visitor<'de> for Numbers<T, N> {
+    type Value = Exact<T, N>;
 
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{N} numbers")
     }
 
-    fn visit_seq<A: SeqAccess<'de>>(self, mut numbers: A) -> Result<Exact<N>, A::Error> {
-        let mut exact = [0.0; N];
+    fn visit_seq<A: SeqAccess<'de>>(self, mut numbers: A) -> Result<Self::Value, A::Error> {
+        let mut exact = [T::default(); N];
         for (index, number) in exact.iter_mut().enumerate() {
             *number = numbers
                 .next_element()?

@@ -128,6 +128,9 @@ pub struct ImageTopic {
 }
 
 impl ImageTopic {
+    /// Paths that a stamp may have: ROS's and Foxglove's.
+    pub(super) const STAMPS: [&str; 2] = ["header.stamp", "timestamp"];
+
     /// A topic whose messages have a header.
     pub fn new(name: &str) -> Self {
         Self {
@@ -137,7 +140,7 @@ impl ImageTopic {
     }
 
     fn header_stamp() -> String {
-        "header.stamp".into()
+        Self::STAMPS[0].into()
     }
 }
 

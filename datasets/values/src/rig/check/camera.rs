@@ -10,8 +10,8 @@ const LARGEST_PIXEL: f64 = 100_000.0;
 const LARGEST_DISTORTION: f64 = 100.0;
 /// Farthest camera from the robot's base, in m.
 const FARTHEST: f64 = 20.0;
-/// Longest exposure or read-out, in s.
-const LONGEST: f64 = 1.0;
+/// What exposure and read-out may be longer than a frame's interval: rates are rounded.
+const INTERVAL_SHARE: f64 = 0.01;
 /// A quaternion's length may be off 1 by this much: what four decimals leave.
 const UNIT: f64 = 1e-3;
 
@@ -61,8 +61,21 @@ pub(super) fn check_camera(camera: &Camera) -> Result<(), RigError> {
             return Err(value("camera.orientation", length.sqrt(), why));
         }
     }
-    within("camera.exposure", camera.exposure, 0.0, LONGEST, "s")?;
-    within("camera.readout", camera.readout, 0.0, LONGEST, "s")
+    let interval = 1.0 / camera.rate;
+    for (key, time) in [
+        ("camera.exposure", camera.exposure),
+        ("camera.readout", camera.readout),
+    ] {
+        finite(key, time)?;
+        if !(0.0..=(1.0 + INTERVAL_SHARE) * interval).contains(&time) {
+            let why = format!(
+                "must lie within 0 and {interval:.4} s, the interval of camera.rate = {} (seconds, not milliseconds?)",
+                camera.rate
+            );
+            return Err(value(key, time, &why));
+        }
+    }
+    Ok(())
 }
 
 /// Checks the object's colour.
@@ -95,17 +108,19 @@ pub(super) fn check_colour(object: &Object) -> Result<(), RigError> {
 /// Checks the topic of images.
 pub(super) fn check_topic(topic: Option<&ImageTopic>) -> Result<(), RigError> {
     let Some(topic) = topic else { return Ok(()) };
-    for (key, text) in [
-        ("topics.image.name", &topic.name),
-        ("topics.image.stamp", &topic.stamp),
-    ] {
-        if text.trim().is_empty() {
-            return Err(RigError::Value {
-                key: key.into(),
-                value: format!("{text:?}"),
-                why: "must not be empty".into(),
-            });
-        }
+    let refused = |key: &str, text: &str, why: &str| {
+        Err(RigError::Value {
+            key: key.into(),
+            value: format!("{text:?}"),
+            why: why.into(),
+        })
+    };
+    if topic.name.trim().is_empty() {
+        return refused("topics.image.name", &topic.name, "must not be empty");
+    }
+    if !ImageTopic::STAMPS.contains(&topic.stamp.as_str()) {
+        let why = "must be \"header.stamp\" (ROS) or \"timestamp\" (Foxglove): images have no other stamp that is read";
+        return refused("topics.image.stamp", &topic.stamp, why);
     }
     Ok(())
 }
@@ -153,12 +168,14 @@ mod tests {
         for (camera, object, said) in [
             ("matrix = [0, 900, 1, 1]\n", "", "camera.matrix"),
             ("size = [0, 720]\n", "", "camera.size"),
+            ("size = [640, 480, 3]\n", "", "2 numbers"),
             ("position = [0, 0, -1]\n", "", "from above"),
             ("position = [0, 0, 1, 0]\n", "", "3 numbers"),
             ("distortion = [0, 0, 0, 0, 0, 0.1, 0, 0]\n", "", "5 numbers"),
             ("distortion = [0, 0, 0, 0]\n", "", "5 numbers"),
             ("orientation = [0, 0, 0, 2]\n", "", "length 1"),
-            ("exposure = 5\n", "", "camera.exposure"),
+            ("exposure = 0.02\n", "", "0.0167 s, the interval"),
+            ("readout = 0.03\n", "", "camera.readout"),
             ("readout = nan\n", "", "finite"),
             ("focal = 3\n", "", "camera.focal"),
             (
@@ -175,6 +192,21 @@ mod tests {
         ] {
             let error = Rig::parse(&with(camera, object)).expect_err("refused");
             assert!(error.to_string().contains(said), "{said}: {error}");
+        }
+    }
+
+    #[test]
+    fn an_images_stamp_is_one_that_images_have() {
+        let with_stamp = |stamp: &str| {
+            let topic = format!("\n[topics.image]\nname = \"/image\"\nstamp = \"{stamp}\"\n");
+            Rig::parse(&(with("", "") + &topic))
+        };
+        for stamp in ["header.stamp", "timestamp"] {
+            assert!(with_stamp(stamp).is_ok(), "{stamp}");
+        }
+        for stamp in ["", "header.stmp", "log_time"] {
+            let error = with_stamp(stamp).expect_err("refused").to_string();
+            assert!(error.contains("header.stamp"), "{stamp}: {error}");
         }
     }
 }
