@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use values::Shape;
 
+use crate::film::Film;
 use crate::random::{Purpose, random};
 use crate::{Hidden, PlannedStrike, RecordingWriter, RigSimError, Sim, StrikeIndex, Truth, plan};
 
@@ -58,7 +59,7 @@ pub struct Written {
 }
 
 /// Writes a demo into a folder, which it creates. Of a demo that an earlier call wrote there nothing is left. The same settings
-/// give the same bytes.
+/// give the same bytes. A rig with a topic of images is filmed: its logs have images in place of centroids.
 pub fn write(settings: &Settings, out: &Path) -> Result<Written, RigSimError> {
     let mut sim = Sim::from(settings.truth.clone())?;
     if settings.log_state {
@@ -84,6 +85,7 @@ pub fn write(settings: &Settings, out: &Path) -> Result<Written, RigSimError> {
     for (index, strike) in plan.iter().enumerate() {
         plan::check(sim.prepared(), index, strike)?;
     }
+    let film = Film::of(&settings.truth)?;
 
     let folder = out.join("logs");
     std::fs::create_dir_all(&folder).map_err(|source| file_error(&folder, source))?;
@@ -102,13 +104,21 @@ pub fn write(settings: &Settings, out: &Path) -> Result<Written, RigSimError> {
             sim.next_session();
         }
         let path = folder.join(session_name(session));
-        let mut writer = RecordingWriter::create(&path, &truth.rig.topics)?;
+        // Under another name until it has images: no log lacks them where the demo is stopped.
+        let plain = match &film {
+            Some(_) => path.with_extension("centroids"),
+            None => path.clone(),
+        };
+        let mut writer = RecordingWriter::create(&plain, &truth.rig.topics)?;
         for strike in strikes {
             let recording = sim.strike(strike.initial(), strike.command());
             writer.write(&recording.samples)?;
             truth.strikes.push(recording.truth);
         }
         writer.finish()?;
+        if let Some(film) = &film {
+            film.film(&truth, &plain, &path)?;
+        }
         written.logs.push(path);
     }
     write_text(

@@ -1,5 +1,6 @@
 //! The demo's logs with pictures in place of centroids: what a camera over the table would have recorded.
 
+use std::path::Path;
 use std::sync::Arc;
 
 use logs::Limits;
@@ -9,7 +10,6 @@ use rayon::prelude::*;
 use render::{Moment, Optics, Renderer, Scene};
 use values::{Colour, ImageTopic, Rig, StampMark};
 
-use crate::demo::Written;
 use crate::strike::{PreparedRig, StrikeOutcome};
 use crate::{RigSimError, StrikeTruth, Truth};
 
@@ -42,6 +42,7 @@ pub fn with_camera(rig: Rig) -> Rig {
     let mut rig = rig;
     let [width, height] = PIXELS.map(|size| size as f64);
     rig.camera.matrix = Some([FOCAL, FOCAL, 0.5 * (width - 1.0), 0.5 * (height - 1.0)]);
+    rig.camera.size = Some(PIXELS.map(|size| size as u32));
     rig.camera.distortion = Some(DISTORTION);
     rig.camera.position = Some(POSITION);
     rig.camera.orientation = Some(ORIENTATION);
@@ -52,47 +53,65 @@ pub fn with_camera(rig: Rig) -> Rig {
     rig
 }
 
-/// Puts pictures in place of the centroids of every log of a demo whose rig has a camera ([`with_camera`]).
-///
-/// Every centroid's stamp becomes that of a picture of the object where it was then. Pictures have the noise of a sensor in place of
-/// the centroids' noise. Boxes are not turned in them, and the arm is not seen.
-///
-/// # Errors
-/// A log or the truth cannot be read or written; the rig has no camera.
-pub fn film(written: &Written) -> Result<(), RigSimError> {
-    let truth = Truth::load(&written.truth)?;
-    let rig = &truth.rig;
-    let incomplete = || RigSimError::Film("its camera has no lens or pose".into());
-    let optics = Optics::of(rig, PIXELS).ok_or_else(incomplete)?;
-    let scene = Scene::laboratory(&rig.object).ok_or_else(incomplete)?;
-    let topic = rig.topics.image.as_ref().ok_or_else(incomplete)?;
-    let renderer = Renderer::new(optics, scene, NOISE, RAYS);
-    let prepared = PreparedRig::new(truth.clone())?;
-    for path in &written.logs {
-        let new = path.with_extension("filmed");
+/// What films a rig that has a camera ([`with_camera`]).
+pub(crate) struct Film {
+    renderer: Renderer,
+    prepared: PreparedRig,
+    topic: String,
+}
+
+impl Film {
+    /// Prepares to film; none where the rig has no topic of images.
+    ///
+    /// # Errors
+    /// The rig has no lens, pose or size of the object.
+    pub(crate) fn of(truth: &Truth) -> Result<Option<Self>, RigSimError> {
+        let rig = &truth.rig;
+        let Some(topic) = &rig.topics.image else {
+            return Ok(None);
+        };
+        let incomplete = || RigSimError::Film("its camera has no lens or pose".into());
+        let optics = Optics::of(rig, PIXELS).ok_or_else(incomplete)?;
+        let scene = Scene::laboratory(&rig.object).ok_or_else(incomplete)?;
+        Ok(Some(Self {
+            renderer: Renderer::new(optics, scene, NOISE, RAYS),
+            prepared: PreparedRig::new(truth.clone())?,
+            topic: topic.name.clone(),
+        }))
+    }
+
+    /// Writes the log `from` as `to`, with pictures in place of its centroids, and removes it. `truth` knows the log's strikes.
+    ///
+    /// Every centroid's stamp becomes that of a picture of the object where it was then. Pictures have the noise of a sensor in place
+    /// of the centroids' noise. Boxes are not turned in them, and the arm is not seen.
+    ///
+    /// # Errors
+    /// A log cannot be read or written.
+    pub(crate) fn film(&self, truth: &Truth, from: &Path, to: &Path) -> Result<(), RigSimError> {
+        let new = to.with_extension("filmed");
         let mut camera = Camera {
             eye: FrameRenderer {
-                truth: &truth,
-                prepared: &prepared,
-                renderer: &renderer,
+                truth,
+                prepared: &self.prepared,
+                renderer: &self.renderer,
             },
-            topic: &topic.name,
+            topic: &self.topic,
             writer: CopyWriter::create(&new)?,
             batch: Vec::new(),
         };
-        read_raw(path, Limits::default(), &mut |message| {
+        read_raw(from, Limits::default(), &mut |message| {
             camera.take(&message)
         })?;
         camera.flush()?;
         camera.writer.finish()?;
         let file_error = |source| RigSimError::File {
             doing: "write",
-            path: path.display().to_string(),
+            path: to.display().to_string(),
             source,
         };
-        std::fs::rename(&new, path).map_err(file_error)?;
+        std::fs::rename(&new, to).map_err(file_error)?;
+        std::fs::remove_file(from).map_err(file_error)
     }
-    Ok(())
 }
 
 /// What a picture is made from.

@@ -14,7 +14,7 @@
 //!
 //! - [`Sim`] strikes one command after another, as a robot would.
 //! - [`demo::write`] writes a folder of logs with the truth beside them.
-//! - [`film::film`] puts pictures in place of a demo's centroids.
+//! - [`film::with_camera`] gives a demo's rig a camera: its logs then have pictures in place of centroids.
 //! - [`Hide::parse`] reads `--hide`: effects, and kinds of noise.
 
 mod body;

@@ -57,6 +57,34 @@ fn of_an_earlier_demo_nothing_is_left_and_what_is_no_session_stays() {
 }
 
 #[test]
+fn a_filmed_demo_that_is_stopped_leaves_no_log_without_images() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut settings = Settings::new(Shape::Cylinder, 2, 1, Some(Hidden::none()));
+    settings.sessions = Some(2);
+    settings.truth.rig = rig::film::with_camera(settings.truth.rig);
+    assert_eq!(settings.truth.rig.camera.size, Some([640, 480]));
+    // What stands in the place of the second log stops it there.
+    let second = folder.path().join("logs/session_001.mcap");
+    std::fs::create_dir_all(second.join("something")).unwrap();
+    write(&settings, folder.path()).unwrap_err();
+    assert!(!folder.path().join("rig.toml").exists());
+    std::fs::remove_dir_all(&second).unwrap();
+    let topic = |topic: &str, log: &Path| {
+        let log = std::fs::read(log).unwrap();
+        let mut messages = mcap::MessageStream::new(&log).unwrap();
+        messages.any(|message| message.unwrap().channel.topic == topic)
+    };
+    let logs = std::fs::read_dir(folder.path().join("logs")).unwrap();
+    let logs = logs.map(|log| log.unwrap().path());
+    let logs: Vec<_> = logs
+        .filter(|log| log.extension().is_some_and(|end| end == "mcap"))
+        .collect();
+    assert_eq!(logs.len(), 1);
+    assert!(topic("/camera/image/compressed", &logs[0]));
+    assert!(!topic(&settings.truth.rig.topics.centroid.name, &logs[0]));
+}
+
+#[test]
 fn a_log_reads_back_with_every_frame_and_command() {
     let folder = tempfile::tempdir().unwrap();
     let settings = Settings {

@@ -110,11 +110,7 @@ fn write(args: &DemoArgs) -> Result<Written, Error> {
         rig::RigSimError::File { .. } | rig::RigSimError::Log(_) => Error::failed(error),
         error => Error::input(error),
     };
-    let written = rig::demo::write(&settings, &args.out).map_err(failed)?;
-    if args.camera {
-        rig::film::film(&written).map_err(failed)?;
-    }
-    Ok(written)
+    rig::demo::write(&settings, &args.out).map_err(failed)
 }
 
 /// A rig file and logs that no demo wrote are a person's own: there is no truth beside them.
