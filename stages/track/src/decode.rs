@@ -2,10 +2,12 @@
 
 use std::io::Cursor;
 
+use png::DecodingError;
 use zune_core::bytestream::ZCursor;
 use zune_core::colorspace::ColorSpace;
 use zune_core::options::DecoderOptions;
 use zune_jpeg::JpegDecoder;
+use zune_jpeg::errors::DecodeErrors;
 
 use crate::image::{Image, checked_size};
 use crate::jpeg::ScanCheck;
@@ -55,9 +57,20 @@ impl Decoder {
     }
 }
 
+/// What a library's errors mean to a person.
+const CUT: &str = "they end before the image does; record or copy it again";
+const DAMAGED: &str = "they are damaged; record or copy it again";
+const OTHER_KIND: &str = "they are of a kind that cameras do not make (lossless, or coded arithmetically); save the image anew";
+
 fn jpeg(image: &mut Image, scans: &mut ScanCheck, data: &[u8]) -> Result<(), ImageError> {
-    let wrong =
-        |error: zune_jpeg::errors::DecodeErrors| ImageError::Compressed("JPEG", error.to_string());
+    let wrong = |error| {
+        let why = match error {
+            DecodeErrors::ExhaustedData | DecodeErrors::IoErrors(_) => CUT,
+            DecodeErrors::Unsupported(_) => OTHER_KIND,
+            _ => DAMAGED,
+        };
+        ImageError::Compressed("JPEG", why.into())
+    };
     // Strict, so that a JPEG that is cut off is an error and no grey lower half.
     let options = DecoderOptions::default()
         .jpeg_set_out_colorspace(ColorSpace::RGB)
@@ -65,7 +78,7 @@ fn jpeg(image: &mut Image, scans: &mut ScanCheck, data: &[u8]) -> Result<(), Ima
     let mut decoder = JpegDecoder::new_with_options(ZCursor::new(data), options);
     decoder.decode_headers().map_err(wrong)?;
     let info = decoder.info();
-    let info = info.ok_or_else(|| ImageError::Compressed("JPEG", "it has no header".into()))?;
+    let info = info.ok_or_else(|| ImageError::Compressed("JPEG", DAMAGED.into()))?;
     image.resize(info.width.into(), info.height.into())?;
     image.grey = info.components == 1;
     let checked = scans.check(data);
@@ -74,23 +87,31 @@ fn jpeg(image: &mut Image, scans: &mut ScanCheck, data: &[u8]) -> Result<(), Ima
 }
 
 fn png(image: &mut Image, scratch: &mut Vec<u8>, data: &[u8]) -> Result<(), ImageError> {
-    let wrong = |error: png::DecodingError| ImageError::Compressed("PNG", error.to_string());
-    let limits = png::Limits {
-        bytes: 4 * LARGEST_IMAGE,
+    let wrong = |error| {
+        let why = match error {
+            DecodingError::IoError(_) => CUT.into(),
+            DecodingError::LimitsExceeded => format!("they take more than {} bytes", LIMITS.bytes),
+            DecodingError::Format(_) | DecodingError::Parameter(_) => DAMAGED.into(),
+        };
+        ImageError::Compressed("PNG", why)
     };
-    let mut decoder = png::Decoder::new_with_limits(Cursor::new(data), limits);
+    let mut decoder = png::Decoder::new_with_limits(Cursor::new(data), LIMITS);
     decoder.set_transformations(png::Transformations::normalize_to_color8());
     let mut reader = decoder.read_info().map_err(wrong)?;
     let (width, height) = reader.info().size();
     let pixels = checked_size(width.into(), height.into())?;
-    let size = reader.output_buffer_size();
-    let size = size.ok_or_else(|| ImageError::Compressed("PNG", "it is too large".into()))?;
+    let size = reader.output_buffer_size().unwrap_or_default();
     scratch.resize(size, 0);
     let frame = reader.next_frame(scratch).map_err(wrong)?;
     let channels = frame.color_type.samples();
     let encoding = ["mono8", "mono8_alpha", "rgb8", "rgba8"][channels.clamp(1, 4) - 1];
     raw(image, pixels, frame.line_size, encoding, scratch)
 }
+
+/// What a PNG may take.
+const LIMITS: png::Limits = png::Limits {
+    bytes: 4 * LARGEST_IMAGE,
+};
 
 /// Copies rows of a known pixel format. Memory is taken once they are known to be there.
 fn raw(

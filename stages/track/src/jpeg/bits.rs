@@ -1,0 +1,103 @@
+//! The bits of a scan's entropy-coded data.
+
+use super::damage::{CUT, Damage, LEFT};
+
+/// Bytes behind the data, so that bits can be read four bytes at a time. Their ones are no code.
+const MARGIN: usize = 16;
+
+/// Copies the entropy-coded bytes up to the next marker, without the zeros stuffed in behind 255, and a margin. Gives the marker's place.
+pub(super) fn gather(data: &[u8], mut at: usize, bytes: &mut Vec<u8>) -> Option<usize> {
+    bytes.clear();
+    loop {
+        let rest = data.get(at..)?;
+        let stop = memchr::memchr(0xff, rest)?;
+        bytes.extend_from_slice(&rest[..stop]);
+        at += stop;
+        match data.get(at + 1)? {
+            0 => bytes.push(0xff),
+            // Fill bytes may stand before a marker.
+            0xff => {
+                at += 1;
+                continue;
+            }
+            _ => break,
+        }
+        at += 2;
+    }
+    bytes.extend_from_slice(&[0xff; MARGIN]);
+    Some(at)
+}
+
+/// Bits, taken from four bytes at a time.
+pub(super) struct Bits<'a> {
+    bytes: &'a [u8],
+    next: usize,
+    /// The next bits, left-aligned, and how many there are.
+    pub(super) buffer: u64,
+    count: u32,
+}
+
+impl Bits<'_> {
+    /// At least 32 bits, or damage: no symbol and value have more.
+    #[inline]
+    pub(super) fn fill(&mut self) -> Result<(), Damage> {
+        if self.count < 32 {
+            let four = self.bytes.get(self.next..self.next + 4).ok_or(CUT)?;
+            let four = u32::from_be_bytes([four[0], four[1], four[2], four[3]]);
+            self.buffer |= u64::from(four) << (32 - self.count);
+            self.next += 4;
+            self.count += 32;
+        }
+        Ok(())
+    }
+
+    #[inline]
+    pub(super) fn drop(&mut self, count: u32) {
+        self.buffer <<= count;
+        self.count -= count;
+    }
+
+    /// The next so many bits, of those that were filled, as a number: 1 to 16.
+    #[inline]
+    pub(super) fn take(&mut self, count: u32) -> i32 {
+        let value = (self.buffer >> (u64::BITS - count)) as i32;
+        self.drop(count);
+        value
+    }
+}
+
+/// Checks that exactly so many units, each checked by `unit`, lie in the bytes of [`gather`].
+pub(super) fn check_units(
+    bytes: &[u8],
+    units: usize,
+    mut unit: impl FnMut(&mut Bits<'_>) -> Result<(), Damage>,
+) -> Result<(), Damage> {
+    let end = bytes.len() - MARGIN;
+    let mut bits = Bits {
+        bytes,
+        next: 0,
+        buffer: 0,
+        count: 0,
+    };
+    for _ in 0..units {
+        unit(&mut bits).map_err(|why| if bits.next > end { CUT } else { why })?;
+    }
+    let used = 8 * bits.next - bits.count as usize;
+    if used > 8 * end {
+        return Err(CUT);
+    }
+    // Encoders fill the last byte with ones, some with zeros, and some add such bytes.
+    let rest = &bytes[used / 8..end];
+    let is_filled = |with: u8| {
+        let differs = |(index, byte): (usize, &u8)| {
+            let mask = if index == 0 { 0xff >> (used % 8) } else { 0xff };
+            (byte ^ with) & mask != 0
+        };
+        !rest.iter().enumerate().any(differs)
+    };
+    if is_filled(0xff) || is_filled(0) {
+        Ok(())
+    } else {
+        Err(LEFT)
+    }
+}
