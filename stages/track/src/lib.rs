@@ -46,6 +46,7 @@ mod rotation;
 mod seen_point;
 mod sequence;
 mod size;
+mod stamps;
 mod standard_codes;
 mod tracker;
 mod trust;

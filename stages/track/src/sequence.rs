@@ -3,6 +3,7 @@
 use values::Point;
 
 use crate::Reason;
+use crate::stamps::Stamps;
 
 /// A tracked frame in its sequence, with what its caller keeps beside it.
 #[derive(Clone, Debug)]
@@ -15,14 +16,20 @@ pub(crate) struct SequenceFrame<T> {
     pub(crate) with: T,
 }
 
-/// Decides on frames that repeat the one before: a camera that froze while the object moved, or a clean picture of rest.
+/// Decides on frames whose stamp is of no use, and on frames that repeat the one before: a camera that froze while the object moved, or a
+/// clean picture of rest.
 ///
-/// Such frames are held back until the next image that differs: if the object is elsewhere in it, they were stale.
+/// Frames that repeat are held back until the next image that differs: if the object is elsewhere in it, the camera froze.
 #[derive(Debug)]
 pub(crate) struct Sequence<T> {
+    stamps: Stamps<SequenceFrame<T>>,
+    repeats: Repeats<T>,
+}
+
+#[derive(Debug)]
+struct Repeats<T> {
     /// An object that moves by more than this (m) does not rest.
     still: f64,
-    last_stamp: Option<i64>,
     last_hash: Option<u64>,
     /// Where it was in the last image, and in the one before that differed.
     last: Option<Point>,
@@ -36,27 +43,44 @@ const MOST_HELD: usize = 15_000;
 impl<T> Sequence<T> {
     pub(crate) fn new(still: f64) -> Self {
         Self {
-            still,
-            last_stamp: None,
-            last_hash: None,
-            last: None,
-            before: None,
-            held: Vec::new(),
+            stamps: Stamps::new(),
+            repeats: Repeats {
+                still,
+                last_hash: None,
+                last: None,
+                before: None,
+                held: Vec::new(),
+            },
         }
     }
 
     /// Takes a frame, and gives those that are decided.
-    pub(crate) fn push(
-        &mut self,
-        mut frame: SequenceFrame<T>,
-        out: &mut dyn FnMut(SequenceFrame<T>),
-    ) {
-        let is_stale = self.last_stamp.is_some_and(|last| frame.stamp <= last);
-        if is_stale {
-            frame.centre = Err(Reason::Stale);
-        } else {
-            self.last_stamp = Some(frame.stamp);
-        }
+    pub(crate) fn push(&mut self, frame: SequenceFrame<T>, out: &mut dyn FnMut(SequenceFrame<T>)) {
+        let Self { stamps, repeats } = self;
+        stamps.push(frame.stamp, frame, &mut |frame, is_stale| {
+            repeats.push(marked(frame, is_stale), out);
+        });
+    }
+
+    /// Gives what is still held back, at the end.
+    pub(crate) fn finish(&mut self, out: &mut dyn FnMut(SequenceFrame<T>)) {
+        let Self { stamps, repeats } = self;
+        stamps.finish(&mut |frame, is_stale| repeats.push(marked(frame, is_stale), out));
+        repeats.finish(out);
+    }
+}
+
+fn marked<T>(frame: SequenceFrame<T>, is_stale: bool) -> SequenceFrame<T> {
+    let centre = if is_stale {
+        Err(Reason::Stale)
+    } else {
+        frame.centre
+    };
+    SequenceFrame { centre, ..frame }
+}
+
+impl<T> Repeats<T> {
+    fn push(&mut self, frame: SequenceFrame<T>, out: &mut dyn FnMut(SequenceFrame<T>)) {
         if frame.hash.is_some() && frame.hash == self.last_hash {
             self.held.push(frame);
             if self.held.len() > MOST_HELD {
@@ -79,8 +103,7 @@ impl<T> Sequence<T> {
         out(frame);
     }
 
-    /// Gives what is still held back, at the end.
-    pub(crate) fn finish(&mut self, out: &mut dyn FnMut(SequenceFrame<T>)) {
+    fn finish(&mut self, out: &mut dyn FnMut(SequenceFrame<T>)) {
         let moved = match (self.before, self.last) {
             (Some(before), Some(last)) => before.distance(last) > self.still,
             _ => false,

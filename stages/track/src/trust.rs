@@ -29,7 +29,7 @@ pub enum Reason {
     Shape,
     /// The image was seen before, while the object moved.
     Repeated,
-    /// The stamp is not after the one before.
+    /// The stamp is not after the one before, ahead of those behind, or before 1970.
     Stale,
     /// The image could not be decoded.
     Undecodable,
