@@ -16,7 +16,7 @@ use crate::left_out::LeftOut;
 /// Where a run keeps the logs with centroids that it made.
 const FOLDER: &str = "tracked";
 /// Raised when the same images give other centroids.
-const VERSION: u32 = 3;
+const VERSION: u32 = 4;
 
 /// Logs to ingest.
 #[derive(Debug, Default)]
@@ -105,28 +105,23 @@ fn made(
     {
         return Ok((path, kept.frames));
     }
-    let failed = |error: std::io::Error| Failure::Run(Error::failed(error));
-    fs::create_dir_all(&folder).map_err(failed)?;
-    let part = folder.join("part");
-    match track_log(log, rig, &part, None) {
+    durable::create_dir(&folder).map_err(|error| Failure::Run(error.into()))?;
+    match track_log(log, rig, &path, None) {
         Ok(frames) => {
             let kept = Frames { sha256, frames };
             let text = serde_json::to_string_pretty(&kept);
             let text = text.map_err(|error| Failure::Run(Error::failed(error)))? + "\n";
-            fs::write(frames_file, text).map_err(failed)?;
-            // Whole or absent: a run that is killed leaves no half of a log.
-            fs::rename(&part, &path).map_err(failed)?;
+            durable::write_bytes(&frames_file, text.as_bytes())
+                .map_err(|error| Failure::Run(error.into()))?;
             Ok((path, kept.frames))
         }
         Err(error @ (TrackError::Setup(_) | TrackError::NoTopic)) => {
             Err(Failure::Run(Error::input(error)))
         }
-        Err(error @ TrackError::Write(_)) => Err(Failure::Run(Error::failed(error))),
-        Err(error) => {
-            // What was begun is of no use.
-            drop(fs::remove_file(&part));
-            Err(Failure::Log(error.to_string()))
+        Err(error @ (TrackError::Write(_) | TrackError::File(_))) => {
+            Err(Failure::Run(Error::failed(error)))
         }
+        Err(error) => Err(Failure::Log(error.to_string())),
     }
 }
 

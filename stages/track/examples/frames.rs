@@ -2,6 +2,7 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
 use anyhow::{Context, bail};
@@ -13,7 +14,7 @@ use render::hostile::{KINDS, Kind};
 use render::{Moment, Optics, Renderer, Scene};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
-use track::{Decoder, ImageMessage, Payload, Tracker};
+use track::{Decoder, ImageMessage, Observation, Payload, Tracker};
 use values::{Rig, Shape};
 
 #[derive(Debug, Parser)]
@@ -247,22 +248,31 @@ fn track(dir: &Path, threads: usize, rounds: usize) -> anyhow::Result<Value> {
     let files = frames.iter().map(|frame| fs::read(dir.join(&frame.file)));
     let files = files.collect::<Result<Vec<_>, _>>()?;
     let tracker = Tracker::new(&rig)?;
-    let observe = |decoder: &mut Decoder, data: &Vec<u8>| {
-        let payload = Payload::Compressed(data);
-        let image = decoder.decode(&ImageMessage { stamp: 0, payload })?;
-        anyhow::Ok(tracker.observe(image))
-    };
     let all: Vec<&Vec<u8>> = (0..rounds).flat_map(|_| &files).collect();
+    // Each thread takes the next image, as those of a log do.
+    let next = AtomicUsize::new(0);
+    let observe = |_: rayon::BroadcastContext<'_>| -> anyhow::Result<Vec<(usize, Observation)>> {
+        let (mut decoder, mut seen) = (Decoder::default(), Vec::new());
+        loop {
+            let index = next.fetch_add(1, Ordering::Relaxed);
+            let Some(data) = all.get(index) else {
+                return Ok(seen);
+            };
+            let payload = Payload::Compressed(data);
+            let image = decoder.decode(&ImageMessage { stamp: 0, payload })?;
+            seen.push((index, tracker.observe(image)));
+        }
+    };
     let begun = Instant::now();
-    let seen = all
-        .par_iter()
-        .map_init(Decoder::default, |decoder, data| observe(decoder, data));
-    let seen = seen.collect::<anyhow::Result<Vec<_>>>()?;
+    let seen = rayon::broadcast(observe);
     let seconds = begun.elapsed().as_secs_f64();
+    let seen = seen.into_iter().collect::<anyhow::Result<Vec<_>>>()?;
+    let mut seen = seen.concat();
+    seen.sort_by_key(|(index, _)| *index);
     let found: Vec<_> = seen
         .iter()
         .take(files.len())
-        .map(|seen| {
+        .map(|(_, seen)| {
             let place = seen.centre.ok().map(|centre| [centre.x, centre.y]);
             place.and(seen.pixel).zip(place)
         })

@@ -170,12 +170,11 @@ impl Map {
     #[inline]
     pub(crate) fn at(&self, x: f64, y: f64) -> Option<f32> {
         let (x, y) = (x - self.part.left as f64, y - self.part.top as f64);
-        let (column, row) = (x.floor(), y.floor());
-        if column < 0.0 || row < 0.0 {
+        if x < 0.0 || y < 0.0 {
             return None;
         }
-        let (a, b) = ((x - column) as f32, (y - row) as f32);
-        let (column, row, width) = (column as usize, row as usize, self.part.width);
+        let (column, row, width) = (x as usize, y as usize, self.part.width);
+        let (a, b) = ((x - column as f64) as f32, (y - row as f64) as f32);
         if column + 1 >= width || row + 1 >= self.part.height {
             return None;
         }

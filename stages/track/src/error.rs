@@ -233,6 +233,9 @@ pub enum TrackError {
     /// The log with the centroids could not be written.
     #[error(transparent)]
     Write(#[from] logs::write::WriteError),
+    /// The file of the log with the centroids could not be made.
+    #[error(transparent)]
+    File(#[from] durable::Error),
     /// The rig file names no topic of images.
     #[error(
         "find the key `topics.image.name`: name the topic of images in the rig file, such as `name = \"/camera/image/compressed\"`"
@@ -267,9 +270,7 @@ pub enum TrackError {
         why: String,
     },
     /// Not one image could be decoded.
-    #[error(
-        "decode the images of topic {topic} in log {log}: none of {images} could be, the first because {why}"
-    )]
+    #[error("decode the images of topic {topic} in log {log}: none of {images} could be; {why}")]
     Undecodable {
         /// The file.
         log: String,
@@ -277,7 +278,7 @@ pub enum TrackError {
         topic: String,
         /// Images seen.
         images: u64,
-        /// What was wrong with the first.
+        /// What was wrong with the first, and which it is.
         why: String,
     },
 }

@@ -38,6 +38,7 @@ mod lens;
 mod linear;
 mod log;
 mod message;
+mod message_queue;
 mod minimise;
 mod outline;
 mod protobuf;

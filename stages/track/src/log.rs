@@ -1,32 +1,23 @@
 //! A log with images to a log with centroids.
 
-use std::fs::File;
-use std::io::BufWriter;
 use std::path::Path;
 use std::sync::Arc;
 
-use logs::read::{Extent, RawChannel, RawMessage, read_raw};
-use logs::write::{CopyWriter, Stamped};
+use logs::read::{Extent, RawMessage, read_raw};
+use logs::write::{CopyWriter, Received, Stamped};
 use logs::{Limits, LogError};
-use rayon::prelude::*;
 use values::{ImageTopic, Rig};
 
 use crate::camera_info::{CameraInfo, CameraMessage};
-use crate::frame::{TrackedFrame, track_frame};
-use crate::message::is_video;
+use crate::frame::TrackedFrame;
+use crate::message_queue::{FrameTracker, MessageQueue, Processed};
 use crate::report::QUALITY_SCHEMA;
 use crate::sequence::{Sequence, SequenceFrame};
-use crate::view::View;
-use crate::{
-    Decoder, FrameReport, QUALITY_TOPIC, Reason, TrackError, TrackOutcome, Tracker, is_image,
-};
+use crate::view::{LogFile, View};
+use crate::{FrameReport, QUALITY_TOPIC, Reason, TrackError, TrackOutcome, Tracker, is_image};
 
 /// The least that an object moves, in m, not to be at rest in two images.
 const STILL: f64 = 0.001;
-/// Bytes and messages that are looked at side by side: enough for the threads, and little memory.
-const BATCH_BYTES: usize = 24 << 20;
-const BATCH_MESSAGES: usize = 4096;
-const BATCH_IMAGES: usize = 32;
 
 /// Reads a log, finds the object in every image of the rig's image topic, and writes a log with all other messages, the
 /// centroids and what is said of every frame. A topic of centroids that the log has already is left out. With `view`, another log
@@ -34,7 +25,8 @@ const BATCH_IMAGES: usize = 32;
 ///
 /// Where the rig file has no camera matrix, the lens is that of the log's `CameraInfo`.
 ///
-/// Images are decoded and looked at side by side; the bytes that are written do not depend on the number of threads.
+/// Images are decoded and looked at side by side; the bytes that are written do not depend on the number of threads. Both logs get
+/// their names when they are whole: one that was there stays where this fails or is stopped.
 ///
 /// # Errors
 /// The rig file lacks what images need; the log cannot be read; the topic is not there, is no image, or not one of its images can be
@@ -44,6 +36,26 @@ pub fn track_log(
     rig: &Rig,
     out: &Path,
     view: Option<&Path>,
+) -> Result<TrackOutcome, TrackError> {
+    let mut outcome = TrackOutcome::default();
+    durable::write(out, |file| {
+        let mut into = |view: Option<View<'_>>| -> Result<(), TrackError> {
+            outcome = track_into(log, rig, file, view)?;
+            Ok(())
+        };
+        match view {
+            Some(view) => durable::write(view, |file| into(Some(View::new(file)?))),
+            None => into(None),
+        }
+    })?;
+    Ok(outcome)
+}
+
+fn track_into(
+    log: &Path,
+    rig: &Rig,
+    file: LogFile<'_>,
+    view: Option<View<'_>>,
 ) -> Result<TrackOutcome, TrackError> {
     let topic = rig.topics.image.as_ref().ok_or(TrackError::NoTopic)?;
     let info = match rig.camera.matrix {
@@ -56,18 +68,33 @@ pub fn track_log(
         rig.camera.distortion = Some(lens.distortion);
     }
     let tracker = Tracker::new(&rig)?;
-    let writer = CopyWriter::create(out)?;
-    let mut tracking = Tracking::new(&tracker, &rig, topic, writer)?;
     let of_rig = rig
         .camera
         .size
         .map(|size| size.map(|pixels| pixels as usize));
-    tracking.size = info.map_or(of_rig, |info| Some(info.size));
-    tracking.view = view.map(View::create).transpose()?;
-    let summary = read_raw(log, Limits::default(), &mut |message| {
-        tracking.take(&message)
+    let size = info.map_or(of_rig, |info| Some(info.size));
+    let frames = FrameTracker::new(&tracker, view.is_some());
+    let (summary, mut outcome) = rayon::scope_fifo(|scope| {
+        let mut tracking = Tracking {
+            tracker: &tracker,
+            topic,
+            centroid: rig.topics.centroid.name.as_str(),
+            writer: CopyWriter::new(file)?,
+            queue: MessageQueue::new(scope, &frames),
+            sequence: Sequence::new(STILL.max(3.0 * rig.camera.noise)),
+            held: Vec::new(),
+            outcome: TrackOutcome::default(),
+            why: None,
+            size,
+            info: None,
+            view,
+        };
+        tracking.writer.points(tracking.centroid)?;
+        let summary = read_raw(log, Limits::default(), &mut |message| {
+            tracking.take(&message)
+        })?;
+        Ok::<_, TrackError>((summary, tracking.finish()?))
     })?;
-    tracking.flush()?;
     let log = log.display().to_string();
     if !summary
         .channels
@@ -82,7 +109,6 @@ pub fn track_log(
             images: false,
         }));
     }
-    let mut outcome = tracking.finish()?;
     let undecodable = outcome.reasons.get(&Reason::Undecodable);
     if outcome.frames > 0 && undecodable == Some(&outcome.frames) {
         return Err(TrackError::Undecodable {
@@ -99,65 +125,25 @@ pub fn track_log(
     Ok(outcome)
 }
 
-/// A message that waits for its turn.
-enum Item {
-    Copy(Arc<RawChannel>, u64, Vec<u8>),
-    Image(Arc<RawChannel>, u64, Vec<u8>),
-}
-
-/// The messages that came after a frame, until it is decided.
-type After = Vec<(Arc<RawChannel>, u64, Vec<u8>)>;
-
-struct Tracking<'a> {
+struct Tracking<'a, 's, 'scope> {
     tracker: &'a Tracker,
     topic: &'a ImageTopic,
     centroid: &'a str,
-    writer: CopyWriter<BufWriter<File>>,
-    batch: Vec<Item>,
-    bytes: usize,
-    images: usize,
-    /// Of a video, whose images build on one another.
-    decoder: Decoder,
+    writer: CopyWriter<LogFile<'a>>,
+    queue: MessageQueue<'s, 'scope>,
     sequence: Sequence<(u64, f64)>,
-    /// What waits behind each frame that is held back.
-    held: Vec<After>,
+    /// The messages that came after each frame that is held back, which wait until it is decided.
+    held: Vec<Vec<Received>>,
     outcome: TrackOutcome,
     why: Option<String>,
     /// Width and height that all images have: the camera's matrix holds for no other.
     size: Option<[usize; 2]>,
     /// What the log says of the camera.
     info: Option<CameraMessage>,
-    view: Option<View>,
+    view: Option<View<'a>>,
 }
 
-impl<'a> Tracking<'a> {
-    fn new(
-        tracker: &'a Tracker,
-        rig: &'a Rig,
-        topic: &'a ImageTopic,
-        mut writer: CopyWriter<BufWriter<File>>,
-    ) -> Result<Self, TrackError> {
-        let centroid = rig.topics.centroid.name.as_str();
-        writer.points(centroid)?;
-        Ok(Self {
-            tracker,
-            topic,
-            centroid,
-            writer,
-            batch: Vec::new(),
-            bytes: 0,
-            images: 0,
-            decoder: Decoder::default(),
-            sequence: Sequence::new(STILL.max(3.0 * rig.camera.noise)),
-            held: Vec::new(),
-            outcome: TrackOutcome::default(),
-            why: None,
-            size: None,
-            info: None,
-            view: None,
-        })
-    }
-
+impl Tracking<'_, '_, '_> {
     fn take(&mut self, message: &RawMessage<'_>) -> Result<(), TrackError> {
         let channel = message.channel;
         if channel.topic == self.centroid || channel.topic == QUALITY_TOPIC {
@@ -166,63 +152,42 @@ impl<'a> Tracking<'a> {
         if self.info.is_none() {
             self.info = CameraMessage::beside(message, &self.topic.name);
         }
-        let parts = (channel.clone(), message.log_time, message.data.to_vec());
-        self.bytes += message.data.len();
-        if channel.topic == self.topic.name {
-            if !is_image(&channel.schema) {
-                return Err(TrackError::NoImages {
-                    topic: channel.topic.clone(),
-                    schema: channel.schema.clone(),
-                });
-            }
-            self.images += 1;
-            self.batch.push(Item::Image(parts.0, parts.1, parts.2));
+        let is_wanted = channel.topic == self.topic.name;
+        if is_wanted && !is_image(&channel.schema) {
+            return Err(TrackError::NoImages {
+                topic: channel.topic.clone(),
+                schema: channel.schema.clone(),
+            });
+        }
+        let received = || Received {
+            channel: Arc::clone(channel),
+            log_time: message.log_time,
+            data: message.data.to_vec(),
+        };
+        if is_wanted {
+            self.queue.add_image(received());
         } else if !is_image(&channel.schema) {
             // Another camera's images are not needed, and would fill the disk again.
-            self.batch.push(Item::Copy(parts.0, parts.1, parts.2));
+            self.queue.add_message(received());
         }
-        let is_full = self.bytes > BATCH_BYTES
-            || self.batch.len() > BATCH_MESSAGES
-            || self.images >= BATCH_IMAGES;
-        if is_full { self.flush() } else { Ok(()) }
-    }
-
-    /// Looks at the images of a batch side by side, those of a video one after another, then goes through it in order.
-    fn flush(&mut self) -> Result<(), TrackError> {
-        let batch = std::mem::take(&mut self.batch);
-        (self.bytes, self.images) = (0, 0);
-        let is_drawn = self.view.is_some();
-        let tracker = self.tracker;
-        let track = |decoder: &mut Decoder, item: &Item| match item {
-            Item::Copy(..) => None,
-            Item::Image(channel, log_time, data) => {
-                let message = (*log_time, data.as_slice());
-                Some(track_frame(tracker, decoder, channel, message, is_drawn))
-            }
-        };
-        let is_of_video =
-            |item: &Item| matches!(item, Item::Image(channel, ..) if is_video(&channel.schema));
-        let tracked: Vec<Option<TrackedFrame>> = if batch.iter().any(is_of_video) {
-            let items = batch.iter();
-            items.map(|item| track(&mut self.decoder, item)).collect()
-        } else {
-            let items = batch.par_iter();
-            items.map_init(Decoder::default, track).collect()
-        };
-        for (item, tracked) in batch.into_iter().zip(tracked) {
-            match (item, tracked) {
-                (Item::Image(_, log_time, _), Some(tracked)) => self.frame(log_time, tracked)?,
-                (Item::Image(..), None) => {}
-                (Item::Copy(channel, log_time, data), _) => {
-                    // Behind a frame that waits, all wait.
-                    match self.held.last_mut() {
-                        Some(after) => after.push((channel, log_time, data)),
-                        None => self.copy(&channel, log_time, &data)?,
-                    }
-                }
-            }
+        while let Some(processed) = self.queue.next_if_full() {
+            self.write_processed(processed)?;
         }
         Ok(())
+    }
+
+    fn write_processed(&mut self, processed: Processed) -> Result<(), TrackError> {
+        match processed {
+            Processed::Frame(log_time, tracked) => self.frame(log_time, *tracked),
+            // Behind a frame that waits, all wait.
+            Processed::Message(message) => match self.held.last_mut() {
+                Some(after) => {
+                    after.push(message);
+                    Ok(())
+                }
+                None => self.copy(&message),
+            },
+        }
     }
 
     fn frame(&mut self, log_time: u64, tracked: TrackedFrame) -> Result<(), TrackError> {
@@ -231,8 +196,10 @@ impl<'a> Tracking<'a> {
         if let Some(view) = &mut self.view {
             view.add(log_time, &tracked)?;
         }
-        if self.why.is_none() {
-            self.why = tracked.why;
+        if let (None, Some(why)) = (&self.why, tracked.why) {
+            let seconds = 1e-9 * tracked.stamp as f64;
+            let number = self.outcome.frames;
+            self.why = Some(format!("image {number}, of {seconds:.3} s: {why}"));
         }
         let quality = tracked.observation.quality;
         self.held.push(Vec::new());
@@ -267,7 +234,7 @@ impl<'a> Tracking<'a> {
 
     /// Writes frames that are decided, each with what waited behind it.
     fn write(&mut self, decided: Vec<SequenceFrame<(u64, f64)>>) -> Result<(), TrackError> {
-        let waiting: Vec<After> = self.held.drain(..decided.len()).collect();
+        let waiting: Vec<_> = self.held.drain(..decided.len()).collect();
         for (frame, after) in decided.into_iter().zip(waiting) {
             let point = frame.centre.ok();
             let (log_time, quality) = frame.with;
@@ -292,28 +259,25 @@ impl<'a> Tracking<'a> {
             let schema = ("carom.FrameReport", "jsonschema", QUALITY_SCHEMA);
             self.writer
                 .add(QUALITY_TOPIC, schema, "json", log_time, &data)?;
-            for (channel, log_time, data) in after {
-                self.copy(&channel, log_time, &data)?;
+            for message in after {
+                self.copy(&message)?;
             }
         }
         Ok(())
     }
 
-    fn copy(
-        &mut self,
-        channel: &Arc<RawChannel>,
-        log_time: u64,
-        data: &[u8],
-    ) -> Result<(), TrackError> {
-        let message = RawMessage {
-            channel,
-            log_time,
-            data,
-        };
-        Ok(self.writer.copy(&message)?)
+    fn copy(&mut self, message: &Received) -> Result<(), TrackError> {
+        Ok(self.writer.copy(&RawMessage {
+            channel: &message.channel,
+            log_time: message.log_time,
+            data: &message.data,
+        })?)
     }
 
     fn finish(mut self) -> Result<TrackOutcome, TrackError> {
+        while let Some(processed) = self.queue.next() {
+            self.write_processed(processed)?;
+        }
         let mut decided = Vec::new();
         self.sequence.finish(&mut |frame| decided.push(frame));
         self.write(decided)?;

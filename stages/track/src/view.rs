@@ -2,10 +2,9 @@
 //!
 //! The topics are `sensor_msgs/msg/CompressedImage` and `geometry_msgs/msg/PoseStamped`, which Foxglove, Rerun and rviz draw as they are.
 
-use std::fs::File;
 use std::io::BufWriter;
-use std::path::Path;
 
+use durable::Output;
 use logs::write::{CopyWriter, Stamped, WriteError};
 
 use crate::frame::TrackedFrame;
@@ -15,14 +14,17 @@ const IMAGE_TOPIC: &str = "/carom/track/image";
 /// Topic of the object's poses.
 const POSE_TOPIC: &str = "/carom/track/object";
 
+/// A file that gets its name when it is whole.
+pub(crate) type LogFile<'a> = &'a mut BufWriter<Output>;
+
 /// A log for viewers.
-pub(crate) struct View {
-    writer: CopyWriter<BufWriter<File>>,
+pub(crate) struct View<'a> {
+    writer: CopyWriter<LogFile<'a>>,
 }
 
-impl View {
-    pub(crate) fn create(path: &Path) -> Result<Self, WriteError> {
-        let writer = CopyWriter::create(path)?;
+impl<'a> View<'a> {
+    pub(crate) fn new(file: LogFile<'a>) -> Result<Self, WriteError> {
+        let writer = CopyWriter::new(file)?;
         Ok(Self { writer })
     }
 

@@ -167,6 +167,107 @@ fn a_frame_that_cannot_be_trusted_has_a_reason_and_no_centroid() {
 }
 
 #[test]
+fn one_stamp_far_ahead_costs_one_frame() {
+    let (rig, dir) = (small(), tempfile::tempdir().unwrap());
+    let far_ahead = 4_000_000_000;
+    let stamps = [1, 2, far_ahead, 3, 4, 5];
+    let shots = pictures(&rig, stamps.len());
+    let messages = shots.iter().zip(stamps);
+    let messages = messages.map(|((_, picture), at)| compressed(&picture.png().unwrap(), at));
+    let (log, out) = (dir.path().join("in.mcap"), dir.path().join("out.mcap"));
+    let messages: Vec<_> = messages.collect();
+    write(&log, "sensor_msgs/msg/CompressedImage", "cdr", &messages);
+    let outcome = track_log(&log, &rig, &out, None).unwrap();
+    assert_eq!((outcome.frames, outcome.centroids), (6, 5), "{outcome:?}");
+    let stale = reports(&out).into_iter().map(|report| report.reason);
+    let stale: Vec<_> = stale.map(|reason| reason == Some(Reason::Stale)).collect();
+    assert_eq!(stale, stamps.map(|stamp| stamp == far_ahead));
+}
+
+#[test]
+fn a_frame_before_1970_has_a_reason() {
+    let (mut rig, dir) = (small(), tempfile::tempdir().unwrap());
+    rig.camera.stamp = StampMark::End;
+    rig.camera.exposure = 0.010;
+    // Stamped 1 ns after the clock's beginning, it was exposed before.
+    let mut message = compressed(&pictures(&rig, 1)[0].1.png().unwrap(), 1);
+    // The seconds stand behind CDR's header.
+    message[4..8].fill(0);
+    let (log, out) = (dir.path().join("in.mcap"), dir.path().join("out.mcap"));
+    write(&log, "sensor_msgs/msg/CompressedImage", "cdr", &[message]);
+    let outcome = track_log(&log, &rig, &out, None).unwrap();
+    assert_eq!((outcome.frames, outcome.centroids), (1, 0));
+    assert_eq!(reports(&out)[0].reason, Some(Reason::Stale));
+    assert_eq!(outcome.reasons[&Reason::Stale], 1);
+}
+
+#[test]
+fn a_damaged_png_is_told_apart_from_one_that_is_cut_and_named() {
+    let (rig, dir) = (small(), tempfile::tempdir().unwrap());
+    let shots = pictures(&rig, 2);
+    let [whole, mut damaged] = [0, 1].map(|k: usize| shots[k].1.png().unwrap());
+    let cut = damaged[..damaged.len() / 2].to_vec();
+    let middle = damaged.len() / 2;
+    damaged[middle] ^= 1;
+    let (log, out) = (dir.path().join("in.mcap"), dir.path().join("out.mcap"));
+    for (data, said) in [
+        (
+            cut,
+            "they end before the image does; record or copy it again",
+        ),
+        (damaged, "they are damaged; record or copy it again"),
+    ] {
+        let messages = [compressed(&whole, 0), compressed(&data, 20_000_000)];
+        write(&log, "sensor_msgs/msg/CompressedImage", "cdr", &messages);
+        let notes = track_log(&log, &rig, &out, None).unwrap().notes;
+        let expected =
+            format!("image 2, of {SECOND}.020 s: its PNG data cannot be decoded: {said}");
+        assert_eq!(notes, [expected]);
+    }
+}
+
+#[test]
+fn what_a_stopped_or_failed_track_leaves_is_the_old_log() {
+    let (rig, dir) = (small(), tempfile::tempdir().unwrap());
+    let (log, out) = (dir.path().join("in.mcap"), dir.path().join("out.mcap"));
+    let view = dir.path().join("view.mcap");
+    for file in [&out, &view] {
+        std::fs::write(file, "old").unwrap();
+    }
+    let cut = compressed(&pictures(&rig, 1)[0].1.png().unwrap()[..400], 0);
+    write(&log, "sensor_msgs/msg/CompressedImage", "cdr", &[cut]);
+    track_log(&log, &rig, &out, Some(&view)).unwrap_err();
+    for file in [&out, &view] {
+        assert_eq!(std::fs::read(file).unwrap(), b"old");
+    }
+    assert_eq!(std::fs::read_dir(dir.path()).unwrap().count(), 3);
+}
+
+#[test]
+fn the_bytes_do_not_depend_on_the_threads() {
+    let (rig, dir) = (small(), tempfile::tempdir().unwrap());
+    // More images than wait at once.
+    let shots = pictures(&rig, 100);
+    let images = shots.iter().zip(1..);
+    let images = images.map(|((_, picture), at)| compressed(&picture.jpeg(90).unwrap(), at));
+    let log = dir.path().join("in.mcap");
+    let images: Vec<_> = images.collect();
+    write(&log, "sensor_msgs/msg/CompressedImage", "cdr", &images);
+    let tracked = [1, 2, 5].map(|threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+        let [out, view] = ["out", "view"].map(|name| dir.path().join(format!("{name}{threads}")));
+        let track = || track_log(&log, &rig, &out, Some(&view)).unwrap();
+        let outcome = pool.build().unwrap().install(track);
+        assert!(
+            outcome.frames == 100 && outcome.centroids > 90,
+            "{outcome:?}"
+        );
+        [out, view].map(|file| std::fs::read(file).unwrap())
+    });
+    assert!(tracked[1..].iter().all(|other| *other == tracked[0]));
+}
+
+#[test]
 fn hostile_images_are_typed_errors() {
     let (rig, dir) = (small(), tempfile::tempdir().unwrap());
     let picture = &pictures(&rig, 1)[0].1;

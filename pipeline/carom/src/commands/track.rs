@@ -64,14 +64,8 @@ pub fn run(args: &TrackArgs) -> Result<Output, Error> {
                 "write the view over a log that is read or written; name another file with --view";
             return Err(Error::input(why));
         }
-        let parts = Parts::of([out.as_path()].into_iter().chain(view));
-        let tracked_log = track_log(log, &rig, parts.at(0).unwrap_or(&out), parts.at(1));
-        if tracked_log.is_err() {
-            parts.remove();
-        }
-        match tracked_log {
+        match track_log(log, &rig, &out, view) {
             Ok(outcome) => {
-                parts.name()?;
                 text += &sentence(&name, &outcome);
                 is_all_used &= outcome.centroids > 0;
                 tracked.push(json!({ "log": log, "out": out, "frames": outcome }));
@@ -79,7 +73,9 @@ pub fn run(args: &TrackArgs) -> Result<Output, Error> {
             Err(error @ (TrackError::Setup(_) | TrackError::NoTopic)) => {
                 return Err(Error::input(error));
             }
-            Err(error @ TrackError::Write(_)) => return Err(Error::failed(error)),
+            Err(error @ (TrackError::Write(_) | TrackError::File(_))) => {
+                return Err(Error::failed(error));
+            }
             Err(error) => {
                 text += &format!("{name} is left out: failed to {error}\n");
                 left_out.push(json!({ "log": log, "why": error.to_string() }));
@@ -100,39 +96,6 @@ pub fn run(args: &TrackArgs) -> Result<Output, Error> {
 fn is_same(a: &Path, b: &Path) -> bool {
     let real = |path| fs::canonicalize(path).ok();
     real(a).is_some_and(|a| real(b) == Some(a))
-}
-
-/// Files that are written under another name until they are whole: nothing that was there is lost to an interruption.
-struct Parts<'a>(Vec<(PathBuf, &'a Path)>);
-
-impl<'a> Parts<'a> {
-    fn of(paths: impl IntoIterator<Item = &'a Path>) -> Self {
-        let part = |path: &'a Path| {
-            let mut name = path.as_os_str().to_owned();
-            name.push(".part");
-            (PathBuf::from(name), path)
-        };
-        Self(paths.into_iter().map(part).collect())
-    }
-
-    /// Where the file of this place is written.
-    fn at(&self, index: usize) -> Option<&Path> {
-        self.0.get(index).map(|(part, _)| part.as_path())
-    }
-
-    /// Gives them their names.
-    fn name(&self) -> Result<(), Error> {
-        self.0
-            .iter()
-            .try_for_each(|(part, path)| Ok(durable::rename(part, path)?))
-    }
-
-    /// Removes what was begun: it is of no use.
-    fn remove(&self) {
-        for (part, _) in &self.0 {
-            drop(fs::remove_file(part));
-        }
-    }
 }
 
 /// A log's frames in a line, and its notes below.
