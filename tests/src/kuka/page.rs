@@ -195,13 +195,14 @@ fn whole(diagnosis: &Diagnosis) -> anyhow::Result<String> {
     let gap = &diagnosis.gap;
     let mut text = format!(
         "\n## The diagnosis of all strikes\n\n{} of them fit and choose, {} judge.\n\n**`{verdict}`**: {}.\n\nOn the held-out strikes stops \
-         are off by {:.1} cm root mean square before and {:.1} cm after; repeats would scatter by {:.1} cm by the scatter that the fit \
+         are off by {:.1} cm root mean square before and {:.1} cm after ({}); repeats would scatter by {:.1} cm by the scatter that the fit \
          needs.\n\n",
         diagnosis.strikes,
         gap.heldout_strikes,
         diagnosis.summary,
         CM * gap.before,
         CM * gap.after,
+        gap.change_in_words(),
         CM * gap.noise_floor
     );
     for effect in &diagnosis.effects {
