@@ -42,7 +42,8 @@ fn strikes(criterion: &mut Criterion) {
             });
         });
         let world = World::nominal(&rig);
-        let launches = launches(&rig, &world, &[command; 8]).expect("the nominal world");
+        let launches =
+            launches(&rig, &world, [(command, &conditions); 8]).expect("the nominal world");
         let launches: Vec<Launch> = launches.into_iter().flatten().collect();
         let planar = Planar::new(&rig, &world, &[]).expect("the nominal world");
         let times: Vec<f64> = (1..40).map(|i| f64::from(i) / rig.camera.rate).collect();

@@ -156,11 +156,15 @@ impl Engine {
         self.friction = factor;
     }
 
-    /// Places the object.
-    pub(crate) fn place_object(&mut self, position: Point) {
+    /// Places the object, turned by `yaw` (rad); a ball has none.
+    pub(crate) fn place_object(&mut self, position: Point, yaw: f64) {
+        let has_yaw = self.nv_object == 3;
         let qpos = self.data.qpos_mut();
         qpos[0] = position.x;
         qpos[1] = position.y;
+        if has_yaw {
+            qpos[2] = yaw;
+        }
     }
 
     /// Prescribes the striker's position (m) and velocity (m/s).

@@ -13,6 +13,8 @@ pub struct Impact {
     pub tip_offset: f64,
     /// Speed of parting over speed of approach.
     pub restitution: f64,
+    /// How the object is turned, in rad: 0 where a box's faces lie along the table's axes. Of a round one it counts for nothing.
+    pub yaw: f64,
 }
 
 impl Impact {
@@ -30,6 +32,11 @@ impl Impact {
                 .iter()
                 .map(|effect| effect.restitution_factor(delivered.speed, conditions))
                 .fold(restitution, |e, factor| e * factor),
+            yaw: conditions.yaw.map_or(0.0, |seen| {
+                effects
+                    .iter()
+                    .fold(seen, |yaw, effect| yaw - effect.seen_turn())
+            }),
         }
     }
 }

@@ -7,7 +7,7 @@
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
-use values::{Command, Conditions, Point, Rig, Strike};
+use values::{Conditions, Point, Rig, Strike};
 
 use crate::{
     Estimate, World, WorldError,
@@ -70,15 +70,16 @@ pub fn recent_session(
             conditions: Conditions {
                 session: effects::UNKNOWN.into(),
                 order: order + f64::from(i),
+                yaw: strike.conditions.yaw,
             },
             ..strike.after_impact(frame)
         })
         .filter(|strike| strike.track.len() >= OWN && !strike.track.is_pushed_again())
         .collect();
-    let commands: Vec<Command> = usable.iter().map(|strike| strike.command).collect();
+    let launches = launches(rig, world, usable.iter().map(Strike::commanded))?;
     let struck: Vec<(Strike, Launch)> = usable
         .into_iter()
-        .zip(launches(rig, world, &commands)?)
+        .zip(launches)
         .filter_map(|(strike, launch)| Some((strike, launch?)))
         .collect();
     let populations: Vec<_> = world.sessions.iter().collect();
@@ -289,7 +290,7 @@ fn stack(points: &[Point]) -> DVector<f64> {
 
 #[cfg(test)]
 mod tests {
-    use values::{Shape, Track};
+    use values::{Command, Shape, Track};
 
     use super::*;
     use crate::{AddedEffect, Scatter, Simulator};
@@ -358,7 +359,7 @@ mod tests {
                     split: values::Split::Train,
                     conditions: Conditions {
                         session: "new.mcap".into(),
-                        order: 0.0,
+                        ..Conditions::default()
                     },
                 }
             })

@@ -114,12 +114,6 @@ impl Simulator {
         (self.friction, self.restitution)
     }
 
-    /// By how much (rad) the arm turns this command, and the lateral offset (m) of its tip.
-    pub(crate) fn aim(&self, command: Command, conditions: &Conditions) -> (f64, f64) {
-        let impact = self.impact(command, conditions);
-        (impact.command.angle - command.angle, impact.tip_offset)
-    }
-
     /// What of the object rubs on the table.
     pub(crate) fn table_contact(&self) -> TableContact {
         match self.rig.object.shape {
@@ -132,6 +126,14 @@ impl Simulator {
     pub(crate) fn nearest(&self, engine: &Engine, tip: Point) -> Nearest {
         let (object, striker) = (&self.rig.object, &self.rig.striker);
         touch::nearest(object, striker, engine.position(), engine.yaw(), tip)
+    }
+
+    /// What of a yaw (rad) counts for this object: nothing of a round one's, which rubs and is struck alike however it is turned.
+    pub(crate) fn yaw_of(&self, yaw: f64) -> f64 {
+        match self.rig.object.shape {
+            Shape::Box => yaw,
+            Shape::Cylinder | Shape::Sphere => 0.0,
+        }
     }
 
     /// What the arm makes of a command.
@@ -161,9 +163,15 @@ impl Simulator {
         effects::observe(&self.effects, point)
     }
 
-    /// The tip's motion for a command, as the arm would be sent it: towards the object seen at `initial`.
-    pub fn profile(&self, initial: Point, command: Command) -> Option<Profile> {
-        let direction = Point::polar(1.0, command.angle);
+    /// The tip's motion for a command, as the arm would be sent it: towards the object seen at `initial`, turned as `conditions` say.
+    pub fn profile(
+        &self,
+        initial: Point,
+        command: Command,
+        conditions: &Conditions,
+    ) -> Option<Profile> {
+        let yaw = self.yaw_of(conditions.yaw.unwrap_or(0.0));
+        let direction = Point::polar(1.0, command.angle - yaw);
         let standoff = touch::standoff(&self.rig.object, &self.rig.striker, direction, 0.0)?;
         Some(Profile::plan(
             initial,

@@ -145,12 +145,14 @@ impl Worker<'_> {
     /// Commanded angles, around the path's bearing, at which the tip meets a face of a box.
     fn face(&self, path: Point, first: Command, conditions: &Conditions) -> Option<Interval> {
         let rig = self.simulator.rig();
-        let (turned, offset) = self.simulator.aim(first, conditions);
-        let delivered = path.bearing() + turned;
-        let face = touch::face(&rig.object, &rig.striker, offset, delivered)?;
+        let impact = self.simulator.impact(first, conditions);
+        // From a command's angle to that at which its tip comes onto the box's own faces.
+        let turned = impact.command.angle - first.angle;
+        let onto_face = path.bearing() + turned - impact.yaw;
+        let face = touch::face(&rig.object, &rig.striker, impact.tip_offset, onto_face)?;
         Some(Interval {
-            low: face.low - turned,
-            high: face.high - turned,
+            low: face.low + impact.yaw - turned,
+            high: face.high + impact.yaw - turned,
         })
     }
 

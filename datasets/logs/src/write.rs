@@ -71,8 +71,8 @@ pub enum WriteError {
 pub struct RecordingWriter<W: Write + Seek> {
     mcap: Writer<W>,
     topics: Topics,
-    channels: [Option<u16>; 3],
-    sequences: [u32; 3],
+    channels: [Option<u16>; 4],
+    sequences: [u32; 4],
     /// Channels of received messages by their numbers, with the number of messages so far.
     received: HashMap<u16, (u16, u32)>,
     buffer: Vec<u8>,
@@ -81,12 +81,21 @@ pub struct RecordingWriter<W: Write + Seek> {
 impl RecordingWriter<BufWriter<File>> {
     /// Creates the file, replacing one that is there.
     pub fn create(path: &Path, topics: &Topics) -> Result<Self, WriteError> {
-        let file = File::create(path).map_err(|source| WriteError::Create {
-            path: path.display().to_string(),
-            source,
-        })?;
-        Self::new(BufWriter::new(file), topics)
+        Self::new(create(path)?, topics)
     }
+
+    /// The same without a topic of centroids: the object's place is in poses.
+    pub fn create_without_centroids(path: &Path, topics: &Topics) -> Result<Self, WriteError> {
+        Self::beside_received(create(path)?, topics)
+    }
+}
+
+fn create(path: &Path) -> Result<BufWriter<File>, WriteError> {
+    let file = File::create(path).map_err(|source| WriteError::Create {
+        path: path.display().to_string(),
+        source,
+    })?;
+    Ok(BufWriter::new(file))
 }
 
 impl<W: Write + Seek> RecordingWriter<W> {
@@ -111,8 +120,8 @@ impl<W: Write + Seek> RecordingWriter<W> {
         Ok(Self {
             mcap,
             topics: topics.clone(),
-            channels: [None; 3],
-            sequences: [0; 3],
+            channels: [None; 4],
+            sequences: [0; 4],
             received: HashMap::new(),
             buffer: Vec::with_capacity(1024),
         })
@@ -123,10 +132,24 @@ impl<W: Write + Seek> RecordingWriter<W> {
         self.write_with(samples, &[])
     }
 
+    /// The same with poses in place of centroids: `yaws` (rad) is how the object is turned at each of them. Without yaws, centroids.
+    pub fn write_turned(&mut self, samples: &Samples, yaws: &[f64]) -> Result<(), WriteError> {
+        self.merge(samples, yaws, &[])
+    }
+
     /// The same, and messages that were received meanwhile (in order of time), each with its own channel and schema.
     pub fn write_with(
         &mut self,
         samples: &Samples,
+        received: &[Received],
+    ) -> Result<(), WriteError> {
+        self.merge(samples, &[], received)
+    }
+
+    fn merge(
+        &mut self,
+        samples: &Samples,
+        yaws: &[f64],
         received: &[Received],
     ) -> Result<(), WriteError> {
         let mut received = received.iter().peekable();
@@ -135,8 +158,9 @@ impl<W: Write + Seek> RecordingWriter<W> {
             (0..samples.commands.len()).map(|i| (samples.commands[i].stamp, Kind::Command, i)),
         );
         order.extend((0..samples.states.len()).map(|i| (samples.states[i].stamp, Kind::State, i)));
+        let place = |i| yaws.get(i).map_or(Kind::Centroid, |_| Kind::Pose);
         order.extend(
-            (0..samples.centroids.len()).map(|i| (samples.centroids[i].stamp, Kind::Centroid, i)),
+            (0..samples.centroids.len()).map(|i| (samples.centroids[i].stamp, place(i), i)),
         );
         order.sort_by_key(|&(stamp, _, _)| stamp);
         for (stamp, kind, i) in order {
@@ -148,6 +172,9 @@ impl<W: Write + Seek> RecordingWriter<W> {
                 Kind::Centroid => messages::point_stamped(&mut self.buffer, &samples.centroids[i]),
                 Kind::Command => messages::twist_stamped(&mut self.buffer, &samples.commands[i]),
                 Kind::State => messages::odometry(&mut self.buffer, &samples.states[i]),
+                Kind::Pose => {
+                    messages::pose_stamped(&mut self.buffer, &samples.centroids[i], yaws[i]);
+                }
             }
             let header = MessageHeader {
                 channel_id: self.channel(kind)?,
@@ -205,6 +232,7 @@ impl<W: Write + Seek> RecordingWriter<W> {
             Kind::Centroid => &self.topics.centroid.name,
             Kind::Command => &self.topics.command.name,
             Kind::State => &self.topics.state.topic.name,
+            Kind::Pose => &self.topics.pose.topic.name,
         };
         let schema = self
             .mcap

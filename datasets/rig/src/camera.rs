@@ -11,10 +11,11 @@ use crate::disturbance::Disturbance;
 /// Two stamps are at least this far apart, in s.
 const SHORTEST_INTERVAL: f64 = 1e-4;
 
-/// One frame: its stamp (s) and what centroid was found (m).
+/// One frame: its stamp (s), when it was exposed (s), and what centroid was found (m).
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Frame {
     pub time: f64,
+    pub exposed: f64,
     pub centroid: Point,
 }
 
@@ -51,6 +52,7 @@ pub(crate) fn film(
             }
             frames.push(Frame {
                 time: stamp,
+                exposed: time,
                 centroid: seen(time) + error,
             });
         }

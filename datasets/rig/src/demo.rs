@@ -26,6 +26,8 @@ pub struct Settings {
     pub plan: Option<Vec<PlannedStrike>>,
     /// Also logs `/striker/state`.
     pub log_state: bool,
+    /// Logs `/object/pose` in place of `/object/centroid`: the tracker knows how the object is turned.
+    pub log_pose: bool,
     /// How many sessions (logs); none: as many as effects that differ by session need.
     pub sessions: Option<usize>,
 }
@@ -40,6 +42,7 @@ impl Settings {
             truth,
             plan: None,
             log_state: false,
+            log_pose: false,
             sessions: None,
         }
     }
@@ -64,6 +67,9 @@ pub fn write(settings: &Settings, out: &Path) -> Result<Written, RigSimError> {
     let mut sim = Sim::from(settings.truth.clone())?;
     if settings.log_state {
         sim = sim.logging_state();
+    }
+    if settings.log_pose {
+        sim = sim.logging_pose();
     }
     let count = settings.plan.as_ref().map_or(settings.strikes, Vec::len);
     let a_session = count
@@ -109,10 +115,14 @@ pub fn write(settings: &Settings, out: &Path) -> Result<Written, RigSimError> {
             Some(_) => path.with_extension("centroids"),
             None => path.clone(),
         };
-        let mut writer = RecordingWriter::create(&plain, &truth.rig.topics)?;
+        let topics = &truth.rig.topics;
+        let mut writer = match settings.log_pose {
+            true => RecordingWriter::create_without_centroids(&plain, topics)?,
+            false => RecordingWriter::create(&plain, topics)?,
+        };
         for strike in strikes {
             let recording = sim.strike(strike.initial(), strike.command());
-            writer.write(&recording.samples)?;
+            writer.write_turned(&recording.samples, &recording.yaws)?;
             truth.strikes.push(recording.truth);
         }
         writer.finish()?;

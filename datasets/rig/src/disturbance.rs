@@ -16,6 +16,8 @@ pub(crate) struct Disturbance {
     random: ChaCha8Rng,
     /// Factor on friction.
     pub friction: f64,
+    /// How the object was put down, in rad.
+    pub yaw: f64,
     /// Factors on the launch's normal deviates of speed and angle, which give them heavy tails.
     pub launch: [f64; 2],
     /// Factor on the camera's noise.
@@ -52,10 +54,15 @@ impl Disturbance {
                 turn(&mut random),
             );
         }
+        let mut yaw = 0.0;
+        if levels.yaw_scatter > 0.0 {
+            yaw = levels.yaw_scatter * normal(&mut random);
+        }
         Self {
             levels,
             random,
             friction,
+            yaw,
             launch,
             camera,
             mount,
@@ -95,6 +102,12 @@ impl Disturbance {
             noise = noise + Point::polar(distance, bearing);
         }
         noise
+    }
+
+    /// Error of the yaw in the next frame, in rad: a tracker's own, of half a degree.
+    pub(crate) fn yaw_error(&mut self) -> f64 {
+        const TRACKER: f64 = 0.009;
+        TRACKER * normal(&mut self.random)
     }
 
     /// How late the next frame's stamp is, in s; negative where it is early.

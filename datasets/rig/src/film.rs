@@ -10,6 +10,7 @@ use rayon::prelude::*;
 use render::{Moment, Optics, Renderer, Scene};
 use values::{Colour, ImageTopic, Rig, StampMark};
 
+use crate::slide::Lying;
 use crate::strike::{PreparedRig, StrikeOutcome};
 use crate::{RigSimError, StrikeTruth, Truth};
 
@@ -202,7 +203,11 @@ impl FrameRenderer<'_> {
     }
 
     fn outcome(&self, strike: &StrikeTruth) -> StrikeOutcome {
-        let (from, friction) = (strike.initial, strike.friction.unwrap_or(1.0));
+        let from = Lying {
+            at: strike.initial,
+            yaw: strike.yaw.unwrap_or(0.0),
+        };
+        let friction = strike.friction.unwrap_or(1.0);
         self.prepared
             .strike(from, strike.delivered, strike.index(), friction)
     }

@@ -2,10 +2,11 @@
 
 use values::Point;
 
-/// Position and velocity at a step.
+/// Position, yaw (rad) and velocity at a step.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Moment {
     pub at: Point,
+    pub yaw: f64,
     pub velocity: Point,
 }
 
@@ -15,16 +16,19 @@ pub(crate) struct Motion {
     step: f64,
     moments: Vec<Moment>,
     stop: Point,
+    /// As it began.
+    yaw: f64,
     rest_time: f64,
 }
 
 impl Motion {
     /// Nothing moved.
-    pub(crate) fn still(at: Point) -> Self {
+    pub(crate) fn still(at: Point, yaw: f64) -> Self {
         Self {
             step: 1.0,
             moments: Vec::new(),
             stop: at,
+            yaw,
             rest_time: 0.0,
         }
     }
@@ -35,6 +39,7 @@ impl Motion {
             step,
             moments: vec![first],
             stop: first.at,
+            yaw: first.yaw,
             rest_time: 0.0,
         }
     }
@@ -85,6 +90,19 @@ impl Motion {
             + from.velocity * ((s3 - 2.0 * s2 + s) * self.step)
             + to.at * (3.0 * s2 - 2.0 * s3)
             + to.velocity * ((s3 - s2) * self.step)
+    }
+
+    /// Yaw at a time after the impact (s), in rad; linear between steps, and that of the last one to rest.
+    pub(crate) fn yaw(&self, time: f64) -> f64 {
+        let step = (time / self.step).max(0.0);
+        let yaw = |place: usize| {
+            let last = self.moments.len().saturating_sub(1);
+            self.moments
+                .get(place.min(last))
+                .map_or(self.yaw, |moment| moment.yaw)
+        };
+        let (from, to) = (yaw(step as usize), yaw(step as usize + 1));
+        from + (to - from) * step.fract()
     }
 
     /// Every point passed, in m.

@@ -32,10 +32,17 @@ pub(crate) fn roll(
         rolling: Point::default(),
         rolls: false,
     };
-    let mut motion = Motion::new(step, Moment { at: from, velocity });
+    let mut motion = Motion::new(
+        step,
+        Moment {
+            at: from,
+            velocity,
+            ..Moment::default()
+        },
+    );
     // A slip of contact decelerates by 1 + r²/k² times friction; 7/2 for a solid ball.
     let Some(radius) = outline_radius(body) else {
-        return Motion::still(from);
+        return Motion::still(from, 0.0);
     };
     let gain = radius * radius / body.gyration;
     let mut time = 0.0;
@@ -64,6 +71,7 @@ pub(crate) fn roll(
         motion.push(Moment {
             at: state.at,
             velocity: state.velocity,
+            ..Moment::default()
         });
     }
     motion.rest(state.at, 0.0)

@@ -10,6 +10,7 @@ use crate::camera::film;
 use crate::disturbance::Disturbance;
 use crate::noise::Levels;
 use crate::random::{Purpose, random};
+use crate::slide::Lying;
 use crate::strike::{PreparedRig, StrikeOutcome};
 use crate::striker::Profile;
 use crate::{Hidden, RigSimError, Samples, Stamped, StateSample, StrikeIndex, StrikeTruth, Truth};
@@ -34,6 +35,8 @@ pub struct Recording {
     pub initial: Point,
     /// Where the camera sees it come to rest, without noise, in m.
     pub stop: Point,
+    /// How the object is seen turned at each centroid, in rad; empty where poses are not logged.
+    pub yaws: Vec<f64>,
     /// What really happened.
     pub truth: StrikeTruth,
 }
@@ -45,6 +48,7 @@ pub struct Sim {
     index: StrikeIndex,
     start: u64,
     log_state: bool,
+    log_pose: bool,
 }
 
 impl Sim {
@@ -77,6 +81,7 @@ impl Sim {
             index: StrikeIndex::default(),
             start: ORIGIN,
             log_state: false,
+            log_pose: false,
         })
     }
 
@@ -90,6 +95,12 @@ impl Sim {
     /// Also logs the measured state of the striker.
     pub fn logging_state(mut self) -> Self {
         self.log_state = true;
+        self
+    }
+
+    /// Also records how the object is seen turned.
+    pub fn logging_pose(mut self) -> Self {
+        self.log_pose = true;
         self
     }
 
@@ -120,8 +131,34 @@ impl Sim {
         &self.prepared
     }
 
+    /// How the object is turned (rad) that is put down for the next strike where the camera sees it at `initial` (m), as the camera sees it;
+    /// none of a rig whose objects are all put down straight.
+    pub fn next_yaw(&self, initial: Point) -> Option<f64> {
+        let yaw = self.next_true_yaw();
+        (yaw != 0.0).then(|| self.prepared.truth.see_yaw(initial, yaw, self.index))
+    }
+
+    fn next_true_yaw(&self) -> f64 {
+        let truth = &self.prepared.truth;
+        let levels = truth.noise.levels();
+        if levels.yaw_scatter == 0.0 {
+            return 0.0;
+        }
+        Disturbance::new(levels, truth.seed, self.index).yaw
+    }
+
     /// Lays the object where the camera sees it at `initial` (m) and strikes. The arm aims at the object's true centre.
     pub fn strike(&mut self, initial: Point, command: Command) -> Recording {
+        self.strike_lying(initial, self.next_true_yaw(), command)
+    }
+
+    /// The same with an object that the camera sees turned by `yaw` (rad).
+    pub fn strike_turned(&mut self, initial: Point, yaw: f64, command: Command) -> Recording {
+        let turned = self.prepared.truth.see_yaw(initial, yaw, self.index) - yaw;
+        self.strike_lying(initial, yaw - turned, command)
+    }
+
+    fn strike_lying(&mut self, initial: Point, yaw: f64, command: Command) -> Recording {
         let truth = &self.prepared.truth;
         let centre = truth.rig.camera.centre;
         let index = self.index;
@@ -129,9 +166,10 @@ impl Sim {
         let mut disturbance = Disturbance::new(levels, truth.seed, index);
         let from = truth.hidden.unsee(initial, centre, index);
         let delivered = self.launch(command, &levels, &disturbance);
+        let lying = Lying { at: from, yaw };
         let outcome = self
             .prepared
-            .strike(from, delivered, index, disturbance.friction);
+            .strike(lying, delivered, index, disturbance.friction);
 
         let profile = Profile::new(command, truth.rig.robot.acceleration);
         let impact = REST + profile.impact(delivered.speed.max(1e-3));
@@ -146,6 +184,16 @@ impl Sim {
             &mut disturbance,
             |time| truth.hidden.see(outcome.at(time - impact), centre, index),
         );
+        let mut seen_yaw = |time: f64| {
+            truth.see_yaw(outcome.at(time), outcome.yaw(time), index) + disturbance.yaw_error()
+        };
+        let yaws = match self.log_pose {
+            true => frames
+                .iter()
+                .map(|frame| seen_yaw(frame.exposed - impact))
+                .collect(),
+            false => Vec::new(),
+        };
         let stamped = |time: f64, at: Point| Stamped {
             stamp: stamp(time),
             x: at.x,
@@ -183,6 +231,7 @@ impl Sim {
             samples,
             initial,
             stop: truth.see(outcome.stop(), index),
+            yaws,
             truth: StrikeTruth {
                 session: self.index.session,
                 order: self.index.order,
@@ -193,6 +242,7 @@ impl Sim {
                 rest_time: outcome.rest_time(),
                 stop: outcome.stop(),
                 friction: (disturbance.friction != 1.0).then_some(disturbance.friction),
+                yaw: (yaw != 0.0).then_some(yaw),
             },
         };
         self.index.order += 1;

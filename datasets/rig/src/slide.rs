@@ -41,31 +41,45 @@ impl State {
     }
 }
 
+/// Where an object lies, and how it is turned (rad).
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Lying {
+    pub at: Point,
+    pub yaw: f64,
+}
+
+/// Straight, with a box's faces along the table's axes.
+impl From<Point> for Lying {
+    fn from(at: Point) -> Self {
+        Self { at, yaw: 0.0 }
+    }
+}
+
 /// Slides from a launch to rest.
 pub(crate) fn slide(
     body: &Body,
     surface: &Surface<'_>,
-    from: Point,
+    from: impl Into<Lying>,
     velocity: Point,
     spin: f64,
 ) -> Motion {
     let step = surface.step(velocity.norm());
-    slide_in_steps(body, surface, (from, velocity, spin), step)
+    slide_in_steps(body, surface, (from.into(), velocity, spin), step)
 }
 
 fn slide_in_steps(
     body: &Body,
     surface: &Surface<'_>,
-    (at, velocity, spin): (Point, Point, f64),
+    (Lying { at, yaw }, velocity, spin): (Lying, Point, f64),
     step: f64,
 ) -> Motion {
     let mut state = State {
         at,
-        yaw: 0.0,
+        yaw,
         velocity,
         spin,
     };
-    let mut motion = Motion::new(step, Moment { at, velocity });
+    let mut motion = Motion::new(step, Moment { at, yaw, velocity });
     let radius = body.spread.sqrt();
     let mut time = 0.0;
     while time < LONGEST_SLIDE {
@@ -83,6 +97,7 @@ fn slide_in_steps(
         time += step;
         motion.push(Moment {
             at: state.at,
+            yaw: state.yaw,
             velocity: state.velocity,
         });
     }
@@ -203,7 +218,7 @@ mod tests {
         for shape in [Shape::Cylinder, Shape::Box] {
             for (speed, spin) in [(0.6, 3.0), (1.0, 0.0), (1.5, -12.0)] {
                 let body = body(shape);
-                let launch = (Point::new(0.3, 0.0), Point::polar(speed, 0.2), spin);
+                let launch = (Point::new(0.3, 0.0).into(), Point::polar(speed, 0.2), spin);
                 let coarse = slide_in_steps(&body, &surface, launch, surface.step(speed));
                 let fine = slide_in_steps(&body, &surface, launch, surface.step(speed) / 10.0);
                 let moved = coarse.stop().distance(fine.stop());

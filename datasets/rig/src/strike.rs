@@ -5,6 +5,7 @@ use values::{Command, Point};
 use crate::body::Body;
 use crate::impact::{self, Tip};
 use crate::motion::Motion;
+use crate::slide::Lying;
 use crate::surface::Surface;
 use crate::{RigSimError, StrikeIndex, Truth, roll, slide};
 
@@ -33,6 +34,11 @@ impl StrikeOutcome {
     /// Where its centre is this long after the impact (s), on the table, in m.
     pub fn at(&self, time: f64) -> Point {
         self.motion.at(time)
+    }
+
+    /// How it is turned this long after the impact (s), in rad.
+    pub fn yaw(&self, time: f64) -> f64 {
+        self.motion.yaw(time)
     }
 
     /// Every point passed at the integrator's steps, in m.
@@ -64,7 +70,7 @@ impl PreparedRig {
     /// `friction_factor` is what this strike's friction differs by from the rig's.
     pub(crate) fn strike(
         &self,
-        from: Point,
+        from: impl Into<Lying>,
         delivered: Command,
         index: StrikeIndex,
         friction_factor: f64,
@@ -75,12 +81,13 @@ impl PreparedRig {
     /// The same by a tip whose line passes so far (m) to the left of the object's centre.
     pub(crate) fn strike_aside(
         &self,
-        from: Point,
+        from: impl Into<Lying>,
         delivered: Command,
         aside: f64,
         index: StrikeIndex,
         friction_factor: f64,
     ) -> StrikeOutcome {
+        let from = from.into();
         let Truth {
             hidden,
             restitution,
@@ -100,25 +107,21 @@ impl PreparedRig {
                 .product();
             (restitution * factor).clamp(0.0, HIGHEST_RESTITUTION)
         };
-        let velocity = Point::polar(delivered.speed, delivered.angle);
+        // The tip's velocity along the edges of a box as it lies.
+        let velocity = Point::polar(delivered.speed, delivered.angle - from.yaw);
         let Some(launch) = impact::strike(&self.body, tip, velocity, bounce) else {
             return StrikeOutcome {
                 gap: self.body.reach() + tip.radius,
-                motion: Motion::still(from),
+                motion: Motion::still(from.at, from.yaw),
             };
         };
+        let launched = launch.velocity.rotated(from.yaw);
         let friction = self.truth.friction * friction_factor;
         let surface = Surface::new(friction, hidden, index);
         let motion = if self.body.ball {
-            roll::roll(
-                &self.body,
-                &surface,
-                from,
-                launch.velocity,
-                rolling / friction,
-            )
+            roll::roll(&self.body, &surface, from.at, launched, rolling / friction)
         } else {
-            slide::slide(&self.body, &surface, from, launch.velocity, launch.spin)
+            slide::slide(&self.body, &surface, from, launched, launch.spin)
         };
         StrikeOutcome {
             gap: launch.gap,
@@ -148,5 +151,36 @@ impl Truth {
         index: StrikeIndex,
     ) -> Result<Point, RigSimError> {
         Ok(self.see(self.outcome(initial, command, index)?.stop(), index))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use values::Shape;
+
+    use super::*;
+    use crate::Hidden;
+
+    #[test]
+    fn a_turned_box_on_a_turned_table_moves_as_a_straight_one() {
+        let mut truth = Truth::demo(&Truth::demo_rig(Shape::Box), 1);
+        truth.hidden = Hidden::none();
+        let prepared = PreparedRig::new(truth).expect("demo sizes");
+        let struck = |angle: f64, yaw: f64| {
+            let (at, speed) = (Point::default(), 0.8);
+            let delivered = Command { speed, angle };
+            prepared.strike(Lying { at, yaw }, delivered, StrikeIndex::default(), 1.0)
+        };
+        let straight = struck(0.2, 0.0);
+        assert!(straight.yaw(straight.rest_time()).abs() > 0.05);
+        for yaw in [-0.2, 0.1] {
+            let turned = struck(0.2 + yaw, yaw);
+            assert!(turned.stop().distance(straight.stop().rotated(yaw)) < 1e-9);
+            for time in [0.0, 0.1, 0.3] {
+                assert!((turned.yaw(time) - straight.yaw(time) - yaw).abs() < 1e-9);
+            }
+            // The same line onto a face that is turned leads elsewhere.
+            assert!(struck(0.2, yaw).stop().distance(straight.stop()) > 2e-3);
+        }
     }
 }

@@ -81,6 +81,9 @@ pub struct StrikeTruth {
     /// Factor on friction in this strike; not in the file where friction does not scatter.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub friction: Option<f64>,
+    /// How the object was turned before it, in rad; not in the file where every object lies straight.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub yaw: Option<f64>,
 }
 
 impl StrikeTruth {
@@ -164,6 +167,14 @@ impl Truth {
     /// Where the camera sees a point of the table, without noise, in m.
     pub fn see(&self, at: Point, index: StrikeIndex) -> Point {
         self.hidden.see(at, self.rig.camera.centre, index)
+    }
+
+    /// How the camera sees an object turned that is turned by `yaw` at a point of the table, without noise, in rad.
+    pub fn see_yaw(&self, at: Point, yaw: f64, index: StrikeIndex) -> f64 {
+        /// Between the two points of the object that are compared, in m.
+        const AHEAD: f64 = 1e-3;
+        let ahead = self.see(at + Point::polar(AHEAD, yaw), index) - self.see(at, index);
+        yaw + ahead.rotated(-yaw).bearing()
     }
 
     /// The rig file that a user has: [`Truth::rig`] with what noise makes wrong in it.

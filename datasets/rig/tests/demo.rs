@@ -89,6 +89,7 @@ fn a_log_reads_back_with_every_frame_and_command() {
     let folder = tempfile::tempdir().unwrap();
     let settings = Settings {
         log_state: true,
+        log_pose: false,
         ..Settings::new(Shape::Cylinder, 60, 1, None)
     };
     let written = write(&settings, folder.path()).unwrap();

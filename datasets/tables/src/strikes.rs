@@ -205,6 +205,7 @@ fn strike(batch: &Batch, row: usize) -> Result<Strike, TableError> {
         conditions: Conditions {
             session: text("session"),
             order: real("order"),
+            yaw: batch.real_or_null("yaw0", row),
         },
         delivered: delivered(batch, row),
     })

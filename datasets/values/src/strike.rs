@@ -76,13 +76,17 @@ impl Track {
     }
 }
 
-/// When and in which log a strike was made: what drifting or session-wise effects depend on.
+/// When and in which log a strike was made, what drifting or session-wise effects depend on; and how its object was turned.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Conditions {
     /// The log (session) that the strike comes from; empty for a strike yet to be made.
     pub session: String,
     /// Number of strikes before this one, over all logs, in order of time.
     pub order: f64,
+    /// How the object is seen turned at rest before the strike, in rad; none where that was not tracked, and a box is taken to stand
+    /// with its faces along the table's axes.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub yaw: Option<f64>,
 }
 
 /// One strike that was kept.
@@ -114,6 +118,18 @@ pub struct Strike {
 }
 
 impl Strike {
+    /// The same strike as one of all logs' strikes: its rank among them, and how its object was turned, complete its conditions.
+    pub fn among_all(mut self, order: u32) -> Self {
+        self.conditions.order = order.into();
+        self.conditions.yaw = self.track.yaw.as_ref().map(|yaw| yaw.initial);
+        self
+    }
+
+    /// What was commanded, and under which conditions.
+    pub fn commanded(&self) -> (Command, &Conditions) {
+        (self.command, &self.conditions)
+    }
+
     /// Displacement from rest to rest, in metres.
     pub fn path(&self) -> Point {
         self.stop - self.initial

@@ -25,7 +25,7 @@ pub struct BatchCounts {
 struct Target {
     from: Point,
     to: Point,
-    /// By how much a box is seen turned from the table's axes, in rad.
+    /// How a box is seen turned from the table's axes, in rad.
     #[serde(default)]
     yaw: f64,
 }

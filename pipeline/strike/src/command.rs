@@ -92,8 +92,9 @@ impl CommandPlanner {
         let rig = &self.rig;
         limits::point(rig, "from", from)?;
         limits::command(rig, command, command)?;
-        let stroke = motion::stroke(rig, &self.simulator, from, command)?;
-        let object = motion::object(&self.simulator, from, command, &Conditions::default())?;
+        let conditions = Conditions::default();
+        let stroke = motion::stroke(rig, &self.simulator, from, command, &conditions)?;
+        let object = motion::object(&self.simulator, from, command, &conditions)?;
         let path = object.stop - from;
         let farthest = from + path * farther.max(1.0);
         limits::points(rig, from, object.stop)

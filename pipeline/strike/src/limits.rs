@@ -16,8 +16,8 @@ const SHORTEST_PATH: f64 = 1e-3;
 const SECOND_PUSH_MARGIN: f64 = 0.005;
 /// Samples of tip and object after the impact, a second.
 const SAMPLES: f64 = 1e3;
-/// A box may be turned so far from how it was modelled, in rad: three degrees.
-const MOST_TURN: f64 = 0.05;
+/// A box may stand turned so far, in rad: fifteen degrees, over which the world is tested to strike it as a rigid body is struck.
+const MOST_TURN: f64 = 0.26;
 
 /// A limit that would be broken.
 pub(crate) type BrokenLimit = (Reason, String);
@@ -327,8 +327,9 @@ pub(crate) fn sizes(rig: &Rig) -> (f64, f64) {
     (reach + rig.striker.radius, footprint)
 }
 
-/// A box lies as it was modelled, its faces along the table's axes; `yaw` in rad, from there.
-pub(crate) fn yaw(rig: &Rig, yaw: f64) -> Result<(), BrokenLimit> {
+/// How far (rad) a box that is seen at this yaw (rad) is turned from one whose faces lie along the table's axes: a quarter or half of a
+/// turn changes nothing. None where it is not, and for what is round.
+pub(crate) fn turn(rig: &Rig, yaw: f64) -> Result<Option<f64>, BrokenLimit> {
     if !yaw.is_finite() {
         return Err((
             Reason::NotFinite,
@@ -336,20 +337,37 @@ pub(crate) fn yaw(rig: &Rig, yaw: f64) -> Result<(), BrokenLimit> {
         ));
     }
     let Some([x, y, _]) = rig.object.half_size else {
-        return Ok(());
+        return Ok(None);
     };
     // A square box looks the same after a quarter of a turn, another after half a turn.
     let period = if x == y { FRAC_PI_2 } else { PI };
     let turn = yaw - (yaw / period).round() * period;
     if turn.abs() <= MOST_TURN {
-        return Ok(());
+        return Ok((turn != 0.0).then_some(turn));
     }
     Err((
         Reason::Turned,
         format!(
-            "the box is turned by {turn:.4}, at most {MOST_TURN} from the table's axes is planned for, in rad; lay it straight"
+            "the box is turned by {turn:.4}, at most {MOST_TURN} from the table's axes is planned for, in rad; lay it straighter"
         ),
     ))
+}
+
+/// A turned box is struck on its face as training strikes struck theirs: its path leads along a trained bearing from its own edges, too.
+pub(crate) fn trained_face(
+    region: &TrainedRegion,
+    path: Point,
+    turn: Option<f64>,
+) -> Result<(), BrokenLimit> {
+    let bearing = path.bearing() - turn.unwrap_or(0.0);
+    let quantity = TrainedRange {
+        quantity: "the path's bearing from the turned box's edges in rad",
+        value: bearing,
+        trained: region.bearing,
+        is_trained: turn.is_none() || region.holds_bearing(bearing),
+        mend: "lay the box straighter",
+    };
+    quantity.check()
 }
 
 /// A number for a person: beyond any table's size by its digits and power of ten.

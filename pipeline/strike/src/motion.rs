@@ -16,8 +16,9 @@ pub(crate) fn stroke(
     simulator: &Simulator,
     from: Point,
     command: Command,
+    conditions: &Conditions,
 ) -> Result<Stroke, BrokenLimit> {
-    let profile = simulator.profile(from, command).ok_or_else(|| {
+    let profile = simulator.profile(from, command, conditions).ok_or_else(|| {
             (
                 Reason::Unreachable,
                 format!(

@@ -42,6 +42,9 @@ pub struct Details {
     pub model: Model,
     /// Where the object rests, in m.
     pub from: Point,
+    /// How far a box is turned from one whose faces lie along the table's axes, in rad; not stated where it is not.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub yaw: Option<f64>,
     /// Where it shall come to rest, in m.
     pub to: Point,
     /// Displacement, in m.
@@ -88,6 +91,7 @@ impl Details {
             artifact,
             model,
             from,
+            yaw: None,
             to,
             path: to - from,
             speed_sim: command.speed,

@@ -85,6 +85,7 @@ impl Planner {
             conditions: Conditions {
                 session: String::new(),
                 order: next_order(artifact),
+                yaw: None,
             },
             open,
             good_for: GOOD_FOR,
@@ -162,17 +163,17 @@ impl Planner {
     }
 
     /// The strike that brings an object at rest at `from` to rest at `to` (m), or why it is not made: no value is ever
-    /// moved into a limit. The same input gives the same plan, whatever was planned before. A box lies with its faces along the
-    /// table's axes.
+    /// moved into a limit. The same input gives the same plan, whatever was planned before. A box is taken to stand with its faces
+    /// along the table's axes.
     pub fn plan(&self, from: Point, to: Point) -> Result<Plan, Refusal> {
         self.plan_turned(from, to, 0.0)
     }
 
-    /// The same for an object that is seen turned by `yaw` (rad) from the table's axes: a box that does not lie straight is
-    /// refused.
+    /// The same for an object that is seen turned by `yaw` (rad) from the table's axes: a box is struck as it stands, and refused where
+    /// it is turned too far.
     pub fn plan_turned(&self, from: Point, to: Point, yaw: f64) -> Result<Plan, Refusal> {
-        limits::yaw(&self.rig, yaw)
-            .and_then(|()| self.try_plan(from, to))
+        limits::turn(&self.rig, yaw)
+            .and_then(|turn| self.try_plan(from, to, turn))
             .map_err(|(refused, detail)| Refusal {
                 from: Some(from),
                 to: Some(to),
@@ -181,31 +182,37 @@ impl Planner {
             })
     }
 
-    fn try_plan(&self, from: Point, to: Point) -> Result<Plan, BrokenLimit> {
+    fn try_plan(&self, from: Point, to: Point, turn: Option<f64>) -> Result<Plan, BrokenLimit> {
         limits::points(&self.rig, from, to)?;
         limits::trained(&self.region, from, to)?;
         let path = to - from;
-        let (simulated, command) = self.commands(from, to)?;
+        limits::trained_face(&self.region, path, turn)?;
+        let conditions = &Conditions {
+            yaw: turn,
+            ..self.conditions.clone()
+        };
+        let (simulated, command) = self.commands(from, to, conditions)?;
         limits::command(&self.rig, command, simulated)?;
-        let stroke = motion::stroke(&self.rig, &self.simulator, from, command)?;
-        let mut object = motion::object(&self.simulator, from, command, &self.conditions)?;
+        let stroke = motion::stroke(&self.rig, &self.simulator, from, command, conditions)?;
+        let mut object = motion::object(&self.simulator, from, command, conditions)?;
         if let Some(residual) = &self.residual {
             limits::shift(to, object.stop, self.farthest_shift(path))?;
             if let Some(explained) = &self.explained {
                 residual.check_added(explained, simulated, command)?;
             }
             object = residual.moved(&self.rig.table, object, |world| {
-                motion::object(world, from, command, &self.conditions)
+                motion::object(world, from, command, conditions)
             })?;
         }
         limits::second_push(&stroke, &object, limits::sizes(&self.rig).0)?;
         let maker = (self.version.clone(), self.model);
         let details = Details {
+            yaw: turn,
             speed_sim: simulated.speed,
             angle_sim: simulated.angle,
             d_speed: command.speed - simulated.speed,
             d_angle: command.angle - simulated.angle,
-            expected_miss: self.expected_miss(from, path, command),
+            expected_miss: self.expected_miss(from, path, command, conditions),
             expected_miss_strikes: self.expected_miss_strikes(),
             ..Details::unaided(maker, (from, to), command, &stroke, &self.rig)
         };
@@ -224,11 +231,15 @@ impl Planner {
     }
 
     /// The world's own command, and the one to send. The robot's limits are those of the latter.
-    fn commands(&self, from: Point, to: Point) -> Result<(Command, Command), BrokenLimit> {
+    fn commands(
+        &self,
+        from: Point,
+        to: Point,
+        conditions: &Conditions,
+    ) -> Result<(Command, Command), BrokenLimit> {
         match &self.residual {
-            None => solved(&self.simulator, from, to, &self.conditions)
-                .map(|command| (command, command)),
-            Some(residual) => residual.commands(&self.simulator, from, to, &self.conditions),
+            None => solved(&self.simulator, from, to, conditions).map(|command| (command, command)),
+            Some(residual) => residual.commands(&self.simulator, from, to, conditions),
         }
     }
 
@@ -243,7 +254,13 @@ impl Planner {
 
     /// Expected distance (m) between stop and target: of a residual as its training's held-out commands missed, at this path's length
     /// and, of a launch map, as sure as it is of this command; else as the model missed held-out strikes.
-    fn expected_miss(&self, from: Point, path: Point, command: Command) -> Option<f64> {
+    fn expected_miss(
+        &self,
+        from: Point,
+        path: Point,
+        command: Command,
+        conditions: &Conditions,
+    ) -> Option<f64> {
         let of_residual = self.residual.as_ref().zip(self.explained.as_ref());
         let in_known_session = match of_residual {
             Some((residual, explained)) => {
@@ -251,10 +268,7 @@ impl Planner {
             }
             None => self.metrics.map(|metrics| metrics.mean),
         };
-        in_known_session.map(|known| {
-            self.open
-                .expected_miss(known, from, command, &self.conditions)
-        })
+        in_known_session.map(|known| self.open.expected_miss(known, from, command, conditions))
     }
 }
 

@@ -29,7 +29,7 @@ pub enum Reason {
     Obstacle,
     /// The tip would push the object again after the impact.
     SecondPush,
-    /// A box does not lie as it was modelled.
+    /// A box is turned farther than is planned for.
     Turned,
     /// The plan is too old to be executed.
     PlanExpired,

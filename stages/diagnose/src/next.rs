@@ -54,7 +54,8 @@ pub(crate) fn next_strikes(
     let rig = seen.rig;
     let pool = pool(rig, &seen.strikes);
     let commands: Vec<Command> = commands(rig);
-    let launches = launches(rig, world, &commands)?;
+    let straight = Conditions::default();
+    let launches = launches(rig, world, commands.iter().map(|c| (*c, &straight)))?;
     let launch_of = |command: &Command| {
         let place = commands.iter().position(|c| c == command)?;
         launches[place]
@@ -180,12 +181,12 @@ fn pool(rig: &Rig, seen: &[&Strike]) -> Vec<Strike> {
         .flat_map(|x| over(y.0, y.1, PLACES).map(move |y| Point::new(x, y)))
         .collect();
     let times: Vec<f64> = (1..=FRAMES).map(|i| i as f64 / rig.camera.rate).collect();
-    // Those of the session and time that strikes made next belong to.
+    // Those of the session and time that strikes made next belong to, with an object that lies straight.
     let last = seen.last().map(|strike| strike.conditions.clone());
-    let conditions = last.unwrap_or(Conditions {
-        session: String::new(),
-        order: 0.0,
-    });
+    let conditions = Conditions {
+        yaw: None,
+        ..last.unwrap_or_default()
+    };
     commands(rig)
         .into_iter()
         .flat_map(|command| places.iter().map(move |place| (*place, command)))

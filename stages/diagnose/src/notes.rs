@@ -1,5 +1,7 @@
 //! Sentences beside the verdict: the noise, what was left out, what was not named.
 
+use values::{Rig, Shape, Strike};
+
 use crate::{
     diagnosis::{Gap, Noise, Verdict},
     fit::Fitted,
@@ -121,6 +123,26 @@ pub(crate) fn left_out(pushed_again: usize, pushed: usize) -> Vec<String> {
         ));
     }
     notes
+}
+
+/// That a box's yaw was tracked, and used; none where it was not, or counts for nothing.
+pub(crate) fn turned(rig: &Rig, strikes: &[&Strike]) -> Option<String> {
+    let yaws: Vec<f64> = strikes.iter().filter_map(|s| s.conditions.yaw).collect();
+    if rig.object.shape != Shape::Box || yaws.is_empty() {
+        return None;
+    }
+    let least = yaws.iter().copied().fold(f64::INFINITY, f64::min);
+    let most = yaws.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let mut note = format!(
+        "poses show the box turned by {:.1}° to {:.1}° before strikes: each is simulated as it stood",
+        least.to_degrees(),
+        most.to_degrees()
+    );
+    if yaws.len() < strikes.len() {
+        let untracked = strikes.len() - yaws.len();
+        note += &format!("; {untracked} strikes without poses are taken to stand straight");
+    }
+    Some(note)
 }
 
 /// Share by which a camera's lengths may be too long, to say what that would do.

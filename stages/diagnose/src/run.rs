@@ -1,7 +1,7 @@
 //! The steps of a diagnosis, in their order.
 
 use stage::{Progress, Stage};
-use values::{Command, Rig, Shape, Split, Strike};
+use values::{Rig, Shape, Split, Strike};
 use world::{World, launch::launches};
 
 use crate::{
@@ -135,6 +135,7 @@ impl Diagnose {
         let wanders = wanders(&selection)?;
         let (selection, gains, mut notes) = paying(selection)?;
         notes.extend(notes::left_out(pushed_again, pushed));
+        notes.extend(notes::turned(rig, &selection.prepared.strikes));
         notes.extend(is_astray.then(notes::astray));
 
         progress.set_message("how far the gap shrinks");
@@ -256,10 +257,9 @@ pub(crate) fn prepare<'a>(
     usable: &'a [Strike],
     thresholds: &'a Thresholds,
 ) -> Result<(PreparedStrikes<'a>, usize), DiagnoseError> {
-    let commands: Vec<Command> = usable.iter().map(|strike| strike.command).collect();
     let (strikes, launches): (Vec<&Strike>, Vec<_>) = usable
         .iter()
-        .zip(launches(rig, world, &commands)?)
+        .zip(launches(rig, world, usable.iter().map(Strike::commanded))?)
         .filter_map(|(strike, launch)| Some((strike, launch?)))
         .unzip();
     let pushed = usable.len() - strikes.len();

@@ -213,6 +213,7 @@ fn a_session_that_is_held_out_is_predicted_with_the_mean_of_the_others() {
             let conditions = Conditions {
                 session: session.into(),
                 order: 0.0,
+                yaw: None,
             };
             let struck = simulator.worker().strike(initial, command, &conditions);
             let stop = struck.expect("rests").stop;

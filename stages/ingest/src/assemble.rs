@@ -21,9 +21,8 @@ pub fn assemble(outcomes: Vec<LogOutcome>) -> (Vec<Strike>, Vec<Reject>) {
         .unzip();
     let (places, rejects) = join(found);
     let strikes = places.iter().zip(0_u32..).filter_map(|(place, order)| {
-        let mut strike = held[place.log][place.strike].take()?;
-        strike.conditions.order = order.into();
-        Some(strike)
+        let strike: Strike = held[place.log][place.strike].take()?;
+        Some(strike.among_all(order))
     });
     (strikes.collect(), rejects)
 }

@@ -378,6 +378,7 @@ impl<'a> Segmenter<'a> {
             conditions: Conditions {
                 session: self.log.into(),
                 order: 0.0,
+                yaw: None,
             },
             id,
             delivered: None,

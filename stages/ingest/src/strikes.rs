@@ -40,9 +40,8 @@ impl Strikes {
                 Some((log, reader)) if *log == place.log => reader,
                 open => &mut open.insert((place.log, self.logs[place.log].open()?)).1,
             };
-            let mut strike = reader.entry(place.strike)?;
-            strike.conditions.order = order.into();
-            Ok(strike)
+            let strike: Strike = reader.entry(place.strike)?;
+            Ok(strike.among_all(order))
         })
     }
 }

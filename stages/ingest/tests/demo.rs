@@ -1,7 +1,7 @@
 //! The embedded rig's logs: every strike is kept, and measured as its truth says.
 
 use ingest::{Ingest, assemble, ingest_log};
-use rig::{Hidden, Truth, demo};
+use rig::{Hidden, Hide, Truth, demo};
 use values::{Rig, Shape, Strike};
 
 struct Demo {
@@ -126,4 +126,31 @@ fn what_the_embedded_rigs_arm_delivered_is_measured_where_its_state_is_logged() 
     );
     assert!(speed < 1e-3 && angle < 1e-4, "{speed} {angle}");
     assert!(strikes.iter().all(|strike| !strike.is_pushed_again()));
+}
+
+#[test]
+fn how_a_box_was_put_down_is_read_from_its_poses() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut settings = demo::Settings::new(Shape::Box, 40, 6, Some(Hidden::none()));
+    settings.truth.noise = Hide::parse(&["yaw_scatter"]).expect("a noise").noise;
+    settings.log_pose = true;
+    let written = demo::write(&settings, folder.path()).expect("writes");
+    let rig = Rig::load(&written.rig).expect("the rig file is accepted");
+    let truth = Truth::load(&written.truth).expect("the truth");
+    let outcomes = written
+        .logs
+        .iter()
+        .map(|log| ingest_log(log, &rig, &Ingest::default()).expect("the log is read"))
+        .collect();
+    let (strikes, rejects) = assemble(outcomes);
+    assert_eq!((strikes.len(), rejects.len()), (40, 0));
+    let off = strikes.iter().zip(&truth.strikes).map(|(strike, truth)| {
+        let seen = strike.conditions.yaw.expect("it was tracked");
+        seen - truth.yaw.expect("it was turned")
+    });
+    // Eighteen frames of a tracker that is off by 9 mrad in each.
+    let off = rms(off);
+    assert!(off < 3e-3, "{off} rad");
+    let turned = rms(truth.strikes.iter().filter_map(|truth| truth.yaw));
+    assert!((0.05..0.09).contains(&turned), "{turned} rad");
 }

@@ -45,8 +45,8 @@ impl<'a> StrikeSimulator<'a> {
         if !is_known || rig.object.shape == Shape::Sphere || !world.effects.is_empty() {
             return Ok(None);
         }
-        let commands: Vec<Command> = strikes.iter().map(|strike| strike.command).collect();
-        let launches: Option<Vec<_>> = launches(rig, world, &commands)?.into_iter().collect();
+        let commanded = strikes.iter().map(|strike| strike.commanded());
+        let launches: Option<Vec<_>> = launches(rig, world, commanded)?.into_iter().collect();
         Ok(launches.map(|launches| Self {
             rig,
             strikes,

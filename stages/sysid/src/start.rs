@@ -22,12 +22,12 @@ fn needed_grip(rig: &Rig, strikes: &[&Strike]) -> Option<f64> {
     }
     let mut aside: Vec<f64> = strikes
         .iter()
-        .map(|strike| strike.path())
-        .filter(|path| path.norm() > SHORT)
-        .map(|path| {
+        .filter(|strike| strike.path().norm() > SHORT)
+        .map(|strike| {
             // Beside the normal of the face that it leaves behind.
             let quarter = FRAC_PI_2;
-            let bearing = path.bearing().rem_euclid(quarter);
+            let bearing = strike.path().bearing() - strike.conditions.yaw.unwrap_or(0.0);
+            let bearing = bearing.rem_euclid(quarter);
             bearing.min(quarter - bearing)
         })
         .collect();

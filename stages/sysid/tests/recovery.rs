@@ -333,6 +333,7 @@ fn friction_of_another_simulator_is_found_to_two_parts_in_ten_thousand() {
         truth: truth.clone(),
         plan: None,
         log_state: false,
+        log_pose: false,
         sessions: Some(1),
     };
     let written = rig::demo::write(&settings, folder.path()).expect("written");

@@ -40,6 +40,7 @@ pub(super) fn strikes(make: Make<'_>, folder: &Path) -> Option<Made> {
         truth: make.truth.clone(),
         plan: make.plan,
         log_state: false,
+        log_pose: false,
         sessions: make.sessions,
     };
     let written = demo::write(&settings, folder).ok()?;

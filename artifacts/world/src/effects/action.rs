@@ -69,6 +69,11 @@ pub trait Effect: Send + Sync {
         Point::default()
     }
 
+    /// By how much (rad) an object is seen turned that is not.
+    fn seen_turn(&self) -> f64 {
+        0.0
+    }
+
     /// Where the camera sees an object that is at `point`, in m.
     fn observe(&self, point: Point) -> Point {
         point

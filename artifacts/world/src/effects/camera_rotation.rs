@@ -64,6 +64,10 @@ impl Effect for CameraRotation {
         Acts::Camera
     }
 
+    fn seen_turn(&self) -> f64 {
+        self.sin.atan2(self.cos)
+    }
+
     fn observe(&self, point: Point) -> Point {
         let Point { x, y } = point - self.centre;
         self.centre + Point::new(self.cos * x - self.sin * y, self.sin * x + self.cos * y)

@@ -86,6 +86,7 @@ impl Bench {
         self.conditions = Conditions {
             session: session.into(),
             order,
+            yaw: None,
         };
         self
     }
@@ -272,6 +273,7 @@ fn each_acts_where_it_says_and_nowhere_else() {
     let conditions = Conditions {
         session: "monday.mcap".into(),
         order: 40.0,
+        yaw: None,
     };
     let command = Command {
         speed: 0.8,

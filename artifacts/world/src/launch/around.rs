@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use values::{Command, Rig, Shape};
+use values::{Command, Conditions, Rig, Shape};
 
 use super::Launch;
 use crate::{Impact, Simulator, Worker, World, WorldError};
@@ -10,20 +10,16 @@ use crate::{Impact, Simulator, Worker, World, WorldError};
 /// What is changed beside an impact, and by how much: relative speed, angle (rad), offset of the tip (m), restitution.
 const STEPS: [f64; 4] = [0.08, 0.04, 0.003, 0.1];
 
-/// The launches around these commands in a world, its effects left out; `None` where the object does not leave the tip.
-pub fn launches(
+/// The launches around these strikes' commands in a world, its effects left out; `None` where the object does not leave the tip.
+pub fn launches<'s>(
     rig: &Rig,
     world: &World,
-    commands: &[Command],
+    strikes: impl IntoIterator<Item = (Command, &'s Conditions)>,
 ) -> Result<Vec<Option<Launch>>, WorldError> {
     let restitution = world.value("restitution")?;
-    let impacts: Vec<Impact> = commands
-        .iter()
-        .map(|command| Impact {
-            command: *command,
-            tip_offset: 0.0,
-            restitution,
-        })
+    let impacts: Vec<Impact> = strikes
+        .into_iter()
+        .map(|(command, conditions)| Impact::of(&[], restitution, command, conditions))
         .collect();
     launches_about(rig, world, &impacts)
 }
@@ -52,7 +48,12 @@ pub fn launches_about(
                 speed: (rung(impact) as f64 * STEPS[0]).exp(),
                 angle: 0.0,
             };
-            (rung(impact), Impact { command, ..*impact })
+            let middle = Impact {
+                command,
+                yaw: 0.0,
+                ..*impact
+            };
+            (rung(impact), middle)
         })
         .collect();
     let middles: Vec<Impact> = rungs.values().copied().collect();
@@ -62,6 +63,7 @@ pub fn launches_about(
         .map(|impact| {
             let mut launch = ladder[&rung(impact)]?;
             launch.about.command.angle = impact.command.angle;
+            launch.about.yaw = impact.yaw;
             Some(launch)
         })
         .collect())
@@ -76,6 +78,7 @@ fn launch(worker: &mut Worker<'_>, about: Impact) -> Option<Launch> {
                 command: Command { speed, angle },
                 tip_offset: about.tip_offset + away[2],
                 restitution: about.restitution + away[3],
+                yaw: about.yaw,
             })
             .map(|release| release.scaled(speed))
     };

@@ -22,7 +22,8 @@ impl Launch {
     pub fn release(&self, impact: &Impact) -> Release {
         let away = [
             impact.command.speed / self.about.command.speed - 1.0,
-            impact.command.angle - self.about.command.angle,
+            // Onto the face of a box that is turned.
+            impact.command.angle - self.about.command.angle - (impact.yaw - self.about.yaw),
             impact.tip_offset - self.about.tip_offset,
             impact.restitution - self.about.restitution,
         ];

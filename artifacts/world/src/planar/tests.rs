@@ -32,6 +32,7 @@ fn strikes(rig: &Rig) -> Vec<Strike> {
                 conditions: Conditions {
                     session: "monday.mcap".into(),
                     order: 10.0 * f64::from(i),
+                    yaw: None,
                 },
                 delivered: None,
             }
@@ -63,8 +64,8 @@ fn apart(shape: Shape, hidden: Option<(&str, &[(&str, f64)])>) -> f64 {
         .collect();
     let planar = Planar::new(&rig, &world, &effects).expect("known parameters");
     let strikes = strikes(&rig);
-    let commands: Vec<Command> = strikes.iter().map(|strike| strike.command).collect();
-    let launches = launches(&rig, &world, &commands).expect("a valid world");
+    let launches =
+        launches(&rig, &world, strikes.iter().map(Strike::commanded)).expect("a valid world");
     let simulator = Simulator::new(&rig, &with).expect("a valid world");
     let mut worker = simulator.worker();
     let mut worst: f64 = 0.0;
@@ -116,8 +117,8 @@ fn its_steps_follow_the_slide_and_several_at_once_are_each_as_alone() {
         let rig = Rig::demo(shape);
         let world = World::nominal(&rig).with("friction", 0.22);
         let strikes = strikes(&rig);
-        let commands: Vec<Command> = strikes.iter().map(|s| s.command).collect();
-        let launches = launches(&rig, &world, &commands).expect("a valid world");
+        let commanded = strikes.iter().map(Strike::commanded);
+        let launches = launches(&rig, &world, commanded).expect("a valid world");
         let launches: Vec<Launch> = launches.into_iter().flatten().collect();
         for (name, parameters) in cases {
             let effects = [effects::build(&added(name, parameters), &rig).expect("an effect")];
@@ -157,7 +158,7 @@ fn an_object_that_runs_away_down_a_saddle_is_not_followed_for_ever() {
         .map(|(name, parameters)| effects::build(&added(name, parameters), &rig).expect("valid"));
     let planar = Planar::new(&rig, &world, &effects).expect("known parameters");
     let strikes = strikes(&rig);
-    let launch = launches(&rig, &world, &[strikes[5].command]).expect("a valid world");
+    let launch = launches(&rig, &world, [strikes[5].commanded()]).expect("a valid world");
     let launch = launch[0].expect("leaves the tip");
     let frames = planar.strike(&(&strikes[5]).into(), &launch, &Deviation::default());
     assert!(frames.is_none());
@@ -170,7 +171,7 @@ fn a_strike_on_more_friction_of_its_own_is_one_in_a_world_of_more_friction() {
         let world = World::nominal(&rig).with("friction", friction);
         let planar = Planar::new(&rig, &world, &[]).expect("known parameters");
         let strikes = strikes(&rig);
-        let launch = launches(&rig, &World::nominal(&rig), &[strikes[3].command]);
+        let launch = launches(&rig, &World::nominal(&rig), [strikes[3].commanded()]);
         let launch = launch.expect("a valid world")[0].expect("parts");
         let frames = planar.strike(&(&strikes[3]).into(), &launch, &deviation);
         frames.expect("rests").stop

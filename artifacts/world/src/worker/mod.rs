@@ -52,7 +52,9 @@ impl Worker<'_> {
         let sim = self.simulator;
         let (delivered, offset) = (impact.command, impact.tip_offset);
         let direction = Point::polar(1.0, delivered.angle);
-        let standoff = touch::standoff(&sim.rig.object, &sim.rig.striker, direction, offset)?;
+        let yaw = sim.yaw_of(impact.yaw);
+        let onto_face = Point::polar(1.0, delivered.angle - yaw);
+        let standoff = touch::standoff(&sim.rig.object, &sim.rig.striker, onto_face, offset)?;
         let restitution = impact.restitution;
         let contact = restitution.clamp(LEAST_CONTACT_RESTITUTION, 0.99);
         let speed = delivered.speed * (1.0 + restitution) / (1.0 + contact);
@@ -67,7 +69,7 @@ impl Worker<'_> {
             standoff,
         );
         self.engine.reset();
-        self.engine.place_object(origin);
+        self.engine.place_object(origin, yaw);
         self.engine
             .set_strike_solref(contact_solref(sim.contact_time, contact, sim.steps.contact));
         self.engine.scale_friction(1.0);

@@ -68,8 +68,10 @@ impl Worker<'_> {
             // A round object is struck alike from everywhere.
             Shape::Cylinder | Shape::Sphere => vec![(0, 1.0)],
             Shape::Box => {
-                let face = touch::face(&rig.object, &rig.striker, impact.tip_offset, angle)?;
-                cubic(angle, face, STEPS[1])?.to_vec()
+                // The table is that of a box that stands straight.
+                let onto_face = angle - impact.yaw;
+                let face = touch::face(&rig.object, &rig.striker, impact.tip_offset, onto_face)?;
+                cubic(onto_face, face, STEPS[1])?.to_vec()
             }
         };
         let mut release = [0.0; 6];

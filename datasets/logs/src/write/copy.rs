@@ -8,7 +8,7 @@ use std::path::Path;
 use mcap::Writer;
 use mcap::records::MessageHeader;
 
-use super::messages::{Kind, image_schema, jpeg_image, point_stamped, pose_schema, pose_stamped};
+use super::messages::{Kind, image_schema, jpeg_image, point_stamped, pose_stamped};
 use super::{Stamped, WriteError, options};
 use crate::read::RawMessage;
 
@@ -111,8 +111,9 @@ impl<W: Write + Seek> CopyWriter<W> {
         at: &Stamped,
         yaw: f64,
     ) -> Result<(), WriteError> {
+        let schema = || (Kind::Pose.name(), Kind::Pose.schema());
         let write = |buffer: &mut Vec<u8>| pose_stamped(buffer, at, yaw);
-        self.ros2(topic, pose_schema, log_time, &write)
+        self.ros2(topic, schema, log_time, &write)
     }
 
     fn ros2(

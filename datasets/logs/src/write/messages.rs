@@ -15,6 +15,7 @@ pub(super) enum Kind {
     Centroid = 0,
     Command = 1,
     State = 2,
+    Pose = 3,
 }
 
 impl Kind {
@@ -24,6 +25,7 @@ impl Kind {
             Self::Centroid => "geometry_msgs/msg/PointStamped",
             Self::Command => "geometry_msgs/msg/TwistStamped",
             Self::State => "nav_msgs/msg/Odometry",
+            Self::Pose => "geometry_msgs/msg/PoseStamped",
         }
     }
 
@@ -31,6 +33,7 @@ impl Kind {
     pub(super) fn schema(self) -> String {
         let (own, parts): (&str, &[(&str, &str)]) = match self {
             Self::Centroid => (POINT_STAMPED, &[HEADER, TIME, POINT]),
+            Self::Pose => (POSE_STAMPED, &[HEADER, TIME, POSE, POINT, QUATERNION]),
             Self::Command => (TWIST_STAMPED, &[HEADER, TIME, TWIST, VECTOR3]),
             Self::State => (
                 ODOMETRY,
@@ -68,13 +71,7 @@ pub(super) fn image_schema() -> (&'static str, String) {
     (name, joined(own, &[HEADER, TIME]))
 }
 
-/// ROS 2's name of a pose with a stamp, and its definition.
-pub(super) fn pose_schema() -> (&'static str, String) {
-    let own = "std_msgs/Header header\nPose pose\n";
-    let parts = [HEADER, TIME, POSE, POINT, QUATERNION];
-    ("geometry_msgs/msg/PoseStamped", joined(own, &parts))
-}
-
+const POSE_STAMPED: &str = "std_msgs/Header header\nPose pose\n";
 const POINT_STAMPED: &str = "std_msgs/Header header\nPoint point\n";
 const TWIST_STAMPED: &str = "std_msgs/Header header\nTwist twist\n";
 const ODOMETRY: &str = "std_msgs/Header header\nstring child_frame_id\n\

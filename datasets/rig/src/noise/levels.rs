@@ -8,6 +8,8 @@ pub(crate) struct Levels {
     pub friction_scatter: f64,
     /// Standard deviation of a step of its random walk, a step for each strike.
     pub friction_wander: f64,
+    /// Standard deviation of the object's yaw before a strike, in rad.
+    pub yaw_scatter: f64,
     /// Whether launches have a t distribution of three degrees of freedom.
     pub launch_tails: bool,
     /// Factor on the scatter of launches at the robot's highest speed, less 1.

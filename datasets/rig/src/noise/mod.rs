@@ -20,7 +20,7 @@ pub(crate) use levels::{Disturbs, Levels};
 pub use rig_file::WrongRigFile;
 pub use strike::{
     CameraNoiseByStrike, FrictionScatter, FrictionWander, LaunchScatterByAngle,
-    LaunchScatterBySpeed, LaunchTails,
+    LaunchScatterBySpeed, LaunchTails, YawScatter,
 };
 
 declare_all!(
@@ -39,6 +39,7 @@ declare_all!(
     StrayFrames,
     MountVibration,
     WrongRigFile,
+    YawScatter,
 );
 
 /// The kinds of noise that act in a rig beside launch scatter and independent camera noise; `noise` in `truth.json`.

@@ -18,6 +18,20 @@ impl Disturbs for FrictionScatter {
 }
 
 declare! {
+    /// The object is put down turned, otherwise before each strike: a box's faces then do not lie along the table's axes.
+    YawScatter = "yaw_scatter" {
+        /// Standard deviation, in rad: four degrees, as a person puts a box down by eye.
+        sd: 0.07, "rad", Some(0.0);
+    }
+}
+
+impl Disturbs for YawScatter {
+    fn add_to(&self, levels: &mut Levels) {
+        levels.yaw_scatter = levels.yaw_scatter.hypot(self.sd);
+    }
+}
+
+declare! {
     /// Friction wanders: a random walk with a step for each strike.
     FrictionWander = "friction_wander" {
         /// Standard deviation of a step, as a share of friction.

@@ -34,6 +34,9 @@ pub struct DemoArgs {
     /// Also log /striker/state.
     #[arg(long)]
     pub state: bool,
+    /// Log /object/pose in place of /object/centroid: the object's yaw is tracked, too.
+    #[arg(long, conflicts_with = "camera")]
+    pub pose: bool,
     /// Log a camera's images in place of centroids (boxes are not turned in them).
     #[arg(long)]
     pub camera: bool,
@@ -103,6 +106,7 @@ fn write(args: &DemoArgs) -> Result<Written, Error> {
     settings.truth.noise = noise;
     settings.plan = plan;
     settings.log_state = args.state;
+    settings.log_pose = args.pose;
     if args.camera {
         settings.truth.rig = rig::film::with_camera(settings.truth.rig);
     }

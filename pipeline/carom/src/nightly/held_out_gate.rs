@@ -266,6 +266,7 @@ mod tests {
                 let conditions = Conditions {
                     session: session.into(),
                     order: 0.0,
+                    yaw: None,
                 };
                 let struck = simulator.worker().strike(initial, command, &conditions);
                 Judge {

@@ -95,6 +95,7 @@ mod tests {
             conditions: Conditions {
                 session: String::new(),
                 order: order as f64,
+                yaw: None,
             },
             delivered: None,
         };

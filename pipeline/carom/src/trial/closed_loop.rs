@@ -5,7 +5,7 @@ use std::path::Path;
 
 use indicatif::ProgressBar;
 use rayon::prelude::*;
-use rig::{Sim, SimChoice};
+use rig::{Recording, Sim, SimChoice};
 use store::{Artifact, Model, Store};
 use strike::{Plan, Planner};
 use values::{Point, StopErrors};
@@ -158,9 +158,15 @@ fn strike_pairs(
     outcome: &mut Outcome,
     bar: &ProgressBar,
 ) {
+    let order = sim.index().order;
     let plans: Vec<_> = pairs
         .par_iter()
-        .map(|(from, to)| planner.plan(*from, *to))
+        .enumerate()
+        .map(|(i, (from, to))| {
+            // The camera sees how the object was put down.
+            let yaw = sim.clone().after(order + i).next_yaw(*from);
+            planner.plan_turned(*from, *to, yaw.unwrap_or(0.0))
+        })
         .collect();
     for ((from, to), plan) in pairs.iter().zip(plans) {
         let start = sim.index().order;
@@ -195,6 +201,14 @@ fn struck(plan: &Plan, stop: Point) -> TargetStrike {
     }
 }
 
+/// One strike of a plan for a box that stands straight, put down as the plan says.
+fn repeat(sim: &mut Sim, plan: &Plan) -> Recording {
+    match sim.next_yaw(plan.from) {
+        Some(_) => sim.strike_turned(plan.from, 0.0, plan.command()),
+        None => sim.strike(plan.from, plan.command()),
+    }
+}
+
 /// Distances of repeats from their mean, widened for the mean's own error.
 fn noise_floor(planner: &Planner, sim: &Sim, pairs: &[Pair]) -> Option<StopErrors> {
     let mut sim = sim.clone();
@@ -205,7 +219,7 @@ fn noise_floor(planner: &Planner, sim: &Sim, pairs: &[Pair]) -> Option<StopError
             continue;
         };
         let stops: Vec<Point> = (0..FLOOR_REPEATS)
-            .map(|_| sim.strike(*from, plan.command()).stop)
+            .map(|_| repeat(&mut sim, &plan).stop)
             .collect();
         let sum = stops.iter().fold(Point::default(), |sum, stop| sum + *stop);
         let mean = sum * (1.0 / FLOOR_REPEATS as f64);

@@ -81,7 +81,10 @@ impl Robot for SimRobot {
     }
 
     fn strike(&mut self, plan: &Plan) -> Result<Option<StrikeRecord>, RobotError> {
-        let recording = self.sim.strike(plan.from, plan.command());
+        let recording = match plan.yaw {
+            Some(yaw) => self.sim.strike_turned(plan.from, yaw, plan.command()),
+            None => self.sim.strike(plan.from, plan.command()),
+        };
         Ok(Some(StrikeRecord {
             stop: Some(recording.stop),
             samples: recording.samples,

@@ -15,3 +15,4 @@ mod residuals;
 mod sessions;
 mod strikes;
 mod trust;
+mod turned;

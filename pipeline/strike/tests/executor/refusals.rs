@@ -276,19 +276,23 @@ fn the_whole_object_lies_on_the_table_at_rest() {
 }
 
 #[test]
-fn a_box_must_lie_straight() {
+fn a_box_must_not_be_turned_far() {
     let mut artifact = fixture::artifact();
     artifact.rig = Rig::demo(Shape::Box);
     let planner = Planner::new(&artifact, Model::Sysid).unwrap();
-    for yaw in [0.0, 0.04, -FRAC_PI_2 + 0.03, PI] {
-        planner
-            .plan_turned(FROM, Point::new(0.6, 0.05), yaw)
-            .unwrap();
+    let to = Point::new(0.6, 0.05);
+    for yaw in [0.0, 0.2, -FRAC_PI_2 + 0.03, PI] {
+        planner.plan_turned(FROM, to, yaw).unwrap();
     }
-    for (yaw, reason) in [(0.1, Reason::Turned), (f64::NAN, Reason::NotFinite)] {
-        let answer = planner.plan_turned(FROM, Point::new(0.6, 0.05), yaw);
-        refused(answer, reason, "in rad");
+    for (yaw, reason) in [(0.3, Reason::Turned), (f64::NAN, Reason::NotFinite)] {
+        refused(planner.plan_turned(FROM, to, yaw), reason, "in rad");
     }
+    // Its face is met as in training.
+    artifact.manifest.provenance.trained_region.bearing = [-0.1, 0.1].into();
+    let planner = Planner::new(&artifact, Model::Sysid).unwrap();
+    planner.plan_turned(FROM, to, 0.08).unwrap();
+    let answer = planner.plan_turned(FROM, to, 0.2);
+    refused(answer, Reason::OutsideTrainedRegion, "turned box");
     // What is round has no yaw.
     let round = Planner::new(&fixture::artifact(), Model::Sysid).unwrap();
     round.plan_turned(FROM, TO, 0.7).unwrap();

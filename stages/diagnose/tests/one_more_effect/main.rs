@@ -31,6 +31,7 @@ fn strikes(rig: &Rig, world: &World) -> Vec<Strike> {
             let conditions = Conditions {
                 session: "monday.mcap".into(),
                 order: i as f64,
+                yaw: None,
             };
             let initial = Point::new(0.25, 0.1 * share);
             let delivered = Command {

@@ -310,6 +310,7 @@ impl Table {
             conditions: Conditions {
                 session: "session_001.mcap".into(),
                 order: order as f64,
+                yaw: None,
             },
             delivered: None,
         }

@@ -74,10 +74,10 @@ fn fill(case: &Case, found: &mut Peers) -> Option<String> {
         rig, strikes: all, ..
     } = strikes(make, folder.path())?;
     let world = World::nominal(&rig);
-    let commands: Vec<_> = all.iter().map(|strike| strike.command).collect();
+    let commanded = all.iter().map(Strike::commanded);
     let launched: Vec<(&Strike, Launch)> = all
         .iter()
-        .zip(launches(&rig, &world, &commands).ok()?)
+        .zip(launches(&rig, &world, commanded).ok()?)
         .filter_map(|(strike, launch)| Some((strike, launch?)))
         .collect();
     let (judging, learning) = launched
