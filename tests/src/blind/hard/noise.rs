@@ -28,6 +28,9 @@ const RANGES: &[(&str, &[Range])] = &[
     ),
     ("wrong_rig_file", &[]),
 ];
+/// Kinds of the rig that are not drawn: a box's yaw shows in poses alone, and these sets have centroids.
+#[cfg(test)]
+const NOT_DRAWN: &[&str] = &["yaw_scatter"];
 /// Relative errors of a rig file: its sizes, and the camera's noise that it states.
 const SIZE_ERROR: f64 = 0.1;
 const NOISE_ERROR: (f64, f64) = (-0.4, 1.0);
@@ -91,7 +94,8 @@ mod tests {
     #[test]
     fn every_kind_of_the_rig_is_drawn_with_parameters_that_it_has() {
         for kind in NoiseKind::all() {
-            assert!(kinds().any(|name| name == kind.name()), "{}", kind.name());
+            let mut known = kinds().chain(NOT_DRAWN.iter().copied());
+            assert!(known.any(|name| name == kind.name()), "{}", kind.name());
         }
         for (name, ranges) in RANGES {
             let kind = NoiseKind::named(name).expect("known");
