@@ -2,12 +2,14 @@
 
 use std::fs::File;
 use std::io::ErrorKind;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 
 use arrow::array::types::{Float64Type, UInt32Type};
 use arrow::array::{Array, AsArray, RecordBatch, StringArray};
 use arrow::datatypes::Schema;
 use parquet::arrow::arrow_reader::{ParquetRecordBatchReader, ParquetRecordBatchReaderBuilder};
+use parquet::errors::ParquetError;
 use parquet::file::metadata::{ColumnChunkMetaData, RowGroupMetaData};
 
 use crate::TableError;
@@ -17,6 +19,8 @@ use crate::layout::{GROUP_ROWS, SCHEMA_VERSION, Table, VERSION_KEY};
 pub(crate) struct Batches {
     path: PathBuf,
     reader: ParquetRecordBatchReader,
+    /// What comes behind damage is nothing.
+    is_damaged: bool,
     row: usize,
 }
 
@@ -38,7 +42,7 @@ pub(crate) fn read<const N: usize>(dir: &Path, table: &Table<N>) -> Result<Batch
         ErrorKind::NotFound => TableError::Missing { path: path.clone() },
         _ => durable::Error::new("read", &path, error).into(),
     })?;
-    let builder = ParquetRecordBatchReaderBuilder::try_new(file)
+    let builder = foreseen(|| ParquetRecordBatchReaderBuilder::try_new(file))
         .map_err(|error| damaged(error.to_string()))?;
     // The library asserts what a damaged footer can break.
     let is_placed = |column: &ColumnChunkMetaData| {
@@ -71,15 +75,20 @@ pub(crate) fn read<const N: usize>(dir: &Path, table: &Table<N>) -> Result<Batch
             expected,
         });
     }
-    let reader = builder
-        .with_batch_size(GROUP_ROWS)
-        .build()
+    let reader = foreseen(|| builder.with_batch_size(GROUP_ROWS).build())
         .map_err(|error| damaged(error.to_string()))?;
     Ok(Batches {
         path,
         reader,
+        is_damaged: false,
         row: 0,
     })
+}
+
+/// What the library does not foresee of a damaged file is an error of that file, not of the program.
+fn foreseen<T>(read: impl FnOnce() -> Result<T, ParquetError>) -> Result<T, ParquetError> {
+    catch_unwind(AssertUnwindSafe(read))
+        .unwrap_or_else(|_| Err(ParquetError::General("its reader gave up".into())))
 }
 
 fn describe(version: &str, schema: &Schema) -> String {
@@ -101,7 +110,12 @@ impl Iterator for Batches {
     type Item = Result<Batch, TableError>;
 
     fn next(&mut self) -> Option<Self::Item> {
-        Some(match self.reader.next()? {
+        if self.is_damaged {
+            return None;
+        }
+        let batch = foreseen(|| self.reader.next().transpose().map_err(ParquetError::from));
+        self.is_damaged = batch.is_err();
+        Some(match batch.transpose()? {
             Ok(batch) => {
                 let first_row = self.row;
                 self.row += batch.num_rows();

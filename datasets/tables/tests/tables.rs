@@ -224,6 +224,29 @@ fn damaged(dir: &Path, at: prop::sample::Index, flip: u8, cut: bool) {
     fs::write(&path, bytes).expect("writes");
 }
 
+#[test]
+fn no_byte_that_is_changed_ends_the_program() {
+    // A page that is of another kind than the reader expects, too, which it asserts against.
+    const FLIP: u8 = 176;
+    let dir = tempfile::tempdir().expect("folder");
+    write_strikes(dir.path(), &[strike(1, 3)]).expect("writes");
+    let path = dir.path().join("strikes.parquet");
+    let whole = fs::read(&path).expect("is there");
+    let mut gave_up = 0;
+    for at in 0..whole.len() {
+        let mut bytes = whole.clone();
+        bytes[at] ^= FLIP;
+        fs::write(&path, bytes).expect("writes");
+        if let Err(error) = read_strikes(dir.path()) {
+            gave_up += usize::from(error.to_string().contains("gave up"));
+        }
+    }
+    assert!(
+        gave_up > 0,
+        "nothing shows that the reader's own end is caught"
+    );
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(256))]
     #[test]
