@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 use values::Shape;
 
 use super::super::form::{self, one_of, uniform};
+use super::super::set::Make;
 use super::super::size::{Probes, Shift};
 use super::{answers, noise};
 
@@ -59,6 +60,18 @@ pub struct Drawn {
     pub sessions: usize,
     /// The rig, with effects, noise, and a rig file that may be wrong.
     pub truth: Truth,
+}
+
+impl Drawn {
+    /// What the rig is to make.
+    pub(super) fn make(&self) -> Make<'_> {
+        Make {
+            truth: &self.truth,
+            strikes: self.strikes,
+            sessions: Some(self.sessions),
+            plan: None,
+        }
+    }
 }
 
 /// Sets from a first seed on; each has a seed of its own, and the share of each kind is the same in each twenty.

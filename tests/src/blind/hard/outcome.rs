@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::super::coverage::{Covered, covered};
 use super::super::grade::says_just;
-use super::super::set::{self, Answer, DiagnosedSet, Make};
+use super::super::set::{self, Answer, DiagnosedSet};
 use super::cases::{Drawn, HardCase, HardKind, draw};
 
 /// A set and what was said of it.
@@ -78,13 +78,7 @@ impl HardOutcome {
 /// Draws a set and diagnoses it. `None` where the rig cannot make it, an error where identification or diagnosis gives one.
 pub fn diagnosed_hard(case: &HardCase) -> Option<(Drawn, Result<DiagnosedSet, String>)> {
     let drawn = draw(case)?;
-    let make = Make {
-        truth: &drawn.truth,
-        strikes: drawn.strikes,
-        sessions: Some(drawn.sessions),
-        plan: None,
-    };
-    let done = set::diagnosed(make, None)?;
+    let done = set::diagnosed(drawn.make(), None)?;
     Some((drawn, done))
 }
 

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
 use super::super::proportion::Proportion;
-use super::super::set::{self, Answer, Make};
+use super::super::set::{self, Answer};
 use super::cases::{HardCase, HardKind, draw};
 use super::outcome::HardOutcome;
 
@@ -80,15 +80,8 @@ pub fn run_varied(case: &HardCase) -> VariedSet {
         covered: Vec::new(),
     };
     let mut changed = BTreeMap::new();
-    let identified = default.drawn.as_ref().and_then(|drawn| {
-        let make = Make {
-            truth: &drawn.truth,
-            strikes: drawn.strikes,
-            sessions: Some(drawn.sessions),
-            plan: None,
-        };
-        set::identified_set(make, None)
-    });
+    let drawn = default.drawn.as_ref();
+    let identified = drawn.and_then(|drawn| set::identified_set(drawn.make(), None));
     match identified {
         None => {}
         Some(Err(error)) => default.answer = Answer::none(format!("error: {error}")),
