@@ -1,6 +1,6 @@
 //! A world compiled for one rig.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use values::{Command, Conditions, Point, Rig, Shape};
 
@@ -12,6 +12,7 @@ use crate::{
     releases::Releases,
     scene,
     touch::{self, Nearest},
+    worker::ContactDuration,
 };
 
 /// Lengths of the integration steps, in s.
@@ -48,6 +49,8 @@ pub struct Simulator {
     /// Square of the radius of gyration about the vertical in m².
     pub(crate) gyration: f64,
     pub(crate) releases: Releases,
+    /// Measured by the first worker that strikes.
+    pub(crate) contact_duration: OnceLock<ContactDuration>,
     pub(crate) steps: Steps,
 }
 
@@ -76,6 +79,7 @@ impl Simulator {
             base: Base::new(rig, world)?,
             gyration: planar::gyration(rig) * world.value("inertia_z")?,
             releases: Releases::default(),
+            contact_duration: OnceLock::new(),
             scene,
             steps,
         })

@@ -252,3 +252,29 @@ fn a_worker_counts_its_steps_over_all_strikes() {
     assert!(counts[1][0] > 0 && counts[1][1] > 0, "{counts:?}");
     assert_eq!(counts[2], counts[1].map(|steps| 2 * steps));
 }
+
+#[test]
+fn a_strike_leads_as_far_as_after_an_impact_without_duration() {
+    let rig = Rig::demo(Shape::Cylinder);
+    for (friction, restitution) in [(0.15, 0.5), (0.29, 0.42), (0.29, 0.58)] {
+        let world = World::nominal(&rig)
+            .with("friction", friction)
+            .with("restitution", restitution);
+        let simulator = Simulator::new(&rig, &world).expect("valid");
+        for speed in [0.4, 0.7, 1.0] {
+            let command = Command { speed, angle: 0.2 };
+            let stop = simulator
+                .worker()
+                .strike(ORIGIN, command, &Conditions::default())
+                .expect("rests")
+                .stop;
+            let launch = (1.0 + restitution) * speed;
+            let expected = launch * launch / (2.0 * friction * GRAVITY);
+            let off = stop.distance(ORIGIN) / expected - 1.0;
+            assert!(
+                off.abs() < 3e-4,
+                "{friction}, {restitution}, {speed}: {off}"
+            );
+        }
+    }
+}

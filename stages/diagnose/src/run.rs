@@ -35,7 +35,7 @@ const FRAMES: usize = 6;
 
 impl Stage for Diagnose {
     const NAME: &'static str = "diagnose";
-    const VERSION: u32 = 21;
+    const VERSION: u32 = 22;
     type Input = Input;
     type Output = Diagnosed;
     type Error = DiagnoseError;

@@ -13,7 +13,7 @@ pub struct Predict;
 
 impl ItemStage for Predict {
     const NAME: &'static str = "predict";
-    const VERSION: u32 = 4;
+    const VERSION: u32 = 5;
     type Shared = Model;
     type Item = Judge;
     type Output = Predicted;
@@ -39,7 +39,7 @@ pub struct Repeat;
 
 impl ItemStage for Repeat {
     const NAME: &'static str = "repeat";
-    const VERSION: u32 = 3;
+    const VERSION: u32 = 4;
     type Shared = Model;
     type Item = Judge;
     type Output = Option<Slopes>;

@@ -60,7 +60,7 @@ pub struct LaunchResidual {
 
 impl ItemStage for Launches {
     const NAME: &'static str = "launches";
-    const VERSION: u32 = 2;
+    const VERSION: u32 = 3;
     type Shared = Shared;
     type Item = LaunchItem;
     /// None where no launch leads along the path, or as near to its end as repeats of a strike stop to one another.

@@ -60,7 +60,7 @@ pub enum SolveError {
 
 impl ItemStage for Solve {
     const NAME: &'static str = "solve";
-    const VERSION: u32 = 5;
+    const VERSION: u32 = 6;
     type Shared = Shared;
     type Item = Path;
     type Output = Solution;

@@ -9,10 +9,13 @@ use world::{
     planar::{Deviation, Frames, Planar, StrikeInput},
 };
 
-use crate::scatter::FRICTION;
+use crate::scatter::{ANGLE, CLOCK, FRICTION, Nuisances, SPEED};
 
 /// Parameters that planar form knows; the impact depends on the others, or they are the air's.
 const PLANAR: &[&str] = &["friction", "restitution", "torsional_friction", "inertia_z"];
+
+/// Scatter of launches, relative and in rad: one that is farther from its command is a gap of the world.
+const LAUNCH_SCATTER: f64 = 0.03;
 
 /// Where strikes are simulated: in MuJoCo, or in planar form, which follows it to a tenth of a millimetre in a twentieth of
 /// the time.
@@ -121,41 +124,52 @@ impl<'a> StrikeSimulator<'a> {
 }
 
 impl StrikeSimulator<'_> {
-    /// How far each strike's frames lie, with friction of its own, from where the derivative by it puts them, in m: a slide is not linear
-    /// in its friction, and scatter would bias what is common to all. A launch that is far from its command stays linear: it is a gap
-    /// of the world, no scatter. None in MuJoCo: planar form differs little in this.
+    /// How far each strike's frames lie, with a launch, a clock and a friction of its own, from where the derivatives by these put them,
+    /// in m: a slide is linear in none of them, and scatter would bias what is common to all. A launch counts up to what is scatter, a
+    /// clock up to a frame; beyond these they stay linear. None in MuJoCo: planar form differs little in this.
     pub(crate) fn beyond_slopes(
         &self,
         world: &World,
         launch: Launch,
-        frictions: &[f64],
+        guesses: &[Nuisances],
         slopes: &[DMatrix<f64>],
     ) -> Result<Option<Vec<DVector<f64>>>, WorldError> {
         let Some(launches) = &self.launches else {
             return Ok(None);
         };
         let planar = Planar::new(self.rig, world, &[])?;
+        let frame = 1.0 / self.rig.camera.rate;
         let beyond = self
             .strikes
             .par_iter()
             .zip(launches)
-            .zip(frictions.par_iter().zip(slopes))
-            .map(|((strike, near), (friction, slopes))| {
+            .zip(guesses.par_iter().zip(slopes))
+            .map(|((strike, near), (guess, slopes))| {
                 let input = StrikeInput {
                     command: launch.of(strike.command),
                     ..StrikeInput::from(*strike)
                 };
-                let frames = |friction: f64| {
+                let own = Nuisances::from_column_slice(&[
+                    guess[SPEED].clamp(-LAUNCH_SCATTER, LAUNCH_SCATTER),
+                    guess[ANGLE].clamp(-LAUNCH_SCATTER, LAUNCH_SCATTER),
+                    guess[CLOCK].clamp(-frame, frame),
+                    0.0,
+                    0.0,
+                    guess[FRICTION],
+                ]);
+                let frames = |own: Nuisances| {
                     let deviation = Deviation {
-                        delay: launch.delay,
-                        friction,
+                        speed: own[SPEED].ln_1p(),
+                        angle: own[ANGLE],
+                        delay: launch.delay + own[CLOCK],
+                        friction: own[FRICTION],
                         ..Deviation::default()
                     };
                     let frames = planar.strike(&input, near, &deviation)?;
                     Some(stack(&frames.at))
                 };
-                let linear = slopes.column(FRICTION) * *friction;
-                match frames(*friction).zip(frames(0.0)) {
+                let linear = slopes * own;
+                match frames(own).zip(frames(Nuisances::zeros())) {
                     Some((there, here)) => there - here - linear,
                     None => DVector::zeros(linear.len()),
                 }

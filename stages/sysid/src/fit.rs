@@ -3,18 +3,19 @@
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use stage::Progress;
-use values::Strike;
+use values::{Shape, Strike};
 use world::{ParameterSpec, World, WorldError, parameter};
 
 use crate::{
     SysidError,
     compare::{Batch, Launch, StrikeSimulator},
-    scatter::{self, Evidence, FRICTION, VarianceComponents},
+    scatter::{self, Evidence, FRICTION, Nuisances, SPEED, VarianceComponents},
     slopes::{DIFFERENCE, LAUNCH_STEP, nuisances, sensitivities},
 };
 
 const MOST_ITERATIONS: u32 = 15;
-/// Iterations after which each strike's own friction has been taken beyond its derivative, and again about where that led.
+/// Iterations after which each strike's own launch, clock and friction have been taken beyond their derivatives, and again about where
+/// that led.
 const LEAST_ITERATIONS: u32 = 3;
 /// The fit ends when no parameter moves by more than this share of its standard error.
 const SETTLED: f64 = 0.05;
@@ -129,7 +130,13 @@ impl Slopes {
     ) -> Result<Self, WorldError> {
         let mut by_nuisance = nuisances(lab, &place.world, &place.simulate(lab)?)?;
         let by_free = sensitivities(lab, &place.world, place.launch, free)?;
-        own_friction(&place.world, free, &by_free, &mut by_nuisance)?;
+        own_derivatives(
+            lab.rig.object.shape,
+            &place.world,
+            free,
+            &by_free,
+            &mut by_nuisance,
+        )?;
         let by_fitted = by_free
             .into_iter()
             .zip(&by_nuisance)
@@ -162,19 +169,29 @@ impl Slopes {
     }
 }
 
-/// Gives each strike a friction of its own, where friction is fitted: its derivative by the logarithm of friction.
-pub(crate) fn own_friction(
+/// Gives each strike a friction of its own, where friction is fitted: its derivative by the logarithm of friction. Where restitution is
+/// fitted, the derivative by a round object's own launch speed is that by 1 + e, to the last digit: differences that step otherwise
+/// would seem to distinguish the two.
+pub(crate) fn own_derivatives(
+    shape: Shape,
     world: &World,
     free: &[String],
     by_free: &[DMatrix<f64>],
     by_nuisance: &mut [DMatrix<f64>],
 ) -> Result<(), WorldError> {
-    let Some(place) = free.iter().position(|name| name == "friction") else {
-        return Ok(());
-    };
-    let friction = world.value("friction")?;
-    for (nuisances, parameters) in by_nuisance.iter_mut().zip(by_free) {
-        nuisances.set_column(FRICTION, &(parameters.column(place) * friction));
+    let is_round = shape != Shape::Box;
+    for (name, one, place, counts) in [
+        ("friction", 0.0, FRICTION, true),
+        ("restitution", 1.0, SPEED, is_round),
+    ] {
+        let column = free.iter().position(|free| free == name);
+        let Some(column) = column.filter(|_| counts) else {
+            continue;
+        };
+        let value = one + world.value(name)?;
+        for (nuisances, parameters) in by_nuisance.iter_mut().zip(by_free) {
+            nuisances.set_column(place, &(parameters.column(column) * value));
+        }
     }
     Ok(())
 }
@@ -191,7 +208,7 @@ pub(crate) fn beside_means(
     all
 }
 
-/// `beyond`: how far each strike's own friction moves it beyond its derivative.
+/// `beyond`: how far each strike's own launch, clock and friction move it beyond their derivatives.
 fn evidence<'a>(
     strikes: &[&Strike],
     batch: &Batch,
@@ -338,7 +355,7 @@ pub(crate) fn fit(
             .iter()
             .zip(errors.iter())
             .all(|(s, e)| s.abs() < SETTLED * e);
-        let frictions: Vec<f64> = all.iter().map(|e| e.nuisance()[FRICTION]).collect();
+        let guesses: Vec<Nuisances> = all.iter().map(Evidence::nuisance).collect();
         let mut moved = None;
         if !is_settled && iterations < MOST_ITERATIONS {
             let now = objective(&all, &weights_now);
@@ -359,7 +376,7 @@ pub(crate) fn fit(
         let goes_on = moved.is_some() || !beside.is_mujoco() && iterations < LEAST_ITERATIONS;
         if goes_on {
             let (world, launch) = (&place.world, place.launch);
-            beyond = beside.beyond_slopes(world, launch, &frictions, &slopes.by_nuisance)?;
+            beyond = beside.beyond_slopes(world, launch, &guesses, &slopes.by_nuisance)?;
         }
         let Some(next) = moved else {
             if goes_on {
@@ -375,7 +392,7 @@ pub(crate) fn fit(
                 information,
                 scores,
                 informations,
-                frictions,
+                frictions: guesses.iter().map(|guess| guess[FRICTION]).collect(),
                 iterations,
                 simulations,
             });

@@ -6,7 +6,7 @@ use world::{PARAMETERS, World, WorldError};
 
 use crate::{
     compare::StrikeSimulator,
-    fit::{Fitted, MEANS, beside_means, own_friction},
+    fit::{Fitted, MEANS, beside_means, own_derivatives},
     scatter::Evidence,
     slopes::{nuisances, sensitivities},
     start::holds,
@@ -95,7 +95,13 @@ pub(crate) fn identifiability(
     let (by_free, by_others) = (slopes(&fitted.free)?, slopes(&others)?);
     let batch = lab.simulate(&fitted.world, fitted.launch)?;
     let mut launch = nuisances(&lab, &fitted.world, &batch)?;
-    own_friction(&fitted.world, &fitted.free, &by_free, &mut launch)?;
+    own_derivatives(
+        rig.object.shape,
+        &fitted.world,
+        &fitted.free,
+        &by_free,
+        &mut launch,
+    )?;
 
     let free = fitted.free.len() + MEANS;
     let all = free + others.len();

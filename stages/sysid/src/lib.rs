@@ -92,7 +92,7 @@ fn pushed_again(count: usize, are_left_out: bool) -> String {
 
 impl Stage for Sysid {
     const NAME: &'static str = "sysid";
-    const VERSION: u32 = 14;
+    const VERSION: u32 = 15;
     type Input = Input;
     type Output = Fit;
     type Error = SysidError;

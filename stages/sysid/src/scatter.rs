@@ -11,13 +11,16 @@ use world::Scatter;
 /// Speed, angle, clock, resting x, resting y, friction.
 pub(crate) const NUISANCES: usize = 6;
 /// Those whose scatter is estimated, and of them those that are a robot's or a table's, each with its name.
-const ESTIMATED: [usize; 4] = [0, 1, 2, FRICTION];
+const ESTIMATED: [usize; 4] = [SPEED, ANGLE, CLOCK, FRICTION];
 const BOUNDED: [(usize, &str); 3] = [
-    (0, "launch speed"),
-    (1, "launch angle"),
+    (SPEED, "launch speed"),
+    (ANGLE, "launch angle"),
     (FRICTION, "friction"),
 ];
-/// Place of a strike's own friction among the nuisances.
+/// Places of a strike's own launch, clock and friction among the nuisances.
+pub(crate) const SPEED: usize = 0;
+pub(crate) const ANGLE: usize = 1;
+pub(crate) const CLOCK: usize = 2;
 pub(crate) const FRICTION: usize = 5;
 /// The greatest scatter that a robot and a table have, relative and in rad: what differs more from strike to strike is no
 /// scatter but something that is missing.
@@ -56,8 +59,8 @@ impl VarianceComponents {
     /// What goes into `world.toml`.
     pub(crate) fn scatter(&self) -> Scatter {
         Scatter {
-            speed: self.nuisance[0],
-            angle: self.nuisance[1],
+            speed: self.nuisance[SPEED],
+            angle: self.nuisance[ANGLE],
             camera: self.camera,
             friction: self.nuisance[FRICTION],
             ..Scatter::default()
@@ -70,8 +73,8 @@ impl VarianceComponents {
             .iter()
             .filter(|(i, _)| self.nuisance[*i] > 0.999 * GREATEST)
             .map(|(i, what)| {
-                let bound = match i {
-                    1 => format!("{:.0}°", GREATEST.to_degrees()),
+                let bound = match *i {
+                    ANGLE => format!("{:.0}°", GREATEST.to_degrees()),
                     _ => format!("{:.0} %", 100.0 * GREATEST),
                 };
                 format!(
@@ -88,7 +91,7 @@ impl VarianceComponents {
             .map(|i| {
                 let (old, new) = (self.nuisance[i], next.nuisance[i]);
                 // A clock is in seconds, and never negligible.
-                let least = if i == 2 { 0.0 } else { NEGLIGIBLE };
+                let least = if i == CLOCK { 0.0 } else { NEGLIGIBLE };
                 (new - old).abs() / old.max(least)
             })
             .fold((next.camera / self.camera - 1.0).abs(), f64::max)
@@ -215,7 +218,7 @@ fn update(
     }
     for i in ESTIMATED {
         // A clock's error is in seconds.
-        let most = if i == 2 { 1.0 } else { GREATEST };
+        let most = if i == CLOCK { 1.0 } else { GREATEST };
         next.nuisance[i] = (squares[i] / count.max(1.0)).sqrt().clamp(1e-5, most);
     }
     next.camera = (sum / freedom.max(1.0)).sqrt().max(1e-6);

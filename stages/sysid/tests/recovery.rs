@@ -347,3 +347,33 @@ fn friction_of_another_simulator_is_found_to_two_parts_in_ten_thousand() {
     let friction = fit.world.value("friction").expect("freed");
     assert!((friction / 0.15 - 1.0).abs() < 2e-4, "{friction}");
 }
+
+#[test]
+fn launches_that_scatter_move_restitution_by_their_mean_and_friction_not_at_all() {
+    let rig = Rig::demo(Shape::Cylinder);
+    // A camera that sees what no derivative does: a stop goes as the square of the speed.
+    let noise = Noise {
+        speed: 0.01,
+        angle: 0.008,
+        camera: 2e-5,
+    };
+    let seeds = 3000..3060;
+    let data = seeds
+        .clone()
+        .flat_map(|seed| strikes(&rig, &truth(&rig), 1, &noise, seed))
+        .collect();
+    let fit = identify(&rig, World::nominal(&rig), data, &[]);
+    // The first draw of a seed is its strike's speed.
+    let faster: f64 = seeds
+        .map(|seed| {
+            let normal = Normal::new(0.0, noise.speed).expect("a valid distribution");
+            let drawn: f64 = normal.sample(&mut ChaCha8Rng::seed_from_u64(seed));
+            drawn.ln_1p() / 60.0
+        })
+        .sum();
+    let found = |name| fit.world.value(name).expect("freed");
+    let launch = ((1.0 + found("restitution")) / (1.0 + RESTITUTION)).ln();
+    assert!((launch - faster).abs() < 2e-4, "{launch} for {faster}");
+    let friction = found("friction") / FRICTION - 1.0;
+    assert!(friction.abs() < 2e-4, "{friction}");
+}

@@ -1,7 +1,10 @@
 //! The model and data of one thread, in which strikes are simulated.
 
+mod contact_duration;
 mod release;
 mod strike;
+
+pub(crate) use contact_duration::ContactDuration;
 
 use rayon::prelude::*;
 use values::{Command, Point};
@@ -50,6 +53,20 @@ impl Worker<'_> {
     /// Places object and tip at touch.
     pub(crate) fn place_at_touch(&mut self, origin: Point, impact: Impact) -> Option<TipMotion> {
         let sim = self.simulator;
+        let measured = sim
+            .contact_duration
+            .get_or_init(|| sim.worker().measure_contact_duration());
+        self.place(origin, impact, *measured)
+    }
+
+    /// The same, with this taken back of what the contact's duration does.
+    fn place(
+        &mut self,
+        origin: Point,
+        impact: Impact,
+        duration: ContactDuration,
+    ) -> Option<TipMotion> {
+        let sim = self.simulator;
         let (delivered, offset) = (impact.command, impact.tip_offset);
         let direction = Point::polar(1.0, delivered.angle);
         let yaw = sim.yaw_of(impact.yaw);
@@ -58,6 +75,7 @@ impl Worker<'_> {
         let restitution = impact.restitution;
         let contact = restitution.clamp(LEAST_CONTACT_RESTITUTION, 0.99);
         let speed = delivered.speed * (1.0 + restitution) / (1.0 + contact);
+        let speed = speed * duration.factor(speed, contact);
         let side = Point::new(-direction.y, direction.x) * offset;
         let profile = Profile::plan(
             origin + side,

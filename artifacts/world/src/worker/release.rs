@@ -7,6 +7,7 @@ use crate::{
     GRAVITY, Impact, Release,
     release::Scaled,
     releases::{STEPS, cubic},
+    tip_motion::TipMotion,
     touch,
 };
 
@@ -14,9 +15,13 @@ impl Worker<'_> {
     /// How the object leaves the tip; parameters of the slide and effects of the world do not act. `None` where tip and
     /// object do not part, or miss.
     pub fn release(&mut self, impact: Impact) -> Option<Release> {
+        let motion = self.place_at_touch(Point::default(), impact)?;
+        self.released(motion, impact.command.angle)
+    }
+
+    /// How an object that was placed at touch in the origin leaves the tip, which moves at this angle (rad).
+    pub(super) fn released(&mut self, mut motion: TipMotion, angle: f64) -> Option<Release> {
         let sim = self.simulator;
-        let angle = impact.command.angle;
-        let mut motion = self.place_at_touch(Point::default(), impact)?;
         let weight = sim.coefficients().0 * GRAVITY;
         let mut touched = false;
         self.engine.set_timestep(sim.steps.contact);
