@@ -18,6 +18,7 @@ mod evidence;
 mod fit;
 mod fitted_world;
 mod gap;
+mod great_wander;
 mod heldout;
 mod input;
 mod linearisation;

@@ -11,6 +11,7 @@ use crate::{
     conclude::Case,
     evidence::{self, Alarm, Statistic, replicates},
     fit::ITERATIONS,
+    great_wander::GreatWander,
     heldout::{self, Gains},
     maps,
     mixed::GREATEST,
@@ -19,7 +20,7 @@ use crate::{
     remaining_gain::RemainingGain,
     score::ScoreTest,
     screen::{Chance, screen_by},
-    search::{Limits, Selection, search, with_last_resorts, without},
+    search::{Limits, Selection, search, with_last_resorts, with_rivals, without},
     smooth::{
         Dependence,
         covariate::{Covariate, family, left_of_launches},
@@ -58,7 +59,8 @@ impl Diagnose {
     /// The diagnosis of strikes as they were commanded, or as they were delivered, which no effect of the arm explains.
     ///
     /// A drift is a wander that goes one way: a wander without bound would hold it. So effects are sought beside a small one; where
-    /// a great wander holds as much as they do, or something is left unexplained, they are sought beside a great one.
+    /// a great wander holds as much as they do, or something is left unexplained of which a great wander holds a part, they are sought
+    /// beside a great one.
     fn diagnose(
         &self,
         input: &Input,
@@ -66,23 +68,23 @@ impl Diagnose {
         progress: &Progress,
     ) -> Result<Diagnosed, DiagnoseError> {
         let small = self.thresholds.small_wander;
-        let (found, wanders) = self.diagnose_beside(small, input, is_delivered, progress)?;
-        if !wanders && found.diagnosis.verdict != Verdict::Unexplained {
+        let (found, wander) = self.diagnose_beside(small, input, is_delivered, progress)?;
+        let is_unexplained = found.diagnosis.verdict == Verdict::Unexplained;
+        if !(wander.replaces || is_unexplained && wander.holds_more) {
             return Ok(found);
         }
         let (wandering, _) = self.diagnose_beside(GREATEST, input, is_delivered, progress)?;
         Ok(wandering)
     }
 
-    /// The same beside a wander of friction that is no greater than this; and whether a great one holds as much as an effect that was
-    /// found.
+    /// The same beside a wander of friction that is no greater than this; and what a great one would hold.
     fn diagnose_beside(
         &self,
         greatest_wander: f64,
         input: &Input,
         is_delivered: bool,
         progress: &Progress,
-    ) -> Result<(Diagnosed, bool), DiagnoseError> {
+    ) -> Result<(Diagnosed, GreatWander), DiagnoseError> {
         let rig = &input.rig;
         progress.set_message("how the object leaves the tip");
         let (usable, pushed_again) = self.usable(input)?;
@@ -132,7 +134,7 @@ impl Diagnose {
         }
         let selection = with_last_resorts(selection, &last_resorts, &candidates, &chance)?;
         let (selection, left) = self.pruned(selection, &candidates, &chance, is_astray)?;
-        let wanders = wanders(&selection)?;
+        let wander = GreatWander::beside(&selection)?;
         let (selection, gains, mut notes) = paying(selection)?;
         notes.extend(notes::left_out(pushed_again, pushed));
         notes.extend(notes::turned(rig, &selection.prepared.strikes));
@@ -159,7 +161,7 @@ impl Diagnose {
             notes,
         }
         .conclude()?;
-        Ok((found, wanders))
+        Ok((found, wander))
     }
 }
 
@@ -198,6 +200,7 @@ impl Diagnose {
         chance: &Chance,
         is_astray: bool,
     ) -> Result<(Selection<'a>, RemainingGain), DiagnoseError> {
+        let mut is_pruned = false;
         while !selection.effects.is_empty() {
             let after = dependences(
                 &selection.prepared,
@@ -207,6 +210,9 @@ impl Diagnose {
             let left = left(&selection, &after, is_astray);
             let weak = selection.weaker_than(left.beyond_form);
             let Some(weak) = weak.or_else(|| selection.fitted.unsure()) else {
+                if is_pruned {
+                    selection = with_rivals(selection, candidates, chance)?;
+                }
                 // A strange slide is far from any form.
                 if is_astray {
                     return Ok((selection, left));
@@ -220,7 +226,8 @@ impl Diagnose {
                     },
                 ));
             };
-            selection = without(selection, weak, candidates, chance)?;
+            selection = without(selection, weak, chance)?;
+            is_pruned = true;
         }
         Ok((selection, RemainingGain::default()))
     }
@@ -303,27 +310,6 @@ fn left(selection: &Selection<'_>, after: &[Dependence], is_astray: bool) -> Rem
         }),
         is_astray,
     }
-}
-
-/// Whether friction that wanders holds what an effect of friction by order does, but for a gain that chance brings.
-fn wanders(selection: &Selection<'_>) -> Result<bool, DiagnoseError> {
-    let fitted = &selection.fitted;
-    for (place, effect) in selection.effects.iter().enumerate() {
-        if !family(effect.name).contains(&Covariate::Wear) {
-            continue;
-        }
-        let free = fitted.estimated.components.with_greatest_wander(GREATEST);
-        let model = fitted.model.without(place);
-        let wandering = selection
-            .prepared
-            .fit(&model, &free, &fitted.nuisances, ITERATIONS)?;
-        let beyond = selection.prepared.thresholds.beyond_wander;
-        if wandering.is_some_and(|wandering| fitted.likelihood() - wandering.likelihood() < beyond)
-        {
-            return Ok(true);
-        }
-    }
-    Ok(false)
 }
 
 /// The effects, if together they predict strikes that took no part in their fit better, beyond chance; none otherwise, with a sentence that says so.

@@ -27,6 +27,9 @@ const STEPS: usize = 4;
 /// Starts of a candidate that are remembered.
 const SHORT: usize = 8;
 
+/// Starts that are scored at once, which bounds the memory that their columns take.
+const AT_ONCE: usize = 32;
+
 /// Where a fit may begin.
 #[derive(Clone, Debug)]
 pub(crate) struct Start {
@@ -94,14 +97,10 @@ pub(crate) fn screen_by(
         .par_iter()
         .filter(|candidate| !held(candidate.name))
         .map(|candidate| {
-            let mut beside: Vec<ScoredStart<'_>> = candidate
-                .starts
-                .par_iter()
-                .map(|start| ScoredStart::new(prepared, fitted, test, candidate.name, start))
-                .collect::<Result<Vec<_>, WorldError>>()?
-                .into_iter()
-                .flatten()
-                .collect();
+            let mut beside = Vec::new();
+            for starts in candidate.starts.chunks(AT_ONCE) {
+                beside.extend(scored(prepared, fitted, test, candidate.name, starts)?);
+            }
             beside.sort_by(|a, b| b.penalised_gain().total_cmp(&a.penalised_gain()));
             let scores = || beside.iter().map(|beside| &beside.score);
             let mut starts: Vec<Start> = beside
@@ -144,6 +143,85 @@ fn is_another_command(effects: &[Box<dyn Effect>]) -> bool {
     last.is_some_and(|effect| effect.acts() == Acts::Launch && effect.tip_offset() == 0.0)
 }
 
+/// A fitted model with a little of an effect beside it, from each of these starts that strikes can be simulated from and that they
+/// distinguish from the model's own values.
+fn scored<'b>(
+    prepared: &PreparedStrikes<'_>,
+    fitted: &'b Fitted,
+    test: &ScoreTest<'_, '_>,
+    name: &'static str,
+    starts: &'b [FitStart],
+) -> Result<Vec<ScoredStart<'b>>, WorldError> {
+    let moved: Vec<Option<StrikeColumns>> = starts
+        .par_iter()
+        .map(|start| moved(prepared, fitted, test, name, start))
+        .collect::<Result<_, WorldError>>()?;
+    let (starts, moved): (Vec<&FitStart>, Vec<StrikeColumns>) = starts
+        .iter()
+        .zip(moved)
+        .filter_map(|(start, moved)| Some((start, moved?)))
+        .unzip();
+    let sets: Vec<(usize, &StrikeColumns)> = starts
+        .iter()
+        .zip(&moved)
+        .map(|(start, moved)| (start.columns.len(), moved))
+        .collect();
+    let scores = test.scores_of_each(&sets);
+    let scored =
+        starts
+            .into_iter()
+            .zip(moved)
+            .zip(scores)
+            .filter_map(|((begin, moved), scores)| {
+                let score = scores.score(&begin.is_kept())?;
+                Some(ScoredStart {
+                    fitted,
+                    name,
+                    begin,
+                    moved,
+                    score,
+                })
+            });
+    Ok(scored.collect())
+}
+
+/// What a little of an effect from this start changes of each strike; `None` where one does not come to rest.
+fn moved(
+    prepared: &PreparedStrikes<'_>,
+    fitted: &Fitted,
+    test: &ScoreTest<'_, '_>,
+    name: &'static str,
+    begin: &FitStart,
+) -> Result<Option<StrikeColumns>, WorldError> {
+    let model = &fitted.model;
+    let effects = begin
+        .columns
+        .iter()
+        .map(|column| {
+            let mut all = model.effects(prepared.rig, &model.values)?;
+            let part = added(&little(name, column));
+            all.push(world::effects::build(&part, prepared.rig)?);
+            Ok(all)
+        })
+        .collect::<Result<Vec<_>, WorldError>>()?;
+    let worlds: Vec<(Planar<'_>, f64)> = effects
+        .iter()
+        .map(|effects| (prepared.planar(&model.values, effects), 1.0))
+        .collect();
+    let touches = |column: usize, strike| {
+        let region = begin.columns[column].region;
+        region.is_none_or(|(centre, radius)| prepared.passes(strike, centre, radius))
+    };
+    if effects.iter().all(|all| is_another_command(all)) {
+        let here = model.effects(prepared.rig, &model.values)?;
+        let here = prepared.planar(&model.values, &here);
+        return Ok(Some(
+            test.launches(&|i| prepared.relaunched(&here, &worlds, i)),
+        ));
+    }
+    Ok(test.moved(&worlds, &touches))
+}
+
 /// A fitted model with a little of an effect beside it.
 struct ScoredStart<'b> {
     fitted: &'b Fitted,
@@ -155,52 +233,6 @@ struct ScoredStart<'b> {
 }
 
 impl<'b> ScoredStart<'b> {
-    /// `None` where a strike does not come to rest, or the strikes do not distinguish it from the model's own values.
-    fn new(
-        prepared: &PreparedStrikes<'_>,
-        fitted: &'b Fitted,
-        test: &ScoreTest<'_, '_>,
-        name: &'static str,
-        begin: &'b FitStart,
-    ) -> Result<Option<Self>, WorldError> {
-        let model = &fitted.model;
-        let effects = begin
-            .columns
-            .iter()
-            .map(|column| {
-                let mut all = model.effects(prepared.rig, &model.values)?;
-                let part = added(&little(name, column));
-                all.push(world::effects::build(&part, prepared.rig)?);
-                Ok(all)
-            })
-            .collect::<Result<Vec<_>, WorldError>>()?;
-        let worlds: Vec<(Planar<'_>, f64)> = effects
-            .iter()
-            .map(|effects| (prepared.planar(&model.values, effects), 1.0))
-            .collect();
-        let touches = |column: usize, strike| {
-            let region = begin.columns[column].region;
-            region.is_none_or(|(centre, radius)| prepared.passes(strike, centre, radius))
-        };
-        let moved = if effects.iter().all(|all| is_another_command(all)) {
-            let here = model.effects(prepared.rig, &model.values)?;
-            let here = prepared.planar(&model.values, &here);
-            Some(test.launches(&|i| prepared.relaunched(&here, &worlds, i)))
-        } else {
-            test.moved(&worlds, &touches)
-        };
-        Ok(moved.and_then(|moved| {
-            let score = test.scores(worlds.len(), &moved).score(&begin.is_kept())?;
-            Some(Self {
-                fitted,
-                name,
-                begin,
-                moved,
-                score,
-            })
-        }))
-    }
-
     /// As Akaike would have it: a parameter more must bring as much.
     fn penalised_gain(&self) -> f64 {
         self.score.gain - self.begin.free.len() as f64

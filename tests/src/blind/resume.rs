@@ -25,7 +25,8 @@ pub fn beside(path: &Path, word: &str) -> PathBuf {
     path.with_file_name(format!("{stem}{word}.jsonl"))
 }
 
-/// One answer a case, in the cases' order. Answers that the file holds are not made again; it holds them all in the end.
+/// One answer a case, in the cases' order. Answers that the file holds are not made again; it holds them all in the end. Cases are made side
+/// by side, each on one thread of its own: in a pool that they share, a case that waits works on another, and its time is not its own.
 pub fn resumed<C: Sync, T: DeserializeOwned + Serialize + Clone + Send>(
     path: &Path,
     cases: &[C],
@@ -63,7 +64,10 @@ pub fn resumed<C: Sync, T: DeserializeOwned + Serialize + Clone + Send>(
         .par_iter()
         .with_max_len(1)
         .map(|case| {
-            let made = make(case);
+            let made = rayon::ThreadPoolBuilder::new()
+                .num_threads(1)
+                .build()?
+                .install(|| make(case));
             let line = serde_json::to_string(&made)? + "\n";
             file.lock()
                 .map_err(|_| anyhow::anyhow!("another set failed"))?

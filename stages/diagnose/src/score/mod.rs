@@ -7,6 +7,7 @@
 
 mod columns;
 mod deviations;
+mod products;
 mod replicates;
 mod strike;
 
@@ -20,6 +21,7 @@ use values::Point;
 use world::planar::Planar;
 
 use self::{
+    products::StrikeProducts,
     replicates::{common_heights, signs, studentised},
     strike::StrikeAtFit,
 };
@@ -228,27 +230,28 @@ impl<'f, 'a> ScoreTest<'f, 'a> {
 
     /// What `count` columns say, the model's own projected off.
     pub(crate) fn scores(&self, count: usize, moved: &StrikeColumns) -> ColumnScores {
+        let products = StrikeProducts::sums(&self.strikes, &[(count, moved)]);
+        self.scores_by(count, moved, &products[0])
+    }
+
+    /// The same of many sets of columns, each with its count: a strike's drawn residuals, which fill the processor's caches, are then
+    /// gone through once for all.
+    pub(crate) fn scores_of_each(&self, sets: &[(usize, &StrikeColumns)]) -> Vec<ColumnScores> {
+        let products = StrikeProducts::sums(&self.strikes, sets);
+        sets.par_iter()
+            .zip(products)
+            .map(|((count, moved), products)| self.scores_by(*count, moved, &products))
+            .collect()
+    }
+
+    fn scores_by(
+        &self,
+        count: usize,
+        moved: &StrikeColumns,
+        StrikeProducts { own, cross }: &StrikeProducts,
+    ) -> ColumnScores {
         let p = self.inverse.nrows();
         let (drawn, flipped) = (self.studentised.len(), self.signs.ncols());
-        let mut own = DMatrix::zeros(count, count);
-        let mut cross = DMatrix::zeros(count, p + 1 + drawn);
-        let parts: Vec<_> = self
-            .strikes
-            .par_iter()
-            .zip(moved)
-            .map(|(at, columns)| {
-                columns.as_ref().map(|c| {
-                    let projected = at.whitened.nuisances.tr_mul(c);
-                    let own = c.tr_mul(c) * at.precision
-                        - projected.tr_mul(&(&at.posterior * &projected));
-                    (own, c.tr_mul(&at.weighed))
-                })
-            })
-            .collect();
-        for (mine, with) in parts.into_iter().flatten() {
-            own += mine;
-            cross += with;
-        }
         let beside = cross.columns(0, p) * &self.inverse;
         let projected = cross.columns(p, 1 + drawn) - &beside * &self.scores;
         let mut scores = projected.resize_horizontally(1 + drawn + flipped, 0.0);

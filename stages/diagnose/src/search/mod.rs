@@ -14,7 +14,7 @@ mod refine;
 pub(crate) use fits::CandidateFit;
 pub(crate) use forward::{Limits, search};
 pub(crate) use last_resort::with_last_resorts;
-pub(crate) use refine::without;
+pub(crate) use refine::{with_rivals, without};
 
 use crate::{fit::Fitted, strikes::PreparedStrikes};
 

@@ -14,24 +14,29 @@ use crate::{
     screen::{Chance, Screened, screen},
 };
 
-/// The same without one of its effects.
+/// The same without one of its effects; of the others, the evidence alone is known ([`with_rivals`]).
 pub(crate) fn without<'a>(
     mut selection: Selection<'a>,
     place: usize,
+    chance: &Chance,
+) -> Result<Selection<'a>, WorldError> {
+    let null = || selection.null.clone();
+    selection.fitted = reduced(&selection, place)?.unwrap_or_else(null);
+    selection.effects = (0..selection.fitted.model.parts.len())
+        .map(|place| {
+            let reduced = reduced(&selection, place)?;
+            Ok(effect_alone(&selection, place, reduced.as_ref(), chance))
+        })
+        .collect::<Result<_, WorldError>>()?;
+    Ok(selection)
+}
+
+/// The same, and who could stand in the place of each effect.
+pub(crate) fn with_rivals<'a>(
+    selection: Selection<'a>,
     candidates: &[Candidate],
     chance: &Chance,
 ) -> Result<Selection<'a>, WorldError> {
-    let from = &selection.fitted;
-    let model = from.model.without(place);
-    let components = &from.estimated.components;
-    let fitted = selection
-        .prepared
-        .fit(&model, components, &from.nuisances, ITERATIONS)?;
-    if let Some(fitted) = fitted {
-        selection.fitted = fitted;
-    } else {
-        selection.fitted = selection.null.clone();
-    }
     refine(selection, candidates, chance, 0)
 }
 
@@ -82,6 +87,42 @@ fn replacement(
     (rival.evidence > effect.evidence + thresholds.better).then(|| rival.fitted.clone())
 }
 
+/// The model without one of its effects, fitted; `None` where that diverges.
+fn reduced(selection: &Selection<'_>, place: usize) -> Result<Option<Fitted>, WorldError> {
+    let from = &selection.fitted;
+    let model = from.model.without(place);
+    let components = &from.estimated.components;
+    selection
+        .prepared
+        .fit(&model, components, &from.nuisances, ITERATIONS)
+}
+
+/// An effect and its evidence beside the others; without bound where no model without it can be fitted.
+fn effect_alone(
+    selection: &Selection<'_>,
+    place: usize,
+    reduced: Option<&Fitted>,
+    chance: &Chance,
+) -> SelectedEffect {
+    let fitted = &selection.fitted;
+    let name = fitted.model.parts[place].name;
+    let evidence = reduced.map_or(f64::INFINITY, |reduced| {
+        evidence_of(
+            name,
+            fitted.likelihood() - reduced.likelihood(),
+            fitted.model.free.len() - reduced.model.free.len(),
+            chance[name],
+            selection.prepared.thresholds,
+        )
+    });
+    SelectedEffect {
+        name,
+        evidence,
+        equivalent: Vec::new(),
+        rivals: Vec::new(),
+    }
+}
+
 /// How firmly one effect stands beside the others, and the model without it.
 pub(super) fn assess(
     selection: &Selection<'_>,
@@ -93,25 +134,12 @@ pub(super) fn assess(
         prepared, fitted, ..
     } = selection;
     let thresholds = prepared.thresholds;
-    let name = fitted.model.parts[place].name;
-    let model = fitted.model.without(place);
-    let components = &fitted.estimated.components;
-    let Some(reduced) = prepared.fit(&model, components, &fitted.nuisances, ITERATIONS)? else {
-        let firm = SelectedEffect {
-            name,
-            evidence: f64::INFINITY,
-            equivalent: Vec::new(),
-            rivals: Vec::new(),
-        };
-        return Ok((firm, None));
+    let reduced = reduced(selection, place)?;
+    let effect = effect_alone(selection, place, reduced.as_ref(), chance);
+    let Some(reduced) = reduced else {
+        return Ok((effect, None));
     };
-    let evidence = evidence_of(
-        name,
-        fitted.likelihood() - reduced.likelihood(),
-        fitted.model.free.len() - reduced.model.free.len(),
-        chance[name],
-        thresholds,
-    );
+    let (name, evidence) = (effect.name, effect.evidence);
     let screened: Vec<Screened> = screen(prepared, &reduced, candidates)?
         .into_iter()
         .filter(|s| s.name != name)
@@ -135,10 +163,9 @@ pub(super) fn assess(
         .map(|(_, rival)| rival.name)
         .collect();
     let effect = SelectedEffect {
-        name,
-        evidence,
         equivalent,
         rivals,
+        ..effect
     };
     Ok((effect, Some(reduced)))
 }
