@@ -5,9 +5,9 @@ use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use anyhow::Context;
-use rayon::prelude::*;
 use serde::{Serialize, de::DeserializeOwned};
 
 /// Lines of a file that can be read; one that a kill cut short is none.
@@ -60,22 +60,31 @@ pub fn resumed<C: Sync, T: DeserializeOwned + Serialize + Clone + Send>(
     file.write_all(b"\n")?;
     let file = Mutex::new(file);
     let bar = indicatif::ProgressBar::new(missing.len() as u64);
-    let fresh: Vec<T> = missing
-        .par_iter()
-        .with_max_len(1)
-        .map(|case| {
-            let made = rayon::ThreadPoolBuilder::new()
-                .num_threads(1)
-                .build()?
-                .install(|| make(case));
-            let line = serde_json::to_string(&made)? + "\n";
-            file.lock()
-                .map_err(|_| anyhow::anyhow!("another set failed"))?
-                .write_all(line.as_bytes())?;
-            bar.inc(1);
-            Ok(made)
-        })
-        .collect::<anyhow::Result<_>>()?;
+    let next = AtomicUsize::new(0);
+    let threads = std::thread::available_parallelism()?.get();
+    let fresh: Vec<T> = std::thread::scope(|scope| {
+        let work = || -> anyhow::Result<Vec<T>> {
+            let alone = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
+            let mut all = Vec::new();
+            while let Some(case) = missing.get(next.fetch_add(1, Ordering::Relaxed)) {
+                let made = alone.install(|| make(case));
+                let line = serde_json::to_string(&made)? + "\n";
+                file.lock()
+                    .map_err(|_| anyhow::anyhow!("another set failed"))?
+                    .write_all(line.as_bytes())?;
+                bar.inc(1);
+                all.push(made);
+            }
+            Ok(all)
+        };
+        let workers: Vec<_> = (0..threads).map(|_| scope.spawn(work)).collect();
+        let mut fresh = Vec::new();
+        for worker in workers {
+            let made = worker.join();
+            fresh.extend(made.map_err(|_| anyhow::anyhow!("a set panicked"))??);
+        }
+        anyhow::Ok(fresh)
+    })?;
     known.extend(
         fresh
             .into_iter()

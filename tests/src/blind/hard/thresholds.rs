@@ -48,9 +48,12 @@ fn defaults() -> Map<String, Value> {
     }
 }
 
+/// Thresholds below one that are no share.
+const EVIDENCE: &[&str] = &["better"];
+
 /// A threshold at a factor: of a share of one half and more, what is left to one is varied.
-fn scaled(value: f64, factor: f64) -> f64 {
-    if (0.5..1.0).contains(&value) {
+fn scaled(name: &str, value: f64, factor: f64) -> f64 {
+    if (0.5..1.0).contains(&value) && !EVIDENCE.contains(&name) {
         1.0 - factor * (1.0 - value)
     } else {
         factor * value
@@ -65,7 +68,7 @@ fn variations() -> Vec<Variation> {
             [("half", 0.5), ("twice", 2.0)].map(|(by, factor)| Variation {
                 threshold: threshold.clone(),
                 by,
-                value: scaled(value, factor),
+                value: scaled(&threshold, value, factor),
             })
         })
         .collect()
@@ -192,9 +195,10 @@ mod tests {
 
     #[test]
     fn of_a_large_share_the_rest_is_varied() {
-        assert!((scaled(0.95, 2.0) - 0.9).abs() < 1e-12);
-        assert!((scaled(0.95, 0.5) - 0.975).abs() < 1e-12);
-        assert_eq!(scaled(0.02, 2.0), 0.04);
-        assert_eq!(scaled(3.0, 0.5), 1.5);
+        assert!((scaled("explained", 0.95, 2.0) - 0.9).abs() < 1e-12);
+        assert!((scaled("explained", 0.95, 0.5) - 0.975).abs() < 1e-12);
+        assert_eq!(scaled("form", 0.02, 2.0), 0.04);
+        assert_eq!(scaled("beyond_wander", 3.0, 0.5), 1.5);
+        assert_eq!(scaled("better", 0.5, 2.0), 1.0);
     }
 }
