@@ -1,6 +1,6 @@
 //! From evidence to a verdict, a world and its gap.
 
-use values::{Point, Split, Strike};
+use values::{Point, Strike};
 use world::{World, effects};
 
 use crate::{
@@ -149,12 +149,7 @@ impl Case<'_, '_> {
             fitted,
             ..
         } = self.selection;
-        let part = |residuals: &[Option<Point>], heldout: bool| -> Vec<Option<Point>> {
-            let each = strikes.iter().zip(residuals);
-            each.filter(|(strike, _)| (strike.split == Split::Test) == heldout)
-                .map(|(_, r)| *r)
-                .collect()
-        };
+        let part = |residuals: &[_], heldout| gap::of_part(strikes, residuals, heldout);
         // The identified world, or what it became in the fit here, whichever serves the strikes that were fitted better.
         let identified = gap::stop_residuals(rig, &self.input.world, strikes)?;
         let plain = fitted_world(&self.input.world, null, prepared.noise)?;

@@ -126,6 +126,18 @@ fn change_half_95(both: &[(Point, Point)]) -> Option<f64> {
     Some(t * error / before / (2.0 * ratio.sqrt()))
 }
 
+/// Those residuals whose strikes judge, or those of the others.
+pub(crate) fn of_part(
+    strikes: &[&Strike],
+    residuals: &[Option<Point>],
+    judges: bool,
+) -> Vec<Option<Point>> {
+    let each = strikes.iter().zip(residuals);
+    each.filter(|(strike, _)| (strike.split == Split::Test) == judges)
+        .map(|(_, residual)| *residual)
+        .collect()
+}
+
 /// Each strike's residual along and across its path.
 pub(crate) fn residuals(
     strikes: &[&Strike],

@@ -4,7 +4,7 @@
 //! the arm. What the arm does is a regression of its own, of delivered on commanded speeds and angles, by the formulas of the library's
 //! effects of the striker.
 
-use values::{Point, Split, Strike, arm_scatter, delivered_strikes};
+use values::{Strike, arm_scatter, delivered_strikes};
 use world::Estimate;
 use world::effects;
 
@@ -126,12 +126,7 @@ impl Arm {
         let before = gap::stop_residuals(&input.rig, &input.world, &strikes)?;
         let after = gap::stop_residuals(&input.rig, &world, &strikes)?;
         found.residuals = gap::residuals(&strikes, &before, &after);
-        let judges = |residuals: &[Option<Point>]| -> Vec<Option<Point>> {
-            let each = strikes.iter().zip(residuals);
-            each.filter(|(strike, _)| strike.split == Split::Test)
-                .map(|(_, residual)| *residual)
-                .collect()
-        };
+        let judges = |residuals: &[_]| gap::of_part(&strikes, residuals, true);
         let noise_floor = found.diagnosis.gap.noise_floor;
         found.diagnosis.gap = gap::gap(&judges(&before), &judges(&after), noise_floor);
         found.world = Some(world);
