@@ -9,6 +9,7 @@ use world::{ParameterSpec, World, WorldError, parameter};
 use crate::{
     SysidError,
     compare::{Batch, Launch, StrikeSimulator},
+    huber::{objective, weights},
     scatter::{self, Evidence, FRICTION, Nuisances, SPEED, VarianceComponents},
     slopes::{DIFFERENCE, LAUNCH_STEP, nuisances, sensitivities},
 };
@@ -19,8 +20,6 @@ const MOST_ITERATIONS: u32 = 15;
 const LEAST_ITERATIONS: u32 = 3;
 /// The fit ends when no parameter moves by more than this share of its standard error.
 const SETTLED: f64 = 0.05;
-/// A strike further out than this many times the median weighs less (Huber).
-const OUTLYING: f64 = 4.0;
 /// What is fitted besides the parameters: the mean turn of the launches, and the mean delay of their clocks.
 pub(crate) const MEANS: usize = 2;
 /// Standard errors from which a mean turn is reported.
@@ -38,6 +37,11 @@ pub(crate) struct Fitted {
     pub(crate) scores: Vec<DVector<f64>>,
     /// Jᵀ·Σ⁻¹·J of each strike.
     pub(crate) informations: Vec<DMatrix<f64>>,
+    /// Measured minus simulated coordinates of each strike, in m, less what lies beyond its derivatives.
+    pub(crate) residuals: Vec<DVector<f64>>,
+    pub(crate) slopes: Slopes,
+    /// Huber weight of each strike.
+    pub(crate) weights: Vec<f64>,
     /// Logarithm of each strike's own friction over the world's.
     pub(crate) frictions: Vec<f64>,
     pub(crate) iterations: u32,
@@ -115,10 +119,10 @@ impl FitPoint {
 }
 
 /// Derivatives of every strike's track, and where they were taken.
-struct Slopes {
-    by_nuisance: Vec<DMatrix<f64>>,
+pub(crate) struct Slopes {
+    pub(crate) by_nuisance: Vec<DMatrix<f64>>,
     /// The freed parameters, then the means.
-    by_fitted: Vec<DMatrix<f64>>,
+    pub(crate) by_fitted: Vec<DMatrix<f64>>,
     place: FitPoint,
 }
 
@@ -227,29 +231,6 @@ fn evidence<'a>(
             Evidence::new(residual, &slopes.by_nuisance[i], components)
         })
         .collect()
-}
-
-/// Huber weights by strike: one, less for strikes far beyond the median.
-fn weights(evidence: &[Evidence<'_>]) -> Vec<f64> {
-    let distances: Vec<f64> = evidence
-        .iter()
-        .map(|e| (e.distance() / e.residual.len() as f64).sqrt())
-        .collect();
-    let mut sorted = distances.clone();
-    sorted.sort_by(f64::total_cmp);
-    let limit = OUTLYING * sorted[sorted.len() / 2];
-    distances
-        .iter()
-        .map(|d| if *d > limit { limit / d } else { 1.0 })
-        .collect()
-}
-
-fn objective(evidence: &[Evidence<'_>], weights: &[f64]) -> f64 {
-    evidence
-        .iter()
-        .zip(weights)
-        .map(|(e, w)| w * e.distance())
-        .sum()
 }
 
 /// A Gauss–Newton step, and standard errors.
@@ -392,6 +373,9 @@ pub(crate) fn fit(
                 information,
                 scores,
                 informations,
+                residuals: all.into_iter().map(|evidence| evidence.residual).collect(),
+                slopes,
+                weights: weights_now,
                 frictions: guesses.iter().map(|guess| guess[FRICTION]).collect(),
                 iterations,
                 simulations,

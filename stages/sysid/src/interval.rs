@@ -1,37 +1,51 @@
 //! 95 % intervals from how strikes differ.
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 use world::{Estimate, World, parameter};
 
 use crate::{SysidError, fit::Fitted};
 
-/// The fitted world with intervals: the larger of the model's variance A⁻¹ and the jackknife's A⁻¹·B·A⁻¹, B from each
-/// strike's own score s at the fit to all others, (1 − A_i·A⁻¹)⁻¹·s (Bell and McCaffrey 2002, "CR3"), at Student's t with as many
-/// degrees of freedom as strikes less parameters. `unseen`: relative variance that friction's mean over all strikes has beside that
-/// over those that were used ([`crate::wander`]).
-pub(crate) fn with_intervals(fitted: &Fitted, unseen: f64) -> Result<World, SysidError> {
-    let (n, p) = (fitted.scores.len() as f64, fitted.information.ncols());
-    let Some(inverse) = fitted.information.clone().try_inverse() else {
-        return Err(SysidError::Singular {
-            names: fitted.free.join(", "),
-        });
-    };
+/// Variance of each of what was fitted: the larger of the model's, A⁻¹, and the jackknife's A⁻¹·B·A⁻¹, B from each strike's own
+/// score s at the fit to all others, (1 − A_i·A⁻¹)⁻¹·s (Bell and McCaffrey 2002, "CR3"). None where A, the sum of the strikes'
+/// `informations`, is singular. `scores`: at the fit.
+pub(crate) fn variances(
+    scores: &[DVector<f64>],
+    informations: &[DMatrix<f64>],
+) -> Option<DVector<f64>> {
+    let (n, p) = (scores.len() as f64, informations.first()?.ncols());
+    let inverse = informations.iter().sum::<DMatrix<f64>>().try_inverse()?;
     let mut between = DMatrix::zeros(p, p);
-    for (score, own) in fitted.scores.iter().zip(&fitted.informations) {
+    for (score, own) in scores.iter().zip(informations) {
         // A strike pulls the fit towards itself: without it, its score would have been this.
         let kept = DMatrix::identity(p, p) - own * &inverse;
         let away = kept.lu().solve(score).unwrap_or_else(|| score.clone());
         between += &away * away.transpose();
     }
-    let freedom = (n - p as f64).max(1.0);
     let sandwich = &inverse * (between * ((n - 1.0) / n)) * &inverse;
-    let quantile = StudentsT::new(0.0, 1.0, freedom).map_or(1.96, |t| t.inverse_cdf(0.975));
+    Some(inverse.diagonal().sup(&sandwich.diagonal()))
+}
+
+/// Quantile of Student's t with as many degrees of freedom as strikes less what was fitted.
+pub(crate) fn quantile(strikes: usize, fitted: usize, probability: f64) -> f64 {
+    let freedom = strikes.saturating_sub(fitted).max(1) as f64;
+    StudentsT::new(0.0, 1.0, freedom).map_or(f64::INFINITY, |t| t.inverse_cdf(probability))
+}
+
+/// The fitted world with intervals. `unseen`: relative variance that friction's mean over all strikes has beside that over those that
+/// were used ([`crate::wander`]).
+pub(crate) fn with_intervals(fitted: &Fitted, unseen: f64) -> Result<World, SysidError> {
+    let Some(variances) = variances(&fitted.scores, &fitted.informations) else {
+        return Err(SysidError::Singular {
+            names: fitted.free.join(", "),
+        });
+    };
+    let quantile = quantile(fitted.scores.len(), variances.len(), 0.975);
     let mut world = fitted.world.clone();
     for (i, name) in fitted.free.iter().enumerate() {
         let spec = parameter(name)?;
         let value = world.value(name)?;
-        let mut variance = inverse[(i, i)].max(sandwich[(i, i)]);
+        let mut variance = variances[i];
         if name == "friction" {
             variance += value * value * unseen;
         }

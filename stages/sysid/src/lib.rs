@@ -11,12 +11,15 @@ pub mod algorithm2;
 mod compare;
 mod error;
 mod fit;
+mod huber;
 mod identify;
 mod interval;
 mod scatter;
+mod sizes;
 mod slopes;
 mod start;
 mod wander;
+mod wanted;
 
 pub use error::SysidError;
 
@@ -175,6 +178,7 @@ impl Stage for Sysid {
                 fitted.simulations = freed.simulations;
             }
         }
+        let sizes = sizes::contradicted(&input.rig, &fitted, &strikes, delivered.is_some())?;
         let rms = |world| Ok::<_, WorldError>(mujoco.simulate(world, Launch::EXACT)?.rms(&strikes));
         let used: Vec<(f64, f64)> = strikes
             .iter()
@@ -193,6 +197,7 @@ impl Stage for Sysid {
         if again > 0 {
             notes.push(pushed_again(again, strikes.len() < sliding.len()));
         }
+        notes.extend(sizes.note);
         notes.extend(fitted.at_bounds());
         notes.extend(fitted.components.at_bounds());
         notes.extend(fitted.bias());
@@ -205,6 +210,7 @@ impl Stage for Sysid {
             iterations: fitted.iterations,
             simulations: fitted.simulations
                 + identifiability.simulations
+                + sizes.simulations
                 + 2 * strikes.len() as u64,
             world,
             notes,
