@@ -162,7 +162,7 @@ fn distrust(outcome: &mut LogOutcome<StrikeSummary>, why: &str) {
             index: strike.index,
             t_start: strike.t_start,
             reason: RejectReason::Truncated,
-            detail: format!("the log is damaged, and it cannot be told where: {why}"),
+            detail: format!("the log is damaged, at a place that is not known: {why}"),
         }));
     outcome.rejects.sort_by_key(|reject| reject.index);
 }
@@ -198,7 +198,7 @@ fn notes(summary: &Summary, wanted: &[TopicRequest<'_>]) -> Vec<String> {
     {
         if *required && summary.topics.iter().all(|there| there.name != topic.name) {
             notes.push(format!(
-                "nothing tells of topic {}: it may be in what is damaged",
+                "topic {} was not found: it may be in what is damaged",
                 topic.name
             ));
         }

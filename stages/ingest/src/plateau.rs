@@ -49,7 +49,7 @@ pub(crate) fn plateau(commands: &[Sample], rig: &Rig) -> Result<Command, Rejecti
         .ok_or_else(|| {
             let detail = format!(
                 "of {} commands in {:.2} s up to {:.3} m/s, no {PLATEAU_COMMANDS} in a row are alike within {} %, and those at the top \
-                 are not told from the ramps: hold the speed longer, or log the command more often",
+                 cannot be separated from the ramps: hold the speed longer, or log the command more often",
                 speeds.len(),
                 since(start, end),
                 speeds.iter().copied().fold(0.0, f64::max),

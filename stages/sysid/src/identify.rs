@@ -157,7 +157,7 @@ pub(crate) fn identifiability(
     }
     if !aliased.is_empty() {
         notes.push(format!(
-            "these strikes cannot tell {} from {}: kept as they were",
+            "these strikes do not distinguish {} from {}: kept as they were",
             aliased.join(", "),
             fitted.free.join(" and ")
         ));

@@ -1,7 +1,7 @@
 //! Sizes in the rig file that the strikes contradict: a box's and the tip's.
 //!
 //! A tip of radius r that is led through the middle of a box meets its face (1 + r/h)·tan(angle) half sides h off the middle. This, and all
-//! that follows in the plane, depends on r/h alone, so that the strikes tell this ratio and not which of the two sizes is wrong. A round
+//! that follows in the plane, depends on r/h alone, so that the strikes show this ratio and not which of the two sizes is wrong. A round
 //! object is met through its centre at any size. An arm whose angles are off by a share sends a box astray in the same way.
 
 use nalgebra::{DMatrix, DVector};
@@ -92,6 +92,7 @@ pub(crate) fn contradicted(
     };
     let angles = by_arm(|strike, by| by.column(ANGLE) * strike.command.angle);
     let speeds = by_arm(|_, by| by.column(SPEED).into_owned());
+    let saturation = by_arm(|strike, by| by.column(SPEED) * strike.command.speed);
     let is_better = |other: &Option<Wanted>, by: f64| {
         other
             .as_ref()
@@ -101,6 +102,7 @@ pub(crate) fn contradicted(
         || first.change.abs() > FARTHEST.ln()
         || is_better(&angles, BETTER)
         || is_better(&speeds, 0.0)
+        || is_better(&saturation, 0.0)
     {
         return Ok(sizes);
     }

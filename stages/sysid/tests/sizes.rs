@@ -105,6 +105,12 @@ fn a_force_during_the_slide_is_no_other_size() {
 }
 
 #[test]
+fn an_arm_whose_speed_saturates_is_no_other_size() {
+    let (rig, strikes) = strikes(Shape::Box, 90, 5000, "tanh_speed");
+    assert_eq!(note(&rig, &strikes), None);
+}
+
+#[test]
 fn of_a_cylinders_sizes_nothing_is_said() {
     let (mut rig, strikes) = strikes(Shape::Cylinder, 60, 4000, "none");
     rig.object.radius = rig.object.radius.map(|radius| 1.1 * radius);

@@ -4,7 +4,7 @@
 //! the arm. What the arm does is a regression of its own, of delivered on commanded speeds and angles, by the formulas of the library's
 //! effects of the striker.
 
-use values::{Strike, arm_scatter, delivered_strikes};
+use values::{Split, Strike, arm_scatter, delivered_strikes};
 use world::Estimate;
 use world::effects;
 
