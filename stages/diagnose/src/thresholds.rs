@@ -35,6 +35,8 @@ pub struct Thresholds {
     /// Share of what the effects so far gain that another must bring: what is left of a strong effect looks like a weak one, for a real
     /// one never has quite the library's form.
     pub form: f64,
+    /// Least part of that share, for an effect of whose score no smooth form of the others takes as much.
+    pub form_least: f64,
     /// Share of its own gain that an effect which contains a simpler one must bring beyond it.
     pub contains: f64,
     /// Evidence that each further value of such an effect must bring.
@@ -65,6 +67,7 @@ impl Default for Thresholds {
             alike: 0.6,
             another: 2.0,
             form: 0.02,
+            form_least: 0.3,
             contains: 0.02,
             contains_value: 2.0,
             small_wander: 0.004,

@@ -137,7 +137,8 @@ fn next_effect(
         fit_best(prepared, fitted, &others, chance, required, &mut tried)
     };
     let is_enough = |fit: &CandidateFit| {
-        fit.evidence > required_evidence(selection, fit)
+        let by_form = taken_by_form(screened, fit.name, prepared.thresholds.form_least);
+        fit.evidence > required_evidence(selection, fit, by_form)
             && significant.is_none_or(|alarm| alarm.p_value_of(fit.name).is_real())
     };
     let Some(fit) = best_but(None)?.into_iter().find(is_enough) else {
@@ -151,14 +152,28 @@ fn next_effect(
     Ok(Some(better.unwrap_or(fit)))
 }
 
-/// Evidence that is asked of another effect.
-fn required_evidence(selection: &Selection<'_>, fit: &CandidateFit) -> f64 {
+/// Share of a candidate's score that what a wrong form of the effects held would leave takes: a change of launches by their order, beside a
+/// patch of the table, is not of the patch's form, however strong that is. No share is taken for less than `least`: what is gone through
+/// are smooth forms.
+fn taken_by_form(screened: &[Screened], name: &str, least: f64) -> f64 {
+    let found = screened.iter().find(|screened| screened.name == name);
+    let left = found.map(|found| found.score / found.gain());
+    let taken = left.map_or(1.0, |left| 1.0 - left);
+    if taken.is_finite() {
+        taken.clamp(least, 1.0)
+    } else {
+        1.0
+    }
+}
+
+/// Evidence that is asked of another effect, of whose score a wrong form of the effects held would take this share.
+fn required_evidence(selection: &Selection<'_>, fit: &CandidateFit, by_form: f64) -> f64 {
     if selection.effects.is_empty() {
         return 0.0;
     }
     let own = fit.fitted.model.free.len() - selection.fitted.model.free.len();
     let thresholds = selection.prepared.thresholds;
-    let form = thresholds.form * selection.gain();
+    let form = by_form * thresholds.form * selection.gain();
     // An effect that does nearly what another does stands beside it only where the form of neither is enough.
     let alike = alike(fit.name);
     selection
