@@ -7,6 +7,7 @@
 //! Nothing here depends on logs, tables, files of a run, or the artifact store.
 
 mod base;
+mod contact_duration;
 mod delivery;
 pub mod effects;
 mod engine;

@@ -6,13 +6,13 @@ use values::{Command, Conditions, Point, Rig, Shape};
 
 use crate::{
     Base, Delivery, GRAVITY, Impact, Profile, World, WorldError,
+    contact_duration::ContactDuration,
     effects::{self, Effect},
     engine::{Engine, Scene, TableContact},
     planar::{self, Planar},
     releases::Releases,
     scene,
     touch::{self, Nearest},
-    worker::ContactDuration,
 };
 
 /// Lengths of the integration steps, in s.

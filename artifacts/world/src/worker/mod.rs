@@ -4,13 +4,12 @@ mod contact_duration;
 mod release;
 mod strike;
 
-pub(crate) use contact_duration::ContactDuration;
-
 use rayon::prelude::*;
 use values::{Command, Point};
 
 use crate::{
-    Impact, Profile, Simulator, contact_solref, engine::Engine, tip_motion::TipMotion, touch,
+    Impact, Profile, Simulator, contact_duration::ContactDuration, contact_solref, engine::Engine,
+    tip_motion::TipMotion, touch,
 };
 
 /// A contact cannot restore less than this by its damper; below, the tip is slowed instead, to the same release speed.
