@@ -6,7 +6,7 @@ use super::{
     components::{
         ESTIMATED, FRICTION, GREATEST, LEAST, NEGLIGIBLE, NUISANCES, Small, VarianceComponents,
     },
-    marginal::{Prior, Sums},
+    marginal::{Prior, Squares, Sums},
     products::Products,
 };
 use crate::wander::{PATHS, Path};
@@ -52,9 +52,10 @@ pub(crate) fn estimate_within(
     iterations: usize,
 ) -> Option<Estimated> {
     let p = prior.precision.len();
+    let squares = Squares::new(strikes, p);
     let mut components = *start;
     for iteration in 0..iterations {
-        let sums = Sums::new(strikes, &components, p);
+        let sums = Sums::new(strikes, &squares, &components);
         let before = components.wander;
         let wander = sums.likeliest_wander(&components, prior);
         components.wander = wander;
@@ -80,7 +81,7 @@ pub(crate) fn estimate_within(
             spread: &marginal.spread,
             nuisances: &nuisances,
         };
-        let next = maximise(strikes, &components, &sums.posteriors, &guess);
+        let next = maximise(strikes, &squares, &components, &sums.posteriors, &guess);
         let change = ESTIMATED
             .into_iter()
             .map(|i| {
@@ -124,6 +125,7 @@ struct CurrentEstimate<'g> {
 
 fn maximise(
     strikes: &[Products],
+    all: &Squares,
     components: &VarianceComponents,
     posteriors: &[Small],
     guess: &CurrentEstimate<'_>,
@@ -132,7 +134,7 @@ fn maximise(
     let p = guess.beta.len();
     let variance = components.camera * components.camera;
     let full = DVector::from_iterator(p + 1, guess.beta.iter().map(|b| -b).chain([1.0]));
-    let (mut squares, mut sum, mut rows) = ([0.0; NUISANCES], 0.0, 0.0);
+    let (mut squares, mut sum) = ([0.0; NUISANCES], full.dot(&(&all.xx * &full)));
     for ((strike, b), posterior) in strikes.iter().zip(guess.nuisances).zip(posteriors) {
         // What is not known of the wander moves the strike's own nuisances the other way.
         let column = strike.gg.fixed_columns::<1>(FRICTION).into_owned();
@@ -144,15 +146,11 @@ fn maximise(
         }
         let mut all = *b;
         all[FRICTION] += strike.path.dot(guess.gamma);
-        let residual = full.dot(&(&strike.xx * &full));
         let cross = (&strike.gx * &full).fixed_rows::<NUISANCES>(0).dot(&all);
         let explained = all.dot(&(strike.gg * all));
         let away = column[FRICTION] - 2.0 * moved.dot(&column) + moved.dot(&(strike.gg * moved));
-        sum += residual - 2.0 * cross
-            + explained
-            + variance * (posterior * strike.gg).trace()
-            + unknown * away;
-        rows += strike.rows;
+        sum +=
+            explained - 2.0 * cross + variance * (posterior * strike.gg).trace() + unknown * away;
     }
     let mut next = *components;
     // The common launch, angle and friction were fitted to the same strikes.
@@ -161,7 +159,7 @@ fn maximise(
             .sqrt()
             .clamp(LEAST, GREATEST);
     }
-    next.camera = (sum / (rows - p as f64).max(1.0)).max(1e-14).sqrt();
+    next.camera = (sum / (all.rows - p as f64).max(1.0)).max(1e-14).sqrt();
     for i in [3, 4] {
         next.nuisance[i] = next.camera * next.resting;
     }

@@ -17,6 +17,29 @@ pub(crate) struct Prior {
     pub(crate) away: DVector<f64>,
 }
 
+/// What no variance changes: sums over all strikes.
+pub(super) struct Squares {
+    /// [X r]ᵀ[X r].
+    pub(super) xx: DMatrix<f64>,
+    /// Coordinates.
+    pub(super) rows: f64,
+}
+
+impl Squares {
+    /// Of strikes with so many common columns.
+    pub(super) fn new(strikes: &[Products], p: usize) -> Self {
+        let mut all = Self {
+            xx: DMatrix::zeros(p + 1, p + 1),
+            rows: 0.0,
+        };
+        for strike in strikes {
+            all.xx += &strike.xx;
+            all.rows += strike.rows;
+        }
+        all
+    }
+}
+
 /// Products over all strikes, Σ without the wander.
 pub(super) struct Sums {
     /// [X r]ᵀΣ⁻¹[X r].
@@ -45,17 +68,21 @@ pub(super) struct Marginal {
 const WANDERS: [f64; 5] = [0.5, 0.8, 1.0, 1.25, 2.0];
 
 impl Sums {
-    pub(super) fn new(strikes: &[Products], components: &VarianceComponents, p: usize) -> Self {
+    pub(super) fn new(
+        strikes: &[Products],
+        squares: &Squares,
+        components: &VarianceComponents,
+    ) -> Self {
         let mut sums = Self {
-            all: DMatrix::zeros(p + 1, p + 1),
+            all: &squares.xx * (components.camera * components.camera).recip(),
             log_determinant: 0.0,
             posteriors: Vec::with_capacity(strikes.len()),
             own: SMatrix::zeros(),
-            with: DMatrix::zeros(PATHS, p + 1),
+            with: DMatrix::zeros(PATHS, squares.xx.ncols()),
         };
         for strike in strikes {
             let (posterior, determinant) = strike.posterior(components);
-            strike.weigh(&posterior, components, &mut sums.all);
+            strike.explain(&posterior, components, &mut sums.all);
             let (with, own) = strike.friction(&posterior, components);
             sums.own.ger(own, &strike.path, &strike.path, 1.0);
             sums.with.ger(1.0, &strike.path, &with, 1.0);

@@ -89,8 +89,8 @@ impl Products {
     ) -> (DMatrix<f64>, DVector<f64>) {
         let p = beta.len();
         let (posterior, _) = self.posterior(components);
-        let mut all = DMatrix::zeros(p + 1, p + 1);
-        self.weigh(&posterior, components, &mut all);
+        let mut all = &self.xx * (components.camera * components.camera).recip();
+        self.explain(&posterior, components, &mut all);
         all.fill_lower_triangle_with_upper_triangle();
         let (friction, _) = self.friction(&posterior, components);
         let information = all.view((0, 0), (p, p)).into_owned();
@@ -100,8 +100,8 @@ impl Products {
         (information, score)
     }
 
-    /// Adds the upper half of [X r]ᵀ·Σ⁻¹·[X r].
-    pub(super) fn weigh(
+    /// The upper half of [X r]ᵀ·Σ⁻¹·[X r], from [X r]ᵀ·[X r]/σ² less what the nuisances explain of that: subtracts it from `all`.
+    pub(super) fn explain(
         &self,
         posterior: &Small,
         components: &VarianceComponents,
@@ -109,10 +109,9 @@ impl Products {
     ) {
         let precision = (components.camera * components.camera).recip();
         for j in 0..self.gx.ncols() {
-            let shrunk = posterior * self.gx.fixed_view::<NUISANCES, 1>(0, j);
+            let shrunk = posterior * self.gx.fixed_view::<NUISANCES, 1>(0, j) * precision;
             for i in 0..=j {
-                let taken = self.gx.fixed_view::<NUISANCES, 1>(0, i).dot(&shrunk);
-                all[(i, j)] += (self.xx[(i, j)] - taken) * precision;
+                all[(i, j)] -= self.gx.fixed_view::<NUISANCES, 1>(0, i).dot(&shrunk);
             }
         }
     }

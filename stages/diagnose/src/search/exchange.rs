@@ -1,16 +1,20 @@
 //! Two effects exchanged at once: of a pair that is wrong in both, neither is replaced alone.
 
+use rayon::prelude::*;
 use world::WorldError;
 
 use super::{
     CandidateFit, Selection,
+    fits::{Asked, Tried, fit_best},
     penalty::{alike, simpler},
-    refine::{assess, refine},
+    refine::refine,
 };
 use crate::{
     candidates::Candidate,
     fit::{Fitted, ITERATIONS},
+    model::Model,
     screen::{Chance, Screened, screen},
+    strikes::PreparedStrikes,
 };
 
 /// Rivals of each effect beside which the others are asked again.
@@ -73,7 +77,11 @@ fn exchanges(
     chance: &Chance,
 ) -> Result<Vec<Exchange>, WorldError> {
     let prepared = &selection.prepared;
-    let here = worth(&selection.fitted, chance);
+    let search = PairSearch {
+        prepared,
+        chance,
+        here: worth(&selection.fitted, chance),
+    };
     let mut found = Vec::new();
     for effect in &selection.effects {
         // One that contains others is another question, which the likelihood alone does not answer; beside one that does nearly the same,
@@ -86,72 +94,112 @@ fn exchanges(
         };
         for rival in effect.rivals.iter().filter(near).take(RIVALS) {
             // It was perhaps left after its first iterations, and its columns were dropped.
-            let Fitted {
-                model,
-                estimated,
-                nuisances,
-                ..
-            } = &rival.fitted;
-            let fitted = prepared.fit(model, &estimated.components, nuisances, ITERATIONS)?;
-            let Some(fitted) = fitted else { continue };
-            let lost = here - worth(&fitted, chance);
-            let beside = Selection {
-                prepared: prepared.clone(),
-                null: selection.null.clone(),
-                fitted,
-                effects: Vec::new(),
+            let Some(fitted) = search.fitted(&rival.fitted, &rival.fitted.model)? else {
+                continue;
             };
-            let promising = promising(&beside, lost, effect.name, candidates, chance)?;
-            if promising.is_empty() {
+            let others = search.others(&fitted, effect.name, candidates)?;
+            if others.is_empty() {
                 continue;
             }
             // The rival stands last.
-            for place in 0..beside.fitted.model.parts.len().saturating_sub(1) {
-                let (other, _) = assess(&beside, place, &promising, chance)?;
-                if let Some(to) = other.rivals.first() {
-                    found.push(Exchange {
+            let places = fitted.model.parts.len().saturating_sub(1);
+            let pairs: Vec<Option<Exchange>> = (0..places)
+                .into_par_iter()
+                .map(|place| {
+                    let other = fitted.model.parts[place].name;
+                    let reduced = search.fitted(&fitted, &fitted.model.without(place))?;
+                    let to = reduced.map(|reduced| search.best(&reduced, other, &others));
+                    let to = to.transpose()?.flatten();
+                    Ok(to.map(|to| Exchange {
                         worth: worth(&to.fitted, chance),
-                        fitted: to.fitted.clone(),
-                        exchanged: [(effect.name, rival.name), (other.name, to.name)],
-                    });
-                }
-            }
+                        fitted: to.fitted,
+                        exchanged: [(effect.name, rival.name), (other, to.name)],
+                    }))
+                })
+                .collect::<Result<_, WorldError>>()?;
+            found.extend(pairs.into_iter().flatten());
         }
     }
     Ok(found)
 }
 
-/// The effects, other than the one that a model lost, that promise beside it a share of what it lost with that: an exchange gains no more
-/// than what is added to all that is there. By scores, which are linear, so a share is enough.
-fn promising(
-    beside: &Selection<'_>,
-    lost: f64,
-    effect: &str,
-    candidates: &[Candidate],
-    chance: &Chance,
-) -> Result<Vec<Candidate>, WorldError> {
-    let Selection {
-        prepared, fitted, ..
-    } = beside;
-    let thresholds = prepared.thresholds;
-    let least = thresholds.recovered * (lost - thresholds.excluded);
-    let others: Vec<Candidate> = candidates
-        .iter()
-        .filter(|candidate| candidate.name != effect && simpler(candidate.name).is_empty())
-        .cloned()
-        .collect();
-    let screened = screen(prepared, fitted, &others)?;
-    // What all of them gain is a further step of the model's own.
-    let own = screened
-        .iter()
-        .map(Screened::gain)
-        .fold(f64::INFINITY, f64::min);
-    let promises = |name| {
-        let mut found = screened.iter().filter(|s| s.name == name);
-        found.any(|s| s.gain() - own - chance[s.name] > least)
-    };
-    Ok(others
-        .into_iter()
-        .filter(|candidate| promises(candidate.name))
-        .collect())
+/// What pairs are sought with.
+struct PairSearch<'s, 'a> {
+    prepared: &'s PreparedStrikes<'a>,
+    chance: &'s Chance,
+    /// Worth of the model as it stands.
+    here: f64,
+}
+
+impl PairSearch<'_, '_> {
+    /// A model fitted from where another one stands.
+    fn fitted(&self, from: &Fitted, model: &Model) -> Result<Option<Fitted>, WorldError> {
+        let components = &from.estimated.components;
+        self.prepared
+            .fit(model, components, &from.nuisances, ITERATIONS)
+    }
+
+    /// What an effect must gain by its score to bring a model back to where the selection stands: a share of what the model lost. Scores are
+    /// linear, so a share is enough.
+    fn least(&self, fitted: &Fitted) -> f64 {
+        let thresholds = self.prepared.thresholds;
+        let lost = self.here - worth(fitted, self.chance);
+        thresholds.recovered * (lost - thresholds.excluded)
+    }
+
+    /// The effects that may take part in an exchange with the one that a model lost: those that gain enough beside all that is there,
+    /// for an exchange gains no more.
+    fn others(
+        &self,
+        fitted: &Fitted,
+        lost: &str,
+        candidates: &[Candidate],
+    ) -> Result<Vec<Candidate>, WorldError> {
+        let others: Vec<Candidate> = candidates
+            .iter()
+            .filter(|candidate| candidate.name != lost && simpler(candidate.name).is_empty())
+            .cloned()
+            .collect();
+        let screened = screen(self.prepared, fitted, &others)?;
+        // What all of them gain is a further step of the model's own.
+        let own = screened
+            .iter()
+            .map(Screened::gain)
+            .fold(f64::INFINITY, f64::min);
+        let least = self.least(fitted);
+        let gains_enough = |name| {
+            let mut found = screened.iter().filter(|s| s.name == name);
+            found.any(|s| s.gain() - own - self.chance[s.name] > least)
+        };
+        Ok(others
+            .into_iter()
+            .filter(|candidate| gains_enough(candidate.name))
+            .collect())
+    }
+
+    /// The best of some effects in the place of one that a model lost, too, of those that gain enough there.
+    fn best(
+        &self,
+        reduced: &Fitted,
+        lost: &'static str,
+        others: &[Candidate],
+    ) -> Result<Option<CandidateFit>, WorldError> {
+        let (prepared, chance) = (self.prepared, self.chance);
+        let least = self.least(reduced);
+        let mut screened = screen(prepared, reduced, others)?;
+        screened.retain(|s| s.gain() - chance[s.name] > least);
+        let asked = Asked {
+            required: alike(lost),
+            ..Asked::default()
+        };
+        let fits = fit_best(
+            prepared,
+            reduced,
+            &screened,
+            chance,
+            asked,
+            &mut Tried::new(),
+        )?;
+        Ok(fits.into_iter().next())
+    }
 }

@@ -35,17 +35,28 @@ impl CandidateFit {
 /// Fits beside one model, by candidate and start: what was fitted once is not fitted again.
 pub(super) type Tried = BTreeMap<(&'static str, usize), Option<CandidateFit>>;
 
-/// The candidates worth a fit, and those `required` in any case, each fitted beside a model; the best first.
+/// Which candidates are fitted beside the best of them.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Asked<'r> {
+    /// Fitted in any case, and to the end.
+    pub(super) required: &'r [&'r str],
+    /// Evidence of the effect in whose place candidates are tried, and its gain by score, if it is less: a rival must come near
+    /// to it as to the best of the others.
+    pub(super) held: f64,
+    pub(super) held_gain: f64,
+}
+
+/// The candidates worth a fit, each fitted beside a model; the best first.
 pub(super) fn fit_best(
     prepared: &PreparedStrikes<'_>,
     from: &Fitted,
     screened: &[Screened],
     chance: &Chance,
-    required: &[&str],
+    asked: Asked<'_>,
     tried: &mut Tried,
 ) -> Result<Vec<CandidateFit>, WorldError> {
     let thresholds = prepared.thresholds;
-    let starts = promising(screened, chance, required, thresholds.fitted);
+    let starts = promising(screened, chance, asked, thresholds.fitted);
     let of = |name: &'static str, fitted: Fitted| CandidateFit {
         evidence: evidence_of(
             name,
@@ -73,12 +84,13 @@ pub(super) fn fit_best(
     let best = begun
         .iter()
         .map(|(_, fit)| fit.evidence)
-        .fold(f64::NEG_INFINITY, f64::max);
+        .fold(asked.held, f64::max);
     let fits: Vec<_> = begun
         .into_par_iter()
         .map(|(key, begun)| {
             // Far behind after its first iterations, it is left there: a rival all the same, if a poor one.
-            if begun.evidence < thresholds.fitted_to_end * best && !required.contains(&begun.name) {
+            let is_behind = begun.evidence < thresholds.fitted_to_end * best;
+            if is_behind && !asked.required.contains(&begun.name) {
                 return Ok((key, begun.clone()));
             }
             let fitted = prepared.further(begun.fitted.clone(), ITERATIONS - TRIAL_ITERATIONS)?;
@@ -95,16 +107,19 @@ type Key = (&'static str, usize);
 fn promising<'s>(
     screened: &'s [Screened],
     chance: &Chance,
-    required: &[&str],
+    asked: Asked<'_>,
     least: f64,
 ) -> Vec<(Key, &'s Start)> {
     let mut order: Vec<&Screened> = screened.iter().collect();
     order.sort_by(|a, b| (b.gain() - chance[b.name]).total_cmp(&(a.gain() - chance[a.name])));
-    let least = order.first().map_or(0.0, |best| least * best.gain());
+    let best = order.first().map_or(0.0, |best| best.gain());
+    let least = least * best.max(asked.held_gain);
     order
         .into_iter()
         .enumerate()
-        .filter(|(rank, s)| (*rank < FITTED && s.gain() >= least) || required.contains(&s.name))
+        .filter(|(rank, s)| {
+            (*rank < FITTED && s.gain() >= least) || asked.required.contains(&s.name)
+        })
         .flat_map(|(_, s)| {
             let starts = s.starts.iter().take(STARTS).enumerate();
             starts.map(|(i, start)| ((s.name, i), start))

@@ -5,7 +5,7 @@ use world::WorldError;
 use super::{
     CandidateFit, Selection,
     exchange::exchanged,
-    fits::{Tried, fit_best},
+    fits::{Asked, Tried, fit_best},
     penalty::alike,
     refine::refine,
 };
@@ -133,8 +133,11 @@ fn next_effect(
             .filter(|s| Some(s.name) != name)
             .cloned()
             .collect();
-        let required = name.map_or(&[] as &[&str], alike);
-        fit_best(prepared, fitted, &others, chance, required, &mut tried)
+        let asked = Asked {
+            required: name.map_or(&[], alike),
+            ..Asked::default()
+        };
+        fit_best(prepared, fitted, &others, chance, asked, &mut tried)
     };
     let is_enough = |fit: &CandidateFit| {
         let by_form = taken_by_form(screened, fit.name, prepared.thresholds.form_least);

@@ -4,7 +4,7 @@ use world::{WorldError, effects::effect};
 
 use super::{
     Selection,
-    fits::{Tried, fit_best},
+    fits::{Asked, Tried, fit_best},
     refine::refine,
 };
 use crate::{
@@ -47,13 +47,16 @@ pub(crate) fn with_last_resorts<'a>(
         };
         let simpler = (fitted.likelihood() - reduced.likelihood() - by_chance).max(0.0);
         let screened = screen(prepared, &reduced, std::slice::from_ref(last_resort))?;
-        let asked = [last_resort.name];
+        let asked = Asked {
+            required: &[last_resort.name],
+            ..Asked::default()
+        };
         let fits = fit_best(
             prepared,
             &reduced,
             &screened,
             chance,
-            &asked,
+            asked,
             &mut Tried::new(),
         )?;
         let Some(fit) = fits.into_iter().find(|fit| {

@@ -1,10 +1,11 @@
 //! Asks of every effect held whether another fits better in its place, and how firmly it stands.
 
+use rayon::prelude::*;
 use world::WorldError;
 
 use super::{
     CandidateFit, SelectedEffect, Selection,
-    fits::{Tried, fit_best},
+    fits::{Asked, Tried, fit_best},
     penalty::{alike, evidence_of, simpler},
 };
 use crate::{
@@ -50,16 +51,23 @@ pub(super) fn refine<'a>(
     loop {
         let mut better = None;
         let mut effects = Vec::new();
-        for place in 0..selection.fitted.model.parts.len() {
-            let (mut effect, reduced) = assess(&selection, place, candidates, chance)?;
-            if changes > 0 {
-                better = replacement(&effect, reduced, selection.prepared.thresholds);
-                if better.is_some() {
-                    break;
+        let places: Vec<usize> = (0..selection.fitted.model.parts.len()).collect();
+        // As many at once as there are threads: the first that is replaced decides, however many were asked beside it.
+        'places: for places in places.chunks(rayon::current_num_threads()) {
+            let assessed: Vec<_> = places
+                .par_iter()
+                .map(|place| assess(&selection, *place, candidates, chance))
+                .collect::<Result<_, WorldError>>()?;
+            for (mut effect, reduced) in assessed {
+                if changes > 0 {
+                    better = replacement(&effect, reduced, selection.prepared.thresholds);
+                    if better.is_some() {
+                        break 'places;
+                    }
                 }
+                effect.drop_columns();
+                effects.push(effect);
             }
-            effect.drop_columns();
-            effects.push(effect);
         }
         match better {
             Some(fitted) => {
@@ -124,7 +132,7 @@ fn effect_alone(
 }
 
 /// How firmly one effect stands beside the others, and the model without it.
-pub(super) fn assess(
+fn assess(
     selection: &Selection<'_>,
     place: usize,
     candidates: &[Candidate],
@@ -140,12 +148,16 @@ pub(super) fn assess(
         return Ok((effect, None));
     };
     let (name, evidence) = (effect.name, effect.evidence);
-    let screened: Vec<Screened> = screen(prepared, &reduced, candidates)?
+    let (own, screened): (Vec<Screened>, Vec<Screened>) = screen(prepared, &reduced, candidates)?
         .into_iter()
-        .filter(|s| s.name != name)
-        .collect();
+        .partition(|s| s.name == name);
+    let asked = Asked {
+        required: alike(name),
+        held: evidence,
+        held_gain: own.first().map_or(0.0, |own| own.gain().min(evidence)),
+    };
     let tried = &mut Tried::new();
-    let rivals = fit_best(prepared, &reduced, &screened, chance, alike(name), tried)?;
+    let rivals = fit_best(prepared, &reduced, &screened, chance, asked, tried)?;
     let at_end = fitted.forms_at_end();
     let is_at_end = fitted
         .model
