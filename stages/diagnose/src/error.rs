@@ -15,6 +15,18 @@ pub enum DiagnoseError {
         /// Strikes needed.
         needed: usize,
     },
+    /// Nearly every object is pushed on its way, and what slides freely is too little to fit.
+    #[error(
+        "diagnose: in {pushed} strikes the object speeds up again after it slowed down, and the {strikes} others are fewer than the {needed} that are needed; look whether the arm goes on behind the object, or something moves the table"
+    )]
+    PushedAgain {
+        /// Strikes that may be used.
+        strikes: usize,
+        /// Strikes left out.
+        pushed: usize,
+        /// Strikes needed.
+        needed: usize,
+    },
     /// A ball rolls: no slide to look at.
     #[error("diagnose a ball: effects are identified from slides, and a ball rolls")]
     Rolls,

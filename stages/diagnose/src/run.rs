@@ -36,7 +36,7 @@ const FRAMES: usize = 6;
 
 impl Stage for Diagnose {
     const NAME: &'static str = "diagnose";
-    const VERSION: u32 = 22;
+    const VERSION: u32 = 23;
     type Input = Input;
     type Output = Diagnosed;
     type Error = DiagnoseError;
@@ -182,6 +182,13 @@ impl Diagnose {
         let mut is_free = is_free.into_iter();
         usable.retain(|_| is_free.next().unwrap_or(true));
         let again = tracks - usable.len();
+        if usable.len() < FEWEST && tracks >= FEWEST {
+            return Err(DiagnoseError::PushedAgain {
+                strikes: usable.len(),
+                pushed: again,
+                needed: FEWEST,
+            });
+        }
         if usable.len() < FEWEST {
             return Err(DiagnoseError::TooFewStrikes {
                 strikes: usable.len(),

@@ -17,9 +17,9 @@ pub struct Thresholds {
     pub explained_by_places: f64,
     /// The same with a smooth field, which takes every smooth form: what it leaves of its own kind, as at a line, is of no field.
     pub explained_by_field: f64,
-    /// Share of the best candidate's score below which another is not fitted.
+    /// Share of the best candidate's score, or of that of the effect in whose place it is tried, below which another is not fitted.
     pub fitted: f64,
-    /// Share of the best candidate's evidence below which another is not fitted to the end.
+    /// The same of their evidence, below which another is not fitted to the end.
     pub fitted_to_end: f64,
     /// Share of a rival's disadvantage that some further effect must promise to recover for pairs with it to be fitted.
     pub recovered: f64,

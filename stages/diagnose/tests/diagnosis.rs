@@ -339,3 +339,14 @@ fn a_box_that_an_effect_brakes_on_its_way_slides_as_the_world_with_it_says() {
     let found = diagnose(&input);
     assert_eq!(classes(&found), [["speed_weakening_friction"]]);
 }
+
+#[test]
+fn where_nearly_every_object_is_pushed_on_its_way_that_is_the_reason_and_not_too_few_strikes() {
+    let input = input("vibration=9.1,2.3,0.65,-3", 60, 44);
+    let error = Diagnose::default().run(&input, &Progress::hidden()).err();
+    let Some(error @ DiagnoseError::PushedAgain { pushed, .. }) = error else {
+        panic!("{error:?}");
+    };
+    assert!(pushed > 30, "{error}");
+    assert!(error.to_string().contains("moves the table"), "{error}");
+}
