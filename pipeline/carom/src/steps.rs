@@ -73,6 +73,7 @@ pub fn advance(
         "log_notes": results.log_notes,
         "stages": summary.stages,
         "parameters": results.fit.as_ref().map(|fit| &fit.world.parameters),
+        "warnings": results.fit.as_ref().map(|fit| &fit.warnings),
         "notes": results.fit.as_ref().map(|fit| &fit.notes),
         "diagnosis": results.found.as_ref().map(|found| &found.diagnosis),
         "no_diagnosis": results.no_diagnosis,
@@ -99,7 +100,7 @@ pub fn explained(error: Error, run: &Run, inputs: &Inputs) -> Error {
     }
     match pipeline(run, inputs, Step::Ingest) {
         Ok(results) => Error::input(format!(
-            "{error} ({} were kept; only those of the training split learn, about 81 %)",
+            "{error} ({} were kept; of many strikes 81 % are learnt from, the others are held out: 100 are a good start)",
             results.kept.len()
         )),
         Err(_) => error,

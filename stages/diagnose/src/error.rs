@@ -17,7 +17,7 @@ pub enum DiagnoseError {
     },
     /// Nearly every object is pushed on its way, and what slides freely is too little to fit.
     #[error(
-        "diagnose: in {pushed} strikes the object speeds up again after it slowed down, and the {strikes} others are fewer than the {needed} that are needed; look whether the arm goes on behind the object, or something moves the table"
+        "diagnose: in {pushed} strikes the object speeds up again after it slowed down, and of others there are only {strikes}, where {needed} are needed; look whether the arm goes on behind the object, or the table moves (a vibration), and log again"
     )]
     PushedAgain {
         /// Strikes that may be used.

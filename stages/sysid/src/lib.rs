@@ -77,25 +77,27 @@ pub struct Fit {
     pub iterations: u32,
     /// Strikes that MuJoCo simulated; those in planar form are not counted.
     pub simulations: u64,
-    /// Sentences for a person: what the data cannot determine, and what went to a bound.
+    /// Sentences on what to look at on the rig before this world is used: strikes that were left out, sizes that the strikes contradict, what
+    /// went to a bound.
+    pub warnings: Vec<String>,
+    /// Sentences on what the data cannot determine, and what this world does not model.
     pub notes: Vec<String>,
 }
 
-fn pushed_again(count: usize, are_left_out: bool) -> String {
-    let strikes = if count == 1 { "strike" } else { "strikes" };
+fn pushed_again(count: usize, of: usize, are_left_out: bool) -> String {
     let end = if are_left_out {
         "left out"
     } else {
         "kept, for too few others are there"
     };
     format!(
-        "in {count} {strikes} the object speeds up again after it slowed down, as if the arm went on behind it: {end}"
+        "in {count} of {of} strikes the object speeds up again after it slowed down, as if the arm went on behind it or the table moved: {end}"
     )
 }
 
 impl Stage for Sysid {
     const NAME: &'static str = "sysid";
-    const VERSION: u32 = 15;
+    const VERSION: u32 = 16;
     type Input = Input;
     type Output = Fit;
     type Error = SysidError;
@@ -193,13 +195,18 @@ impl Stage for Sysid {
             world.scatter.speed = world.scatter.speed.hypot(arm.speed);
             world.scatter.angle = world.scatter.angle.hypot(arm.angle);
         }
-        let mut notes = identifiability.notes;
+        let mut warnings = Vec::new();
         if again > 0 {
-            notes.push(pushed_again(again, strikes.len() < sliding.len()));
+            warnings.push(pushed_again(
+                again,
+                sliding.len(),
+                strikes.len() < sliding.len(),
+            ));
         }
-        notes.extend(sizes.note);
-        notes.extend(fitted.at_bounds());
-        notes.extend(fitted.components.at_bounds());
+        warnings.extend(sizes.note);
+        warnings.extend(fitted.at_bounds());
+        warnings.extend(fitted.components.at_bounds());
+        let mut notes = identifiability.notes;
         notes.extend(fitted.bias());
         notes.extend(start::held(&input.world, &fitted));
         Ok(Fit {
@@ -213,6 +220,7 @@ impl Stage for Sysid {
                 + sizes.simulations
                 + 2 * strikes.len() as u64,
             world,
+            warnings,
             notes,
         })
     }

@@ -48,7 +48,7 @@ fn note(rig: &Rig, strikes: &[Strike]) -> Option<String> {
         ..Sysid::default()
     };
     let fit = sysid.run(&input, &Progress::hidden()).expect("identified");
-    fit.notes
+    fit.warnings
         .into_iter()
         .find(|note| note.contains("another size"))
 }

@@ -78,8 +78,7 @@ pub fn run(args: &DemoArgs) -> Result<Output, Error> {
     Ok(Output::done(
         json!({ "rig": rig, "logs": logs, "truth": truth, "strikes": strikes }),
         format!(
-            "{strikes} strikes in {} logs under {}, rig file {}\n",
-            logs.len(),
+            "{strikes} strikes, logs under {}, rig file {}\n",
             args.out.join("logs").display(),
             rig.display()
         ),

@@ -67,8 +67,11 @@ pub fn world_section(shown: &ReportInput<'_>, fit: &Fit) -> Result<Markup, PageE
                 strong { (figures::millimetres(fit.rms_after)) } " after, in " (fit.iterations) " iterations and "
                 (fit.simulations) " simulations."
             }
-            @if !fit.notes.is_empty() {
-                ul { @for note in &fit.notes { li { (note) } } }
+            @if !fit.warnings.is_empty() || !fit.notes.is_empty() {
+                ul {
+                    @for warning in &fit.warnings { li { strong { (warning) } } }
+                    @for note in &fit.notes { li { (note) } }
+                }
             }
             div.three { @for slide in &slides { figure { (drawing(slide)) } } }
             (legend(&names, Some("● measured")))

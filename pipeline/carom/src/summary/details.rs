@@ -63,7 +63,7 @@ fn world(fit: &Fit) -> String {
         scatter.angle.to_degrees(),
         scatter.camera * 1e3
     );
-    for note in &fit.notes {
+    for note in fit.warnings.iter().chain(&fit.notes) {
         let _ = writeln!(text, "           {note}");
     }
     text

@@ -86,7 +86,7 @@ pub fn gap(gap: &Gap) -> String {
     let before = millimetres(gap.before);
     if gap.after == gap.before {
         return format!(
-            "{} on {} strikes that took no part: {before}, where scatter alone leaves {floor}",
+            "{} on {} strikes that took no part: {before}, where the fit's own scatter leaves {floor}",
             gap.measure, gap.heldout_strikes
         );
     }
@@ -98,7 +98,7 @@ pub fn gap(gap: &Gap) -> String {
         })
     };
     format!(
-        "{} on {} strikes that took no part: {before} before, {} after ({}), where scatter alone leaves {floor}{closed}",
+        "{} on {} strikes that took no part: {before} before, {} after ({}), where the fit's own scatter leaves {floor}{closed}",
         gap.measure,
         gap.heldout_strikes,
         millimetres(gap.after),
@@ -122,7 +122,7 @@ pub fn gap_in_brief(gap: &Gap) -> String {
         false => format!(", {}", gap.change_in_words()),
     };
     format!(
-        "gap {}{after} mm{change} ({}, {} held out; scatter alone {} mm)",
+        "gap {}{after} mm{change} ({}, {} held out; fitted scatter {} mm)",
         mm(gap.before),
         gap.measure,
         gap.heldout_strikes,
@@ -243,7 +243,7 @@ mod tests {
         assert_eq!(
             gap(&measured),
             "rms stop error on 40 strikes that took no part: 21.0 mm before, 3.0 mm after (-85.7 ± 3.2 %), where \
-             scatter alone leaves 1.0 mm, 90 % of the gap is closed"
+             the fit's own scatter leaves 1.0 mm, 90 % of the gap is closed"
         );
         // What five strikes show of a growth by 1.5 % says nothing, and is printed so.
         let grown = Gap {
@@ -257,7 +257,7 @@ mod tests {
         };
         assert_eq!(
             gap_in_brief(&grown),
-            "gap 10.2 → 10.4 mm, +1.5 ± 8.0 % (rms stop error, 5 held out; scatter alone 5.0 mm)"
+            "gap 10.2 → 10.4 mm, +1.5 ± 8.0 % (rms stop error, 5 held out; fitted scatter 5.0 mm)"
         );
         measured.noise_floor = 0.004;
         assert!(

@@ -3,16 +3,15 @@
 use std::fmt::Write;
 
 use diagnose::{Diagnosis, Parameter, Verdict};
+use store::Model;
 
 use super::diagnosis::{gap_in_brief, numbers, probability, verdict};
-use super::shared::{stop_errors, strikes, unused_diagnosis};
+use super::shared::{WIDTH, stop_errors, strikes, unused_diagnosis, wrapped};
 use crate::outputs::NEXT_STRIKES;
 use crate::results::Results;
 
 /// Lines on rejected strikes, and on logs, that are shown; `--verbose` prints all.
 const MOST_LINES: usize = 6;
-/// Characters of a line.
-const WIDTH: usize = 100;
 
 /// The overview of a run's results.
 pub fn overview(results: &Results) -> String {
@@ -25,13 +24,40 @@ pub fn overview(results: &Results) -> String {
             fit.rms_before * 1e3,
             fit.rms_after * 1e3
         );
+        for warning in &fit.warnings {
+            text += &wrapped("warning", warning);
+        }
     }
     if let Some(found) = &results.found {
         text += &diagnosis(&found.diagnosis);
     }
     text += &unused_diagnosis(results);
     text += &stop_errors(results);
+    if is_worse_than_nominal(results) {
+        text += &wrapped(
+            "warning",
+            "the identified world misses farther than the nominal one on strikes that took no part: do not strike with it before the \
+             report shows why",
+        );
+    }
     text
+}
+
+/// Strikes that took no part from which a comparison of mean errors is printed as a warning.
+const COMPARED: usize = 4;
+
+fn is_worse_than_nominal(results: &Results) -> bool {
+    let models = results
+        .evaluation
+        .as_ref()
+        .map(|evaluation| &evaluation.models);
+    let of = |model: Model| models.and_then(|models| models.get(model.name()));
+    let (nominal, identified) = (of(Model::Nominal), of(Model::Sysid));
+    nominal
+        .zip(identified)
+        .is_some_and(|(nominal, identified)| {
+            identified.n >= COMPARED && identified.mean > nominal.mean
+        })
 }
 
 /// The verdict, one effect a line, the gap, and what to do next.
@@ -129,6 +155,9 @@ fn next(diagnosis: &Diagnosis) -> String {
 
 #[cfg(test)]
 mod tests {
+    use evaluate::Evaluation;
+    use values::StopErrors;
+
     use super::*;
     use crate::report::found_tilt;
 
@@ -154,6 +183,27 @@ mod tests {
         worse.gap.after = 1.1 * worse.gap.before;
         worse.next_strikes = vec![worse.next_strikes.first().cloned().expect("planned")];
         assert!(next(&worse).contains("no nearer"), "{}", next(&worse));
+    }
+
+    #[test]
+    fn a_world_that_is_worse_than_the_nominal_one_gives_a_warning() {
+        let errors = |mean: f64| StopErrors {
+            mean,
+            ..StopErrors::of([0.1; COMPARED].into_iter()).expect("errors")
+        };
+        let with = |nominal: f64, identified: f64| Results {
+            evaluation: Some(Evaluation {
+                models: [("nominal", nominal), ("sysid", identified)]
+                    .map(|(name, mean)| (name.to_owned(), errors(mean)))
+                    .into(),
+                noise_floor: None,
+                new_sessions: None,
+                predictions: Vec::new(),
+            }),
+            ..Results::default()
+        };
+        assert!(overview(&with(0.1, 0.2)).contains("misses farther"));
+        assert!(!overview(&with(0.2, 0.1)).contains("misses farther"));
     }
 
     #[test]

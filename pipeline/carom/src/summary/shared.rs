@@ -6,6 +6,27 @@ use super::rejects::{examples, reasons};
 use super::table::evaluation_table;
 use crate::results::Results;
 
+/// Characters of a line.
+pub const WIDTH: usize = 100;
+/// Characters before what a line says.
+const INDENT: usize = 11;
+
+/// A sentence behind its label, on lines no longer than [`WIDTH`].
+pub fn wrapped(label: &str, sentence: &str) -> String {
+    let mut text = String::new();
+    let mut line = format!("{label:<width$}", width = INDENT - 1);
+    for word in sentence.split_whitespace() {
+        if line.chars().count() + word.chars().count() + 1 > WIDTH {
+            text += &line;
+            text.push('\n');
+            line = " ".repeat(INDENT - 1);
+        }
+        line.push(' ');
+        line += word;
+    }
+    text + &line + "\n"
+}
+
 /// Strikes kept and rejected, and notes on logs: `most` lines of each, and how many more there are.
 pub fn strikes(results: &Results, most: usize) -> String {
     let mut text = format!("strikes    {} kept", results.kept.len());
@@ -40,7 +61,7 @@ pub fn unused_diagnosis(results: &Results) -> String {
         text += "           not added to the world, as asked\n";
     }
     if let Some(why) = &results.no_diagnosis {
-        let _ = writeln!(text, "diagnosis  none: {why}");
+        text += &wrapped("diagnosis", &format!("none: {why}"));
     }
     text
 }
@@ -54,4 +75,22 @@ pub fn stop_errors(results: &Results) -> String {
             let table = evaluation_table(evaluation);
             format!("\nStop error on held-out strikes\n{table}")
         })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_long_sentence_takes_more_lines_and_loses_no_word() {
+        let sentence = "the strikes want another size than the rig file's; ".repeat(5);
+        let text = wrapped("warning", &sentence);
+        assert!(text.lines().count() > 1, "{text}");
+        assert!(
+            text.lines().all(|line| line.chars().count() <= WIDTH),
+            "{text}"
+        );
+        let words: Vec<&str> = text.split_whitespace().skip(1).collect();
+        assert_eq!(words, sentence.split_whitespace().collect::<Vec<_>>());
+    }
 }
