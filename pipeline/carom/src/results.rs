@@ -4,7 +4,7 @@ use diagnose::Diagnosed;
 use evaluate::Evaluation;
 use ingest::{LogFile, Strikes};
 use residual::{LaunchResidual, ResidualTable};
-use store::Contents;
+use store::{Contents, Model};
 use sysid::Fit;
 use train::{CurvePoint, Learned};
 use values::{Reject, Strike};
@@ -94,5 +94,42 @@ impl Results {
     pub fn used(&self) -> Option<(&'static str, &WorldResults)> {
         let effect = self.effect.as_ref().map(|of_world| ("effect", of_world));
         effect.or_else(|| self.sysid.as_ref().map(|of_world| ("sysid", of_world)))
+    }
+}
+
+/// Strikes that took no part from which mean errors are compared.
+const COMPARED: usize = 4;
+
+/// What to say of an identified world that misses farther than the nominal one on strikes that took no part; none where it does not.
+pub fn worse_than_nominal(evaluation: &Evaluation) -> Option<&'static str> {
+    let of = |model: Model| evaluation.models.get(model.name());
+    let (nominal, identified) = (of(Model::Nominal)?, of(Model::Sysid)?);
+    (identified.n >= COMPARED && identified.mean > nominal.mean).then_some(
+        "the identified world misses farther than the nominal one on strikes that took no part: do not strike with it before you know why",
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use values::StopErrors;
+
+    use super::*;
+
+    #[test]
+    fn a_world_that_is_worse_than_the_nominal_one_gives_a_warning() {
+        let errors = |mean: f64| StopErrors {
+            mean,
+            ..StopErrors::of([0.1; COMPARED].into_iter()).expect("errors")
+        };
+        let with = |nominal: f64, identified: f64| Evaluation {
+            models: [("nominal", nominal), ("sysid", identified)]
+                .map(|(name, mean)| (name.to_owned(), errors(mean)))
+                .into(),
+            noise_floor: None,
+            new_sessions: None,
+            predictions: Vec::new(),
+        };
+        assert!(worse_than_nominal(&with(0.1, 0.2)).is_some());
+        assert!(worse_than_nominal(&with(0.2, 0.1)).is_none());
     }
 }

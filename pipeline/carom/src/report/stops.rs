@@ -8,6 +8,7 @@ use values::{StopErrors, Strike};
 
 use super::markup::{PageError, drawing, fill, legend, model_names, section, swatch, title};
 use super::{figure_8, figures};
+use crate::results::worse_than_nominal;
 use crate::trial::{Outcome, Trial};
 
 pub fn headline(evaluation: &Evaluation) -> Result<Markup, PageError> {
@@ -45,7 +46,9 @@ pub fn headline(evaluation: &Evaluation) -> Result<Markup, PageError> {
             div.columns {
                 div {
                     (errors_table(&rows, "not predicted"))
-                    @if let Some((model, saved)) = best {
+                    @if let Some(warning) = worse_than_nominal(evaluation) {
+                        p { strong { (warning) } }
+                    } @else if let Some((model, saved)) = best {
                         p.big style=(fill(model)) { (format!("{saved:.0} %")) }
                         p { "of the identified simulator's mean stop error is taken off by the best model, " (title(model)) "." }
                     }

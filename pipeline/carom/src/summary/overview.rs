@@ -3,12 +3,11 @@
 use std::fmt::Write;
 
 use diagnose::{Diagnosis, Parameter, Verdict};
-use store::Model;
 
 use super::diagnosis::{gap_in_brief, numbers, probability, verdict};
 use super::shared::{WIDTH, stop_errors, strikes, unused_diagnosis, wrapped};
 use crate::outputs::NEXT_STRIKES;
-use crate::results::Results;
+use crate::results::{Results, worse_than_nominal};
 
 /// Lines on rejected strikes, and on logs, that are shown; `--verbose` prints all.
 const MOST_LINES: usize = 6;
@@ -33,31 +32,8 @@ pub fn overview(results: &Results) -> String {
     }
     text += &unused_diagnosis(results);
     text += &stop_errors(results);
-    if is_worse_than_nominal(results) {
-        text += &wrapped(
-            "warning",
-            "the identified world misses farther than the nominal one on strikes that took no part: do not strike with it before the \
-             report shows why",
-        );
-    }
-    text
-}
-
-/// Strikes that took no part from which a comparison of mean errors is printed as a warning.
-const COMPARED: usize = 4;
-
-fn is_worse_than_nominal(results: &Results) -> bool {
-    let models = results
-        .evaluation
-        .as_ref()
-        .map(|evaluation| &evaluation.models);
-    let of = |model: Model| models.and_then(|models| models.get(model.name()));
-    let (nominal, identified) = (of(Model::Nominal), of(Model::Sysid));
-    nominal
-        .zip(identified)
-        .is_some_and(|(nominal, identified)| {
-            identified.n >= COMPARED && identified.mean > nominal.mean
-        })
+    let worse = results.evaluation.as_ref().and_then(worse_than_nominal);
+    text + &worse.map_or(String::new(), |warning| wrapped("warning", warning))
 }
 
 /// The verdict, one effect a line, the gap, and what to do next.
@@ -155,9 +131,6 @@ fn next(diagnosis: &Diagnosis) -> String {
 
 #[cfg(test)]
 mod tests {
-    use evaluate::Evaluation;
-    use values::StopErrors;
-
     use super::*;
     use crate::report::found_tilt;
 
@@ -183,27 +156,6 @@ mod tests {
         worse.gap.after = 1.1 * worse.gap.before;
         worse.next_strikes = vec![worse.next_strikes.first().cloned().expect("planned")];
         assert!(next(&worse).contains("no nearer"), "{}", next(&worse));
-    }
-
-    #[test]
-    fn a_world_that_is_worse_than_the_nominal_one_gives_a_warning() {
-        let errors = |mean: f64| StopErrors {
-            mean,
-            ..StopErrors::of([0.1; COMPARED].into_iter()).expect("errors")
-        };
-        let with = |nominal: f64, identified: f64| Results {
-            evaluation: Some(Evaluation {
-                models: [("nominal", nominal), ("sysid", identified)]
-                    .map(|(name, mean)| (name.to_owned(), errors(mean)))
-                    .into(),
-                noise_floor: None,
-                new_sessions: None,
-                predictions: Vec::new(),
-            }),
-            ..Results::default()
-        };
-        assert!(overview(&with(0.1, 0.2)).contains("misses farther"));
-        assert!(!overview(&with(0.2, 0.1)).contains("misses farther"));
     }
 
     #[test]
