@@ -73,7 +73,7 @@ pub fn advance(
         "log_notes": results.log_notes,
         "stages": summary.stages,
         "parameters": results.fit.as_ref().map(|fit| &fit.world.parameters),
-        "warnings": results.fit.as_ref().map(|fit| &fit.warnings),
+        "warnings": results.warnings(),
         "notes": results.fit.as_ref().map(|fit| &fit.notes),
         "diagnosis": results.found.as_ref().map(|found| &found.diagnosis),
         "no_diagnosis": results.no_diagnosis,

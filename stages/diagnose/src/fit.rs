@@ -200,6 +200,16 @@ impl PreparedStrikes<'_> {
             .transpose()
     }
 
+    /// Fits a model, to the end, from where another one stands.
+    pub(crate) fn fit_from(
+        &self,
+        from: &Fitted,
+        model: &Model,
+    ) -> Result<Option<Fitted>, WorldError> {
+        let components = &from.estimated.components;
+        self.fit(model, components, &from.nuisances, ITERATIONS)
+    }
+
     /// Fits on from where a fit was left, its last step perhaps damped.
     pub(crate) fn further(
         &self,

@@ -10,7 +10,6 @@ use crate::{
     candidates::{Candidate, candidates, is_of_whole_strikes, last_resorts},
     conclude::Case,
     evidence::{self, Alarm, Statistic, replicates},
-    fit::ITERATIONS,
     great_wander::GreatWander,
     heldout::{self, Gains},
     maps,
@@ -182,20 +181,19 @@ impl Diagnose {
         let mut is_free = is_free.into_iter();
         usable.retain(|_| is_free.next().unwrap_or(true));
         let again = tracks - usable.len();
-        if usable.len() < FEWEST && tracks >= FEWEST {
-            return Err(DiagnoseError::PushedAgain {
-                strikes: usable.len(),
+        let (strikes, needed) = (usable.len(), FEWEST);
+        if strikes >= needed {
+            return Ok((usable, again));
+        }
+        Err(if tracks < needed {
+            DiagnoseError::TooFewStrikes { strikes, needed }
+        } else {
+            DiagnoseError::PushedAgain {
+                strikes,
                 pushed: again,
-                needed: FEWEST,
-            });
-        }
-        if usable.len() < FEWEST {
-            return Err(DiagnoseError::TooFewStrikes {
-                strikes: usable.len(),
-                needed: FEWEST,
-            });
-        }
-        Ok((usable, again))
+                needed,
+            }
+        })
     }
 
     /// Without the effects that are weaker than what no candidate explains, and those whose strength may as well be none; and
@@ -351,8 +349,7 @@ fn about_itself<'a>(
     let prepared = selection.prepared.about(world, &selection.fitted.model)?;
     if !selection.effects.is_empty() {
         let from = &selection.fitted;
-        let components = &from.estimated.components;
-        if let Some(fitted) = prepared.fit(&from.model, components, &from.nuisances, ITERATIONS)? {
+        if let Some(fitted) = prepared.fit_from(from, &from.model)? {
             selection.fitted = fitted;
         }
     }

@@ -7,7 +7,7 @@ use train::Learned;
 use world::{PARAMETERS, Solution, SolveStatus};
 
 use super::diagnosis;
-use super::shared::{stop_errors, strikes, unused_diagnosis};
+use super::shared::{stop_errors, strikes, unused_diagnosis, warnings};
 use crate::results::Results;
 
 /// What the steps gave, in the order in which they were gone.
@@ -30,6 +30,7 @@ pub fn details(results: &Results) -> String {
             text += &residual(name, learned);
         }
     }
+    text += &warnings(results);
     text += &stop_errors(results);
     text
 }
@@ -63,7 +64,7 @@ fn world(fit: &Fit) -> String {
         scatter.angle.to_degrees(),
         scatter.camera * 1e3
     );
-    for note in fit.warnings.iter().chain(&fit.notes) {
+    for note in &fit.notes {
         let _ = writeln!(text, "           {note}");
     }
     text

@@ -5,9 +5,9 @@ use std::fmt::Write;
 use diagnose::{Diagnosis, Parameter, Verdict};
 
 use super::diagnosis::{gap_in_brief, numbers, probability, verdict};
-use super::shared::{WIDTH, stop_errors, strikes, unused_diagnosis, wrapped};
+use super::shared::{lines, stop_errors, strikes, unused_diagnosis, warnings};
 use crate::outputs::NEXT_STRIKES;
-use crate::results::{Results, worse_than_nominal};
+use crate::results::Results;
 
 /// Lines on rejected strikes, and on logs, that are shown; `--verbose` prints all.
 const MOST_LINES: usize = 6;
@@ -23,17 +23,14 @@ pub fn overview(results: &Results) -> String {
             fit.rms_before * 1e3,
             fit.rms_after * 1e3
         );
-        for warning in &fit.warnings {
-            text += &wrapped("warning", warning);
-        }
     }
     if let Some(found) = &results.found {
         text += &diagnosis(&found.diagnosis);
     }
     text += &unused_diagnosis(results);
+    text += &warnings(results);
     text += &stop_errors(results);
-    let worse = results.evaluation.as_ref().and_then(worse_than_nominal);
-    text + &worse.map_or(String::new(), |warning| wrapped("warning", warning))
+    text
 }
 
 /// The verdict, one effect a line, the gap, and what to do next.
@@ -83,20 +80,10 @@ fn diagnosis(diagnosis: &Diagnosis) -> String {
     text
 }
 
-/// An effect and its values, separated by commas, on as few lines as are no longer than [`WIDTH`].
+/// An effect and its values, separated by commas.
 fn effect_lines(name: &str, values: &[String]) -> String {
-    let mut line = format!("           {name}:");
-    let mut text = String::new();
-    for (place, value) in values.iter().enumerate() {
-        let comma = if place + 1 < values.len() { "," } else { "" };
-        if line.chars().count() + value.chars().count() + 2 > WIDTH {
-            text += &line;
-            text.push('\n');
-            line = " ".repeat(12);
-        }
-        let _ = write!(line, " {value}{comma}");
-    }
-    text + &line + "\n"
+    let separated = values.join(",\n");
+    lines(format!("           {name}:"), 12, separated.lines())
 }
 
 /// Such as `tilt_x 0.0041 [0.0037, 0.0046] rad`; `center_x 0.45 m` where it was not fitted.
@@ -131,6 +118,7 @@ fn next(diagnosis: &Diagnosis) -> String {
 
 #[cfg(test)]
 mod tests {
+    use super::super::shared::WIDTH;
     use super::*;
     use crate::report::found_tilt;
 

@@ -8,23 +8,39 @@ use crate::results::Results;
 
 /// Characters of a line.
 pub const WIDTH: usize = 100;
-/// Characters before what a line says.
-const INDENT: usize = 11;
+/// Width of a line's label.
+const LABEL: usize = 10;
 
 /// A sentence behind its label, on lines no longer than [`WIDTH`].
 pub fn wrapped(label: &str, sentence: &str) -> String {
+    lines(
+        format!("{label:<LABEL$}"),
+        LABEL,
+        sentence.split_whitespace(),
+    )
+}
+
+/// A line's beginning and items behind it, a blank before each, on as few lines as are no longer than [`WIDTH`].
+pub fn lines<'i>(first: String, indent: usize, items: impl Iterator<Item = &'i str>) -> String {
     let mut text = String::new();
-    let mut line = format!("{label:<width$}", width = INDENT - 1);
-    for word in sentence.split_whitespace() {
-        if line.chars().count() + word.chars().count() + 1 > WIDTH {
+    let mut line = first;
+    for item in items {
+        if line.chars().count() + item.chars().count() + 1 > WIDTH {
             text += &line;
             text.push('\n');
-            line = " ".repeat(INDENT - 1);
+            line = " ".repeat(indent);
         }
         line.push(' ');
-        line += word;
+        line += item;
     }
     text + &line + "\n"
+}
+
+/// What to look at on the rig before results are used.
+pub fn warnings(results: &Results) -> String {
+    let warnings = results.warnings();
+    let lines = warnings.iter().map(|warning| wrapped("warning", warning));
+    lines.collect()
 }
 
 /// Strikes kept and rejected, and notes on logs: `most` lines of each, and how many more there are.

@@ -6,7 +6,7 @@ use super::{
     components::{
         ESTIMATED, FRICTION, GREATEST, LEAST, NEGLIGIBLE, NUISANCES, Small, VarianceComponents,
     },
-    marginal::{Prior, Squares, Sums},
+    marginal::{PooledProducts, Prior, Sums},
     products::Products,
 };
 use crate::wander::{PATHS, Path};
@@ -52,10 +52,10 @@ pub(crate) fn estimate_within(
     iterations: usize,
 ) -> Option<Estimated> {
     let p = prior.precision.len();
-    let squares = Squares::new(strikes, p);
+    let pooled = PooledProducts::new(strikes, p);
     let mut components = *start;
     for iteration in 0..iterations {
-        let sums = Sums::new(strikes, &squares, &components);
+        let sums = Sums::new(strikes, &pooled, &components);
         let before = components.wander;
         let wander = sums.likeliest_wander(&components, prior);
         components.wander = wander;
@@ -81,7 +81,7 @@ pub(crate) fn estimate_within(
             spread: &marginal.spread,
             nuisances: &nuisances,
         };
-        let next = maximise(strikes, &squares, &components, &sums.posteriors, &guess);
+        let next = maximise(strikes, &pooled, &components, &sums.posteriors, &guess);
         let change = ESTIMATED
             .into_iter()
             .map(|i| {
@@ -125,7 +125,7 @@ struct CurrentEstimate<'g> {
 
 fn maximise(
     strikes: &[Products],
-    all: &Squares,
+    pooled: &PooledProducts,
     components: &VarianceComponents,
     posteriors: &[Small],
     guess: &CurrentEstimate<'_>,
@@ -134,7 +134,7 @@ fn maximise(
     let p = guess.beta.len();
     let variance = components.camera * components.camera;
     let full = DVector::from_iterator(p + 1, guess.beta.iter().map(|b| -b).chain([1.0]));
-    let (mut squares, mut sum) = ([0.0; NUISANCES], full.dot(&(&all.xx * &full)));
+    let (mut squares, mut sum) = ([0.0; NUISANCES], full.dot(&(&pooled.xx * &full)));
     for ((strike, b), posterior) in strikes.iter().zip(guess.nuisances).zip(posteriors) {
         // What is not known of the wander moves the strike's own nuisances the other way.
         let column = strike.gg.fixed_columns::<1>(FRICTION).into_owned();
@@ -159,7 +159,7 @@ fn maximise(
             .sqrt()
             .clamp(LEAST, GREATEST);
     }
-    next.camera = (sum / (all.rows - p as f64).max(1.0)).max(1e-14).sqrt();
+    next.camera = (sum / (pooled.rows - p as f64).max(1.0)).max(1e-14).sqrt();
     for i in [3, 4] {
         next.nuisance[i] = next.camera * next.resting;
     }

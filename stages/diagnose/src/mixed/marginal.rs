@@ -17,15 +17,15 @@ pub(crate) struct Prior {
     pub(crate) away: DVector<f64>,
 }
 
-/// What no variance changes: sums over all strikes.
-pub(super) struct Squares {
+/// Products pooled over all strikes that no variance changes.
+pub(super) struct PooledProducts {
     /// [X r]ᵀ[X r].
     pub(super) xx: DMatrix<f64>,
     /// Coordinates.
     pub(super) rows: f64,
 }
 
-impl Squares {
+impl PooledProducts {
     /// Of strikes with so many common columns.
     pub(super) fn new(strikes: &[Products], p: usize) -> Self {
         let mut all = Self {
@@ -70,19 +70,19 @@ const WANDERS: [f64; 5] = [0.5, 0.8, 1.0, 1.25, 2.0];
 impl Sums {
     pub(super) fn new(
         strikes: &[Products],
-        squares: &Squares,
+        pooled: &PooledProducts,
         components: &VarianceComponents,
     ) -> Self {
         let mut sums = Self {
-            all: &squares.xx * (components.camera * components.camera).recip(),
+            all: &pooled.xx * (components.camera * components.camera).recip(),
             log_determinant: 0.0,
             posteriors: Vec::with_capacity(strikes.len()),
             own: SMatrix::zeros(),
-            with: DMatrix::zeros(PATHS, squares.xx.ncols()),
+            with: DMatrix::zeros(PATHS, pooled.xx.ncols()),
         };
         for strike in strikes {
             let (posterior, determinant) = strike.posterior(components);
-            strike.explain(&posterior, components, &mut sums.all);
+            strike.subtract_explained(&posterior, components, &mut sums.all);
             let (with, own) = strike.friction(&posterior, components);
             sums.own.ger(own, &strike.path, &strike.path, 1.0);
             sums.with.ger(1.0, &strike.path, &with, 1.0);

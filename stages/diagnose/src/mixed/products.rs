@@ -90,7 +90,7 @@ impl Products {
         let p = beta.len();
         let (posterior, _) = self.posterior(components);
         let mut all = &self.xx * (components.camera * components.camera).recip();
-        self.explain(&posterior, components, &mut all);
+        self.subtract_explained(&posterior, components, &mut all);
         all.fill_lower_triangle_with_upper_triangle();
         let (friction, _) = self.friction(&posterior, components);
         let information = all.view((0, 0), (p, p)).into_owned();
@@ -100,8 +100,8 @@ impl Products {
         (information, score)
     }
 
-    /// The upper half of [X r]ᵀ·Σ⁻¹·[X r], from [X r]ᵀ·[X r]/σ² less what the nuisances explain of that: subtracts it from `all`.
-    pub(super) fn explain(
+    /// Subtracts from the upper half of `all` what the nuisances explain of [X r]ᵀ·[X r]/σ², which leaves [X r]ᵀ·Σ⁻¹·[X r].
+    pub(super) fn subtract_explained(
         &self,
         posterior: &Small,
         components: &VarianceComponents,

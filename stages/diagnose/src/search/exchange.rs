@@ -5,14 +5,13 @@ use world::WorldError;
 
 use super::{
     CandidateFit, Selection,
-    fits::{Asked, Tried, fit_best},
+    fits::{FitCriteria, Tried, fit_best},
     penalty::{alike, simpler},
     refine::refine,
 };
 use crate::{
     candidates::Candidate,
-    fit::{Fitted, ITERATIONS},
-    model::Model,
+    fit::Fitted,
     screen::{Chance, Screened, screen},
     strikes::PreparedStrikes,
 };
@@ -94,11 +93,11 @@ fn exchanges(
         };
         for rival in effect.rivals.iter().filter(near).take(RIVALS) {
             // It was perhaps left after its first iterations, and its columns were dropped.
-            let Some(fitted) = search.fitted(&rival.fitted, &rival.fitted.model)? else {
+            let Some(fitted) = prepared.fit_from(&rival.fitted, &rival.fitted.model)? else {
                 continue;
             };
-            let others = search.others(&fitted, effect.name, candidates)?;
-            if others.is_empty() {
+            let partners = search.partners(&fitted, effect.name, candidates)?;
+            if partners.is_empty() {
                 continue;
             }
             // The rival stands last.
@@ -107,9 +106,11 @@ fn exchanges(
                 .into_par_iter()
                 .map(|place| {
                     let other = fitted.model.parts[place].name;
-                    let reduced = search.fitted(&fitted, &fitted.model.without(place))?;
-                    let to = reduced.map(|reduced| search.best(&reduced, other, &others));
-                    let to = to.transpose()?.flatten();
+                    let reduced = prepared.fit_from(&fitted, &fitted.model.without(place))?;
+                    let Some(reduced) = reduced else {
+                        return Ok(None);
+                    };
+                    let to = search.best_replacement(&reduced, other, &partners)?;
                     Ok(to.map(|to| Exchange {
                         worth: worth(&to.fitted, chance),
                         fitted: to.fitted,
@@ -132,32 +133,25 @@ struct PairSearch<'s, 'a> {
 }
 
 impl PairSearch<'_, '_> {
-    /// A model fitted from where another one stands.
-    fn fitted(&self, from: &Fitted, model: &Model) -> Result<Option<Fitted>, WorldError> {
-        let components = &from.estimated.components;
-        self.prepared
-            .fit(model, components, &from.nuisances, ITERATIONS)
-    }
-
     /// What an effect must gain by its score to bring a model back to where the selection stands: a share of what the model lost. Scores are
     /// linear, so a share is enough.
-    fn least(&self, fitted: &Fitted) -> f64 {
+    fn required_gain(&self, fitted: &Fitted) -> f64 {
         let thresholds = self.prepared.thresholds;
         let lost = self.here - worth(fitted, self.chance);
         thresholds.recovered * (lost - thresholds.excluded)
     }
 
-    /// The effects that may take part in an exchange with the one that a model lost: those that gain enough beside all that is there,
+    /// The effects that may be the second of a pair whose first stands in the place of the one removed: those that gain enough beside all that is there,
     /// for an exchange gains no more.
-    fn others(
+    fn partners(
         &self,
         fitted: &Fitted,
-        lost: &str,
+        removed: &str,
         candidates: &[Candidate],
     ) -> Result<Vec<Candidate>, WorldError> {
         let others: Vec<Candidate> = candidates
             .iter()
-            .filter(|candidate| candidate.name != lost && simpler(candidate.name).is_empty())
+            .filter(|candidate| candidate.name != removed && simpler(candidate.name).is_empty())
             .cloned()
             .collect();
         let screened = screen(self.prepared, fitted, &others)?;
@@ -166,10 +160,10 @@ impl PairSearch<'_, '_> {
             .iter()
             .map(Screened::gain)
             .fold(f64::INFINITY, f64::min);
-        let least = self.least(fitted);
+        let required = self.required_gain(fitted);
         let gains_enough = |name| {
             let mut found = screened.iter().filter(|s| s.name == name);
-            found.any(|s| s.gain() - own - self.chance[s.name] > least)
+            found.any(|s| s.gain() - own - self.chance[s.name] > required)
         };
         Ok(others
             .into_iter()
@@ -177,27 +171,27 @@ impl PairSearch<'_, '_> {
             .collect())
     }
 
-    /// The best of some effects in the place of one that a model lost, too, of those that gain enough there.
-    fn best(
+    /// The best of these effects in the place of the second one removed, of those that gain enough there.
+    fn best_replacement(
         &self,
         reduced: &Fitted,
-        lost: &'static str,
-        others: &[Candidate],
+        removed: &str,
+        partners: &[Candidate],
     ) -> Result<Option<CandidateFit>, WorldError> {
         let (prepared, chance) = (self.prepared, self.chance);
-        let least = self.least(reduced);
-        let mut screened = screen(prepared, reduced, others)?;
-        screened.retain(|s| s.gain() - chance[s.name] > least);
-        let asked = Asked {
-            required: alike(lost),
-            ..Asked::default()
+        let required = self.required_gain(reduced);
+        let mut screened = screen(prepared, reduced, partners)?;
+        screened.retain(|s| s.gain() - chance[s.name] > required);
+        let criteria = FitCriteria {
+            required: alike(removed),
+            ..FitCriteria::default()
         };
         let fits = fit_best(
             prepared,
             reduced,
             &screened,
             chance,
-            asked,
+            criteria,
             &mut Tried::new(),
         )?;
         Ok(fits.into_iter().next())

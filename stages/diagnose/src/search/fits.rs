@@ -35,15 +35,15 @@ impl CandidateFit {
 /// Fits beside one model, by candidate and start: what was fitted once is not fitted again.
 pub(super) type Tried = BTreeMap<(&'static str, usize), Option<CandidateFit>>;
 
-/// Which candidates are fitted beside the best of them.
+/// Which candidates are fitted, and to the end, beside the best of them.
 #[derive(Clone, Copy, Default)]
-pub(super) struct Asked<'r> {
-    /// Fitted in any case, and to the end.
+pub(super) struct FitCriteria<'r> {
+    /// Those that are fitted in any case.
     pub(super) required: &'r [&'r str],
-    /// Evidence of the effect in whose place candidates are tried, and its gain by score, if it is less: a rival must come near
-    /// to it as to the best of the others.
-    pub(super) held: f64,
-    pub(super) held_gain: f64,
+    /// Evidence of the effect in whose place candidates are tried: they must come near to it, as to the best of them. Zero where there is none.
+    pub(super) incumbent_evidence: f64,
+    /// Its gain by score, no more than its evidence.
+    pub(super) incumbent_gain: f64,
 }
 
 /// The candidates worth a fit, each fitted beside a model; the best first.
@@ -52,11 +52,11 @@ pub(super) fn fit_best(
     from: &Fitted,
     screened: &[Screened],
     chance: &Chance,
-    asked: Asked<'_>,
+    criteria: FitCriteria<'_>,
     tried: &mut Tried,
 ) -> Result<Vec<CandidateFit>, WorldError> {
     let thresholds = prepared.thresholds;
-    let starts = promising(screened, chance, asked, thresholds.fitted);
+    let starts = promising(screened, chance, criteria, thresholds.fitted);
     let of = |name: &'static str, fitted: Fitted| CandidateFit {
         evidence: evidence_of(
             name,
@@ -84,13 +84,13 @@ pub(super) fn fit_best(
     let best = begun
         .iter()
         .map(|(_, fit)| fit.evidence)
-        .fold(asked.held, f64::max);
+        .fold(criteria.incumbent_evidence, f64::max);
     let fits: Vec<_> = begun
         .into_par_iter()
         .map(|(key, begun)| {
             // Far behind after its first iterations, it is left there: a rival all the same, if a poor one.
             let is_behind = begun.evidence < thresholds.fitted_to_end * best;
-            if is_behind && !asked.required.contains(&begun.name) {
+            if is_behind && !criteria.required.contains(&begun.name) {
                 return Ok((key, begun.clone()));
             }
             let fitted = prepared.further(begun.fitted.clone(), ITERATIONS - TRIAL_ITERATIONS)?;
@@ -107,18 +107,18 @@ type Key = (&'static str, usize);
 fn promising<'s>(
     screened: &'s [Screened],
     chance: &Chance,
-    asked: Asked<'_>,
+    criteria: FitCriteria<'_>,
     least: f64,
 ) -> Vec<(Key, &'s Start)> {
     let mut order: Vec<&Screened> = screened.iter().collect();
     order.sort_by(|a, b| (b.gain() - chance[b.name]).total_cmp(&(a.gain() - chance[a.name])));
     let best = order.first().map_or(0.0, |best| best.gain());
-    let least = least * best.max(asked.held_gain);
+    let least = least * best.max(criteria.incumbent_gain);
     order
         .into_iter()
         .enumerate()
         .filter(|(rank, s)| {
-            (*rank < FITTED && s.gain() >= least) || asked.required.contains(&s.name)
+            (*rank < FITTED && s.gain() >= least) || criteria.required.contains(&s.name)
         })
         .flat_map(|(_, s)| {
             let starts = s.starts.iter().take(STARTS).enumerate();

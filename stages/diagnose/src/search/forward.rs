@@ -5,7 +5,7 @@ use world::WorldError;
 use super::{
     CandidateFit, Selection,
     exchange::exchanged,
-    fits::{Asked, Tried, fit_best},
+    fits::{FitCriteria, Tried, fit_best},
     penalty::alike,
     refine::refine,
 };
@@ -133,11 +133,11 @@ fn next_effect(
             .filter(|s| Some(s.name) != name)
             .cloned()
             .collect();
-        let asked = Asked {
+        let criteria = FitCriteria {
             required: name.map_or(&[], alike),
-            ..Asked::default()
+            ..FitCriteria::default()
         };
-        fit_best(prepared, fitted, &others, chance, asked, &mut tried)
+        fit_best(prepared, fitted, &others, chance, criteria, &mut tried)
     };
     let is_enough = |fit: &CandidateFit| {
         let by_form = taken_by_form(screened, fit.name, prepared.thresholds.form_least);

@@ -4,12 +4,11 @@ use world::{WorldError, effects::effect};
 
 use super::{
     Selection,
-    fits::{Asked, Tried, fit_best},
+    fits::{FitCriteria, Tried, fit_best},
     refine::refine,
 };
 use crate::{
     candidates::Candidate,
-    fit::ITERATIONS,
     null::renewed,
     screen::{Chance, screen},
 };
@@ -41,22 +40,21 @@ pub(crate) fn with_last_resorts<'a>(
         if model.parts.len() == held && held > 0 {
             continue;
         }
-        let components = &fitted.estimated.components;
-        let Some(reduced) = prepared.fit(&model, components, &fitted.nuisances, ITERATIONS)? else {
+        let Some(reduced) = prepared.fit_from(fitted, &model)? else {
             continue;
         };
         let simpler = (fitted.likelihood() - reduced.likelihood() - by_chance).max(0.0);
         let screened = screen(prepared, &reduced, std::slice::from_ref(last_resort))?;
-        let asked = Asked {
+        let criteria = FitCriteria {
             required: &[last_resort.name],
-            ..Asked::default()
+            ..FitCriteria::default()
         };
         let fits = fit_best(
             prepared,
             &reduced,
             &screened,
             chance,
-            asked,
+            criteria,
             &mut Tried::new(),
         )?;
         let Some(fit) = fits.into_iter().find(|fit| {

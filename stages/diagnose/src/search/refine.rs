@@ -5,13 +5,13 @@ use world::WorldError;
 
 use super::{
     CandidateFit, SelectedEffect, Selection,
-    fits::{Asked, Tried, fit_best},
+    fits::{FitCriteria, Tried, fit_best},
     penalty::{alike, evidence_of, simpler},
 };
 use crate::{
     Thresholds,
     candidates::Candidate,
-    fit::{Fitted, ITERATIONS},
+    fit::Fitted,
     screen::{Chance, Screened, screen},
 };
 
@@ -98,11 +98,9 @@ fn replacement(
 /// The model without one of its effects, fitted; `None` where that diverges.
 fn reduced(selection: &Selection<'_>, place: usize) -> Result<Option<Fitted>, WorldError> {
     let from = &selection.fitted;
-    let model = from.model.without(place);
-    let components = &from.estimated.components;
     selection
         .prepared
-        .fit(&model, components, &from.nuisances, ITERATIONS)
+        .fit_from(from, &from.model.without(place))
 }
 
 /// An effect and its evidence beside the others; without bound where no model without it can be fitted.
@@ -151,13 +149,13 @@ fn assess(
     let (own, screened): (Vec<Screened>, Vec<Screened>) = screen(prepared, &reduced, candidates)?
         .into_iter()
         .partition(|s| s.name == name);
-    let asked = Asked {
+    let criteria = FitCriteria {
         required: alike(name),
-        held: evidence,
-        held_gain: own.first().map_or(0.0, |own| own.gain().min(evidence)),
+        incumbent_evidence: evidence,
+        incumbent_gain: own.first().map_or(0.0, |own| own.gain().min(evidence)),
     };
     let tried = &mut Tried::new();
-    let rivals = fit_best(prepared, &reduced, &screened, chance, asked, tried)?;
+    let rivals = fit_best(prepared, &reduced, &screened, chance, criteria, tried)?;
     let at_end = fitted.forms_at_end();
     let is_at_end = fitted
         .model
