@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use values::{Rig, Strike};
-use world::effects::{Column, EffectSpec, Experiment, FitStart, effect, library};
+use world::effects::{Column, EffectSpec, Experiment, FitStart, Naming, effect, library};
 
 use crate::{model::Part, smooth::covariate::family};
 
@@ -14,20 +14,11 @@ pub(crate) struct Candidate {
     pub(crate) starts: Vec<FitStart>,
 }
 
-/// All candidates for these strikes, those of last resort left out.
-pub(crate) fn candidates(rig: &Rig, strikes: &[&Strike]) -> Vec<Candidate> {
-    all(rig, strikes, false)
-}
-
-/// Those that are tried only where no other is enough: smooth fields that could take the form of many.
-pub(crate) fn last_resorts(rig: &Rig, strikes: &[&Strike]) -> Vec<Candidate> {
-    all(rig, strikes, true)
-}
-
-fn all(rig: &Rig, strikes: &[&Strike], is_last_resort: bool) -> Vec<Candidate> {
+/// The candidates that are named in this way.
+pub(crate) fn candidates(rig: &Rig, strikes: &[&Strike], naming: Naming) -> Vec<Candidate> {
     let experiment = Experiment { rig, strikes };
     library()
-        .filter(|spec| spec.is_last_resort == is_last_resort)
+        .filter(|spec| spec.naming == naming)
         .map(|spec| Candidate {
             name: spec.name,
             starts: (spec.starts)(&experiment)
@@ -114,7 +105,7 @@ mod tests {
             })
             .collect();
         let strikes: Vec<&Strike> = strikes.iter().collect();
-        let candidates = candidates(&Rig::demo(Shape::Cylinder), &strikes);
+        let candidates = candidates(&Rig::demo(Shape::Cylinder), &strikes, Naming::Ordinary);
         assert!(candidates.iter().any(|c| c.name == "striker_speed_error"));
         for candidate in candidates {
             for column in candidate.starts.iter().flat_map(|start| &start.columns) {

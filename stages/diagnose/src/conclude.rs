@@ -1,7 +1,10 @@
 //! From evidence to a verdict, a world and its gap.
 
 use values::{Point, Strike};
-use world::{World, effects};
+use world::{
+    World,
+    effects::{self, AddedEffect, Naming, effect},
+};
 
 use crate::{
     Diagnose, DiagnoseError, Diagnosed, Input,
@@ -40,6 +43,8 @@ pub(crate) struct Case<'c, 'a> {
     /// What the effects gain on strikes that were left out of their fit.
     pub(crate) gains: Gains,
     pub(crate) p_value: PValue,
+    /// Whether nearly every object is pushed a second time, so that all were kept.
+    pub(crate) are_pushed_again: bool,
     pub(crate) maps: Vec<SmoothMap>,
     /// Sentences from the steps before.
     pub(crate) notes: Vec<String>,
@@ -54,6 +59,8 @@ struct Conclusion {
     after: Vec<Option<Point>>,
     /// What was not named, and why.
     note: Option<String>,
+    /// What stands behind a gap that no candidate explains, where that is known.
+    cause: Option<String>,
 }
 
 impl Case<'_, '_> {
@@ -62,7 +69,7 @@ impl Case<'_, '_> {
             .input
             .strikes
             .iter()
-            .filter(|strike| !strike.is_pushed_again())
+            .filter(|strike| self.are_pushed_again || !strike.is_pushed_again())
             .collect();
         let judged = self.judge(&strikes)?;
         let named = match &judged.world {
@@ -91,7 +98,13 @@ impl Case<'_, '_> {
         Ok(Diagnosed {
             residuals: gap::residuals(&strikes, &judged.before, &judged.after),
             diagnosis: Diagnosis {
-                summary: words::summary(verdict, &named, self.p_value, self.share()),
+                summary: words::summary(
+                    verdict,
+                    &named,
+                    self.p_value,
+                    self.share(),
+                    judged.cause.as_deref(),
+                ),
                 verdict,
                 p_value: self.p_value.drawn,
                 p_value_signs: self.p_value.flipped,
@@ -164,29 +177,42 @@ impl Case<'_, '_> {
         let floor = gap::noise_floor(prepared, fitted)?;
         let gap_to =
             |after: &[Option<Point>]| gap::gap(&part(&before, true), &part(after, true), floor);
-        let unnamed = |verdict, note| Conclusion {
+        let unnamed = |verdict, cause, note| Conclusion {
             verdict,
             world: None,
             gap: gap_to(&before),
             after: before.clone(),
             before: before.clone(),
             note,
+            cause,
         };
+        if self.are_pushed_again {
+            let cause = Some(notes::PUSHED_AGAIN.into());
+            return Ok(unnamed(Verdict::Unexplained, cause, None));
+        }
         if !self.p_value.is_real() {
-            return Ok(unnamed(Verdict::Consistent, None));
+            return Ok(unnamed(Verdict::Consistent, None, None));
         }
         if !self.explains() {
             let note = (!self.selection.effects.is_empty())
                 .then(|| notes::not_named(&self.names(), "too much of the gap is left beside"));
-            return Ok(unnamed(Verdict::Unexplained, note));
+            return Ok(unnamed(Verdict::Unexplained, None, note));
         }
         let world = fitted_world(&self.input.world, fitted, prepared.noise)?;
+        let is_never_named = |added: &&AddedEffect| {
+            effect(&added.name).is_ok_and(|spec| spec.naming == Naming::Never)
+        };
+        if let Some(found) = world.effects.iter().find(is_never_named) {
+            let cause = Some(effects::statement(found)?);
+            let note = Some(notes::never_named(self.share()));
+            return Ok(unnamed(Verdict::Unexplained, cause, note));
+        }
         let after = gap::stop_residuals(rig, &world, strikes)?;
         let gap = gap_to(&after);
         let judges = gap::falls(&part(&before, true), &part(&after, true));
         if !heldout::pays(&judges, &self.gains.stop) {
             let note = notes::not_named(&self.names(), &notes::does_not_pay(&gap, &self.gains));
-            return Ok(unnamed(Verdict::Unexplained, Some(note)));
+            return Ok(unnamed(Verdict::Unexplained, None, Some(note)));
         }
         Ok(Conclusion {
             verdict: Verdict::Named,
@@ -195,6 +221,7 @@ impl Case<'_, '_> {
             before,
             after,
             note: None,
+            cause: None,
         })
     }
 

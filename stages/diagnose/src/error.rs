@@ -15,18 +15,6 @@ pub enum DiagnoseError {
         /// Strikes needed.
         needed: usize,
     },
-    /// Nearly every object is pushed on its way, and what slides freely is too little to fit.
-    #[error(
-        "diagnose: in {pushed} strikes the object speeds up again after it slowed down, and of others there are only {strikes}, where {needed} are needed; look whether the arm goes on behind the object, or the table moves (a vibration), and log again"
-    )]
-    PushedAgain {
-        /// Strikes that may be used.
-        strikes: usize,
-        /// Strikes left out.
-        pushed: usize,
-        /// Strikes needed.
-        needed: usize,
-    },
     /// A ball rolls: no slide to look at.
     #[error("diagnose a ball: effects are identified from slides, and a ball rolls")]
     Rolls,

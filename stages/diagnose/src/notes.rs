@@ -7,6 +7,7 @@ use crate::{
     fit::Fitted,
     heldout::{self, Gains},
     mixed::{ANGLE, FRICTION, SPEED},
+    run::Usable,
 };
 
 /// Noise that is worth a sentence: friction (relative), correlation, jitter of stamps in s.
@@ -77,6 +78,15 @@ pub(crate) fn not_named(names: &[&str], why: &str) -> String {
     )
 }
 
+/// What to do about what is on the table and is never named, which holds this share of the evidence.
+pub(crate) fn never_named(share: f64) -> String {
+    format!(
+        "the line holds {:.0} % of the gap's evidence, as glue, tape or a scratch would: look at the table there, and log the strikes again \
+         once it is clean; nothing is named for it",
+        100.0 * share
+    )
+}
+
 /// That effects do not pay on strikes that took no part in their fit.
 pub(crate) fn does_not_pay(gap: &Gap, gains: &Gains) -> String {
     let (sum, error) = heldout::total(&gains.stop);
@@ -109,12 +119,23 @@ pub(crate) fn world_at_end(name: &str, value: f64) -> String {
     )
 }
 
-/// Strikes that were left out before anything was fitted.
-pub(crate) fn left_out(pushed_again: usize, pushed: usize) -> Vec<String> {
+/// What most objects do where the arm goes on behind them, or the table moves.
+pub(crate) const PUSHED_AGAIN: &str = "the object speeds up again after it slowed down";
+
+/// Strikes that were left out before anything was fitted, or were not, for nearly all are pushed a second time.
+pub(crate) fn left_out(usable: &Usable, pushed: usize) -> Vec<String> {
     let mut notes = Vec::new();
-    if pushed_again > 0 {
+    if usable.are_pushed_again {
         notes.push(format!(
-            "strikes left out, for the object speeds up again after it slowed down, as if the arm went on behind it: {pushed_again}"
+            "in {} of {} strikes {PUSHED_AGAIN}, which nothing in the library does, so that nothing is named: look whether the arm goes on \
+             behind the object, or the table moves (a vibration), and log again",
+            usable.pushed_again,
+            usable.strikes.len()
+        ));
+    } else if usable.pushed_again > 0 {
+        notes.push(format!(
+            "strikes left out, for the object speeds up again after it slowed down, as if the arm went on behind it: {}",
+            usable.pushed_again
         ));
     }
     if pushed > 0 {

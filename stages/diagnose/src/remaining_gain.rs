@@ -1,6 +1,6 @@
 //! What is left of a gap beside the effects found, and whether that is small enough for them to be named.
 
-use world::effects::effect;
+use world::effects::{Naming, effect};
 
 use crate::{
     Thresholds,
@@ -53,7 +53,7 @@ fn is_by_place(name: &str) -> bool {
 
 /// Whether an effect is a smooth field that stands in simpler ones' place.
 fn is_field(name: &str) -> bool {
-    effect(name).is_ok_and(|spec| spec.is_last_resort)
+    effect(name).is_ok_and(|spec| spec.naming == Naming::LastResort)
 }
 
 #[cfg(test)]

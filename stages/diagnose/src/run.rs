@@ -2,12 +2,12 @@
 
 use stage::{Progress, Stage};
 use values::{Rig, Shape, Split, Strike};
-use world::{World, launch::launches};
+use world::{World, effects::Naming, launch::launches};
 
 use crate::{
     Diagnose, DiagnoseError, Diagnosed, Input, Thresholds, Verdict,
     arm::{self, Arm},
-    candidates::{Candidate, candidates, is_of_whole_strikes, last_resorts},
+    candidates::{Candidate, candidates, is_of_whole_strikes},
     conclude::Case,
     evidence::{self, Alarm, Statistic, replicates},
     great_wander::GreatWander,
@@ -19,7 +19,9 @@ use crate::{
     remaining_gain::RemainingGain,
     score::ScoreTest,
     screen::{Chance, screen_by},
-    search::{Limits, Selection, search, with_last_resorts, with_rivals, without},
+    search::{
+        Limits, Selection, search, with_last_resorts, with_never_named, with_rivals, without,
+    },
     smooth::{
         Dependence,
         covariate::{Covariate, family, left_of_launches},
@@ -35,7 +37,7 @@ const FRAMES: usize = 6;
 
 impl Stage for Diagnose {
     const NAME: &'static str = "diagnose";
-    const VERSION: u32 = 23;
+    const VERSION: u32 = 24;
     type Input = Input;
     type Output = Diagnosed;
     type Error = DiagnoseError;
@@ -86,14 +88,15 @@ impl Diagnose {
     ) -> Result<(Diagnosed, GreatWander), DiagnoseError> {
         let rig = &input.rig;
         progress.set_message("how the object leaves the tip");
-        let (usable, pushed_again) = self.usable(input)?;
-        let (prepared, pushed) = prepare(rig, &input.world, &usable, &self.thresholds)?;
+        let usable = self.usable(input)?;
+        let (prepared, pushed) = prepare(rig, &input.world, &usable.strikes, &self.thresholds)?;
 
         progress.set_message("the world without effects, and the noise about it");
         let (prepared, null) = fit_null(prepared, &input.world, greatest_wander)?;
 
         progress.set_message("every candidate by its score");
-        let mut candidates = candidates(rig, &prepared.strikes);
+        let named = |naming| candidates(rig, &prepared.strikes, naming);
+        let mut candidates = named(Naming::Ordinary);
         candidates.retain(|candidate| !(is_delivered && arm::is_the_arms(candidate.name)));
         let replicates = replicates(self.seed);
         let test = ScoreTest::new(&prepared, &null, &[], replicates).ok_or_else(|| {
@@ -105,8 +108,9 @@ impl Diagnose {
         let before = dependences_of(&prepared, &null, &test)?;
         let mut chance = evidence::chance(&screened);
         let p_value = Alarm::new(&Statistic::all(&screened, &before)).p_value();
-        let mut last_resorts = if p_value.is_real() {
-            last_resorts(rig, &prepared.strikes)
+        let is_sought = p_value.is_real() && !usable.are_pushed_again;
+        let mut last_resorts = if is_sought {
+            named(Naming::LastResort)
         } else {
             Vec::new()
         };
@@ -116,11 +120,7 @@ impl Diagnose {
 
         progress.set_message("which effects");
         let limits = Limits {
-            effects: if p_value.is_real() {
-                self.most_effects
-            } else {
-                0
-            },
+            effects: if is_sought { self.most_effects } else { 0 },
             replicates,
         };
         let mut selection = search(&prepared, &null, &screened, &candidates, &chance, &limits)?;
@@ -132,10 +132,18 @@ impl Diagnose {
             selection = search(&prepared, &null, &screened, &candidates, &chance, &limits)?;
         }
         let selection = with_last_resorts(selection, &last_resorts, &candidates, &chance)?;
+        let never_named = named(Naming::Never);
+        let selection = with_never_named(
+            selection,
+            &never_named,
+            &candidates,
+            &mut chance,
+            replicates,
+        )?;
         let (selection, left) = self.pruned(selection, &candidates, &chance, is_astray)?;
         let wander = GreatWander::beside(&selection)?;
         let (selection, gains, mut notes) = paying(selection)?;
-        notes.extend(notes::left_out(pushed_again, pushed));
+        notes.extend(notes::left_out(&usable, pushed));
         notes.extend(notes::turned(rig, &selection.prepared.strikes));
         notes.extend(is_astray.then(notes::astray));
 
@@ -156,6 +164,7 @@ impl Diagnose {
             left,
             gains,
             p_value,
+            are_pushed_again: usable.are_pushed_again,
             maps,
             notes,
         }
@@ -164,35 +173,42 @@ impl Diagnose {
     }
 }
 
+/// The strikes that fit and choose.
+pub(crate) struct Usable {
+    pub(crate) strikes: Vec<Strike>,
+    /// Strikes whose object is pushed a second time.
+    pub(crate) pushed_again: usize,
+    /// Whether these are among them, for they are most, or too few others are there: nothing that a candidate does makes an object
+    /// speed up again.
+    pub(crate) are_pushed_again: bool,
+}
+
 impl Diagnose {
-    /// The strikes that fit and choose, from where their impact is over; and how many were left out, for their object is pushed
-    /// a second time.
-    pub(crate) fn usable(&self, input: &Input) -> Result<(Vec<Strike>, usize), DiagnoseError> {
+    /// The strikes that fit and choose, from where their impact is over, without those whose object is pushed a second time.
+    pub(crate) fn usable(&self, input: &Input) -> Result<Usable, DiagnoseError> {
         let frame = 1.0 / input.rig.camera.rate;
-        let mut usable: Vec<Strike> = self
+        let tracks: Vec<Strike> = self
             .sample(&input.strikes)
             .iter()
             .filter(|strike| strike.split != Split::Test)
             .map(|strike| strike.after_impact(frame))
             .filter(|strike| strike.track.len() >= FRAMES)
             .collect();
-        let tracks = usable.len();
-        let is_free = values::free_slides(&usable.iter().collect::<Vec<_>>());
-        let mut is_free = is_free.into_iter();
-        usable.retain(|_| is_free.next().unwrap_or(true));
-        let again = tracks - usable.len();
-        let (strikes, needed) = (usable.len(), FEWEST);
-        if strikes >= needed {
-            return Ok((usable, again));
+        let (strikes, needed) = (tracks.len(), FEWEST);
+        if strikes < needed {
+            return Err(DiagnoseError::TooFewStrikes { strikes, needed });
         }
-        Err(if tracks < needed {
-            DiagnoseError::TooFewStrikes { strikes, needed }
-        } else {
-            DiagnoseError::PushedAgain {
-                strikes,
-                pushed: again,
-                needed,
-            }
+        let is_free = values::free_slides(&tracks.iter().collect::<Vec<_>>());
+        let pushed_again = is_free.iter().filter(|is_free| !**is_free).count();
+        let are_pushed_again = strikes - pushed_again < needed || 2 * pushed_again > strikes;
+        let each = tracks.into_iter().zip(is_free);
+        Ok(Usable {
+            strikes: each
+                .filter(|(_, is_free)| *is_free || are_pushed_again)
+                .map(|(strike, _)| strike)
+                .collect(),
+            pushed_again,
+            are_pushed_again,
         })
     }
 

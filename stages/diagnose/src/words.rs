@@ -115,12 +115,14 @@ pub(crate) fn p_value(p: PValue) -> String {
     )
 }
 
-/// The verdict in a sentence; `share` is that of the evidence which the effects named hold.
+/// The verdict in a sentence; `share` is that of the evidence which the effects named hold, `cause` what stands behind a gap that no candidate
+/// explains.
 pub(crate) fn summary(
     verdict: Verdict,
     named: &[NamedEffect],
     p_value: PValue,
     share: f64,
+    cause: Option<&str>,
 ) -> String {
     match verdict {
         Verdict::Consistent => format!(
@@ -128,7 +130,10 @@ pub(crate) fn summary(
             self::p_value(p_value)
         ),
         Verdict::Unexplained => {
-            "a real gap that no candidate explains; see `where` for what it depends on".into()
+            let cause = cause.map_or(String::new(), |cause| format!(": {cause}"));
+            format!(
+                "a real gap that no candidate explains{cause}; see `where` for what it depends on"
+            )
         }
         Verdict::Named => format!(
             "{}; this holds {:.0} % of the gap's evidence",

@@ -16,14 +16,18 @@ use super::hide;
 use super::outcome::believed_friction;
 use super::set::{Made, Make, identified, strikes};
 
-/// Numbers of strikes after which it is diagnosed again: the same for chosen and for random ones.
-const LOOKS: [usize; 7] = [1, 2, 4, 8, 12, 24, 48];
+/// Numbers of strikes after which it is diagnosed again: the same for chosen and for random ones, of which more are made.
+const LOOKS: [usize; 9] = [1, 2, 4, 8, 12, 24, 48, 96, 192];
+const MOST_CHOSEN: usize = 48;
+const MOST_RANDOM: usize = LOOKS[LOOKS.len() - 1];
 /// So many chosen strikes are made at a time.
 const AT_A_TIME: usize = 12;
 
 /// Strikes that a set begins with, and what is hidden in it: effects of the table and the camera, which strikes elsewhere, faster
 /// or at another angle can separate.
 const FEW: usize = 20;
+/// So many sets for each seed of the benchmark: most leave nothing to separate.
+const SETS: u64 = 3;
 const STARTS: [&str; 6] = [
     "speed_weakening_friction",
     "anisotropic_friction",
@@ -61,11 +65,10 @@ impl Pair {
     /// Random strikes for each chosen one, at the least; none where neither separated it. Where chosen ones did not, they count as of
     /// no use.
     pub fn times(&self) -> Option<f64> {
-        let most = LOOKS[LOOKS.len() - 1];
         match (self.chosen, self.random) {
             (None, None) => None,
             (None, Some(_)) => Some(0.0),
-            (Some(chosen), random) => Some(random.unwrap_or(most) as f64 / chosen as f64),
+            (Some(chosen), random) => Some(random.unwrap_or(MOST_RANDOM) as f64 / chosen as f64),
         }
     }
 }
@@ -75,7 +78,7 @@ pub fn starts(seeds: u64, first: u64) -> Vec<Case> {
     let mut all = Vec::new();
     for effect in STARTS {
         for magnitude in [0.5, 1.0] {
-            for _ in 0..seeds {
+            for _ in 0..SETS * seeds {
                 let seed = first + 5_000 + all.len() as u64;
                 all.push(Case {
                     id: format!("{effect}-x{magnitude}-n{FEW}-s{seed}"),
@@ -175,7 +178,7 @@ impl Start {
     }
 
     fn at_random(&self, among: &[String]) -> Option<Vec<Option<usize>>> {
-        let all = self.strike(None, LOOKS[LOOKS.len() - 1], 0)?;
+        let all = self.strike(None, MOST_RANDOM, 0)?;
         let mut separated_at = vec![None; among.len()];
         for look in LOOKS {
             let found = self.diagnose(&all[..look.min(all.len())], 0)?;
@@ -190,7 +193,7 @@ impl Start {
         let mut asked = first.next_strikes.clone();
         let mut made: Vec<Strike> = Vec::new();
         let mut separated_at = vec![None; among.len()];
-        while !asked.is_empty() && made.len() < LOOKS[LOOKS.len() - 1] {
+        while !asked.is_empty() && made.len() < MOST_CHOSEN {
             let plan: Vec<PlannedStrike> = asked
                 .iter()
                 .map(|next| PlannedStrike {

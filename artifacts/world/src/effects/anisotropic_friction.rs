@@ -13,7 +13,7 @@ use values::{Point, Rig, Shape};
 use super::{
     action::{Acts, Effect, Slide},
     parameters::{EffectParameter, Parameters, Values},
-    spec::{EffectSpec, Family},
+    spec::{EffectSpec, Family, Naming},
     start::{Column, FitStart},
     wording,
 };
@@ -52,7 +52,7 @@ pub const SPEC: EffectSpec = EffectSpec {
     family: Family::FrictionByHeading,
     equivalent: &[],
     contains: &[],
-    is_last_resort: false,
+    naming: Naming::Ordinary,
     source: "limit surface of sliding friction (Goyal, Ruina and Papadopoulos 1991); seen by Ma and Rodriguez 2018; without an associated flow rule Zmitrowicz 1989",
     starts: |_| {
         let grain = |flow, free: &[&str]| {

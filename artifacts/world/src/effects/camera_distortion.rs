@@ -5,7 +5,7 @@ use values::{Point, Rig};
 use super::{
     action::{Acts, Effect},
     parameters::{EffectParameter, Parameters, Values, centre},
-    spec::{EffectSpec, Family},
+    spec::{EffectSpec, Family, Naming},
     start::{Column, Experiment, FitStart},
     wording,
 };
@@ -32,7 +32,7 @@ pub const SPEC: EffectSpec = EffectSpec {
     family: Family::SeenByPlace,
     equivalent: &[],
     contains: &[],
-    is_last_resort: false,
+    naming: Naming::Ordinary,
     source: "first radial term of lens distortion (Brown 1971)",
     starts: |experiment: &Experiment<'_>| {
         let column = Column::new(&experiment.camera_centre(), ("k1", 0.02));

@@ -7,7 +7,7 @@ use values::{Point, Rig};
 use super::{
     action::{Acts, Effect},
     parameters::{EffectParameter, Parameters, Values, centre},
-    spec::{EffectSpec, Family},
+    spec::{EffectSpec, Family, Naming},
     start::{Column, Experiment, FitStart},
 };
 
@@ -49,7 +49,7 @@ pub const SPEC: EffectSpec = EffectSpec {
     family: Family::SeenByPlace,
     equivalent: &[],
     contains: &[],
-    is_last_resort: false,
+    naming: Naming::Ordinary,
     source: "perspective of a plane that is not parallel to the image (keystone, foreshortening): a camera h from the table that leans by α has l = sin α/h",
     starts: |experiment: &Experiment<'_>| {
         let [x, y] = experiment.camera_centre();

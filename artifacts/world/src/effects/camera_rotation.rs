@@ -5,7 +5,7 @@ use values::{Point, Rig};
 use super::{
     action::{Acts, Effect},
     parameters::{EffectParameter, Parameters, Values, centre},
-    spec::{EffectSpec, Family},
+    spec::{EffectSpec, Family, Naming},
     start::{Column, Experiment, FitStart},
     wording,
 };
@@ -29,7 +29,7 @@ pub const SPEC: EffectSpec = EffectSpec {
     family: Family::LaunchAngle,
     equivalent: &["striker_angle_bias", "off_centre_contact"],
     contains: &[],
-    is_last_resort: false,
+    naming: Naming::Ordinary,
     source: "error of a camera's extrinsic calibration about its optical axis",
     starts: |experiment: &Experiment<'_>| {
         let column = Column::new(&experiment.camera_centre(), ("angle", 0.005));

@@ -6,7 +6,7 @@ use super::{
     action::{Acts, Effect, Slide},
     parameters::{EffectParameter, Parameters, Values},
     sessions::BySession,
-    spec::{EffectSpec, Family},
+    spec::{EffectSpec, Family, Naming},
     start::{Column, Experiment, FitStart},
     wording,
 };
@@ -29,7 +29,7 @@ pub const SPEC: EffectSpec = EffectSpec {
     family: Family::FrictionByOrder,
     equivalent: &[],
     contains: &[],
-    is_last_resort: false,
+    naming: Naming::Ordinary,
     source: "an effect of the group, as in mixed models (Laird and Ware 1982)",
     starts: sessions,
     build: |values: &Values, _: &Rig| {

@@ -7,7 +7,7 @@ use values::Rig;
 use super::{
     action::{Acts, Effect, Slide},
     parameters::{EffectParameter, Parameters, Values},
-    spec::{EffectSpec, Family},
+    spec::{EffectSpec, Family, Naming},
     start::{Column, Experiment, FitStart},
     wording,
 };
@@ -45,7 +45,7 @@ pub const SPEC: EffectSpec = EffectSpec {
     family: Family::FrictionByOrder,
     equivalent: &[],
     contains: &[],
-    is_last_resort: false,
+    naming: Naming::Ordinary,
     source: "friction changes with the number of pushes (Yu et al. 2016), to first order",
     starts: |experiment: &Experiment<'_>| {
         let mut starts = FitStart::linear(("rate", 0.02));

@@ -5,7 +5,7 @@ use values::{Point, Rig};
 use super::{
     action::{Acts, Effect, Slide},
     parameters::{EffectParameter, Parameters, Values},
-    spec::{EffectSpec, Family},
+    spec::{EffectSpec, Family, Naming},
     start::{Column, Experiment, FitStart},
     wording,
 };
@@ -48,7 +48,7 @@ pub const SPEC: EffectSpec = EffectSpec {
     family: Family::FrictionByPlace,
     equivalent: &[],
     contains: &[],
-    is_last_resort: false,
+    naming: Naming::Ordinary,
     source: "friction varies over a table (Yu et al. 2016; Ma and Rodriguez 2018), to first order",
     starts: |experiment: &Experiment<'_>| {
         let [x, y] = experiment.extent();

@@ -7,7 +7,7 @@ use values::{Point, Rig};
 use super::{
     action::{Acts, Effect, Slide},
     parameters::{EffectParameter, Parameters, Values},
-    spec::{EffectSpec, Family},
+    spec::{EffectSpec, Family, Naming},
     start::{Column, Experiment, FitStart},
     wording,
 };
@@ -89,7 +89,7 @@ pub const SPEC: EffectSpec = EffectSpec {
     family: Family::FrictionByPlace,
     equivalent: &[],
     contains: &["friction_patch", "friction_gradient", "friction_step"],
-    is_last_resort: true,
+    naming: Naming::LastResort,
     source: "friction varies over a table (Yu et al. 2016; Ma and Rodriguez 2018); Gaussian radial basis with a ridge",
     starts: grid,
     build: |values: &Values, _: &Rig| Box::new(FrictionMap::new(values)),

@@ -10,7 +10,7 @@ use super::{
     action::{Acts, Effect, Slide},
     footprint,
     parameters::{EffectParameter, Parameters, Values},
-    spec::{EffectSpec, Family},
+    spec::{EffectSpec, Family, Naming},
     start::{Column, Experiment, FitStart},
     wording,
 };
@@ -58,7 +58,7 @@ pub const SPEC: EffectSpec = EffectSpec {
     family: Family::FrictionByPlace,
     equivalent: &[],
     contains: &[],
-    is_last_resort: false,
+    naming: Naming::Ordinary,
     source: "friction varies over a table (Yu et al. 2016; Ma and Rodriguez 2018); area common to two circles",
     starts: patches,
     build: |values: &Values, rig: &Rig| {

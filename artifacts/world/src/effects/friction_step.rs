@@ -10,7 +10,7 @@ use super::{
     action::{Acts, Effect, Slide},
     footprint,
     parameters::{EffectParameter, Parameters, Values},
-    spec::{EffectSpec, Family},
+    spec::{EffectSpec, Family, Naming},
     start::{Column, Experiment, FitStart},
     wording,
 };
@@ -53,7 +53,7 @@ pub const SPEC: EffectSpec = EffectSpec {
     family: Family::FrictionByPlace,
     equivalent: &[],
     contains: &[],
-    is_last_resort: false,
+    naming: Naming::Ordinary,
     source: "two surfaces that meet; area of a segment of a circle",
     starts: lines,
     build: |values: &Values, rig: &Rig| {

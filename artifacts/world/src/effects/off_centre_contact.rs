@@ -5,7 +5,7 @@ use values::Rig;
 use super::{
     action::{Acts, Effect},
     parameters::{EffectParameter, Parameters, Values},
-    spec::{EffectSpec, Family},
+    spec::{EffectSpec, Family, Naming},
     start::FitStart,
     wording,
 };
@@ -24,7 +24,7 @@ pub const SPEC: EffectSpec = EffectSpec {
     family: Family::LaunchAngle,
     equivalent: &["striker_angle_bias", "camera_rotation"],
     contains: &[],
-    is_last_resort: false,
+    naming: Naming::Ordinary,
     source: "oblique impact of smooth bodies: the impulse acts along the common normal",
     starts: |_| FitStart::linear(("offset", 0.0005)),
     build: |values: &Values, _: &Rig| {

@@ -5,7 +5,7 @@ use values::{Point, Rig};
 use super::{
     action::{Acts, Effect, Slide},
     parameters::{EffectParameter, Parameters, Values},
-    spec::{EffectSpec, Family},
+    spec::{EffectSpec, Family, Naming},
     start::FitStart,
 };
 
@@ -23,7 +23,7 @@ pub const SPEC: EffectSpec = EffectSpec {
     family: Family::FrictionBySpeed,
     equivalent: &[],
     contains: &[],
-    is_last_resort: false,
+    naming: Naming::Ordinary,
     source: "the drag equation: k = ρ·c_d·A/(2·m)",
     starts: |_| FitStart::linear(("coefficient", 0.05)),
     build: |values: &Values, _: &Rig| {

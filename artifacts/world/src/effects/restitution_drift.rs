@@ -5,7 +5,7 @@ use values::{Conditions, Rig};
 use super::{
     action::{Acts, Effect},
     parameters::{EffectParameter, Parameters, Values},
-    spec::{EffectSpec, Family},
+    spec::{EffectSpec, Family, Naming},
     start::FitStart,
     wording,
 };
@@ -27,7 +27,7 @@ pub const SPEC: EffectSpec = EffectSpec {
     family: Family::LaunchSpeedByOrder,
     equivalent: &[],
     contains: &[],
-    is_last_resort: false,
+    naming: Naming::Ordinary,
     source: "wear of a contact with the number of impacts, to first order",
     starts: |_| FitStart::linear(("rate", 0.05)),
     build: |values: &Values, _: &Rig| {

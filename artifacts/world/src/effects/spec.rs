@@ -22,8 +22,8 @@ pub struct EffectSpec {
     /// Simpler effects that it can take the form of: it is named in the place of one only where the data show what it has
     /// beyond that one.
     pub contains: &'static [&'static str],
-    /// Whether it is tried only where nothing simpler is enough.
-    pub is_last_resort: bool,
+    /// When a diagnosis names it.
+    pub naming: Naming,
     /// The phenomenon, and the formula's source.
     pub source: &'static str,
     /// Where fits of it begin on these strikes; none where they cannot determine it.
@@ -39,6 +39,18 @@ impl EffectSpec {
     pub fn parameter(&self, name: &str) -> Option<&EffectParameter> {
         self.parameters.get(name)
     }
+}
+
+/// When a diagnosis names an effect.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Naming {
+    /// Wherever it stands best.
+    Ordinary,
+    /// Only where nothing simpler is enough.
+    LastResort,
+    /// Never: what lies on the table and does not belong there. Where it stands better than what would be named in its place, nothing
+    /// is named, and it is stated.
+    Never,
 }
 
 /// What an effect makes depend on what: a smooth dependence of that kind holds all that a wrong form of the effect leaves.

@@ -5,7 +5,7 @@ use values::{Conditions, Rig};
 use super::{
     action::{Acts, Effect},
     parameters::{EffectParameter, Parameters, Values},
-    spec::{EffectSpec, Family},
+    spec::{EffectSpec, Family, Naming},
     start::FitStart,
     wording,
 };
@@ -30,7 +30,7 @@ pub const SPEC: EffectSpec = EffectSpec {
     family: Family::LaunchSpeed,
     equivalent: &["striker_speed_error"],
     contains: &[],
-    is_last_resort: false,
+    naming: Naming::Ordinary,
     source: "e = 1 − α·v at low speeds (Hunt and Crossley 1975), about a reference speed",
     starts: |_| FitStart::linear(("slope", 0.05)),
     build: |values: &Values, _: &Rig| {

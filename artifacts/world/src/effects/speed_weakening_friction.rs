@@ -5,7 +5,7 @@ use values::Rig;
 use super::{
     action::{Acts, Effect, Slide},
     parameters::{EffectParameter, Parameters, Values},
-    spec::{EffectSpec, Family},
+    spec::{EffectSpec, Family, Naming},
     start::{Column, FitStart},
     wording,
 };
@@ -37,7 +37,7 @@ pub const SPEC: EffectSpec = EffectSpec {
     family: Family::FrictionBySpeed,
     equivalent: &[],
     contains: &[],
-    is_last_resort: false,
+    naming: Naming::Ordinary,
     source: "Stribeck term of friction in its Gaussian form (Armstrong-Hélouvry et al. 1994)",
     starts: |_| {
         SPEEDS

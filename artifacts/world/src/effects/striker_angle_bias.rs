@@ -5,7 +5,7 @@ use values::{Command, Conditions, Rig};
 use super::{
     action::{Acts, Effect},
     parameters::{EffectParameter, Parameters, Values},
-    spec::{EffectSpec, Family},
+    spec::{EffectSpec, Family, Naming},
     start::FitStart,
     wording,
 };
@@ -24,7 +24,7 @@ pub const SPEC: EffectSpec = EffectSpec {
     family: Family::LaunchAngle,
     equivalent: &["camera_rotation", "off_centre_contact"],
     contains: &[],
-    is_last_resort: false,
+    naming: Naming::Ordinary,
     source: "error of calibration between the arm's base and the table",
     starts: |_| FitStart::linear(("bias", 0.005)),
     build: |values: &Values, _: &Rig| {

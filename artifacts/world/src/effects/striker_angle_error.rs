@@ -5,7 +5,7 @@ use values::{Command, Conditions, Rig};
 use super::{
     action::{Acts, Effect},
     parameters::{EffectParameter, Parameters, Values},
-    spec::{EffectSpec, Family},
+    spec::{EffectSpec, Family, Naming},
     start::{Column, FitStart},
     wording,
 };
@@ -45,7 +45,7 @@ pub const SPEC: EffectSpec = EffectSpec {
     family: Family::LaunchAngleByCommand,
     equivalent: &[],
     contains: &["striker_angle_bias"],
-    is_last_resort: false,
+    naming: Naming::Ordinary,
     source: "to first order in the command: a joint's gain, and a tip that yields sideways the more the faster it goes",
     starts: |_| {
         let column = |name| Column::new(&[], (name, 0.005));

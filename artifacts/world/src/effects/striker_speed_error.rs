@@ -8,7 +8,7 @@ use values::{Command, Conditions, Rig};
 use super::{
     action::{Acts, Effect},
     parameters::{EffectParameter, Parameters, Values},
-    spec::{EffectSpec, Family},
+    spec::{EffectSpec, Family, Naming},
     start::{Column, Experiment, FitStart},
 };
 
@@ -70,7 +70,7 @@ pub const SPEC: EffectSpec = EffectSpec {
     family: Family::LaunchSpeed,
     equivalent: &["speed_dependent_restitution"],
     contains: &[],
-    is_last_resort: false,
+    naming: Naming::Ordinary,
     source: "gain, offset and saturation of a speed-controlled axis",
     starts: caps_and_offsets,
     build: |values: &Values, _: &Rig| {

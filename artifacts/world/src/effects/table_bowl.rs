@@ -7,7 +7,7 @@ use values::{Point, Rig};
 use super::{
     action::{Acts, Effect, Slide},
     parameters::{EffectParameter, Parameters, Values},
-    spec::{EffectSpec, Family},
+    spec::{EffectSpec, Family, Naming},
     start::{Column, FitStart},
 };
 use crate::GRAVITY;
@@ -58,7 +58,7 @@ pub const SPEC: EffectSpec = EffectSpec {
     family: Family::ForceByPlace,
     equivalent: &[],
     contains: &[],
-    is_last_resort: false,
+    naming: Naming::Ordinary,
     source: "weight on a paraboloid of height (p − p₀)ᵀK(p − p₀)/2, its slope small: the second order of any smooth table",
     starts: |experiment| {
         let at = |x: f64, y: f64, name: &str| {

@@ -5,7 +5,7 @@ use values::{Point, Rig};
 use super::{
     action::{Acts, Effect, Slide},
     parameters::{EffectParameter, Parameters, Values},
-    spec::{EffectSpec, Family},
+    spec::{EffectSpec, Family, Naming},
     start::{Column, FitStart},
 };
 use crate::GRAVITY;
@@ -28,7 +28,7 @@ pub const SPEC: EffectSpec = EffectSpec {
     family: Family::ForceByPlace,
     equivalent: &[],
     contains: &[],
-    is_last_resort: false,
+    naming: Naming::Ordinary,
     source: "weight on an inclined plane",
     starts: |_| {
         let column = |name| Column::new(&[], (name, 0.002));

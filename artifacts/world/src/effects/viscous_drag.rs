@@ -5,7 +5,7 @@ use values::{Point, Rig};
 use super::{
     action::{Acts, Effect, Slide},
     parameters::{EffectParameter, Parameters, Values},
-    spec::{EffectSpec, Family},
+    spec::{EffectSpec, Family, Naming},
     start::FitStart,
 };
 
@@ -23,7 +23,7 @@ pub const SPEC: EffectSpec = EffectSpec {
     family: Family::FrictionBySpeed,
     equivalent: &[],
     contains: &[],
-    is_last_resort: false,
+    naming: Naming::Ordinary,
     source: "viscous term of the Stribeck friction model (Armstrong-Hélouvry et al. 1994)",
     starts: |_| FitStart::linear(("rate", 0.05)),
     build: |values: &Values, _: &Rig| {

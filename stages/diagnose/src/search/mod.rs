@@ -13,7 +13,7 @@ mod refine;
 
 pub(crate) use fits::CandidateFit;
 pub(crate) use forward::{Limits, search};
-pub(crate) use last_resort::with_last_resorts;
+pub(crate) use last_resort::{with_last_resorts, with_never_named};
 pub(crate) use refine::{with_rivals, without};
 
 use crate::{fit::Fitted, strikes::PreparedStrikes};

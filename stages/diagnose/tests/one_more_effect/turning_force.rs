@@ -2,8 +2,8 @@
 
 use values::{Point, Rig};
 use world::effects::{
-    Acts, Effect, EffectParameter, EffectSpec, Experiment, Family, FitStart, Parameters, Slide,
-    Values,
+    Acts, Effect, EffectParameter, EffectSpec, Experiment, Family, FitStart, Naming, Parameters,
+    Slide, Values,
 };
 
 /// Turning force; parameter `rate` = ω.
@@ -20,7 +20,7 @@ pub const SPEC: EffectSpec = EffectSpec {
     family: Family::FrictionByHeading,
     equivalent: &[],
     contains: &[],
-    is_last_resort: false,
+    naming: Naming::Ordinary,
     source: "as on a body that spins, or on a charge in a magnetic field",
     starts: |_: &Experiment<'_>| FitStart::linear(("rate", 0.02)),
     build: |values: &Values, _: &Rig| {

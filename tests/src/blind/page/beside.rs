@@ -197,7 +197,7 @@ pub(super) fn separations(text: &mut String, separations: &[Separation]) {
         text,
         "\n## Strikes chosen, and strikes at random\n\nSets of 20 strikes with a weak effect, whose diagnosis leaves another standing beside what \
          is hidden. More strikes of the embedded rig are added, those that `next_strikes` asks for (a dozen at a time) or random ones; after \
-         1, 2, 4, 8, 12, 24 and 48 of either a diagnosis looks, until one finds the odds for the hidden effect past 95 % (T > 10.8).\n\n\
+         1, 2, 4, 8, 12, 24 and 48 of either, and 96 and 192 random ones, a diagnosis looks, until one finds the odds for the hidden effect past 95 % (T > 10.8).\n\n\
          | set | against | chosen | random |\n|---|---|---|---|\n"
     );
     let needed = |strikes: Option<usize>| strikes.map_or("not enough".into(), |n| n.to_string());

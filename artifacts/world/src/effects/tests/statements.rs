@@ -117,6 +117,11 @@ fn fitted_values_are_stated_in_a_sentence() {
             "friction varies over the table: 20 % higher around (0.35, 0.10) m, 9.6 % lower around (0.65, -0.10) m",
         ),
         (
+            "friction_line",
+            &[("offset", 0.5), ("length", 0.05)],
+            "a narrow line lies across the table through (0.50, 0.00) m, towards 90° from +x: a crossing costs as much as 5.0 cm of way more",
+        ),
+        (
             "camera_lean",
             &[("lean_x", 0.035)],
             "the camera leans: it shows lengths 3.5 % smaller for every metre towards 0° from +x",

@@ -1,0 +1,176 @@
+//! A narrow line of other friction across the table: glue, tape, a scratch. It is stated, and never named: it can be taken away.
+//!
+//! μ(p) = μ·(1 + l·exp(−d²/(2·w²))/(w·√(2π))), d the distance of p from the line: a crossing at a right angle costs as much as l of way.
+
+use std::f64::consts::{FRAC_PI_8, PI, TAU};
+
+use values::{Point, Rig};
+
+use super::{
+    action::{Acts, Effect, Slide},
+    parameters::{EffectParameter, Parameters, Values},
+    spec::{EffectSpec, Family, Naming},
+    start::{Column, Experiment, FitStart},
+};
+
+/// Directions across lines that are tried, in eighths of a half turn.
+const DIRECTIONS: std::ops::Range<i32> = -3..5;
+/// Distance of lines that are tried, and their width, in m.
+const APART: f64 = 0.03;
+const WIDTH: f64 = 0.015;
+/// However slippery the line, this share of friction is left.
+const LEAST_FACTOR: f64 = 0.05;
+
+/// Friction line; parameters `direction`: of the line's normal, from +x; `offset`: of the line from the origin along that normal;
+/// `width`: standard deviation of its profile; `length`: as much of way does a crossing cost.
+pub const SPEC: EffectSpec = EffectSpec {
+    name: "friction_line",
+    parameters: Parameters::Listed(&[
+        EffectParameter {
+            name: "direction",
+            unit: "rad",
+            low: -PI,
+            high: PI,
+            neutral: 0.0,
+            scale: 0.3,
+        },
+        EffectParameter {
+            name: "offset",
+            unit: "m",
+            low: -3.0,
+            high: 3.0,
+            neutral: 0.5,
+            scale: 0.1,
+        },
+        EffectParameter {
+            name: "width",
+            unit: "m",
+            low: 0.003,
+            high: 0.03,
+            neutral: WIDTH,
+            scale: 0.003,
+        },
+        EffectParameter {
+            name: "length",
+            unit: "m",
+            low: -0.1,
+            high: 0.5,
+            neutral: 0.0,
+            scale: 0.02,
+        },
+    ]),
+    family: Family::FrictionByPlace,
+    equivalent: &[],
+    contains: &[],
+    naming: Naming::Never,
+    source: "work of friction along a strip that is narrower than the object",
+    starts: lines,
+    build: |values: &Values, _: &Rig| {
+        Box::new(FrictionLine {
+            normal: Point::polar(1.0, values.get("direction")),
+            offset: values.get("offset"),
+            width: values.get("width"),
+            length: values.get("length"),
+        })
+    },
+    statement: |values| {
+        let (direction, length) = (values.get("direction"), values.get("length"));
+        let foot = Point::polar(values.get("offset"), direction);
+        format!(
+            "a narrow line lies across the table through ({:.2}, {:.2}) m, towards {:.0}° from +x: a crossing costs as much as {:.1} cm of \
+             way {}",
+            foot.x,
+            foot.y,
+            (direction.to_degrees() + 90.0).rem_euclid(180.0),
+            100.0 * length.abs(),
+            if length < 0.0 { "less" } else { "more" }
+        )
+    },
+};
+
+fn lines(experiment: &Experiment<'_>) -> Vec<FitStart> {
+    let points = || {
+        let strikes = experiment.strikes.iter();
+        strikes.flat_map(|strike| (0..strike.track.len()).map(|i| strike.track.point(i)))
+    };
+    let mut starts = Vec::new();
+    for direction in DIRECTIONS.map(|eighths| f64::from(eighths) * FRAC_PI_8) {
+        let normal = Point::polar(1.0, direction);
+        let along = |offset: f64| ((offset / APART).round()) as i32;
+        let offsets = points().map(|point| along(normal.dot(point)));
+        let (low, high) = offsets.fold((i32::MAX, i32::MIN), |(low, high), offset| {
+            (low.min(offset), high.max(offset))
+        });
+        for offset in low..=high {
+            let form = [
+                ("direction", direction),
+                ("offset", APART * f64::from(offset)),
+                ("width", WIDTH),
+            ];
+            starts.push(FitStart::new(
+                vec![Column::new(&form, ("length", 0.005))],
+                &["direction", "offset", "width", "length"],
+            ));
+        }
+    }
+    starts
+}
+
+struct FrictionLine {
+    /// Unit vector across the line.
+    normal: Point,
+    offset: f64,
+    width: f64,
+    length: f64,
+}
+
+impl FrictionLine {
+    /// Distance in m from the line, in widths.
+    fn apart(&self, position: Point) -> f64 {
+        (self.normal.dot(position) - self.offset) / self.width
+    }
+}
+
+impl Effect for FrictionLine {
+    fn acts(&self) -> Acts {
+        Acts::Slide
+    }
+
+    fn friction_factor(&self, slide: &Slide<'_>) -> f64 {
+        let profile = (-0.5 * self.apart(slide.position).powi(2)).exp();
+        (1.0 + self.length * profile / (self.width * TAU.sqrt())).max(LEAST_FACTOR)
+    }
+
+    fn stretch(&self, position: Point) -> f64 {
+        self.width * (self.apart(position).abs() - 4.0).max(0.5)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use values::Point;
+
+    use crate::effects::tests::{Bench, DRY};
+
+    const LINE: [(&str, f64); 4] = [
+        ("direction", 0.3),
+        ("offset", 0.40),
+        ("width", 0.006),
+        ("length", 0.05),
+    ];
+
+    #[test]
+    fn it_changes_the_track() {
+        Bench::with("friction_line", &LINE).assert_changes_track();
+    }
+
+    #[test]
+    fn the_stop_follows_its_formula() {
+        let slid = Bench::with("friction_line", &LINE).slide(0.95, 0.1);
+        slid.assert_integrates(|position, velocity| {
+            let apart = (Point::polar(1.0, 0.3).dot(position) - 0.40) / 0.006;
+            let more = 0.05 * (-0.5 * apart * apart).exp() / (0.006 * 2.506_628_274_6);
+            velocity * (-DRY * more / velocity.norm())
+        });
+    }
+}
