@@ -115,9 +115,12 @@ fn parse_one(text: &str) -> Result<Part, RigSimError> {
         if let Some((low, high)) = limits(name, parameter)
             && !(low..=high).contains(&number)
         {
-            return Err(wrong(format!(
-                "{parameter} = {number} is not within {low} to {high}"
-            )));
+            let range = match (low > f64::MIN, high < f64::MAX) {
+                (true, false) => format!("at least {low}"),
+                (false, true) => format!("at most {high}"),
+                _ => format!("within {low} to {high}"),
+            };
+            return Err(wrong(format!("{parameter} = {number} is not {range}")));
         }
         if !changed.set(parameter, number) {
             return Err(wrong(format!("it has no parameter {parameter:?}")));

@@ -94,7 +94,11 @@ impl Results {
     pub fn warnings(&self) -> Vec<String> {
         let of_fit = self.fit.iter().flat_map(|fit| fit.warnings.clone());
         let worse = self.evaluation.as_ref().and_then(worse_than_nominal);
-        of_fit.chain(worse).collect()
+        let cause = self
+            .found
+            .as_ref()
+            .and_then(|found| found.diagnosis.cause.clone());
+        of_fit.chain(cause).chain(worse).collect()
     }
 
     /// The world that will be used, with the name of its model: the one with effects where they are named.

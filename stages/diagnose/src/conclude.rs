@@ -95,6 +95,7 @@ impl Case<'_, '_> {
         let values = &self.selection.fitted.model.values;
         notes.push(notes::camera_scale(values[FRICTION], values[RESTITUTION]));
         notes.extend(notes::few_judges(judged.gap.heldout_strikes));
+        let is_caused = judged.cause.is_some();
         Ok(Diagnosed {
             residuals: gap::residuals(&strikes, &judged.before, &judged.after),
             diagnosis: Diagnosis {
@@ -106,6 +107,7 @@ impl Case<'_, '_> {
                     judged.cause.as_deref(),
                 ),
                 verdict,
+                cause: judged.cause,
                 p_value: self.p_value.drawn,
                 p_value_signs: self.p_value.flipped,
                 replicates: DRAWN,
@@ -118,7 +120,10 @@ impl Case<'_, '_> {
                 effects: named,
                 ranking: self.ranking(),
                 gap: judged.gap,
-                next_strikes: self.next(verdict)?,
+                next_strikes: match is_caused {
+                    true => Vec::new(),
+                    false => self.next(verdict)?,
+                },
                 detectable: self.detectable(),
                 notes,
                 maps: match verdict {
@@ -193,19 +198,25 @@ impl Case<'_, '_> {
         if !self.p_value.is_real() {
             return Ok(unnamed(Verdict::Consistent, None, None));
         }
-        if !self.explains() {
-            let note = (!self.selection.effects.is_empty())
-                .then(|| notes::not_named(&self.names(), "too much of the gap is left beside"));
-            return Ok(unnamed(Verdict::Unexplained, None, note));
-        }
         let world = fitted_world(&self.input.world, fitted, prepared.noise)?;
         let is_never_named = |added: &&AddedEffect| {
             effect(&added.name).is_ok_and(|spec| spec.naming == Naming::Never)
         };
-        if let Some(found) = world.effects.iter().find(is_never_named) {
-            let cause = Some(effects::statement(found)?);
-            let note = Some(notes::never_named(self.share()));
-            return Ok(unnamed(Verdict::Unexplained, cause, note));
+        let (never_named, others): (Vec<&AddedEffect>, Vec<&AddedEffect>) =
+            world.effects.iter().partition(is_never_named);
+        if let Some(found) = never_named.first() {
+            let cause = Some(notes::never_named(&effects::statement(found)?));
+            let others: Vec<String> = others
+                .into_iter()
+                .map(effects::statement)
+                .collect::<Result<_, _>>()?;
+            let note = notes::beside_never_named(&others, self.share());
+            return Ok(unnamed(Verdict::Unexplained, cause, Some(note)));
+        }
+        if !self.explains() {
+            let note = (!self.selection.effects.is_empty())
+                .then(|| notes::not_named(&self.names(), "too much of the gap is left beside"));
+            return Ok(unnamed(Verdict::Unexplained, None, note));
         }
         let after = gap::stop_residuals(rig, &world, strikes)?;
         let gap = gap_to(&after);

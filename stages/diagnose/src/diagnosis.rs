@@ -12,6 +12,9 @@ pub struct Diagnosis {
     pub verdict: Verdict,
     /// One sentence for a person.
     pub summary: String,
+    /// What stands behind a gap that no candidate explains, and what to do about it, where that is known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cause: Option<String>,
     /// Probability of a gap like this one, or a larger, if only launches, friction and camera scattered: the share of
     /// residuals drawn from the fitted noise that show as much, everything that was looked at counted. Never below
     /// 1/(1 + `replicates`).

@@ -6,6 +6,7 @@ use crate::{
     fit::ITERATIONS,
     mixed::GREATEST,
     model::Model,
+    remaining_gain::RemainingGain,
     search::Selection,
     smooth::covariate::{Covariate, family},
 };
@@ -14,12 +15,16 @@ use crate::{
 pub(crate) struct GreatWander {
     /// As much as an effect of friction by order does, but for a gain that chance brings.
     pub(crate) replaces: bool,
-    /// More than chance beside all effects.
-    pub(crate) holds_more: bool,
+    /// More than chance beside all effects, and so much that these could be named then.
+    pub(crate) could_explain: bool,
 }
 
 impl GreatWander {
-    pub(crate) fn beside(selection: &Selection<'_>) -> Result<Self, WorldError> {
+    /// Of a selection, beside which smooth dependences gain what is left.
+    pub(crate) fn beside(
+        selection: &Selection<'_>,
+        left: RemainingGain,
+    ) -> Result<Self, WorldError> {
         let (prepared, fitted) = (&selection.prepared, &selection.fitted);
         let by_chance = prepared.thresholds.beyond_wander;
         let free = fitted.estimated.components.with_greatest_wander(GREATEST);
@@ -36,9 +41,15 @@ impl GreatWander {
                 replaces |= gain(&fitted.model.without(place))? > -by_chance;
             }
         }
+        let names: Vec<&str> = selection.effects.iter().map(|effect| effect.name).collect();
+        let more = gain(&fitted.model)?;
+        let is_rest_small = names.is_empty()
+            || left
+                .less(more)
+                .is_small(selection.gain(), &names, prepared.thresholds);
         Ok(Self {
             replaces,
-            holds_more: gain(&fitted.model)? > by_chance,
+            could_explain: more > by_chance && is_rest_small,
         })
     }
 }

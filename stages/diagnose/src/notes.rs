@@ -78,11 +78,24 @@ pub(crate) fn not_named(names: &[&str], why: &str) -> String {
     )
 }
 
-/// What to do about what is on the table and is never named, which holds this share of the evidence.
-pub(crate) fn never_named(share: f64) -> String {
+/// What is on the table, and what to do about it.
+pub(crate) fn never_named(statement: &str) -> String {
     format!(
-        "the line holds {:.0} % of the gap's evidence, as glue, tape or a scratch would: look at the table there, and log the strikes again \
-         once it is clean; nothing is named for it",
+        "{statement}, as glue, tape, a scratch or a smooth strip would do; look at the table there, and log again once it is clean"
+    )
+}
+
+/// What stands beside what is on the table, and the share of the gap's evidence that all hold together.
+pub(crate) fn beside_never_named(others: &[String], share: f64) -> String {
+    let beside = match others {
+        [] => String::new(),
+        others => format!(
+            ", with what stands beside it and is not named: {}",
+            others.join(", and ")
+        ),
+    };
+    format!(
+        "the line holds {:.0} % of the gap's evidence{beside}",
         100.0 * share
     )
 }
@@ -119,20 +132,14 @@ pub(crate) fn world_at_end(name: &str, value: f64) -> String {
     )
 }
 
-/// What most objects do where the arm goes on behind them, or the table moves.
-pub(crate) const PUSHED_AGAIN: &str = "the object speeds up again after it slowed down";
+/// What most objects do where the arm goes on behind them, or the table moves; and what to do about it.
+pub(crate) const PUSHED_AGAIN: &str = "in most strikes the object speeds up again after it slowed down, which nothing in the library does; \
+     look whether the arm goes on behind the object, or the table moves (a vibration), and log again";
 
-/// Strikes that were left out before anything was fitted, or were not, for nearly all are pushed a second time.
+/// Strikes that were left out before anything was fitted.
 pub(crate) fn left_out(usable: &Usable, pushed: usize) -> Vec<String> {
     let mut notes = Vec::new();
-    if usable.are_pushed_again {
-        notes.push(format!(
-            "in {} of {} strikes {PUSHED_AGAIN}, which nothing in the library does, so that nothing is named: look whether the arm goes on \
-             behind the object, or the table moves (a vibration), and log again",
-            usable.pushed_again,
-            usable.strikes.len()
-        ));
-    } else if usable.pushed_again > 0 {
+    if usable.pushed_again > 0 && !usable.are_pushed_again {
         notes.push(format!(
             "strikes left out, for the object speeds up again after it slowed down, as if the arm went on behind it: {}",
             usable.pushed_again
@@ -190,7 +197,9 @@ pub(crate) fn few_judges(count: usize) -> Option<String> {
         1 => "only one strike judges".into(),
         count => format!("only {count} strikes judge"),
     };
-    (count < JUDGES).then(|| format!("{judges} the gap: its figures are coarse"))
+    (1..JUDGES)
+        .contains(&count)
+        .then(|| format!("{judges} the gap: its figures are coarse"))
 }
 
 #[cfg(test)]

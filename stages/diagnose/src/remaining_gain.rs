@@ -24,6 +24,15 @@ impl RemainingGain {
         share(gained, self.all)
     }
 
+    /// The same less what something else would take.
+    pub(crate) fn less(self, taken: f64) -> Self {
+        Self {
+            all: (self.all - taken).max(0.0),
+            beyond_form: (self.beyond_form - taken).max(0.0),
+            ..self
+        }
+    }
+
     /// Whether it is small beside what these effects gained.
     pub(crate) fn is_small(&self, gained: f64, effects: &[&str], thresholds: &Thresholds) -> bool {
         let least = match self.is_astray {

@@ -60,8 +60,8 @@ impl Diagnose {
     /// The diagnosis of strikes as they were commanded, or as they were delivered, which no effect of the arm explains.
     ///
     /// A drift is a wander that goes one way: a wander without bound would hold it. So effects are sought beside a small one; where
-    /// a great wander holds as much as they do, or something is left unexplained of which a great wander holds a part, they are sought
-    /// beside a great one.
+    /// a great wander holds as much as they do, or what is left unexplained is no more than a great wander holds, they are sought beside a
+    /// great one.
     fn diagnose(
         &self,
         input: &Input,
@@ -71,7 +71,7 @@ impl Diagnose {
         let small = self.thresholds.small_wander;
         let (found, wander) = self.diagnose_beside(small, input, is_delivered, progress)?;
         let is_unexplained = found.diagnosis.verdict == Verdict::Unexplained;
-        if !(wander.replaces || is_unexplained && wander.holds_more) {
+        if !(wander.replaces || is_unexplained && wander.could_explain) {
             return Ok(found);
         }
         let (wandering, _) = self.diagnose_beside(GREATEST, input, is_delivered, progress)?;
@@ -141,7 +141,7 @@ impl Diagnose {
             replicates,
         )?;
         let (selection, left) = self.pruned(selection, &candidates, &chance, is_astray)?;
-        let wander = GreatWander::beside(&selection)?;
+        let wander = GreatWander::beside(&selection, left)?;
         let (selection, gains, mut notes) = paying(selection)?;
         notes.extend(notes::left_out(&usable, pushed));
         notes.extend(notes::turned(rig, &selection.prepared.strikes));

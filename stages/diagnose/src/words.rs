@@ -131,9 +131,7 @@ pub(crate) fn summary(
         ),
         Verdict::Unexplained => {
             let cause = cause.map_or(String::new(), |cause| format!(": {cause}"));
-            format!(
-                "a real gap that no candidate explains{cause}; see `where` for what it depends on"
-            )
+            format!("a real gap that no candidate explains{cause}")
         }
         Verdict::Named => format!(
             "{}; this holds {:.0} % of the gap's evidence",

@@ -88,7 +88,7 @@ fn pushed_again(count: usize, of: usize, are_left_out: bool) -> String {
     let end = if are_left_out {
         "left out"
     } else {
-        "kept, for too few others are there"
+        "kept, for they are most, or too few others are there"
     };
     format!(
         "in {count} of {of} strikes the object speeds up again after it slowed down, as if the arm went on behind it or the table moved: {end}"
@@ -97,7 +97,7 @@ fn pushed_again(count: usize, of: usize, are_left_out: bool) -> String {
 
 impl Stage for Sysid {
     const NAME: &'static str = "sysid";
-    const VERSION: u32 = 16;
+    const VERSION: u32 = 17;
     type Input = Input;
     type Output = Fit;
     type Error = SysidError;
@@ -139,7 +139,8 @@ impl Stage for Sysid {
             .filter_map(|(strike, is_free)| is_free.then_some(*strike))
             .collect();
         let again = strikes.len() - free_slides.len();
-        if free_slides.len() >= needed {
+        // Where most are, what is left is no fair sample of them.
+        if free_slides.len() >= needed && 2 * again <= strikes.len() {
             strikes = free_slides;
         }
         let begun = start::start(&input.rig, &input.world, &strikes, &free);

@@ -9,6 +9,7 @@ use super::{
     parameters::{EffectParameter, Parameters, Values, centre},
     spec::{EffectSpec, Family, Naming},
     start::{Column, Experiment, FitStart},
+    wording,
 };
 
 /// Scale beyond which a picture shows no table: what lies there is as good as at the horizon.
@@ -79,9 +80,9 @@ pub const SPEC: EffectSpec = EffectSpec {
     statement: |values| {
         let lean = Point::new(values.get("lean_x"), values.get("lean_y"));
         format!(
-            "the camera leans: it shows lengths {:.1} % smaller for every metre towards {:.0}° from +x",
+            "the camera leans: it shows lengths {:.1} % smaller for every metre towards {} from +x",
             100.0 * lean.norm(),
-            lean.bearing().to_degrees()
+            wording::degrees(lean.bearing())
         )
     },
 };

@@ -69,9 +69,9 @@ pub const SPEC: EffectSpec = EffectSpec {
     statement: |values| {
         let gradient = Point::new(values.get("gradient_x"), values.get("gradient_y"));
         format!(
-            "friction rises by {} per metre towards {:.0}° from +x",
+            "friction rises by {} per metre towards {} from +x",
             wording::percent(gradient.norm()),
-            gradient.bearing().to_degrees()
+            wording::degrees(gradient.bearing())
         )
     },
 };

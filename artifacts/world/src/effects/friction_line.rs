@@ -8,7 +8,7 @@ use values::{Point, Rig};
 
 use super::{
     action::{Acts, Effect, Slide},
-    parameters::{EffectParameter, Parameters, Values},
+    parameters::{EffectParameter, Parameters, Values, centre},
     spec::{EffectSpec, Family, Naming},
     start::{Column, Experiment, FitStart},
 };
@@ -18,14 +18,18 @@ const DIRECTIONS: std::ops::Range<i32> = -3..5;
 /// Distance of lines that are tried, and their width, in m.
 const APART: f64 = 0.03;
 const WIDTH: f64 = 0.015;
+/// Widths that hold nearly all of a line.
+const SEEN_WIDTHS: f64 = 4.0;
 /// However slippery the line, this share of friction is left.
 const LEAST_FACTOR: f64 = 0.05;
 
-/// Friction line; parameters `direction`: of the line's normal, from +x; `offset`: of the line from the origin along that normal;
-/// `width`: standard deviation of its profile; `length`: as much of way does a crossing cost.
+/// Friction line; parameters `direction`: of the line's normal, from +x; `offset`: of the line from a point, `center_x` and `center_y`,
+/// along that normal; `width`: standard deviation of its profile; `length`: as much of way does a crossing cost.
 pub const SPEC: EffectSpec = EffectSpec {
     name: "friction_line",
     parameters: Parameters::Listed(&[
+        centre("center_x", 0.5),
+        centre("center_y", 0.0),
         EffectParameter {
             name: "direction",
             unit: "rad",
@@ -39,7 +43,7 @@ pub const SPEC: EffectSpec = EffectSpec {
             unit: "m",
             low: -3.0,
             high: 3.0,
-            neutral: 0.5,
+            neutral: 0.0,
             scale: 0.1,
         },
         EffectParameter {
@@ -68,27 +72,35 @@ pub const SPEC: EffectSpec = EffectSpec {
     build: |values: &Values, _: &Rig| {
         Box::new(FrictionLine {
             normal: Point::polar(1.0, values.get("direction")),
-            offset: values.get("offset"),
+            middle: place(values),
             width: values.get("width"),
             length: values.get("length"),
         })
     },
     statement: |values| {
-        let (direction, length) = (values.get("direction"), values.get("length"));
-        let foot = Point::polar(values.get("offset"), direction);
+        let (middle, length) = (place(values), values.get("length"));
         format!(
-            "a narrow line lies across the table through ({:.2}, {:.2}) m, towards {:.0}° from +x: a crossing costs as much as {:.1} cm of \
-             way {}",
-            foot.x,
-            foot.y,
-            (direction.to_degrees() + 90.0).rem_euclid(180.0),
+            "a line lies across the table through ({:.2}, {:.2}) m, towards {:.0}° from +x, {:.1} cm wide: a crossing costs as much as \
+             {:.1} cm of way {}",
+            middle.x,
+            middle.y,
+            (values.get("direction").to_degrees() + 90.0).rem_euclid(180.0),
+            100.0 * SEEN_WIDTHS * values.get("width"),
             100.0 * length.abs(),
             if length < 0.0 { "less" } else { "more" }
         )
     },
 };
 
+/// The line's point that is nearest to the one that its offset is measured from.
+fn place(values: &Values) -> Point {
+    let from = Point::new(values.get("center_x"), values.get("center_y"));
+    from + Point::polar(values.get("offset"), values.get("direction"))
+}
+
 fn lines(experiment: &Experiment<'_>) -> Vec<FitStart> {
+    let [x, y] = experiment.extent();
+    let middle = Point::new(0.5 * (x.0 + x.1), 0.5 * (y.0 + y.1));
     let points = || {
         let strikes = experiment.strikes.iter();
         strikes.flat_map(|strike| (0..strike.track.len()).map(|i| strike.track.point(i)))
@@ -97,12 +109,14 @@ fn lines(experiment: &Experiment<'_>) -> Vec<FitStart> {
     for direction in DIRECTIONS.map(|eighths| f64::from(eighths) * FRAC_PI_8) {
         let normal = Point::polar(1.0, direction);
         let along = |offset: f64| ((offset / APART).round()) as i32;
-        let offsets = points().map(|point| along(normal.dot(point)));
+        let offsets = points().map(|point| along(normal.dot(point - middle)));
         let (low, high) = offsets.fold((i32::MAX, i32::MIN), |(low, high), offset| {
             (low.min(offset), high.max(offset))
         });
         for offset in low..=high {
             let form = [
+                ("center_x", middle.x),
+                ("center_y", middle.y),
                 ("direction", direction),
                 ("offset", APART * f64::from(offset)),
                 ("width", WIDTH),
@@ -119,7 +133,8 @@ fn lines(experiment: &Experiment<'_>) -> Vec<FitStart> {
 struct FrictionLine {
     /// Unit vector across the line.
     normal: Point,
-    offset: f64,
+    /// A point of the line.
+    middle: Point,
     width: f64,
     length: f64,
 }
@@ -127,7 +142,7 @@ struct FrictionLine {
 impl FrictionLine {
     /// Distance in m from the line, in widths.
     fn apart(&self, position: Point) -> f64 {
-        (self.normal.dot(position) - self.offset) / self.width
+        self.normal.dot(position - self.middle) / self.width
     }
 }
 
@@ -152,9 +167,11 @@ mod tests {
 
     use crate::effects::tests::{Bench, DRY};
 
-    const LINE: [(&str, f64); 4] = [
+    const LINE: [(&str, f64); 6] = [
+        ("center_x", 0.3),
+        ("center_y", 0.1),
         ("direction", 0.3),
-        ("offset", 0.40),
+        ("offset", 0.07),
         ("width", 0.006),
         ("length", 0.05),
     ];
@@ -168,7 +185,8 @@ mod tests {
     fn the_stop_follows_its_formula() {
         let slid = Bench::with("friction_line", &LINE).slide(0.95, 0.1);
         slid.assert_integrates(|position, velocity| {
-            let apart = (Point::polar(1.0, 0.3).dot(position) - 0.40) / 0.006;
+            let from = position - Point::new(0.3, 0.1);
+            let apart = (Point::polar(1.0, 0.3).dot(from) - 0.07) / 0.006;
             let more = 0.05 * (-0.5 * apart * apart).exp() / (0.006 * 2.506_628_274_6);
             velocity * (-DRY * more / velocity.norm())
         });

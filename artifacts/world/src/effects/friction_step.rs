@@ -68,11 +68,11 @@ pub const SPEC: EffectSpec = EffectSpec {
         let direction = values.get("direction");
         let foot = Point::polar(values.get("offset"), direction);
         format!(
-            "friction is {} beyond the line through ({:.2}, {:.2}) m, towards {:.0}° from +x",
+            "friction is {} beyond the line through ({:.2}, {:.2}) m, towards {} from +x",
             wording::higher(values.get("change")),
             foot.x,
             foot.y,
-            direction.to_degrees()
+            wording::degrees(direction)
         )
     },
 };

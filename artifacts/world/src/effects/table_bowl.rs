@@ -9,6 +9,7 @@ use super::{
     parameters::{EffectParameter, Parameters, Values},
     spec::{EffectSpec, Family, Naming},
     start::{Column, FitStart},
+    wording,
 };
 use crate::GRAVITY;
 
@@ -99,9 +100,9 @@ pub const SPEC: EffectSpec = EffectSpec {
             String::new()
         } else {
             format!(
-                " on the mean, by {:.2} m/s² more towards {:.0}° from +x and as much less across",
+                " on the mean, by {:.2} m/s² more towards {} from +x and as much less across",
                 GRAVITY * unequal,
-                (0.5 * twist.atan2(stretch)).to_degrees()
+                wording::degrees(0.5 * twist.atan2(stretch))
             )
         };
         format!(

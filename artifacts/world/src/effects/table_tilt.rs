@@ -7,6 +7,7 @@ use super::{
     parameters::{EffectParameter, Parameters, Values},
     spec::{EffectSpec, Family, Naming},
     start::{Column, FitStart},
+    wording,
 };
 use crate::GRAVITY;
 
@@ -44,9 +45,9 @@ pub const SPEC: EffectSpec = EffectSpec {
     statement: |values| {
         let down = Point::new(values.get("tilt_x"), values.get("tilt_y"));
         format!(
-            "the table slopes down by {:.1} mm per metre towards {:.0}° from +x",
+            "the table slopes down by {:.1} mm per metre towards {} from +x",
             1000.0 * down.norm(),
-            down.bearing().to_degrees()
+            wording::degrees(down.bearing())
         )
     },
 };

@@ -20,3 +20,9 @@ pub(super) fn higher(change: f64) -> String {
 pub(super) fn side(left: f64) -> &'static str {
     if left < 0.0 { "right" } else { "left" }
 }
+
+/// A direction in whole degrees, such as `-12°`.
+pub(super) fn degrees(direction: f64) -> String {
+    // No "-0": adding 0 takes the sign of a negative zero away.
+    format!("{:.0}°", direction.to_degrees().round() + 0.0)
+}

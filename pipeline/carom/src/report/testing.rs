@@ -43,6 +43,7 @@ pub fn found_tilt() -> Diagnosed {
     let diagnosis = Diagnosis {
         verdict: Verdict::Named,
         summary: "The table is not level.".into(),
+        cause: None,
         p_value: 1e-12,
         p_value_signs: 0.002,
         replicates: 299,

@@ -102,11 +102,11 @@ impl Arm {
             }
             Verdict::Unexplained => {
                 diagnosis.notes.push(
-                    "beside what the arm does there is a gap that no candidate explains; see `where`"
-                        .into(),
+                    "beside what the arm does there is a gap that no candidate explains".into(),
                 );
                 format!(
-                    "{also}, by its logged state; beside that a gap is left that no candidate explains"
+                    "{also}, by its logged state; beside that there is {}",
+                    diagnosis.summary
                 )
             }
         };

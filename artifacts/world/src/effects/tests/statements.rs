@@ -118,8 +118,8 @@ fn fitted_values_are_stated_in_a_sentence() {
         ),
         (
             "friction_line",
-            &[("offset", 0.5), ("length", 0.05)],
-            "a narrow line lies across the table through (0.50, 0.00) m, towards 90° from +x: a crossing costs as much as 5.0 cm of way more",
+            &[("center_y", 0.1), ("offset", -0.1), ("length", 0.05)],
+            "a line lies across the table through (0.40, 0.10) m, towards 90° from +x, 6.0 cm wide: a crossing costs as much as 5.0 cm of way more",
         ),
         (
             "camera_lean",
