@@ -12,9 +12,9 @@ use super::{
     refine::refine,
 };
 use crate::{
-    Thresholds,
     candidates::Candidate,
     evidence,
+    fit::Fitted,
     null::renewed,
     score::{Replicates, ScoreTest},
     screen::{Chance, screen, screen_by},
@@ -29,13 +29,18 @@ pub(crate) fn with_last_resorts<'a>(
     chance: &Chance,
 ) -> Result<Selection<'a>, WorldError> {
     for last_resort in last_resorts {
-        if selection.fitted.model.parts.is_empty()
-            || !held_beside(&selection, last_resort).is_empty()
+        if !selection.fitted.model.parts.is_empty()
+            && held_beside(&selection, last_resort).is_empty()
         {
-            let explains = |gain: Gain, thresholds: &Thresholds| {
-                thresholds.explained * gain.alone - gain.by_chance > gain.held + thresholds.better
-            };
-            selection = replaced(selection, last_resort, candidates, chance, explains)?;
+            continue;
+        }
+        let Some((fitted, gain)) = in_place_of_its_kind(&selection, last_resort, chance)? else {
+            continue;
+        };
+        let thresholds = selection.prepared.thresholds;
+        let evidence = thresholds.explained * gain.alone - chance[last_resort.name];
+        if evidence > gain.held + thresholds.better {
+            selection = with_fitted(selection, &fitted, candidates, chance)?;
         }
     }
     Ok(selection)
@@ -52,10 +57,24 @@ pub(crate) fn with_never_named<'a>(
 ) -> Result<Selection<'a>, WorldError> {
     for candidate in never_named {
         let held = held_beside(&selection, candidate);
-        if held.is_empty() {
+        let is_field = |name: &str| effect(name).is_ok_and(|s| s.naming == Naming::LastResort);
+        let Selection { prepared, null, .. } = &selection;
+        let thresholds = prepared.thresholds;
+        let share = match held[..] {
+            [] => continue,
+            [name] if !is_field(name) => thresholds.alike,
+            _ => 1.0,
+        };
+        // What it gains by chance takes long to say, and is asked only where it matters.
+        chance.insert(candidate.name, 0.0);
+        let Some((fitted, gain)) = in_place_of_its_kind(&selection, candidate, chance)? else {
+            continue;
+        };
+        let is_better =
+            |by_chance: f64| share * (gain.alone - by_chance) > gain.held + thresholds.better;
+        if !is_better(0.0) {
             continue;
         }
-        let Selection { prepared, null, .. } = &selection;
         let Some(test) = ScoreTest::new(prepared, null, &[], replicates) else {
             continue;
         };
@@ -63,26 +82,11 @@ pub(crate) fn with_never_named<'a>(
         let screened = screen_by(prepared, null, &test, screened, replicates)?;
         drop(test);
         chance.extend(evidence::chance(&screened));
-        let is_field = |name: &str| effect(name).is_ok_and(|s| s.naming == Naming::LastResort);
-        let is_simpler = held.len() > 1 || is_field(held[0]);
-        let is_better = |gain: Gain, thresholds: &Thresholds| {
-            let evidence = gain.alone - gain.by_chance;
-            let share = if is_simpler { 1.0 } else { thresholds.alike };
-            gain.held + thresholds.better < share * evidence
-        };
-        selection = replaced(selection, candidate, candidates, chance, is_better)?;
+        if is_better(chance[candidate.name]) {
+            selection = with_fitted(selection, &fitted, candidates, chance)?;
+        }
     }
     Ok(selection)
-}
-
-/// Log-likelihood that one effect gains in the place of all those of its kind.
-#[derive(Clone, Copy)]
-struct Gain {
-    alone: f64,
-    /// What it would gain by chance.
-    by_chance: f64,
-    /// What those of its kind gain together beyond chance.
-    held: f64,
 }
 
 /// Names of the effects held that are of a candidate's kind.
@@ -98,17 +102,22 @@ fn kind(name: &str) -> Option<Family> {
     effect(name).ok().map(|spec| spec.family)
 }
 
-/// The same with a candidate in the place of all effects of its kind, where what it gains is enough.
-fn replaced<'a>(
-    selection: Selection<'a>,
+/// Log-likelihood that an effect gains in the place of all those of its kind.
+struct Gain {
+    alone: f64,
+    /// What those of its kind gain together beyond chance.
+    held: f64,
+}
+
+/// The model with a candidate in the place of all effects of its kind; `None` where none can be fitted.
+fn in_place_of_its_kind(
+    selection: &Selection<'_>,
     candidate: &Candidate,
-    candidates: &[Candidate],
     chance: &Chance,
-    is_enough: impl Fn(Gain, &Thresholds) -> bool,
-) -> Result<Selection<'a>, WorldError> {
+) -> Result<Option<(Fitted, Gain)>, WorldError> {
     let Selection {
         prepared, fitted, ..
-    } = &selection;
+    } = selection;
     let mut model = fitted.model.clone();
     let mut by_chance = 0.0;
     for place in (0..model.parts.len()).rev() {
@@ -119,40 +128,40 @@ fn replaced<'a>(
         }
     }
     let Some(reduced) = prepared.fit_from(fitted, &model)? else {
-        return Ok(selection);
+        return Ok(None);
     };
     let screened = screen(prepared, &reduced, std::slice::from_ref(candidate))?;
     let criteria = FitCriteria {
         required: &[candidate.name],
         ..FitCriteria::default()
     };
-    let fits = fit_best(
-        prepared,
-        &reduced,
-        &screened,
-        chance,
-        criteria,
-        &mut Tried::new(),
-    )?;
-    let held = (fitted.likelihood() - reduced.likelihood() - by_chance).max(0.0);
-    let Some(fit) = fits.into_iter().find(|fit| {
+    let tried = &mut Tried::new();
+    let fits = fit_best(prepared, &reduced, &screened, chance, criteria, tried)?;
+    Ok(fits.into_iter().next().map(|fit| {
         let gain = Gain {
             alone: fit.fitted.likelihood() - reduced.likelihood(),
-            by_chance: chance[candidate.name],
-            held,
+            held: (fitted.likelihood() - reduced.likelihood() - by_chance).max(0.0),
         };
-        is_enough(gain, prepared.thresholds)
-    }) else {
+        (fit.fitted, gain)
+    }))
+}
+
+/// The same with another model; as it was where that cannot be fitted under its own noise.
+fn with_fitted<'a>(
+    selection: Selection<'a>,
+    fitted: &Fitted,
+    candidates: &[Candidate],
+    chance: &Chance,
+) -> Result<Selection<'a>, WorldError> {
+    let Some((prepared, null, fitted)) = renewed(&selection.prepared, &selection.null, fitted)?
+    else {
         return Ok(selection);
     };
-    let Some((prepared, null, fitted)) = renewed(prepared, &selection.null, &fit.fitted)? else {
-        return Ok(selection);
-    };
-    let replaced = Selection {
+    let other = Selection {
         prepared,
         null,
         fitted,
         effects: Vec::new(),
     };
-    refine(replaced, candidates, chance, 0)
+    refine(other, candidates, chance, 0)
 }
