@@ -10,7 +10,7 @@ use strike::xarm::XArm;
 use strike::{CommandPlanner, RobotError, execute};
 use values::{Command, Point};
 
-use crate::bench::{model, plan, ports, rig, run};
+use crate::bench::{model, plan, ports, rig, run, undisturbed};
 
 const TO: Point = Point::new(0.62, 0.0);
 
@@ -35,7 +35,7 @@ pub fn delivered(speed: f64) -> Option<f64> {
         .good_for(Duration::from_secs(60));
     let command = Command { speed, angle: 0.0 };
     let plan = planner.plan(Point::new(0.36, 0.0), command, 1.0).ok()?;
-    let (_, outcome) = run(model(), None, &plan);
+    let (_, outcome) = undisturbed(&plan);
     outcome.unwrap().unwrap().delivered_speed
 }
 
@@ -88,7 +88,7 @@ fn the_arm_delivers_the_speed_at_the_impact_within_a_percent() {
     let rig = rig();
     for to in [0.45, 0.55, 0.62, 0.70] {
         let plan = plan(&rig, Point::new(to, 0.0));
-        let (emulator, outcome) = run(model(), None, &plan);
+        let (emulator, outcome) = undisturbed(&plan);
         let struck = outcome.unwrap().unwrap();
         let delivered = struck.delivered_speed.unwrap();
         let off = (delivered / plan.speed - 1.0).abs();
