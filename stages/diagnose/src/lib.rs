@@ -39,6 +39,7 @@ mod settings;
 mod smooth;
 mod strikes;
 mod thresholds;
+mod usable;
 mod wander;
 mod words;
 

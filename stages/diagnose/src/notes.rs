@@ -7,7 +7,7 @@ use crate::{
     fit::Fitted,
     heldout::{self, Gains},
     mixed::{ANGLE, FRICTION, SPEED},
-    run::Usable,
+    usable::Usable,
 };
 
 /// Noise that is worth a sentence: friction (relative), correlation, jitter of stamps in s.

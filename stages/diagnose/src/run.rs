@@ -1,7 +1,7 @@
 //! The steps of a diagnosis, in their order.
 
 use stage::{Progress, Stage};
-use values::{Rig, Shape, Split, Strike};
+use values::{Rig, Shape, Strike};
 use world::{World, effects::Naming, launch::launches};
 
 use crate::{
@@ -28,12 +28,8 @@ use crate::{
         dependences, dependences_of, family_columns,
     },
     strikes::PreparedStrikes,
+    usable::FEWEST,
 };
-
-/// Strikes below which friction, launch and their scatter leave nothing to distinguish effects by.
-const FEWEST: usize = 8;
-/// Frames that a track must have.
-const FRAMES: usize = 6;
 
 impl Stage for Diagnose {
     const NAME: &'static str = "diagnose";
@@ -173,45 +169,7 @@ impl Diagnose {
     }
 }
 
-/// The strikes that fit and choose.
-pub(crate) struct Usable {
-    pub(crate) strikes: Vec<Strike>,
-    /// Strikes whose object is pushed a second time.
-    pub(crate) pushed_again: usize,
-    /// Whether these are among them, for they are most, or too few others are there: nothing that a candidate does makes an object
-    /// speed up again.
-    pub(crate) are_pushed_again: bool,
-}
-
 impl Diagnose {
-    /// The strikes that fit and choose, from where their impact is over, without those whose object is pushed a second time.
-    pub(crate) fn usable(&self, input: &Input) -> Result<Usable, DiagnoseError> {
-        let frame = 1.0 / input.rig.camera.rate;
-        let tracks: Vec<Strike> = self
-            .sample(&input.strikes)
-            .iter()
-            .filter(|strike| strike.split != Split::Test)
-            .map(|strike| strike.after_impact(frame))
-            .filter(|strike| strike.track.len() >= FRAMES)
-            .collect();
-        let (strikes, needed) = (tracks.len(), FEWEST);
-        if strikes < needed {
-            return Err(DiagnoseError::TooFewStrikes { strikes, needed });
-        }
-        let is_free = values::free_slides(&tracks.iter().collect::<Vec<_>>());
-        let pushed_again = is_free.iter().filter(|is_free| !**is_free).count();
-        let are_pushed_again = strikes - pushed_again < needed || 2 * pushed_again > strikes;
-        let each = tracks.into_iter().zip(is_free);
-        Ok(Usable {
-            strikes: each
-                .filter(|(_, is_free)| *is_free || are_pushed_again)
-                .map(|(strike, _)| strike)
-                .collect(),
-            pushed_again,
-            are_pushed_again,
-        })
-    }
-
     /// Without the effects that are weaker than what no candidate explains, and those whose strength may as well be none; and
     /// what smooth dependences gain beside the rest.
     fn pruned<'a>(
