@@ -2,7 +2,7 @@
 
 use values::{Point, Strike};
 use world::{
-    World,
+    World, WorldError,
     effects::{self, AddedEffect, Naming, effect},
 };
 
@@ -198,26 +198,27 @@ impl Case<'_, '_> {
         if !self.p_value.is_real() {
             return Ok(unnamed(Verdict::Consistent, None, None));
         }
-        let world = fitted_world(&self.input.world, fitted, prepared.noise)?;
-        let is_never_named = |added: &&AddedEffect| {
-            effect(&added.name).is_ok_and(|spec| spec.naming == Naming::Never)
-        };
-        let (never_named, others): (Vec<&AddedEffect>, Vec<&AddedEffect>) =
-            world.effects.iter().partition(is_never_named);
-        if let Some(found) = never_named.first() {
-            let cause = Some(notes::never_named(&effects::statement(found)?));
-            let others: Vec<String> = others
+        let is_never_named =
+            |name: &str| effect(name).is_ok_and(|spec| spec.naming == Naming::Never);
+        let fitted_world = || fitted_world(&self.input.world, fitted, prepared.noise);
+        if self.names().into_iter().any(is_never_named) {
+            let (never_named, others): (Vec<AddedEffect>, Vec<AddedEffect>) = fitted_world()?
+                .effects
                 .into_iter()
-                .map(effects::statement)
-                .collect::<Result<_, _>>()?;
-            let note = notes::beside_never_named(&others, self.share());
-            return Ok(unnamed(Verdict::Unexplained, cause, Some(note)));
+                .partition(|added| is_never_named(&added.name));
+            let statements = |all: &[AddedEffect]| -> Result<Vec<String>, WorldError> {
+                all.iter().map(effects::statement).collect()
+            };
+            let cause = notes::never_named(&statements(&never_named)?.join(", and "));
+            let note = notes::beside_never_named(&statements(&others)?, self.share());
+            return Ok(unnamed(Verdict::Unexplained, Some(cause), Some(note)));
         }
         if !self.explains() {
             let note = (!self.selection.effects.is_empty())
                 .then(|| notes::not_named(&self.names(), "too much of the gap is left beside"));
             return Ok(unnamed(Verdict::Unexplained, None, note));
         }
+        let world = fitted_world()?;
         let after = gap::stop_residuals(rig, &world, strikes)?;
         let gap = gap_to(&after);
         let judges = gap::falls(&part(&before, true), &part(&after, true));

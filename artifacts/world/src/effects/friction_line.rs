@@ -2,13 +2,13 @@
 //!
 //! μ(p) = μ·(1 + l·exp(−d²/(2·w²))/(w·√(2π))), d the distance of p from the line: a crossing at a right angle costs as much as l of way.
 
-use std::f64::consts::{FRAC_PI_8, PI, TAU};
+use std::f64::consts::{FRAC_PI_8, TAU};
 
 use values::{Point, Rig};
 
 use super::{
     action::{Acts, Effect, Slide},
-    parameters::{EffectParameter, Parameters, Values, centre},
+    parameters::{EffectParameter, Parameters, Values, centre, direction},
     spec::{EffectSpec, Family, Naming},
     start::{Column, Experiment, FitStart},
 };
@@ -24,20 +24,13 @@ const SEEN_WIDTHS: f64 = 4.0;
 const LEAST_FACTOR: f64 = 0.05;
 
 /// Friction line; parameters `direction`: of the line's normal, from +x; `offset`: of the line from a point, `center_x` and `center_y`,
-/// along that normal; `width`: standard deviation of its profile; `length`: as much of way does a crossing cost.
+/// along that normal; `width`: standard deviation of its profile; `length`: of the way that costs as much as a crossing does.
 pub const SPEC: EffectSpec = EffectSpec {
     name: "friction_line",
     parameters: Parameters::Listed(&[
         centre("center_x", 0.5),
         centre("center_y", 0.0),
-        EffectParameter {
-            name: "direction",
-            unit: "rad",
-            low: -PI,
-            high: PI,
-            neutral: 0.0,
-            scale: 0.3,
-        },
+        direction(),
         EffectParameter {
             name: "offset",
             unit: "m",

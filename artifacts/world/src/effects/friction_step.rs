@@ -9,7 +9,7 @@ use values::{Point, Rig};
 use super::{
     action::{Acts, Effect, Slide},
     footprint,
-    parameters::{EffectParameter, Parameters, Values},
+    parameters::{EffectParameter, Parameters, Values, direction},
     spec::{EffectSpec, Family, Naming},
     start::{Column, Experiment, FitStart},
     wording,
@@ -25,14 +25,7 @@ const LINES: u32 = 7;
 pub const SPEC: EffectSpec = EffectSpec {
     name: "friction_step",
     parameters: Parameters::Listed(&[
-        EffectParameter {
-            name: "direction",
-            unit: "rad",
-            low: -PI,
-            high: PI,
-            neutral: 0.0,
-            scale: 0.3,
-        },
+        direction(),
         EffectParameter {
             name: "offset",
             unit: "m",

@@ -1,6 +1,9 @@
 //! The parameters of an effect: names, units and ranges, and the values that a world gives them.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    f64::consts::PI,
+};
 
 use values::{Point, Rig};
 
@@ -45,7 +48,19 @@ pub struct EffectParameter {
     pub scale: f64,
 }
 
-/// A coordinate of the point that a camera looks down on.
+/// The direction of a line's normal, from +x.
+pub(super) const fn direction() -> EffectParameter {
+    EffectParameter {
+        name: "direction",
+        unit: "rad",
+        low: -PI,
+        high: PI,
+        neutral: 0.0,
+        scale: 0.3,
+    }
+}
+
+/// A coordinate of a point that is given and not fitted: where a camera looks down, or from where a line is measured.
 pub(super) const fn centre(name: &'static str, neutral: f64) -> EffectParameter {
     EffectParameter {
         name,
