@@ -40,9 +40,9 @@ pub(crate) struct Fitted {
 }
 
 impl Fitted {
-    /// Log-likelihood.
+    /// Log-likelihood, and that of the sizes it takes for wrong.
     pub(crate) fn likelihood(&self) -> f64 {
-        self.estimated.likelihood_here
+        self.estimated.likelihood_here + self.model.log_prior()
     }
 
     /// Forgets the columns that it was fitted from, which take most of its memory: it is then to compare with, not to fit on from.

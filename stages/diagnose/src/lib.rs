@@ -42,6 +42,7 @@ mod thresholds;
 mod usable;
 mod wander;
 mod words;
+mod wrong_sizes;
 
 pub use diagnosis::{
     Detectable, Diagnosed, Diagnosis, Gap, GapDependence, MapPoint, NamedEffect, NextStrike, Noise,

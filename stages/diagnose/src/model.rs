@@ -1,4 +1,4 @@
-//! A world in few numbers: friction, restitution, clock, and the free parameters of the effects added.
+//! A world in few numbers: friction, restitution, clock, what wrong sizes of a box do, and the free parameters of the effects added.
 
 use std::collections::BTreeMap;
 
@@ -9,10 +9,12 @@ use world::{
     parameter,
 };
 
+use crate::wrong_sizes::{self, WrongSizes};
+
 /// One number that a fit may change.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct FreeParameter {
-    /// Which effect of the model, and its parameter; none for friction, restitution and clock.
+    /// Which effect of the model, and its parameter; none for the numbers that are the world's own.
     pub(crate) of: Option<(usize, String)>,
     /// Whether it says how strong an effect is.
     pub(crate) is_strength: bool,
@@ -21,7 +23,7 @@ pub(crate) struct FreeParameter {
     /// Least and greatest value.
     pub(crate) low: f64,
     pub(crate) high: f64,
-    /// Where a weak prior is centred, and its standard deviation.
+    /// Where a prior is centred, and its standard deviation: wide, but for what wrong sizes do.
     pub(crate) centre: f64,
     pub(crate) width: f64,
 }
@@ -30,6 +32,8 @@ pub(crate) struct FreeParameter {
 pub(crate) const FRICTION: usize = 0;
 pub(crate) const RESTITUTION: usize = 1;
 pub(crate) const CLOCK: usize = 2;
+/// Place of the share by which launch angles are off where sizes are wrong: every model of a box has it.
+const SIZES: usize = 3;
 
 /// An effect in a model: some parameters free, the others fixed.
 #[derive(Clone, Debug, PartialEq)]
@@ -52,7 +56,7 @@ pub(crate) struct Part {
 pub(crate) struct Model {
     pub(crate) parts: Vec<Part>,
     pub(crate) free: Vec<FreeParameter>,
-    /// Friction, restitution, clock (s), then the free parameters of the parts in order.
+    /// Friction, restitution, clock (s), for a box the share of its wrong sizes, then the free parameters of the parts in order.
     pub(crate) values: Vec<f64>,
 }
 
@@ -64,10 +68,14 @@ pub(crate) const PRIOR: f64 = 20.0;
 const EDGE: f64 = 1e-3;
 /// Steps of finite differences, as a share of a parameter's scale.
 const STEP: f64 = 0.05;
+/// How many standard deviations of wrong sizes are believed, and the step of differences by their share.
+const BELIEVED: f64 = 4.0;
+const STEP_OF_SHARE: f64 = 0.005;
 
 impl Model {
-    /// No effect: friction and restitution as given, the clock late by half a frame.
-    pub(crate) fn plain(friction: f64, restitution: f64, frame: f64) -> Self {
+    /// No effect: friction and restitution as given, the clock late by half a frame, a rig file that is right.
+    pub(crate) fn plain(friction: f64, restitution: f64, rig: &Rig) -> Self {
+        let frame = 1.0 / rig.camera.rate;
         let base = |step, low, high, centre, width| FreeParameter {
             of: None,
             is_strength: false,
@@ -79,7 +87,7 @@ impl Model {
         };
         let (frictions, restitutions) =
             (world_parameter("friction"), world_parameter("restitution"));
-        Self {
+        let mut model = Self {
             parts: Vec::new(),
             free: vec![
                 base(
@@ -93,7 +101,31 @@ impl Model {
                 base(0.05 * frame, -2.0 * frame, 3.0 * frame, 0.5 * frame, 10.0),
             ],
             values: vec![friction, restitution, 0.5 * frame],
+        };
+        if let Some(scatter) = wrong_sizes::scatter(rig) {
+            let most = BELIEVED * scatter;
+            let share = base(STEP_OF_SHARE, -most, most, 0.0, scatter);
+            model.free.push(share);
+            model.values.push(0.0);
         }
+        model
+    }
+
+    /// How many of its numbers are the world's own, before those of effects.
+    fn own(&self) -> usize {
+        self.free.iter().take_while(|free| free.of.is_none()).count()
+    }
+
+    /// Place of the share by which launch angles are off where sizes are wrong; none for a round object.
+    pub(crate) fn sizes(&self) -> Option<usize> {
+        (self.own() > SIZES).then_some(SIZES)
+    }
+
+    /// Logarithm of the prior of that share, above that of none: the other priors move nothing that the data determine.
+    pub(crate) fn log_prior(&self) -> f64 {
+        self.sizes().map_or(0.0, |place| {
+            -0.5 * (self.values[place] / self.free[place].width).powi(2)
+        })
     }
 
     /// The same with one effect more.
@@ -132,8 +164,8 @@ impl Model {
     pub(crate) fn without(&self, place: usize) -> Self {
         let mut model = Self {
             parts: Vec::new(),
-            free: self.free[..=CLOCK].to_vec(),
-            values: self.values[..=CLOCK].to_vec(),
+            free: self.free[..self.own()].to_vec(),
+            values: self.values[..self.own()].to_vec(),
         };
         for (i, part) in self.fitted_parts(&self.values).into_iter().enumerate() {
             if i != place {
@@ -185,16 +217,19 @@ impl Model {
         value < free.low + margin || value > free.high - margin
     }
 
-    /// The effects at these values.
+    /// The effects at these values, and what wrong sizes do.
     pub(crate) fn effects(
         &self,
         rig: &Rig,
         values: &[f64],
     ) -> Result<Vec<Box<dyn Effect>>, WorldError> {
-        self.fitted_parts(values)
-            .iter()
-            .map(|part| effects::build(&added(part), rig))
-            .collect()
+        let parts = self.fitted_parts(values);
+        let sizes = self.sizes().map(|place| {
+            let share = values[place];
+            Ok(Box::new(WrongSizes { share }) as Box<dyn Effect>)
+        });
+        let effects = parts.iter().map(|part| effects::build(&added(part), rig));
+        effects.chain(sizes).collect()
     }
 }
 
@@ -225,12 +260,14 @@ pub(crate) fn specification(effect: &str, parameter: &str) -> EffectParameter {
 
 #[cfg(test)]
 mod tests {
+    use values::Shape;
+
     use super::*;
 
     #[test]
     fn no_fit_leaves_what_a_world_may_have() {
         for friction in [0.03, 0.3, 0.9] {
-            let mut model = Model::plain(friction, 0.5, 1.0 / 60.0);
+            let mut model = Model::plain(friction, 0.5, &Rig::demo(Shape::Cylinder));
             let free = model.free[FRICTION].clone();
             let range = world_parameter("friction");
             assert!(range.low <= free.low && free.high <= range.high, "{free:?}");

@@ -63,6 +63,20 @@ pub(crate) fn noise(noise: &Noise, fitted: &Fitted, verdict: Verdict) -> Vec<Str
     notes
 }
 
+/// That launch angles are off by a share, where the data determine it.
+pub(crate) fn wrong_sizes(fitted: &Fitted) -> Option<String> {
+    let place = fitted.model.sizes()?;
+    let share = fitted.model.values[place];
+    let half = fitted.ninety_five() * fitted.robust_covariance()?[(place, place)].max(0.0).sqrt();
+    (share.abs() > half).then(|| {
+        format!(
+            "launches go at {:.3} ± {half:.3} times the angles that this box's sizes and the tip's radius give, as where the rig file has \
+             one of these wrong by some per cent: measure both; an arm that is off by as small a share looks alike and is not named",
+            1.0 + share
+        )
+    })
+}
+
 /// That tracks do not show how the object is braked on its way.
 pub(crate) fn astray() -> String {
     "tracks of this box differ from any slide of this world by far more than the camera's noise, as where a box tips or turns: effects \

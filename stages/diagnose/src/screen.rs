@@ -289,11 +289,12 @@ impl<'b> ScoredStart<'b> {
             let moved = model.values[place] + stepped.beta[place];
             model.values[place] = moved.clamp(free.low, free.high);
         }
+        let gain = stepped.likelihood_there - self.fitted.estimated.likelihood_there;
         Start {
+            gain: gain + model.log_prior() - self.fitted.model.log_prior(),
             model,
             components: stepped.components,
             nuisances: stepped.nuisances.clone(),
-            gain: stepped.likelihood_there - self.fitted.estimated.likelihood_there,
         }
     }
 }

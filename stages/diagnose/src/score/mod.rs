@@ -27,7 +27,7 @@ use self::{
 };
 use crate::{
     fit::{Fitted, prior},
-    mixed::{self, Estimated},
+    mixed::{self, Estimated, Prior},
     model::CLOCK,
     strikes::{PreparedStrikes, stack},
 };
@@ -109,7 +109,12 @@ impl<'f, 'a> ScoreTest<'f, 'a> {
             }
         }
         let inverse = known.try_inverse()?;
-        let scores = information.columns(all, 1 + replicates.drawn).into_owned();
+        let mut scores = information.columns(all, 1 + replicates.drawn).into_owned();
+        // Where a prior holds a value against the strikes, they are balanced.
+        let Prior { precision, away } = prior(&fitted.model);
+        for i in 0..p {
+            scores[(i, 0)] += precision[i] * away[i];
+        }
         let beta = &inverse * scores.column(0);
         strikes.par_iter_mut().for_each(|at| {
             at.left = at.weighed.column(all) - at.weighed.columns(0, all) * &beta;
@@ -191,7 +196,7 @@ impl<'f, 'a> ScoreTest<'f, 'a> {
             .collect();
         let own = prior(&self.fitted.model);
         let more = free.iter().map(|k| precision[*k]);
-        let prior = mixed::Prior {
+        let prior = Prior {
             precision: own
                 .precision
                 .iter()

@@ -1,0 +1,71 @@
+//! Sizes that a rig file has wrong: what a box does whose sides, or whose tip's radius, are off by some per cent.
+//!
+//! A tip of radius r that is led through the middle of a box of half side h meets its face (1 + r/h)·tan(angle) half sides off the
+//! middle. Where r/h is wrong, each angle of launch is off by a share, as if the arm struck at another share of the commanded angle.
+//! A small share is taken for this and named as no effect of the arm; identification says which size the strikes want.
+
+use values::{Command, Conditions, Rig, Shape};
+use world::effects::{Acts, Effect};
+
+/// Share of its angle that a launch changes by for each unit of r/h: half of it comes of the impact's own turn.
+const SHARE: f64 = 0.53;
+/// Standard deviation of the logarithm of r/h, in a rig file whose sizes are each wrong by a tenth.
+const SIZES: f64 = 0.14;
+
+/// Standard deviation of the share by which launch angles are off; none for a round object, which is met through its middle at any size.
+pub(crate) fn scatter(rig: &Rig) -> Option<f64> {
+    let half = rig.object.half_size.filter(|_| rig.object.shape == Shape::Box)?;
+    Some(SHARE * SIZES * rig.striker.radius / half[0])
+}
+
+/// Launch angles that are off by a share, as another r/h makes them.
+pub(crate) struct WrongSizes {
+    pub(crate) share: f64,
+}
+
+impl Effect for WrongSizes {
+    fn acts(&self) -> Acts {
+        Acts::Launch
+    }
+
+    fn deliver(&self, command: Command, _: &Conditions) -> Command {
+        Command {
+            angle: command.angle * (1.0 + self.share),
+            ..command
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use world::{Impact, Simulator, World};
+
+    use super::*;
+
+    /// Angle at which a box leaves a tip of this radius (m) over that of the tip, in MuJoCo.
+    fn launched(half: f64, radius: f64, angle: f64) -> f64 {
+        let mut rig = Rig::demo(Shape::Box);
+        rig.object.half_size = Some([half, half, half]);
+        rig.striker.radius = radius;
+        let world = World::nominal(&rig);
+        let command = Command { speed: 0.8, angle };
+        let conditions = Conditions::default();
+        let impact = Impact::of(&[], 0.4, command, &conditions);
+        let simulator = Simulator::new(&rig, &world).expect("a world");
+        let released = simulator.map(&[impact], |worker, impact| worker.release(*impact));
+        let velocity = released[0].expect("it leaves the tip").velocity;
+        1.0 + velocity.y.atan2(velocity.x) / angle
+    }
+
+    #[test]
+    fn launches_are_off_by_a_share_of_their_angle_for_each_part_of_the_ratio() {
+        for (half, radius) in [(0.03, 0.012), (0.04, 0.010), (0.025, 0.012)] {
+            for angle in [0.1, 0.3, -0.4] {
+                let by = launched(half, radius * 1.1, angle) / launched(half, radius, angle);
+                let share = (by - 1.0) / 1.1f64.ln() / (radius / half);
+                println!("half side {half} m, radius {radius} m, {angle} rad: {share:.3}");
+                assert!((share / SHARE - 1.0).abs() < 0.25, "{share}");
+            }
+        }
+    }
+}
