@@ -136,7 +136,7 @@ fn predictive(
 
 /// Typical gains that one strike may count for: what only a fifth of the strikes determines may go far wrong without it, and must not
 /// decide over all.
-const MOST_OF_ONE: f64 = 20.0;
+const MOST_OF_ONE: f64 = 5.0;
 
 /// The gains, none beyond so many typical ones.
 pub(crate) fn limited(gains: &[f64]) -> Vec<f64> {

@@ -9,6 +9,9 @@ use super::{
     start::FitStart,
 };
 
+/// Greatest drag in m/s² at 1 m/s. A drag that drives the object on is not looked for.
+const MOST: f64 = 5.0;
+
 /// Quadratic drag; parameter `coefficient` = k.
 pub const SPEC: EffectSpec = EffectSpec {
     name: "quadratic_drag",
@@ -16,7 +19,7 @@ pub const SPEC: EffectSpec = EffectSpec {
         name: "coefficient",
         unit: "1/m",
         low: -0.5,
-        high: 5.0,
+        high: MOST,
         neutral: 0.0,
         scale: 0.2,
     }]),
@@ -25,7 +28,7 @@ pub const SPEC: EffectSpec = EffectSpec {
     contains: &[],
     naming: Naming::Ordinary,
     source: "the drag equation: k = ρ·c_d·A/(2·m)",
-    starts: |_| FitStart::linear(("coefficient", 0.05)),
+    starts: |_| FitStart::linear_up_to(("coefficient", 0.05), MOST),
     build: |values: &Values, _: &Rig| {
         Box::new(QuadraticDrag {
             coefficient: values.get("coefficient"),

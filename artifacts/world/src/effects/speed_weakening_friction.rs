@@ -10,6 +10,8 @@ use super::{
     wording,
 };
 
+/// Greatest rise. Friction that falls towards rest is not looked for: that is drag.
+const MOST: f64 = 3.0;
 /// Speeds in m/s at which friction may begin to rise: a fit starts at each.
 const SPEEDS: [f64; 5] = [0.1, 0.2, 0.35, 0.6, 1.0];
 
@@ -21,7 +23,7 @@ pub const SPEC: EffectSpec = EffectSpec {
             name: "rise",
             unit: "",
             low: -0.9,
-            high: 3.0,
+            high: MOST,
             neutral: 0.0,
             scale: 0.25,
         },
@@ -44,7 +46,7 @@ pub const SPEC: EffectSpec = EffectSpec {
             .iter()
             .map(|speed| {
                 let column = Column::new(&[("speed", *speed)], ("rise", 0.05));
-                FitStart::new(vec![column], &["rise", "speed"])
+                FitStart::new(vec![column], &["rise", "speed"]).kept_in("rise", (0.0, MOST))
             })
             .collect()
     },

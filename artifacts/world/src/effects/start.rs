@@ -82,6 +82,14 @@ impl FitStart {
         vec![Self::new(vec![Column::new(&[], strength)], &[strength.0])]
     }
 
+    /// The same for an effect that goes one way, its strength kept between none and `most`.
+    pub fn linear_up_to(strength: (&str, f64), most: f64) -> Vec<Self> {
+        let starts = Self::linear(strength).into_iter();
+        starts
+            .map(|start| start.kept_in(strength.0, (0.0, most)))
+            .collect()
+    }
+
     /// The same, its coefficients made parameters by this.
     pub fn combined_by(mut self, combine: Combine) -> Self {
         self.combine = Some(combine);
@@ -96,6 +104,12 @@ impl FitStart {
             self.within
                 .insert(name.into(), (low - beyond, high + beyond));
         }
+        self
+    }
+
+    /// The same, a parameter kept in this range: an effect that goes the other way has another name.
+    pub fn kept_in(mut self, parameter: &str, range: (f64, f64)) -> Self {
+        self.within.insert(parameter.into(), range);
         self
     }
 

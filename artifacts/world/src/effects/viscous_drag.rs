@@ -9,6 +9,9 @@ use super::{
     start::FitStart,
 };
 
+/// Greatest rate in 1/s. A drag that drives the object on is not looked for.
+const MOST: f64 = 5.0;
+
 /// Viscous drag; parameter `rate` = c.
 pub const SPEC: EffectSpec = EffectSpec {
     name: "viscous_drag",
@@ -16,7 +19,7 @@ pub const SPEC: EffectSpec = EffectSpec {
         name: "rate",
         unit: "1/s",
         low: -1.0,
-        high: 5.0,
+        high: MOST,
         neutral: 0.0,
         scale: 0.3,
     }]),
@@ -25,7 +28,7 @@ pub const SPEC: EffectSpec = EffectSpec {
     contains: &[],
     naming: Naming::Ordinary,
     source: "viscous term of the Stribeck friction model (Armstrong-Hélouvry et al. 1994)",
-    starts: |_| FitStart::linear(("rate", 0.05)),
+    starts: |_| FitStart::linear_up_to(("rate", 0.05), MOST),
     build: |values: &Values, _: &Rig| {
         Box::new(ViscousDrag {
             rate: values.get("rate"),
