@@ -134,8 +134,8 @@ fn predictive(
     ))
 }
 
-/// Typical gains that one strike may count for: what only a fifth of the strikes determines may go far wrong without it, and must not
-/// decide over all.
+/// Typical gains (medians of their sizes) that one strike may count for, 3.4 standard deviations of a normal distribution: what only a
+/// fifth of the strikes determines may go far wrong without it, and must not decide over all.
 const MOST_OF_ONE: f64 = 5.0;
 
 /// The gains, none beyond so many typical ones.
@@ -215,6 +215,17 @@ mod tests {
         };
         assert!((0.03..0.07).contains(&passed(0.0)), "{}", passed(0.0));
         assert!(passed(0.5) > 0.93, "{}", passed(0.5));
+    }
+
+    #[test]
+    fn one_strike_that_goes_far_wrong_does_not_decide() {
+        let mut each = gains(40, 2.0, 3);
+        each[7] = -300.0;
+        assert!(!is_beyond_chance(&each));
+        assert!(is_beyond_chance(&limited(&each)));
+        let mut none = gains(40, 0.0, 3);
+        none[7] = 300.0;
+        assert!(!is_beyond_chance(&limited(&none)));
     }
 
     #[test]

@@ -113,7 +113,10 @@ impl Model {
 
     /// How many of its numbers are the world's own, before those of effects.
     fn own(&self) -> usize {
-        self.free.iter().take_while(|free| free.of.is_none()).count()
+        self.free
+            .iter()
+            .take_while(|free| free.of.is_none())
+            .count()
     }
 
     /// Place of the share by which launch angles are off where sizes are wrong; none for a round object.

@@ -63,12 +63,15 @@ pub(crate) fn noise(noise: &Noise, fitted: &Fitted, verdict: Verdict) -> Vec<Str
     notes
 }
 
+/// 95 % intervals by which a share must differ from none to be told: a right rig file is doubted once in a thousand.
+const DOUBTED: f64 = 1.7;
+
 /// That launch angles are off by a share, where the data determine it.
 pub(crate) fn wrong_sizes(fitted: &Fitted) -> Option<String> {
     let place = fitted.model.sizes()?;
     let share = fitted.model.values[place];
     let half = fitted.ninety_five() * fitted.robust_covariance()?[(place, place)].max(0.0).sqrt();
-    (share.abs() > half).then(|| {
+    (share.abs() > DOUBTED * half).then(|| {
         format!(
             "launches go at {:.3} ± {half:.3} times the angles that this box's sizes and the tip's radius give, as where the rig file has \
              one of these wrong by some per cent: measure both; an arm that is off by as small a share looks alike and is not named",

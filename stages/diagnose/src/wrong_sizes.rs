@@ -14,7 +14,10 @@ const SIZES: f64 = 0.14;
 
 /// Standard deviation of the share by which launch angles are off; none for a round object, which is met through its middle at any size.
 pub(crate) fn scatter(rig: &Rig) -> Option<f64> {
-    let half = rig.object.half_size.filter(|_| rig.object.shape == Shape::Box)?;
+    let half = rig
+        .object
+        .half_size
+        .filter(|_| rig.object.shape == Shape::Box)?;
     Some(SHARE * SIZES * rig.striker.radius / half[0])
 }
 
