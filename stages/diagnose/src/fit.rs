@@ -316,7 +316,7 @@ fn shorten(nuisances: &mut [Nuisances], from: &[Nuisances]) {
 }
 
 /// Precision by which a value is held.
-const HELD: f64 = 1e15;
+pub(crate) const HELD: f64 = 1e15;
 
 /// Estimates, with values held that stand at a bound and would go beyond, and all of them damped.
 fn held(

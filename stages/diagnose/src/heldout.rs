@@ -134,15 +134,12 @@ fn predictive(
     ))
 }
 
-/// Typical gains (medians of their sizes) that one strike may count for, 3.4 standard deviations of a normal distribution: what only a
-/// fifth of the strikes determines may go far wrong without it, and must not decide over all.
-const MOST_OF_ONE: f64 = 5.0;
-
-/// The gains, none beyond so many typical ones.
-pub(crate) fn limited(gains: &[f64]) -> Vec<f64> {
+/// The gains, none beyond so many typical ones (medians of their sizes): what only a fifth of the strikes determines may go far wrong
+/// without it, and must not decide over all.
+pub(crate) fn limited(gains: &[f64], typical: f64) -> Vec<f64> {
     let mut sizes: Vec<f64> = gains.iter().map(|gain| gain.abs()).collect();
     sizes.sort_by(f64::total_cmp);
-    let most = MOST_OF_ONE * sizes.get(sizes.len() / 2).copied().unwrap_or(0.0);
+    let most = typical * sizes.get(sizes.len() / 2).copied().unwrap_or(0.0);
     gains.iter().map(|gain| gain.clamp(-most, most)).collect()
 }
 
@@ -187,6 +184,7 @@ mod tests {
     use rand_distr::{Distribution, StandardNormal};
 
     use super::*;
+    use crate::Thresholds;
 
     /// So many gains about a mean, in units of their scatter.
     fn gains(count: usize, mean: f64, seed: u64) -> Vec<f64> {
@@ -222,6 +220,7 @@ mod tests {
         let mut each = gains(40, 2.0, 3);
         each[7] = -300.0;
         assert!(!is_beyond_chance(&each));
+        let limited = |gains: &[f64]| limited(gains, Thresholds::default().typical_gains);
         assert!(is_beyond_chance(&limited(&each)));
         let mut none = gains(40, 0.0, 3);
         none[7] = 300.0;

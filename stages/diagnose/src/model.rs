@@ -68,8 +68,9 @@ pub(crate) const PRIOR: f64 = 20.0;
 const EDGE: f64 = 1e-3;
 /// Steps of finite differences, as a share of a parameter's scale.
 const STEP: f64 = 0.05;
-/// How many standard deviations of wrong sizes are believed, and the step of differences by their share.
-const BELIEVED: f64 = 4.0;
+/// Standard deviations of wrong sizes that are believed, where each may be off by a seventh and the other way; and the step of differences by
+/// their share.
+const BELIEVED: f64 = 2.0;
 const STEP_OF_SHARE: f64 = 0.005;
 
 impl Model {

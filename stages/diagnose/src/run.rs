@@ -297,7 +297,10 @@ fn paying(selection: Selection<'_>) -> Result<(Selection<'_>, Gains, Vec<String>
         return Ok((selection, Gains::default(), Vec::new()));
     }
     let gains = heldout::gains(&selection.prepared, &selection.null, &selection.fitted)?;
-    let likelihood = heldout::limited(&gains.likelihood);
+    let likelihood = heldout::limited(
+        &gains.likelihood,
+        selection.prepared.thresholds.typical_gains,
+    );
     if heldout::is_beyond_chance(&likelihood) {
         return Ok((selection, gains, Vec::new()));
     }

@@ -46,6 +46,9 @@ pub struct Thresholds {
     pub small_wander: f64,
     /// Gain in log-likelihood over a great wander by which an effect of friction by order is named: two degrees of freedom at 5 %.
     pub beyond_wander: f64,
+    /// Typical gains (medians of their sizes) that a strike left out of fits may count for in the test whether effects predict it: 5 are 3.4
+    /// standard deviations of a normal distribution.
+    pub typical_gains: f64,
     /// The camera's noise over that of the rig file from which on a box slides otherwise than the world says.
     pub astray: f64,
 }
@@ -72,6 +75,7 @@ impl Default for Thresholds {
             contains_value: 2.0,
             small_wander: 0.004,
             beyond_wander: 3.0,
+            typical_gains: 5.0,
             astray: 3.0,
         }
     }

@@ -7,7 +7,7 @@
 use values::{Command, Conditions, Rig, Shape};
 use world::effects::{Acts, Effect};
 
-/// Share of its angle that a launch changes by for each unit of r/h: half of it comes of the impact's own turn.
+/// Share of its angle that a launch changes by for each unit of r/h, in MuJoCo's impacts.
 const SHARE: f64 = 0.55;
 /// Standard deviation of the logarithm of r/h, in a rig file whose sizes are each wrong by a tenth.
 const SIZES: f64 = 0.14;

@@ -317,6 +317,16 @@ fn a_form_that_is_wider_than_the_usual_one_is_one_name() {
 }
 
 #[test]
+fn a_drag_of_any_power_is_no_friction_that_weakens_with_speed() {
+    let found = diagnose(&input("power_drag=0.65,1.54", 90, 43));
+    let [class] = &classes(&found)[..] else {
+        panic!("{}", found.diagnosis.summary)
+    };
+    assert!(class[0].ends_with("_drag"), "{class:?}");
+    assert!(!class.contains(&"speed_weakening_friction"), "{class:?}");
+}
+
+#[test]
 fn two_effects_that_are_both_taken_for_others_are_exchanged_together() {
     let found = diagnose(&input(
         "viscous_drag=1.2+viscoelastic_restitution=1.8",

@@ -25,6 +25,8 @@ pub(super) struct Law {
 const CHANCE: f64 = 0.001;
 /// A strike that differs by more deviations is left out.
 const OUTLIER: f64 = 6.0;
+/// Typical falls of the squared error that one strike may count for.
+const MOST_OF_ONE: f64 = 20.0;
 
 /// The laws by which the arm of these strikes deviates from its commands: none, one of the speed, one of the angle.
 /// The strikes that judge take no part in fit and choice.
@@ -95,8 +97,8 @@ fn pays(
         }
     }
     let judges: Vec<&Pair<'_>> = judges.iter().collect();
-    let judges = limited(&falls(&fitted_to_all.values, &judges)?);
-    Ok(heldout::pays(&judges, &limited(&left_out)))
+    let judges = limited(&falls(&fitted_to_all.values, &judges)?, MOST_OF_ONE);
+    Ok(heldout::pays(&judges, &limited(&left_out, MOST_OF_ONE)))
 }
 
 /// The form that these strikes need, with its evidence; none where the arm delivers its commands. A form with further values must

@@ -26,7 +26,7 @@ use self::{
     strike::StrikeAtFit,
 };
 use crate::{
-    fit::{Fitted, prior},
+    fit::{Fitted, HELD, prior},
     mixed::{self, Estimated, Prior},
     model::CLOCK,
     strikes::{PreparedStrikes, stack},
@@ -54,6 +54,12 @@ fn wander(prepared: &PreparedStrikes<'_>, fitted: &Fitted) -> Option<RandomColum
         moved,
         variance: wander * wander,
     })
+}
+
+/// Place of the share of wrong sizes, where it lies at an end of its range.
+fn held_at_end(fitted: &Fitted) -> Option<usize> {
+    let model = &fitted.model;
+    model.sizes().filter(|place| model.is_at_end(*place, 0.0))
 }
 
 /// A fitted model, ready to be tested against columns that it lacks.
@@ -108,13 +114,17 @@ impl<'f, 'a> ScoreTest<'f, 'a> {
                 place += 1;
             }
         }
-        let inverse = known.try_inverse()?;
         let mut scores = information.columns(all, 1 + replicates.drawn).into_owned();
         // Where a prior holds a value against the strikes, they are balanced.
         let Prior { precision, away } = prior(&fitted.model);
         for i in 0..p {
             scores[(i, 0)] += precision[i] * away[i];
         }
+        // At the end of what is believed it takes nothing of an effect that does the same.
+        if let Some(i) = held_at_end(fitted) {
+            known[(i, i)] += HELD;
+        }
+        let inverse = known.try_inverse()?;
         let beta = &inverse * scores.column(0);
         strikes.par_iter_mut().for_each(|at| {
             at.left = at.weighed.column(all) - at.weighed.columns(0, all) * &beta;
@@ -194,7 +204,10 @@ impl<'f, 'a> ScoreTest<'f, 'a> {
                 mixed::Products::new(&at.whitened.nuisances, &x, whitening, path)
             })
             .collect();
-        let own = prior(&self.fitted.model);
+        let mut own = prior(&self.fitted.model);
+        if let Some(i) = held_at_end(self.fitted) {
+            (own.precision[i], own.away[i]) = (HELD, 0.0);
+        }
         let more = free.iter().map(|k| precision[*k]);
         let prior = Prior {
             precision: own
