@@ -92,7 +92,6 @@ impl Case<'_, '_> {
         }
         let at_end = self.selection.fitted.model.world_at_end();
         notes.extend(at_end.map(|(name, value)| notes::world_at_end(name, value)));
-        notes.extend(notes::wrong_sizes(&self.selection.fitted));
         let values = &self.selection.fitted.model.values;
         notes.push(notes::camera_scale(values[FRICTION], values[RESTITUTION]));
         notes.extend(notes::few_judges(judged.gap.heldout_strikes));

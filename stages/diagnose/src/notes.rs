@@ -8,6 +8,7 @@ use crate::{
     heldout::{self, Gains},
     mixed::{ANGLE, FRICTION, SPEED},
     usable::Usable,
+    wrong_sizes,
 };
 
 /// Noise that is worth a sentence: friction (relative), correlation, jitter of stamps in s.
@@ -66,16 +67,31 @@ pub(crate) fn noise(noise: &Noise, fitted: &Fitted, verdict: Verdict) -> Vec<Str
 /// 95 % intervals by which a share must differ from none to be told: a right rig file is doubted once in a thousand.
 const DOUBTED: f64 = 1.7;
 
-/// That launch angles are off by a share, where the data determine it.
-pub(crate) fn wrong_sizes(fitted: &Fitted) -> Option<String> {
+/// That launch angles are off by a share, where the data determine it, and what that says of the sizes; where the arm's state is logged it
+/// is not the arm's.
+pub(crate) fn wrong_sizes(rig: &Rig, fitted: &Fitted, is_delivered: bool) -> Option<String> {
     let place = fitted.model.sizes()?;
     let share = fitted.model.values[place];
     let half = fitted.ninety_five() * fitted.robust_covariance()?[(place, place)].max(0.0).sqrt();
+    let ratio = wrong_sizes::ratio(rig, share)?;
+    let (least, more) = match fitted.model.is_at_end(place, 0.0) {
+        true => (
+            " or more",
+            ", which is as far as rulers are believed to err",
+        ),
+        false => ("", ""),
+    };
+    let alike = match is_delivered {
+        true => "",
+        false => "; an arm that is off by as small a share looks alike and is not named",
+    };
     (share.abs() > DOUBTED * half).then(|| {
         format!(
-            "launches go at {:.3} ± {half:.3} times the angles that this box's sizes and the tip's radius give, as where the rig file has \
-             one of these wrong by some per cent: measure both; an arm that is off by as small a share looks alike and is not named",
-            1.0 + share
+            "launch angles are off by {:+.1} %{least} (± {:.1} %), as where the tip's radius over half a side of the box is {:.2} times that \
+             of the rig file{more}: measure both sizes{alike}",
+            100.0 * share,
+            100.0 * half,
+            ratio
         )
     })
 }

@@ -150,6 +150,7 @@ impl Diagnose {
             Vec::new()
         };
         let selection = about_itself(selection, &input.world)?;
+        notes.extend(notes::wrong_sizes(rig, &selection.fitted, is_delivered));
         let found = Case {
             stage: self,
             input,

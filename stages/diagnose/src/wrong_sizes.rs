@@ -21,6 +21,11 @@ pub(crate) fn scatter(rig: &Rig) -> Option<f64> {
     Some(SHARE * SIZES * rig.striker.radius / half[0])
 }
 
+/// Factor on the rig file's r/h that makes such a share.
+pub(crate) fn ratio(rig: &Rig, share: f64) -> Option<f64> {
+    Some((SIZES * share / scatter(rig)?).exp())
+}
+
 /// Launch angles that are off by a share, as another r/h makes them.
 pub(crate) struct WrongSizes {
     pub(crate) share: f64,

@@ -31,7 +31,7 @@ fn diagnosed(hidden: &str, half_side: f64, radius: f64, seed: u64) -> Diagnosis 
 }
 
 fn says_so(found: &Diagnosis) -> bool {
-    let told = |note: &String| note.contains("as where the rig file has one of these wrong");
+    let told = |note: &String| note.contains("measure both sizes");
     found.notes.iter().any(told)
 }
 
