@@ -1,8 +1,11 @@
 //! A plan, a rig with an arm, and one strike against the emulator.
 
+use std::io::Write;
+use std::panic::{self, AssertUnwindSafe};
 use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
-use std::time::Duration;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
+use std::time::{Duration, Instant};
 
 use arm::{Emulator, Fault, Listening, Model, Step};
 use strike::xarm::{Ports, XArm};
@@ -73,6 +76,58 @@ pub fn undisturbed(plan: &Plan) -> (Emulator, Result<Option<StrikeRecord>, Robot
         }
     }
     run(model(), None, plan)
+}
+
+/// How long this process may be without a processor for a strike to be judged: the arm reports every 4 ms, and is stopped where none comes.
+const STANDSTILL: Duration = Duration::from_millis(20);
+/// How often a test is made before it is given up, as one that this machine cannot judge.
+const ATTEMPTS: usize = 3;
+
+/// A test of what is sent in time. Where it fails, and the machine stood still meanwhile, as a shared one may, it is made again; that it could
+/// not be judged is said on standard error, past what the harness holds back.
+pub fn in_time(test: impl Fn()) {
+    for attempt in 1..=ATTEMPTS {
+        let over = AtomicBool::new(false);
+        let (outcome, longest) = thread::scope(|scope| {
+            let longest = scope.spawn(|| longest_standstill(&over));
+            let outcome = panic::catch_unwind(AssertUnwindSafe(&test));
+            over.store(true, Ordering::Relaxed);
+            (outcome, longest.join().unwrap())
+        });
+        match outcome {
+            Ok(()) => return,
+            Err(failure) if longest < STANDSTILL => panic::resume_unwind(failure),
+            Err(_) => {
+                let what = match attempt {
+                    ATTEMPTS => "NOT JUDGED",
+                    _ => "made again",
+                };
+                let name = thread::current().name().unwrap_or_default().to_owned();
+                let text = format!("{what}: {name}: this machine stood still for {longest:?}\n");
+                std::io::stderr().write_all(text.as_bytes()).unwrap();
+            }
+        }
+    }
+}
+
+/// The longest time by which a sleep was late until it is over.
+fn longest_standstill(over: &AtomicBool) -> Duration {
+    let nap = Duration::from_millis(1);
+    let mut longest = Duration::ZERO;
+    while !over.load(Ordering::Relaxed) {
+        let start = Instant::now();
+        thread::sleep(nap);
+        longest = longest.max(start.elapsed() - nap);
+    }
+    longest
+}
+
+/// Waits until something holds, or until it is too late for it.
+pub fn wait_for(holds: impl Fn() -> bool) {
+    let start = Instant::now();
+    while !holds() && start.elapsed() < Duration::from_secs(20) {
+        thread::sleep(Duration::from_millis(1));
+    }
 }
 
 /// An emulator of this model, and a strike of it.

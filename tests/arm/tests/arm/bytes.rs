@@ -8,7 +8,7 @@ use durable::hex;
 use strike::xarm::{Register, line_payload, request};
 use values::Point;
 
-use crate::bench::{plan, rig, undisturbed};
+use crate::bench::{in_time, plan, rig, undisturbed};
 
 /// Frames of the SDK by the name of their call, numbered as if each were the first.
 fn sdk() -> BTreeMap<&'static str, &'static str> {
@@ -35,41 +35,43 @@ fn a_line_is_sent_as_the_sdk_sends_it() {
 
 #[test]
 fn every_other_request_of_a_strike_and_its_stop_is_one_of_the_sdks() {
-    let sdk = sdk();
-    let rig = rig();
-    let (emulator, outcome) = undisturbed(&plan(&rig, Point::new(0.62, 0.0)));
-    outcome.unwrap();
-    let mut names: Vec<&str> = Vec::new();
-    for (_, event) in emulator.events() {
-        let Event::Request(sent) = event else {
-            continue;
-        };
-        if sent.register() == Register::MoveLine as u8 {
-            assert_eq!(sent.bytes.len(), sdk["set_position"].len() / 2);
-            continue;
+    in_time(|| {
+        let sdk = sdk();
+        let rig = rig();
+        let (emulator, outcome) = undisturbed(&plan(&rig, Point::new(0.62, 0.0)));
+        outcome.unwrap();
+        let mut names: Vec<&str> = Vec::new();
+        for (_, event) in emulator.events() {
+            let Event::Request(sent) = event else {
+                continue;
+            };
+            if sent.register() == Register::MoveLine as u8 {
+                assert_eq!(sent.bytes.len(), sdk["set_position"].len() / 2);
+                continue;
+            }
+            let frame = hex(&[&[0, 1], &sent.bytes[2..]].concat());
+            let name = sdk.iter().find(|(_, bytes)| **bytes == frame);
+            names.push(
+                name.unwrap_or_else(|| panic!("{frame} is none of the SDK's"))
+                    .0,
+            );
         }
-        let frame = hex(&[&[0, 1], &sent.bytes[2..]].concat());
-        let name = sdk.iter().find(|(_, bytes)| **bytes == frame);
-        names.push(
-            name.unwrap_or_else(|| panic!("{frame} is none of the SDK's"))
-                .0,
+        for name in [
+            "get_version",
+            "get_err_warn_code",
+            "motion_enable",
+            "set_mode",
+            "set_state_again",
+            "get_state",
+            "set_tcp_jerk",
+            "set_tcp_maxacc",
+            "get_position",
+        ] {
+            assert!(names.contains(&name), "{name}: {names:?}");
+        }
+        assert_eq!(
+            hex(&request(1, Register::SetState, &[4])),
+            sdk["set_state_stop"]
         );
-    }
-    for name in [
-        "get_version",
-        "get_err_warn_code",
-        "motion_enable",
-        "set_mode",
-        "set_state_again",
-        "get_state",
-        "set_tcp_jerk",
-        "set_tcp_maxacc",
-        "get_position",
-    ] {
-        assert!(names.contains(&name), "{name}: {names:?}");
-    }
-    assert_eq!(
-        hex(&request(1, Register::SetState, &[4])),
-        sdk["set_state_stop"]
-    );
+    });
 }

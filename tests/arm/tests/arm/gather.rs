@@ -13,7 +13,7 @@ use strike::collect::{ArmStation, CollectError, CollectEvent, Collected, collect
 use strike::{CommandPlanner, Live};
 use values::{Point, Rig};
 
-use crate::bench::{model, ports, rig};
+use crate::bench::{in_time, model, ports, rig};
 
 /// An arm at a table, and the address of its camera.
 fn lab(rig: &Rig) -> (Emulator, String) {
@@ -62,44 +62,46 @@ fn gather(
 
 #[test]
 fn strikes_are_gathered_where_the_camera_sees_the_object_and_go_on_after_an_end() {
-    let (rig, folder) = (rig(), tempfile::tempdir().unwrap());
-    let lab = lab(&rig);
-    // Ended after the first of three.
-    let first = gather(&lab, &rig, folder.path(), 3, 1).unwrap();
-    assert_eq!((first.strikes, first.made, &first.session), (1, 1, &None));
-    assert!(folder.path().join("strike_000001.mcap").exists());
-    let rest = gather(&lab, &rig, folder.path(), 3, 9).unwrap();
-    assert_eq!((rest.strikes, rest.made, rest.useless), (3, 2, 0));
-    // All three are in one session, and no log is left of a single one.
-    let session = rest.session.unwrap();
-    let logs: Vec<_> = std::fs::read_dir(folder.path())
-        .unwrap()
-        .filter_map(|entry| entry.unwrap().file_name().into_string().ok())
-        .filter(|name| name.ends_with(".mcap"))
-        .collect();
-    assert_eq!(logs, [session.file_name().unwrap().to_str().unwrap()]);
-    let outcome = ingest_log(&session, &rig, &Ingest::default()).unwrap();
-    assert!(outcome.rejects.is_empty(), "{:?}", outcome.rejects);
-    assert_eq!(outcome.strikes.len(), 3);
-    for strike in &outcome.strikes {
-        let delivered = strike.delivered.unwrap();
-        println!(
-            "from {:?} at {:.4} m/s, {:.4} rad; delivered {:.4} m/s, {:.4} rad; stopped at {:?}",
-            strike.initial,
-            strike.command.speed,
-            strike.command.angle,
-            delivered.tip_speed,
-            delivered.tip_angle,
-            strike.stop
-        );
-        assert!((delivered.tip_speed / strike.command.speed - 1.0).abs() < 0.01);
-        assert!((delivered.tip_angle - strike.command.angle).abs() < 0.01);
-        assert!(!strike.is_pushed_again());
-        assert!(strike.path().norm() > 0.05);
-    }
-    let (met, again) = lab.0.table(|table| table.counts).unwrap();
-    assert_eq!((met, again), (3, 0));
-    // Nothing is left to do.
-    let done = gather(&lab, &rig, folder.path(), 3, 9).unwrap();
-    assert_eq!((done.made, done.session), (0, None));
+    in_time(|| {
+        let (rig, folder) = (rig(), tempfile::tempdir().unwrap());
+        let lab = lab(&rig);
+        // Ended after the first of three.
+        let first = gather(&lab, &rig, folder.path(), 3, 1).unwrap();
+        assert_eq!((first.strikes, first.made, &first.session), (1, 1, &None));
+        assert!(folder.path().join("strike_000001.mcap").exists());
+        let rest = gather(&lab, &rig, folder.path(), 3, 9).unwrap();
+        assert_eq!((rest.strikes, rest.made, rest.useless), (3, 2, 0));
+        // All three are in one session, and no log is left of a single one.
+        let session = rest.session.unwrap();
+        let logs: Vec<_> = std::fs::read_dir(folder.path())
+            .unwrap()
+            .filter_map(|entry| entry.unwrap().file_name().into_string().ok())
+            .filter(|name| name.ends_with(".mcap"))
+            .collect();
+        assert_eq!(logs, [session.file_name().unwrap().to_str().unwrap()]);
+        let outcome = ingest_log(&session, &rig, &Ingest::default()).unwrap();
+        assert!(outcome.rejects.is_empty(), "{:?}", outcome.rejects);
+        assert_eq!(outcome.strikes.len(), 3);
+        for strike in &outcome.strikes {
+            let delivered = strike.delivered.unwrap();
+            println!(
+                "from {:?} at {:.4} m/s, {:.4} rad; delivered {:.4} m/s, {:.4} rad; stopped at {:?}",
+                strike.initial,
+                strike.command.speed,
+                strike.command.angle,
+                delivered.tip_speed,
+                delivered.tip_angle,
+                strike.stop
+            );
+            assert!((delivered.tip_speed / strike.command.speed - 1.0).abs() < 0.01);
+            assert!((delivered.tip_angle - strike.command.angle).abs() < 0.01);
+            assert!(!strike.is_pushed_again());
+            assert!(strike.path().norm() > 0.05);
+        }
+        let (met, again) = lab.0.table(|table| table.counts).unwrap();
+        assert_eq!((met, again), (3, 0));
+        // Nothing is left to do.
+        let done = gather(&lab, &rig, folder.path(), 3, 9).unwrap();
+        assert_eq!((done.made, done.session), (0, None));
+    });
 }

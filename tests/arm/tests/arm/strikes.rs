@@ -10,7 +10,7 @@ use strike::xarm::XArm;
 use strike::{CommandPlanner, RobotError, execute};
 use values::{Command, Point};
 
-use crate::bench::{model, plan, ports, rig, run, undisturbed};
+use crate::bench::{in_time, model, plan, ports, rig, run, undisturbed, wait_for};
 
 const TO: Point = Point::new(0.62, 0.0);
 
@@ -44,75 +44,83 @@ pub const SPEEDS: [f64; 7] = [0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0];
 
 #[test]
 fn from_the_least_to_the_greatest_speed_it_is_delivered_within_a_percent() {
-    for speed in SPEEDS {
-        let delivered = delivered(speed).unwrap();
-        println!("commanded {speed:.2} m/s, delivered {delivered:.4} m/s");
-        assert!(
-            (delivered / speed - 1.0).abs() < 0.01,
-            "{delivered} of {speed}"
-        );
-    }
+    in_time(|| {
+        for speed in SPEEDS {
+            let delivered = delivered(speed).unwrap();
+            println!("commanded {speed:.2} m/s, delivered {delivered:.4} m/s");
+            assert!(
+                (delivered / speed - 1.0).abs() < 0.01,
+                "{delivered} of {speed}"
+            );
+        }
+    });
 }
 
 #[test]
 fn a_panic_stops_it_with_state_4_and_is_reported() {
-    let rig = rig();
-    let plan = plan(&rig, TO);
-    let emulator = Emulator::start(Listening::Free, model(), None).unwrap();
-    let arm = XArm::connect("xarm", ports(&emulator), plan.rig(), Arc::default()).unwrap();
-    let mut arm = arm.with_last_check(|| panic!("as a bug would"));
-    let error = execute(&mut arm, &plan).unwrap_err().to_string();
-    assert!(error.contains("panicked"), "{error}");
-    assert_eq!(emulator.state(), 4);
-    let written = registers(&emulator);
-    let lines = written.iter().filter(|register| **register == 21).count();
-    // Lift, travel and lower; not the strike.
-    assert_eq!(lines, 3);
+    in_time(|| {
+        let rig = rig();
+        let plan = plan(&rig, TO);
+        let emulator = Emulator::start(Listening::Free, model(), None).unwrap();
+        let arm = XArm::connect("xarm", ports(&emulator), plan.rig(), Arc::default()).unwrap();
+        let mut arm = arm.with_last_check(|| panic!("as a bug would"));
+        let error = execute(&mut arm, &plan).unwrap_err().to_string();
+        assert!(error.contains("panicked"), "{error}");
+        assert_eq!(emulator.state(), 4);
+        let written = registers(&emulator);
+        let lines = written.iter().filter(|register| **register == 21).count();
+        // Lift, travel and lower; not the strike.
+        assert_eq!(lines, 3);
+    });
 }
 
 #[test]
 fn an_object_that_is_taken_away_before_the_strike_is_not_struck_at() {
-    let rig = rig();
-    let plan = plan(&rig, TO);
-    let emulator = Emulator::start(Listening::Free, model(), None).unwrap();
-    let arm = XArm::connect("xarm", ports(&emulator), plan.rig(), Arc::default()).unwrap();
-    let mut arm = arm.with_last_check(|| Err("it has moved by 30 mm".into()));
-    let error = execute(&mut arm, &plan).unwrap_err();
-    assert!(error.to_string().contains("moved by 30 mm"), "{error}");
-    assert_eq!(emulator.state(), 4);
-    assert!((emulator.pose()[0] * 1e-3 - plan.start.x).abs() < 1e-3);
+    in_time(|| {
+        let rig = rig();
+        let plan = plan(&rig, TO);
+        let emulator = Emulator::start(Listening::Free, model(), None).unwrap();
+        let arm = XArm::connect("xarm", ports(&emulator), plan.rig(), Arc::default()).unwrap();
+        let mut arm = arm.with_last_check(|| Err("it has moved by 30 mm".into()));
+        let error = execute(&mut arm, &plan).unwrap_err();
+        assert!(error.to_string().contains("moved by 30 mm"), "{error}");
+        assert_eq!(emulator.state(), 4);
+        assert!((emulator.pose()[0] * 1e-3 - plan.start.x).abs() < 1e-3);
+    });
 }
 
 #[test]
 fn the_arm_delivers_the_speed_at_the_impact_within_a_percent() {
-    let rig = rig();
-    for to in [0.45, 0.55, 0.62, 0.70] {
-        let plan = plan(&rig, Point::new(to, 0.0));
-        let (emulator, outcome) = undisturbed(&plan);
-        let struck = outcome.unwrap().unwrap();
-        let delivered = struck.delivered_speed.unwrap();
-        let off = (delivered / plan.speed - 1.0).abs();
-        println!(
-            "commanded {:.4} m/s, delivered {delivered:.4} m/s",
-            plan.speed
-        );
-        assert!(off < 0.01, "{delivered} of {}", plan.speed);
-        assert_eq!(struck.warning, None);
-        // The strike is in the log: pose and speed from rest to rest.
-        let samples = struck.samples;
-        assert!(samples.states.len() > 60, "{}", samples.states.len());
-        assert!(samples.commands.len() > 100);
-        let top = samples
-            .states
-            .iter()
-            .map(|state| state.velocity[0])
-            .fold(0.0, f64::max);
-        assert!((top / plan.speed - 1.0).abs() < 0.01);
-        // It ends above the stop, at travel height.
-        let [x, y, z, ..] = emulator.pose();
-        assert!((x * 1e-3 - plan.stop.x).abs() < 1e-3 && (y * 1e-3 - plan.stop.y).abs() < 1e-3);
-        assert!((z - 70.0).abs() < 1.0);
-    }
+    in_time(|| {
+        let rig = rig();
+        for to in [0.45, 0.55, 0.62, 0.70] {
+            let plan = plan(&rig, Point::new(to, 0.0));
+            let (emulator, outcome) = undisturbed(&plan);
+            let struck = outcome.unwrap().unwrap();
+            let delivered = struck.delivered_speed.unwrap();
+            let off = (delivered / plan.speed - 1.0).abs();
+            println!(
+                "commanded {:.4} m/s, delivered {delivered:.4} m/s",
+                plan.speed
+            );
+            assert!(off < 0.01, "{delivered} of {}", plan.speed);
+            assert_eq!(struck.warning, None);
+            // The strike is in the log: pose and speed from rest to rest.
+            let samples = struck.samples;
+            assert!(samples.states.len() > 60, "{}", samples.states.len());
+            assert!(samples.commands.len() > 100);
+            let top = samples
+                .states
+                .iter()
+                .map(|state| state.velocity[0])
+                .fold(0.0, f64::max);
+            assert!((top / plan.speed - 1.0).abs() < 0.01);
+            // It ends above the stop, at travel height.
+            let [x, y, z, ..] = emulator.pose();
+            assert!((x * 1e-3 - plan.stop.x).abs() < 1e-3 && (y * 1e-3 - plan.stop.y).abs() < 1e-3);
+            assert!((z - 70.0).abs() < 1.0);
+        }
+    });
 }
 
 #[test]
@@ -176,13 +184,10 @@ fn stopped_by(stop: impl FnOnce(&XArm, &AtomicBool) -> Box<dyn FnOnce() + Send>,
     let outcome = thread::scope(|scope| {
         scope.spawn(|| {
             // Low and on its way: the strike's line.
-            loop {
+            wait_for(|| {
                 let [x, _, z, ..] = emulator.pose();
-                if z < 21.0 && x > plan.start.x * 1e3 + 10.0 {
-                    break;
-                }
-                thread::sleep(Duration::from_millis(1));
-            }
+                z < 21.0 && x > plan.start.x * 1e3 + 10.0
+            });
             stop();
         });
         execute(&mut arm, &plan)
@@ -212,32 +217,34 @@ fn stopped_by(stop: impl FnOnce(&XArm, &AtomicBool) -> Box<dyn FnOnce() + Send>,
 
 #[test]
 fn a_stop_handle_stops_it_while_it_strikes() {
-    stopped_by(
-        |arm, _| {
-            let handle = arm.stop_handle();
-            Box::new(move || handle.stop().unwrap())
-        },
-        "state 4",
-    );
+    in_time(|| {
+        stopped_by(
+            |arm, _| {
+                let handle = arm.stop_handle();
+                Box::new(move || handle.stop().unwrap())
+            },
+            "state 4",
+        );
+    });
 }
 
 #[test]
 fn a_signal_stops_it_while_it_strikes() {
-    let flag: Arc<AtomicBool> = Arc::default();
-    let rig = rig();
-    let plan = plan(&rig, TO);
-    let emulator = Emulator::start(Listening::Free, model(), None).unwrap();
-    let mut arm = XArm::connect("xarm", ports(&emulator), plan.rig(), flag.clone()).unwrap();
-    let outcome = thread::scope(|scope| {
-        scope.spawn(|| {
-            while emulator.pose()[2] > 30.0 {
-                thread::sleep(Duration::from_millis(1));
-            }
-            flag.store(true, Ordering::Relaxed);
+    in_time(|| {
+        let flag: Arc<AtomicBool> = Arc::default();
+        let rig = rig();
+        let plan = plan(&rig, TO);
+        let emulator = Emulator::start(Listening::Free, model(), None).unwrap();
+        let mut arm = XArm::connect("xarm", ports(&emulator), plan.rig(), flag.clone()).unwrap();
+        let outcome = thread::scope(|scope| {
+            scope.spawn(|| {
+                wait_for(|| emulator.pose()[2] <= 30.0);
+                flag.store(true, Ordering::Relaxed);
+            });
+            execute(&mut arm, &plan)
         });
-        execute(&mut arm, &plan)
+        let error = outcome.unwrap_err().to_string();
+        assert!(error.contains("signal"), "{error}");
+        assert_eq!(emulator.state(), 4);
     });
-    let error = outcome.unwrap_err().to_string();
-    assert!(error.contains("signal"), "{error}");
-    assert_eq!(emulator.state(), 4);
 }
