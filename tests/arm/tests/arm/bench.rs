@@ -80,11 +80,11 @@ pub fn undisturbed(plan: &Plan) -> (Emulator, Result<Option<StrikeRecord>, Robot
 
 /// How long this process may be without a processor for a strike to be judged: the arm reports every 4 ms, and is stopped where none comes.
 const STANDSTILL: Duration = Duration::from_millis(20);
-/// How often a test is made before it is given up, as one that this machine cannot judge.
+/// How often a test is made at the most; the last time decides.
 const ATTEMPTS: usize = 3;
 
-/// A test of what is sent in time. Where it fails, and the machine stood still meanwhile, as a shared one may, it is made again; that it could
-/// not be judged is said on standard error, past what the harness holds back.
+/// A test of what is sent in time. Where it fails, and the machine stood still meanwhile, as a shared one may, it is made again, which is
+/// said on standard error, past what the harness holds back.
 pub fn in_time(test: impl Fn()) {
     for attempt in 1..=ATTEMPTS {
         let over = AtomicBool::new(false);
@@ -94,19 +94,15 @@ pub fn in_time(test: impl Fn()) {
             over.store(true, Ordering::Relaxed);
             (outcome, longest.join().unwrap())
         });
-        match outcome {
-            Ok(()) => return,
-            Err(failure) if longest < STANDSTILL => panic::resume_unwind(failure),
-            Err(_) => {
-                let what = match attempt {
-                    ATTEMPTS => "NOT JUDGED",
-                    _ => "made again",
-                };
-                let name = thread::current().name().unwrap_or_default().to_owned();
-                let text = format!("{what}: {name}: this machine stood still for {longest:?}\n");
-                std::io::stderr().write_all(text.as_bytes()).unwrap();
-            }
+        let Err(failure) = outcome else {
+            return;
+        };
+        if longest < STANDSTILL || attempt == ATTEMPTS {
+            panic::resume_unwind(failure);
         }
+        let name = thread::current().name().unwrap_or_default().to_owned();
+        let text = format!("made again: {name}: this machine stood still for {longest:?}\n");
+        std::io::stderr().write_all(text.as_bytes()).unwrap();
     }
 }
 
