@@ -55,9 +55,10 @@ impl Fitted {
         self.estimated.components.nuisance[mixed::FRICTION].hypot(self.estimated.wandered)
     }
 
-    /// Whether no value would move by more than a small share of its standard error.
+    /// Whether no value would move by more than a small share of its standard error: with its prior, for two that the data hardly
+    /// distinguish would else be left wherever they are.
     fn is_settled(&self) -> bool {
-        let Some(covariance) = self.estimated.information.clone().try_inverse() else {
+        let Some(covariance) = self.covariance() else {
             return false;
         };
         self.model.free.iter().enumerate().all(|(i, free)| {

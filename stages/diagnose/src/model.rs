@@ -9,7 +9,10 @@ use world::{
     parameter,
 };
 
-use crate::wrong_sizes::{self, WrongSizes};
+use crate::{
+    Thresholds,
+    wrong_sizes::{self, WrongSizes},
+};
 
 /// One number that a fit may change.
 #[derive(Clone, Debug, PartialEq)]
@@ -68,14 +71,17 @@ pub(crate) const PRIOR: f64 = 20.0;
 const EDGE: f64 = 1e-3;
 /// Steps of finite differences, as a share of a parameter's scale.
 const STEP: f64 = 0.05;
-/// Standard deviations of wrong sizes that are believed, where each may be off by a seventh and the other way; and the step of differences by
-/// their share.
-const BELIEVED: f64 = 2.0;
+/// Step of the differences by the share of wrong sizes.
 const STEP_OF_SHARE: f64 = 0.005;
 
 impl Model {
     /// No effect: friction and restitution as given, the clock late by half a frame, a rig file that is right.
-    pub(crate) fn plain(friction: f64, restitution: f64, rig: &Rig) -> Self {
+    pub(crate) fn plain(
+        friction: f64,
+        restitution: f64,
+        rig: &Rig,
+        thresholds: &Thresholds,
+    ) -> Self {
         let frame = 1.0 / rig.camera.rate;
         let base = |step, low, high, centre, width| FreeParameter {
             of: None,
@@ -103,8 +109,9 @@ impl Model {
             ],
             values: vec![friction, restitution, 0.5 * frame],
         };
-        if let Some(scatter) = wrong_sizes::scatter(rig) {
-            let most = BELIEVED * scatter;
+        if let Some(by_ratio) = wrong_sizes::share(rig) {
+            let scatter = thresholds.wrong_sizes * by_ratio;
+            let most = thresholds.believed_sizes * scatter;
             let share = base(STEP_OF_SHARE, -most, most, 0.0, scatter);
             model.free.push(share);
             model.values.push(0.0);
@@ -271,7 +278,8 @@ mod tests {
     #[test]
     fn no_fit_leaves_what_a_world_may_have() {
         for friction in [0.03, 0.3, 0.9] {
-            let mut model = Model::plain(friction, 0.5, &Rig::demo(Shape::Cylinder));
+            let rig = Rig::demo(Shape::Cylinder);
+            let mut model = Model::plain(friction, 0.5, &rig, &Thresholds::default());
             let free = model.free[FRICTION].clone();
             let range = world_parameter("friction");
             assert!(range.low <= free.low && free.high <= range.high, "{free:?}");

@@ -73,7 +73,7 @@ pub(crate) fn wrong_sizes(rig: &Rig, fitted: &Fitted, is_delivered: bool) -> Opt
     let place = fitted.model.sizes()?;
     let share = fitted.model.values[place];
     let half = fitted.ninety_five() * fitted.robust_covariance()?[(place, place)].max(0.0).sqrt();
-    let ratio = wrong_sizes::ratio(rig, share)?;
+    let ratio = (share / wrong_sizes::share(rig)?).exp();
     let (least, more) = match fitted.model.is_at_end(place, 0.0) {
         true => (
             " or more",

@@ -31,7 +31,12 @@ pub(crate) fn fit_null<'a>(
     let camera = &prepared.rig.camera;
     let frame = 1.0 / camera.rate;
     let mut about = world.value("restitution")?;
-    let plain = Model::plain(world.value("friction")?, about, prepared.rig);
+    let plain = Model::plain(
+        world.value("friction")?,
+        about,
+        prepared.rig,
+        prepared.thresholds,
+    );
     let components = VarianceComponents::initial(camera.noise, frame, greatest_wander);
     let start = vec![Nuisances::zeros(); prepared.strikes.len()];
     let mut null = prepared

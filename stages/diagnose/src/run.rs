@@ -33,7 +33,7 @@ use crate::{
 
 impl Stage for Diagnose {
     const NAME: &'static str = "diagnose";
-    const VERSION: u32 = 25;
+    const VERSION: u32 = 26;
     type Input = Input;
     type Output = Diagnosed;
     type Error = DiagnoseError;

@@ -49,6 +49,11 @@ pub struct Thresholds {
     /// Typical gains (medians of their sizes) that a strike left out of fits may count for in the test whether effects predict it: 5 are 3.4
     /// standard deviations of a normal distribution.
     pub typical_gains: f64,
+    /// Standard deviation of the logarithm of the tip's radius over half a side of a box, about what the rig file says: 0.14 where each is
+    /// wrong by a tenth.
+    pub wrong_sizes: f64,
+    /// Standard deviations of wrong sizes that are believed: 2 are both sizes off by a seventh, one up and one down.
+    pub believed_sizes: f64,
     /// The camera's noise over that of the rig file from which on a box slides otherwise than the world says.
     pub astray: f64,
 }
@@ -76,6 +81,8 @@ impl Default for Thresholds {
             small_wander: 0.004,
             beyond_wander: 3.0,
             typical_gains: 5.0,
+            wrong_sizes: 0.14,
+            believed_sizes: 2.0,
             astray: 3.0,
         }
     }

@@ -9,21 +9,15 @@ use world::effects::{Acts, Effect};
 
 /// Share of its angle that a launch changes by for each unit of r/h, in MuJoCo's impacts.
 const SHARE: f64 = 0.55;
-/// Standard deviation of the logarithm of r/h, in a rig file whose sizes are each wrong by a tenth.
-const SIZES: f64 = 0.14;
 
-/// Standard deviation of the share by which launch angles are off; none for a round object, which is met through its middle at any size.
-pub(crate) fn scatter(rig: &Rig) -> Option<f64> {
+/// Share by which launch angles are off for each unit by which the logarithm of r/h is; none for a round object, which is met through its
+/// middle at any size.
+pub(crate) fn share(rig: &Rig) -> Option<f64> {
     let half = rig
         .object
         .half_size
         .filter(|_| rig.object.shape == Shape::Box)?;
-    Some(SHARE * SIZES * rig.striker.radius / half[0])
-}
-
-/// Factor on the rig file's r/h that makes such a share.
-pub(crate) fn ratio(rig: &Rig, share: f64) -> Option<f64> {
-    Some((SIZES * share / scatter(rig)?).exp())
+    Some(SHARE * rig.striker.radius / half[0])
 }
 
 /// Launch angles that are off by a share, as another r/h makes them.
@@ -50,7 +44,7 @@ mod tests {
 
     use super::*;
 
-    /// Angle at which a box leaves a tip of this radius (m) over that of the tip, in MuJoCo.
+    /// Angle at which a box of this half side (m) leaves a tip of this radius (m), over the tip's own angle, in MuJoCo.
     fn launched(half: f64, radius: f64, angle: f64) -> f64 {
         let mut rig = Rig::demo(Shape::Box);
         rig.object.half_size = Some([half, half, half]);
@@ -72,7 +66,7 @@ mod tests {
                 let by = launched(half, radius * 1.1, angle) / launched(half, radius, angle);
                 let share = (by - 1.0) / 1.1f64.ln() / (radius / half);
                 println!("half side {half} m, radius {radius} m, {angle} rad: {share:.3}");
-                assert!((share / SHARE - 1.0).abs() < 0.25, "{share}");
+                assert!((share / SHARE - 1.0).abs() < 0.12, "{share}");
             }
         }
     }

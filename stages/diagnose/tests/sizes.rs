@@ -53,7 +53,9 @@ fn sizes_that_are_right_are_not_doubted() {
 
 #[test]
 fn an_arm_whose_angles_are_off_by_more_than_sizes_are_is_named() {
-    let found = diagnosed("striker_angle_error=gain:0.2", 1.0, 1.0, 64);
-    let names: Vec<&str> = found.effects.iter().map(|e| e.name.as_str()).collect();
-    assert_eq!(names, ["striker_angle_error"], "{}", found.summary);
+    for (half_side, radius, seed) in [(1.0, 1.0, 64), (0.9, 1.1, 65), (1.1, 0.9, 66)] {
+        let found = diagnosed("striker_angle_error=gain:0.2", half_side, radius, seed);
+        let names: Vec<&str> = found.effects.iter().map(|e| e.name.as_str()).collect();
+        assert_eq!(names, ["striker_angle_error"], "{}", found.summary);
+    }
 }

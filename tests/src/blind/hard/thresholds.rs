@@ -51,6 +51,9 @@ fn defaults() -> Map<String, Value> {
 /// Thresholds below one that are no share.
 const EVIDENCE: &[&str] = &["better"];
 
+/// Thresholds of the world without effects, which decide whether there is an alarm.
+const BEFORE_ALARM: &[&str] = &["small_wander", "wrong_sizes", "believed_sizes"];
+
 /// A threshold at a factor: of a share of one half and more, what is left to one is varied.
 fn scaled(name: &str, value: f64, factor: f64) -> f64 {
     if (0.5..1.0).contains(&value) && !EVIDENCE.contains(&name) {
@@ -96,8 +99,8 @@ pub fn run_varied(case: &HardCase) -> VariedSet {
             default.answer = answer(Thresholds::default());
             let is_alarm = default.answer.verdict != "consistent";
             for variation in variations() {
-                // Without an alarm nothing is asked of effects; only the wander comes before it.
-                if !is_alarm && variation.threshold != "small_wander" {
+                // Without an alarm nothing is asked of effects.
+                if !is_alarm && !BEFORE_ALARM.contains(&variation.threshold.as_str()) {
                     continue;
                 }
                 let other = answer(variation.thresholds());
