@@ -94,11 +94,12 @@ impl Results {
     pub fn warnings(&self) -> Vec<String> {
         let of_fit = self.fit.iter().flat_map(|fit| fit.warnings.clone());
         let worse = self.evaluation.as_ref().and_then(worse_than_nominal);
+        let unjudged = self.evaluation.as_ref().and_then(unjudged);
         let cause = self
             .found
             .as_ref()
             .and_then(|found| found.diagnosis.cause.clone());
-        of_fit.chain(cause).chain(worse).collect()
+        of_fit.chain(cause).chain(worse).chain(unjudged).collect()
     }
 
     /// The world that will be used, with the name of its model: the one with effects where they are named.
@@ -106,6 +107,13 @@ impl Results {
         let effect = self.effect.as_ref().map(|of_world| ("effect", of_world));
         effect.or_else(|| self.sysid.as_ref().map(|of_world| ("sysid", of_world)))
     }
+}
+
+/// What to say where no strike was left to judge the models.
+fn unjudged(evaluation: &Evaluation) -> Option<String> {
+    evaluation.models.values().all(|errors| errors.n == 0).then(|| {
+        "no strike was left that took no part in learning: how far these models miss is not known; record more strikes".into()
+    })
 }
 
 /// What to say of an identified world that misses farther than the nominal one on strikes that took no part; none where it does not.
@@ -129,7 +137,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_world_that_is_worse_than_the_nominal_one_gives_a_warning() {
+    fn a_world_that_is_worse_than_the_nominal_one_or_that_nothing_judged_gives_a_warning() {
         let errors = |mean: f64| StopErrors {
             mean,
             ..StopErrors::of([0.1; 4].into_iter()).expect("errors")
@@ -144,5 +152,11 @@ mod tests {
         };
         assert!(worse_than_nominal(&with(0.1, 0.2)).is_some());
         assert!(worse_than_nominal(&with(0.2, 0.1)).is_none());
+        assert!(unjudged(&with(0.2, 0.1)).is_none());
+        let none = Evaluation {
+            models: Default::default(),
+            ..with(0.2, 0.1)
+        };
+        assert!(unjudged(&none).is_some());
     }
 }

@@ -1,6 +1,7 @@
 //! Sentences beside the verdict: the noise, what was left out, what was not named.
 
 use values::{Rig, Shape, Strike};
+use world::{Estimate, World};
 
 use crate::{
     diagnosis::{Gap, Noise, Verdict},
@@ -94,6 +95,41 @@ pub(crate) fn wrong_sizes(rig: &Rig, fitted: &Fitted, is_delivered: bool) -> Opt
             ratio
         )
     })
+}
+
+/// That wrong sizes of a box launch as the arm's error does that is named.
+pub(crate) fn arm_or_sizes(rig: &Rig, fitted: &Fitted) -> Option<String> {
+    let model = &fitted.model;
+    let share = model.values[model.sizes()?];
+    let parts = model.fitted_parts(&model.values);
+    let arm = parts
+        .iter()
+        .find(|part| part.name == "striker_angle_error")?;
+    let gain = arm.parameters.get("gain")?;
+    // Far off, angles follow the ratio of the sizes itself, not its logarithm.
+    let off = (1.0 + share) * (1.0 + gain) - 1.0;
+    let ratio = 1.0 + off / wrong_sizes::share(rig)?;
+    (ratio > 0.0).then(|| format!(
+        "at a box, sizes that are wrong launch as an arm does that errs by a share of its angle: a tip whose radius over half a side of the box is \
+         {ratio:.2} times that of the rig file does all of it; measure both sizes before the arm is corrected"
+    ))
+}
+
+/// Friction and restitution beside the effects that a world has: identification's are those without them.
+pub(crate) fn own_values(world: &World) -> Option<String> {
+    let of = |name: &str| {
+        let Estimate { value, low, high } = world.parameters.get(name)?;
+        Some(format!(
+            "{name} {value:.4} [{:.4}, {:.4}]",
+            (*low)?,
+            (*high)?
+        ))
+    };
+    Some(format!(
+        "beside these effects, with 95 % intervals: {}, {}",
+        of("friction")?,
+        of("restitution")?
+    ))
 }
 
 /// That tracks do not show how the object is braked on its way.

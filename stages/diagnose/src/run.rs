@@ -33,7 +33,7 @@ use crate::{
 
 impl Stage for Diagnose {
     const NAME: &'static str = "diagnose";
-    const VERSION: u32 = 26;
+    const VERSION: u32 = 27;
     type Input = Input;
     type Output = Diagnosed;
     type Error = DiagnoseError;
@@ -151,6 +151,7 @@ impl Diagnose {
         };
         let selection = about_itself(selection, &input.world)?;
         notes.extend(notes::wrong_sizes(rig, &selection.fitted, is_delivered));
+        notes.extend(notes::arm_or_sizes(rig, &selection.fitted));
         let found = Case {
             stage: self,
             input,

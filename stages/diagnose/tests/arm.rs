@@ -95,3 +95,26 @@ fn of_an_arm_that_delivers_its_commands_nothing_is_named() {
         "{notes}"
     );
 }
+
+#[test]
+fn an_arm_that_errs_as_no_law_does_is_told_and_where() {
+    for (hidden, covariate) in [("speed_ripple", "speed"), ("angle_ripple", "angle")] {
+        let found = diagnosis(hidden, true).diagnosis;
+        assert_eq!(found.verdict, Verdict::Unexplained, "{}", found.summary);
+        assert_eq!(found.r#where[0].covariate, covariate, "{hidden}");
+        assert!(found.cause.expect("known").contains("logged state"));
+        assert!(
+            found.gap.after > 1.5 * found.gap.noise_floor,
+            "{:?}",
+            found.gap
+        );
+    }
+    let found = diagnosis("none", true).diagnosis;
+    assert_eq!(found.verdict, Verdict::Consistent, "{}", found.summary);
+    let floor = found.gap.noise_floor;
+    assert!(
+        (0.6 * floor..1.5 * floor).contains(&found.gap.after),
+        "{:?}",
+        found.gap
+    );
+}

@@ -344,6 +344,16 @@ fn two_effects_that_are_both_taken_for_others_are_exchanged_together() {
 }
 
 #[test]
+fn restitution_that_falls_as_one_over_the_speed_is_an_arms_offset_too() {
+    let found = diagnose(&input("speed_dependent_restitution=0.98,0.78", 60, 45));
+    let classes = classes(&found);
+    assert_eq!(classes.len(), 1, "{classes:?}");
+    for name in ["striker_speed_error", "speed_dependent_restitution"] {
+        assert!(classes[0].contains(&name), "{classes:?}");
+    }
+}
+
+#[test]
 fn a_box_that_an_effect_brakes_on_its_way_slides_as_the_world_with_it_says() {
     let input = input_of(Shape::Box, "logarithmic_stribeck=0.45,0.5", 80, 43);
     let found = diagnose(&input);

@@ -10,7 +10,7 @@ use crate::Judge;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Noise {
-    /// Of the launch speed, relative.
+    /// Of the launch speed, relative, and of friction as the speed that moves a stop as far.
     pub speed: f64,
     /// Of the launch angle, in rad.
     pub angle: f64,
@@ -20,10 +20,11 @@ pub struct Noise {
 
 impl Noise {
     /// From a world's scatter, whose camera noise is that of one centroid; a rest position is the mean of
-    /// `rest_frames` centroids.
+    /// `rest_frames` centroids. An object slides as far as the square of its speed over friction says: 1 % of friction moves a stop as
+    /// half a per cent of speed does.
     pub fn of(scatter: &Scatter, rest_frames: f64) -> Self {
         Self {
-            speed: scatter.speed,
+            speed: scatter.speed.hypot(0.5 * scatter.friction),
             angle: scatter.angle,
             position: scatter.camera / rest_frames.max(1.0).sqrt(),
         }
@@ -115,6 +116,19 @@ mod tests {
 
     fn mean(values: &[f64]) -> f64 {
         values.iter().sum::<f64>() / values.len() as f64
+    }
+
+    #[test]
+    fn friction_that_scatters_counts_as_half_as_much_speed() {
+        let scatter = Scatter {
+            speed: 0.003,
+            angle: 0.005,
+            camera: 0.001,
+            friction: 0.008,
+            camera_correlation: 0.0,
+            stamp_jitter: 0.0,
+        };
+        assert!((Noise::of(&scatter, 4.0).speed - 0.005).abs() < 1e-12);
     }
 
     #[test]

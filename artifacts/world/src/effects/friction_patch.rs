@@ -49,7 +49,7 @@ pub const SPEC: EffectSpec = EffectSpec {
         EffectParameter {
             name: "change",
             unit: "",
-            low: -0.9,
+            low: -0.98,
             high: 3.0,
             neutral: 0.0,
             scale: 0.3,

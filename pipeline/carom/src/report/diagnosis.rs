@@ -42,7 +42,7 @@ pub fn diagnosis_section(shown: &ReportInput<'_>, found: &Diagnosed) -> Result<M
 
 fn verdict(verdict: Verdict) -> &'static str {
     match verdict {
-        Verdict::Named => "NamedEffect",
+        Verdict::Named => "Named",
         Verdict::Consistent => "Consistent",
         Verdict::Unexplained => "Unexplained",
     }

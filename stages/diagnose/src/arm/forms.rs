@@ -15,6 +15,24 @@ pub(super) enum Quantity {
     Angle,
 }
 
+impl Quantity {
+    /// As a covariate.
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Self::Speed => "speed",
+            Self::Angle => "angle",
+        }
+    }
+
+    /// Of a command: m/s, or rad.
+    pub(super) fn of(self, command: Command) -> f64 {
+        match self {
+            Self::Speed => command.speed,
+            Self::Angle => command.angle,
+        }
+    }
+}
+
 /// One strike: what was commanded, what was delivered, and when.
 pub(super) struct Pair<'a> {
     pub(super) command: Command,

@@ -22,7 +22,7 @@ pub(super) struct Law {
 }
 
 /// A law is named where chance gains as much in one case of a thousand, all forms that are tried counted.
-const CHANCE: f64 = 0.001;
+pub(super) const CHANCE: f64 = 0.001;
 /// A strike that differs by more deviations is left out.
 const OUTLIER: f64 = 6.0;
 /// Typical falls of the squared error that one strike may count for.

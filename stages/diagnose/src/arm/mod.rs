@@ -4,20 +4,23 @@
 //! the arm. What the arm does is a regression of its own, of delivered on commanded speeds and angles, by the formulas of the library's
 //! effects of the striker.
 
-use values::{Split, Strike, arm_scatter, delivered_strikes};
+use values::{ArmScatter, Point, Split, Strike, arm_scatter, delivered_strikes};
 use world::Estimate;
 use world::effects;
 
-use crate::diagnosis::{NamedEffect, Parameter, Verdict};
+use crate::diagnosis::{Diagnosis, NamedEffect, Parameter, Verdict};
 use crate::gap;
 use crate::model::specification;
 use crate::{DiagnoseError, Diagnosed, Input};
 
-use law::{Law, fit};
+use forms::Quantity;
+use law::{CHANCE, Law, fit};
+use unexplained::{Unexplained, unexplained};
 
 mod descent;
 mod forms;
 mod law;
+mod unexplained;
 
 /// Effects of the library that act on the command begin with this: they are estimated here, where the arm's state is known.
 const STRIKER: &str = "striker_";
@@ -30,6 +33,8 @@ pub(crate) fn is_the_arms(name: &str) -> bool {
 /// An arm whose state was logged.
 pub(crate) struct Arm {
     laws: Vec<Law>,
+    /// What its launches depend on beside them.
+    unexplained: Vec<Unexplained>,
     /// The strikes from what was delivered.
     pub(crate) input: Input,
 }
@@ -46,11 +51,16 @@ impl Arm {
             .filter(|strike| !strike.is_pushed_again())
             .partition(|strike| strike.split == Split::Test);
         let laws = fit(&input.rig, &fitted, &judges)?;
+        let unexplained = unexplained(&input.rig, &laws, &[fitted, judges].concat())?;
         let input = Input {
             strikes,
             ..input.clone()
         };
-        Ok(Some(Self { laws, input }))
+        Ok(Some(Self {
+            laws,
+            unexplained,
+            input,
+        }))
     }
 
     /// What was found from the delivered launches, with what the arm does to its commands.
@@ -60,6 +70,7 @@ impl Arm {
         input: &Input,
     ) -> Result<Diagnosed, DiagnoseError> {
         let scatter = arm_scatter(&input.strikes);
+        let of_repeats = self.of_repeats(scatter);
         // A world that was fitted here scatters by the impact alone; the identified one by the arm, too.
         let mut impact = found.world.as_ref().unwrap_or(&input.world).scatter;
         match &mut found.world {
@@ -76,8 +87,8 @@ impl Arm {
         diagnosis.notes.push(format!(
             "the arm's state is logged: launches were taken as delivered, and scatter by {:.1} % and {:.2}° in the arm, by {:.1} % and \
              {:.2}° at the impact",
-            100.0 * scatter.speed,
-            scatter.angle.to_degrees(),
+            100.0 * of_repeats.speed,
+            of_repeats.angle.to_degrees(),
             100.0 * impact.speed,
             impact.angle.to_degrees()
         ));
@@ -86,9 +97,53 @@ impl Arm {
             named.equivalent.retain(|name| !is_the_arms(name));
             named.rivals.retain(|rival| !is_the_arms(&rival.name));
         }
-        if self.laws.is_empty() {
-            return Ok(found);
+        if !self.laws.is_empty() {
+            self.name_laws(diagnosis)?;
         }
+        self.tell_unexplained(diagnosis);
+        if !self.laws.is_empty() {
+            let world = found.world.get_or_insert_with(|| input.world.clone());
+            let added = self.laws.iter().map(|law| law.added.clone());
+            world.effects.splice(0..0, added);
+        }
+        // What a command gives: before, after and the floor hold what the arm makes of it.
+        let strikes: Vec<&Strike> = input
+            .strikes
+            .iter()
+            .filter(|strike| !strike.is_pushed_again())
+            .collect();
+        let before = gap::stop_residuals(&input.rig, &input.world, &strikes)?;
+        let after = match &found.world {
+            Some(world) => gap::stop_residuals(&input.rig, world, &strikes)?,
+            None => before.clone(),
+        };
+        found.residuals = gap::residuals(&strikes, &before, &after);
+        let judges = |residuals: &[_]| gap::of_part(&strikes, residuals, true);
+        let by_arm = gap::rms(strikes.iter().map(|strike| {
+            let length = strike.path().norm();
+            // A stop lies as far as the square of the speed says.
+            Point::new(2.0 * of_repeats.speed * length, of_repeats.angle * length)
+        }));
+        let noise_floor = found.diagnosis.gap.noise_floor.hypot(by_arm);
+        found.diagnosis.gap = gap::gap(&judges(&before), &judges(&after), noise_floor);
+        Ok(found)
+    }
+
+    /// What repeats of a command are delivered with: what launches depend on is no scatter.
+    fn of_repeats(&self, scatter: ArmScatter) -> ArmScatter {
+        let rest = |quantity| {
+            let of_it = self.unexplained.iter().filter(|u| u.quantity == quantity);
+            let share = of_it.map(|u| u.dependence.share).fold(0.0, f64::max);
+            (1.0 - share).sqrt()
+        };
+        ArmScatter {
+            speed: scatter.speed * rest(Quantity::Speed),
+            angle: scatter.angle * rest(Quantity::Angle),
+        }
+    }
+
+    /// Names the laws before what was found beside them.
+    fn name_laws(&self, diagnosis: &mut Diagnosis) -> Result<(), DiagnoseError> {
         let statements: Vec<String> = self
             .laws
             .iter()
@@ -111,26 +166,38 @@ impl Arm {
             }
         };
         diagnosis.verdict = Verdict::Named;
+        for p_value in [&mut diagnosis.p_value, &mut diagnosis.p_value_signs] {
+            *p_value = p_value.min(CHANCE);
+        }
         let named = self.laws.iter().zip(statements);
         let named: Vec<NamedEffect> = named.map(|(law, text)| named_law(law, text)).collect();
         diagnosis.effects.splice(0..0, named);
+        Ok(())
+    }
 
-        let mut world = found.world.take().unwrap_or_else(|| input.world.clone());
-        let added = self.laws.into_iter().map(|law| law.added);
-        world.effects.splice(0..0, added);
-        let strikes: Vec<&Strike> = input
-            .strikes
-            .iter()
-            .filter(|strike| !strike.is_pushed_again())
-            .collect();
-        let before = gap::stop_residuals(&input.rig, &input.world, &strikes)?;
-        let after = gap::stop_residuals(&input.rig, &world, &strikes)?;
-        found.residuals = gap::residuals(&strikes, &before, &after);
-        let judges = |residuals: &[_]| gap::of_part(&strikes, residuals, true);
-        let noise_floor = found.diagnosis.gap.noise_floor;
-        found.diagnosis.gap = gap::gap(&judges(&before), &judges(&after), noise_floor);
-        found.world = Some(world);
-        Ok(found)
+    /// Tells what launches depend on beside the laws: by itself it is a gap that no candidate explains.
+    fn tell_unexplained(&self, diagnosis: &mut Diagnosis) {
+        let Some(Unexplained {
+            dependence: first, ..
+        }) = self.unexplained.first()
+        else {
+            return;
+        };
+        let all = || self.unexplained.iter().map(|u| u.dependence.clone());
+        diagnosis.notes.push(format!(
+            "what the arm makes of its commands depends on them as no law of the library does: {}",
+            all().map(|d| d.description).collect::<Vec<_>>().join("; ")
+        ));
+        if diagnosis.verdict == Verdict::Consistent {
+            diagnosis.verdict = Verdict::Unexplained;
+            diagnosis.summary = format!(
+                "the arm errs as no candidate does: {}; beside that there is no gap",
+                first.description
+            );
+            diagnosis.cause = Some(diagnosis.summary.clone());
+            (diagnosis.p_value, diagnosis.p_value_signs) = (first.p_value, first.p_value);
+        }
+        diagnosis.r#where.splice(0..0, all());
     }
 }
 

@@ -12,6 +12,7 @@ use crate::{
     Thresholds,
     candidates::Candidate,
     fit::Fitted,
+    model::Part,
     screen::{Chance, Screened, screen},
 };
 
@@ -146,6 +147,7 @@ fn assess(
         return Ok((effect, None));
     };
     let (name, evidence) = (effect.name, effect.evidence);
+    let is_offset = is_speed_offset(&fitted.model.fitted_parts(&fitted.model.values)[place]);
     let (own, screened): (Vec<Screened>, Vec<Screened>) = screen(prepared, &reduced, candidates)?
         .into_iter()
         .partition(|s| s.name == name);
@@ -168,7 +170,8 @@ fn assess(
         // One that contains this effect is never excluded, and says no other thing.
         .filter(|(_, rival)| !contains(rival.name, name))
         .filter(|(rank, rival)| {
-            (is_at_end && *rank == 0) || !is_excluded(name, evidence, rival, thresholds)
+            let is_same = is_offset && rival.evidence > 0.0 && alike(name).contains(&rival.name);
+            (is_at_end && *rank == 0) || is_same || !is_excluded(name, evidence, rival, thresholds)
         })
         .map(|(_, rival)| rival.name)
         .collect();
@@ -178,6 +181,15 @@ fn assess(
         ..effect
     };
     Ok((effect, Some(reduced)))
+}
+
+/// Whether an arm delivers the commanded speed and a constant more. Restitution that falls as that constant over the speed launches
+/// alike, and no form that the library gives it excludes it.
+fn is_speed_offset(part: &Part) -> bool {
+    let value = |name| part.parameters.get(name).copied();
+    part.name == "striker_speed_error"
+        && value("cap").is_none()
+        && value("offset").is_some_and(|offset| offset > 0.0)
 }
 
 /// Whether the data exclude another effect in the place of a named one. Of effects that differ in form alone, and whose form is
