@@ -97,7 +97,10 @@ pub(crate) fn wrong_sizes(rig: &Rig, fitted: &Fitted, is_delivered: bool) -> Opt
     })
 }
 
-/// That wrong sizes of a box launch as the arm's error does that is named.
+/// Ratios of r/h to that of the rig file, or one over it, up to which sizes are doubted in the arm's place.
+const DOUBTED_RATIO: f64 = 2.0;
+
+/// That wrong sizes of a box launch as the arm's error does that is named, where they need not be absurd.
 pub(crate) fn arm_or_sizes(rig: &Rig, fitted: &Fitted) -> Option<String> {
     let model = &fitted.model;
     let share = model.values[model.sizes()?];
@@ -109,7 +112,8 @@ pub(crate) fn arm_or_sizes(rig: &Rig, fitted: &Fitted) -> Option<String> {
     // Far off, angles follow the ratio of the sizes itself, not its logarithm.
     let off = (1.0 + share) * (1.0 + gain) - 1.0;
     let ratio = 1.0 + off / wrong_sizes::share(rig)?;
-    (ratio > 0.0).then(|| format!(
+    let is_credible = (1.0 / DOUBTED_RATIO..DOUBTED_RATIO).contains(&ratio);
+    is_credible.then(|| format!(
         "at a box, sizes that are wrong launch as an arm does that errs by a share of its angle: a tip whose radius over half a side of the box is \
          {ratio:.2} times that of the rig file does all of it; measure both sizes before the arm is corrected"
     ))

@@ -57,5 +57,6 @@ fn an_arm_whose_angles_are_off_by_more_than_sizes_are_is_named() {
         let found = diagnosed("striker_angle_error=gain:0.2", half_side, radius, seed);
         let names: Vec<&str> = found.effects.iter().map(|e| e.name.as_str()).collect();
         assert_eq!(names, ["striker_angle_error"], "{}", found.summary);
+        assert!(says_so(&found), "{:?}", found.notes);
     }
 }
