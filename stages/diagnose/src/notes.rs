@@ -97,8 +97,8 @@ pub(crate) fn wrong_sizes(rig: &Rig, fitted: &Fitted, is_delivered: bool) -> Opt
     })
 }
 
-/// Ratios of r/h to that of the rig file, or one over it, up to which sizes are doubted in the arm's place.
-const DOUBTED_RATIO: f64 = 2.0;
+/// Factor on the rig file's r/h up to which sizes are doubted in the arm's place: both off by a half, one up and one down.
+const DOUBTED_RATIO: f64 = 3.0;
 
 /// That wrong sizes of a box launch as the arm's error does that is named, where they need not be absurd.
 pub(crate) fn arm_or_sizes(rig: &Rig, fitted: &Fitted) -> Option<String> {
