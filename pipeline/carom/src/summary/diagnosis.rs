@@ -148,13 +148,13 @@ pub fn probability(p: f64, replicates: usize) -> String {
     }
 }
 
-/// A parameter's value and the ends of its interval, to two figures of the interval's width; of a value that was not fitted, as it is.
+/// A parameter's value and the ends of its interval, to two figures of the interval's width; of a value that was not fitted, to four.
 pub fn numbers(parameter: &Parameter) -> [String; 3] {
     let Parameter {
         value, low, high, ..
     } = *parameter;
     if low == high {
-        return [value, low, high].map(|number| number.to_string());
+        return [value, low, high].map(four_figures);
     }
     [value, low, high].map(|number| to_two_figures_of(high - low, number))
 }
@@ -192,6 +192,19 @@ fn named(effect: &NamedEffect) -> String {
         );
     }
     text
+}
+
+/// A number that has no interval, to four figures at the most.
+fn four_figures(number: f64) -> String {
+    if number == 0.0 {
+        return "0".into();
+    }
+    let decimals = (3.0 - number.abs().log10().floor()).max(0.0) as usize;
+    let text = format!("{number:.decimals$}");
+    match text.contains('.') {
+        true => text.trim_end_matches('0').trim_end_matches('.').into(),
+        false => text,
+    }
 }
 
 #[cfg(test)]
@@ -267,5 +280,11 @@ mod tests {
         assert!(!gap(&measured).contains("closed"));
         measured.heldout_strikes = 0;
         assert!(gap(&measured).contains("not measured"));
+    }
+
+    #[test]
+    fn a_value_without_an_interval_is_said_to_four_figures() {
+        let said = [0.926814859763348, -0.0, 0.45, 250.0, 12345.6].map(four_figures);
+        assert_eq!(said, ["0.9268", "0", "0.45", "250", "12346"]);
     }
 }
