@@ -90,7 +90,12 @@ impl Case<'_, '_> {
         if verdict == Verdict::Named {
             notes.extend(self.at_ends());
         }
-        notes.extend(judged.world.iter().flat_map(notes::own_values));
+        notes.extend(
+            judged
+                .world
+                .iter()
+                .flat_map(notes::friction_and_restitution),
+        );
         let at_end = self.selection.fitted.model.world_at_end();
         notes.extend(at_end.map(|(name, value)| notes::world_at_end(name, value)));
         let values = &self.selection.fitted.model.values;

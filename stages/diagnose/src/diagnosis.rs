@@ -17,7 +17,7 @@ pub struct Diagnosis {
     pub cause: Option<String>,
     /// Probability of a gap like this one, or a larger, if only launches, friction and camera scattered: the share of
     /// residuals drawn from the fitted noise that show as much, everything that was looked at counted. Never below
-    /// 1/(1 + `replicates`).
+    /// 1/(1 + `replicates`), but where the arm's logged state shows a gap: then what its own test says, in both probabilities.
     pub p_value: f64,
     /// The same by flipping the signs of whole strikes' scores, which takes no model of noise on trust.
     #[serde(default = "certain")]

@@ -109,8 +109,8 @@ impl Model {
             ],
             values: vec![friction, restitution, 0.5 * frame],
         };
-        if let Some(by_ratio) = wrong_sizes::share(rig) {
-            let scatter = thresholds.wrong_sizes * by_ratio;
+        if let Some(sensitivity) = wrong_sizes::sensitivity(rig) {
+            let scatter = thresholds.wrong_sizes * sensitivity;
             let most = thresholds.believed_sizes * scatter;
             let share = base(STEP_OF_SHARE, -most, most, 0.0, scatter);
             model.free.push(share);

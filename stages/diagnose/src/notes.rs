@@ -74,7 +74,7 @@ pub(crate) fn wrong_sizes(rig: &Rig, fitted: &Fitted, is_delivered: bool) -> Opt
     let place = fitted.model.sizes()?;
     let share = fitted.model.values[place];
     let half = fitted.ninety_five() * fitted.robust_covariance()?[(place, place)].max(0.0).sqrt();
-    let ratio = (share / wrong_sizes::share(rig)?).exp();
+    let ratio = (share / wrong_sizes::sensitivity(rig)?).exp();
     let (least, more) = match fitted.model.is_at_end(place, 0.0) {
         true => (
             " or more",
@@ -111,7 +111,7 @@ pub(crate) fn arm_or_sizes(rig: &Rig, fitted: &Fitted) -> Option<String> {
     let gain = arm.parameters.get("gain")?;
     // Far off, angles follow the ratio of the sizes itself, not its logarithm.
     let off = (1.0 + share) * (1.0 + gain) - 1.0;
-    let ratio = 1.0 + off / wrong_sizes::share(rig)?;
+    let ratio = 1.0 + off / wrong_sizes::sensitivity(rig)?;
     let is_credible = (1.0 / DOUBTED_RATIO..DOUBTED_RATIO).contains(&ratio);
     is_credible.then(|| format!(
         "at a box, sizes that are wrong launch as an arm does that errs by a share of its angle: a tip whose radius over half a side of the box is \
@@ -120,7 +120,7 @@ pub(crate) fn arm_or_sizes(rig: &Rig, fitted: &Fitted) -> Option<String> {
 }
 
 /// Friction and restitution beside the effects that a world has: identification's are those without them.
-pub(crate) fn own_values(world: &World) -> Option<String> {
+pub(crate) fn friction_and_restitution(world: &World) -> Option<String> {
     let of = |name: &str| {
         let Estimate { value, low, high } = world.parameters.get(name)?;
         Some(format!(

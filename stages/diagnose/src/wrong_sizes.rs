@@ -10,9 +10,9 @@ use world::effects::{Acts, Effect};
 /// Share of its angle that a launch changes by for each unit of r/h, in MuJoCo's impacts.
 const SHARE: f64 = 0.55;
 
-/// Share by which launch angles are off for each unit by which the logarithm of r/h is; none for a round object, which is met through its
-/// middle at any size.
-pub(crate) fn share(rig: &Rig) -> Option<f64> {
+/// Derivative of the share by which launch angles are off, by the logarithm of r/h; none for a round object, which is met through its middle
+/// at any size.
+pub(crate) fn sensitivity(rig: &Rig) -> Option<f64> {
     let half = rig
         .object
         .half_size

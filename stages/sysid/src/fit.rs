@@ -75,8 +75,8 @@ impl Fitted {
         let error = self.information.clone().try_inverse()?[(turn, turn)].sqrt();
         (self.launch.turn.abs() > STEADY * error).then(|| {
             format!(
-                "strikes leave {:.2}° ± {:.2}° beside their angles on average (commanded, or delivered where the arm's state is logged), which this world does not model: \
-                 an effect or a residual model has to",
+                "strikes leave {:.2}° ± {:.2}° beside their angles on average (commanded, or delivered where the arm's state is \
+                 logged), which this world does not model: an effect or a residual model has to",
                 self.launch.turn.to_degrees(),
                 2.0 * error.to_degrees()
             )

@@ -49,6 +49,7 @@ pub const SPEC: EffectSpec = EffectSpec {
         EffectParameter {
             name: "change",
             unit: "",
+            // A fiftieth of the table's friction: no surface has less, and with none an object would never stop there.
             low: -0.98,
             high: 3.0,
             neutral: 0.0,

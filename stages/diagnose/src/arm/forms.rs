@@ -16,6 +16,8 @@ pub(super) enum Quantity {
 }
 
 impl Quantity {
+    pub(super) const ALL: [Self; 2] = [Self::Speed, Self::Angle];
+
     /// As a covariate.
     pub(super) fn name(self) -> &'static str {
         match self {

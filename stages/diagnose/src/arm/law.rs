@@ -38,7 +38,7 @@ pub(super) fn fit(
     let pairs = Pair::all(strikes);
     let judges = Pair::all(judges);
     let mut laws = Vec::new();
-    for quantity in [Quantity::Speed, Quantity::Angle] {
+    for quantity in Quantity::ALL {
         let forms = forms(quantity, &pairs);
         let all: Vec<&Pair<'_>> = pairs.iter().collect();
         let Some((form, fitted, _)) = best(rig, quantity, &forms, &all)? else {

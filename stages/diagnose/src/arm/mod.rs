@@ -70,7 +70,7 @@ impl Arm {
         input: &Input,
     ) -> Result<Diagnosed, DiagnoseError> {
         let scatter = arm_scatter(&input.strikes);
-        let of_repeats = self.of_repeats(scatter);
+        let repeatability = self.repeatability(scatter);
         // A world that was fitted here scatters by the impact alone; the identified one by the arm, too.
         let mut impact = found.world.as_ref().unwrap_or(&input.world).scatter;
         match &mut found.world {
@@ -87,8 +87,8 @@ impl Arm {
         diagnosis.notes.push(format!(
             "the arm's state is logged: launches were taken as delivered, and scatter by {:.1} % and {:.2}° in the arm, by {:.1} % and \
              {:.2}° at the impact",
-            100.0 * of_repeats.speed,
-            of_repeats.angle.to_degrees(),
+            100.0 * repeatability.speed,
+            repeatability.angle.to_degrees(),
             100.0 * impact.speed,
             impact.angle.to_degrees()
         ));
@@ -99,13 +99,11 @@ impl Arm {
         }
         if !self.laws.is_empty() {
             self.name_laws(diagnosis)?;
-        }
-        self.tell_unexplained(diagnosis);
-        if !self.laws.is_empty() {
             let world = found.world.get_or_insert_with(|| input.world.clone());
             let added = self.laws.iter().map(|law| law.added.clone());
             world.effects.splice(0..0, added);
         }
+        self.tell_unexplained(diagnosis);
         // What a command gives: before, after and the floor hold what the arm makes of it.
         let strikes: Vec<&Strike> = input
             .strikes
@@ -122,15 +120,18 @@ impl Arm {
         let by_arm = gap::rms(strikes.iter().map(|strike| {
             let length = strike.path().norm();
             // A stop lies as far as the square of the speed says.
-            Point::new(2.0 * of_repeats.speed * length, of_repeats.angle * length)
+            Point::new(
+                2.0 * repeatability.speed * length,
+                repeatability.angle * length,
+            )
         }));
         let noise_floor = found.diagnosis.gap.noise_floor.hypot(by_arm);
         found.diagnosis.gap = gap::gap(&judges(&before), &judges(&after), noise_floor);
         Ok(found)
     }
 
-    /// What repeats of a command are delivered with: what launches depend on is no scatter.
-    fn of_repeats(&self, scatter: ArmScatter) -> ArmScatter {
+    /// By how much repeats of a command differ in what the arm delivers: what launches depend on is no scatter.
+    fn repeatability(&self, scatter: ArmScatter) -> ArmScatter {
         let rest = |quantity| {
             let of_it = self.unexplained.iter().filter(|u| u.quantity == quantity);
             let share = of_it.map(|u| u.dependence.share).fold(0.0, f64::max);

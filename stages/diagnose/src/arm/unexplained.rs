@@ -10,7 +10,6 @@ use super::{
 };
 use crate::diagnosis::GapDependence;
 
-const QUANTITIES: [Quantity; 2] = [Quantity::Speed, Quantity::Angle];
 /// Fewer strikes show no dependence.
 const FEWEST: usize = 20;
 /// Neighbours that a dependence is averaged over.
@@ -38,17 +37,17 @@ pub(super) fn unexplained(
     let laws = laws.iter().map(|law| effects::build(&law.added, rig));
     let laws = laws.collect::<Result<Vec<_>, _>>()?;
     let predicted = |pair: &Pair<'_>| effects::deliver(&laws, pair.command, pair.conditions);
-    let looks = QUANTITIES.len() * QUANTITIES.len();
+    let looks = Quantity::ALL.len() * Quantity::ALL.len();
     let mut found = Vec::new();
-    for quantity in QUANTITIES {
+    for quantity in Quantity::ALL {
         let left = |pair: &Pair<'_>| pair.difference(quantity, predicted(pair));
-        for by in QUANTITIES {
+        for by in Quantity::ALL {
             let mut points: Vec<(f64, f64)> = pairs
                 .iter()
                 .map(|pair| (by.of(pair.command), left(pair)))
                 .collect();
             points.sort_by(|a, b| a.0.total_cmp(&b.0));
-            let Some((p_value, share)) = neighbours_alike(&points) else {
+            let Some((p_value, share)) = rank_von_neumann_test(&points) else {
                 continue;
             };
             let (at, off) = peak(&points);
@@ -83,8 +82,8 @@ fn description(quantity: Quantity, off: f64, by: Quantity, at: f64) -> String {
     format!("the arm's logged state is off by {off} at a commanded {at}")
 }
 
-/// Probability that neighbours are so much alike by chance, and how much of the variance they share; none of few points.
-fn neighbours_alike(points: &[(f64, f64)]) -> Option<(f64, f64)> {
+/// Probability that neighbours are so much alike by chance, and the share of the variance that goes with where they lie; none of few points.
+fn rank_von_neumann_test(points: &[(f64, f64)]) -> Option<(f64, f64)> {
     if points.len() < FEWEST {
         return None;
     }
@@ -161,7 +160,7 @@ mod tests {
     #[test]
     fn scatter_alone_is_alike_by_chance_as_often_as_is_said() {
         let often = (0..2000).filter(|seed| {
-            let (p_value, _) = neighbours_alike(&points(0.0, *seed)).expect("enough");
+            let (p_value, _) = rank_von_neumann_test(&points(0.0, *seed)).expect("enough");
             p_value < 0.01
         });
         let often = often.count();
@@ -171,7 +170,7 @@ mod tests {
     #[test]
     fn a_dependence_of_any_form_is_found_where_it_is_as_large_as_scatter() {
         let points = points(1.5, 5);
-        let (p_value, share) = neighbours_alike(&points).expect("enough");
+        let (p_value, share) = rank_von_neumann_test(&points).expect("enough");
         assert!(p_value < 1e-4 && share > 0.3, "{p_value} {share}");
         let (at, off) = peak(&points);
         let is_crest = (0..8).any(|k| (at - (2 * k + 1) as f64 / 16.0).abs() < 0.04);
