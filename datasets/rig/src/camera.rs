@@ -44,18 +44,23 @@ pub(crate) fn film(
         let time = from + (phase + k as f64) * period + jitter;
         let error = disturbance.frame(Point::new(x, y), noise, time);
         let late = disturbance.stamp_error();
-        if !lost {
-            let mut stamp = time;
-            if disturbance.has_stamp_errors() {
-                let last = frames.last().map_or(0.0, |frame: &Frame| frame.time);
-                stamp = (time + late).max(last + SHORTEST_INTERVAL);
-            }
-            frames.push(Frame {
-                time: stamp,
-                exposed: time,
-                centroid: seen(time) + error,
-            });
+        let exposed = time + disturbance.readout(seen(time));
+        let there = seen(exposed);
+        if lost || disturbance.loses(there, time) {
+            continue;
         }
+        let mut stamp = time;
+        if disturbance.has_stamp_errors() {
+            let last = frames.last().map_or(0.0, |frame: &Frame| frame.time);
+            stamp = disturbance
+                .reported_stamp(time + late)
+                .max(last + SHORTEST_INTERVAL);
+        }
+        frames.push(Frame {
+            time: stamp,
+            exposed,
+            centroid: disturbance.reported(there + error),
+        });
     }
     frames
 }

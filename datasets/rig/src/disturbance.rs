@@ -9,6 +9,9 @@ use crate::StrikeIndex;
 use crate::noise::Levels;
 use crate::random::{Purpose, random};
 
+/// From when to when most objects slide, in s from the start of a recording: where lost frames matter.
+const SLIDING: (f64, f64) = (0.6, 1.6);
+
 /// The noise of one strike.
 #[derive(Clone, Debug)]
 pub(crate) struct Disturbance {
@@ -24,6 +27,8 @@ pub(crate) struct Disturbance {
     camera: f64,
     /// Direction of the mount's vibration (its amplitude, in m) and its phase, in rad.
     mount: (Point, f64),
+    /// From when to when frames are lost, in s.
+    burst: (f64, f64),
     /// Correlated camera noise of the last frame, in standard deviations.
     last: Option<Point>,
 }
@@ -58,6 +63,14 @@ impl Disturbance {
         if levels.yaw_scatter > 0.0 {
             yaw = levels.yaw_scatter * normal(&mut random);
         }
+        if levels.other_change != 0.0 && random.random::<f64>() < levels.other_share {
+            friction *= 1.0 + levels.other_change;
+        }
+        let mut burst = (0.0, 0.0);
+        if levels.burst_share > 0.0 && random.random::<f64>() < levels.burst_share {
+            let from = SLIDING.0 + (SLIDING.1 - SLIDING.0) * random.random::<f64>();
+            burst = (from, from + levels.burst_longest * random.random::<f64>());
+        }
         Self {
             levels,
             random,
@@ -66,6 +79,7 @@ impl Disturbance {
             launch,
             camera,
             mount,
+            burst,
             last: None,
         }
     }
@@ -123,9 +137,41 @@ impl Disturbance {
         error
     }
 
+    /// Whether a frame is lost in which the object is seen here (m).
+    pub(crate) fn loses(&self, seen: Point, time: f64) -> bool {
+        (self.burst.0..self.burst.1).contains(&time) || self.levels.view_narrowness * seen.x > 1.0
+    }
+
+    /// How much later than the frame's first row an object is exposed that is seen here (m), in s.
+    pub(crate) fn readout(&self, seen: Point) -> f64 {
+        self.levels.readout.dot(seen)
+    }
+
+    /// A place as it is reported, in m.
+    pub(crate) fn reported(&self, at: Point) -> Point {
+        let step = self.levels.place_step;
+        Point::new(on_grid(at.x, step), on_grid(at.y, step))
+    }
+
+    /// A stamp as it is reported, in s.
+    pub(crate) fn reported_stamp(&self, stamp: f64) -> f64 {
+        on_grid(stamp, self.levels.stamp_step)
+    }
+
     /// Whether stamps have errors beside the camera's own jitter.
     pub(crate) fn has_stamp_errors(&self) -> bool {
-        self.levels.stamp_delay > 0.0 || self.levels.stamp_jitter > 0.0
+        self.levels.stamp_delay > 0.0
+            || self.levels.stamp_jitter > 0.0
+            || self.levels.stamp_step > 0.0
+    }
+}
+
+/// The nearest multiple of a step; the value itself at a step of 0.
+fn on_grid(value: f64, step: f64) -> f64 {
+    if step > 0.0 {
+        (value / step).round() * step
+    } else {
+        value
     }
 }
 

@@ -66,10 +66,11 @@ impl Hidden {
         self.0.iter().map(Effect::acts)
     }
 
-    /// What the arm delivers for a command, before launch scatter.
-    pub fn deliver(&self, command: Command, index: StrikeIndex) -> Command {
-        self.acts()
-            .fold(command, |command, effect| effect.deliver(command, index))
+    /// What the arm delivers for a command and an object that lies at a point of the table (m), before launch scatter.
+    pub fn deliver(&self, command: Command, from: Point, index: StrikeIndex) -> Command {
+        self.acts().fold(command, |command, effect| {
+            effect.deliver(command, from, index)
+        })
     }
 
     /// Where the camera sees what lies at a point of the table, without noise, in m.

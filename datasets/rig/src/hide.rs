@@ -139,12 +139,14 @@ fn parse_one(text: &str) -> Result<Part, RigSimError> {
 /// Beyond these a formula has no meaning, or the object would leave the camera's view.
 fn limits(name: &str, parameter: &str) -> Option<(f64, f64)> {
     match (name, parameter) {
-        ("camera_rotation", "angle") | ("camera_lean", "lean") => Some((-0.5, 0.5)),
-        ("camera_distortion" | "brown_lens", "k1") => Some((-0.4, 0.4)),
+        ("camera_rotation", "angle") | ("camera_lean", "lean") | ("pushed_camera", "turn") => {
+            Some((-0.5, 0.5))
+        }
+        ("camera_distortion" | "brown_lens" | "off_centre_lens", "k1") => Some((-0.4, 0.4)),
         ("camera_scale", "excess") => Some((-0.5, 0.5)),
         ("wrong_rig_file", _) => Some((-0.9, 9.0)),
         ("camera_correlation", "rho") => Some((0.0, 0.99)),
-        ("stray_frames", "share") => Some((0.0, 0.5)),
+        ("stray_frames" | "lost_bursts" | "two_objects", "share") => Some((0.0, 0.5)),
         ("friction_scatter" | "friction_wander" | "late_stamps" | "jittering_stamps", _) => {
             Some((0.0, 1.0))
         }
@@ -152,9 +154,9 @@ fn limits(name: &str, parameter: &str) -> Option<(f64, f64)> {
         ("speed_dependent_restitution", "exponent") | ("restitution_step", "from") => None,
         (
             _,
-            "v_s" | "v_ref" | "exponent" | "radius" | "edge" | "stretch" | "over" | "width"
-            | "decay" | "reference" | "cap" | "length" | "half_length" | "half_width" | "height"
-            | "depth" | "period" | "sharpness",
+            "v_s" | "v_ref" | "exponent" | "radius" | "edge" | "stretch" | "over" | "every"
+            | "width" | "decay" | "reference" | "cap" | "length" | "half_length" | "half_width"
+            | "height" | "depth" | "period" | "sharpness",
         ) => Some((1e-4, f64::MAX)),
         (_, "softness") => Some((0.0, f64::MAX)),
         _ => None,

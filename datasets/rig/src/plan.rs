@@ -119,7 +119,7 @@ fn stays(prepared: &PreparedRig, strike: &PlannedStrike, index: StrikeIndex) -> 
         .unsee(strike.initial(), truth.rig.camera.centre, index);
     let outcome = prepared.strike(
         from,
-        truth.hidden.deliver(strike.command(), index),
+        truth.hidden.deliver(strike.command(), from, index),
         index,
         1.0,
     );

@@ -165,7 +165,7 @@ impl Sim {
         let levels = truth.noise.levels();
         let mut disturbance = Disturbance::new(levels, truth.seed, index);
         let from = truth.hidden.unsee(initial, centre, index);
-        let delivered = self.launch(command, &levels, &disturbance);
+        let delivered = self.launch(command, from, &levels, &disturbance);
         let lying = Lying { at: from, yaw };
         let outcome = self
             .prepared
@@ -256,19 +256,25 @@ impl Sim {
         let truth = &self.prepared.truth;
         let levels = truth.noise.levels();
         let disturbance = Disturbance::new(levels, truth.seed, self.index);
-        let delivered = self.launch(tip, &levels, &disturbance);
+        let delivered = self.launch(tip, from, &levels, &disturbance);
         let (index, friction) = (self.index, disturbance.friction);
         self.index.order += 1;
         self.prepared
             .strike_aside(from, delivered, aside, index, friction)
     }
 
-    /// What the arm delivers this time: effects, then scatter.
-    fn launch(&self, command: Command, levels: &Levels, disturbance: &Disturbance) -> Command {
+    /// What the arm delivers this time for an object that lies here (m): effects, then scatter.
+    fn launch(
+        &self,
+        command: Command,
+        from: Point,
+        levels: &Levels,
+        disturbance: &Disturbance,
+    ) -> Command {
         let mut random = self.random(Purpose::Launch);
         let [speed, angle]: [f64; 2] = std::array::from_fn(|_| StandardNormal.sample(&mut random));
         let truth = &self.prepared.truth;
-        let delivered = truth.hidden.deliver(command, self.index);
+        let delivered = truth.hidden.deliver(command, from, self.index);
         let robot = &truth.rig.robot;
         let growth = levels.launch_growth(
             (command.speed - robot.speed.low) / (robot.speed.high - robot.speed.low),

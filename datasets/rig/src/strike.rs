@@ -140,7 +140,7 @@ impl Truth {
     ) -> Result<StrikeOutcome, RigSimError> {
         let prepared = PreparedRig::new(self.without_strikes())?;
         let from = self.hidden.unsee(initial, self.rig.camera.centre, index);
-        Ok(prepared.strike(from, self.hidden.deliver(command, index), index, 1.0))
+        Ok(prepared.strike(from, self.hidden.deliver(command, from, index), index, 1.0))
     }
 
     /// Where the camera would see that strike's stop, without scatter or noise, in m.

@@ -261,18 +261,24 @@ fn every_hidden_effect_moves_what_the_camera_sees() {
         hidden: Hidden::none(),
         ..Truth::demo(&rig, 1)
     };
-    let strikes = [(0.9, 0.15), (0.6, 0.0), (1.0, -0.4)];
+    let (middle, aside) = (Point::new(0.3, 0.0), Point::new(0.25, 0.08));
+    let strikes = [
+        (middle, 0.9, 0.15),
+        (middle, 0.6, 0.0),
+        (middle, 1.0, -0.4),
+        (aside, 0.9, -0.1),
+    ];
     for effect in Effect::all() {
         let truth = Truth {
             hidden: Hidden(vec![effect]),
             ..plain.clone()
         };
-        let moved = strikes.iter().map(|&(speed, angle)| {
+        let moved = strikes.iter().map(|&(initial, speed, angle)| {
             let index = StrikeIndex {
                 session: 1,
-                order: 60,
+                order: 67,
             };
-            let (initial, command) = (Point::new(0.3, 0.0), Command { speed, angle });
+            let command = Command { speed, angle };
             let stop = |truth: &Truth| truth.expected_stop(initial, command, index).unwrap();
             stop(&truth).distance(stop(&plain))
         });

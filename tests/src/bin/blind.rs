@@ -10,9 +10,9 @@ use std::sync::Mutex;
 use anyhow::Context;
 use clap::Parser;
 use tests::blind::{
-    Case, DiagnosedSet, HardOutcome, Judged, Outcome, Peers, Separation, VariedSet, beside, cases,
-    diagnosed, diagnosed_hard, hard_cases, hard_page, is_for_peers, lines, page, peers, resumed,
-    run, run_hard, run_varied, separate, starts, thresholds_page,
+    Case, DiagnosedSet, HardOutcome, Judged, Outcome, Peers, Separation, beside, cases, diagnosed,
+    diagnosed_hard, hard_cases, hard_page, is_for_peers, lines, page, peers, resumed, run,
+    run_hard, separate, starts,
 };
 
 /// Hides effects in strikes, and grades whether the diagnosis names them.
@@ -21,9 +21,6 @@ struct Args {
     /// The hard benchmark: noise, forms and phenomena that the library was not written for.
     #[arg(long)]
     hard: bool,
-    /// Sets of the hard one, by half and twice each number set by hand.
-    #[arg(long, conflicts_with = "hard")]
-    thresholds: bool,
     /// Sets of the hard benchmark.
     #[arg(long, default_value_t = 400)]
     sets: usize,
@@ -59,9 +56,7 @@ struct Args {
 fn main() -> anyhow::Result<()> {
     let args = Args::parse();
     let mut judged = Judged::load(&args.judged)?;
-    let text = if args.thresholds {
-        Some(thresholds(&args)?)
-    } else if args.hard {
+    let text = if args.hard {
         hard(&args, &mut judged)?
     } else {
         plain(&args, &mut judged)?
@@ -99,21 +94,15 @@ fn hard(args: &Args, judged: &mut Judged) -> anyhow::Result<Option<String>> {
         |outcome: &HardOutcome| &outcome.case.id,
         run_hard,
     )?;
-    let command = format!("make blind HARD=1 SETS={} FIRST={}", args.sets, args.first);
+    let only = match args.only.as_str() {
+        "" => String::new(),
+        only => format!(" ONLY={only}"),
+    };
+    let command = format!(
+        "make blind HARD=1 SETS={} FIRST={}{only}",
+        args.sets, args.first
+    );
     Ok(Some(hard_page(&outcomes, judged, &command)))
-}
-
-/// The page of thresholds.
-fn thresholds(args: &Args) -> anyhow::Result<String> {
-    let sets = resumed(
-        &args.outcomes,
-        &hard_cases(args.sets, args.first),
-        |case| &case.id,
-        |set: &VariedSet| &set.default.case.id,
-        run_varied,
-    )?;
-    let command = format!("make thresholds SETS={} FIRST={}", args.sets, args.first);
-    Ok(thresholds_page(&sets, &command))
 }
 
 /// The plain benchmark's page; none where sets are only shown.

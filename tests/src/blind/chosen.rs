@@ -167,6 +167,7 @@ impl Start {
             strikes: count,
             sessions: None,
             plan,
+            missing: 0..0,
         };
         let mut made = strikes(make, folder.path())?.strikes;
         for (i, strike) in made.iter_mut().enumerate() {
@@ -240,6 +241,7 @@ fn separated(case: &Case) -> Option<Vec<Pair>> {
         strikes: case.strikes,
         sessions: None,
         plan: None,
+        missing: 0..0,
     };
     let Made {
         rig, strikes: base, ..

@@ -151,6 +151,35 @@ const RANGES: &[(&str, &[Range])] = &[
     ),
     ("angle_ripple", &[("period", 0.2, 0.4), ("phase", 0.0, 6.2)]),
     ("stitched_cameras", &[("x", 0.44, 0.56)]),
+    (
+        "saddle",
+        &[
+            ("center_x", 0.35, 0.55),
+            ("center_y", -0.1, 0.1),
+            ("bearing", -1.5, 1.5),
+        ],
+    ),
+    ("table_map", &[("length", 0.10, 0.22), ("seed", 0.0, 1e4)]),
+    (
+        "off_centre_lens",
+        &[("off_x", -0.2, 0.2), ("off_y", -0.2, 0.2)],
+    ),
+    (
+        "striker_error_by_place",
+        &[
+            ("speed_x", -0.4, 0.4),
+            ("speed_y", -0.4, 0.4),
+            ("angle_x", -0.3, 0.3),
+            ("angle_y", -0.3, 0.3),
+        ],
+    ),
+    ("speed_by_reach", &[("best", 0.22, 0.40)]),
+    (
+        "heading_by_bearing",
+        &[("period", 0.7, 1.6), ("phase", 0.0, 6.2)],
+    ),
+    ("sanded_table", &[("over", 8.0, 40.0)]),
+    ("friction_cycle", &[("phase", 0.0, 6.2)]),
 ];
 
 /// Parameters of strength whose sign is drawn; of several, the mixture is drawn in [`draw`].
@@ -173,10 +202,22 @@ const SIGNED: &[(&str, &str)] = &[
     ("side_force", "rate"),
     ("swirl", "rate"),
     ("magnet", "pull"),
+    ("saddle", "kappa"),
+    ("off_centre_lens", "k1"),
+    ("speed_by_reach", "loss"),
+    ("friction_change", "change"),
+    ("sanded_table", "change"),
+    ("wiped_table", "change"),
+    ("warming_arm", "change"),
+    ("pushed_camera", "turn"),
 ];
 
-/// Draws an effect's place, direction, sign and form for a set of this many strikes.
-pub(super) fn draw(effect: &mut Effect, strikes: usize, random: &mut ChaCha8Rng) {
+/// Draws an effect's place, direction, sign and form for a set of this many strikes, and so many of them a session.
+pub(super) fn draw(
+    effect: &mut Effect,
+    (strikes, a_session): (usize, usize),
+    random: &mut ChaCha8Rng,
+) {
     let name = effect.name();
     let positive = random.random::<f64>() >= 0.5;
     let ranges = RANGES.iter().filter(|(of, _)| *of == name);
@@ -226,6 +267,33 @@ pub(super) fn draw(effect: &mut Effect, strikes: usize, random: &mut ChaCha8Rng)
             let share = between(0.25, 0.75);
             set(effect, "from", (share * strikes as f64).round());
         }
+        "friction_change" | "sanded_table" | "pushed_camera" => {
+            // Within a session, that no change of session explains it.
+            let from = (between(0.25, 0.75) * strikes as f64).round() as usize;
+            let is_new_session = from.is_multiple_of(a_session);
+            set(
+                effect,
+                "from",
+                (from + 3 * usize::from(is_new_session)) as f64,
+            );
+        }
+        "friction_cycle" => {
+            let most = strikes as f64 / 1.5;
+            set(effect, "period", 6.0 * (most / 6.0).powf(between(0.0, 1.0)));
+        }
+        "wiped_table" => {
+            // Before each session, or now and then.
+            let before_each = between(0.0, 1.0) < 0.5 && a_session < strikes;
+            let every = match before_each {
+                true => a_session as f64,
+                false => between(8.0, 0.5 * strikes as f64).round(),
+            };
+            set(effect, "every", every);
+        }
+        "warming_arm" => {
+            set(effect, "every", a_session as f64);
+            set(effect, "over", between(0.15, 0.4) * a_session as f64);
+        }
         "brown_lens" => {
             let k1 = if positive { 0.10 } else { -0.10 };
             set(effect, "k1", k1);
@@ -269,13 +337,13 @@ mod tests {
         let mut random = ChaCha8Rng::seed_from_u64(1);
         for effect in Effect::all() {
             let (mut one, mut other) = (effect, effect);
-            draw(&mut one, 100, &mut random);
-            draw(&mut other, 100, &mut random);
+            draw(&mut one, (100, 25), &mut random);
+            draw(&mut other, (100, 25), &mut random);
         }
         let mut exponents: Vec<f64> = (0..20)
             .map(|_| {
                 let mut effect = Effect::named("speed_weakening_friction").expect("known");
-                draw(&mut effect, 100, &mut random);
+                draw(&mut effect, (100, 25), &mut random);
                 effect.get("exponent").expect("it has one")
             })
             .collect();

@@ -1,20 +1,19 @@
 //! Right or wrong, by one rule for the plain and the hard benchmark.
 
-use super::cases::{CLASSES, Kind};
-use super::hard::said;
+use super::cases::CLASSES;
+use super::hard::{right, said};
 use super::outcome::Outcome;
 use super::set::Answer;
 
-/// Whether an answer says just what is hidden: each phenomenon by a right name or in a class that was said, and nothing else.
-/// `is_foreign`: no candidate has what is hidden.
-pub fn says_just(answer: &Answer, hidden: &[String], is_foreign: bool) -> bool {
+/// Whether an answer says just what is hidden: each phenomenon by a right name, in a class that was said, or by the verdict that is
+/// right for it, and nothing else.
+pub fn says_just(answer: &Answer, hidden: &[String]) -> bool {
+    let is_right_for_all = |verdict| hidden.iter().all(|h| right(h).contains(&verdict));
     match answer.verdict.as_str() {
-        "consistent" => hidden.is_empty(),
-        "unexplained" => is_foreign,
+        "consistent" => is_right_for_all("consistent"),
+        "unexplained" => !hidden.is_empty() && is_right_for_all("unexplained"),
         "named" => {
-            !is_foreign
-                && answer.named.len() == hidden.len()
-                && said(hidden, &answer.named) == hidden.len()
+            answer.named.len() == hidden.len() && said(hidden, &answer.named) == hidden.len()
         }
         _ => false,
     }
@@ -22,8 +21,7 @@ pub fn says_just(answer: &Answer, hidden: &[String], is_foreign: bool) -> bool {
 
 /// Whether a set of the plain benchmark is right.
 pub fn is_right(outcome: &Outcome) -> bool {
-    let is_foreign = outcome.case.kind == Kind::Foreign;
-    says_just(&outcome.answer, &outcome.case.hidden, is_foreign)
+    says_just(&outcome.answer, &outcome.case.hidden)
 }
 
 /// Whether every name is just what is hidden.

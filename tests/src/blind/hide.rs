@@ -2,8 +2,8 @@
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
-use rig::{Effect, Hidden, Truth};
-use values::Shape;
+use rig::{Effect, Hidden, StrikeIndex, Truth};
+use values::{Command, Point, Shape};
 
 use super::cases::{Case, FOREIGN};
 use super::form::{draw, textbook, uniform};
@@ -12,6 +12,8 @@ use super::size::{Probes, Shift};
 /// Share of frames lost in a `dropped` case, and factor on the camera's noise in a `noise` case.
 const DROPPED: f64 = 0.1;
 const NOISY: f64 = 3.0;
+/// Strikes by which an effect's size is measured.
+const PROBES: usize = 24;
 /// Sessions of a demo of 40 strikes and more.
 const SESSIONS: usize = 4;
 /// Strengths in units of an effect's default beyond which it is none that a table or an arm shows; of what no candidate has,
@@ -38,11 +40,16 @@ pub(super) fn truth(case: &Case) -> Option<Truth> {
     if case.variant == "dropped" {
         truth.camera.dropped = DROPPED;
     }
-    let probes = Probes::new(&truth, (case.strikes, SESSIONS), &mut random)?;
+    let strikes = (0..PROBES).map(|i| probe(&truth, case.strikes, i, &mut random));
+    let probes = Probes::new(&truth, strikes.collect())?;
     let floor = probes.floor(case.strikes)?;
     for name in &case.hidden {
         let mut effect = Effect::named(name)?;
-        draw(&mut effect, case.strikes, &mut random);
+        draw(
+            &mut effect,
+            (case.strikes, case.strikes.div_ceil(SESSIONS)),
+            &mut random,
+        );
         if case.variant == "textbook" {
             textbook(&mut effect);
         }
@@ -58,4 +65,22 @@ pub(super) fn truth(case: &Case) -> Option<Truth> {
             .push(probes.scaled(&effect, shift, Shift::Whole, strongest)?);
     }
     Some(truth)
+}
+
+/// A strike as the demo draws it, one of several that are spread over all sessions of a set.
+fn probe(
+    truth: &Truth,
+    strikes: usize,
+    i: usize,
+    random: &mut ChaCha8Rng,
+) -> (Point, Command, StrikeIndex) {
+    let robot = &truth.rig.robot;
+    let initial = Point::new(uniform(random, 0.2, 0.4), uniform(random, -0.2, 0.2));
+    let command = Command {
+        speed: uniform(random, robot.speed.low, robot.speed.high),
+        angle: uniform(random, robot.angle.low, robot.angle.high),
+    };
+    let order = i * strikes / PROBES;
+    let session = SESSIONS * order / strikes;
+    (initial, command, StrikeIndex { session, order })
 }

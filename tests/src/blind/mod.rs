@@ -23,8 +23,7 @@ pub use cases::{Case, Kind, cases, slice};
 pub use chosen::{Pair, Separation, separate, starts};
 pub use grade::is_right;
 pub use hard::{
-    Drawn, HardCase, HardKind, HardOutcome, VariedSet, diagnosed_hard, hard_cases, hard_page,
-    run_hard, run_varied, thresholds_page,
+    Design, Drawn, HardCase, HardKind, HardOutcome, diagnosed_hard, hard_cases, hard_page, run_hard,
 };
 pub use judged::{Figure, Judged};
 pub use outcome::{Outcome, diagnosed, run};

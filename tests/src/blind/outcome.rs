@@ -36,6 +36,7 @@ pub fn diagnosed(case: &Case) -> Option<Result<DiagnosedSet, String>> {
         strikes: case.strikes,
         sessions: None,
         plan: None,
+        missing: 0..0,
     };
     set::diagnosed(make, believed_friction(case, truth.friction))
 }

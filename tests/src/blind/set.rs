@@ -1,8 +1,9 @@
 //! One set of strikes: made by the rig, read from its logs, identified, diagnosed.
 
 use std::path::Path;
+use std::time::Instant;
 
-use diagnose::{Diagnose, Diagnosed, Input, Thresholds, Verdict};
+use diagnose::{Diagnose, Diagnosed, Input, Verdict};
 use ingest::{Ingest, assemble, ingest_log};
 use rig::{PlannedStrike, StrikeTruth, Truth, demo};
 use serde::{Deserialize, Serialize};
@@ -21,6 +22,8 @@ pub(super) struct Make<'t> {
     pub sessions: Option<usize>,
     /// Strikes in place of random ones.
     pub plan: Option<Vec<PlannedStrike>>,
+    /// Strikes that are made and then missing from the logs, by their order.
+    pub missing: std::ops::Range<usize>,
 }
 
 /// Strikes as they were read.
@@ -51,9 +54,15 @@ pub(super) fn strikes(make: Make<'_>, folder: &Path) -> Option<Made> {
         .map(|log| ingest_log(log, &rig, &Ingest::default()).expect("the demo's logs are readable"))
         .collect();
     let really = Truth::load(&written.truth).expect("the demo's truth is readable");
+    let all = assemble(outcomes).0.into_iter();
+    // Ranks among those that are there: of the others no log knows.
+    let there = all.filter(|strike| !make.missing.contains(&(strike.conditions.order as usize)));
     Some(Made {
         rig,
-        strikes: assemble(outcomes).0,
+        strikes: there
+            .zip(0..)
+            .map(|(strike, order)| strike.among_all(order))
+            .collect(),
         really: really.strikes,
     })
 }
@@ -93,72 +102,41 @@ pub struct DiagnosedSet {
     pub seconds: (f64, f64),
 }
 
-/// A set as it was read and identified.
-pub(super) struct IdentifiedSet {
-    /// All strikes as they really were.
-    pub really: Vec<StrikeTruth>,
-    /// What a diagnosis is given.
-    pub input: Input,
-    /// Seconds that identification took.
-    pub seconds: f64,
-}
-
-/// Makes a set and identifies its world. `None` where the rig cannot make it, an error where identification gives one.
-pub(super) fn identified_set(
-    make: Make<'_>,
-    believed_friction: Option<f64>,
-) -> Option<Result<IdentifiedSet, String>> {
-    let folder = tempfile::tempdir().expect("a temporary folder can be made");
-    let Made {
-        rig,
-        strikes,
-        really,
-    } = strikes(make, folder.path())?;
-    let begun = std::time::Instant::now();
-    Some(
-        identified(&rig, &strikes, believed_friction).map(|world| IdentifiedSet {
-            really,
-            input: Input {
-                rig,
-                world,
-                strikes,
-            },
-            seconds: begun.elapsed().as_secs_f64(),
-        }),
-    )
-}
-
-/// A diagnosis by these thresholds, and the seconds that it took.
-pub(super) fn diagnosis(input: &Input, thresholds: Thresholds) -> Result<(Diagnosed, f64), String> {
-    let settings = Diagnose {
-        next_strikes: 0,
-        thresholds,
-        ..Diagnose::default()
-    };
-    let begun = std::time::Instant::now();
-    let found = settings
-        .run(input, &Progress::hidden())
-        .map_err(|error| error.to_string())?;
-    Ok((found, begun.elapsed().as_secs_f64()))
-}
-
 /// Makes a set and diagnoses it. `None` where the rig cannot make it, an error where identification or diagnosis gives one.
 pub(super) fn diagnosed(
     make: Make<'_>,
     believed_friction: Option<f64>,
 ) -> Option<Result<DiagnosedSet, String>> {
     let truth = make.truth.clone();
-    let set = identified_set(make, believed_friction)?;
-    Some(set.and_then(|set| {
-        let (found, seconds) = diagnosis(&set.input, Thresholds::default())?;
-        Ok(DiagnosedSet {
-            truth,
-            really: set.really,
-            input: set.input,
-            found,
-            seconds: (set.seconds, seconds),
-        })
-    }))
+    let folder = tempfile::tempdir().expect("a temporary folder can be made");
+    let made = strikes(make, folder.path())?;
+    Some(found(truth, made, believed_friction))
+}
+
+fn found(truth: Truth, made: Made, believed_friction: Option<f64>) -> Result<DiagnosedSet, String> {
+    let begun = Instant::now();
+    let world = identified(&made.rig, &made.strikes, believed_friction)?;
+    let identification = begun.elapsed().as_secs_f64();
+    let input = Input {
+        rig: made.rig,
+        world,
+        strikes: made.strikes,
+    };
+    let settings = Diagnose {
+        next_strikes: 0,
+        ..Diagnose::default()
+    };
+    let begun = Instant::now();
+    let found = settings
+        .run(&input, &Progress::hidden())
+        .map_err(|error| error.to_string())?;
+    Ok(DiagnosedSet {
+        truth,
+        really: made.really,
+        input,
+        found,
+        seconds: (identification, begun.elapsed().as_secs_f64()),
+    })
 }
 
 /// What a diagnosis said of a set.
@@ -213,6 +191,18 @@ impl Answer {
             gap: (gap.heldout_strikes, gap.before, gap.after, gap.noise_floor),
             seconds: seconds.0 + seconds.1,
             diagnosis_seconds: seconds.1,
+        }
+    }
+
+    /// The same without classes: what a person reads who reads names alone.
+    pub(super) fn by_name_alone(&self) -> Self {
+        let named = self
+            .named
+            .iter()
+            .map(|(name, _)| (name.clone(), Vec::new()));
+        Self {
+            named: named.collect(),
+            ..self.clone()
         }
     }
 

@@ -1,14 +1,11 @@
 //! How large an effect is: the shift of the stops that it makes, in units of what repeats scatter by.
 
 use nalgebra::{DMatrix, DVector};
-use rand_chacha::ChaCha8Rng;
 use rig::{Effect, Hidden, StrikeIndex, Truth};
 use values::{Command, Point};
 
-use super::form::uniform;
-
-/// Strikes by which sizes are measured.
-const PROBES: usize = 24;
+/// Share of the larger singular value below which two directions are one.
+const ALIKE: f64 = 1e-3;
 /// Bisections of the strength: to less than a thousandth of the range.
 const BISECTIONS: usize = 14;
 /// Standard deviation of a stop by independent camera noise, in standard deviations of a frame.
@@ -33,29 +30,12 @@ pub(super) struct Probes {
 }
 
 impl Probes {
-    /// Strikes as the demo draws them, spread over all sessions of a set; `None` where the rig cannot strike.
-    pub(super) fn new(
-        truth: &Truth,
-        (strikes, sessions): (usize, usize),
-        random: &mut ChaCha8Rng,
-    ) -> Option<Self> {
-        let robot = truth.rig.robot.clone();
-        let drawn: Vec<_> = (0..PROBES)
-            .map(|i| {
-                let initial = Point::new(uniform(random, 0.2, 0.4), uniform(random, -0.2, 0.2));
-                let command = Command {
-                    speed: uniform(random, robot.speed.low, robot.speed.high),
-                    angle: uniform(random, robot.angle.low, robot.angle.high),
-                };
-                let order = i * strikes / PROBES;
-                let session = sessions * order / strikes;
-                (initial, command, StrikeIndex { session, order })
-            })
-            .collect();
+    /// By these strikes: start, command, and which it is; `None` where the rig cannot strike.
+    pub(super) fn new(truth: &Truth, strikes: Vec<(Point, Command, StrikeIndex)>) -> Option<Self> {
         let mut probes = Self {
             truth: truth.clone(),
-            stops: stops(truth, &drawn)?,
-            strikes: drawn,
+            stops: stops(truth, &strikes)?,
+            strikes,
             absorbed: DMatrix::zeros(0, 0),
         };
         let by = |change: fn(&mut Truth)| {
@@ -67,7 +47,13 @@ impl Probes {
             by(|truth| truth.friction *= 1.01)?,
             by(|truth| truth.restitution += 0.01)?,
         ]);
-        probes.absorbed = slopes.qr().q();
+        // Both may move the stops alike: then they are one direction.
+        let svd = slopes.svd(true, false);
+        let largest = svd.singular_values.max();
+        let kept: Vec<usize> = (0..svd.singular_values.len())
+            .filter(|i| svd.singular_values[*i] > ALIKE * largest)
+            .collect();
+        probes.absorbed = svd.u?.select_columns(&kept);
         Some(probes)
     }
 

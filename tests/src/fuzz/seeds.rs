@@ -283,11 +283,13 @@ pub(super) fn contents() -> Contents {
             metrics: [(Model::Nominal, metrics), (Model::SysidResidual, metrics)].into(),
             noise_floor: Some(metrics),
             explained: [].into(),
+            varies: [].into(),
             trained_region: TrainedRegion::of(strikes.into_iter()).expect("two strikes"),
             strikes: Some(Logged {
                 count: 2,
                 last: 1.7e9,
             }),
+            moved: None,
             without_effects: false,
             seeds: [("split".to_string(), 7)].into(),
             inputs: vec![InputFile {

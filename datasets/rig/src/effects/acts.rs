@@ -9,8 +9,8 @@ pub(crate) const GRAVITY: f64 = 9.806_65;
 
 /// Where an effect may act; every step does nothing unless overridden.
 pub(crate) trait Acts {
-    /// The tip's speed and angle in place of the commanded ones.
-    fn deliver(&self, command: Command, _when: StrikeIndex) -> Command {
+    /// The tip's speed and angle in place of the commanded ones, for an object that lies here (m).
+    fn deliver(&self, command: Command, _from: Point, _when: StrikeIndex) -> Command {
         command
     }
     /// How far to the left of the centre the tip passes, in m.

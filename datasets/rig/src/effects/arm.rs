@@ -1,6 +1,6 @@
 //! Arms whose delivered speed or heading is a bent function of the command.
 
-use values::Command;
+use values::{Command, Point};
 
 use super::acts::Acts;
 use crate::StrikeIndex;
@@ -15,7 +15,7 @@ declare! {
 }
 
 impl Acts for TanhSpeed {
-    fn deliver(&self, command: Command, _when: StrikeIndex) -> Command {
+    fn deliver(&self, command: Command, _from: Point, _when: StrikeIndex) -> Command {
         let reach = self.saturation * command.speed;
         let share = if reach.abs() < 1e-6 {
             1.0
@@ -40,7 +40,7 @@ declare! {
 }
 
 impl Acts for RoundedSpeed {
-    fn deliver(&self, command: Command, _when: StrikeIndex) -> Command {
+    fn deliver(&self, command: Command, _from: Point, _when: StrikeIndex) -> Command {
         let bend = 1.0 + (self.saturation.abs() * command.speed).powf(self.sharpness);
         Command {
             speed: command.speed * bend.powf(-1.0 / self.sharpness),
@@ -64,7 +64,7 @@ declare! {
 }
 
 impl Acts for StrikerAngleError {
-    fn deliver(&self, command: Command, _when: StrikeIndex) -> Command {
+    fn deliver(&self, command: Command, _from: Point, _when: StrikeIndex) -> Command {
         let error = self.gain * command.angle
             + self.bias
             + self.slope * command.speed
@@ -87,7 +87,7 @@ declare! {
 }
 
 impl Acts for AngleBacklash {
-    fn deliver(&self, command: Command, _when: StrikeIndex) -> Command {
+    fn deliver(&self, command: Command, _from: Point, _when: StrikeIndex) -> Command {
         Command {
             angle: command.angle + self.play * (command.angle / self.width).tanh(),
             ..command
@@ -100,7 +100,11 @@ mod tests {
     use super::*;
 
     fn delivered(effect: &dyn Acts, speed: f64, angle: f64) -> Command {
-        effect.deliver(Command { speed, angle }, StrikeIndex::default())
+        effect.deliver(
+            Command { speed, angle },
+            Point::default(),
+            StrikeIndex::default(),
+        )
     }
 
     #[test]

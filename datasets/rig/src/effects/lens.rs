@@ -56,6 +56,26 @@ impl Acts for BrownLens {
 }
 
 declare! {
+    /// A lens whose middle is not where the camera looks: it stretches outwards from there, r·(1 + k1·r²).
+    OffCentreLens = "off_centre_lens" {
+        /// In 1/m².
+        k1: 0.08, "1/m2", Some(0.0);
+        /// From the camera's centre to the lens's, in m.
+        off_x: 0.10, "m", None;
+        /// From the camera's centre to the lens's, in m.
+        off_y: -0.08, "m", None;
+    }
+}
+
+impl Acts for OffCentreLens {
+    fn see(&self, at: Point, centre: Point, _when: StrikeIndex) -> Point {
+        let middle = centre + Point::new(self.off_x, self.off_y);
+        let arm = at - middle;
+        middle + arm * (1.0 + self.k1 * arm.dot(arm)).max(0.1)
+    }
+}
+
+declare! {
     /// The camera was calibrated with a board of another size: all that it reports is larger by a share.
     CameraScale = "camera_scale" {
         /// Share by which lengths are too long.

@@ -14,7 +14,9 @@ mod foreign;
 mod friction;
 mod impact;
 mod lens;
+mod order;
 mod place;
+mod reach;
 mod sliding;
 mod striker;
 mod table;
@@ -33,13 +35,15 @@ pub use friction::{
     AnisotropicFriction, FrictionBySession, FrictionDrift, FrictionPatch, SpeedWeakeningFriction,
 };
 pub use impact::{RestitutionStep, ViscoelasticRestitution, YieldingRestitution};
-pub use lens::{BrownLens, CameraLean, CameraScale};
+pub use lens::{BrownLens, CameraLean, CameraScale, OffCentreLens};
+pub use order::{FrictionChange, FrictionCycle, PushedCamera, SandedTable, WarmingArm, WipedTable};
 pub use place::{FrictionGradient, FrictionMap, FrictionStep, RectangularPatch};
+pub use reach::{HeadingByBearing, SpeedByReach, StrikerErrorByPlace};
 pub use sliding::{CosineGrain, LogarithmicStribeck, PowerDrag, RationalStribeck};
 pub use striker::{
     OffCentreContact, SpeedDependentRestitution, StrikerAngleBias, StrikerSpeedError,
 };
-pub use table::{SineBowl, Trough, WarpedTilt};
+pub use table::{Saddle, SineBowl, TableMap, Trough, WarpedTilt};
 pub use unnamed::{
     AngleRipple, FrictionAgeing, Magnet, SideForce, Sloshing, SpeedRipple, StitchedCameras, Swirl,
 };
@@ -104,6 +108,18 @@ declare_all!(
     SpeedRipple,
     AngleRipple,
     StitchedCameras,
+    OffCentreLens,
+    Saddle,
+    TableMap,
+    StrikerErrorByPlace,
+    SpeedByReach,
+    HeadingByBearing,
+    FrictionChange,
+    SandedTable,
+    FrictionCycle,
+    WipedTable,
+    WarmingArm,
+    PushedCamera,
 );
 
 impl Effect {

@@ -111,24 +111,24 @@ declare! {
     }
 }
 
-impl FrictionMap {
-    /// Waves that the field is the sum of.
-    const WAVES: usize = 7;
+/// Waves that a random field is the sum of.
+const WAVES: usize = 7;
 
-    /// Wave vector (in 1/m, times the length) and phase of a wave. The lengths are those at equal steps of the Rayleigh
-    /// distribution, as a Gaussian spectrum has them; the directions go round in golden angles from one that the seed sets.
-    fn wave(&self, wave: usize) -> (Point, f64) {
-        let share = (wave as f64 + 0.5) / Self::WAVES as f64;
-        let golden = std::f64::consts::PI * (3.0 - 5f64.sqrt());
-        let from_seed = |step: f64| (self.seed * step).fract() * std::f64::consts::TAU;
+/// Waves whose sum is a random field of unit variance that changes over a length of 1 m: wave vector (1/m), phase (rad), amplitude. The
+/// lengths are those at equal steps of the Rayleigh distribution, as a Gaussian spectrum has them; the directions go round in golden
+/// angles from one that the seed sets.
+pub(super) fn waves(seed: f64) -> impl Iterator<Item = (Point, f64, f64)> {
+    let golden = std::f64::consts::PI * (3.0 - 5f64.sqrt());
+    let from_seed = move |step: f64| (seed * step).fract() * std::f64::consts::TAU;
+    (0..WAVES).map(move |wave| {
+        let share = (wave as f64 + 0.5) / WAVES as f64;
+        let bearing = from_seed(0.618_034) + golden * wave as f64;
         (
-            Point::polar(
-                (-2.0 * share.ln()).sqrt(),
-                from_seed(0.618_034) + golden * wave as f64,
-            ),
+            Point::polar((-2.0 * share.ln()).sqrt(), bearing),
             from_seed(0.754_878 + 0.569_84 * wave as f64),
+            (2.0 / WAVES as f64).sqrt(),
         )
-    }
+    })
 }
 
 impl Acts for FrictionMap {
@@ -136,13 +136,10 @@ impl Acts for FrictionMap {
         true
     }
     fn local_friction(&self, at: Point, _speed: f64) -> f64 {
-        let sum: f64 = (0..Self::WAVES)
-            .map(|wave| {
-                let (vector, phase) = self.wave(wave);
-                (vector.dot(at) / self.length + phase).cos()
-            })
+        let field: f64 = waves(self.seed)
+            .map(|(vector, phase, size)| size * (vector.dot(at) / self.length + phase).cos())
             .sum();
-        (self.amplitude * (2.0 / Self::WAVES as f64).sqrt() * sum).exp()
+        (self.amplitude * field).exp()
     }
 }
 

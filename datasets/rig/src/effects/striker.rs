@@ -1,6 +1,6 @@
 //! Effects of the arm and of the impact.
 
-use values::Command;
+use values::{Command, Point};
 
 use super::acts::Acts;
 use crate::StrikeIndex;
@@ -21,7 +21,7 @@ declare! {
 }
 
 impl Acts for StrikerSpeedError {
-    fn deliver(&self, command: Command, _when: StrikeIndex) -> Command {
+    fn deliver(&self, command: Command, _from: Point, _when: StrikeIndex) -> Command {
         let line = self.a + self.b * command.speed;
         let speed = soft_min(line, self.cap, self.softness);
         Command {
@@ -49,7 +49,7 @@ declare! {
 }
 
 impl Acts for StrikerAngleBias {
-    fn deliver(&self, command: Command, _when: StrikeIndex) -> Command {
+    fn deliver(&self, command: Command, _from: Point, _when: StrikeIndex) -> Command {
         Command {
             angle: command.angle + self.delta,
             ..command
@@ -96,7 +96,9 @@ mod tests {
         let error = StrikerSpeedError::default();
         let at = |speed| {
             let command = Command { speed, angle: 0.2 };
-            error.deliver(command, StrikeIndex::default()).speed
+            error
+                .deliver(command, Point::default(), StrikeIndex::default())
+                .speed
         };
         assert!((at(0.5) - (0.05 + 0.88 * 0.5)).abs() < 1e-6);
         assert!(at(1.0) < 0.86 && at(1.0) > 0.84);

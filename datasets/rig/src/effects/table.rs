@@ -3,6 +3,7 @@
 use values::Point;
 
 use super::acts::{Acts, GRAVITY};
+use super::place::waves;
 use crate::declare::declare;
 
 declare! {
@@ -70,6 +71,52 @@ impl Acts for Trough {
         let across = Point::polar(1.0, self.bearing);
         let arm = at - Point::new(self.center_x, self.center_y);
         across * (-GRAVITY * self.kappa * arm.dot(across))
+    }
+}
+
+declare! {
+    /// A saddle: the table is bent up along one direction, and down as much across it.
+    Saddle = "saddle" {
+        /// Curvature, in 1/m.
+        kappa: 0.05, "1/m", Some(0.0);
+        /// Where it is level, in m.
+        center_x: 0.45, "m", None;
+        /// Where it is level, in m.
+        center_y: 0.0, "m", None;
+        /// Bearing along which it rises, in rad.
+        bearing: 0.3, "rad", None;
+    }
+}
+
+impl Acts for Saddle {
+    fn acceleration(&self, at: Point, _velocity: Point, _time: f64) -> Point {
+        let arm = (at - Point::new(self.center_x, self.center_y)).rotated(-self.bearing);
+        Point::new(-arm.x, arm.y).rotated(self.bearing) * (GRAVITY * self.kappa)
+    }
+}
+
+declare! {
+    /// A table with bumps: its height is a smooth random field.
+    TableMap = "table_map" {
+        /// Standard deviation of the slope along any direction.
+        slope: 0.01, "1", Some(0.0);
+        /// Length over which the height changes, in m.
+        length: 0.15, "m", None;
+        /// Which field, any number.
+        seed: 1.0, "1", None;
+    }
+}
+
+impl Acts for TableMap {
+    fn acceleration(&self, at: Point, _velocity: Point, _time: f64) -> Point {
+        // Minus the gradient of slope·length·Σ size·cos(k·p/length + phase), times gravity.
+        waves(self.seed).fold(Point::default(), |sum, (vector, phase, size)| {
+            let steep = size * (vector.dot(at) / self.length + phase).sin();
+            sum + vector * (GRAVITY * self.slope * steep)
+        })
+    }
+    fn grain_size(&self) -> f64 {
+        0.2 * self.length
     }
 }
 

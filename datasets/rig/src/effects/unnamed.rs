@@ -113,7 +113,7 @@ declare! {
 }
 
 impl Acts for SpeedRipple {
-    fn deliver(&self, command: Command, _when: StrikeIndex) -> Command {
+    fn deliver(&self, command: Command, _from: Point, _when: StrikeIndex) -> Command {
         let wave = (std::f64::consts::TAU * command.speed / self.period + self.phase).sin();
         Command {
             speed: command.speed * (1.0 + self.amplitude * wave),
@@ -135,7 +135,7 @@ declare! {
 }
 
 impl Acts for AngleRipple {
-    fn deliver(&self, command: Command, _when: StrikeIndex) -> Command {
+    fn deliver(&self, command: Command, _from: Point, _when: StrikeIndex) -> Command {
         let wave = (std::f64::consts::TAU * command.angle / self.period + self.phase).sin();
         Command {
             angle: command.angle + self.amplitude * wave,
@@ -190,7 +190,11 @@ mod tests {
     #[test]
     fn ripples_come_back_after_a_period() {
         let deliver = |effect: &dyn Acts, speed, angle| {
-            effect.deliver(Command { speed, angle }, StrikeIndex::default())
+            effect.deliver(
+                Command { speed, angle },
+                Point::default(),
+                StrikeIndex::default(),
+            )
         };
         let speed = SpeedRipple::default();
         let share = |v| deliver(&speed, v, 0.0).speed / v;

@@ -90,7 +90,7 @@ declare! {
 }
 
 impl Acts for StrikerAngleBySession {
-    fn deliver(&self, command: Command, index: StrikeIndex) -> Command {
+    fn deliver(&self, command: Command, _from: Point, index: StrikeIndex) -> Command {
         Command {
             angle: command.angle + self.spread * of_session(self.seed, index.session),
             ..command

@@ -1,5 +1,7 @@
 //! All kinds of noise together, as numbers.
 
+use values::Point;
+
 /// What the rig draws from. At the default only launch scatter and independent camera noise are left, and no further random
 /// number is drawn.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -30,6 +32,19 @@ pub(crate) struct Levels {
     pub stray_share: f64,
     /// How far off at the most, in m.
     pub stray_distance: f64,
+    /// Grids of reported places, in m, and of stamps, in s.
+    pub place_step: f64,
+    pub stamp_step: f64,
+    /// Share of strikes in which frames are lost in a row, and for how long at the most, in s.
+    pub burst_share: f64,
+    pub burst_longest: f64,
+    /// One over the largest x that is seen, in 1/m; 0 where all is.
+    pub view_narrowness: f64,
+    /// Delay of the exposure for each metre, in s/m, along the direction of the readout.
+    pub readout: Point,
+    /// Share of strikes of another object, and how much its friction differs.
+    pub other_share: f64,
+    pub other_change: f64,
     /// Amplitude with which the camera's mount vibrates, in m on the table.
     pub mount_amplitude: f64,
     /// Its frequency, in Hz.

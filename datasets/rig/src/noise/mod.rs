@@ -14,13 +14,14 @@ use values::Rig;
 use crate::declare::declare_all;
 
 pub use camera::{
-    CameraCorrelation, CameraTails, JitteringStamps, LateStamps, MountVibration, StrayFrames,
+    CameraCorrelation, CameraTails, JitteringStamps, LateStamps, LostBursts, MountVibration,
+    NarrowView, QuantisedPlaces, QuantisedStamps, RollingShutter, StrayFrames,
 };
 pub(crate) use levels::{Disturbs, Levels};
 pub use rig_file::WrongRigFile;
 pub use strike::{
     CameraNoiseByStrike, FrictionScatter, FrictionWander, LaunchScatterByAngle,
-    LaunchScatterBySpeed, LaunchTails, YawScatter,
+    LaunchScatterBySpeed, LaunchTails, TwoObjects, YawScatter,
 };
 
 declare_all!(
@@ -40,6 +41,12 @@ declare_all!(
     MountVibration,
     WrongRigFile,
     YawScatter,
+    QuantisedPlaces,
+    QuantisedStamps,
+    LostBursts,
+    NarrowView,
+    RollingShutter,
+    TwoObjects,
 );
 
 /// The kinds of noise that act in a rig beside launch scatter and independent camera noise; `noise` in `truth.json`.
@@ -74,6 +81,7 @@ impl Noise {
         levels
             .friction_scatter
             .hypot(levels.friction_wander * (strikes as f64 / 6.0).sqrt())
+            .hypot(levels.other_change * (levels.other_share * (1.0 - levels.other_share)).sqrt())
     }
 
     /// Autocorrelation of camera noise from one frame to the next.

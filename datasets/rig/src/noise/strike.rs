@@ -18,6 +18,23 @@ impl Disturbs for FrictionScatter {
 }
 
 declare! {
+    /// Two objects were mixed up: some strikes are of another one, with another base.
+    TwoObjects = "two_objects" {
+        /// Relative change of its friction.
+        change: 0.15, "1", Some(0.0);
+        /// Share of the strikes.
+        share: 0.4, "1", None;
+    }
+}
+
+impl Disturbs for TwoObjects {
+    fn add_to(&self, levels: &mut Levels) {
+        levels.other_change += self.change;
+        levels.other_share = self.share;
+    }
+}
+
+declare! {
     /// The object is put down turned, otherwise before each strike: a box's faces then do not lie along the table's axes.
     YawScatter = "yaw_scatter" {
         /// Standard deviation, in rad: four degrees, as a person puts a box down by eye.

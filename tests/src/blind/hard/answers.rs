@@ -3,73 +3,128 @@
 //! An answer is right where it has as many effects as are hidden, and each hidden phenomenon is one of them: by a right name, or
 //! by a right name among those that the diagnosis says it cannot distinguish from it (`equivalent`).
 
-/// Right names for each phenomenon that the rig can hide; `&[]` is what no candidate has, for which `unexplained` is right.
-const RIGHT: &[(&str, &[&str])] = &[
-    // Drag. Between powers 1 and 2 either name is the phenomenon.
-    ("viscous_drag", &["viscous_drag"]),
-    ("quadratic_drag", &["quadratic_drag"]),
-    ("power_drag", &["viscous_drag", "quadratic_drag"]),
-    // Friction that rises as the object slows.
-    ("speed_weakening_friction", &["speed_weakening_friction"]),
-    ("rational_stribeck", &["speed_weakening_friction"]),
-    ("logarithmic_stribeck", &["speed_weakening_friction"]),
-    // Friction that depends on the direction.
-    ("anisotropic_friction", &["anisotropic_friction"]),
-    ("cosine_grain", &["anisotropic_friction"]),
-    // Friction that depends on the place.
-    ("friction_patch", &["friction_patch"]),
-    ("rectangular_patch", &["friction_patch"]),
-    ("friction_gradient", &["friction_gradient"]),
-    ("friction_step", &["friction_step"]),
-    ("friction_map", &["friction_map"]),
-    // What changes with time.
-    ("friction_drift", &["friction_drift"]),
-    ("running_in", &["friction_drift"]),
-    ("linear_wear", &["friction_drift"]),
-    ("friction_by_session", &["friction_by_session"]),
-    ("friction_of_sessions", &["friction_by_session"]),
-    ("restitution_drift", &["restitution_drift"]),
-    ("restitution_step", &["restitution_drift"]),
-    ("striker_angle_by_session", &["striker_angle_by_session"]),
-    ("camera_angle_by_session", &["striker_angle_by_session"]),
-    // The table's shape.
-    ("table_tilt", &["table_tilt"]),
-    ("warped_tilt", &["table_tilt"]),
-    ("table_bowl", &["table_bowl"]),
-    ("sine_bowl", &["table_bowl"]),
-    ("trough", &["table_bowl"]),
-    // The arm and the impact.
-    ("striker_speed_error", &["striker_speed_error"]),
-    ("tanh_speed", &["striker_speed_error"]),
-    ("rounded_speed", &["striker_speed_error"]),
-    ("striker_angle_bias", &["striker_angle_bias"]),
-    ("striker_angle_error", &["striker_angle_error"]),
-    ("angle_backlash", &["striker_angle_error"]),
-    ("off_centre_contact", &["off_centre_contact"]),
+use super::kind::HardKind;
+
+/// A phenomenon that the rig can hide, and what is right to say of it: names, or verdicts without a name.
+type Right = (&'static str, &'static [&'static str]);
+
+/// All of them, by what their sets are for.
+const RIGHT: &[(HardKind, &[Right])] = &[
     (
-        "speed_dependent_restitution",
-        &["speed_dependent_restitution"],
+        HardKind::Single,
+        &[
+            // Drag. Between powers 1 and 2 either name is the phenomenon.
+            ("viscous_drag", &["viscous_drag"]),
+            ("quadratic_drag", &["quadratic_drag"]),
+            ("power_drag", &["viscous_drag", "quadratic_drag"]),
+            // Friction that rises as the object slows.
+            ("speed_weakening_friction", &["speed_weakening_friction"]),
+            ("rational_stribeck", &["speed_weakening_friction"]),
+            ("logarithmic_stribeck", &["speed_weakening_friction"]),
+            // Friction that depends on the direction.
+            ("anisotropic_friction", &["anisotropic_friction"]),
+            ("cosine_grain", &["anisotropic_friction"]),
+            // Friction that depends on the place.
+            ("friction_patch", &["friction_patch"]),
+            ("rectangular_patch", &["friction_patch"]),
+            ("friction_gradient", &["friction_gradient"]),
+            ("friction_step", &["friction_step"]),
+            ("friction_map", &["friction_map"]),
+            // What changes with time.
+            ("friction_drift", &["friction_drift"]),
+            ("running_in", &["friction_drift"]),
+            ("linear_wear", &["friction_drift"]),
+            ("friction_by_session", &["friction_by_session"]),
+            ("friction_of_sessions", &["friction_by_session"]),
+            ("restitution_drift", &["restitution_drift"]),
+            ("restitution_step", &["restitution_drift"]),
+            ("striker_angle_by_session", &["striker_angle_by_session"]),
+            ("camera_angle_by_session", &["striker_angle_by_session"]),
+            // The table's shape. A saddle is a bowl of two signs.
+            ("table_tilt", &["table_tilt"]),
+            ("warped_tilt", &["table_tilt"]),
+            ("table_bowl", &["table_bowl"]),
+            ("sine_bowl", &["table_bowl"]),
+            ("trough", &["table_bowl"]),
+            ("saddle", &["table_bowl", "table_map"]),
+            ("table_map", &["table_map", "unexplained"]),
+            // The arm and the impact.
+            ("striker_speed_error", &["striker_speed_error"]),
+            ("tanh_speed", &["striker_speed_error"]),
+            ("rounded_speed", &["striker_speed_error"]),
+            ("striker_angle_bias", &["striker_angle_bias"]),
+            ("striker_angle_error", &["striker_angle_error"]),
+            ("angle_backlash", &["striker_angle_error"]),
+            ("off_centre_contact", &["off_centre_contact"]),
+            (
+                "speed_dependent_restitution",
+                &["speed_dependent_restitution"],
+            ),
+            ("viscoelastic_restitution", &["speed_dependent_restitution"]),
+            ("yielding_restitution", &["speed_dependent_restitution"]),
+            // The camera.
+            ("camera_rotation", &["camera_rotation"]),
+            ("camera_distortion", &["camera_distortion"]),
+            ("brown_lens", &["camera_distortion"]),
+            ("off_centre_lens", &["camera_distortion", "unexplained"]),
+            ("camera_lean", &["camera_lean"]),
+        ],
     ),
-    ("viscoelastic_restitution", &["speed_dependent_restitution"]),
-    ("yielding_restitution", &["speed_dependent_restitution"]),
-    // The camera.
-    ("camera_rotation", &["camera_rotation"]),
-    ("camera_distortion", &["camera_distortion"]),
-    ("brown_lens", &["camera_distortion"]),
-    ("camera_lean", &["camera_lean"]),
-    // What no candidate has.
-    ("air_jet", &[]),
-    ("sticky_line", &[]),
-    ("vibration", &[]),
-    ("magnet", &[]),
-    ("side_force", &[]),
-    ("swirl", &[]),
-    ("sloshing", &[]),
-    ("friction_ageing", &[]),
-    ("speed_ripple", &[]),
-    ("angle_ripple", &[]),
-    ("stitched_cameras", &[]),
+    (
+        HardKind::Foreign,
+        &[
+            ("air_jet", &["unexplained"]),
+            ("sticky_line", &["unexplained"]),
+            ("vibration", &["unexplained"]),
+            ("magnet", &["unexplained"]),
+            ("side_force", &["unexplained"]),
+            ("swirl", &["unexplained"]),
+            ("sloshing", &["unexplained"]),
+            ("friction_ageing", &["unexplained"]),
+            ("speed_ripple", &["unexplained"]),
+            ("angle_ripple", &["unexplained"]),
+            ("stitched_cameras", &["unexplained"]),
+        ],
+    ),
+    (
+        HardKind::Place,
+        &[
+            (
+                "striker_error_by_place",
+                &["striker_error_by_place", "unexplained"],
+            ),
+            ("speed_by_reach", &["striker_error_by_place", "unexplained"]),
+            (
+                "heading_by_bearing",
+                &["striker_error_by_place", "unexplained"],
+            ),
+        ],
+    ),
+    (
+        HardKind::Order,
+        &[
+            // Friction that changes once, for good or not, does change with the strike's number.
+            ("friction_change", &["friction_drift", "unexplained"]),
+            ("sanded_table", &["friction_drift", "unexplained"]),
+            // What comes again and again is no drift, and no session has a friction of its own.
+            ("friction_cycle", &["unexplained"]),
+            ("wiped_table", &["unexplained"]),
+            ("warming_arm", &["unexplained"]),
+            ("pushed_camera", &["unexplained"]),
+        ],
+    ),
+    (
+        // Nothing that a command could foretell, or that stops show: whether it is seen is a matter of taste, a name is wrong.
+        HardKind::Odd,
+        &[
+            ("two_objects", &["consistent", "unexplained"]),
+            ("rolling_shutter", &["consistent", "unexplained"]),
+        ],
+    ),
 ];
+
+/// What may be said without a name.
+const VERDICTS: [&str; 2] = ["consistent", "unexplained"];
 
 /// Library names that are the same by construction, or nearly so: two phenomena of one group are not hidden together.
 const GROUPS: &[&[&str]] = &[
@@ -93,31 +148,32 @@ const GROUPS: &[&[&str]] = &[
     &["camera_distortion", "camera_lean"],
 ];
 
-/// All phenomena that have a name, or all that have none.
-pub fn phenomena(named: bool) -> Vec<&'static str> {
-    RIGHT
-        .iter()
-        .filter(|(_, right)| right.is_empty() != named)
-        .map(|(hidden, _)| *hidden)
-        .collect()
+/// The phenomena of a kind of set.
+pub fn phenomena(kind: HardKind) -> impl Iterator<Item = &'static str> {
+    let listed = RIGHT.iter().filter(move |(of, _)| *of == kind.listed());
+    listed.flat_map(|(_, all)| all.iter().map(|(hidden, _)| *hidden))
 }
 
 /// The whole table, for the page.
-pub fn table() -> &'static [(&'static str, &'static [&'static str])] {
-    RIGHT
+pub fn table() -> impl Iterator<Item = &'static Right> {
+    RIGHT.iter().flat_map(|(_, all)| all.iter())
 }
 
-/// Right names for what is hidden; none for what no candidate has.
-pub fn right_names(hidden: &str) -> &'static [&'static str] {
-    RIGHT
-        .iter()
+/// What is right to say of what is hidden: names, and verdicts.
+pub fn right(hidden: &str) -> &'static [&'static str] {
+    table()
         .find(|(name, _)| *name == hidden)
         .map_or(&[], |(_, right)| *right)
 }
 
+/// Whether what is hidden has a right name.
+pub fn is_nameable(hidden: &str) -> bool {
+    right(hidden).iter().any(|said| !VERDICTS.contains(said))
+}
+
 /// Whether two phenomena may be hidden together: nothing that is right for one is right or nearly right for the other.
 pub fn can_be_distinguished(one: &str, other: &str) -> bool {
-    let (one, other) = (right_names(one), right_names(other));
+    let (one, other) = (right(one), right(other));
     let in_group = |group: &[&str], names: &[&str]| names.iter().any(|name| group.contains(name));
     !one.iter().any(|name| other.contains(name))
         && !GROUPS
@@ -131,7 +187,7 @@ pub type Named = (String, Vec<String>);
 /// Whether a named effect says what is hidden.
 fn says(named: &Named, hidden: &str) -> bool {
     let (name, equivalent) = named;
-    let right = right_names(hidden);
+    let right = right(hidden);
     right.contains(&name.as_str()) || equivalent.iter().any(|e| right.contains(&e.as_str()))
 }
 
@@ -173,12 +229,15 @@ mod tests {
     fn the_table_has_everything_that_the_rig_hides_and_only_names_of_the_contract() {
         for effect in rig::Effect::all() {
             let is_noise = effect.name() == "camera_scale";
-            let is_listed = RIGHT.iter().any(|(name, _)| *name == effect.name());
+            let is_listed = table().any(|(name, _)| *name == effect.name());
             assert!(is_listed != is_noise, "{}", effect.name());
         }
-        for (hidden, right) in RIGHT {
-            assert!(rig::Effect::named(hidden).is_some(), "{hidden}");
-            assert!(right.iter().all(|name| rig::Effect::named(name).is_some()));
+        for (hidden, right) in table() {
+            let is_odd = phenomena(HardKind::Odd).any(|odd| odd == *hidden);
+            assert_eq!(rig::NoiseKind::named(hidden).is_some(), is_odd, "{hidden}");
+            let is_known =
+                |said: &&str| VERDICTS.contains(said) || rig::Effect::named(said).is_some();
+            assert!(right.iter().all(is_known), "{hidden}");
         }
     }
 

@@ -5,7 +5,9 @@ use serde::{Deserialize, Serialize};
 use super::super::coverage::{Covered, covered};
 use super::super::grade::says_just;
 use super::super::set::{self, Answer, DiagnosedSet};
-use super::cases::{Drawn, HardCase, HardKind, draw};
+use super::answers::is_nameable;
+use super::cases::{Drawn, HardCase, draw};
+use super::repeats::repeats;
 
 /// A set and what was said of it.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -18,6 +20,8 @@ pub struct HardOutcome {
     pub answer: Answer,
     /// Parameters that have a truth, and the intervals found.
     pub covered: Vec<Covered>,
+    /// What repeats of its commands really scatter by, in m.
+    pub repeats: Option<f64>,
 }
 
 impl HardOutcome {
@@ -28,17 +32,31 @@ impl HardOutcome {
 
     /// Whether just what is hidden was said.
     pub fn is_right(&self) -> bool {
-        let is_foreign = self.case.kind == HardKind::Foreign;
-        says_just(&self.answer, self.hidden(), is_foreign)
+        says_just(&self.answer, self.hidden())
+    }
+
+    /// The same by names alone, without the classes that are said with them.
+    pub fn is_right_by_name(&self) -> bool {
+        says_just(&self.answer.by_name_alone(), self.hidden())
+    }
+
+    /// Whether what is hidden could be told at all.
+    pub fn is_detectable(&self) -> bool {
+        self.drawn.as_ref().is_some_and(Drawn::is_detectable)
+    }
+
+    /// The noise floor that the diagnosis states over what repeats really scatter by, and the stop error that it leaves over the same; none
+    /// where either is not known.
+    pub fn over_repeats(&self) -> Option<(f64, f64)> {
+        let (strikes, _, after, floor) = self.answer.gap;
+        let repeats = self.repeats.filter(|_| strikes > 0)?;
+        Some((floor / repeats, after / repeats))
     }
 
     /// Whether more effects were named than there are names for what is hidden.
     pub fn has_a_name_too_many(&self) -> bool {
-        let nameable = match self.case.kind {
-            HardKind::Foreign => 0,
-            _ => self.hidden().len(),
-        };
-        self.answer.named.len() > nameable
+        let nameable = self.hidden().iter().filter(|h| is_nameable(h));
+        self.answer.named.len() > nameable.count()
     }
 
     /// Whether a name was said that is not what is hidden.
@@ -84,21 +102,24 @@ pub fn diagnosed_hard(case: &HardCase) -> Option<(Drawn, Result<DiagnosedSet, St
 
 /// Makes a set, diagnoses it and keeps what grading needs.
 pub fn run_hard(case: &HardCase) -> HardOutcome {
-    let (drawn, answer, covered) = match diagnosed_hard(case) {
-        None => (None, Answer::none("impossible".into()), Vec::new()),
-        Some((drawn, Err(error))) => {
-            let answer = Answer::none(format!("error: {error}"));
-            (Some(drawn), answer, Vec::new())
-        }
-        Some((drawn, Ok(done))) => {
-            let covered = covered(&drawn.hidden, false, &done);
-            (Some(drawn), Answer::of(&done.found, done.seconds), covered)
-        }
-    };
-    HardOutcome {
+    let mut outcome = HardOutcome {
         case: case.clone(),
-        drawn,
-        answer,
-        covered,
+        drawn: None,
+        answer: Answer::none("impossible".into()),
+        covered: Vec::new(),
+        repeats: None,
+    };
+    let Some((drawn, done)) = diagnosed_hard(case) else {
+        return outcome;
+    };
+    match done {
+        Err(error) => outcome.answer = Answer::none(format!("error: {error}")),
+        Ok(done) => {
+            outcome.answer = Answer::of(&done.found, done.seconds);
+            outcome.repeats = repeats(&drawn, &done.really);
+            outcome.covered = covered(&drawn.hidden, false, &done);
+        }
     }
+    outcome.drawn = Some(drawn);
+    outcome
 }

@@ -3,7 +3,8 @@
 use super::super::coverage::{self, Covered};
 use super::super::judged::Figure;
 use super::super::proportion::Proportion;
-use super::cases::HardKind;
+use super::design::Design;
+use super::kind::HardKind;
 use super::outcome::HardOutcome;
 
 /// Verdicts that describe a random walk of friction: it is noise, and a drift as well.
@@ -17,69 +18,164 @@ fn describes_a_wander(outcome: &HardOutcome) -> bool {
 
 /// The figures of all sets that the rig could make.
 pub(super) fn figures(made: &[&HardOutcome]) -> Vec<Figure> {
-    let of = |kind: HardKind| made.iter().copied().filter(move |o| o.case.kind == kind);
-    let hidden = || {
-        made.iter().copied().filter(|o| {
-            matches!(
-                o.case.kind,
-                HardKind::Single | HardKind::Weak | HardKind::Several
-            )
-        })
+    let count = |keep: &dyn Fn(&HardOutcome) -> bool, hit: &dyn Fn(&HardOutcome) -> bool| {
+        Proportion::of(made.iter().filter(|o| keep(o)), |o| hit(o))
     };
+    let figure = |what, goal, got| Figure { what, goal, got };
+    let is = |kind: HardKind| move |o: &HardOutcome| o.case.kind == kind && o.is_detectable();
+    let is_control = is(HardKind::Control);
+    let as_demo = |o: &HardOutcome| o.drawn.as_ref().is_some_and(|d| d.design == Design::Random);
+    let right = HardOutcome::is_right;
+    let by_name = HardOutcome::is_right_by_name;
+    let wrong = |o: &HardOutcome| !o.is_right();
+    let named = |o: &HardOutcome| o.case.kind.listed() == HardKind::Single;
+    let floor_is_right = |o: &HardOutcome| matches!(o.over_repeats(), Some((floor, _)) if (0.8..=1.2).contains(&floor));
     let covered: Vec<&Covered> = made.iter().flat_map(|o| &o.covered).collect();
     let mut figures = vec![
-        Figure {
-            what: "hard controls, nothing hidden: false alarms (anything but `consistent`)",
-            goal: "≤ 5 %, upper limit ≤ 8 %",
-            got: Proportion::of(of(HardKind::Control), |o| !o.is_right()),
-        },
-        Figure {
-            what: "the same, a wandering friction called drift, session or unexplained not counted",
-            goal: "",
-            got: Proportion::of(of(HardKind::Control), |o| {
-                !o.is_right() && !describes_a_wander(o)
-            }),
-        },
-        Figure {
-            what: "hard singles at 2–4 × the floor: right name or class and nothing else",
-            goal: "≥ 90 %",
-            got: Proportion::of(of(HardKind::Single), |o| o.is_right()),
-        },
-        Figure {
-            what: "hard singles at 0.5–2 × the floor: the same",
-            goal: "",
-            got: Proportion::of(of(HardKind::Weak), |o| o.is_right()),
-        },
-        Figure {
-            what: "sets of one to three phenomena with a name more than is hidden",
-            goal: "≤ 5 %",
-            got: Proportion::of(hidden(), |o| o.has_a_name_too_many()),
-        },
-        Figure {
-            what: "sets of one to three phenomena with a name that is not hidden",
-            goal: "",
-            got: Proportion::of(hidden(), |o| o.has_a_wrong_name()),
-        },
-        Figure {
-            what: "two or three hidden: all named, nothing else",
-            goal: "≥ 80 %",
-            got: Proportion::of(of(HardKind::Several), |o| o.is_right()),
-        },
-        Figure {
-            what: "what no candidate has, at 2–4 × the floor: `unexplained`",
-            goal: "≥ 85 %",
-            got: Proportion::of(of(HardKind::Foreign), |o| o.is_right()),
-        },
+        figure(
+            "nothing hidden, all designs and noises: false alarms (anything but `consistent`)",
+            "≤ 3 %",
+            count(&is_control, &wrong),
+        ),
+        figure(
+            "of these, strikes at random as the demo's",
+            "≤ 6 %",
+            count(&|o| is_control(o) && as_demo(o), &wrong),
+        ),
+        figure(
+            "of these, every other design",
+            "each ≤ 6 %",
+            count(&|o| is_control(o) && !as_demo(o), &wrong),
+        ),
+        figure(
+            "all designs, a wandering friction called drift, session or unexplained not counted",
+            "",
+            count(&is_control, &|o| wrong(o) && !describes_a_wander(o)),
+        ),
+        figure(
+            "one phenomenon at 2–4 × the floor: right name or class and nothing else",
+            "≥ 90 %",
+            count(&is(HardKind::Single), &right),
+        ),
+        figure(
+            "the same by name alone",
+            "",
+            count(&is(HardKind::Single), &by_name),
+        ),
+        figure(
+            "one phenomenon at 0.5–2 × the floor that can be detected: right name or class",
+            "",
+            count(&is(HardKind::Weak), &right),
+        ),
+        figure(
+            "the same by name alone, below twice the floor",
+            "",
+            count(&is(HardKind::Weak), &by_name),
+        ),
+        figure(
+            "two or three hidden: all named or in a class, nothing else",
+            "≥ 80 %",
+            count(&is(HardKind::Several), &right),
+        ),
+        figure(
+            "all of two or three by name alone",
+            "",
+            count(&is(HardKind::Several), &by_name),
+        ),
+        figure(
+            "sets of one to three phenomena with a name more than is hidden",
+            "≤ 5 %",
+            count(&named, &HardOutcome::has_a_name_too_many),
+        ),
+        figure(
+            "sets of one to three phenomena with a name that is not hidden",
+            "",
+            count(&named, &HardOutcome::has_a_wrong_name),
+        ),
+        figure(
+            "what no candidate has, at 2–4 × the floor: `unexplained`",
+            "≥ 85 %",
+            count(&is(HardKind::Foreign), &right),
+        ),
+        figure(
+            "arms that err by place, at 2–4 × the floor: named rightly, or `unexplained`",
+            "≥ 90 %",
+            count(&is(HardKind::Place), &right),
+        ),
+        figure(
+            "what changes with the order, at 2–4 × the floor: named rightly, or `unexplained`",
+            "≥ 90 %",
+            count(&is(HardKind::Order), &right),
+        ),
+        figure(
+            "two objects mixed up, a rolling shutter: nothing is named",
+            "≥ 90 %",
+            count(&is(HardKind::Odd), &right),
+        ),
+        figure(
+            "noise floor within ± 20 % of true repeats, where something is hidden",
+            "≥ 90 %",
+            count(
+                &|o| !o.hidden().is_empty() && o.over_repeats().is_some(),
+                &floor_is_right,
+            ),
+        ),
     ];
     figures.extend(coverage::figures(&covered));
     figures
 }
 
+/// Median and quantiles of 10 and 90 % of numbers.
+fn spread(mut values: Vec<f64>) -> String {
+    values.sort_by(f64::total_cmp);
+    let at = |share: f64| values.get((share * values.len() as f64) as usize);
+    match (at(0.5), at(0.1), at(0.9)) {
+        (Some(median), Some(low), Some(high)) => {
+            format!("{median:.2} × [{low:.2}, {high:.2}] ({})", values.len())
+        }
+        _ => "–".into(),
+    }
+}
+
+/// Rows of figures that are no shares: what, goal, and what came out.
+pub(super) fn ratios(made: &[&HardOutcome]) -> Vec<(&'static str, &'static str, String)> {
+    let over = |keep: &dyn Fn(&HardOutcome) -> bool, pick: fn((f64, f64)) -> f64| {
+        let kept = made.iter().filter(|o| keep(o));
+        spread(kept.filter_map(|o| o.over_repeats()).map(pick).collect())
+    };
+    let hides = |o: &HardOutcome| !o.hidden().is_empty();
+    let mut rows = vec![
+        (
+            "noise floor over true repeats, nothing hidden: median [10 %, 90 %]",
+            "1.0 × [0.8, 1.2]",
+            over(&|o| !hides(o), |(floor, _)| floor),
+        ),
+        (
+            "noise floor over true repeats, something hidden",
+            "1.0 × [0.8, 1.2]",
+            over(&hides, |(floor, _)| floor),
+        ),
+        (
+            "stop error of the diagnosed world over true repeats, where it is right",
+            "≤ 1.2 ×",
+            over(&|o| hides(o) && o.is_right(), |(_, after)| after),
+        ),
+    ];
+    if let Some((median, longest)) = seconds(made) {
+        rows.push((
+            "one diagnosis of 120 strikes and more, median and longest, two at a time",
+            "≤ 10 s",
+            format!("{median:.1} s, {longest:.1} s"),
+        ));
+    }
+    rows
+}
+
 /// Median and longest time of a diagnosis of 120 strikes and more, in s.
-pub(super) fn seconds(made: &[&HardOutcome]) -> Option<(f64, f64)> {
+fn seconds(made: &[&HardOutcome]) -> Option<(f64, f64)> {
     let mut seconds: Vec<f64> = made
         .iter()
-        .filter(|o| o.drawn.as_ref().is_some_and(|drawn| drawn.strikes >= 120))
+        .filter(|o| o.drawn.as_ref().is_some_and(|drawn| drawn.strikes() >= 120))
         .map(|o| o.answer.diagnosis_seconds)
         .collect();
     seconds.sort_by(f64::total_cmp);

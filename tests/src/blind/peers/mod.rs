@@ -69,6 +69,7 @@ fn fill(case: &Case, found: &mut Peers) -> Option<String> {
         strikes: case.strikes,
         sessions: None,
         plan: None,
+        missing: 0..0,
     };
     let Made {
         rig, strikes: all, ..

@@ -1,0 +1,61 @@
+//! What a hard set is for.
+
+use serde::{Deserialize, Serialize};
+
+/// What a hard set is for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum HardKind {
+    /// Nothing hidden but noise.
+    Control,
+    /// One phenomenon that has a name, at twice the floor and more.
+    Single,
+    /// One of them, below twice the floor.
+    Weak,
+    /// Two or three of them, each at twice the floor and more.
+    Several,
+    /// What no candidate has, at twice the floor and more.
+    Foreign,
+    /// An arm that errs by where the object lies, at twice the floor and more.
+    Place,
+    /// What changes with the order otherwise than by wear, at twice the floor and more.
+    Order,
+    /// What is neither noise nor an effect: no name is right.
+    Odd,
+}
+
+/// Of each twenty sets, how many of each kind.
+pub(super) const OF_TWENTY: [(HardKind, usize); 8] = [
+    (HardKind::Control, 8),
+    (HardKind::Single, 3),
+    (HardKind::Weak, 1),
+    (HardKind::Several, 1),
+    (HardKind::Foreign, 2),
+    (HardKind::Place, 2),
+    (HardKind::Order, 2),
+    (HardKind::Odd, 1),
+];
+
+impl HardKind {
+    /// The kind in a word.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Control => "control",
+            Self::Single => "single",
+            Self::Weak => "weak",
+            Self::Several => "several",
+            Self::Foreign => "foreign",
+            Self::Place => "place",
+            Self::Order => "order",
+            Self::Odd => "odd",
+        }
+    }
+
+    /// The kind under which its phenomena are listed.
+    pub(super) fn listed(self) -> Self {
+        match self {
+            Self::Weak | Self::Several => Self::Single,
+            other => other,
+        }
+    }
+}
