@@ -12,6 +12,7 @@ from xarm.core.comm import base
 from xarm.wrapper import XArmAPI
 
 ADDRESS = "127.0.0.1"
+SET_FEEDBACK = 254
 HOME = [200.0, 0.0, 100.0, math.pi, 0.0, 0.0]
 
 sent = []
@@ -48,7 +49,7 @@ def main():
 
 
 def drive():
-    arm = XArmAPI(ADDRESS, is_radian=True, report_type="normal", check_joint_limit=False)
+    arm = XArmAPI(ADDRESS, is_radian=True, report_type="rich", check_joint_limit=False)
     calls = 0
     bytes_of = {}
 
@@ -62,7 +63,9 @@ def drive():
         calls += 1
         if len(sent) > before:
             # Once reports flow, this SDK asks for heartbeats by protocol 3; a frame is otherwise the same.
-            bytes_of[name] = (b"\0\1\0\2" + sent[before][4:]).hex()
+            # A motion that is waited for asks to be told of its end first.
+            own = next(frame for frame in sent[before:] if frame[6] != SET_FEEDBACK)
+            bytes_of[name] = (b"\0\1\0\2" + own[4:]).hex()
         return answer
 
     def holds(name, is_so):
@@ -72,7 +75,7 @@ def drive():
 
     holds("connected", arm.connected)
     holds("axes", arm.axis == 7 and arm.device_type == 7)
-    holds("firmware", arm.version_number == (1, 12, 10))
+    holds("firmware", arm.version_number == (2, 4, 0))
     call("get_version", arm.get_version)
     call("get_err_warn_code", arm.get_err_warn_code)
     call("motion_enable", arm.motion_enable, True)
@@ -87,6 +90,10 @@ def drive():
     time.sleep(0.5)
     holds("reports", abs(arm.position[2] - 100) < 1e-3 and arm.error_code == 0)
     holds("tool", abs(arm.tcp_offset[2] - 100) < 1e-3 and abs(arm.tcp_load[0] - 0.3) < 1e-6)
+
+    holds("settings", arm.collision_sensitivity == 3 and arm.gravity_direction == [0.0, 0.0, -1.0] and arm.world_offset == [0.0] * 6)
+    holds("modes", not (arm.is_simulation_robot or arm.is_reduced_mode or arm.is_fence_mode))
+    holds("ramp", abs(arm.tcp_jerk - 100000) < 1 and abs(arm.tcp_acc_limit[1] - 5000) < 1)
 
     # A line, waited for: the tip is where it was commanded to be.
     line = dict(x=300, y=50, z=80, roll=math.pi, pitch=0, yaw=0, speed=200, mvacc=2000)

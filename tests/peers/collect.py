@@ -75,6 +75,9 @@ def main():
     file, logs = rig(carom, folder), folder / "logs"
     command = [carom, "collect", "--rig", file, "--robot", f"xarm:{HOST}", "--watch", f"ws://{HOST}:8765"]
     command += ["--out", logs, "--pause", "0.5", "--json", "--quiet"]
+    unsigned = list(command)
+    subprocess.run([carom, "key", "new", "--out", folder / "carom.key"], check=True)
+    command += ["--key", folder / "carom.pub"]
 
     def start(strikes):
         return subprocess.Popen(
@@ -85,8 +88,16 @@ def main():
     try:
         assert "listens" in arm.stdout.readline()
         reports = Reports()
-        for name in (signal.SIGINT, signal.SIGTERM):
-            program = start(4)
+        refused = subprocess.run(unsigned + ["--strikes", "1"], capture_output=True, text=True)
+        assert refused.returncode == 4 and "key" in refused.stderr, refused
+        first = start(14)
+        time.sleep(1.5)
+        second = subprocess.run([folder / "other" if part == logs else part for part in command] + ["--strikes", "1"], capture_output=True, text=True)
+        assert second.returncode == 75, second
+        first.send_signal(signal.SIGINT)
+        first.communicate(timeout=30)
+        for name in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT, signal.SIGTSTP):
+            program = start(14)
             reports.wait_for_strike(program)
             begun = time.time()
             program.send_signal(name)
@@ -95,25 +106,26 @@ def main():
                 time.sleep(0.001)
             stopped = time.time() - begun
             _, printed = program.communicate(timeout=30)
+            assert "step back" in printed, printed
             assert program.returncode == 1, (program.returncode, printed)
             assert "signal" in printed, printed
             assert reports.speed == 0.0
             print(f"{name.name} in the middle of a strike: stopped {stopped * 1e3:.0f} ms after it, exit code 1")
         # Nobody can stop an arm after kill -9: its controller ends the line that it was sent.
-        program = start(4)
+        program = start(14)
         reports.wait_for_strike(program)
         program.kill()
         program.wait()
         # Until the object rests and the hand has put it back: whoever moves it before the arm strikes ends the program, too.
         time.sleep(8)
         assert reports.speed == 0.0
-        program = start(4)
-        out, printed = program.communicate(timeout=120)
+        program = start(14)
+        out, printed = program.communicate(timeout=300)
         assert program.returncode in (0, 3), (program.returncode, printed)
         done = json.loads(out)
-        assert done["strikes"] == 4 and pathlib.Path(done["session"]).exists(), done
+        assert done["strikes"] == 14 and pathlib.Path(done["session"]).exists(), done
         assert [path.name for path in logs.glob("*.mcap")] == ["session_000001.mcap"]
-        print(f"after SIGINT, SIGTERM and SIGKILL the same command went on: {done}")
+        print(f"after six signals the same command went on: {done}")
     finally:
         arm.send_signal(signal.SIGINT)
         print(arm.communicate(timeout=10)[0].strip())

@@ -4,6 +4,7 @@ use values::{Interval, Obstacle, Point, Rig};
 
 use crate::Reason;
 use crate::limits::{BrokenLimit, place, range};
+use crate::robot::arm::MARGIN;
 
 /// Radius in m about the base's axis that the tip keeps clear of where the rig file states none: the foot of a small arm.
 const KEEP_OUT: f64 = 0.1;
@@ -75,8 +76,10 @@ fn segment(rig: &Rig, line: &str, a: Point, b: Point) -> Result<(), BrokenLimit>
     let (robot, radius) = (&rig.robot, rig.striker.radius);
     let base = robot.base.unwrap_or_default();
     let nearest = to_segment(base, a, b);
-    let keep_out = robot.keep_out.unwrap_or(KEEP_OUT);
-    if nearest < keep_out + radius {
+    let (keep_out, margin) = robot
+        .keep_out
+        .map_or((KEEP_OUT, 0.0), |keep_out| (keep_out, MARGIN));
+    if nearest < keep_out + radius + margin {
         let from = if robot.keep_out.is_some() {
             "robot.keep_out is"
         } else {
@@ -85,7 +88,8 @@ fn segment(rig: &Rig, line: &str, a: Point, b: Point) -> Result<(), BrokenLimit>
         return Err((
             Reason::KeepOut,
             format!(
-                "{line} the tip, of radius {radius} m, comes within {:.4} m of the base's axis; {from} {keep_out} m",
+                "{line} the tip, of radius {radius} m, comes within {:.4} m of the base's axis; {from} {keep_out} m, and {margin} m more for \
+                 what the arm may be off its line",
                 (nearest - radius).max(0.0)
             ),
         ));
@@ -106,12 +110,12 @@ fn segment(rig: &Rig, line: &str, a: Point, b: Point) -> Result<(), BrokenLimit>
             Obstacle::Disc { centre, radius } => to_segment(centre, a, b) - radius,
             Obstacle::Box { x, y } => box_to_segment(x, y, a, b),
         };
-        if gap < radius {
+        if gap < radius + MARGIN {
             return Err((
                 Reason::Obstacle,
                 format!(
                     "{line} the tip, of radius {radius} m, meets obstacle {} of robot.obstacles ({obstacle:?}): its centre comes \
-                     within {:.4} m",
+                     within {:.4} m, and {MARGIN} m beside the tip are kept for what the arm may be off its line",
                     number + 1,
                     gap.max(0.0)
                 ),
@@ -225,7 +229,12 @@ mod tests {
             }];
         };
         assert_eq!(check(disc, [0.3, 0.0], [0.7, 0.0]), Some(Reason::Obstacle));
-        assert_eq!(check(disc, [0.3, -0.003], [0.7, -0.003]), None);
+        // Clear by 6 mm, less than the arm may be off its line and brakes in; and by 8 mm.
+        assert_eq!(
+            check(disc, [0.3, -0.008], [0.7, -0.008]),
+            Some(Reason::Obstacle)
+        );
+        assert_eq!(check(disc, [0.3, -0.010], [0.7, -0.010]), None);
         let slab = |rig: &mut Rig| {
             rig.robot.obstacles = vec![Obstacle::Box {
                 x: [0.4, 0.5].into(),
@@ -235,11 +244,11 @@ mod tests {
         for (a, b, met) in [
             ([0.3, 0.15], [0.7, 0.15], true),
             ([0.45, 0.15], [0.46, 0.15], true),
-            ([0.3, 0.089], [0.7, 0.089], true),
-            ([0.3, 0.087], [0.7, 0.087], false),
-            // Past a corner, at 10 mm and at 14 mm.
+            ([0.3, 0.082], [0.7, 0.082], true),
+            ([0.3, 0.080], [0.7, 0.080], false),
+            // Past a corner, at 10 mm and at 20 mm.
             ([0.5, 0.21414], [0.51414, 0.2], true),
-            ([0.5, 0.2198], [0.5198, 0.2], false),
+            ([0.5, 0.2283], [0.5283, 0.2], false),
         ] {
             let expected = met.then_some(Reason::Obstacle);
             assert_eq!(check(slab, a, b), expected, "{a:?} {b:?}");

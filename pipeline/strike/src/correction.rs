@@ -1,8 +1,10 @@
 //! What a residual adds to the world's command, and how far it may.
 
+use std::sync::Arc;
+
 use store::{LaunchMap, Networks, ResidualModel, TrainingExtent};
-use values::{Command, Conditions, Interval, Point, Rig, Table};
-use world::{Simulated, Simulator, SolveSettings, SolveStatus, World, WorldError};
+use values::{Command, Conditions, Interval, Point, Table};
+use world::{Shift, Simulated, Simulator, SolveSettings, SolveStatus};
 
 use crate::Reason;
 use crate::limits::{self, BrokenLimit};
@@ -18,25 +20,43 @@ const BEYOND_ADDED: f64 = 1.0;
 pub(crate) enum Correction {
     /// The world in which the arm delivers what the map says.
     Launch(Box<Simulator>, LaunchMap),
-    /// The paper's networks.
-    Networks(Networks),
+    /// The paper's networks, and the world that they were trained in: how the table differs today is no matter of theirs.
+    Networks(Box<Simulator>, Networks),
 }
 
 impl Correction {
-    /// None where the version's model adds nothing. Errors if the world does not compile.
-    pub(crate) fn in_world(
-        rig: &Rig,
-        world: &World,
-        residual: Option<&ResidualModel>,
-    ) -> Result<Option<Self>, WorldError> {
-        Ok(match residual {
-            Some(launch @ ResidualModel::Launch(map)) => {
-                let delivering = ResidualModel::simulator(rig, world, Some(launch))?;
-                Some(Self::Launch(Box::new(delivering), map.clone()))
+    /// None where the version's model adds nothing.
+    pub(crate) fn in_world(alone: &Simulator, residual: Option<&ResidualModel>) -> Option<Self> {
+        let same = alone.shifted(alone.shift());
+        Some(match residual? {
+            ResidualModel::Launch(map) => {
+                let delivering = same.with_delivery(Arc::new(map.clone()));
+                Self::Launch(Box::new(delivering), map.clone())
             }
-            Some(ResidualModel::Networks(networks)) => Some(Self::Networks(networks.clone())),
-            None => None,
+            ResidualModel::Networks(networks) => {
+                Self::Networks(Box::new(alone.as_identified()), networks.clone())
+            }
         })
+    }
+
+    /// The same on a table that differs so.
+    pub(crate) fn shifted(&self, shift: Shift) -> Self {
+        match self {
+            Self::Launch(delivering, map) => {
+                Self::Launch(Box::new(delivering.shifted(shift)), map.clone())
+            }
+            Self::Networks(usual, networks) => {
+                Self::Networks(Box::new(usual.as_identified()), networks.clone())
+            }
+        }
+    }
+
+    /// The world in which the arm delivers what a launch map says; none for networks.
+    pub(crate) fn delivering(&self) -> Option<&Simulator> {
+        match self {
+            Self::Launch(delivering, _) => Some(delivering),
+            Self::Networks(..) => None,
+        }
     }
 
     /// The command of the world alone, and the one to send.
@@ -48,11 +68,16 @@ impl Correction {
         conditions: &Conditions,
     ) -> Result<(Command, Command), BrokenLimit> {
         match self {
-            Self::Networks(networks) => {
+            Self::Networks(usual, networks) => {
                 let simulated = solved(alone, from, to, conditions)?;
                 let path = to - from;
+                let learnt_at = if alone.is_as_identified() {
+                    simulated
+                } else {
+                    solved(usual, from, to, conditions)?
+                };
                 let [d_speed, d_angle] =
-                    networks.predict([path.x, path.y, simulated.speed, simulated.angle]);
+                    networks.predict([path.x, path.y, learnt_at.speed, learnt_at.angle]);
                 let command = Command {
                     speed: simulated.speed + d_speed,
                     angle: simulated.angle + d_angle,
@@ -90,7 +115,7 @@ impl Correction {
         command: Command,
     ) -> Result<(), BrokenLimit> {
         let [d_speed, d_angle] = match self {
-            Self::Networks(_) => [
+            Self::Networks(..) => [
                 command.speed - simulated.speed,
                 command.angle - simulated.angle,
             ],
@@ -111,7 +136,7 @@ impl Correction {
         simulate: impl FnOnce(&Simulator) -> Result<Simulated, BrokenLimit>,
     ) -> Result<Simulated, BrokenLimit> {
         match self {
-            Self::Networks(_) => {
+            Self::Networks(..) => {
                 limits::shifted_on_table(table, object.stop)?;
                 Ok(object)
             }
@@ -119,11 +144,23 @@ impl Correction {
         }
     }
 
-    /// Distance between stop and target to expect, as a share of the path's length: as the training's held-out commands missed
-    /// and, of a launch map, as sure as it is of this command.
+    /// Root mean square of what a launch map does not know of a command, beside what strikes scatter by, as a share of the path's length:
+    /// distance goes as speed squared, bearing as angle.
+    pub(crate) fn unsure(&self, command: Command) -> f64 {
+        let Self::Launch(_, map) = self else {
+            return 0.0;
+        };
+        let [speed, angle] = map.offset(command).deviation;
+        let parts = map.parts();
+        let beyond = |deviation: f64, scatter: f64| (deviation * deviation - scatter).max(0.0);
+        (4.0 * beyond(speed, parts.speed.scatter) + beyond(angle, parts.angle.scatter)).sqrt()
+    }
+
+    /// Mean distance between stop and target, as a share of the path's length: as the training's held-out commands missed and, of a
+    /// launch map, as sure as it is of this command.
     pub(crate) fn expected_miss(&self, explained: &TrainingExtent, command: Command) -> f64 {
         match self {
-            Self::Networks(_) => explained.miss,
+            Self::Networks(..) => explained.miss,
             Self::Launch(_, map) => explained.calibration * map.offset(command).expected_miss(),
         }
     }

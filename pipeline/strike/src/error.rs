@@ -26,6 +26,19 @@ pub enum PlannerError {
         /// The sessions that it knows.
         known: String,
     },
+    /// Recent strikes show another table than the version believes possible.
+    #[error(
+        "plan for this table: {strikes} recent strikes show {shift}, more than version {version} believes possible: the table has \
+         changed; look at object, surface and tip, then collect some strikes with `carom collect` and run `carom nightly`"
+    )]
+    TableChanged {
+        /// The artifact.
+        version: String,
+        /// Strikes that say so.
+        strikes: usize,
+        /// What they show.
+        shift: String,
+    },
     /// The world of the artifact cannot be simulated.
     #[error("compile the world of version {version}: {source}; publish the version again")]
     World {

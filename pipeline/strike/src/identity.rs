@@ -46,14 +46,17 @@ enum Rule {
 }
 
 /// The rule of each key of `[table]` and `[robot]`, and of `[object]` and `[striker]` where it is not [`Rule::Same`].
-const RULES: [((&str, &str), Rule); 16] = [
+const RULES: [((&str, &str), Rule); 19] = [
     (("object", "colour"), Rule::Own),
     (("table", "x"), Rule::Within),
     (("table", "y"), Rule::Within),
+    (("table", "fences"), Rule::Own),
     (("robot", "speed"), Rule::Within),
     (("robot", "angle"), Rule::Within),
     (("robot", "acceleration"), Rule::AtMost),
     (("robot", "base"), Rule::Own),
+    (("robot", "base_yaw"), Rule::Own),
+    (("robot", "base_height"), Rule::Own),
     (("robot", "keep_out"), Rule::Own),
     (("robot", "reach"), Rule::Own),
     (("robot", "jerk"), Rule::Own),
@@ -170,6 +173,8 @@ mod tests {
         let mut rig = Rig::demo(shape);
         let robot = &mut rig.robot;
         robot.base = Some(Point::new(0.01, 0.02));
+        robot.base_yaw = Some(0.1);
+        robot.base_height = Some(0.01);
         robot.keep_out = Some(0.2);
         robot.reach = Some(Interval {
             low: 0.2,
@@ -238,8 +243,10 @@ mod tests {
     }
 
     /// Keys of this robot's own: any value of them is planned within, and none makes another rig.
-    const OWN: [&str; 9] = [
+    const OWN: [&str; 11] = [
         "robot.base",
+        "robot.base_yaw",
+        "robot.base_height",
         "robot.keep_out",
         "robot.reach",
         "robot.jerk",

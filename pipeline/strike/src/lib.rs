@@ -12,6 +12,7 @@ mod command;
 mod config;
 mod correction;
 mod count;
+mod epoch;
 mod error;
 pub mod identity;
 mod limits;
@@ -20,27 +21,32 @@ mod log;
 mod motion;
 mod plan;
 mod planner;
+mod recent;
 mod refusal;
 mod robot;
-mod session;
 mod stroke;
 #[cfg(test)]
 mod testing;
 mod trust;
+mod watched;
 
 pub use command::CommandPlanner;
 pub use config::{Config, ConfigError};
 pub use count::take_number;
+pub use epoch::Epoch;
 pub use error::PlannerError;
 pub use live::{Live, LiveError, Resting, ServerMessage, read_messages};
 pub use log::{Destination, LogError, OpenLog, WrittenLog, highest};
 pub use logs::write::{Received, Samples};
-pub use plan::{Details, FEW, Plan};
+pub use plan::{Adapted, Details, FEW, Plan};
 pub use planner::Planner;
+pub use recent::{Recent, SESSION_GAP};
 pub use refusal::{Reason, Refusal};
-pub use robot::xarm;
+pub use robot::arm::{Guarded, Look, catch_signals, tell};
 pub use robot::{
     Choice, DryRun, Robot, RobotError, SimRobot, StrikeRecord, TruthSource, UnknownRobot, execute,
 };
+pub use robot::{arm, ur, xarm};
 pub use stroke::{Ramp, Stroke};
 pub use trust::{Trust, TrustError, allows};
+pub use watched::{Seen, Watched};

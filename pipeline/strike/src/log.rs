@@ -58,6 +58,12 @@ impl OpenLog {
         Ok(Self { destination, aside })
     }
 
+    /// Takes so many bytes of the disk now, so that a disk that fills up while the arm strikes loses nothing.
+    pub fn reserve(mut self, bytes: u64) -> Result<Self, LogError> {
+        self.aside.reserve(bytes)?;
+        Ok(self)
+    }
+
     /// Writes one strike, syncs it and gives it its name. The strike was made: where its name was taken meanwhile, the next free
     /// one beside it is used, and where its folder cannot be written to any more, the system's folder for temporary files.
     /// Errors only where that fails too.

@@ -2,6 +2,7 @@
 
 mod cli;
 
+use std::io::Write;
 use std::process::ExitCode;
 
 use clap::Parser;
@@ -10,9 +11,9 @@ fn main() -> ExitCode {
     let args = cli::Args::parse();
     cli::run(&args).unwrap_or_else(|failure| {
         if args.json {
-            println!("{}", failure.to_json());
+            let _ = writeln!(std::io::stdout(), "{}", failure.to_json());
         }
-        eprintln!("strike: {failure}");
+        strike::tell(&format!("strike: {failure}"));
         failure.code()
     })
 }

@@ -7,7 +7,9 @@ use std::time::{Duration, Instant};
 use serde::Serialize;
 use store::Model;
 use values::{Command, Point, Rig};
+use world::{Filter, Shift};
 
+use crate::epoch::Epoch;
 use crate::limits::{self, BrokenLimit};
 use crate::stroke::Stroke;
 use crate::{Reason, clearance};
@@ -29,6 +31,8 @@ pub struct Plan {
     rig: Arc<Rig>,
     #[serde(skip)]
     made: Instant,
+    #[serde(skip)]
+    epoch: Epoch,
     #[serde(skip)]
     good_for: Duration,
 }
@@ -71,11 +75,37 @@ pub struct Details {
     pub stop: Point,
     /// Acceleration of the ramps, in m/s².
     pub acceleration: f64,
-    /// Distance between target and stop to expect, in m: of a residual, as commands that it did not learn from missed when the artifact was
-    /// made and, of a launch map, as sure as it is here; else the mean over strikes held out then. None where it was not evaluated.
+    /// Root mean square of the distance between target and stop to expect, in m. None where nothing is known of it.
     pub expected_miss: Option<f64>,
     /// On how many strikes that stands: below [`FEW`] the miss is hardly known.
     pub expected_miss_strikes: Option<usize>,
+    /// Whether that holds only if the table is as it was: no strike of this session was seen.
+    pub if_as_before: bool,
+    /// What recent strikes showed of the table; none where none was given.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub adapted: Option<Adapted>,
+}
+
+/// The table as recent strikes show it, beside the version's own: values with their standard deviations.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Adapted {
+    /// Strikes that showed it.
+    pub strikes: usize,
+    /// The shift that is planned with: logarithms of factors on friction and launch speed, and an angle in rad.
+    pub shift: Shift,
+    /// Standard deviations of the three.
+    pub deviations: [f64; 3],
+}
+
+impl Adapted {
+    /// None before any strike.
+    pub(crate) fn of(table: &Filter) -> Option<Self> {
+        (table.strikes() > 0).then(|| Self {
+            strikes: table.strikes(),
+            shift: table.mean(),
+            deviations: table.deviations(),
+        })
+    }
 }
 
 impl Details {
@@ -107,6 +137,8 @@ impl Details {
             acceleration: rig.robot.acceleration,
             expected_miss: None,
             expected_miss_strikes: None,
+            if_as_before: true,
+            adapted: None,
         }
     }
 }
@@ -133,6 +165,7 @@ impl Plan {
             stroke,
             rig,
             made: Instant::now(),
+            epoch: Epoch::now(),
             good_for,
         }
     }
@@ -148,6 +181,11 @@ impl Plan {
     /// The motion of the tip with its times.
     pub fn stroke(&self) -> &Stroke {
         &self.stroke
+    }
+
+    /// The clocks that all that is recorded of the strike is stamped by.
+    pub(crate) fn epoch(&self) -> Epoch {
+        self.epoch
     }
 
     /// The rig that it was planned for.

@@ -6,12 +6,12 @@ use std::time::Duration;
 
 use store::{Artifact, Model, TrainedRegion, TrainingExtent};
 use values::{Command, Conditions, Interval, Point, Rig, StopErrors, Strike};
-use world::{Simulator, recent_session};
+use world::{Filter, Observer, Shift, Simulator, Varies};
 
 use crate::correction::{Correction, solved};
 use crate::limits::{self, BrokenLimit};
-use crate::plan::{Details, GOOD_FOR};
-use crate::session::OpenSession;
+use crate::plan::{Adapted, Details, GOOD_FOR};
+use crate::recent::{Acting, Recent};
 use crate::{Plan, PlannerError, Refusal, motion};
 
 /// How a start is named that was chosen here.
@@ -23,6 +23,9 @@ const MOST_SHIFT: f64 = 2.0;
 /// Share of the path by which the residual may move a stop where nobody measured what the world alone misses by.
 const UNKNOWN_SHIFT: f64 = 0.1;
 
+/// Root mean square over mean of the distance from the middle of a round normal distribution, √(4/π).
+const ROOT_OF_MEAN: f64 = std::f64::consts::FRAC_2_SQRT_PI;
+
 /// One model of an artifact, ready to plan. Shared between threads.
 pub struct Planner {
     version: String,
@@ -30,6 +33,12 @@ pub struct Planner {
     rig: Arc<Rig>,
     simulator: Simulator,
     residual: Option<Correction>,
+    /// The model on tables that differ a little.
+    beside: Observer,
+    /// What is known of the table.
+    table: Filter,
+    /// Whether strikes of the session that is planned in show it.
+    is_seen: bool,
     /// What the residual's training explains.
     explained: Option<TrainingExtent>,
     region: TrainedRegion,
@@ -39,8 +48,6 @@ pub struct Planner {
     unaided: Option<StopErrors>,
     /// What it plans in: a session that is not known, after all strikes that the version knows.
     conditions: Conditions,
-    /// What the session leaves open.
-    open: OpenSession,
     /// How long a plan is good for.
     good_for: Duration,
 }
@@ -63,7 +70,6 @@ impl Planner {
             source,
         };
         let simulator = Simulator::new(rig, &world).map_err(in_world)?;
-        let open = OpenSession::unknown(rig, &world).map_err(in_world)?;
         let provenance = &artifact.manifest.provenance;
         let metrics = &provenance.metrics;
         let unaided = match model {
@@ -71,11 +77,16 @@ impl Planner {
             Model::EffectResidual => metrics.get(&Model::Effect),
             Model::Nominal | Model::Sysid | Model::Effect => None,
         };
-        let residual = Correction::in_world(rig, &world, residual).map_err(in_world)?;
+        let varies = provenance.varies.get(&model);
+        let varies = varies.map_or_else(|| Varies::assumed(&world), Clone::clone);
+        let residual = Correction::in_world(&simulator, residual);
         Ok(Self {
             version: version.clone(),
             model,
             rig: Arc::new(rig.clone()),
+            beside: beside(&simulator, residual.as_ref()),
+            table: Filter::as_usual(&varies),
+            is_seen: false,
             simulator,
             residual,
             explained: provenance.explained.get(&model).copied(),
@@ -87,7 +98,6 @@ impl Planner {
                 order: next_order(artifact),
                 yaw: None,
             },
-            open,
             good_for: GOOD_FOR,
         })
     }
@@ -104,33 +114,62 @@ impl Planner {
             });
         }
         self.conditions.session = session.into();
-        self.open = OpenSession::default();
+        self.table = Filter::new(self.table.varies());
         Ok(self)
     }
 
-    /// The same in a new session, of which these strikes are the first: what differs by session is estimated from them.
-    pub fn after_recent(
-        mut self,
+    /// Before any recent strike, for [`Planner::follow`].
+    pub fn recent(&self) -> Recent {
+        Recent::new(self.table.varies())
+    }
+
+    /// Follows recent strikes in the order of time, beside this planner's model.
+    ///
+    /// # Errors
+    /// Where the table then is farther from the version's own than that believes possible.
+    pub fn follow(
+        &self,
         artifact: &Artifact,
+        recent: &mut Recent,
         strikes: &[Strike],
-    ) -> Result<Self, PlannerError> {
-        let Some((mut world, residual)) = artifact.model(self.model) else {
-            return Err(no_model(artifact, self.model));
+    ) -> Result<(), PlannerError> {
+        let (_, residual) = artifact
+            .model(self.model)
+            .ok_or_else(|| no_model(artifact, self.model))?;
+        let usual = |simulator: &Simulator| simulator.shifted(Shift::default());
+        let alone = usual(&self.simulator);
+        let delivering = self.residual.as_ref().and_then(Correction::delivering);
+        let model = Acting {
+            delivering: &delivering.map_or_else(|| usual(&self.simulator), usual),
+            alone: &alone,
+            residual,
+            order: next_order(artifact),
         };
-        let in_world = |source| PlannerError::World {
-            version: artifact.version.clone(),
-            source,
-        };
-        let order = next_order(artifact);
-        let values = recent_session(&self.rig, &world, strikes, order).map_err(in_world)?;
-        for value in &values {
-            world = world.with_unknown_sessions(&value.effect, value.estimate.value);
+        recent
+            .follow(&model, strikes)
+            .map_err(|changed| PlannerError::TableChanged {
+                version: self.version.clone(),
+                strikes: changed.strikes,
+                shift: changed.shift.to_string(),
+            })
+    }
+
+    /// The same on the table that recent strikes show. `is_today` says that the last of them is of the session to plan in; else a new one
+    /// begins, and nothing is seen of it yet.
+    pub fn adapted(mut self, recent: &Recent, is_today: bool) -> Self {
+        let mut recent = recent.clone();
+        if !is_today {
+            recent.begin_session();
         }
-        self.simulator = Simulator::new(&self.rig, &world).map_err(in_world)?;
-        self.residual = Correction::in_world(&self.rig, &world, residual).map_err(in_world)?;
-        self.open = OpenSession::estimated(&self.rig, &world, &values).map_err(in_world)?;
-        self.conditions.order = order + strikes.len() as f64;
-        Ok(self)
+        self.table = recent.filter().clone();
+        self.is_seen = is_today && self.table.strikes() > 0;
+        self.simulator = self.simulator.shifted(self.table.mean());
+        self.residual = self
+            .residual
+            .map(|residual| residual.shifted(self.table.mean()));
+        self.beside = beside(&self.simulator, self.residual.as_ref());
+        self.conditions.order += recent.seen() as f64;
+        self
     }
 
     /// The same, whose plans may be executed for so long after they were made; 5 s unless given.
@@ -212,8 +251,10 @@ impl Planner {
             angle_sim: simulated.angle,
             d_speed: command.speed - simulated.speed,
             d_angle: command.angle - simulated.angle,
-            expected_miss: self.expected_miss(from, path, command, conditions),
+            expected_miss: self.expected_miss(from, path, (simulated, command), conditions),
             expected_miss_strikes: self.expected_miss_strikes(),
+            if_as_before: !self.is_seen,
+            adapted: Adapted::of(&self.table),
             ..Details::unaided(maker, (from, to), command, &stroke, &self.rig)
         };
         Ok(Plan::new(details, stroke, self.rig.clone(), self.good_for))
@@ -243,33 +284,49 @@ impl Planner {
         }
     }
 
-    /// On how many strikes the expected miss stands: of a residual, those that it learnt from, each predicted by a model that learnt from
-    /// other commands; else those held out.
+    /// On how many strikes the expected miss stands: those that show how strikes scatter beside the model, of a residual those that it
+    /// learnt from; else those held out.
     fn expected_miss_strikes(&self) -> Option<usize> {
-        let of_residual = self.residual.as_ref().zip(self.explained.as_ref());
-        of_residual
-            .map(|(_, explained)| explained.strikes)
+        let shown = self.table.varies().strikes;
+        let learnt_from = self.explained.map(|explained| explained.strikes);
+        Some(shown)
+            .filter(|shown| *shown > 0)
+            .or(learnt_from)
             .or(self.metrics.map(|metrics| metrics.n))
     }
 
-    /// Expected distance (m) between stop and target: of a residual as its training's held-out commands missed, at this path's length
-    /// and, of a launch map, as sure as it is of this command; else as the model missed held-out strikes.
+    /// Root mean square (m) of the distance between stop and target to expect: what strikes scatter by beside the model, what is not
+    /// known of the table, and what a launch map is not sure of at this command. They are independent, so their squares add.
     fn expected_miss(
         &self,
         from: Point,
         path: Point,
-        command: Command,
+        (simulated, command): (Command, Command),
         conditions: &Conditions,
     ) -> Option<f64> {
-        let of_residual = self.residual.as_ref().zip(self.explained.as_ref());
-        let in_known_session = match of_residual {
-            Some((residual, explained)) => {
-                Some(path.norm() * residual.expected_miss(explained, command))
-            }
-            None => self.metrics.map(|metrics| metrics.mean),
+        let acting = match &self.residual {
+            Some(Correction::Networks(..)) => simulated,
+            Some(Correction::Launch(..)) | None => command,
         };
-        in_known_session.map(|known| self.open.expected_miss(known, from, command, conditions))
+        let slopes = self.beside.stop_slopes(from, acting, conditions)?;
+        let by_table = self.table.share_by_shift(&slopes).sqrt() * path.norm();
+        let of_residual = self.residual.as_ref().zip(self.explained.as_ref());
+        let alone = if self.table.varies().strikes > 0 {
+            let scatter = self.table.varies().stop_scatter();
+            let unsure = self.residual.as_ref().map_or(0.0, |r| r.unsure(command));
+            scatter.hypot(unsure) * path.norm()
+        } else if let Some((residual, explained)) = of_residual {
+            ROOT_OF_MEAN * residual.expected_miss(explained, command) * path.norm()
+        } else {
+            self.metrics.map(|metrics| metrics.mean.hypot(metrics.sd))?
+        };
+        Some(alone.hypot(by_table))
     }
+}
+
+/// The model that a stop depends on, on tables beside its own.
+fn beside(alone: &Simulator, residual: Option<&Correction>) -> Observer {
+    Observer::about(residual.and_then(Correction::delivering).unwrap_or(alone))
 }
 
 /// Strikes that the version knows: the order of the next one.

@@ -42,13 +42,15 @@ pub enum Reason {
     OtherRig,
     /// The version is not signed by the configured key, or older than one that was loaded before.
     NotTrusted,
+    /// Recent strikes show another table than the version believes possible.
+    TableChanged,
     /// The robot must not strike in the state that it is in.
     NotReady,
 }
 
 impl Reason {
     /// Every reason.
-    pub const ALL: [Self; 18] = [
+    pub const ALL: [Self; 19] = [
         Self::NotFinite,
         Self::OffTable,
         Self::OutsideTrainedRegion,
@@ -66,6 +68,7 @@ impl Reason {
         Self::ResidualTooLarge,
         Self::OtherRig,
         Self::NotTrusted,
+        Self::TableChanged,
         Self::NotReady,
     ];
 
@@ -89,6 +92,7 @@ impl Reason {
             Self::ResidualTooLarge => "residual_too_large",
             Self::OtherRig => "other_rig",
             Self::NotTrusted => "not_trusted",
+            Self::TableChanged => "table_changed",
             Self::NotReady => "not_ready",
         }
     }

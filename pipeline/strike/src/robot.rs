@@ -1,8 +1,10 @@
-//! What can strike. A driver of an arm implements [`Robot`]; [`execute`] is the only way a plan reaches it.
+//! What can strike: a [`Robot`]. An arm is one by its maker's driver ([`arm`]); [`execute`] is the only way a plan reaches it.
 
+pub mod arm;
 mod choice;
 mod dry_run;
 mod sim;
+pub mod ur;
 pub mod xarm;
 
 pub use choice::{Choice, UnknownRobot};
@@ -60,6 +62,14 @@ pub enum RobotError {
         /// What happened, and how to mend it.
         why: String,
     },
+    /// Another program drives it.
+    #[error(
+        "drive robot {robot}: another program on this computer does; try again when it has ended"
+    )]
+    Busy {
+        /// Its name.
+        robot: String,
+    },
     /// It must not strike in the state that it is in. Nothing has moved.
     #[error("strike with robot {robot}: {why}; nothing has moved")]
     NotReady {
@@ -97,7 +107,10 @@ impl RobotError {
         match self {
             Self::Interrupted { samples, .. } => samples.as_deref(),
             Self::Runaway { strike, .. } => strike.samples(),
-            Self::Connection { .. } | Self::NotReady { .. } | Self::Refused(_) => None,
+            Self::Connection { .. }
+            | Self::Busy { .. }
+            | Self::NotReady { .. }
+            | Self::Refused(_) => None,
         }
     }
 }

@@ -54,11 +54,37 @@ pub enum Fault {
     Stuck,
     /// The state never becomes ready.
     NeverReady,
+    /// Reports are 300 ms old, all along.
+    Late,
+    /// Pose and speed of the reports stay as they were; their clock runs.
+    Frozen,
+    /// The same report comes again and again.
+    Repeated,
+    /// The clock of the reports goes back by a second.
+    ClockBack,
+    /// The line begins 1.5 s after it is accepted.
+    Delayed,
+    /// The maker's own Stop is pressed: another client sets state 4.
+    OperatorStop,
+    /// Another client switches the motors off.
+    MotorsOff,
+    /// The arm leaves its line, and the first two stops are lost.
+    LostStop,
+    /// The arm was jogged up to its base.
+    Jogged,
+    /// Asked for its pose, the controller answers another one.
+    WrongPose,
+    /// The tool turns.
+    Turned,
+    /// The controller finds that a line cannot be moved.
+    CannotMove,
+    /// Another client sends a line.
+    OtherLine,
 }
 
 impl Fault {
     /// All of them.
-    pub const ALL: [Self; 19] = [
+    pub const ALL: [Self; 32] = [
         Self::Reset,
         Self::Gone,
         Self::HalfOpen,
@@ -78,5 +104,18 @@ impl Fault {
         Self::TooSlow,
         Self::Stuck,
         Self::NeverReady,
+        Self::Late,
+        Self::Frozen,
+        Self::Repeated,
+        Self::ClockBack,
+        Self::Delayed,
+        Self::OperatorStop,
+        Self::MotorsOff,
+        Self::LostStop,
+        Self::Jogged,
+        Self::WrongPose,
+        Self::Turned,
+        Self::CannotMove,
+        Self::OtherLine,
     ];
 }

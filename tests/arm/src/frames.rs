@@ -74,6 +74,18 @@ pub struct Reported {
     pub tool_offset: [f64; 6],
     /// kg.
     pub payload: f64,
+    /// Sensitivity of the detection of collisions.
+    pub sensitivity: u8,
+    /// Gravity in the base's frame.
+    pub gravity: [f64; 3],
+    /// Jerk in mm/s³ and greatest acceleration in mm/s² of lines.
+    pub ramp: [f64; 2],
+    /// mm and rad.
+    pub world_offset: [f64; 6],
+    /// Whether reduced mode, the fence and simulation are on.
+    pub modes: [bool; 3],
+    /// x high and low, y high and low, z high and low, in mm.
+    pub fence: [i16; 6],
 }
 
 fn put(frame: &mut [u8], at: usize, numbers: &[f64]) {
@@ -111,7 +123,35 @@ impl Reported {
         frame[89..91].copy_from_slice(&self.codes);
         put(&mut frame, 91, &self.tool_offset);
         put(&mut frame, 115, &[self.payload]);
-        put(&mut frame, 133, &[0.0, 0.0, -1.0]);
+        frame[131] = self.sensitivity;
+        put(&mut frame, 133, &self.gravity);
         frame
     }
+
+    /// Port 30002's report: the ordinary one, and what the controller is set to.
+    pub fn rich(&self) -> Vec<u8> {
+        let mut frame = self.ordinary();
+        frame.resize(587, 0);
+        frame[..4].copy_from_slice(&587u32.to_be_bytes());
+        frame[145..147].copy_from_slice(&[7, 7]);
+        let [jerk, acceleration] = self.ramp;
+        put(&mut frame, 181, &[jerk, 0.0, acceleration, 0.0, 1000.0]);
+        put(&mut frame, 288, &self.world_offset);
+        let [reduced, fence, simulated] = self.modes.map(u8::from);
+        frame[314] = simulated;
+        frame[494] = reduced | fence << 1;
+        frame[495] = reduced;
+        for (i, number) in self.fence.iter().enumerate() {
+            frame[496 + 2 * i..498 + 2 * i].copy_from_slice(&number.to_le_bytes());
+        }
+        frame[572] = fence;
+        frame
+    }
+}
+
+/// The numbers in a text, in order.
+pub(crate) fn numbers(text: &str) -> Vec<f64> {
+    text.split(|c: char| !(c.is_ascii_digit() || matches!(c, '.' | '-' | 'e')))
+        .filter_map(|word| word.parse().ok())
+        .collect()
 }

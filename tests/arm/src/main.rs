@@ -1,6 +1,7 @@
 //! `arm-emulator [ADDRESS]`: an xArm7's controller on the maker's ports of an address, 127.0.0.1 unless given, until it is
 //! interrupted. `arm-emulator ADDRESS TRUTH`: the same with a table before it, the embedded rig of a `truth.json`, whose object a
-//! hand puts back after each strike, and with its camera's topic at ws://ADDRESS:8765.
+//! hand puts back after each strike, and with its camera's topic at ws://ADDRESS:8765. `arm-emulator ur [ADDRESS]`: a Universal Robots
+//! controller.
 
 use std::error::Error;
 use std::net::IpAddr;
@@ -20,7 +21,8 @@ const CAMERA_PORT: u16 = 8765;
 const FIRST: Point = Point::new(0.33, 0.0);
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let mut arguments = std::env::args().skip(1);
+    let mut arguments = std::env::args().skip(1).peekable();
+    let is_ur = arguments.next_if(|text| text == "ur").is_some();
     let address: IpAddr = arguments
         .next()
         .unwrap_or_else(|| "127.0.0.1".into())
@@ -32,6 +34,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
     let listening = Listening::Standard(address);
     let emulator = match truth {
+        _ if is_ur => Emulator::start_ur(listening, Model::ur(), None)?,
         None => Emulator::start(listening, Model::default(), None)?,
         Some(path) => {
             let truth = Truth::load(&path)?;
@@ -42,7 +45,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             Emulator::at_table(listening, Model::default(), table, (camera, rate))?
         }
     };
-    println!("an xArm7 listens on {address}, ports 502, 30000 and 30001");
+    println!("an arm listens on {address}");
     while !ends.load(Ordering::Relaxed) {
         std::thread::sleep(Duration::from_millis(50));
     }

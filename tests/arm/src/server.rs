@@ -3,15 +3,16 @@
 use std::io::{self, Write};
 use std::net::{IpAddr, SocketAddr, TcpListener, TcpStream};
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::{Duration, Instant};
 
 use crate::foxglove::Topic;
-use crate::frames::Request;
+use crate::frames::{Reported, Request};
+use crate::shared::{Shared, is_cut, is_dead};
 use crate::state::{Event, Model, State};
 use crate::table::Table;
-use crate::{Fault, Step};
+use crate::{Fault, Step, ur};
 
 /// From one real-time report to the next, and from one ordinary report to the next.
 const REALTIME: Duration = Duration::from_millis(4);
@@ -28,25 +29,13 @@ pub enum Listening {
 
 /// A controller that runs until it is dropped.
 pub struct Emulator {
-    /// Control, real-time and ordinary report.
-    pub ports: [SocketAddr; 3],
+    /// Of an xArm: control, real-time, ordinary and rich report. Of Universal Robots: two of scripts, RTDE, dashboard.
+    pub ports: [SocketAddr; 4],
     shared: Arc<Shared>,
 }
 
-struct Shared {
-    state: Mutex<State>,
-    ends: AtomicBool,
-}
-
-impl Shared {
-    fn lock(&self) -> MutexGuard<'_, State> {
-        self.state.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    fn ends(&self) -> bool {
-        self.ends.load(Ordering::Relaxed)
-    }
-}
+/// What serves a connection of a port.
+type Serve = fn(&Shared, TcpStream);
 
 impl Emulator {
     /// Starts one; the fault is made once, at its step.
@@ -55,17 +44,42 @@ impl Emulator {
         model: Model,
         fault: Option<(Step, Fault)>,
     ) -> io::Result<Self> {
+        let serve: [Serve; 4] = [control, realtime, ordinary, rich];
+        let ports = [502, 30_000, 30_001, 30_002];
+        Self::serve(listening, State::new(model, fault), ports, serve)
+    }
+
+    /// The same of a Universal Robots arm: two ports of scripts, RTDE, and the dashboard.
+    pub fn start_ur(
+        listening: Listening,
+        model: Model,
+        fault: Option<(Step, Fault)>,
+    ) -> io::Result<Self> {
+        /// No limit that a line could feel.
+        const JERK: f64 = 1e9;
+        let mut state = State::new(model, fault);
+        state.ramp[0] = JERK;
+        let serve: [Serve; 4] = [ur::script, ur::script, ur::rtde, ur::dashboard];
+        Self::serve(listening, state, [30_001, 30_002, 30_004, 29_999], serve)
+    }
+
+    fn serve(
+        listening: Listening,
+        state: State,
+        ports: [u16; 4],
+        serve: [Serve; 4],
+    ) -> io::Result<Self> {
         let listen = |port: u16| match listening {
             Listening::Standard(address) => TcpListener::bind((address, port)),
             Listening::Free => TcpListener::bind(("127.0.0.1", 0)),
         };
-        let listeners = [listen(502)?, listen(30_000)?, listen(30_001)?];
+        let listeners: Vec<TcpListener> =
+            ports.into_iter().map(listen).collect::<io::Result<_>>()?;
         let shared = Arc::new(Shared {
-            state: Mutex::new(State::new(model, fault)),
+            state: Mutex::new(state),
             ends: AtomicBool::new(false),
         });
         let mut ports = Vec::new();
-        let serve: [fn(&Shared, TcpStream); 3] = [control, realtime, ordinary];
         for (listener, serve) in listeners.into_iter().zip(serve) {
             ports.push(listener.local_addr()?);
             listener.set_nonblocking(true)?;
@@ -80,7 +94,7 @@ impl Emulator {
             }
         });
         Ok(Self {
-            ports: [ports[0], ports[1], ports[2]],
+            ports: [ports[0], ports[1], ports[2], ports[3]],
             shared,
         })
     }
@@ -133,6 +147,16 @@ impl Emulator {
         self.shared.lock().reported().state
     }
 
+    /// Jerk in mm/s³ and greatest acceleration in mm/s² that lines have now.
+    pub fn ramp(&self) -> [f64; 2] {
+        self.shared.lock().ramp
+    }
+
+    /// Another client stops the arm.
+    pub fn operator_stops(&self) {
+        self.shared.lock().halt();
+    }
+
     /// Where the tip is, in mm and rad.
     pub fn pose(&self) -> [f64; 6] {
         self.shared.lock().reported().pose
@@ -145,7 +169,7 @@ impl Drop for Emulator {
     }
 }
 
-fn accept(shared: &Arc<Shared>, listener: &TcpListener, serve: fn(&Shared, TcpStream)) {
+fn accept(shared: &Arc<Shared>, listener: &TcpListener, serve: Serve) {
     while !shared.ends() {
         if shared.lock().is_made(Fault::Gone) {
             // Closing the listener refuses what comes.
@@ -163,18 +187,6 @@ fn accept(shared: &Arc<Shared>, listener: &TcpListener, serve: fn(&Shared, TcpSt
             Err(_) => thread::sleep(Duration::from_millis(2)),
         }
     }
-}
-
-/// Whether a connection that was made before the fault is cut by it.
-fn is_cut(shared: &Shared, since: Instant) -> bool {
-    let made = shared.lock().made;
-    made.is_some_and(|(at, fault)| matches!(fault, Fault::Reset | Fault::Gone) && since <= at)
-}
-
-/// Whether nothing goes through a connection that was made before the fault.
-fn is_dead(shared: &Shared, since: Instant) -> bool {
-    let made = shared.lock().made;
-    made.is_some_and(|(at, fault)| fault == Fault::HalfOpen && since <= at)
 }
 
 fn control(shared: &Shared, mut stream: TcpStream) {
@@ -236,9 +248,9 @@ fn realtime(shared: &Shared, mut stream: TcpStream) {
         next += REALTIME;
         thread::sleep(next.saturating_duration_since(Instant::now()));
         let (frame, made) = {
-            let state = shared.lock();
+            let mut state = shared.lock();
             let made = state.made.map(|(_, fault)| fault);
-            (state.reported().realtime(), made)
+            (state.shown().realtime(), made)
         };
         let bytes = match made {
             Some(Fault::Silent) => continue,
@@ -256,10 +268,18 @@ fn realtime(shared: &Shared, mut stream: TcpStream) {
     }
 }
 
-fn ordinary(shared: &Shared, mut stream: TcpStream) {
+fn ordinary(shared: &Shared, stream: TcpStream) {
+    report(shared, stream, Reported::ordinary);
+}
+
+fn rich(shared: &Shared, stream: TcpStream) {
+    report(shared, stream, Reported::rich);
+}
+
+fn report(shared: &Shared, mut stream: TcpStream, frame: fn(&Reported) -> Vec<u8>) {
     let since = Instant::now();
     while !shared.ends() && !is_cut(shared, since) {
-        let frame = shared.lock().reported().ordinary();
+        let frame = frame(&shared.lock().reported());
         if is_dead(shared, since) {
             return;
         }

@@ -1,9 +1,10 @@
 //! What the controller is in, and what each request does to it.
 
 use std::collections::VecDeque;
-use std::time::Instant;
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::time::{Duration, Instant};
 
-use crate::frames::{Reported, Request};
+use crate::frames::{Reported, Request, numbers};
 use values::Point;
 
 use crate::motion::Motion;
@@ -23,25 +24,75 @@ pub struct Model {
     pub payload: f64,
     /// Error and warning code at first.
     pub codes: [u8; 2],
+    /// Sensitivity of the detection of collisions.
+    pub sensitivity: u8,
+    /// Gravity in the base's frame.
+    pub gravity: [f64; 3],
+    /// mm and rad.
+    pub world_offset: [f64; 6],
+    /// Whether reduced mode, the fence and simulation are on.
+    pub modes: [bool; 3],
+    /// x high and low, y high and low, z high and low, in mm.
+    pub fence: [i16; 6],
+    /// Whether it was stopped, or just switched on.
+    pub is_stopped: bool,
+    /// Whether its motors are enabled at first.
+    pub is_enabled: bool,
 }
+
+impl Model {
+    /// A Universal Robots arm: on, its brakes released, without a limit of jerk.
+    pub fn ur() -> Self {
+        Self {
+            is_enabled: true,
+            ..Self::default()
+        }
+    }
+}
+
+/// Arms made so far: each has a serial number of its own.
+static ARMS: AtomicU32 = AtomicU32::new(0);
 
 impl Default for Model {
     fn default() -> Self {
         Self {
-            version: "7,7,XI1305,AC1305,v1.12.10".into(),
+            version: format!(
+                "7,7,XI{:06}{:04},AC1305,v2.4.0",
+                std::process::id(),
+                ARMS.fetch_add(1, Ordering::Relaxed)
+            ),
             pose: [200.0, 0.0, 100.0, std::f64::consts::PI, 0.0, 0.0],
             tool_offset: [0.0, 0.0, 100.0, 0.0, 0.0, 0.0],
             payload: 0.3,
             codes: [0, 0],
+            sensitivity: 3,
+            gravity: [0.0, 0.0, -1.0],
+            world_offset: [0.0; 6],
+            modes: [false; 3],
+            fence: [0; 6],
+            is_stopped: false,
+            is_enabled: false,
         }
     }
 }
+
+/// How late reports are, and a line begins.
+const LATE: Duration = Duration::from_millis(300);
+const DELAY: Duration = Duration::from_millis(1_500);
+/// Stops that are lost.
+const LOST: u32 = 2;
 
 /// What happened, and when.
 #[derive(Clone, Debug)]
 pub enum Event {
     /// A request came.
     Request(Request),
+    /// A line came that is to be moved, of whatever maker.
+    Line,
+    /// A stop came.
+    Stop,
+    /// An error was cleared.
+    Cleared,
     /// The fault was made.
     Fault,
 }
@@ -61,7 +112,8 @@ pub(crate) struct State {
     mode: u8,
     enabled: bool,
     codes: [u8; 2],
-    jerk: f64,
+    /// Jerk in mm/s³ and greatest acceleration in mm/s².
+    pub(crate) ramp: [f64; 2],
     pose: [f64; 6],
     motion: Option<(Instant, Motion)>,
     queue: VecDeque<[f64; 8]>,
@@ -73,6 +125,14 @@ pub(crate) struct State {
     /// Greatest distance (mm) that the tip moved since a stop was requested.
     pub(crate) moved_after_stop: f64,
     stop_pose: Option<[f64; 6]>,
+    /// Reports of the last second, for faults that show an old one.
+    shown: VecDeque<(Instant, Reported)>,
+    frozen: Option<Reported>,
+    lost: u32,
+    /// What a script answered last.
+    pub(crate) answer: i32,
+    /// When the next line begins at the earliest.
+    not_before: Option<Instant>,
     /// What lies before the arm, whose base is the origin of the table.
     pub(crate) table: Option<Table>,
 }
@@ -81,11 +141,11 @@ impl State {
     pub(crate) fn new(model: Model, fault: Option<(Step, Fault)>) -> Self {
         let mut state = Self {
             begun: Instant::now(),
-            state: READY,
+            state: if model.is_stopped { STOPPED } else { READY },
             mode: 0,
-            enabled: false,
+            enabled: model.is_enabled,
             codes: model.codes,
-            jerk: 1_000.0,
+            ramp: [1_000.0, 50_000.0],
             pose: model.pose,
             motion: None,
             queue: VecDeque::new(),
@@ -95,6 +155,11 @@ impl State {
             events: Vec::new(),
             moved_after_stop: 0.0,
             stop_pose: None,
+            shown: VecDeque::new(),
+            frozen: None,
+            lost: 0,
+            answer: 0,
+            not_before: None,
             table: None,
             model,
         };
@@ -109,7 +174,7 @@ impl State {
         self.made.is_some_and(|(_, made)| made == fault)
     }
 
-    fn make_fault(&mut self) {
+    pub(crate) fn make_fault(&mut self) {
         let Some((_, fault)) = self.fault.take() else {
             return;
         };
@@ -138,11 +203,24 @@ impl State {
                     motion.stop(begun.elapsed().as_secs_f64());
                 }
             }
+            Fault::Frozen | Fault::Repeated => self.frozen = Some(self.reported()),
+            Fault::OperatorStop => self.halt(),
+            Fault::MotorsOff => {
+                self.enabled = false;
+                self.halt();
+            }
+            Fault::LostStop => self.lost = LOST,
+            Fault::Jogged if self.motion.is_none() => self.pose[0] = 60.0,
+            Fault::OtherLine => {
+                let [x, y, z, roll, pitch, yaw] = self.pose;
+                let line = [x, y + 60.0, z, roll, pitch, yaw, 50.0, 500.0];
+                self.queue.push_back(line);
+            }
             _ => {}
         }
     }
 
-    fn halt(&mut self) {
+    pub(crate) fn halt(&mut self) {
         self.state = STOPPED;
         self.queue.clear();
         if let Some((begun, motion)) = &mut self.motion {
@@ -170,6 +248,7 @@ impl State {
         let Some((begun, motion)) = self.motion else {
             if self.enabled
                 && self.state == READY
+                && self.not_before.is_none_or(|at| Instant::now() >= at)
                 && let Some(next) = self.queue.pop_front()
             {
                 self.begin(next);
@@ -212,9 +291,34 @@ impl State {
         }
         let share = if slow { 0.8 } else { 1.0 };
         let to = [x, y, z, roll, pitch, yaw];
-        let motion = Motion::line(self.pose, to, share * speed, acceleration, self.jerk);
+        let motion = Motion::line(self.pose, to, share * speed, acceleration, self.ramp[0]);
         self.motion = Some((Instant::now(), motion));
         self.state = MOVING;
+    }
+
+    /// What the real-time report shows now.
+    pub(crate) fn shown(&mut self) -> Reported {
+        let (now, reported) = (Instant::now(), self.reported());
+        self.shown.push_back((now, reported));
+        while let Some((first, _)) = self.shown.front()
+            && now.duration_since(*first) > 2 * LATE
+        {
+            self.shown.pop_front();
+        }
+        match self.made {
+            Some((_, Fault::Late)) => {
+                let is_old = |at: &Instant| now.duration_since(*at) >= LATE;
+                let old = self.shown.iter().rev().find(|(at, _)| is_old(at));
+                let first = self.shown.front();
+                old.or(first).map_or(reported, |(_, old)| *old)
+            }
+            Some((_, Fault::Repeated)) => self.frozen.unwrap_or(reported),
+            Some((_, Fault::Frozen)) => self.frozen.map_or(reported, |frozen| Reported {
+                clock: reported.clock,
+                ..frozen
+            }),
+            _ => reported,
+        }
     }
 
     /// What the reports hold now.
@@ -228,7 +332,9 @@ impl State {
         if let Some((since, fault)) = self.made {
             let later = since.elapsed().as_secs_f64();
             match fault {
-                Fault::OffLine => pose[2] += (200.0 * later).min(30.0),
+                Fault::OffLine | Fault::LostStop => pose[2] += (200.0 * later).min(30.0),
+                Fault::Turned => pose[4] += (0.5 * later).min(0.2),
+                Fault::ClockBack => clock = clock.saturating_sub(1_000_000),
                 Fault::Jump => pose[0] -= 80.0,
                 Fault::Lag => clock -= (0.5 * later * 1e6) as u64,
                 Fault::NotANumber => velocity[0] = f64::NAN,
@@ -247,6 +353,12 @@ impl State {
             velocity,
             tool_offset: self.model.tool_offset,
             payload: self.model.payload,
+            sensitivity: self.model.sensitivity,
+            gravity: self.model.gravity,
+            ramp: self.ramp,
+            world_offset: self.model.world_offset,
+            modes: self.model.modes,
+            fence: self.model.fence,
         }
     }
 
@@ -283,10 +395,12 @@ impl State {
                 self.codes.to_vec()
             }
             16 => {
+                self.events.push((Instant::now(), Event::Cleared));
                 self.codes[0] = 0;
                 Vec::new()
             }
             17 => {
+                self.events.push((Instant::now(), Event::Cleared));
                 self.codes[1] = 0;
                 Vec::new()
             }
@@ -294,7 +408,20 @@ impl State {
                 self.mode = first;
                 Vec::new()
             }
+            // Only checked: two bytes of waiting requests, and the code.
+            21 if request.payload().get(42).is_some_and(|only| *only != 0) => {
+                vec![
+                    0,
+                    0,
+                    if self.is_made(Fault::CannotMove) {
+                        23
+                    } else {
+                        0
+                    },
+                ]
+            }
             21 => {
+                self.line_came();
                 if self.codes[0] == 0 && self.enabled && self.state <= READY {
                     let mut line = [0.0; 8];
                     for (i, number) in line.iter_mut().enumerate() {
@@ -306,12 +433,15 @@ impl State {
                 self.queue.len().to_be_bytes()[6..].to_vec()
             }
             31 => {
-                self.jerk = request.float(0);
+                self.ramp[0] = request.float(0);
+                Vec::new()
+            }
+            32 => {
+                self.ramp[1] = request.float(0);
                 Vec::new()
             }
             41 => self
-                .reported()
-                .pose
+                .answered_pose()
                 .iter()
                 .flat_map(|number| (*number as f32).to_le_bytes())
                 .collect(),
@@ -328,10 +458,84 @@ impl State {
         request.reply(status, &content)
     }
 
+    /// The pose in the reply to the question for it.
+    fn answered_pose(&self) -> [f64; 6] {
+        let mut pose = self.reported().pose;
+        if self.is_made(Fault::WrongPose) {
+            pose[1] += 112.0;
+        }
+        pose
+    }
+
+    /// Notes a line, and makes the fault that is one of its coming.
+    fn line_came(&mut self) {
+        self.events.push((Instant::now(), Event::Line));
+        let is_next = matches!(self.fault, Some((Step::Line(number), Fault::Delayed)) if number == self.lines + 1);
+        if is_next {
+            self.make_fault();
+            self.not_before = Some(Instant::now() + DELAY);
+        }
+    }
+
+    /// Whether the fault is to be made at this step.
+    pub(crate) fn is_next(&self, step: Step) -> bool {
+        self.fault.is_some_and(|(at, _)| at == step)
+    }
+
+    /// The arm's serial number.
+    pub(crate) fn serial(&self) -> String {
+        let version = &self.model.version;
+        version.split(',').nth(2).unwrap_or_default().to_owned()
+    }
+
+    /// A script of URScript, which replaces the one that runs.
+    pub(crate) fn run(&mut self, text: &str) {
+        self.pass();
+        let after = |name: &str| text.find(name).map(|at| numbers(&text[at + name.len()..]));
+        if text.contains("stopl(") {
+            self.events.push((Instant::now(), Event::Stop));
+            if self.lost > 0 {
+                self.lost -= 1;
+                return;
+            }
+            self.stop_pose.get_or_insert(self.pose);
+            self.halt();
+        } else if let Some(numbers) = after("write_output_integer_register(24") {
+            if self.is_next(Step::Enable) {
+                self.make_fault();
+            }
+            let number = numbers.first().copied().unwrap_or_default() as i32;
+            let sign = if self.is_made(Fault::CannotMove) {
+                -1
+            } else {
+                1
+            };
+            self.answer = sign * number;
+        } else if let Some([x, y, z, a, b, c, acceleration, speed]) =
+            after("movel(p").and_then(|numbers| <[f64; 8]>::try_from(numbers).ok())
+        {
+            self.line_came();
+            if self.codes[0] == 0 && self.mode == 0 && self.enabled {
+                // A program that was stopped does not keep the next one from running.
+                self.state = if self.motion.is_some() { MOVING } else { READY };
+                self.queue.clear();
+                let [x, y, z, speed, acceleration] =
+                    [x, y, z, speed, acceleration].map(|length| length * 1e3);
+                self.queue
+                    .push_back([x, y, z, a, b, c, speed, acceleration]);
+                self.pass();
+            }
+        }
+    }
+
     fn set_state(&mut self, state: u8) {
+        if state == STOPPED {
+            self.events.push((Instant::now(), Event::Stop));
+        }
         match state {
             0 if self.codes[0] == 0 && self.motion.is_none() => self.state = READY,
             3 => self.state = PAUSED,
+            4 if self.lost > 0 => self.lost -= 1,
             4 => {
                 self.stop_pose.get_or_insert(self.pose);
                 self.halt();

@@ -20,6 +20,8 @@ Examples:
     strike --artifacts artifacts/demo --key carom.pub --rig rig.toml --from 0.30 0.00 --to 0.70 0.10 --robot xarm:192.168.1.10
   The same where the camera sees the object; the log holds the camera's messages too:
     strike --artifacts artifacts/demo --key carom.pub --rig rig.toml --watch ws://localhost:8765 --to 0.70 0.10 --robot xarm:192.168.1.10
+  Follow a table that changes: strike after strike, each plan uses those before it:
+    strike --artifacts artifacts/demo --from 0.30 0.00 --to 0.70 0.10 --robot sim --adapt
   Plan many targets, a line {\"from\": [x, y], \"to\": [x, y]} each:
     strike --artifacts artifacts/demo --batch targets.jsonl > plans.jsonl
 
@@ -28,7 +30,7 @@ elsewhere; 4 refused; 75 busy.
 A refusal states its reason: not_finite, off_table, outside_trained_region, unreachable, diverged, speed_limit,
 angle_limit, reach, keep_out, obstacle, second_push, turned (a box), residual_too_large, plan_expired, malformed (a line of
 a batch), not_ready (the robot), other_rig (the artifact was made for another object or striker), not_trusted (not signed by
-the key, or older than what was loaded before). No command is ever moved into a limit. A damaged artifact is bad input: exit
+the key, or older than what was loaded before), table_changed (recent strikes show another table). No command is ever moved into a limit. A damaged artifact is bad input: exit
 code 2. With --json every outcome is one object: a plan, a refusal, or {\"failed\": text}; a strike that was made is reported
 and its log is kept even where something failed after it.";
 
@@ -78,7 +80,7 @@ pub struct Args {
     )]
     pub yaw: f64,
     /// Robot: dry-run, sim (the rig whose truth.json lies in DIR or DIR/rig, else the demo's), sim:FOLDER (the one of
-    /// FOLDER's), xarm:HOST (UFACTORY's xArm7; needs --key and --rig)
+    /// FOLDER's), xarm:HOST (UFACTORY's xArm5, 6, 7 and Lite6), ur:HOST (Universal Robots' e-Series); an arm needs --key and --rig
     #[arg(long, value_name = "ROBOT", default_value = "dry-run")]
     pub robot: Choice,
     /// Log of the strike [default: the next strike_NNNNNN.mcap in DIR/strikes]; never overwrites
@@ -88,9 +90,13 @@ pub struct Args {
     /// the version has never seen]
     #[arg(long, value_name = "NAME", conflicts_with = "recent")]
     pub session: Option<String>,
-    /// Logs of a new session's first strikes, from which this session's own parameters are estimated
+    /// Logs of this table's last strikes, in any order: friction, launch speed and heading are followed through them, and plans use
+    /// them. Refuses where the table is farther from the version's own than that believes possible
     #[arg(long, value_name = "LOG", num_args = 1..)]
     pub recent: Vec<PathBuf>,
+    /// The same by itself, with the logs of the strikes made here since this version learnt; what it knows is kept beside them
+    #[arg(long, conflicts_with_all = ["recent", "session"])]
+    pub adapt: bool,
     /// File of targets, a JSON object a line, or `-` for standard input: plans for each, no strike
     #[arg(long, value_name = "FILE", conflicts_with_all = ["to", "from", "robot", "log"])]
     pub batch: Option<PathBuf>,

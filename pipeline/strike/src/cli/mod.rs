@@ -1,5 +1,6 @@
 //! The command line: arguments become one plan, one strike and one answer.
 
+mod adapt;
 mod args;
 mod failure;
 mod load;
@@ -9,11 +10,11 @@ mod watching;
 
 use std::fs::File;
 use std::io::{self, Write};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::ExitCode;
 
 use strike::{Choice, Planner, batch};
-use values::{Point, Rig, Strike};
+use values::Point;
 
 pub use args::Args;
 use failure::Failure;
@@ -41,12 +42,14 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
         .model
         .unwrap_or(artifact.manifest.provenance.default_model);
     let planner = Planner::within(&artifact, model, &rig).map_err(Failure::input)?;
-    let planner = match (&args.session, &args.recent[..]) {
-        (Some(session), _) => planner.in_session(&artifact, session),
-        (None, []) => Ok(planner),
-        (None, logs) => planner.after_recent(&artifact, &recent_strikes(logs, &rig)?),
-    }
-    .map_err(Failure::input)?;
+    let planner = match &args.session {
+        Some(session) => planner
+            .in_session(&artifact, session)
+            .map_err(Failure::input)?,
+        None if args.adapt => adapt::by_own_strikes(args, &artifact, planner)?,
+        None if !args.recent.is_empty() => adapt::by_logs(&args.recent, &artifact, planner)?,
+        None => planner,
+    };
     match (&args.batch, &args.to) {
         (Some(file), _) => plan_batch(args, &planner, file),
         (None, Some(to)) => strike_one(args, &planner, point(to)),
@@ -54,23 +57,6 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
             "give a target, `--to X Y`, or `--batch FILE`",
         )),
     }
-}
-
-/// The strikes of a new session's logs, in the order of time.
-fn recent_strikes(logs: &[PathBuf], rig: &Rig) -> Result<Vec<Strike>, Failure> {
-    let outcomes = logs
-        .iter()
-        .map(|log| ingest::ingest_log(log, rig, &ingest::Ingest::default()))
-        .collect::<Result<Vec<_>, _>>()
-        .map_err(Failure::input)?;
-    let (strikes, rejects) = ingest::assemble(outcomes);
-    if strikes.is_empty() {
-        return Err(Failure::input(format!(
-            "estimate the session: its logs hold no strike that can be used ({} were rejected)",
-            rejects.len()
-        )));
-    }
-    Ok(strikes)
 }
 
 fn plan_batch(args: &Args, planner: &Planner, file: &Path) -> Result<ExitCode, Failure> {

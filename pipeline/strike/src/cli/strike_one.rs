@@ -1,15 +1,14 @@
 //! One target: plan, strike, log, answer.
 
 use std::process::ExitCode;
-use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
 
 use rig::SimChoice;
-use signal_hook::consts::{SIGINT, SIGTERM};
-use strike::xarm::{Ports, XArm};
+use strike::arm::Arm;
+use strike::ur::{self, Ur};
+use strike::xarm::{self, XArm};
 use strike::{
-    Choice, Destination, DryRun, OpenLog, Plan, Planner, Reason, Received, Refusal, Robot,
-    RobotError, Samples, SimRobot, TruthSource, execute, take_number,
+    Choice, Destination, DryRun, Guarded, OpenLog, Plan, Planner, Reason, Received, Refusal, Robot,
+    RobotError, Samples, SimRobot, TruthSource, catch_signals, execute, take_number, tell,
 };
 use values::{Point, Topics};
 
@@ -17,12 +16,15 @@ use super::show::{self, Answer};
 use super::watching::Watching;
 use super::{Args, Failure, REJECTED, point};
 
+/// Bytes of a strike's log without a camera's messages, at the most.
+const ROOM: u64 = 8 << 20;
+
 /// Plans a strike at `to`, makes it, and reports the result.
 pub fn strike_one(args: &Args, planner: &Planner, to: Point) -> Result<ExitCode, Failure> {
     let watching = Watching::open(args, planner.rig())?;
     let (from, yaw) = match (&args.from, &watching) {
         (_, Some(watching)) => {
-            let rest = watching.rest()?;
+            let rest = watching.rest;
             (Ok(rest.point), rest.yaw.unwrap_or(args.yaw))
         }
         (Some(from), None) => (Ok(point(from)), args.yaw),
@@ -41,10 +43,15 @@ pub fn strike_one(args: &Args, planner: &Planner, to: Point) -> Result<ExitCode,
             strike_with(&mut robot, &plan, Some(log), None, topics)?
         }
         Choice::XArm(host) => {
-            let (mut robot, log) = open_xarm(args, planner, host)?;
-            if let Some(watching) = &watching {
-                robot = robot.with_last_check(watching.last_check(plan.from));
-            }
+            let ports = xarm::Ports::of(host).map_err(|error| not_found(host, &error))?;
+            let name = format!("xarm:{host}");
+            let (mut robot, log) = open_arm::<XArm>(args, planner, &name, &ports, &watching)?;
+            strike_with(&mut robot, &plan, Some(log), watching.as_ref(), topics)?
+        }
+        Choice::Ur(host) => {
+            let ports = ur::Ports::of(host).map_err(|error| not_found(host, &error))?;
+            let name = format!("ur:{host}");
+            let (mut robot, log) = open_arm::<Ur>(args, planner, &name, &ports, &watching)?;
             strike_with(&mut robot, &plan, Some(log), watching.as_ref(), topics)?
         }
         Choice::DryRun => strike_with(&mut DryRun, &plan, None, None, topics)?,
@@ -55,13 +62,15 @@ pub fn strike_one(args: &Args, planner: &Planner, to: Point) -> Result<ExitCode,
         show::struck(&answer)?;
     }
     if let Some(why) = &answer.failed {
-        eprintln!("strike: failed to {why}");
+        tell(&format!("strike: failed to {why}"));
         return Ok(ExitCode::FAILURE);
     }
     let Some(why) = &answer.log_moved else {
         return Ok(ExitCode::SUCCESS);
     };
-    eprintln!("strike: the strike was made and is kept, but failed to {why}");
+    tell(&format!(
+        "strike: the strike was made and is kept, but failed to {why}"
+    ));
     Ok(ExitCode::from(REJECTED))
 }
 
@@ -92,25 +101,36 @@ fn open_sim(
     Ok((robot, log))
 }
 
-/// The arm, stopped by SIGINT and SIGTERM, and the log of its strike.
-fn open_xarm(args: &Args, planner: &Planner, host: &str) -> Result<(XArm, OpenLog), Failure> {
-    let log = OpenLog::open(destination(args))?;
-    let interrupted = Arc::new(AtomicBool::new(false));
-    for signal in [SIGINT, SIGTERM] {
-        signal_hook::flag::register(signal, interrupted.clone())
-            .map_err(|error| Failure::failed(format!("take signals: {error}")))?;
+/// An arm, stopped by whatever signal would end this program, and the log of its strike.
+fn open_arm<D: Arm>(
+    args: &Args,
+    planner: &Planner,
+    name: &str,
+    address: &D::Address,
+    watching: &Option<Watching>,
+) -> Result<(Guarded<D>, OpenLog), Failure> {
+    let interrupted =
+        catch_signals().map_err(|error| Failure::failed(format!("take signals: {error}")))?;
+    let room = watching
+        .as_ref()
+        .map_or(ROOM, |watching| ROOM + watching.room());
+    let log = OpenLog::open(destination(args))?.reserve(room)?;
+    let robot = Guarded::<D>::connect(name, address, planner.rig(), interrupted);
+    let mut robot = robot.map_err(|error| match error {
+        RobotError::NotReady { .. } => {
+            Failure::refused(Reason::NotReady, format!("failed to {error}"))
+        }
+        RobotError::Busy { .. } => Failure::Busy(error.to_string()),
+        error => Failure::failed(error),
+    })?;
+    if let Some(watching) = watching {
+        robot.look_first(watching.strike.look());
     }
-    let name = format!("xarm:{host}");
-    let ports = Ports::of(host)
-        .map_err(|error| Failure::input(format!("find the arm at `{host}`: {error}")))?;
-    let robot =
-        XArm::connect(&name, ports, planner.rig(), interrupted).map_err(|error| match error {
-            RobotError::NotReady { .. } => {
-                Failure::refused(Reason::NotReady, format!("failed to {error}"))
-            }
-            error => Failure::failed(error),
-        })?;
     Ok((robot, log))
+}
+
+fn not_found(host: &str, error: &std::io::Error) -> Failure {
+    Failure::input(format!("find the arm at `{host}`: {error}"))
 }
 
 fn destination(args: &Args) -> Destination {
@@ -132,7 +152,7 @@ fn strike_with(
     let outcome = execute(robot, plan);
     let is_over = outcome.is_ok();
     let received = |answer: &mut Answer| {
-        watching.map_or_else(Vec::new, |watching| watching.ended(is_over, answer))
+        watching.map_or_else(Vec::new, |watching| watching.ended(plan, is_over, answer))
     };
     match outcome {
         Ok(None) => return Ok(answer),

@@ -1,71 +1,56 @@
 //! `--watch`: the object where the camera sees it, before and after the strike.
 
+use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
-use std::sync::{Arc, Mutex, PoisonError};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
-use strike::{Live, Received, Resting};
-use values::{Point, Rig};
+use strike::{Live, Plan, Received, Resting, Watched};
+use values::Rig;
 
 use super::show::Answer;
 use super::{Args, Failure};
 
-/// The object is waited for so long to be seen at rest: before a strike, after one, and after one that was not finished.
+/// The object is waited for so long to be seen at rest before a strike.
 const BEFORE: Duration = Duration::from_secs(3);
-const AFTER: Duration = Duration::from_secs(15);
-const AFTER_FAILURE: Duration = Duration::from_secs(2);
 
-/// The live topics, and when the strike began.
+/// The live topics, and the object at rest.
 pub struct Watching {
     live: Arc<Live>,
-    begun: Arc<Mutex<Option<Instant>>>,
+    pub rest: Resting,
+    pub strike: Watched,
 }
 
 impl Watching {
-    /// Connects where `--watch` is given.
+    /// Connects where `--watch` is given, and looks where the object rests.
     pub fn open(args: &Args, rig: &Rig) -> Result<Option<Self>, Failure> {
         let Some(url) = &args.watch else {
             return Ok(None);
         };
+        let live = Arc::new(Live::connect(url, rig)?);
+        let rest = live.wait_for_rest(BEFORE, &AtomicBool::new(false))?;
         Ok(Some(Self {
-            live: Arc::new(Live::connect(url, rig)?),
-            begun: Arc::default(),
+            strike: Watched::new(live.clone(), rest),
+            live,
+            rest,
         }))
     }
 
-    /// Where the object rests.
-    pub fn rest(&self) -> Result<Resting, Failure> {
-        Ok(self.live.wait_for_rest(BEFORE, &AtomicBool::new(false))?)
+    /// Bytes that the messages may come to.
+    pub fn room(&self) -> u64 {
+        self.live.room()
     }
 
-    /// What is checked right before the strike: that the object still lies at a place (m). From then on everything is recorded.
-    pub fn last_check(&self, place: Point) -> impl FnMut() -> Result<(), String> + Send + use<> {
-        let (live, begun) = (self.live.clone(), self.begun.clone());
-        move || {
-            live.is_still_at(place)
-                .map_err(|error| format!("failed to {error}"))?;
-            live.record();
-            *begun.lock().unwrap_or_else(PoisonError::into_inner) = Some(Instant::now());
-            Ok(())
-        }
-    }
-
-    /// Waits until the object rests again, and gives all messages. `is_over` says that the strike was made as planned.
-    pub fn ended(&self, is_over: bool, answer: &mut Answer) -> Vec<Received> {
-        let begun = *self.begun.lock().unwrap_or_else(PoisonError::into_inner);
-        let Some(begun) = begun else {
+    /// Waits until the object rests again, and gives all messages. `is_struck` says that the strike was made as planned.
+    pub fn ended(&self, plan: &Plan, is_struck: bool, answer: &mut Answer) -> Vec<Received> {
+        // A signal that comes now ends the program's motion, of which there is none any more, and not the recording.
+        let never = AtomicBool::new(false);
+        let Some(seen) = self.strike.ended(plan, is_struck, &never) else {
             return Vec::new();
         };
-        let patience = if is_over { AFTER } else { AFTER_FAILURE };
-        // A signal that comes now ends the program's motion, of which there is none any more, and not the recording.
-        let rest = self
-            .live
-            .wait_for_stop(begun, patience, &AtomicBool::new(false));
-        answer.came_to_rest(rest);
-        let (received, left_out) = self.live.recorded();
-        if let Some(left_out) = left_out {
+        answer.came_to_rest(seen.rest);
+        if let Some(left_out) = seen.left_out {
             answer.warn(&left_out);
         }
-        received
+        seen.received
     }
 }

@@ -4,6 +4,7 @@
 
 mod collection;
 mod error;
+mod event;
 mod filling;
 mod request;
 mod station;
@@ -13,34 +14,17 @@ use std::path::Path;
 use collection::Collection;
 pub use collection::SESSION;
 pub use error::CollectError;
+pub use event::CollectEvent;
 use filling::{choose, request};
 pub use request::StrikeRequest;
 pub use station::{ArmStation, Recorded, SimStation, Station, Unfinished};
 
-use crate::{CommandPlanner, Destination, OpenLog, Refusal};
+use crate::{CommandPlanner, Destination, OpenLog};
 
+/// Bytes of a strike's log without live topics, at the most.
+const ROOM: u64 = 8 << 20;
 /// So many strikes in a row that are made and cannot be used end the collection: something is wrong with the camera or the table.
 const MOST_USELESS: usize = 5;
-
-/// Progress of a collection, for its operator.
-#[derive(Clone, Debug)]
-pub enum CollectEvent {
-    /// Where the object is to be put, in m.
-    Put(StrikeRequest),
-    /// What is waited for until it lies ready.
-    Waiting(String),
-    /// A requested command that cannot be struck from where the object lies: it is left out.
-    LeftOut(Refusal),
-    /// A strike that can be used.
-    Kept {
-        /// Usable strikes so far.
-        strikes: usize,
-        /// A warning for the operator.
-        warning: Option<String>,
-    },
-    /// A strike whose log cannot be used, and why.
-    Useless(String),
-}
 
 /// The outcome of a collection.
 #[derive(Clone, Debug, PartialEq)]
@@ -78,7 +62,8 @@ pub fn collect(
         };
         report(CollectEvent::Put(put));
         let log = OpenLog::open(Destination::Next(folder.into()))?;
-        let from = station.object(put.from, &mut |what| report(CollectEvent::Waiting(what)))?;
+        let log = log.reserve(ROOM + station.room())?;
+        let from = station.object(put.from, report)?;
         let farther = collection.farther(planner);
         let plan = match next {
             Some(request) => {

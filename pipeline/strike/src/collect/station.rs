@@ -1,24 +1,23 @@
 //! What strikes in a collection: an arm and a camera, or the embedded rig.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
 use values::{Point, Rig};
 
 use super::error::CollectError;
-use crate::robot::xarm::{Ports, XArm};
+use super::event::CollectEvent;
+use crate::robot::arm::{Arm, Guarded};
 use crate::{
-    Live, LiveError, Plan, Received, RobotError, Samples, SimRobot, StrikeRecord, TruthSource,
-    execute,
+    Live, LiveError, Plan, Received, Resting, RobotError, Samples, SimRobot, StrikeRecord,
+    TruthSource, Watched, execute,
 };
 
 /// An object that was put back lies farther than this, in m, from where it stopped.
 const PUT_BACK: f64 = 0.02;
-/// It is waited for so long to come to rest after a strike.
-const AFTER: Duration = Duration::from_secs(15);
 /// How often it is looked at.
 const TICK: Duration = Duration::from_millis(50);
 
@@ -47,11 +46,14 @@ pub trait Station {
     /// How many strikes were made before, and where (m) the last usable one left the object.
     fn goes_on(&mut self, strikes: usize, last_stop: Option<Point>);
 
+    /// Bytes that the messages of a strike may come to.
+    fn room(&self) -> u64;
+
     /// Waits until the object lies ready, wherever that is; `requested` is where it would best lie. In m. Reports what it waits for.
     fn object(
         &mut self,
         requested: Point,
-        report: &mut dyn FnMut(String),
+        report: &mut dyn FnMut(CollectEvent),
     ) -> Result<Point, CollectError>;
 
     /// Whether a hand puts the object back, which may put it where nothing can be struck.
@@ -88,10 +90,14 @@ impl Station for SimStation {
         false
     }
 
+    fn room(&self) -> u64 {
+        0
+    }
+
     fn object(
         &mut self,
         requested: Point,
-        _: &mut dyn FnMut(String),
+        _: &mut dyn FnMut(CollectEvent),
     ) -> Result<Point, CollectError> {
         Ok(requested)
     }
@@ -111,77 +117,108 @@ impl Station for SimStation {
     }
 }
 
-/// An xArm7 and a camera's live topics. Each strike connects to the arm anew.
-pub struct ArmStation {
-    name: String,
-    ports: Ports,
+/// An arm, claimed for the whole collection, and a camera's live topics.
+pub struct ArmStation<D: Arm> {
+    robot: Guarded<D>,
     live: Arc<Live>,
     interrupted: Arc<AtomicBool>,
     /// The object lies still for so long before the arm moves.
     pause: Duration,
-    stopped_at: Option<Point>,
+    stop: LastStop,
+    /// The object as it was seen ready.
+    ready: Option<Resting>,
 }
 
-impl ArmStation {
-    /// The object must lie still for `pause` before the arm moves: time to step back. `interrupted` ends the waiting, and stops
-    /// the arm.
+/// Where the last strike left the object: there it must not be struck, for nobody has put it anywhere.
+#[derive(Clone, Copy, Debug)]
+enum LastStop {
+    /// It was not struck yet.
+    None,
+    /// There, in m.
+    At(Point),
+    /// It was not seen to stop: wherever it is seen at rest next, it may have stopped.
+    Unseen,
+}
+
+impl LastStop {
+    /// Whether the object lies where its last strike left it, or may have.
+    fn is_at(&mut self, place: Point) -> bool {
+        match *self {
+            Self::None => false,
+            Self::At(stop) => stop.distance(place) < PUT_BACK,
+            Self::Unseen => {
+                *self = Self::At(place);
+                true
+            }
+        }
+    }
+}
+
+impl<D: Arm> ArmStation<D> {
+    /// The object must lie still for `pause` before the arm moves: time to step back. `interrupted` ends the waiting.
     pub fn new(
-        name: &str,
-        ports: Ports,
+        robot: Guarded<D>,
         live: Live,
         pause: Duration,
         interrupted: Arc<AtomicBool>,
     ) -> Self {
         Self {
-            name: name.into(),
-            ports,
+            robot,
             live: Arc::new(live),
             interrupted,
             pause,
-            stopped_at: None,
+            stop: LastStop::None,
+            ready: None,
         }
-    }
-
-    /// Whether the object lies where its last strike left it.
-    fn is_where_it_stopped(&self, place: Point) -> bool {
-        self.stopped_at
-            .is_some_and(|stop| stop.distance(place) < PUT_BACK)
     }
 }
 
-impl Station for ArmStation {
+impl<D: Arm> Station for ArmStation<D> {
     fn goes_on(&mut self, _: usize, last_stop: Option<Point>) {
-        self.stopped_at = self.stopped_at.or(last_stop);
+        if let (LastStop::None, Some(stop)) = (self.stop, last_stop) {
+            self.stop = LastStop::At(stop);
+        }
     }
 
     fn is_by_hand(&self) -> bool {
         true
     }
 
-    fn object(&mut self, _: Point, report: &mut dyn FnMut(String)) -> Result<Point, CollectError> {
-        let mut still: Option<(Point, Instant)> = None;
+    fn room(&self) -> u64 {
+        self.live.room()
+    }
+
+    fn object(
+        &mut self,
+        _: Point,
+        report: &mut dyn FnMut(CollectEvent),
+    ) -> Result<Point, CollectError> {
+        let mut still: Option<(Resting, Instant)> = None;
         loop {
             if self.interrupted.load(Ordering::Relaxed) {
                 return Err(LiveError::NotAtRest("it was interrupted by a signal".into()).into());
             }
             match self.live.at_rest() {
-                Ok(rest) if self.is_where_it_stopped(rest.point) => {
+                Ok(rest) if self.stop.is_at(rest.point) => {
                     still = None;
-                    report("it lies within 2 cm of where it stopped: put it elsewhere".into());
+                    let why = "it lies within 2 cm of where it stopped, or was first seen after that: put it elsewhere";
+                    report(CollectEvent::Waiting(why.into()));
                 }
-                Ok(rest) => {
-                    let (place, since) = *still.get_or_insert((rest.point, Instant::now()));
-                    if self.live.is_still_at(place).is_err() {
-                        still = None;
-                    } else if since.elapsed() >= self.pause {
-                        return Ok(rest.point);
-                    } else {
-                        report("the arm moves in a moment: step back".into());
+                Ok(rest) => match still {
+                    None => {
+                        still = Some((rest, Instant::now()));
+                        report(CollectEvent::StepBack(self.pause));
                     }
-                }
+                    Some((before, _)) if self.live.is_still(&before).is_err() => still = None,
+                    Some((_, since)) if since.elapsed() >= self.pause => {
+                        self.ready = Some(rest);
+                        return Ok(rest.point);
+                    }
+                    Some(_) => {}
+                },
                 Err(LiveError::NotAtRest(why)) => {
                     still = None;
-                    report(why);
+                    report(CollectEvent::Waiting(why));
                 }
                 Err(error) => return Err(error.into()),
             }
@@ -190,28 +227,22 @@ impl Station for ArmStation {
     }
 
     fn strike(&mut self, plan: &Plan) -> Result<Recorded, Box<Unfinished>> {
-        let begun: Arc<Mutex<Option<Instant>>> = Arc::default();
-        let (live, since, place) = (self.live.clone(), begun.clone(), plan.from);
-        let check = move || {
-            live.is_still_at(place)
-                .map_err(|error| format!("failed to {error}"))?;
-            live.record();
-            *since.lock().unwrap_or_else(PoisonError::into_inner) = Some(Instant::now());
-            Ok(())
-        };
-        let outcome = XArm::connect(&self.name, self.ports, plan.rig(), self.interrupted.clone())
-            .map(|arm| arm.with_last_check(check))
-            .and_then(|mut arm| execute(&mut arm, plan));
-        let begun = *begun.lock().unwrap_or_else(PoisonError::into_inner);
-        let Some(begun) = begun else {
+        let rest = self.ready.take().unwrap_or(Resting {
+            point: plan.from,
+            yaw: None,
+        });
+        let watched = Watched::new(self.live.clone(), rest);
+        self.robot.look_first(watched.look());
+        let outcome = execute(&mut self.robot, plan);
+        let Some(seen) = watched.ended(plan, outcome.is_ok(), &self.interrupted) else {
             return recorded(outcome, Vec::new());
         };
-        let rest = self.live.wait_for_stop(begun, AFTER, &self.interrupted);
-        let (received, left_out) = self.live.recorded();
-        // Where it was not seen to stop, its log says so; wherever it lies then, it is to be put back.
-        self.stopped_at = rest.ok().map(|rest| rest.point);
-        recorded(outcome, received).map(|recorded| Recorded {
-            warning: recorded.warning.or(left_out),
+        // Unseen rest is no permission to strike again.
+        self.stop = seen
+            .rest
+            .map_or(LastStop::Unseen, |rest| LastStop::At(rest.point));
+        recorded(outcome, seen.received).map(|recorded| Recorded {
+            warning: recorded.warning.or(seen.left_out),
             ..recorded
         })
     }
@@ -240,5 +271,24 @@ fn recorded(
                 error,
             }))
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_object_that_was_not_seen_to_stop_is_put_elsewhere_before_it_is_struck() {
+        let (here, near, there) = (
+            Point::new(0.5, 0.1),
+            Point::new(0.51, 0.1),
+            Point::new(0.3, 0.0),
+        );
+        let mut stop = LastStop::Unseen;
+        assert!(stop.is_at(here), "it may have stopped there");
+        assert!(stop.is_at(near) && stop.is_at(here));
+        assert!(!stop.is_at(there));
+        assert!(!LastStop::None.is_at(here));
     }
 }

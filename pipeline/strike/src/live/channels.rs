@@ -49,6 +49,13 @@ pub(super) struct Channels {
 }
 
 impl Channels {
+    /// Whether images are listened to.
+    pub(super) fn has_images(&self) -> bool {
+        self.listened
+            .values()
+            .any(|channel| channel.role == Role::Image)
+    }
+
     pub(super) fn new(topics: &Topics) -> Self {
         Self {
             topics: topics.clone(),

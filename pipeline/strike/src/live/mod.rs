@@ -13,6 +13,7 @@ mod recording;
 mod rest;
 mod seen;
 
+use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::{self, JoinHandle};
@@ -20,10 +21,12 @@ use std::time::{Duration, Instant, SystemTime};
 
 use logs::write::Received;
 use tungstenite::Message;
-use values::{Point, Rig};
+use values::Rig;
 
+use crate::epoch::Epoch;
 use connection::Connection;
 pub use error::LiveError;
+use recording::MOST_BYTES;
 pub use rest::Resting;
 use rest::resting;
 use seen::Seen;
@@ -37,6 +40,10 @@ const REST: Duration = Duration::from_millis(500);
 const REST_AFTER: Duration = Duration::from_millis(800);
 /// An object that is seen farther from its place than this, in m, was moved.
 const MOVED: f64 = 0.003;
+/// One that is turned by more than this, in rad, too.
+const TURNED: f64 = 0.05;
+/// Bytes that a strike's messages may come to without images.
+const PLACES: u64 = 8 << 20;
 /// Stamps may differ from this computer's clock by so much, in s: a camera's latency, not another clock.
 const CLOCK: f64 = 0.5;
 /// How often what is waited for is looked at.
@@ -121,19 +128,36 @@ impl Live {
         self.wait(patience, is_over, || self.at_rest())
     }
 
-    /// Whether the object rests where it did, within the camera's noise and 3 mm.
-    pub fn is_still_at(&self, place: Point) -> Result<(), LiveError> {
-        let now = self.at_rest()?;
+    /// Whether the object rests where it did, within the camera's noise and 3 mm, and what is not round as it did, within 3°.
+    pub fn is_still(&self, before: &Resting) -> Result<(), LiveError> {
+        let (now, place) = (self.at_rest()?, before.point);
         let moved = now.point.distance(place);
-        if moved <= MOVED + self.rig.camera.noise {
-            return Ok(());
+        if moved > MOVED + self.rig.camera.noise {
+            return Err(LiveError::NotAtRest(format!(
+                "it has moved by {:.1} mm since it was seen at {}, {} m",
+                moved * 1e3,
+                place.x,
+                place.y
+            )));
         }
-        Err(LiveError::NotAtRest(format!(
-            "it has moved by {:.1} mm since it was seen at {}, {} m",
-            moved * 1e3,
-            place.x,
-            place.y
-        )))
+        let sides = self.rig.object.half_size.zip(now.yaw.zip(before.yaw));
+        if let Some(([x, y, _], (now, before))) = sides {
+            // A square box looks the same after a quarter of a turn, another after half a turn.
+            let period = if x == y { FRAC_PI_2 } else { PI };
+            let turned = now - before - ((now - before) / period).round() * period;
+            if turned.abs() > TURNED {
+                return Err(LiveError::NotAtRest(format!(
+                    "it was turned by {turned:.3} rad since it was seen at rest"
+                )));
+            }
+        }
+        Ok(())
+    }
+
+    /// Bytes that the messages of a strike may come to.
+    pub fn room(&self) -> u64 {
+        let images = self.shared.lock().channels.has_images();
+        PLACES + if images { MOST_BYTES as u64 } else { 0 }
     }
 
     /// Keeps every message from two seconds ago on.
@@ -151,9 +175,10 @@ impl Live {
         self.wait(patience, is_over, || self.judge(REST_AFTER, since))
     }
 
-    /// What was recorded, in order of time; the recording ends. Also whether something was left out, for want of memory.
-    pub fn recorded(&self) -> (Vec<Received>, Option<String>) {
-        self.shared.lock().recording.take()
+    /// What was recorded, in order of time and stamped by these clocks; the recording ends. Also whether something was left out, for want
+    /// of memory.
+    pub fn recorded(&self, epoch: Epoch) -> (Vec<Received>, Option<String>) {
+        self.shared.lock().recording.take(epoch)
     }
 
     fn wait(

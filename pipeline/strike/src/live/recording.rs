@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 use logs::write::Received;
 
 use super::rest::Place;
+use crate::epoch::Epoch;
 
 /// Places are held for so long, and at most so many: a camera's 240 Hz, four times over.
 const PLACES: Duration = Duration::from_secs(4);
@@ -13,7 +14,7 @@ const MOST_PLACES: usize = 4_000;
 /// Messages of this time before a recording are part of it: the object's rest before the strike.
 const BEFORE: Duration = Duration::from_secs(2);
 /// Bytes of messages that are held, before a recording and in one: ten seconds of images at 25 MB/s.
-const MOST_BYTES: usize = 256 << 20;
+pub(super) const MOST_BYTES: usize = 256 << 20;
 /// What a held message takes beside its bytes.
 const OVERHEAD: usize = 128;
 
@@ -73,8 +74,8 @@ impl Recording {
         self.messages.push_back((at, message));
     }
 
-    /// All of it; and what was left out.
-    pub(super) fn take(&mut self) -> (Vec<Received>, Option<String>) {
+    /// All of it, stamped by these clocks; and what was left out.
+    pub(super) fn take(&mut self, epoch: Epoch) -> (Vec<Received>, Option<String>) {
         let messages = std::mem::take(&mut self.messages);
         let left_out = (self.left_out > 0).then(|| {
             format!(
@@ -85,7 +86,13 @@ impl Recording {
         });
         *self = Self::default();
         (
-            messages.into_iter().map(|(_, message)| message).collect(),
+            messages
+                .into_iter()
+                .map(|(at, message)| Received {
+                    log_time: epoch.stamp(at),
+                    ..message
+                })
+                .collect(),
             left_out,
         )
     }
@@ -121,9 +128,9 @@ mod tests {
         (0..100).for_each(|tenth| recording.push(at(tenth), message(10)));
         recording.start();
         (100..160).for_each(|tenth| recording.push(at(tenth), message(10)));
-        let (messages, left_out) = recording.take();
+        let (messages, left_out) = recording.take(Epoch::now());
         assert_eq!((messages.len(), left_out), (81, None));
-        assert_eq!(recording.take().0.len(), 0);
+        assert_eq!(recording.take(Epoch::now()).0.len(), 0);
     }
 
     #[test]
@@ -136,7 +143,7 @@ mod tests {
         assert!(recording.bytes <= MOST_BYTES);
         assert!(
             recording
-                .take()
+                .take(Epoch::now())
                 .1
                 .expect("a warning")
                 .contains("not in the log")

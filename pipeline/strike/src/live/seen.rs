@@ -10,6 +10,7 @@ use super::channels::Channels;
 use super::protocol::{self, Control};
 use super::recording::{Places, Recording};
 use super::rest::Place;
+use crate::epoch::Epoch;
 
 /// What is known of the topics.
 #[derive(Debug)]
@@ -115,6 +116,6 @@ pub fn read_messages(topics: &Topics, messages: &[ServerMessage<'_>]) -> Result<
     }
     match seen.unread {
         Some(why) => Err(why),
-        None => Ok(seen.recording.take().0.len()),
+        None => Ok(seen.recording.take(Epoch::now()).0.len()),
     }
 }

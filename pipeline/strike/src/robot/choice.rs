@@ -13,6 +13,8 @@ pub enum Choice {
     Sim(SimChoice),
     /// `xarm:HOST`: UFACTORY's xArm7.
     XArm(String),
+    /// `ur:HOST`: Universal Robots' e-Series.
+    Ur(String),
 }
 
 /// A robot that is not there.
@@ -21,16 +23,16 @@ pub enum UnknownRobot {
     /// No robot has the name.
     #[error("there is no robot `{0}`; robots are {KNOWN}")]
     Name(String),
-    /// `xarm` without its host.
-    #[error("`xarm:` needs the arm's host after the colon, such as `xarm:192.168.1.10`")]
-    NoHost,
+    /// An arm without its host.
+    #[error("`{0}:` needs the arm's host after the colon, such as `{0}:192.168.1.10`")]
+    NoHost(String),
     /// `sim:` without its folder.
     #[error(transparent)]
     Sim(NotSim),
 }
 
 /// What can be struck with.
-pub(crate) const KNOWN: &str = "`dry-run`, `sim`, `sim:FOLDER` and `xarm:HOST`";
+pub(crate) const KNOWN: &str = "`dry-run`, `sim`, `sim:FOLDER`, `xarm:HOST` and `ur:HOST`";
 
 impl Choice {
     /// Whether it can move something in this world. One that can needs an artifact that somebody vouches for, and a rig file of
@@ -38,7 +40,7 @@ impl Choice {
     pub fn moves(&self) -> bool {
         match self {
             Self::DryRun | Self::Sim(_) => false,
-            Self::XArm(_) => true,
+            Self::XArm(_) | Self::Ur(_) => true,
         }
     }
 }
@@ -49,9 +51,12 @@ impl FromStr for Choice {
     fn from_str(text: &str) -> Result<Self, UnknownRobot> {
         match text.split_once(':') {
             None if text == "dry-run" => return Ok(Self::DryRun),
-            None if text == "xarm" => return Err(UnknownRobot::NoHost),
-            Some(("xarm", "")) => return Err(UnknownRobot::NoHost),
+            None if matches!(text, "xarm" | "ur") => {
+                return Err(UnknownRobot::NoHost(text.into()));
+            }
+            Some((maker @ ("xarm" | "ur"), "")) => return Err(UnknownRobot::NoHost(maker.into())),
             Some(("xarm", host)) => return Ok(Self::XArm(host.into())),
+            Some(("ur", host)) => return Ok(Self::Ur(host.into())),
             _ => {}
         }
         match text.parse() {
@@ -73,8 +78,15 @@ mod tests {
         let folder = Some("a/b".into());
         assert_eq!("sim:a/b".parse(), Ok(Choice::Sim(SimChoice { folder })));
         assert_eq!("xarm:10.0.0.2".parse(), Ok(Choice::XArm("10.0.0.2".into())));
-        for text in ["xarm", "xarm:"] {
-            assert_eq!(text.parse::<Choice>(), Err(UnknownRobot::NoHost));
+        assert_eq!("ur:ur5e".parse(), Ok(Choice::Ur("ur5e".into())));
+        for (text, maker) in [
+            ("xarm", "xarm"),
+            ("xarm:", "xarm"),
+            ("ur", "ur"),
+            ("ur:", "ur"),
+        ] {
+            let missing = UnknownRobot::NoHost(maker.into());
+            assert_eq!(text.parse::<Choice>(), Err(missing));
         }
         for text in ["kuka", ""] {
             let error = text.parse::<Choice>().expect_err(text).to_string();

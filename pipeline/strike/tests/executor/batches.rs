@@ -80,6 +80,7 @@ fn a_plan_and_a_refusal_have_the_contracts_keys() {
         "acceleration",
         "expected_miss",
         "expected_miss_strikes",
+        "if_as_before",
     ];
     plan.sort_unstable();
     assert_eq!(keys(&answers[0]), plan);

@@ -91,7 +91,7 @@ fn a_plan_is_printed_for_a_machine_as_one_object() {
     let plan: Value = serde_json::from_str(&out).unwrap();
     assert_eq!(plan["artifact"], "v0001");
     assert_eq!(plan["model"], "sysid");
-    assert_eq!(plan.as_object().unwrap().len(), 18);
+    assert_eq!(plan.as_object().unwrap().len(), 19);
 }
 
 #[test]

@@ -84,6 +84,7 @@ fn contents(seed: u64) -> Contents {
             .into(),
             noise_floor: None,
             explained: [].into(),
+            varies: [].into(),
             trained_region: TrainedRegion {
                 distance: [0.05, 0.65].into(),
                 bearing: [-1.0, 1.0].into(),
@@ -96,6 +97,7 @@ fn contents(seed: u64) -> Contents {
                 count: 500,
                 last: 1.7e9,
             }),
+            moved: None,
             without_effects: false,
             seeds: [("split".to_string(), seed)].into(),
             inputs: Vec::new(),

@@ -132,7 +132,8 @@ fn forged_weights_are_refused_by_what_the_residuals_training_explains() {
         if let Ok(plan) = &answer {
             // What to expect is what its training missed by, on as many strikes.
             let miss = plan.expected_miss.expect("known");
-            assert!((miss - 0.02 * to.distance(FROM)).abs() < 1e-12, "{miss}");
+            let learnt = 0.02 * to.distance(FROM) * (4.0 / std::f64::consts::PI).sqrt();
+            assert!(miss > learnt && miss < 1.2 * learnt, "{miss} {learnt}");
             assert_eq!(plan.expected_miss_strikes, Some(80));
         }
         assert_eq!(answer.is_ok(), is_planned, "{displacement}: {answer:?}");

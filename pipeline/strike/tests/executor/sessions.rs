@@ -2,10 +2,10 @@
 
 use std::process::Command;
 
-use rig::Hidden;
+use rig::{Hidden, Sim, Truth};
 use store::{Artifact, Model};
-use strike::{Plan, Planner, Robot, SimRobot, TruthSource};
-use values::{Point, Shape};
+use strike::{Destination, OpenLog, Plan, Planner, Recent, Robot, SimRobot, TruthSource};
+use values::{Point, Shape, Strike};
 use world::{AddedEffect, Estimate, World};
 
 use crate::fixture::{self, FROM, TO};
@@ -65,11 +65,13 @@ fn the_expected_miss_counts_the_scatter_between_sessions() {
     provenance.metrics.insert(Model::Effect, metrics);
     let expected = |planner: &Planner| plan(planner).expected_miss.unwrap();
     let known = effect(&artifact).in_session(&artifact, "monday.mcap");
-    assert_eq!(expected(&known.unwrap()), metrics.mean);
-    // A third more friction than the mean, one standard deviation, stops an object a quarter short.
+    let known = expected(&known.unwrap());
+    let held_out = metrics.mean.hypot(metrics.sd);
+    assert!((1.0..1.2).contains(&(known / held_out)), "{known}");
+    // A third more friction than the mean, one standard deviation, stops an object a third short, to first order.
     let path = TO.distance(FROM);
     let unknown = expected(&effect(&artifact));
-    assert!((0.12..0.3).contains(&(unknown / path)), "{unknown}");
+    assert!((0.3..0.4).contains(&(unknown / path)), "{unknown}");
 }
 
 #[test]
@@ -130,9 +132,73 @@ fn another_centre_of_the_camera_in_the_robots_own_rig_file_changes_no_plan() {
     assert_eq!(plan(&there).speed, plan(&effect(&artifact)).speed);
 }
 
+/// The embedded rig with the fixture's own friction and restitution, times this factor on friction, and a good arm.
+fn truth(friction: f64) -> Truth {
+    let mut truth = Truth::demo(&fixture::rig(), 3);
+    truth.hidden = Hidden::none();
+    (truth.friction, truth.restitution) = (0.25 * friction, 0.5);
+    (truth.scatter.speed, truth.scatter.angle) = (0.002, 0.001);
+    truth
+}
+
+/// A strike in it as its log says it.
+fn struck(dir: &std::path::Path, friction: f64, place: usize) -> Strike {
+    let rig = fixture::rig();
+    let truth = truth(friction);
+    let mut sim = Sim::from(truth).unwrap().after(place);
+    let speed = 0.6 + 0.05 * place as f64;
+    let recording = sim.strike(
+        Point::new(0.25, 0.0),
+        values::Command { speed, angle: 0.05 },
+    );
+    let path = dir.join(format!("{friction}_{place}.mcap"));
+    let log = OpenLog::open(Destination::File(path.clone())).unwrap();
+    log.write(&recording.samples, &rig.topics).unwrap();
+    let outcome = ingest::ingest_log(&path, &rig, &ingest::Ingest::default()).unwrap();
+    ingest::assemble(vec![outcome]).0.remove(0)
+}
+
 #[test]
-fn recent_logs_of_a_new_session_are_read_on_the_command_line() {
+fn plans_follow_a_table_whose_friction_changed_and_none_is_made_for_another_table() {
+    let dir = tempfile::tempdir().unwrap();
+    // The rig's own table in the executor's world: what is compared is its change.
+    let artifact = fixture::artifact();
+    let planner = Planner::new(&artifact, Model::Sysid).unwrap();
+    let seen = |friction: f64, strikes: usize| {
+        let strikes: Vec<Strike> = (0..strikes)
+            .map(|i| struck(dir.path(), friction, i))
+            .collect();
+        let mut recent = planner.recent();
+        planner
+            .follow(&artifact, &mut recent, &strikes)
+            .map(|()| recent)
+    };
+    let usual = seen(1.0, 6).unwrap();
+    let slower = seen(1.15, 6).unwrap();
+    let by = slower.filter().mean().friction - usual.filter().mean().friction;
+    assert!((by - 1.15f64.ln()).abs() < 0.05, "{by}");
+    let plan_after = |recent: &Recent| {
+        let planner = Planner::new(&artifact, Model::Sysid).unwrap();
+        planner.adapted(recent, true).plan(FROM, TO).unwrap()
+    };
+    let (usual, slower) = (plan_after(&usual), plan_after(&slower));
+    assert!(
+        slower.speed > 1.04 * usual.speed,
+        "{} {}",
+        slower.speed,
+        usual.speed
+    );
+    assert!(!slower.if_as_before);
+    assert_eq!(slower.adapted.unwrap().strikes, 6);
+    let error = seen(2.2, 4).err().unwrap().to_string();
+    assert!(error.contains("carom collect"), "{error}");
+}
+
+#[test]
+fn recent_logs_are_read_on_the_command_line_and_own_strikes_by_themselves() {
     let dir = fixture::published();
+    std::fs::create_dir(dir.path().join("rig")).unwrap();
+    std::fs::write(dir.path().join("rig/truth.json"), truth(1.0).to_json()).unwrap();
     let run = |more: &[&str]| {
         let output = Command::new(env!("CARGO_BIN_EXE_strike"))
             .args(["--artifacts", dir.path().to_str().unwrap(), "--quiet"])
@@ -141,14 +207,34 @@ fn recent_logs_of_a_new_session_are_read_on_the_command_line() {
             .output()
             .unwrap();
         let error = String::from_utf8(output.stderr).unwrap();
-        (output.status.code(), error)
+        let text = String::from_utf8(output.stdout).unwrap();
+        (output.status.code(), error, text)
     };
     let log = dir.path().join("new.mcap");
     let log = log.to_str().unwrap();
     assert_eq!(run(&["--robot", "sim", "--log", log]).0, Some(0));
-    assert_eq!(run(&["--recent", log]), (Some(0), String::new()));
-    let (code, error) = run(&["--recent", "nowhere.mcap"]);
+    let (code, error, text) = run(&["--recent", log, "--model", "sysid"]);
+    assert_eq!((code, error), (Some(0), String::new()));
+    assert!(text.contains("by 1 recent strikes: friction"), "{text}");
+    let (code, error, _) = run(&["--recent", "nowhere.mcap"]);
     assert!(code == Some(2) && error.contains("nowhere.mcap"), "{error}");
-    let (code, error) = run(&["--session", "friday.mcap"]);
+    let (code, error, _) = run(&["--session", "friday.mcap"]);
     assert!(code == Some(2) && error.contains("friday.mcap"), "{error}");
+    // Of its own strikes nothing is known before the first; then each plan stands on all.
+    for strikes in 0..3 {
+        let (code, error, text) = run(&["--adapt", "--robot", "sim", "--model", "sysid"]);
+        assert_eq!((code, error.as_str()), (Some(0), ""));
+        let said = text.contains(&format!("by {strikes} recent strikes"));
+        assert_eq!(said, strikes > 0, "{text}");
+        assert_eq!(text.contains("if the table is as it was"), strikes == 0);
+    }
+    let kept = dir.path().join("strikes/adapted.json");
+    let before = std::fs::read(&kept).unwrap();
+    // Another model, as another version, begins anew, from the same logs.
+    let (code, _, text) = run(&["--adapt", "--model", "effect"]);
+    assert!(
+        code == Some(0) && text.contains("by 3 recent strikes"),
+        "{text}"
+    );
+    assert_ne!(std::fs::read(&kept).unwrap(), before);
 }

@@ -152,6 +152,8 @@ impl Lab {
             &self.path("logs"),
             "--pause",
             "0.5",
+            "--key",
+            &self.path("carom.pub"),
         ];
         for stops in 0..STOPS {
             let status = self.program("carom", &arguments).status()?;

@@ -13,7 +13,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let rest = live.wait_for_rest(Duration::from_secs(5), &AtomicBool::new(false))?;
     live.record();
     std::thread::sleep(Duration::from_secs(1));
-    let (received, left_out) = live.recorded();
+    let (received, left_out) = live.recorded(strike::Epoch::now());
     let channel = received.first().map(|message| &message.channel);
     println!(
         "{}",

@@ -24,7 +24,7 @@ fn a_line_is_sent_as_the_sdk_sends_it() {
         ("set_position", 300.0, 200.0),
         ("set_position_back", 600.0, 100.0),
     ] {
-        let payload = line_payload([x, 50.0, 80.0, pi, 0.0, 0.0], speed, 2000.0).unwrap();
+        let payload = line_payload([x, 50.0, 80.0, pi, 0.0, 0.0], speed, 2000.0, 0).unwrap();
         assert_eq!(
             hex(&request(1, Register::MoveLine, &payload)),
             sdk[name],
@@ -49,6 +49,11 @@ fn every_other_request_of_a_strike_and_its_stop_is_one_of_the_sdks() {
                 assert_eq!(sent.bytes.len(), sdk["set_position"].len() / 2);
                 continue;
             }
+            // Numbers of the rig's, and those that were put back.
+            if matches!(sent.register(), 31 | 32) {
+                assert_eq!(sent.bytes.len(), sdk["set_tcp_jerk"].len() / 2);
+                continue;
+            }
             let frame = hex(&[&[0, 1], &sent.bytes[2..]].concat());
             let name = sdk.iter().find(|(_, bytes)| **bytes == frame);
             names.push(
@@ -60,11 +65,7 @@ fn every_other_request_of_a_strike_and_its_stop_is_one_of_the_sdks() {
             "get_version",
             "get_err_warn_code",
             "motion_enable",
-            "set_mode",
             "set_state_again",
-            "get_state",
-            "set_tcp_jerk",
-            "set_tcp_maxacc",
             "get_position",
         ] {
             assert!(names.contains(&name), "{name}: {names:?}");

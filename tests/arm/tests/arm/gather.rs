@@ -10,7 +10,8 @@ use arm::{Emulator, Listening, Table};
 use ingest::{Ingest, ingest_log};
 use rig::{Hidden, Truth};
 use strike::collect::{ArmStation, CollectError, CollectEvent, Collected, collect};
-use strike::{CommandPlanner, Live};
+use strike::xarm::XArm;
+use strike::{CommandPlanner, Guarded, Live};
 use values::{Point, Rig};
 
 use crate::bench::{in_time, model, ports, rig};
@@ -39,7 +40,9 @@ fn gather(
     let interrupted = Arc::new(AtomicBool::new(false));
     let live = Live::connect(url, rig).unwrap();
     let pause = Duration::from_millis(500);
-    let mut station = ArmStation::new("xarm", ports(emulator), live, pause, interrupted.clone());
+    let arm: Guarded<XArm> =
+        Guarded::connect("xarm", &ports(emulator), rig, interrupted.clone()).unwrap();
+    let mut station = ArmStation::new(arm, live, pause, interrupted.clone());
     let planner = CommandPlanner::nominal(rig).unwrap();
     let is_over = || interrupted.load(Ordering::Relaxed);
     collect(
@@ -55,7 +58,10 @@ fn gather(
                 interrupted.store(strikes >= over_at, Ordering::Relaxed);
             }
             CollectEvent::Useless(why) => panic!("{why}"),
-            CollectEvent::Put(_) | CollectEvent::Waiting(_) | CollectEvent::LeftOut(_) => {}
+            CollectEvent::Put(_)
+            | CollectEvent::Waiting(_)
+            | CollectEvent::StepBack(_)
+            | CollectEvent::LeftOut(_) => {}
         },
     )
 }

@@ -7,10 +7,12 @@ use std::time::Duration;
 
 use arm::{Emulator, Event, Listening, Model};
 use strike::xarm::XArm;
-use strike::{CommandPlanner, RobotError, execute};
+use strike::{CommandPlanner, Guarded, Look, RobotError, execute};
 use values::{Command, Point};
 
-use crate::bench::{in_time, model, plan, ports, rig, run, undisturbed, wait_for};
+use crate::bench::{
+    Maker, connect, in_time, model, plan, ports, rig, run, strike, undisturbed, wait_for,
+};
 
 const TO: Point = Point::new(0.62, 0.0);
 
@@ -19,7 +21,7 @@ fn registers(emulator: &Emulator) -> Vec<u8> {
     let events = emulator.events().into_iter();
     let register = |(_, event)| match event {
         Event::Request(request) => Some(request.register()),
-        Event::Fault => None,
+        _ => None,
     };
     events.filter_map(register).collect()
 }
@@ -62,31 +64,124 @@ fn a_panic_stops_it_with_state_4_and_is_reported() {
         let rig = rig();
         let plan = plan(&rig, TO);
         let emulator = Emulator::start(Listening::Free, model(), None).unwrap();
-        let arm = XArm::connect("xarm", ports(&emulator), plan.rig(), Arc::default()).unwrap();
-        let mut arm = arm.with_last_check(|| panic!("as a bug would"));
+        let mut arm = connect(&emulator, plan.rig()).unwrap();
+        arm.look_first(|when| match when {
+            Look::BeforeDescent => Ok(()),
+            Look::BeforeStrike => panic!("as a bug would"),
+        });
         let error = execute(&mut arm, &plan).unwrap_err().to_string();
         assert!(error.contains("panicked"), "{error}");
         assert_eq!(emulator.state(), 4);
         let written = registers(&emulator);
         let lines = written.iter().filter(|register| **register == 21).count();
-        // Lift, travel and lower; not the strike.
-        assert_eq!(lines, 3);
+        // Five that are only checked; then lift, travel and lower, and not the strike.
+        assert_eq!(lines, 5 + 3);
     });
 }
 
 #[test]
-fn an_object_that_is_taken_away_before_the_strike_is_not_struck_at() {
+fn an_object_that_is_not_where_it_was_is_neither_come_down_on_nor_struck_at() {
+    in_time(|| {
+        for (seen_at, height) in [(Look::BeforeDescent, 70.0), (Look::BeforeStrike, 20.0)] {
+            let rig = rig();
+            let plan = plan(&rig, TO);
+            let emulator = Emulator::start(Listening::Free, model(), None).unwrap();
+            let mut arm = connect(&emulator, plan.rig()).unwrap();
+            arm.look_first(move |when| {
+                if when == seen_at {
+                    return Err("it has moved by 30 mm".into());
+                }
+                Ok(())
+            });
+            let error = execute(&mut arm, &plan).unwrap_err();
+            assert!(error.to_string().contains("moved by 30 mm"), "{error}");
+            assert_eq!(emulator.state(), 4);
+            let [x, _, z, ..] = emulator.pose();
+            assert!((x * 1e-3 - plan.start.x).abs() < 1e-3 && (z - height).abs() < 1.0);
+            // What a strike changes is as it was.
+            assert_eq!(emulator.ramp(), [1_000.0, 50_000.0]);
+        }
+    });
+}
+
+#[test]
+fn whoever_stopped_the_arm_is_in_charge_until_the_program_is_started_again() {
     in_time(|| {
         let rig = rig();
         let plan = plan(&rig, TO);
-        let emulator = Emulator::start(Listening::Free, model(), None).unwrap();
-        let arm = XArm::connect("xarm", ports(&emulator), plan.rig(), Arc::default()).unwrap();
-        let mut arm = arm.with_last_check(|| Err("it has moved by 30 mm".into()));
+        let switched_on = Model {
+            is_stopped: true,
+            ..model()
+        };
+        // An arm that was just switched on is made ready by a call, once.
+        let emulator = Emulator::start(Listening::Free, switched_on, None).unwrap();
+        let mut arm = connect(&emulator, plan.rig()).unwrap();
+        execute(&mut arm, &plan).unwrap();
+        assert_eq!(emulator.ramp(), [1_000.0, 50_000.0], "put back");
+        emulator.operator_stops();
+        thread::sleep(Duration::from_millis(50));
+        let before = registers(&emulator).len();
         let error = execute(&mut arm, &plan).unwrap_err();
-        assert!(error.to_string().contains("moved by 30 mm"), "{error}");
-        assert_eq!(emulator.state(), 4);
-        assert!((emulator.pose()[0] * 1e-3 - plan.start.x).abs() < 1e-3);
+        assert!(matches!(error, RobotError::NotReady { .. }), "{error}");
+        assert!(error.to_string().contains("is in charge"), "{error}");
+        let after = registers(&emulator)[before..].to_vec();
+        let changing = [11, 12, 19, 21, 31, 32];
+        assert!(
+            !after.iter().any(|register| changing.contains(register)),
+            "{after:?}"
+        );
+        // A new call is a person's word.
+        drop(arm);
+        strike(&emulator, &plan).unwrap();
     });
+}
+
+#[test]
+fn an_arm_of_another_maker_strikes_by_the_same_guard() {
+    in_time(|| {
+        let plan = plan(&Maker::Ur.rig(), TO);
+        let (emulator, outcome) = Maker::Ur.run(None, &plan);
+        let struck = outcome.unwrap().unwrap();
+        let delivered = struck.delivered_speed.unwrap();
+        assert!((delivered / plan.speed - 1.0).abs() < 0.01, "{delivered}");
+        assert_eq!(struck.warning, None);
+        let is_line = |(_, event): &(_, Event)| matches!(event, Event::Line);
+        assert_eq!(
+            emulator
+                .events()
+                .iter()
+                .filter(|event| is_line(event))
+                .count(),
+            5
+        );
+        let [x, _, z, ..] = emulator.pose();
+        assert!((x * 1e-3 - plan.stop.x).abs() < 1e-3 && (z - 70.0).abs() < 1.0);
+    });
+}
+
+#[test]
+fn one_program_drives_an_arm_at_a_time() {
+    let rig = rig();
+    let emulator = Emulator::start(Listening::Free, model(), None).unwrap();
+    let first = connect(&emulator, &rig).unwrap();
+    assert!(matches!(
+        connect(&emulator, &rig),
+        Err(RobotError::Busy { .. })
+    ));
+    drop(first);
+    connect(&emulator, &rig).unwrap();
+    // The same arm at another address.
+    let same = Model {
+        version: "7,7,XI77,AC1305,v2.4.0".into(),
+        ..model()
+    };
+    let [one, other] =
+        [same.clone(), same].map(|model| Emulator::start(Listening::Free, model, None).unwrap());
+    let _first = connect(&one, &rig).unwrap();
+    assert!(matches!(
+        connect(&other, &rig),
+        Err(RobotError::Busy { .. })
+    ));
 }
 
 #[test]
@@ -128,13 +223,26 @@ fn an_arm_that_is_not_the_rigs_moves_nothing() {
     let rig = rig();
     let plan = plan(&rig, TO);
     type Change = fn(&mut Model);
-    let cases: [(Change, &str); 8] = [
-        (|m| m.version = "6,6,SN,BOX,v1.12.10".into(), "7 axes"),
-        (|m| m.version = "7,7,SN,BOX,v1.6.0".into(), "firmware"),
+    let cases: [(Change, &str); 15] = [
+        (|m| m.version = "8,8,SN,BOX,v2.4.0".into(), "xArm5"),
+        (|m| m.version = "7,7,SN,BOX,v1.12.10".into(), "firmware"),
         (|m| m.codes = [1, 0], "error 1"),
         (|m| m.codes = [0, 11], "warning 11"),
         (|m| m.tool_offset[2] = 150.0, "tool offset"),
         (|m| m.payload = 1.0, "kg"),
+        (|m| m.world_offset[2] = 10.0, "world offset"),
+        (|m| m.world_offset[5] = 0.1, "world offset"),
+        (|m| m.sensitivity = 0, "collisions"),
+        (|m| m.modes[0] = true, "reduced mode"),
+        (|m| m.modes[2] = true, "simulates"),
+        (|m| m.gravity = [1.0, 0.0, 0.0], "upright"),
+        (
+            |m| {
+                m.modes[1] = true;
+                m.fence = [300, -300, 300, -300, 400, 0];
+            },
+            "fence",
+        ),
         (|m| m.pose[4] = 0.3, "tool points"),
         (|m| m.pose[0] = 60.0, "keep_out"),
     ];
@@ -149,7 +257,7 @@ fn an_arm_that_is_not_the_rigs_moves_nothing() {
             text.contains(said) && text.contains("nothing has moved"),
             "{text}"
         );
-        let changing = [11, 12, 16, 17, 19, 21];
+        let changing = [11, 12, 16, 17, 19, 21, 31, 32];
         let written = registers(&emulator);
         assert!(
             !written.iter().any(|register| changing.contains(register)),
@@ -164,8 +272,7 @@ fn a_rig_file_that_lacks_what_an_arm_needs_is_reported_before_a_connection() {
     rig.robot.payload = None;
     rig.robot.travel_height = None;
     let emulator = Emulator::start(Listening::Free, model(), None).unwrap();
-    let interrupted = Arc::new(AtomicBool::new(false));
-    let error = XArm::connect("xarm", ports(&emulator), &rig, interrupted).unwrap_err();
+    let error = connect(&emulator, &rig).unwrap_err();
     assert!(
         error.to_string().contains("lacks travel_height, payload"),
         "{error}"
@@ -174,12 +281,17 @@ fn a_rig_file_that_lacks_what_an_arm_needs_is_reported_before_a_connection() {
 }
 
 /// Strikes, and stops in the middle of the strike's line by what is done from another thread.
-fn stopped_by(stop: impl FnOnce(&XArm, &AtomicBool) -> Box<dyn FnOnce() + Send>, said: &str) {
+fn stopped_by(
+    stop: impl FnOnce(&Guarded<XArm>, &AtomicBool) -> Box<dyn FnOnce() + Send>,
+    said: &str,
+) {
     let rig = rig();
     let plan = plan(&rig, TO);
     let emulator = Emulator::start(Listening::Free, model(), None).unwrap();
     let interrupted = Arc::new(AtomicBool::new(false));
-    let mut arm = XArm::connect("xarm", ports(&emulator), plan.rig(), interrupted.clone()).unwrap();
+    let mut arm =
+        Guarded::<XArm>::connect("xarm", &ports(&emulator), plan.rig(), interrupted.clone())
+            .unwrap();
     let stop = stop(&arm, &interrupted);
     let outcome = thread::scope(|scope| {
         scope.spawn(|| {
@@ -235,7 +347,8 @@ fn a_signal_stops_it_while_it_strikes() {
         let rig = rig();
         let plan = plan(&rig, TO);
         let emulator = Emulator::start(Listening::Free, model(), None).unwrap();
-        let mut arm = XArm::connect("xarm", ports(&emulator), plan.rig(), flag.clone()).unwrap();
+        let mut arm =
+            Guarded::<XArm>::connect("xarm", &ports(&emulator), plan.rig(), flag.clone()).unwrap();
         let outcome = thread::scope(|scope| {
             scope.spawn(|| {
                 wait_for(|| emulator.pose()[2] <= 30.0);

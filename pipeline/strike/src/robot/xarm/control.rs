@@ -1,19 +1,14 @@
-//! The control port: one request after another, and a stop that goes out whatever else happens.
+//! The control port: one request after another.
 
 use std::io;
 use std::net::{SocketAddr, TcpStream};
-use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use super::wire::{self, Register, Reply};
+use crate::robot::arm::{Outlet, connect};
 
-/// How long a connection may take.
-pub(super) const CONNECT: Duration = Duration::from_secs(2);
-/// How long a reply may take. Enabling the motors takes the controller some seconds.
-const REPLY: Duration = Duration::from_secs(2);
-const ENABLE: Duration = Duration::from_secs(8);
-/// How long the socket may refuse a frame of some fifty bytes.
-const SEND: Duration = Duration::from_millis(50);
+/// Enabling the motors takes the controller some seconds more than other requests.
+const ENABLE: Duration = Duration::from_secs(6);
 /// The state that stops. The maker's `emergency_stop` enables motion again after it; this does not.
 const STOP: u8 = 4;
 /// Number of the stop's request: no other request has it.
@@ -21,91 +16,55 @@ const STOP_TRANSACTION: u16 = u16::MAX;
 /// Bits of a reply's status: an error or a warning is set, the request is invalid.
 const REFUSED: u8 = 0x40 | 0x20 | 0x08;
 
-/// Where frames go out; once stopped, nothing but a stop does.
-#[derive(Debug)]
-struct Outlet {
-    stream: TcpStream,
-    is_stopped: bool,
-}
-
-/// Stops the arm, from any thread.
-#[derive(Clone, Debug)]
-pub struct StopHandle {
-    outlet: Arc<Mutex<Outlet>>,
-}
-
-impl StopHandle {
-    /// Sends the stop. From then on nothing else is sent over this connection, by whatever thread.
-    pub fn stop(&self) -> io::Result<()> {
-        let mut outlet = self.outlet.lock().unwrap_or_else(PoisonError::into_inner);
-        outlet.is_stopped = true;
-        let frame = wire::request(STOP_TRANSACTION, Register::SetState, &[STOP]);
-        io::Write::write_all(&mut outlet.stream, &frame)
-    }
-
-    /// Whether a stop was sent.
-    pub fn is_stopped(&self) -> bool {
-        let outlet = self.outlet.lock().unwrap_or_else(PoisonError::into_inner);
-        outlet.is_stopped
-    }
-}
-
-/// A connection to the control port.
+/// A connection to the control port, and a second one that nothing but a stop goes out over: what ails the first does not ail it.
 #[derive(Debug)]
 pub(super) struct Control {
     stream: TcpStream,
-    outlet: Arc<Mutex<Outlet>>,
+    pub(super) outlet: Outlet,
+    patience: Duration,
     transaction: u16,
+    waiting: Vec<u8>,
 }
 
 impl Control {
-    pub(super) fn connect(address: SocketAddr) -> io::Result<Self> {
-        let stream = TcpStream::connect_timeout(&address, CONNECT)?;
-        stream.set_nodelay(true)?;
-        stream.set_write_timeout(Some(SEND))?;
-        let outlet = Outlet {
-            stream: stream.try_clone()?,
-            is_stopped: false,
-        };
+    pub(super) fn connect(address: SocketAddr, patience: Duration) -> io::Result<Self> {
+        let stream = connect(address, patience)?;
+        let spare = connect(address, patience)?;
+        let stop = wire::request(STOP_TRANSACTION, Register::SetState, &[STOP]);
+        let outlet = Outlet::new(vec![(stream.try_clone()?, stop.clone()), (spare, stop)]);
         Ok(Self {
             stream,
-            outlet: Arc::new(Mutex::new(outlet)),
+            outlet,
+            patience,
             transaction: 0,
+            waiting: Vec::new(),
         })
     }
 
-    pub(super) fn stop_handle(&self) -> StopHandle {
-        StopHandle {
-            outlet: self.outlet.clone(),
-        }
-    }
-
     pub(super) fn version(&mut self) -> io::Result<String> {
-        let reply = self.ask(Register::Version, &[], REPLY)?;
+        let reply = self.ask(Register::Version, &[], self.patience)?;
         let text = String::from_utf8_lossy(&reply.payload);
         Ok(text.trim_end_matches('\0').to_owned())
     }
 
     /// Error and warning code.
     pub(super) fn error(&mut self) -> io::Result<(u8, u8)> {
-        let reply = self.ask(Register::GetError, &[], REPLY)?;
+        let reply = self.ask(Register::GetError, &[], self.patience)?;
         match reply.payload[..] {
             [error, warning, ..] => Ok((error, warning)),
             _ => Err(short(&reply)),
         }
     }
 
-    pub(super) fn state(&mut self) -> io::Result<u8> {
-        let reply = self.ask(Register::GetState, &[], REPLY)?;
-        reply.payload.first().copied().ok_or_else(|| short(&reply))
-    }
-
     /// The tip's pose: x, y, z in mm, roll, pitch, yaw in rad.
     pub(super) fn pose(&mut self) -> io::Result<[f64; 6]> {
-        let reply = self.ask(Register::GetPose, &[], REPLY)?;
+        let reply = self.ask(Register::GetPose, &[], self.patience)?;
         let mut pose = [0.0; 6];
         for (i, number) in pose.iter_mut().enumerate() {
-            *number = reply.float(4 * i).ok_or_else(|| short(&reply))?;
+            *number = reply
+                .float(4 * i)
+                .filter(|number| number.is_finite())
+                .ok_or_else(|| short(&reply))?;
         }
         Ok(pose)
     }
@@ -114,30 +73,22 @@ impl Control {
     pub(super) fn enable(&mut self) -> io::Result<()> {
         /// Stands for all axes.
         const ALL: u8 = 8;
-        self.request(Register::MotionEnable, &[ALL, 1], ENABLE)
-    }
-
-    pub(super) fn set_mode(&mut self, mode: u8) -> io::Result<()> {
-        // The second byte is the maker's detection of collisions while teaching, which is left off.
-        self.request(Register::SetMode, &[mode, 0], REPLY)
+        self.request(Register::MotionEnable, &[ALL, 1], self.patience + ENABLE)
     }
 
     pub(super) fn set_state(&mut self, state: u8) -> io::Result<()> {
-        self.request(Register::SetState, &[state], REPLY)
+        self.request(Register::SetState, &[state], self.patience)
     }
 
     /// Jerk in mm/s³ of the lines that follow.
     pub(super) fn set_jerk(&mut self, jerk: f64) -> io::Result<()> {
-        self.request(Register::TcpJerk, &wire::floats(&[jerk])?, REPLY)
+        self.request(Register::TcpJerk, &wire::floats(&[jerk])?, self.patience)
     }
 
     /// Greatest acceleration in mm/s² of the lines that follow.
     pub(super) fn set_acceleration(&mut self, acceleration: f64) -> io::Result<()> {
-        self.request(
-            Register::TcpAcceleration,
-            &wire::floats(&[acceleration])?,
-            REPLY,
-        )
+        let payload = wire::floats(&[acceleration])?;
+        self.request(Register::TcpAcceleration, &payload, self.patience)
     }
 
     /// A straight line to a pose (mm, rad) at a speed (mm/s) and acceleration (mm/s²); returns once it is accepted.
@@ -147,8 +98,28 @@ impl Control {
         speed: f64,
         acceleration: f64,
     ) -> io::Result<()> {
-        let payload = wire::line_payload(pose, speed, acceleration)?;
-        self.request(Register::MoveLine, &payload, REPLY)
+        let payload = wire::line_payload(pose, speed, acceleration, 0)?;
+        self.request(Register::MoveLine, &payload, self.patience)
+    }
+
+    /// The same, only checked, from where the arm is or from the end of the line that was checked last: gives the controller's error
+    /// code, 0 where it can move it.
+    pub(super) fn check_line(
+        &mut self,
+        pose: [f64; 6],
+        speed: f64,
+        acceleration: f64,
+        is_first: bool,
+    ) -> io::Result<u8> {
+        // `only_check_type` of the maker's SDK: 1 from the real place, 2 on from what was checked last.
+        let kind = if is_first { 1 } else { 2 };
+        let payload = wire::line_payload(pose, speed, acceleration, kind)?;
+        let reply = self.ask(Register::MoveLine, &payload, self.patience)?;
+        if reply.status & REFUSED != 0 {
+            return Ok(reply.status);
+        }
+        // Two bytes of waiting requests, and the code.
+        reply.payload.get(2).copied().ok_or_else(|| short(&reply))
     }
 
     /// Sends what has no answer but its status.
@@ -170,37 +141,30 @@ impl Control {
         // From 1 up to the stop's number, which is left out.
         self.transaction = self.transaction % (STOP_TRANSACTION - 1) + 1;
         let frame = wire::request(self.transaction, register, payload);
-        {
-            let mut outlet = self.outlet.lock().unwrap_or_else(PoisonError::into_inner);
-            if outlet.is_stopped {
-                return Err(io::Error::other(
-                    "the arm was stopped: nothing more is sent to it",
-                ));
-            }
-            io::Write::write_all(&mut outlet.stream, &frame)?;
-        }
+        self.outlet.send(&self.stream, &frame)?;
         let until = Instant::now() + patience;
         loop {
-            let left = until.saturating_duration_since(Instant::now());
-            if left.is_zero() {
-                return Err(io::ErrorKind::TimedOut.into());
+            while let Some(reply) = wire::take_reply(&mut self.waiting)? {
+                // An answer that came too late.
+                if reply.transaction != self.transaction {
+                    continue;
+                }
+                if reply.register == register as u8 {
+                    return Ok(reply);
+                }
+                let why = format!("{register:?} was answered as register {}", reply.register);
+                return Err(io::Error::new(io::ErrorKind::InvalidData, why));
             }
-            self.stream.set_read_timeout(Some(left))?;
-            let reply = wire::read_reply(&mut self.stream)?;
-            // An answer to a stop, or one that came too late.
-            if reply.transaction != self.transaction {
-                continue;
-            }
-            if reply.register == register as u8 {
-                return Ok(reply);
-            }
-            let why = format!("{register:?} was answered as register {}", reply.register);
-            return Err(io::Error::new(io::ErrorKind::InvalidData, why));
+            let more = self.outlet.read(&self.stream, until)?;
+            self.waiting.extend(more);
         }
     }
 }
 
 fn short(reply: &Reply) -> io::Error {
-    let why = format!("the reply to register {} is too short", reply.register);
+    let why = format!(
+        "the reply to register {} is too short, or holds no numbers",
+        reply.register
+    );
     io::Error::new(io::ErrorKind::InvalidData, why)
 }

@@ -1,397 +1,238 @@
-//! UFACTORY's xArm7 over its private TCP protocol.
-//!
-//! The driver connects, checks, enables, moves at travel height and at most 100 mm/s to the start, down, along one straight line
-//! through the strike point, and up. It never clears an error, never clamps a value, and stops with state 4. While anything
-//! moves, every report is compared with the line that was commanded ([`guard`]); what does not keep to it is stopped from the thread
-//! that reads the reports. None of this is safety-rated.
+//! UFACTORY's xArm5, 6 and 7 and Lite6 over their private TCP protocol. Stopping is state 4.
 
 mod control;
-mod guard;
 mod ports;
-mod record;
-mod setup;
 mod version;
-mod watch;
 mod wire;
 
+use std::io;
 use std::net::TcpStream;
-use std::panic::{self, AssertUnwindSafe};
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::{Duration, Instant, SystemTime};
-use std::{fmt, io};
+use std::time::Duration;
 
-use values::Rig;
-
-pub use control::StopHandle;
-use control::{CONNECT, Control};
-use guard::{Line, norm};
+use control::Control;
 pub use ports::Ports;
-use record::samples;
-use setup::{Setup, TRAVEL};
-use version::check_version;
-use watch::Watch;
+use version::identify;
 pub use wire::{Register, line_payload, request};
 
-use super::{Robot, RobotError, StrikeRecord};
-use crate::{Plan, Ramp};
+use super::arm::{
+    Arm, CONNECT, Condition, Identity, LineRequest, Outlet, Pose, Report, Reports, Said, Status,
+    Turn, connect,
+};
 
-/// A line may take this share and this many seconds longer than planned.
-const LONGER: (f64, f64) = (0.5, 1.0);
-/// The controller settles after it was enabled within this time.
-const READY_TIMEOUT: Duration = Duration::from_secs(2);
-/// A report comes within this time, and after a stop the arm rests within it.
-const PATIENCE: Duration = Duration::from_secs(1);
-/// States of the controller: in motion, ready.
-const READY: [u8; 2] = [0, 2];
-/// Another program has paused its motion.
-const PAUSED: u8 = 3;
-/// The delivered speed may differ from the commanded one by this share before it is reported.
-const SPEED_WARNING: f64 = 0.01;
-/// Shorter lines than this, in mm, are not moved.
-const SHORTEST: f64 = 0.2;
+/// mm in a metre.
+const MM: f64 = 1e3;
+/// The reader of reports comes back this often, so that it ends with the program's use of the arm.
+const SILENT: Duration = Duration::from_secs(1);
+/// Gravity in the frame of a base that stands upright, and by how much it may differ.
+const UPRIGHT: ([f64; 3], f64) = ([0.0, 0.0, -1.0], 0.01);
+/// The controller's frame may be shifted by mm, and rad.
+const SHIFTED: (f64, f64) = (0.05, 0.001);
 
-/// What is checked last, when the tip is down at the start of the strike; it returns why the strike must not be made.
-struct LastCheck(Box<dyn FnMut() -> Result<(), String> + Send>);
+/// An arm, connected.
+#[derive(Debug)]
+pub struct XArm {
+    control: Control,
+    ports: Ports,
+    axes: u32,
+}
 
-impl fmt::Debug for LastCheck {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("LastCheck")
+/// The real-time report.
+struct Stream(TcpStream);
+
+impl Reports for Stream {
+    fn next(&mut self) -> io::Result<Report> {
+        let report = wire::read_realtime(&mut self.0)?;
+        Ok(Report {
+            clock: report.clock as f64 * 1e-6,
+            pose: pose(report.pose),
+            velocity: report.velocity.map(|speed| speed / MM),
+            condition: condition(report.mode, report.state),
+        })
     }
 }
 
-/// An xArm7, connected.
-#[derive(Debug)]
-pub struct XArm {
-    name: String,
-    ports: Ports,
-    setup: Setup,
-    control: Control,
-    watch: Watch,
-    stop: StopHandle,
-    interrupted: Arc<AtomicBool>,
-    is_moving: bool,
-    last_check: Option<LastCheck>,
+/// What the maker's numbers of mode and state mean.
+fn condition(mode: u8, state: u8) -> Condition {
+    match (mode, state) {
+        (0, 0 | 2) => Condition::Ready,
+        (0, 1) => Condition::Moving,
+        (0, 4 | 5) => Condition::Stopped(Said("state", state.into())),
+        (0, 3) => Condition::Held(Said("it is paused, state", 3)),
+        (0, _) => Condition::Held(Said("state", state.into())),
+        _ => Condition::Held(Said("mode", mode.into())),
+    }
 }
 
-impl XArm {
-    /// Connects; moves nothing. `interrupted` stops the arm once it is set, as from a signal's handler. Errors where the rig file
-    /// lacks what an arm needs, or nothing answers.
-    pub fn connect(
-        name: &str,
-        ports: Ports,
-        rig: &Rig,
-        interrupted: Arc<AtomicBool>,
-    ) -> Result<Self, RobotError> {
-        let setup = Setup::of(rig).map_err(|why| not_ready(name, why))?;
-        let failed = |error: io::Error| unreachable_arm(name, &error);
-        let control = Control::connect(ports.control).map_err(failed)?;
-        let stop = control.stop_handle();
-        let watch =
-            Watch::start(ports.realtime, stop.clone(), interrupted.clone()).map_err(failed)?;
+fn pose([x, y, z, roll, pitch, yaw]: [f64; 6]) -> Pose {
+    Pose {
+        at: [x, y, z].map(|length| length / MM),
+        turn: Turn::rpy([roll, pitch, yaw]),
+    }
+}
+
+/// The maker's numbers of a line: pose in mm and rad, mm/s, mm/s².
+fn numbers(line: &LineRequest) -> ([f64; 6], f64, f64) {
+    let [x, y, z] = line.to.at.map(|length| length * MM);
+    let [roll, pitch, yaw] = line.to.turn.to_rpy();
+    (
+        [x, y, z, roll, pitch, yaw],
+        line.speed * MM,
+        line.acceleration * MM,
+    )
+}
+
+impl Arm for XArm {
+    type Address = Ports;
+
+    fn connect(ports: &Ports, patience: Duration) -> io::Result<Self> {
         Ok(Self {
-            name: name.into(),
-            ports,
-            setup,
-            control,
-            watch,
-            stop,
-            interrupted,
-            is_moving: false,
-            last_check: None,
+            control: Control::connect(ports.control, patience)?,
+            ports: *ports,
+            axes: 7,
         })
     }
 
-    /// The same with a last check, made when the tip is down at the start of the strike: that the object still lies where it was
-    /// planned for, say. Where it errors, nothing is struck.
-    pub fn with_last_check(
-        mut self,
-        check: impl FnMut() -> Result<(), String> + Send + 'static,
-    ) -> Self {
-        self.last_check = Some(LastCheck(Box::new(check)));
-        self
+    fn place(ports: &Ports) -> String {
+        ports.control.to_string()
     }
 
-    /// Stops the arm from any thread, while it strikes too.
-    pub fn stop_handle(&self) -> StopHandle {
-        self.stop.clone()
+    fn reports(ports: &Ports) -> io::Result<Box<dyn Reports>> {
+        let stream = connect(ports.realtime, CONNECT)?;
+        stream.set_read_timeout(Some(SILENT))?;
+        Ok(Box::new(Stream(stream)))
     }
 
-    fn not_ready(&self, why: impl Into<String>) -> RobotError {
-        not_ready(&self.name, why)
+    fn outlet(&self) -> &Outlet {
+        &self.control.outlet
     }
 
-    fn unreachable(&self, error: &io::Error) -> RobotError {
-        unreachable_arm(&self.name, error)
+    fn identify(&mut self) -> io::Result<Result<Identity, String>> {
+        let version = self.control.version()?;
+        Ok(identify(&version).map(|(identity, axes)| {
+            self.axes = axes;
+            identity
+        }))
     }
 
-    /// The tool and the errors that the controller reports.
-    fn status(&self) -> io::Result<wire::Status> {
-        let mut stream = TcpStream::connect_timeout(&self.ports.report, CONNECT)?;
+    fn status(&mut self) -> io::Result<Status> {
+        let codes = self.control.error()?;
+        let mut stream = connect(self.ports.report, CONNECT)?;
         stream.set_read_timeout(Some(CONNECT))?;
-        wire::read_status(&mut stream)
+        let settings = wire::read_settings(&mut stream)?;
+        let motors = (1u8 << self.axes) - 1;
+        Ok(Status {
+            is_enabled: settings.enabled & motors == motors,
+            tool: pose(settings.tool_offset),
+            payload: settings.payload,
+            wrong: wrong(codes, &settings),
+            fence: settings
+                .fence
+                .map(|[x_high, x_low, y_high, y_low, z_high, z_low]| {
+                    let corner = |corner: [f64; 3]| corner.map(|length| length / MM);
+                    [
+                        corner([x_low, y_low, z_low]),
+                        corner([x_high, y_high, z_high]),
+                    ]
+                }),
+            changed: vec![settings.jerk, settings.acceleration],
+        })
     }
 
-    /// All motions of a strike. Errors with the line that was not ended, and why.
-    fn move_all(&mut self, plan: &Plan) -> Result<Instant, (&'static str, String)> {
-        let during = |what| move |error: io::Error| (what, error.to_string());
-        let control = &mut self.control;
-        control.enable().map_err(during("enable"))?;
-        control.set_mode(0).map_err(during("enable"))?;
-        control.set_state(0).map_err(during("enable"))?;
-        self.wait_until_ready().map_err(|why| ("enable", why))?;
-        let (jerk, acceleration) = (self.setup.jerk, self.setup.acceleration);
-        self.control.set_jerk(jerk).map_err(during("enable"))?;
-        self.control
-            .set_acceleration(acceleration.max(TRAVEL.1))
-            .map_err(during("enable"))?;
+    fn pose(&mut self) -> io::Result<Pose> {
+        self.control.pose().map(pose)
+    }
 
-        let here = self.control.pose().map_err(during("travel"))?;
-        let above = self
-            .setup
-            .high(self.setup.on_table([here[0], here[1], here[2]]));
-        let (start, stop) = (plan.start, plan.stop);
-        self.travel("lift", above)?;
-        self.travel("travel", self.setup.high(start))?;
-        self.travel("lower", self.setup.low(start))?;
-        self.watch.record();
-        if let Some(LastCheck(check)) = &mut self.last_check {
-            check().map_err(|why| ("strike", why))?;
+    fn enable(&mut self, go_on: &mut dyn FnMut() -> io::Result<()>) -> io::Result<()> {
+        // Its mode takes positions already: another one is somebody's.
+        self.control.enable()?;
+        go_on()?;
+        self.control.set_state(0)
+    }
+
+    fn set_ramp(&mut self, acceleration: f64, jerk: Option<f64>) -> io::Result<()> {
+        if let Some(jerk) = jerk {
+            self.control.set_jerk(jerk * MM)?;
         }
-        let begun = self.strike_line(plan)?;
-        self.travel("raise", self.setup.high(stop))?;
-        Ok(begun)
+        self.control.set_acceleration(acceleration * MM)
     }
 
-    /// Waits until the controller is ready to move.
-    fn wait_until_ready(&mut self) -> Result<(), String> {
-        let until = Instant::now() + READY_TIMEOUT;
-        loop {
-            let state = self.control.state().map_err(|error| error.to_string())?;
-            if READY.contains(&state) {
-                return Ok(());
-            }
-            if Instant::now() > until {
-                return Err(format!(
-                    "the controller does not become ready, state {state}"
-                ));
-            }
-            std::thread::sleep(Duration::from_millis(20));
-        }
-    }
-
-    fn travel(
-        &mut self,
-        what: &'static str,
-        to: [f64; 3],
-    ) -> Result<Instant, (&'static str, String)> {
-        let (speed, acceleration) = TRAVEL;
-        self.line(what, to, speed, acceleration, None)
-    }
-
-    fn strike_line(&mut self, plan: &Plan) -> Result<Instant, (&'static str, String)> {
-        let (speed, to) = (plan.speed * 1e3, self.setup.low(plan.stop));
-        let reached_at = plan.start.distance(plan.pre_strike) * 1e3;
-        self.line(
-            "strike",
-            to,
-            speed,
-            self.setup.acceleration,
-            Some(reached_at),
-        )
-    }
-
-    /// One straight line from where the tip is to a place in the arm's frame (mm), guarded. Gives when it was accepted.
-    fn line(
-        &mut self,
-        what: &'static str,
-        to: [f64; 3],
-        speed: f64,
-        acceleration: f64,
-        reached_at: Option<f64>,
-    ) -> Result<Instant, (&'static str, String)> {
-        let failed = |why: String| (what, why);
-        if self.interrupted.load(Ordering::Relaxed) {
-            return Err(failed("it was interrupted by a signal".into()));
-        }
-        let last = self
-            .watch
-            .next(PATIENCE)
-            .ok_or_else(|| failed("its reports ceased before the line".into()))?;
-        let [x, y, z, ..] = last.report.pose;
-        let line = Line {
-            from: [x, y, z],
-            to,
-            speed,
-            reached_at,
-        };
-        if line.length() < SHORTEST {
-            return Ok(Instant::now());
-        }
-        self.is_moving = true;
-        self.watch.guard(line);
-        let [roll, pitch, yaw] = self.setup.orientation;
-        self.control
-            .move_line([to[0], to[1], to[2], roll, pitch, yaw], speed, acceleration)
-            .map_err(|error| failed(self.watch.fault().unwrap_or_else(|| error.to_string())))?;
-        let begun = Instant::now();
-        let ramps = 2.0 * Ramp::to(speed, acceleration, Some(self.setup.jerk)).duration;
-        let (share, more) = LONGER;
-        let patience = (line.length() / speed + ramps) * (1.0 + share) + more;
-        self.watch
-            .wait_for_end(Duration::from_secs_f64(patience))
-            .map_err(failed)?;
-        Ok(begun)
-    }
-
-    /// How far (m) the tip has come since recording began.
-    fn moved(&self) -> f64 {
-        let record = self.watch.recorded();
-        let place = |sample: &guard::Sample| {
-            let [x, y, z, ..] = sample.report.pose;
-            [x, y, z]
-        };
-        record
-            .windows(2)
-            .map(|pair| guard::distance(place(&pair[0]), place(&pair[1])))
-            .sum::<f64>()
-            * 1e-3
-    }
-}
-
-impl Robot for XArm {
-    fn name(&self) -> String {
-        self.name.clone()
-    }
-
-    fn check(&mut self, plan: &Plan) -> Result<(), RobotError> {
-        let version = self.control.version().map_err(|e| self.unreachable(&e))?;
-        check_version(&version).map_err(|why| self.not_ready(why))?;
-        let (error, warning) = self.control.error().map_err(|e| self.unreachable(&e))?;
-        let status = self.status().map_err(|e| self.unreachable(&e))?;
-        for (error, warning) in [(error, warning), (status.error, status.warning)] {
-            if error != 0 || warning != 0 {
-                return Err(self.not_ready(format!(
-                    "the controller reports error {error} and warning {warning}; look them up in the arm's manual, mend the cause, and \
-                     clear them by the arm's own program"
-                )));
-            }
-        }
-        self.setup
-            .check_tool(&status)
-            .map_err(|why| self.not_ready(why))?;
-        let Some(last) = self.watch.next(PATIENCE) else {
-            return Err(self.not_ready("no real-time report comes"));
-        };
-        if norm(last.report.velocity) > 1.0 || last.report.state == 1 {
-            return Err(self.not_ready("the arm is moving"));
-        }
-        if last.report.mode != 0 || last.report.state == PAUSED {
-            return Err(self.not_ready(format!(
-                "another program uses the arm: mode {}, state {}; end it first",
-                last.report.mode, last.report.state
-            )));
-        }
-        let pose = self.control.pose().map_err(|e| self.unreachable(&e))?;
-        self.setup
-            .check_orientation(pose)
-            .map_err(|why| self.not_ready(why))?;
-        let here = self.setup.on_table([pose[0], pose[1], pose[2]]);
-        plan.check_approach(here).map_err(|why| self.not_ready(why))
-    }
-
-    fn strike(&mut self, plan: &Plan) -> Result<Option<StrikeRecord>, RobotError> {
-        let clock = (SystemTime::now(), Instant::now());
-        // The motion has a thread of its own; a panic of it stops the arm like any other failure.
-        let outcome = std::thread::scope(|scope| {
-            let motion = AssertUnwindSafe(|| self.move_all(plan));
-            let thread = scope.spawn(move || panic::catch_unwind(motion));
-            thread.join().unwrap_or_else(Err)
-        });
-        let record = self.watch.recorded();
-        match outcome {
-            Ok(Ok(begun)) => {
-                self.is_moving = false;
-                let (samples, delivered) = samples(&record, plan, &self.setup, clock, begun);
-                let warning = delivered
-                    .filter(|delivered| (delivered / plan.speed - 1.0).abs() > SPEED_WARNING)
-                    .map(|delivered| {
-                        format!(
-                            "the arm delivered {delivered:.4} m/s of {:.4} m/s at the impact: look at its load, reach and jerk",
-                            plan.speed
-                        )
-                    });
-                Ok(Some(StrikeRecord {
-                    samples,
-                    stop: None,
-                    delivered_speed: delivered,
-                    warning,
-                }))
-            }
-            failed => {
-                let stopped = self.stop.stop();
-                let (what, why) = match failed {
-                    Ok(Err(line_and_why)) => line_and_why,
-                    _ => ("strike", "the driver panicked".to_owned()),
-                };
-                let unsent = stopped.err().map_or(String::new(), |error| {
-                    format!("; the stop could not be sent: {error}")
-                });
-                let (samples, _) = samples(&record, plan, &self.setup, clock, clock.1);
-                Err(RobotError::Interrupted {
-                    robot: self.name.clone(),
-                    why: format!(
-                        "{why}, while it was to `{what}`; since the record began the tip had moved {:.3} m{unsent}",
-                        self.moved()
-                    ),
-                    samples: (!record.is_empty()).then(|| Box::new(samples)),
-                })
-            }
-        }
-    }
-
-    /// Sends the stop, again over a new connection where the arm is not seen at rest after it.
-    fn abort(&mut self) -> Result<(), RobotError> {
-        let sent = self.stop.stop();
-        self.is_moving = false;
-        if sent.is_ok() && self.watch.rests_within(PATIENCE) {
+    fn put_back(&mut self, before: &Status) -> io::Result<()> {
+        let [jerk, acceleration] = before.changed[..] else {
             return Ok(());
-        }
-        let again = Control::connect(self.ports.control).and_then(|mut control| {
-            control.set_state(4)?;
-            control.state()
-        });
-        match again {
-            Ok(4 | 5) => Ok(()),
-            Ok(state) => Err(RobotError::Connection {
-                robot: self.name.clone(),
-                why: format!("the controller was sent a stop and is in state {state}"),
-            }),
-            Err(error) => Err(self.unreachable(&error)),
-        }
+        };
+        self.control.set_jerk(jerk)?;
+        self.control.set_acceleration(acceleration)
+    }
+
+    fn can_move(&mut self, line: &LineRequest, is_first: bool) -> io::Result<Result<(), String>> {
+        let (pose, speed, acceleration) = numbers(line);
+        let code = self
+            .control
+            .check_line(pose, speed, acceleration, is_first)?;
+        Ok(match code {
+            0 => Ok(()),
+            code => Err(format!(
+                "code {code} (a joint's limit or speed, or the arm's own parts: look it up in the arm's manual); lay the object elsewhere, \
+                 or begin from another pose"
+            )),
+        })
+    }
+
+    fn line(&mut self, line: &LineRequest) -> io::Result<()> {
+        let (pose, speed, acceleration) = numbers(line);
+        self.control.move_line(pose, speed, acceleration)
     }
 }
 
-impl Drop for XArm {
-    /// Whatever ends the program's use of it: what moves is stopped.
-    fn drop(&mut self) {
-        if self.is_moving {
-            // Nobody is left to report an error to.
-            let _ = self.stop.stop();
+/// Why an arm that is set so must not strike.
+fn wrong((error, warning): (u8, u8), settings: &wire::Settings) -> Vec<String> {
+    let mut wrong = Vec::new();
+    for (error, warning) in [(error, warning), (settings.error, settings.warning)] {
+        if error != 0 || warning != 0 {
+            wrong.push(format!(
+                "the controller reports error {error} and warning {warning}; look them up in the arm's manual, mend the cause, and clear \
+                 them by the arm's own program"
+            ));
         }
     }
-}
-
-fn not_ready(name: &str, why: impl Into<String>) -> RobotError {
-    RobotError::NotReady {
-        robot: name.into(),
-        why: why.into(),
+    let (far, turned) = SHIFTED;
+    let [x, y, z, turns @ ..] = settings.world_offset;
+    let is_shifted =
+        [x, y, z].iter().any(|v| v.abs() > far) || turns.iter().any(|v| v.abs() > turned);
+    if is_shifted || settings.world_offset.iter().any(|v| !v.is_finite()) {
+        wrong.push(format!(
+            "the controller shifts its frame by the world offset {:?} (mm, rad); set it to zero by the arm's own program, and state where \
+             the base stands in the rig file: robot.base, base_yaw, base_height",
+            settings.world_offset
+        ));
     }
-}
-
-fn unreachable_arm(name: &str, error: &io::Error) -> RobotError {
-    RobotError::Connection {
-        robot: name.into(),
-        why: format!("{error}; check its power and network, and that no other program drives it"),
+    let (upright, tilted) = UPRIGHT;
+    let is_upright = settings
+        .gravity
+        .iter()
+        .zip(upright)
+        .all(|(a, b)| (a - b).abs() <= tilted);
+    for (is_wrong, what) in [
+        (
+            !is_upright,
+            "the controller is set to an arm that does not stand upright (mount direction); set it as the arm stands, which must be upright",
+        ),
+        (
+            settings.sensitivity == 0,
+            "the arm's detection of collisions is off (sensitivity 0); set it to 1 or more by the arm's own program",
+        ),
+        (
+            settings.is_reduced,
+            "the arm is in reduced mode, which lowers speeds in silence; leave it by the arm's own program",
+        ),
+        (
+            settings.is_simulated,
+            "the controller only simulates its arm; leave that by the arm's own program",
+        ),
+    ] {
+        if is_wrong {
+            wrong.push(what.into());
+        }
     }
+    wrong
 }

@@ -12,7 +12,7 @@ pub struct Ports {
     pub control: SocketAddr,
     /// The real-time report.
     pub realtime: SocketAddr,
-    /// The ordinary report.
+    /// The rich report.
     pub report: SocketAddr,
 }
 

@@ -9,8 +9,8 @@ use std::io::{self, ErrorKind, Read};
 pub const CONTROL_PORT: u16 = 502;
 /// Port of the real-time report, at up to 250 Hz.
 pub const REALTIME_PORT: u16 = 30_000;
-/// Port of the ordinary report, at 5 Hz: it also holds the tool and the errors.
-pub const REPORT_PORT: u16 = 30_001;
+/// Port of the rich report, at 5 Hz: it holds what the controller is set to.
+pub const REPORT_PORT: u16 = 30_002;
 
 /// The private protocol's number in a header.
 const PROTOCOL: u16 = 2;
@@ -20,8 +20,8 @@ const HEADER: usize = 7;
 const LONGEST_REPLY: usize = 1024;
 /// Bytes of a real-time report up to the last field that is read; whole ones have 804.
 const LEAST_REALTIME: usize = 520;
-/// Bytes of an ordinary report up to the payload.
-const LEAST_REPORT: usize = 131;
+/// Bytes of a rich report up to the last field that is read.
+const LEAST_REPORT: usize = 573;
 /// Longest report that is read, in bytes.
 const LONGEST_REPORT: usize = 4096;
 
@@ -35,12 +35,8 @@ pub enum Register {
     MotionEnable = 11,
     /// Sets the state: 0 ready, 4 stop.
     SetState = 12,
-    /// The state.
-    GetState = 13,
     /// Error and warning code.
     GetError = 15,
-    /// Sets the mode: 0 takes positions.
-    SetMode = 19,
     /// A straight line to a pose.
     MoveLine = 21,
     /// Jerk of straight lines, in mm/s³.
@@ -76,9 +72,14 @@ pub fn floats(numbers: &[f64]) -> io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// The payload of a straight line to a pose (mm, rad) at a speed (mm/s) and acceleration (mm/s²). Errors where a number is not
-/// finite.
-pub fn line_payload(pose: [f64; 6], speed: f64, acceleration: f64) -> io::Result<Vec<u8>> {
+/// The payload of a straight line to a pose (mm, rad) at a speed (mm/s) and acceleration (mm/s²); `only_check` is 0 for one that is moved.
+/// Errors where a number is not finite.
+pub fn line_payload(
+    pose: [f64; 6],
+    speed: f64,
+    acceleration: f64,
+    only_check: u8,
+) -> io::Result<Vec<u8>> {
     /// No blending into the next line.
     const NO_RADIUS: f64 = -1.0;
     /// As fast as speed and acceleration allow.
@@ -86,8 +87,8 @@ pub fn line_payload(pose: [f64; 6], speed: f64, acceleration: f64) -> io::Result
     let mut numbers = pose.to_vec();
     numbers.extend([speed, acceleration, NO_TIME, NO_RADIUS]);
     let mut payload = floats(&numbers)?;
-    // In the base's frame, roll-pitch-yaw, moved and not only checked.
-    payload.extend([0, 0, 0]);
+    // In the base's frame, roll-pitch-yaw, moved or only checked.
+    payload.extend([0, 0, only_check]);
     Ok(payload)
 }
 
@@ -111,23 +112,28 @@ impl Reply {
     }
 }
 
-/// Reads one reply. Errors where it makes no sense: what follows cannot be trusted either.
-pub fn read_reply(stream: &mut impl Read) -> io::Result<Reply> {
-    let mut header = [0; 6];
-    stream.read_exact(&mut header)?;
-    let number = |at: usize| u16::from_be_bytes([header[at], header[at + 1]]);
-    let length = usize::from(number(4));
-    if number(2) != PROTOCOL || !(2..=LONGEST_REPLY).contains(&length) {
-        return Err(garbage(format!("a reply begins with {header:02x?}")));
+/// Takes the first reply out of what came; none where it is not whole yet. Errors where it makes no sense: what follows cannot be trusted
+/// either.
+pub fn take_reply(came: &mut Vec<u8>) -> io::Result<Option<Reply>> {
+    let number = |at: usize| Some(u16::from_be_bytes([*came.get(at)?, *came.get(at + 1)?]));
+    let (Some(transaction), Some(protocol), Some(length)) = (number(0), number(2), number(4))
+    else {
+        return Ok(None);
+    };
+    let length = usize::from(length);
+    if protocol != PROTOCOL || !(2..=LONGEST_REPLY).contains(&length) {
+        return Err(garbage(format!("a reply begins with {:02x?}", &came[..6])));
     }
-    let mut body = vec![0; length];
-    stream.read_exact(&mut body)?;
-    Ok(Reply {
-        transaction: number(0),
-        register: body[0],
-        status: body[1],
-        payload: body.split_off(2),
-    })
+    if came.len() < 6 + length {
+        return Ok(None);
+    }
+    let frame: Vec<u8> = came.drain(..6 + length).collect();
+    Ok(Some(Reply {
+        transaction,
+        register: frame[6],
+        status: frame[7],
+        payload: frame[8..].to_vec(),
+    }))
 }
 
 /// A sample of the real-time report: pose and speed as measured.
@@ -145,9 +151,11 @@ pub struct Realtime {
     pub velocity: [f64; 3],
 }
 
-/// Tool and errors, as the ordinary report gives them.
+/// What the controller is set to, as the rich report gives it. Its layout is that of the maker's SDK.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Status {
+pub struct Settings {
+    /// Bits of the motors that are enabled and free of their brakes.
+    pub enabled: u8,
     /// Error code; 0 where there is none.
     pub error: u8,
     /// Warning code; 0 where there is none.
@@ -156,6 +164,22 @@ pub struct Status {
     pub tool_offset: [f64; 6],
     /// Mass of the tool, in kg.
     pub payload: f64,
+    /// Sensitivity of the detection of collisions; 0 is off.
+    pub sensitivity: u8,
+    /// Direction of gravity in the base's frame.
+    pub gravity: [f64; 3],
+    /// mm/s³.
+    pub jerk: f64,
+    /// Greatest acceleration of lines, in mm/s².
+    pub acceleration: f64,
+    /// Where the base's frame lies in the one that poses are given in: mm and rad.
+    pub world_offset: [f64; 6],
+    /// Whether motions are only simulated.
+    pub is_simulated: bool,
+    /// Whether speeds are held below those of reduced mode.
+    pub is_reduced: bool,
+    /// x high and low, y high and low, z high and low, in mm, where the fence is on.
+    pub fence: Option<[f64; 6]>,
 }
 
 /// Reads one real-time report.
@@ -182,16 +206,46 @@ pub fn read_realtime(stream: &mut impl Read) -> io::Result<Realtime> {
     }
 }
 
-/// Reads one ordinary report.
-pub fn read_status(stream: &mut impl Read) -> io::Result<Status> {
+/// Reads one rich report. Errors where a number of it is none.
+pub fn read_settings(stream: &mut impl Read) -> io::Result<Settings> {
     let frame = read_report(stream, LEAST_REPORT)?;
-    let vector = std::array::from_fn(|i| float(&frame, 91 + 4 * i).unwrap_or(f64::NAN));
-    Ok(Status {
+    let number = |at: usize| float(&frame, at).unwrap_or(f64::NAN);
+    let six = |at: usize| std::array::from_fn(|i| number(at + 4 * i));
+    let short = |at: usize| f64::from(i16::from_le_bytes([frame[at], frame[at + 1]]));
+    let settings = Settings {
+        enabled: frame[87] & frame[88],
         error: frame[89],
         warning: frame[90],
-        tool_offset: vector,
-        payload: float(&frame, 115).unwrap_or(f64::NAN),
-    })
+        tool_offset: six(91),
+        payload: number(115),
+        sensitivity: frame[131],
+        gravity: [number(133), number(137), number(141)],
+        jerk: number(181),
+        acceleration: number(189),
+        world_offset: six(288),
+        is_simulated: frame[314] != 0,
+        is_reduced: frame[495] != 0 || frame[494] & 1 != 0,
+        fence: (frame[572] != 0).then(|| std::array::from_fn(|i| short(496 + 2 * i))),
+    };
+    let [x, y, z] = settings.gravity;
+    let is_finite = [
+        settings.payload,
+        settings.jerk,
+        settings.acceleration,
+        x,
+        y,
+        z,
+    ]
+    .iter()
+    .chain(&settings.tool_offset)
+    .all(|number| number.is_finite());
+    if is_finite {
+        Ok(settings)
+    } else {
+        Err(garbage(
+            "a report of its settings holds what is no number".into(),
+        ))
+    }
 }
 
 fn read_report(stream: &mut impl Read, least: usize) -> io::Result<Vec<u8>> {
@@ -239,11 +293,14 @@ mod tests {
             &[0xff; 64],
             &[0, 0, 0, 0],
         ] {
-            assert!(read_reply(&mut &*bytes).is_err());
+            assert!(!matches!(take_reply(&mut bytes.to_vec()), Ok(Some(_))));
             assert!(read_realtime(&mut &*bytes).is_err());
-            assert!(read_status(&mut &*bytes).is_err());
+            assert!(read_settings(&mut &*bytes).is_err());
         }
-        let reply = read_reply(&mut &[0, 9, 0, 2, 0, 3, 13, 0x10, 4][..]).expect("a reply");
+        assert!(take_reply(&mut vec![0xff; 64]).is_err());
+        let mut came = vec![0, 9, 0, 2, 0, 3, 13, 0x10, 4, 7];
+        let reply = take_reply(&mut came).expect("sound").expect("whole");
+        assert_eq!(came, [7]);
         assert_eq!(
             (reply.transaction, reply.status, &*reply.payload),
             (9, 0x10, &[4][..])

@@ -1,0 +1,28 @@
+//! What the operator of a collection is told.
+
+use std::time::Duration;
+
+use super::request::StrikeRequest;
+use crate::Refusal;
+
+/// Progress of a collection, for its operator.
+#[derive(Clone, Debug)]
+pub enum CollectEvent {
+    /// Where the object is to be put, in m.
+    Put(StrikeRequest),
+    /// What is waited for until it lies ready.
+    Waiting(String),
+    /// The arm moves after so long: a person is told to step back, whatever else is not shown.
+    StepBack(Duration),
+    /// A requested command that cannot be struck from where the object lies: it is left out.
+    LeftOut(Refusal),
+    /// A strike that can be used.
+    Kept {
+        /// Usable strikes so far.
+        strikes: usize,
+        /// A warning for the operator.
+        warning: Option<String>,
+    },
+    /// A strike whose log cannot be used, and why.
+    Useless(String),
+}

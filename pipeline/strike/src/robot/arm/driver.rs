@@ -1,0 +1,166 @@
+//! What a maker's driver is: connect, status, a stream of reports, a line, a stop. All else is [`super::Guarded`]'s, once for every arm.
+//!
+//! Lengths are m, speeds m/s, angles rad, in the frame of the arm's base.
+
+use std::fmt;
+use std::io;
+use std::time::Duration;
+
+use super::outlet::Outlet;
+use super::turn::Turn;
+
+/// Where the tip is, and how it is turned.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pose {
+    /// x, y, z in m.
+    pub at: [f64; 3],
+    /// Its orientation.
+    pub turn: Turn,
+}
+
+/// Distance in m of two places.
+pub(crate) fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
+    norm(std::array::from_fn(|i| a[i] - b[i]))
+}
+
+/// Length of a vector.
+pub(crate) fn norm(vector: [f64; 3]) -> f64 {
+    vector.iter().map(|v| v * v).sum::<f64>().sqrt()
+}
+
+/// A state or mode of a controller, in its maker's words and number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Said(pub &'static str, pub i64);
+
+impl fmt::Display for Said {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} {}", self.0, self.1)
+    }
+}
+
+/// Whether a controller takes lines.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Condition {
+    /// It takes them, and moves on none.
+    Ready,
+    /// It moves.
+    Moving,
+    /// It was stopped, or not made ready yet: a new call may make it ready.
+    Stopped(Said),
+    /// Another program, a pause or a fault holds it: a person must release it.
+    Held(Said),
+}
+
+/// One report of the stream: what the arm does, as measured.
+#[derive(Clone, Copy, Debug)]
+pub struct Report {
+    /// The controller's clock, in s.
+    pub clock: f64,
+    /// Where the tip is.
+    pub pose: Pose,
+    /// Its velocity along x, y, z, in m/s.
+    pub velocity: [f64; 3],
+    /// Whether the controller takes lines.
+    pub condition: Condition,
+}
+
+/// Reports, one after another.
+pub trait Reports: Send {
+    /// The next one; it may wait for a second. Errors where it makes no sense or none comes any more.
+    fn next(&mut self) -> io::Result<Report>;
+}
+
+/// What an arm can do at the most. Controllers clamp in silence what is above.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ArmLimits {
+    /// m/s.
+    pub speed: f64,
+    /// m/s².
+    pub acceleration: f64,
+    /// m/s³; none for an arm whose lines change their acceleration at once.
+    pub jerk: Option<f64>,
+    /// A line begins within this time of being sent.
+    pub start: Duration,
+}
+
+/// Which arm it is.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Identity {
+    /// Its serial number.
+    pub serial: String,
+    /// What it can do.
+    pub limits: ArmLimits,
+}
+
+/// What a controller is set to and in.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Status {
+    /// Whether motors are enabled and brakes released.
+    pub is_enabled: bool,
+    /// The tip's centre in the flange's frame.
+    pub tool: Pose,
+    /// The tool's mass, in kg.
+    pub payload: f64,
+    /// Why it must not strike as it is set, in the maker's words, with what to mend: errors, reduced mode, a shifted frame, detection of
+    /// collisions that is off.
+    pub wrong: Vec<String>,
+    /// Corners, low and high, of the box that its own fence holds the tip in, in m; none where it has none on.
+    pub fence: Option<[[f64; 3]; 2]>,
+    /// Settings that a strike changes, to be put back as they were: the driver's own numbers.
+    pub changed: Vec<f64>,
+}
+
+/// A straight line of the tip, from wherever it is.
+#[derive(Clone, Copy, Debug)]
+pub struct LineRequest {
+    /// Where it ends.
+    pub to: Pose,
+    /// m/s.
+    pub speed: f64,
+    /// m/s².
+    pub acceleration: f64,
+}
+
+/// An arm of one maker, connected. Nothing here judges, guards or retries.
+pub trait Arm: Sized + Send {
+    /// Where it listens.
+    type Address: Clone + fmt::Debug + Send;
+
+    /// Connects; changes nothing. A reply may take `patience`.
+    fn connect(address: &Self::Address, patience: Duration) -> io::Result<Self>;
+
+    /// What the arm listens at, as a text that is the same for the same arm.
+    fn place(address: &Self::Address) -> String;
+
+    /// A stream of its own of reports, at 100 Hz or more.
+    fn reports(address: &Self::Address) -> io::Result<Box<dyn Reports>>;
+
+    /// Where its requests go out, and its stop.
+    fn outlet(&self) -> &Outlet;
+
+    /// Which arm it is. The inner error says that this arm or its software is not driven.
+    fn identify(&mut self) -> io::Result<Result<Identity, String>>;
+
+    /// What it is set to.
+    fn status(&mut self) -> io::Result<Status>;
+
+    /// Where the tip is, asked apart from the stream.
+    fn pose(&mut self) -> io::Result<Pose>;
+
+    /// Makes it ready for lines; moves nothing. `go_on` is asked right before a stop would be taken back: it errors where somebody has
+    /// stopped the arm meanwhile.
+    fn enable(&mut self, go_on: &mut dyn FnMut() -> io::Result<()>) -> io::Result<()>;
+
+    /// Sets jerk and acceleration of the lines that follow.
+    fn set_ramp(&mut self, acceleration: f64, jerk: Option<f64>) -> io::Result<()>;
+
+    /// Sets what [`Status::changed`] holds, as it was.
+    fn put_back(&mut self, before: &Status) -> io::Result<()>;
+
+    /// Asks the controller whether it can move this line, the first from where the arm is, each other one from where the one before ends:
+    /// joint limits, its own parts, speeds of its joints. Moves nothing. The inner error is the controller's.
+    fn can_move(&mut self, line: &LineRequest, is_first: bool) -> io::Result<Result<(), String>>;
+
+    /// Sends a line, and returns once it is accepted.
+    fn line(&mut self, line: &LineRequest) -> io::Result<()>;
+}

@@ -1,0 +1,596 @@
+//! A robot of any maker's driver: what is checked, in which order it moves, and how it is stopped.
+
+use std::panic::{self, AssertUnwindSafe};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+use std::{fmt, io};
+
+use values::{Point, Rig};
+
+use super::claim::Claim;
+use super::driver::{Arm, ArmLimits, Condition, LineRequest, Pose, Status, distance, norm};
+use super::guard::Sample;
+use super::line::{Line, Profile};
+use super::outlet::{CONNECT, Outlet};
+use super::record::samples;
+use super::setup::{Setup, TRAVEL};
+use super::signals::tell;
+use super::watch::Watch;
+use crate::Plan;
+use crate::robot::{Robot, RobotError, StrikeRecord};
+
+/// A line may take this share and this many seconds longer than planned.
+const LONGER: (f64, f64) = (0.5, 1.0);
+/// The controller settles after it was made ready within this time.
+const READY: Duration = Duration::from_secs(2);
+/// A report comes within this time.
+const PATIENCE: Duration = Duration::from_secs(1);
+/// After a stop: rest is asked for anew so often, a person is told after, and it is given up after.
+const AGAIN: Duration = Duration::from_millis(50);
+const TELL: Duration = Duration::from_millis(400);
+const GIVE_UP: Duration = Duration::from_millis(1_500);
+/// An arm that was sent a line and has not answered is watched, and stopped again and again, for so long: the line may come late.
+const ON_ITS_WAY: Duration = Duration::from_secs(3);
+/// How long a new connection may take to ask after a stop.
+const QUICK: Duration = Duration::from_millis(250);
+/// A pose that is asked for and the reports agree within m and rad.
+const SAME: (f64, f64) = (0.001, 0.01);
+/// Slower than this, in m/s, is rest.
+const SLOW: f64 = 0.001;
+/// Positions of an arm at rest lie within so many m over so many questions.
+const REST: (f64, u32) = (0.0003, 4);
+/// The delivered speed may differ from the commanded one by this share before it is reported.
+const SPEED_WARNING: f64 = 0.01;
+/// Shorter lines than this, in m, are not moved.
+const SHORTEST: f64 = 0.0002;
+
+/// When it is looked whether the object still lies where the strike was planned for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Look {
+    /// Before the tip goes down.
+    BeforeDescent,
+    /// When the tip is down at the start: the strike is next.
+    BeforeStrike,
+}
+
+/// Looks, and returns why the tip must not go down or strike.
+struct LookFirst(Box<dyn FnMut(Look) -> Result<(), String> + Send>);
+
+impl fmt::Debug for LookFirst {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("LookFirst")
+    }
+}
+
+/// What was to be done, and why it was not.
+type Undone = (&'static str, String);
+
+/// An arm, connected and claimed.
+#[derive(Debug)]
+pub struct Guarded<D: Arm> {
+    name: String,
+    address: D::Address,
+    setup: Setup,
+    limits: ArmLimits,
+    driver: D,
+    watch: Watch,
+    interrupted: Arc<AtomicBool>,
+    is_moving: bool,
+    /// It was found ready, or made so, in this call: whoever stops it from then on is in charge.
+    was_ready: bool,
+    /// What the controller was set to before a strike changed it.
+    before: Option<Status>,
+    /// A line was sent and not answered: it may still be on its way.
+    is_unanswered: bool,
+    /// When the strike's line was accepted.
+    begun: Option<Instant>,
+    look: Option<LookFirst>,
+    _claims: [Claim; 2],
+}
+
+impl<D: Arm> Guarded<D> {
+    /// Connects; moves nothing. `interrupted` stops the arm once it is set, as from a signal's handler. Errors where the rig file
+    /// lacks what an arm needs, another program has the arm, it is none that is driven, or nothing answers.
+    pub fn connect(
+        name: &str,
+        address: &D::Address,
+        rig: &Rig,
+        interrupted: Arc<AtomicBool>,
+    ) -> Result<Self, RobotError> {
+        let setup = Setup::of(rig).map_err(|why| not_ready(name, why))?;
+        let failed = |error: io::Error| unreachable_arm(name, &error);
+        let claim = |what: &str| match Claim::take(what) {
+            Ok(Some(claim)) => Ok(claim),
+            Ok(None) => Err(RobotError::Busy { robot: name.into() }),
+            Err(error) => Err(not_ready(name, format!("it could not be claimed: {error}"))),
+        };
+        let by_place = claim(&D::place(address))?;
+        let mut driver = D::connect(address, CONNECT).map_err(failed)?;
+        let identity = driver
+            .identify()
+            .map_err(failed)?
+            .map_err(|why| not_ready(name, why))?;
+        let by_serial = claim(&identity.serial)?;
+        setup
+            .check_limits(&identity.limits)
+            .map_err(|why| not_ready(name, why))?;
+        let reports = D::reports(address).map_err(failed)?;
+        let watch =
+            Watch::start(reports, driver.outlet().clone(), interrupted.clone()).map_err(failed)?;
+        Ok(Self {
+            name: name.into(),
+            address: address.clone(),
+            setup,
+            limits: identity.limits,
+            driver,
+            watch,
+            interrupted,
+            is_moving: false,
+            is_unanswered: false,
+            was_ready: false,
+            before: None,
+            begun: None,
+            look: None,
+            _claims: [by_place, by_serial],
+        })
+    }
+
+    /// Looks at the object before the tip goes down, and before it strikes. Where a look errors, nothing is struck.
+    pub fn look_first(
+        &mut self,
+        look: impl FnMut(Look) -> Result<(), String> + Send + 'static,
+    ) -> &mut Self {
+        self.look = Some(LookFirst(Box::new(look)));
+        self
+    }
+
+    /// Stops the arm from any thread, while it strikes too.
+    pub fn stop_handle(&self) -> Outlet {
+        self.driver.outlet().clone()
+    }
+
+    fn not_ready(&self, why: impl Into<String>) -> RobotError {
+        not_ready(&self.name, why)
+    }
+
+    fn unreachable(&self, error: &io::Error) -> RobotError {
+        unreachable_arm(&self.name, error)
+    }
+
+    /// The arm at rest, as reports show it, and that nobody has stopped it since it was ready. Moves nothing.
+    fn at_rest(&self) -> Result<Sample, String> {
+        let begun = Instant::now();
+        loop {
+            let last = self.watch.next(PATIENCE)?;
+            self.is_nobodys()?;
+            let condition = last.report.condition;
+            if let Condition::Held(said) = condition {
+                return Err(format!(
+                    "another program uses the arm, or it is held: {said}; end that first"
+                ));
+            }
+            if let (Condition::Stopped(said), true) = (condition, self.was_ready) {
+                return Err(stopped_by_somebody(&said.to_string()));
+            }
+            let is_slow = norm(last.report.velocity) <= SLOW;
+            if is_slow && condition != Condition::Moving && self.watch.rests() == Some(true) {
+                return Ok(last);
+            }
+            if begun.elapsed() > PATIENCE {
+                return Err("the arm is moving".into());
+            }
+        }
+    }
+
+    /// Nobody else has stopped or taken the arm since this program was started.
+    fn is_nobodys(&self) -> Result<(), String> {
+        match self.watch.taken() {
+            None => Ok(()),
+            Some(said) => Err(stopped_by_somebody(&said)),
+        }
+    }
+
+    /// Where the tip is: what is asked for and what is reported agree, and the strike may be made from there.
+    fn here(&mut self, plan: &Plan) -> Result<Pose, String> {
+        let asked = self.driver.pose().map_err(|error| error.to_string())?;
+        let shown = self.watch.next(PATIENCE)?.report.pose;
+        let (far, turned) = SAME;
+        let apart = distance(asked.at, shown.at);
+        if apart > far || asked.turn.angle_to(shown.turn) > turned {
+            return Err(format!(
+                "asked for its pose, the controller answers {:?} m, and its reports say {:?} m: they contradict each other",
+                asked.at, shown.at
+            ));
+        }
+        self.setup.check_orientation(&shown)?;
+        plan.check_approach(self.setup.on_table(shown.at))?;
+        Ok(shown)
+    }
+
+    /// The lines of a strike from a place (m on the table): what they are called, and where they end.
+    fn lines(&self, plan: &Plan, here: Point) -> [(&'static str, LineRequest); 5] {
+        let (speed, acceleration) = TRAVEL;
+        let travel = |to| LineRequest {
+            to,
+            speed,
+            acceleration,
+        };
+        let setup = &self.setup;
+        [
+            ("lift", travel(setup.high(here))),
+            ("travel", travel(setup.high(plan.start))),
+            ("lower", travel(setup.low(plan.start))),
+            (
+                "strike",
+                LineRequest {
+                    to: setup.low(plan.stop),
+                    speed: plan.speed,
+                    acceleration: setup.acceleration,
+                },
+            ),
+            ("raise", travel(setup.high(plan.stop))),
+        ]
+    }
+
+    /// All motions of a strike. Errors with the line that was not ended, and why.
+    fn move_all(&mut self, plan: &Plan) -> Result<(), Undone> {
+        self.make_ready().map_err(|why| ("enable", why))?;
+        // What is commanded from here on begins where the arm really is: it may have been moved since it was checked.
+        let here = self.here(plan).map_err(|why| ("enable", why))?;
+        let mut at = here.at;
+        let lines = self.lines(plan, self.setup.on_table(here.at));
+        for (number, (what, line)) in lines.iter().enumerate() {
+            let answer = self.driver.can_move(line, number == 0);
+            answer
+                .map_err(|error| ("enable", error.to_string()))?
+                .map_err(|why| {
+                    let why = format!("the controller says that it cannot `{what}`: {why}");
+                    ("enable", why)
+                })?;
+        }
+        tell(&format!("{}: the arm moves now: stand clear", self.name));
+        for (what, line) in lines {
+            if what == "lower" {
+                self.look(Look::BeforeDescent).map_err(|why| (what, why))?;
+            }
+            let mut reached_at = None;
+            if what == "strike" {
+                self.watch.record();
+                self.look(Look::BeforeStrike).map_err(|why| (what, why))?;
+                reached_at = Some(plan.start.distance(plan.pre_strike));
+            }
+            self.line(&line, at, reached_at)
+                .map_err(|why| (what, why))?;
+            at = line.to.at;
+        }
+        Ok(())
+    }
+
+    fn look(&mut self, when: Look) -> Result<(), String> {
+        match &mut self.look {
+            Some(LookFirst(look)) => look(when),
+            None => Ok(()),
+        }
+    }
+
+    /// Makes the controller ready for lines: where it is not, once a call, and not where somebody stops it meanwhile.
+    fn make_ready(&mut self) -> Result<(), String> {
+        let text = |error: io::Error| error.to_string();
+        let status = self.driver.status().map_err(text)?;
+        self.is_nobodys()?;
+        let is_ready =
+            status.is_enabled && self.watch.next(PATIENCE)?.report.condition == Condition::Ready;
+        if !is_ready {
+            if self.was_ready {
+                return Err(stopped_by_somebody(
+                    "its motors are off, or it is not ready",
+                ));
+            }
+            let (watch, interrupted) = (&self.watch, &self.interrupted);
+            self.driver
+                .enable(&mut || {
+                    if interrupted.load(Ordering::Relaxed) {
+                        return Err(io::Error::other("it was interrupted by a signal"));
+                    }
+                    // Two reports: one may have been on its way.
+                    for _ in 0..2 {
+                        watch.next(PATIENCE).map_err(io::Error::other)?;
+                    }
+                    match watch.taken() {
+                        None => Ok(()),
+                        Some(said) => Err(io::Error::other(stopped_by_somebody(&said))),
+                    }
+                })
+                .map_err(text)?;
+        }
+        let until = Instant::now() + READY;
+        loop {
+            let last = self.watch.next(PATIENCE)?;
+            self.is_nobodys()?;
+            match last.report.condition {
+                Condition::Ready => break,
+                Condition::Moving => {
+                    return Err(
+                        "the arm moves, and no line was sent: another program drives it".into(),
+                    );
+                }
+                condition if Instant::now() > until => {
+                    return Err(format!(
+                        "the controller does not become ready: {condition:?}"
+                    ));
+                }
+                _ => std::thread::sleep(Duration::from_millis(10)),
+            }
+        }
+        self.was_ready = true;
+        self.watch.guard_rest();
+        self.before.get_or_insert(status);
+        self.driver
+            .set_ramp(self.setup.acceleration.max(TRAVEL.1), self.setup.jerk)
+            .map_err(text)
+    }
+
+    /// One straight line from where the tip is, which is to be `from`, guarded.
+    fn line(
+        &mut self,
+        request: &LineRequest,
+        from: [f64; 3],
+        reached_at: Option<f64>,
+    ) -> Result<(), String> {
+        if self.interrupted.load(Ordering::Relaxed) {
+            return Err("it was interrupted by a signal".into());
+        }
+        let last = self.watch.next(PATIENCE)?;
+        self.is_nobodys()?;
+        if let Some(fault) = self.watch.fault() {
+            return Err(fault);
+        }
+        let at = last.report.pose.at;
+        if distance(at, from) > SAME.0 {
+            return Err(format!(
+                "the tip is {:.1} mm from where the line is to begin",
+                distance(at, from) * 1e3
+            ));
+        }
+        let length = distance(at, request.to.at);
+        if length < SHORTEST {
+            return Ok(());
+        }
+        let profile = Profile::new(length, request.speed, request.acceleration, self.setup.jerk);
+        self.is_moving = true;
+        self.watch.guard(Line {
+            from: at,
+            to: request.to,
+            speed: request.speed,
+            reached_at,
+            profile,
+            start: self.limits.start.as_secs_f64(),
+        });
+        let sent = Instant::now();
+        self.is_unanswered = true;
+        let accepted = self.driver.line(request);
+        self.is_unanswered = accepted.is_err();
+        if reached_at.is_some() {
+            self.begun = Some(sent);
+        }
+        accepted.map_err(|error| self.watch.fault().unwrap_or_else(|| error.to_string()))?;
+        let (share, more) = LONGER;
+        let patience = profile.duration * (1.0 + share) + more;
+        self.watch.wait_for_end(Duration::from_secs_f64(patience))
+    }
+
+    /// How far (m) the tip has come in a record.
+    fn moved(record: &[Sample]) -> f64 {
+        let place = |sample: &Sample| sample.report.pose.at;
+        record
+            .windows(2)
+            .map(|pair| distance(place(&pair[0]), place(&pair[1])))
+            .sum()
+    }
+
+    /// Whether the arm rests, by every source that answers: the reports, and a connection of its own that asks for the pose. None where
+    /// neither answers.
+    fn is_at_rest(&self, asking: &mut Option<D>) -> Option<bool> {
+        let by_reports = self.watch.rests();
+        if by_reports == Some(false) {
+            return Some(false);
+        }
+        if asking.is_none() {
+            *asking = D::connect(&self.address, QUICK).ok();
+        }
+        let by_answers = asking.as_mut().and_then(|driver| {
+            let (far, times) = REST;
+            let first = driver.pose().ok()?.at;
+            for _ in 1..times {
+                std::thread::sleep(AGAIN);
+                if distance(driver.pose().ok()?.at, first) > far {
+                    return Some(false);
+                }
+            }
+            Some(true)
+        });
+        if by_answers.is_none() {
+            *asking = None;
+        }
+        by_answers.or(by_reports)
+    }
+
+    /// Sets the controller as it was before the strike; gives a warning where that fails.
+    fn put_back(driver: &mut D, before: Option<Status>) -> Option<String> {
+        let error = driver.put_back(&before?).err()?;
+        Some(format!(
+            "the controller's settings were not put back as they were: {error}"
+        ))
+    }
+}
+
+impl<D: Arm> Robot for Guarded<D> {
+    fn name(&self) -> String {
+        self.name.clone()
+    }
+
+    fn check(&mut self, plan: &Plan) -> Result<(), RobotError> {
+        let status = self.driver.status().map_err(|e| self.unreachable(&e))?;
+        self.setup
+            .check_status(&status)
+            .map_err(|why| self.not_ready(why))?;
+        let rest = self.at_rest().map_err(|why| self.not_ready(why))?;
+        let here = self.here(plan).map_err(|why| self.not_ready(why))?;
+        for (_, line) in self.lines(plan, self.setup.on_table(rest.report.pose.at)) {
+            self.setup
+                .check_fence(&status, line.to.at)
+                .map_err(|why| self.not_ready(why))?;
+        }
+        self.setup
+            .check_fence(&status, here.at)
+            .map_err(|why| self.not_ready(why))
+    }
+
+    fn strike(&mut self, plan: &Plan) -> Result<Option<StrikeRecord>, RobotError> {
+        self.begun = None;
+        // The motion has a thread of its own; a panic of it stops the arm like any other failure.
+        let outcome = std::thread::scope(|scope| {
+            let motion = AssertUnwindSafe(|| self.move_all(plan));
+            let thread = scope.spawn(move || panic::catch_unwind(motion));
+            thread.join().unwrap_or_else(Err)
+        });
+        if let Ok(Ok(())) = outcome {
+            self.is_moving = false;
+            self.watch.release();
+            let not_put_back = Self::put_back(&mut self.driver, self.before.take());
+            let record = self.watch.recorded();
+            let (samples, delivered) =
+                samples(&record, plan, &self.setup, plan.epoch(), self.begun);
+            let slow = delivered
+                .filter(|delivered| (delivered / plan.speed - 1.0).abs() > SPEED_WARNING)
+                .map(|delivered| {
+                    format!(
+                        "the arm delivered {delivered:.4} m/s of {:.4} m/s at the impact: look at its load, reach and jerk",
+                        plan.speed
+                    )
+                });
+            let warnings: Vec<String> = [slow, not_put_back, plan.epoch().was_set()]
+                .into_iter()
+                .flatten()
+                .collect();
+            return Ok(Some(StrikeRecord {
+                samples,
+                stop: None,
+                delivered_speed: delivered,
+                warning: (!warnings.is_empty()).then(|| warnings.join("; ")),
+            }));
+        }
+        let stopped = self.driver.outlet().stop();
+        let (what, why) = match outcome {
+            Ok(Err(undone)) => undone,
+            _ => ("strike", "the driver panicked".to_owned()),
+        };
+        let unsent = stopped.err().map_or(String::new(), |error| {
+            format!("; the stop could not be sent: {error}")
+        });
+        let record = self.watch.recorded();
+        let (samples, _) = samples(&record, plan, &self.setup, plan.epoch(), self.begun);
+        Err(RobotError::Interrupted {
+            robot: self.name.clone(),
+            why: format!(
+                "{why}, while it was to `{what}`; since the record began the tip had moved {:.3} m{unsent}",
+                Self::moved(&record)
+            ),
+            samples: (!record.is_empty()).then(|| Box::new(samples)),
+        })
+    }
+
+    /// Sends the stop, again and over new connections until positions show the arm at rest. Where they do not, a person is told before
+    /// anything else is waited for.
+    fn abort(&mut self) -> Result<(), RobotError> {
+        let begun = Instant::now();
+        let mut sent = self.driver.outlet().stop();
+        self.is_moving = false;
+        self.watch.release();
+        let (mut asking, mut is_told) = (None, false);
+        let watched = if self.is_unanswered {
+            ON_ITS_WAY
+        } else {
+            Duration::ZERO
+        };
+        loop {
+            let rest = self.is_at_rest(&mut asking);
+            if rest == Some(true) && begun.elapsed() >= watched {
+                let before = self
+                    .before
+                    .take()
+                    .filter(|before| !before.changed.is_empty());
+                let warning = match &mut asking {
+                    Some(driver) => Self::put_back(driver, before),
+                    None => before.map(|_| "the controller's settings were not put back".into()),
+                };
+                if let Some(warning) = warning {
+                    tell(&format!("{}: {warning}", self.name));
+                }
+                return Ok(());
+            }
+            if begun.elapsed() >= TELL && !is_told {
+                is_told = true;
+                tell(&format!(
+                    "\u{7}{}: PRESS THE EMERGENCY STOP: the arm was sent a stop, and {}",
+                    self.name,
+                    match rest {
+                        Some(true) => "has not answered the line before it, which may still come",
+                        _ => "is not seen at rest",
+                    }
+                ));
+            }
+            if begun.elapsed() >= watched + GIVE_UP {
+                let seen = match rest {
+                    Some(_) => "it still moves",
+                    None => "neither reports nor answers come",
+                };
+                let sent = sent.err().map_or("was sent".into(), |error| {
+                    format!("could not be sent ({error})")
+                });
+                return Err(RobotError::Connection {
+                    robot: self.name.clone(),
+                    why: format!("a stop {sent}, and {seen}"),
+                });
+            }
+            std::thread::sleep(AGAIN);
+            let again = self.driver.outlet().stop();
+            let anew = D::connect(&self.address, QUICK).and_then(|driver| driver.outlet().stop());
+            if again.is_ok() || anew.is_ok() {
+                sent = Ok(());
+            }
+        }
+    }
+}
+
+impl<D: Arm> Drop for Guarded<D> {
+    /// Whatever ends the program's use of it: what moves is stopped.
+    fn drop(&mut self) {
+        if self.is_moving {
+            // Nobody is left to report an error to.
+            let _ = self.driver.outlet().stop();
+        }
+    }
+}
+
+fn stopped_by_somebody(said: &str) -> String {
+    format!(
+        "somebody stopped the arm, or took it, since this program was started ({said}): whoever did is in charge; where it may move \
+         again, start the program again"
+    )
+}
+
+fn not_ready(name: &str, why: impl Into<String>) -> RobotError {
+    RobotError::NotReady {
+        robot: name.into(),
+        why: why.into(),
+    }
+}
+
+fn unreachable_arm(name: &str, error: &io::Error) -> RobotError {
+    RobotError::Connection {
+        robot: name.into(),
+        why: format!("{error}; check its power and network, and that no other program drives it"),
+    }
+}

@@ -1,0 +1,306 @@
+//! The stream of reports on a thread of its own: it records what the arm does, and stops it where that is not what was commanded.
+
+use std::io;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Condvar, Mutex, PoisonError};
+use std::thread::{self, JoinHandle};
+use std::time::{Duration, Instant};
+
+use super::driver::{Condition, Reports, distance};
+use super::guard::{Clocks, Guard, OnLine, Sample};
+use super::line::Line;
+use super::outlet::{Outlet, is_nothing_yet};
+
+/// The arm is stopped where no report comes for so long: at 250 Hz a dozen are missing, and at 1 m/s it has moved 5 cm.
+const SILENCE: Duration = Duration::from_millis(50);
+/// The watch looks so often whether it is silent, or a signal came.
+const TICK: Duration = Duration::from_millis(5);
+/// Recent reports that are held, to see a rest in their positions.
+const RECENT: Duration = Duration::from_millis(150);
+/// An arm rests whose positions of that time, three quarters of it at the least, lie within so many m.
+const REST: f64 = 0.0003;
+
+/// What the watch knows.
+#[derive(Debug, Default)]
+struct Seen {
+    last: Option<Sample>,
+    recent: Vec<Sample>,
+    clocks: Clocks,
+    /// All reports since the recording began.
+    record: Vec<Sample>,
+    is_recording: bool,
+    guard: Option<Guard>,
+    /// Why the arm was stopped from here; the first reason stays.
+    fault: Option<String>,
+    /// Who else stopped the arm since this watch began, in the controller's words.
+    taken: Option<String>,
+    /// Why no report comes any more.
+    broken: Option<String>,
+}
+
+#[derive(Debug)]
+struct Shared {
+    seen: Mutex<Seen>,
+    news: Condvar,
+    ends: AtomicBool,
+    outlet: Outlet,
+}
+
+/// The threads, and what they know.
+#[derive(Debug)]
+pub(super) struct Watch {
+    shared: Arc<Shared>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Watch {
+    /// Reads reports from now on. The outlet's stop is used while a guard is set; `interrupted` is set by a signal.
+    pub(super) fn start(
+        reports: Box<dyn Reports>,
+        outlet: Outlet,
+        interrupted: Arc<AtomicBool>,
+    ) -> io::Result<Self> {
+        let shared = Arc::new(Shared {
+            seen: Mutex::default(),
+            news: Condvar::new(),
+            ends: AtomicBool::new(false),
+            outlet,
+        });
+        // One thread reads, and may wait for a second; the other one looks at the time.
+        let reader = shared.clone();
+        thread::Builder::new()
+            .name("arm-reports".into())
+            .spawn(move || read(&reader, reports))?;
+        let timer = shared.clone();
+        let thread = thread::Builder::new()
+            .name("arm-watch".into())
+            .spawn(move || watch_time(&timer, &interrupted))?;
+        Ok(Self {
+            shared,
+            thread: Some(thread),
+        })
+    }
+
+    /// The next report: one that came before may be the last there is.
+    pub(super) fn next(&self, patience: Duration) -> Result<Sample, String> {
+        let asked = Instant::now();
+        let mut seen = self.shared.lock();
+        loop {
+            if let Some(last) = seen.last
+                && last.at >= asked
+            {
+                return Ok(last);
+            }
+            if let Some(broken) = &seen.broken {
+                return Err(broken.clone());
+            }
+            let Some(left) = patience.checked_sub(asked.elapsed()) else {
+                return Err("no report comes".into());
+            };
+            let waited = self.shared.news.wait_timeout(seen, left.min(TICK));
+            seen = waited.unwrap_or_else(PoisonError::into_inner).0;
+        }
+    }
+
+    /// Why the arm was stopped from here; none where it was not.
+    pub(super) fn fault(&self) -> Option<String> {
+        self.shared.lock().fault.clone()
+    }
+
+    /// Who else has stopped the arm, or taken it, since this watch began.
+    pub(super) fn taken(&self) -> Option<String> {
+        self.shared.lock().taken.clone()
+    }
+
+    /// Records from now on.
+    pub(super) fn record(&self) {
+        let mut seen = self.shared.lock();
+        seen.record.clear();
+        seen.is_recording = true;
+    }
+
+    /// What was recorded until now; the recording ends.
+    pub(super) fn recorded(&self) -> Vec<Sample> {
+        let mut seen = self.shared.lock();
+        seen.is_recording = false;
+        std::mem::take(&mut seen.record)
+    }
+
+    /// Stops the arm where it does not keep to the line, from now on.
+    pub(super) fn guard(&self, line: Line) {
+        let mut seen = self.shared.lock();
+        let on_line = OnLine::new(line, seen.last);
+        seen.guard = Some(Guard::Line(Box::new(on_line)));
+    }
+
+    /// Stops the arm where it moves, from now on.
+    pub(super) fn guard_rest(&self) {
+        self.shared.lock().guard = Some(Guard::Rest(None));
+    }
+
+    /// Guards nothing any more.
+    pub(super) fn release(&self) {
+        self.shared.lock().guard = None;
+    }
+
+    /// Waits until the arm rests at the end of the guarded line; from then on its rest is guarded. Errors with why it was stopped, or that
+    /// the time is over.
+    pub(super) fn wait_for_end(&self, patience: Duration) -> Result<(), String> {
+        let until = Instant::now() + patience;
+        let mut seen = self.shared.lock();
+        loop {
+            if let Some(fault) = &seen.fault {
+                return Err(fault.clone());
+            }
+            let line = seen.guard.as_ref().and_then(Guard::on_line);
+            if line.is_some_and(OnLine::is_over) {
+                seen.guard = Some(Guard::Rest(None));
+                return Ok(());
+            }
+            let now = Instant::now();
+            if now >= until {
+                let why = format!("it was not over within {:.1} s", patience.as_secs_f64());
+                stop(&self.shared.outlet, &mut seen, why.clone());
+                return Err(why);
+            }
+            let waited = self.shared.news.wait_timeout(seen, until - now);
+            seen = waited.unwrap_or_else(PoisonError::into_inner).0;
+        }
+    }
+
+    /// Whether the positions of the last reports show the arm at rest; none where reports have ceased, or
+    /// repeat one.
+    pub(super) fn rests(&self) -> Option<bool> {
+        let seen = self.shared.lock();
+        let last = seen.last.filter(|last| last.at.elapsed() <= SILENCE)?;
+        let first = seen.recent.first()?;
+        let is_long = last.at.duration_since(first.at) >= RECENT.mul_f64(0.75);
+        // The same report again and again says nothing.
+        if is_long && last.report.clock <= first.report.clock {
+            return None;
+        }
+        let is_still = seen.recent.iter().all(|sample| {
+            let place = sample.report.pose.at;
+            distance(place, last.report.pose.at) <= REST
+        });
+        Some(is_long && is_still)
+    }
+}
+
+impl Drop for Watch {
+    fn drop(&mut self) {
+        self.shared.ends.store(true, Ordering::Relaxed);
+        if let Some(thread) = self.thread.take() {
+            // It ends within a tick; that it panicked is known by now.
+            let _ = thread.join();
+        }
+    }
+}
+
+impl Shared {
+    fn lock(&self) -> std::sync::MutexGuard<'_, Seen> {
+        self.seen.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// Notes why, and stops the arm.
+fn stop(outlet: &Outlet, seen: &mut Seen, why: String) {
+    let sent = outlet.stop();
+    let why = match sent {
+        Ok(()) => why,
+        Err(error) => format!("{why}; and the stop could not be sent: {error}"),
+    };
+    seen.fault.get_or_insert(why);
+    seen.guard = None;
+}
+
+/// Reads reports until the connection ends.
+fn read(shared: &Shared, mut reports: Box<dyn Reports>) {
+    loop {
+        let read = reports.next();
+        if shared.ends.load(Ordering::Relaxed) {
+            return;
+        }
+        let mut seen = shared.lock();
+        match read {
+            Ok(report) => {
+                let at = Instant::now();
+                let (made, late) = seen.clocks.made(at, report.clock);
+                let sample = Sample { at, made, report };
+                let before = seen.last.map(|last| last.report.condition);
+                let was_free = before
+                    .is_some_and(|before| matches!(before, Condition::Ready | Condition::Moving));
+                let taken = match report.condition {
+                    Condition::Stopped(said) => was_free.then_some(said),
+                    Condition::Held(said) => before.is_some().then_some(said),
+                    Condition::Ready | Condition::Moving => None,
+                };
+                if let Some(said) = taken
+                    && !shared.outlet.is_stopped()
+                {
+                    seen.taken.get_or_insert(said.to_string());
+                }
+                let verdict = match &mut seen.guard {
+                    Some(guard) => Clocks::judge(late).and_then(|()| guard.judge(&sample)),
+                    None => Ok(()),
+                };
+                seen.last = Some(sample);
+                seen.recent
+                    .retain(|old| at.saturating_duration_since(old.at) <= RECENT);
+                seen.recent.push(sample);
+                if seen.is_recording {
+                    seen.record.push(sample);
+                }
+                if let Err(why) = verdict {
+                    stop(&shared.outlet, &mut seen, why);
+                }
+            }
+            Err(error) => {
+                let why = if is_nothing_yet(&error) {
+                    "its reports ceased".to_owned()
+                } else {
+                    format!("its reports broke off: {error}")
+                };
+                if seen.guard.is_some() {
+                    stop(&shared.outlet, &mut seen, why.clone());
+                }
+                // What broke off is not taken up again: a stop that came meanwhile would be passed over.
+                seen.broken = Some(why);
+                shared.news.notify_all();
+                return;
+            }
+        }
+        drop(seen);
+        shared.news.notify_all();
+    }
+}
+
+/// Stops the arm where no report comes on a line, or a signal did.
+fn watch_time(shared: &Shared, interrupted: &AtomicBool) {
+    while !shared.ends.load(Ordering::Relaxed) {
+        thread::sleep(TICK);
+        let mut seen = shared.lock();
+        let Some(guard) = &seen.guard else {
+            continue;
+        };
+        if interrupted.load(Ordering::Relaxed) {
+            stop(
+                &shared.outlet,
+                &mut seen,
+                "it was interrupted by a signal".into(),
+            );
+            shared.news.notify_all();
+            continue;
+        }
+        let Some(since) = guard.on_line().map(OnLine::sent) else {
+            continue;
+        };
+        let last = seen.last.map_or(since, |last| last.at.max(since));
+        let silent = last.elapsed();
+        if silent > SILENCE {
+            let why = format!("no report came for {} ms", silent.as_millis());
+            stop(&shared.outlet, &mut seen, why);
+            shared.news.notify_all();
+        }
+    }
+}

@@ -1,0 +1,36 @@
+//! What the threads of an emulator share.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::Instant;
+
+use crate::Fault;
+use crate::state::State;
+
+/// The arm, and whether its threads end.
+pub(crate) struct Shared {
+    pub(crate) state: Mutex<State>,
+    pub(crate) ends: AtomicBool,
+}
+
+impl Shared {
+    pub(crate) fn lock(&self) -> MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    pub(crate) fn ends(&self) -> bool {
+        self.ends.load(Ordering::Relaxed)
+    }
+}
+
+/// Whether a connection that was made before the fault is cut by it.
+pub(crate) fn is_cut(shared: &Shared, since: Instant) -> bool {
+    let made = shared.lock().made;
+    made.is_some_and(|(at, fault)| matches!(fault, Fault::Reset | Fault::Gone) && since <= at)
+}
+
+/// Whether nothing goes through a connection that was made before the fault.
+pub(crate) fn is_dead(shared: &Shared, since: Instant) -> bool {
+    let made = shared.lock().made;
+    made.is_some_and(|(at, fault)| fault == Fault::HalfOpen && since <= at)
+}
