@@ -27,6 +27,13 @@ impl Store {
         self.publish_locked(contents, &lock)
     }
 
+    /// Keeps contents as a version that is not put to use; gives its name. [`Store::rollback`] puts it to use, if a person says so.
+    pub fn keep_candidate(&self, contents: &Contents) -> Result<String, ArtifactError> {
+        durable::create_dir(&self.versions())?;
+        let _lock = self.lock()?;
+        self.write_version(contents)
+    }
+
     /// The same, if the version in use is still the `expected` one (none: nothing was published yet), which the contents were
     /// compared with; else [`ArtifactError::Overtaken`], and nothing is written. The check and the change are made under one lock.
     pub fn promote(
@@ -52,6 +59,16 @@ impl Store {
     }
 
     fn publish_locked(&self, contents: &Contents, _: &Lock) -> Result<String, ArtifactError> {
+        let version = self.write_version(contents)?;
+        // A `latest` that is missing or damaged is mended in any case.
+        if self.latest().is_err() || !self.withdrawn()?.contains(&version) {
+            self.use_version(&version)?;
+        }
+        Ok(version)
+    }
+
+    /// The version that has these contents, written where there is none.
+    fn write_version(&self, contents: &Contents) -> Result<String, ArtifactError> {
         self.check_key()?;
         durable::sweep(&self.versions())?;
         let (manifest, files) = encode(contents);
@@ -86,10 +103,6 @@ impl Store {
                 version
             }
         };
-        // A `latest` that is missing or damaged is mended in any case.
-        if self.latest().is_err() || !self.withdrawn()?.contains(&version) {
-            self.use_version(&version)?;
-        }
         Ok(version)
     }
 

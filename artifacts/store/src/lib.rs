@@ -25,7 +25,8 @@ pub use contents::{Calibrated, Contents};
 pub use error::ArtifactError;
 pub use launch_map::{LaunchMap, LaunchMapError, LaunchOffset};
 pub use manifest::{
-    FileHash, InputFile, Logged, Manifest, Provenance, StageRecord, TrainedRegion, TrainingExtent,
+    FileHash, InputFile, Logged, Manifest, Moved, Provenance, StageRecord, TrainedRegion,
+    TrainingExtent,
 };
 pub use model::Model;
 pub use network::{Network, NetworkError};

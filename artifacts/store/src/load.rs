@@ -307,6 +307,7 @@ fn models(artifact: &Artifact) -> Result<(), ArtifactError> {
         .metrics
         .keys()
         .chain(provenance.explained.keys())
+        .chain(provenance.varies.keys())
         .chain([&provenance.default_model])
         .find(|model| !has.contains(model))
     {
@@ -364,6 +365,11 @@ fn numbers(manifest: &Manifest, version: &str) -> Result<(), ArtifactError> {
                     format!("{share} is no share"),
                 );
             }
+        }
+    }
+    for (model, varies) in &manifest.provenance.varies {
+        if let Err(why) = varies.check() {
+            return bad(format!("varies.{model}"), why);
         }
     }
     for (

@@ -6,6 +6,7 @@ use std::f64::consts::TAU;
 use durable::sha256;
 use serde::{Deserialize, Serialize};
 use values::{Interval, Point, StopErrors};
+use world::Varies;
 
 use crate::Model;
 
@@ -47,11 +48,17 @@ pub struct Provenance {
     /// are not among them, nor any in older versions.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub explained: BTreeMap<Model, TrainingExtent>,
+    /// How the table varies beside each model: what recent strikes are judged by. None in older versions.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub varies: BTreeMap<Model, Varies>,
     /// The region of the strikes that it learnt from.
     pub trained_region: TrainedRegion,
     /// The strikes that it was computed from; none in older versions.
     #[serde(default)]
     pub strikes: Option<Logged>,
+    /// Where its worlds come from, if they were not identified but moved; none otherwise.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub moved: Option<Moved>,
     /// Whether effects that the data name were kept out of the world on request.
     #[serde(default)]
     pub without_effects: bool,
@@ -71,6 +78,16 @@ pub struct Logged {
     pub count: usize,
     /// Stamp of the last one's first motion, in seconds since the epoch of the logs' clock.
     pub last: f64,
+}
+
+/// An earlier version whose worlds were moved to where strikes have the table since it changed for good.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Moved {
+    /// The earlier version.
+    pub version: String,
+    /// Strikes that show where the table is.
+    pub strikes: usize,
 }
 
 /// What a file must be.

@@ -27,6 +27,7 @@ mod releases;
 mod restitution;
 mod scene;
 mod search;
+mod shift;
 mod simulator;
 mod solution;
 mod solve;
@@ -44,10 +45,14 @@ pub use impact::Impact;
 pub use measured::Estimate;
 pub use parameter::{PARAMETERS, ParameterSpec, parameter};
 pub use profile::Profile;
-pub use recent::{SessionValue, recent_session};
+pub use recent::{
+    BetweenSessions, Filter, MeanSquare, Observation, Observer, Session, TableChanged, Varies,
+};
 pub use record::Simulated;
 pub use release::Release;
 pub use restitution::contact_solref;
+pub use scene::mjcf;
+pub use shift::Shift;
 pub use simulator::{Simulator, Steps};
 pub use solution::{Solution, SolveSettings, SolveStatus};
 pub use worker::Worker;

@@ -73,8 +73,12 @@ fn body_geom(object: &Object) -> String {
     }
 }
 
-/// The MJCF text of a rig in a world.
-pub(crate) fn mjcf(rig: &Rig, world: &World) -> Result<String, WorldError> {
+/// The MJCF text of a rig in a world, for MuJoCo and its viewer. Tip and object have no spring and damper yet, nor do effects act in it: a
+/// strike sets both ([`crate::Worker::strike`]).
+///
+/// # Errors
+/// A parameter that the world should hold and does not.
+pub fn mjcf(rig: &Rig, world: &World) -> Result<String, WorldError> {
     let value = |name: &str| world.value(name);
     let height = centre_height(&rig.object);
     let [ix, iy, iz] = inertia(&rig.object);

@@ -5,7 +5,7 @@ use std::sync::{Arc, OnceLock};
 use values::{Command, Conditions, Point, Rig, Shape};
 
 use crate::{
-    Base, Delivery, GRAVITY, Impact, Profile, World, WorldError,
+    Base, Delivery, GRAVITY, Impact, Profile, Shift, World, WorldError,
     contact_duration::ContactDuration,
     effects::{self, Effect},
     engine::{Engine, Scene, TableContact},
@@ -37,10 +37,14 @@ impl Default for Steps {
 /// A world compiled for one rig. Shared between threads; each strikes with a [`Worker`] of its own.
 pub struct Simulator {
     pub(crate) rig: Rig,
-    pub(crate) scene: Scene,
-    pub(crate) effects: Vec<Box<dyn Effect>>,
+    pub(crate) scene: Arc<Scene>,
+    pub(crate) effects: Arc<[Box<dyn Effect>]>,
     /// What strikes showed of the arm beside the effects.
     delivery: Option<Arc<dyn Delivery>>,
+    /// How the table changed for good, and how it differs from that.
+    own: Shift,
+    shift: Shift,
+    /// Of the shifted table.
     pub(crate) friction: f64,
     restitution: f64,
     pub(crate) contact_time: f64,
@@ -72,7 +76,9 @@ impl Simulator {
                 .map(|added| effects::build(added, rig))
                 .collect::<Result<_, _>>()?,
             delivery: None,
-            friction: world.value("friction")?,
+            own: world.shift,
+            shift: Shift::default(),
+            friction: world.value("friction")? * world.shift.friction.exp(),
             restitution: world.value("restitution")?,
             contact_time: world.value("contact_time")?,
             tip_friction: world.value("tip_friction")?,
@@ -80,7 +86,7 @@ impl Simulator {
             gyration: planar::gyration(rig) * world.value("inertia_z")?,
             releases: Releases::default(),
             contact_duration: OnceLock::new(),
-            scene,
+            scene: Arc::new(scene),
             steps,
         })
     }
@@ -93,12 +99,58 @@ impl Simulator {
         }
     }
 
-    /// What the arm makes of a command, in m/s and rad: effects, then the correction.
+    /// The same world on a table that differs so from the world's own, whatever it differed by before. What is compiled is shared.
+    pub fn shifted(&self, shift: Shift) -> Self {
+        self.on(self.own, shift)
+    }
+
+    /// The same on the table as it was when the world was identified.
+    pub fn as_identified(&self) -> Self {
+        self.on(Shift::default(), Shift::default())
+    }
+
+    fn on(&self, own: Shift, shift: Shift) -> Self {
+        let by = own.and(shift).friction - self.whole_shift().friction;
+        Self {
+            rig: self.rig.clone(),
+            scene: self.scene.clone(),
+            effects: self.effects.clone(),
+            delivery: self.delivery.clone(),
+            own,
+            shift,
+            friction: self.friction * by.exp(),
+            releases: Releases::default(),
+            contact_duration: self.contact_duration.clone(),
+            ..*self
+        }
+    }
+
+    /// How the table differs from the world's own.
+    pub fn shift(&self) -> Shift {
+        self.shift
+    }
+
+    /// Whether the table is as it was identified.
+    pub fn is_as_identified(&self) -> bool {
+        self.whole_shift().is_none()
+    }
+
+    /// How the table differs from what was identified.
+    pub(crate) fn whole_shift(&self) -> Shift {
+        self.own.and(self.shift)
+    }
+
+    /// What the arm makes of a command, in m/s and rad: effects, the correction, then how the table differs.
     pub fn delivered(&self, command: Command, conditions: &Conditions) -> Command {
         let by_effects = |command| effects::deliver(&self.effects, command, conditions);
-        match &self.delivery {
+        let delivered = match &self.delivery {
             Some(delivery) => delivery.deliver(command, &by_effects),
             None => by_effects(command),
+        };
+        let shift = self.whole_shift();
+        Command {
+            speed: delivered.speed * shift.gain.exp(),
+            angle: delivered.angle + shift.heading,
         }
     }
 

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use values::Rig;
 
 use crate::{
-    Estimate, PARAMETERS, WorldError,
+    Estimate, PARAMETERS, Shift, WorldError,
     effects::{self, AddedEffect, Parameters, Population, UNKNOWN},
     parameter,
     range::in_range,
@@ -25,6 +25,9 @@ pub struct World {
     /// How repeats of one command differ.
     #[serde(default)]
     pub scatter: Scatter,
+    /// How the table changed for good since the parameters were identified.
+    #[serde(default, skip_serializing_if = "Shift::is_none")]
+    pub shift: Shift,
     /// What differs from session to session, by the name of the effect: what is known of a session that was never seen.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub sessions: BTreeMap<String, Population>,
@@ -60,6 +63,7 @@ impl World {
         Self {
             parameters: BTreeMap::new(),
             scatter: Scatter::default(),
+            shift: Shift::default(),
             sessions: BTreeMap::new(),
             effects: Vec::new(),
         }
@@ -104,6 +108,9 @@ impl World {
         }
         let correlation = self.scatter.camera_correlation;
         in_range("scatter.camera_correlation", correlation, 0.0, 1.0, "")?;
+        for (name, value) in Shift::NAMES.iter().zip(self.shift.values()) {
+            in_range(&format!("shift.{name}"), value, -1.0, 1.0, "")?;
+        }
         for effect in &self.effects {
             effects::check(effect)?;
         }
@@ -162,15 +169,6 @@ impl World {
             .map(String::as_str)
             .filter(|name| *name != UNKNOWN)
             .collect()
-    }
-
-    /// The same world, in which sessions that it does not know have this value of an effect in place of the mean.
-    pub fn with_unknown_sessions(mut self, effect: &str, value: f64) -> Self {
-        for added in self.effects.iter_mut().filter(|added| added.name == effect) {
-            let value = Estimate::fixed(value);
-            added.parameters.insert(UNKNOWN.into(), value);
-        }
-        self
     }
 
     /// The same world as if it had never seen a session: there, what differs by session has its mean over the others. To be asked

@@ -1,9 +1,11 @@
 //! Strike by strike: a strike that judged a model once need not again.
 
+use rayon::prelude::*;
 use serde::Serialize;
 use stage::{ItemStage, Progress};
 use store::ResidualModel;
-use world::Worker;
+use values::Strike;
+use world::{Observation, Observer, Simulator, Worker};
 
 use crate::{EvaluateError, Judge, Model, Predicted, Slopes, predict};
 
@@ -52,6 +54,52 @@ impl ItemStage for Repeat {
         progress: &Progress,
     ) -> Result<Vec<Option<Slopes>>, EvaluateError> {
         each(model, judges, progress, Slopes::of)
+    }
+}
+
+/// What each strike shows of the table beside a model that does not know its session; none where its track shows no free slide.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Observe;
+
+impl ItemStage for Observe {
+    const NAME: &'static str = "observe";
+    const VERSION: u32 = 1;
+    type Shared = Model;
+    type Item = Strike;
+    type Output = Option<Observation>;
+    type Error = EvaluateError;
+
+    fn run_items(
+        &self,
+        model: &Model,
+        strikes: &[&Strike],
+        progress: &Progress,
+    ) -> Result<Vec<Option<Observation>>, EvaluateError> {
+        let residual = model.residual.as_ref();
+        let alone = Simulator::new(&model.rig, &model.world)?;
+        let observer = Observer::about(&ResidualModel::simulator(
+            &model.rig,
+            &model.world,
+            residual,
+        )?);
+        let observe = |strike: &&Strike| {
+            let (initial, sent) = (strike.initial, strike.command);
+            let sent = match residual {
+                Some(residual) => {
+                    residual.without_added(&alone, initial, sent, &strike.conditions)?
+                }
+                None => sent,
+            };
+            observer.observe(strike, sent)
+        };
+        Ok(strikes
+            .par_iter()
+            .map(|strike| {
+                let observation = observe(strike);
+                progress.inc(1);
+                observation
+            })
+            .collect())
     }
 }
 

@@ -21,7 +21,7 @@ use stage::{ItemStage, Progress, Stage};
 use values::{Point, Rig, Split, StopErrors, Strike};
 
 pub use error::EvaluateError;
-pub use items::{Predict, Repeat};
+pub use items::{Observe, Predict, Repeat};
 pub use model::{Candidate, Model};
 pub use noise::{Noise, Slopes};
 pub use predict::{Judge, predict};

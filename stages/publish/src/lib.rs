@@ -13,6 +13,7 @@ use store::{
     TrainingExtent,
 };
 use values::{Rig, Split, StopErrors, Strike};
+use world::Varies;
 
 /// The stage.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
@@ -44,6 +45,8 @@ pub struct Input {
     pub best: Model,
     /// What the training of each residual explains.
     pub explained: BTreeMap<Model, TrainingExtent>,
+    /// How the table varies beside each model.
+    pub varies: BTreeMap<Model, Varies>,
     /// The logs that everything was computed from.
     pub logs: Vec<InputFile>,
     /// The stages that computed it, in order.
@@ -73,7 +76,7 @@ pub enum PublishError {
 
 impl Stage for Publish {
     const NAME: &'static str = "publish";
-    const VERSION: u32 = 3;
+    const VERSION: u32 = 4;
     type Input = Input;
     type Output = Contents;
     type Error = PublishError;
@@ -88,8 +91,10 @@ impl Stage for Publish {
                 metrics: input.metrics.clone(),
                 noise_floor: input.noise_floor,
                 explained: input.explained.clone(),
+                varies: input.varies.clone(),
                 trained_region: trained_region(&input.strikes)?,
                 strikes: Some(logged(&input.strikes)),
+                moved: None,
                 without_effects: self.without_effects,
                 seeds: self.seeds.clone(),
                 inputs: in_order(&input.logs),
@@ -136,7 +141,8 @@ fn trained_region(strikes: &[Strike]) -> Result<TrainedRegion, PublishError> {
     )
 }
 
-fn logged(strikes: &[Strike]) -> Logged {
+/// How many strikes there are, and the last one's stamp.
+pub fn logged(strikes: &[Strike]) -> Logged {
     let stamps = strikes.iter().map(|strike| strike.t_start);
     Logged {
         count: strikes.len(),
@@ -219,6 +225,7 @@ mod tests {
             noise_floor: None,
             best: Model::Sysid,
             explained: BTreeMap::new(),
+            varies: BTreeMap::new(),
             logs: vec![log("b.mcap"), log("a.mcap")],
             stages: vec![StageRecord {
                 name: "sysid".into(),

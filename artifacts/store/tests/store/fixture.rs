@@ -75,11 +75,13 @@ pub fn contents(friction: f64) -> Contents {
             .into(),
             noise_floor: Some(metrics(0.001)),
             explained: [(Model::SysidResidual, explained())].into(),
+            varies: [].into(),
             trained_region: region.expect("two strikes"),
             strikes: Some(Logged {
                 count: 2,
                 last: 1.7e9,
             }),
+            moved: None,
             without_effects: false,
             seeds: [("split".to_string(), 7)].into(),
             inputs: vec![InputFile {

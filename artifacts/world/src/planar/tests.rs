@@ -27,6 +27,7 @@ fn strikes(rig: &Rig) -> Vec<Strike> {
                     y: vec![0.0; times.len()],
                     t: times.clone(),
                     yaw: None,
+                    end: values::End::Rest,
                 },
                 split: values::Split::Train,
                 conditions: Conditions {

@@ -89,7 +89,7 @@ impl Worker<'_> {
         self.engine.place_object(origin, yaw);
         self.engine
             .set_strike_solref(contact_solref(sim.contact_time, contact, sim.steps.contact));
-        self.engine.scale_friction(1.0);
+        self.engine.scale_friction(sim.whole_shift().friction.exp());
         Some(TipMotion::begin(profile, sim))
     }
 }

@@ -132,7 +132,8 @@ impl Worker<'_> {
             .iter()
             .map(|effect| effect.friction_factor(slide))
             .product();
-        self.engine.scale_friction(factor);
+        self.engine
+            .scale_friction(factor * sim.whole_shift().friction.exp());
         let slide = &Slide {
             dry: factor * slide.dry,
             ..*slide

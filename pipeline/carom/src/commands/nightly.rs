@@ -4,26 +4,41 @@
 //! is published nowhere. `nightly.json` and the report say what was decided and why.
 
 use std::collections::BTreeSet;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use std::time::SystemTime;
 
+use check::Severity;
 use clap::Args;
 use ingest::LogFile;
 use serde_json::json;
 use stage::Run;
+use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 use store::{Artifact, ArtifactError, Contents, Store};
+use values::Strike;
 
 use crate::args::{Global, SignArgs};
 use crate::inputs::Inputs;
 use crate::left_out::LeftOut;
 use crate::nightly::{
-    Log, Night, Status, changed, compare_held_out, held_out, keep, kept, new_strikes, plan_paths,
+    Change, HeldOutGate, LEAST_HELD_OUT, Log, MovedVersion, Night, Since, Status, changed,
+    compare_held_out, held_out, keep, kept, new_strikes, plan_paths, promised,
 };
 use crate::output::{Output, to_json};
 use crate::pipeline::{Step, pipeline};
 use crate::publishing::store_error;
 use crate::results::Results;
+use crate::score::Drift;
 use crate::steps::{explained, open};
-use crate::{Error, outputs, publishing, reading, report, score, signing};
+use crate::{Error, outputs, publishing, reading, report, score, signing, words};
+
+/// Chance that good strikes scatter so much that they are set aside.
+const QUARANTINE: f64 = 1e-4;
+/// A version of fewer strikes is no measure of a table.
+const MATURE: usize = 20;
+/// New strikes are compared with the latest so many.
+const MOST_OLDER: usize = 200;
+/// So many strikes since a change teach a version by themselves.
+const ALONE: usize = 60;
 
 /// `carom nightly`.
 #[derive(Args, Debug)]
@@ -132,50 +147,99 @@ fn work(
     let before = in_use(store)?;
     let last = kept(dir);
     let in_use_now = before.as_ref().map(|before| before.version.as_str());
-    let asked = last.as_ref().map_or(0, |last| last.asked_of(in_use_now));
-    if let Some(last) = last.filter(|last| last.basis == basis(inputs, &logs, in_use_now)) {
+    if let Some(last) = &last
+        && last.basis == basis(inputs, &logs, in_use_now)
+    {
         // What was decided then stays to be read; what is wrong with the logs is reported again.
-        return Ok(last.again(logs.0, before.as_ref()));
+        return Ok(last.clone().again(logs.0, before.as_ref()));
     }
 
-    let results =
-        pipeline(run, inputs, Step::Publish).map_err(|error| explained(error, run, inputs))?;
+    let learnt_from = inputs.without(last.as_ref().map_or(&[], |last| &last.set_aside));
+    let results = pipeline(run, &learnt_from, Step::Publish)
+        .map_err(|error| explained(error, run, &learnt_from))?;
     outputs::write(dir, &results, Step::Publish)?;
-    let contents = results
-        .contents
-        .as_ref()
-        .ok_or_else(|| Error::failed("publish: nothing came out"))?;
+    if results.check.is_meaningless() {
+        let mut night = Night::new(
+            &results.logs,
+            before.as_ref(),
+            basis(inputs, &logs, in_use_now),
+        );
+        night.record(&results);
+        if let Some(last) = &last {
+            night = night.after(last);
+        }
+        night.status = Status::Refused;
+        let findings = &results.check.findings;
+        let wrong = findings
+            .iter()
+            .filter(|f| f.severity() == Severity::Meaningless);
+        night.why = wrong
+            .map(|finding| words::say(finding, &inputs.rig).sentence())
+            .collect();
+        keep(dir, &night)?;
+        report::write(dir, inputs, &results)?;
+        return Ok(night);
+    }
     let mut night = Night::new(&results.logs, before.as_ref(), String::new());
     night.record(&results);
-    night.asked = asked;
-    log.line("info", "run", &json!({ "strikes": night.strikes, "rejected": night.rejected, "new_logs": night.new_logs, "left_out": night.left_out, "damaged": night.damaged }));
-    if let Some(before) = &before {
-        report_drift(run, inputs, before, &results, &mut night)?;
-        night.report_missing(before, &results);
-        log.line(
-            "info",
-            "score",
-            &json!({ "drift": night.drift, "missing": night.missing }),
-        );
+    if let Some(last) = &last {
+        night = night.after(last);
     }
-
-    let is_passed = pass_gates(run, before.as_ref(), contents, &results, &mut night)?;
+    log.line("info", "run", &json!({ "strikes": night.strikes, "rejected": night.rejected, "new_logs": night.new_logs, "left_out": night.left_out, "damaged": night.damaged }));
+    let chosen = match &before {
+        None => {
+            night
+                .why
+                .push("nothing was published before that it could be compared with".into());
+            let contents = contents(&results)?;
+            first(&results, contents, &mut night)?.then(|| contents.clone())
+        }
+        Some(before) => {
+            let new = report_new(run, inputs, before, &results, &mut night)?;
+            night.report_missing(before, &results);
+            log.line(
+                "info",
+                "score",
+                &json!({ "drift": night.drift, "missing": night.missing }),
+            );
+            let was_quarantined = last.as_ref().is_some_and(|last| last.quarantined);
+            if !was_quarantined && scatters(run, &new, &results, &mut night)? {
+                None
+            } else {
+                choose(run, store, before, &new, &learnt_from, &results, &mut night)?
+            }
+        }
+    };
     log.line("info", "gates", &json!({ "status": night.status, "why": night.why, "beats": night.beats, "executor": night.executor }));
-    let promoted = if is_passed {
-        promote(store, contents, &mut night)?
-    } else {
-        None
+    let promoted = match &chosen {
+        Some(contents) => promote(store, contents, &mut night)?,
+        None => None,
     };
     if night.status == Status::Promoted {
         night.removed = store.retain(usize::from(args.keep)).map_err(store_error)?;
     }
     night.latest = store.latest().ok();
+    night.in_use_for = in_use_for(dir);
     // By the version that was compared: one that a person put to use meanwhile makes the next night decide anew.
     let decided = promoted.as_deref().or(night.before.as_deref());
     night.basis = basis(inputs, &logs, decided);
     keep(dir, &night)?;
     report::write(dir, inputs, &results)?;
     Ok(night)
+}
+
+fn contents(results: &Results) -> Result<&Contents, Error> {
+    let contents = results.contents.as_ref();
+    contents.ok_or_else(|| Error::failed("publish: nothing came out"))
+}
+
+/// Days since `latest` was written.
+fn in_use_for(dir: &Path) -> Option<f64> {
+    let written = std::fs::metadata(dir.join("latest"))
+        .and_then(|metadata| metadata.modified())
+        .ok()?;
+    let age = SystemTime::now().duration_since(written).ok()?;
+    Some(age.as_secs_f64() / 86_400.0)
 }
 
 /// The version in use, checked; none where nothing was published yet.
@@ -208,14 +272,14 @@ fn basis(
     durable::sha256(all.to_string().as_bytes())
 }
 
-/// How well the version in use predicts the strikes that are new to it.
-fn report_drift(
+/// The strikes that are new to the version in use, how well it predicts them, and what it promised.
+fn report_new(
     run: &Run,
     inputs: &Inputs,
     before: &Artifact,
     results: &Results,
     night: &mut Night,
-) -> Result<(), Error> {
+) -> Result<Vec<Strike>, Error> {
     let mut known = BTreeSet::new();
     for input in changed(before, &results.logs) {
         // Where it is not kept what it held, its name must do.
@@ -226,53 +290,225 @@ fn report_drift(
         let of_name = || of_name.map(|strike| strike.id.clone()).collect();
         known.extend(reading::known(run, inputs, input)?.unwrap_or_else(of_name));
     }
-    let strikes = new_strikes(before, &results.logs, &results.strikes, &known);
-    night.new_strikes = strikes.len();
-    if !strikes.is_empty() {
-        (_, night.drift) = score::judge(run, before, strikes)?;
+    let mut new = new_strikes(before, &results.logs, &results.strikes, &known);
+    let since = night
+        .change
+        .as_ref()
+        .map_or(f64::NEG_INFINITY, |change| change.since);
+    new.retain(|strike| strike.t_start >= since);
+    night.new_strikes = new.len();
+    if !new.is_empty() {
+        let (evaluation, drift) = score::judge(run, before, new.clone())?;
+        let model = before.manifest.provenance.default_model;
+        let missed = evaluation.models.get(model.name());
+        night.achieved = missed.map(|missed| missed.mean.hypot(missed.sd));
+        night.promised = promised(before, &new);
+        night.drift = drift;
     }
-    Ok(())
+    Ok(new)
 }
 
-/// Both gates. What came out is published in a folder that is thrown away, and loaded from there as a robot would.
-fn pass_gates(
+/// Whether the new strikes scatter more than the older ones beside what learnt from both, beyond chance: then they are set aside.
+fn scatters(
     run: &Run,
-    before: Option<&Artifact>,
-    contents: &Contents,
+    new: &[Strike],
     results: &Results,
     night: &mut Night,
 ) -> Result<bool, Error> {
-    let scratch = tempfile::tempdir().map_err(Error::failed)?;
-    let store = Store::open(scratch.path());
-    store.publish(contents).map_err(store_error)?;
-    let candidate = store.load(None).map_err(store_error)?;
-    if before.is_some_and(|before| before.manifest == candidate.manifest) {
-        night.why.push("what came out is the version in use".into());
+    let tonight: BTreeSet<&str> = new.iter().map(|strike| strike.id.as_str()).collect();
+    let is_older = |strike: &&Strike| !tonight.contains(strike.id.as_str());
+    let older: Vec<Strike> = results.strikes.iter().filter(is_older).cloned().collect();
+    if older.len() < MATURE {
         return Ok(false);
     }
-    let executor = plan_paths(&candidate, &results.strikes);
-    night.why.push(executor.sentence());
-    let mut is_passed = executor.passed;
-    night.executor = Some(executor);
-    match before {
-        Some(before) => {
-            let strikes = held_out(&results.strikes);
-            night.asked += 1;
-            let beats = compare_held_out(run, before, &candidate, &strikes, night.asked)?;
-            night.why.push(beats.sentence());
-            is_passed &= beats.passed;
-            night.beats = Some(beats);
-        }
-        None => night
-            .why
-            .push("nothing was published before that it could be compared with".into()),
+    let candidate = loaded(contents(results)?)?;
+    let scatter = |strikes: &[Strike]| -> Result<_, Error> {
+        let seen = score::observed(run, &candidate, strikes)?;
+        Ok(score::varies(&candidate).scatter_of(&seen))
+    };
+    let latest = &older[older.len().saturating_sub(MOST_OLDER)..];
+    let (Some(here), Some(before)) = (scatter(new)?, scatter(latest)?) else {
+        return Ok(false);
+    };
+    let ratio = here.mean_square / before.mean_square;
+    let f = FisherSnedecor::new(here.freedom, before.freedom);
+    if f.map_or(1.0, |f| f.sf(ratio)) >= QUARANTINE {
+        return Ok(false);
     }
-    night.status = if is_passed {
+    night.status = Status::Refused;
+    night.quarantined = true;
+    let logs: BTreeSet<&str> = new.iter().map(|strike| strike.log.as_str()).collect();
+    night.set_aside.extend(logs.into_iter().map(String::from));
+    night.why.push(format!(
+        "the new strikes scatter {:.1} times as much as those before: they are not learnt from",
+        ratio.sqrt()
+    ));
+    Ok(true)
+}
+
+/// What is put to use in place of the version before: what learnt from all nights, or what learnt since a change for good.
+fn choose(
+    run: &Run,
+    store: &Store,
+    before: &Artifact,
+    new: &[Strike],
+    inputs: &Inputs,
+    results: &Results,
+    night: &mut Night,
+) -> Result<Option<Contents>, Error> {
+    // A version of a few strikes does not know the table well enough to say that it changed.
+    let is_mature = score::varies(before).strikes >= MATURE;
+    let is_changed = is_mature && night.drift.as_ref().is_some_and(Drift::is_beyond_chance);
+    if let (true, Some(first)) = (is_changed, new.first()) {
+        night.change = Some(Change {
+            version: before.version.clone(),
+            since: first.t_start,
+            what: night
+                .drift
+                .as_ref()
+                .map_or_else(String::new, Drift::sentence),
+        });
+    }
+    let change = night.change.clone();
+    let since = change
+        .as_ref()
+        .map_or(f64::NEG_INFINITY, |change| change.since);
+    let held_out = held_out(&results.strikes, since);
+    let mut candidates = vec![("all nights", contents(results)?.clone())];
+    if let Some(change) = &change
+        && let Ok(base) = store.load(Some(&change.version))
+    {
+        let strikes: Vec<Strike> = results
+            .strikes
+            .iter()
+            .filter(|strike| strike.t_start >= since)
+            .cloned()
+            .collect();
+        let since = Since {
+            base: &base,
+            strikes: &strikes,
+            all: publish::logged(&results.strikes),
+            inputs: publishing::input_files(&results.logs)?,
+        };
+        if let Some(moved) = since.moved(run)? {
+            if held_out.len() < LEAST_HELD_OUT {
+                return at_once(run, &since, before, moved, results, night);
+            }
+            candidates.push((
+                "the version before, moved by the strikes since",
+                moved.contents,
+            ));
+        }
+        let logs: BTreeSet<&str> = strikes.iter().map(|strike| strike.log.as_str()).collect();
+        if strikes.len() >= ALONE {
+            let older: Vec<String> = results
+                .logs
+                .iter()
+                .filter(|log| !logs.contains(log.name.as_str()))
+                .map(|log| log.name.clone())
+                .collect();
+            let alone = pipeline(run, &inputs.without(&older), Step::Publish)?;
+            candidates.push(("the strikes since alone", contents(&alone)?.clone()));
+        }
+    }
+    let mut best: Option<(f64, &str, HeldOutGate, Contents)> = None;
+    let mut gates = Vec::new();
+    for (name, contents) in candidates {
+        let candidate = loaded(&contents)?;
+        if before.manifest == candidate.manifest {
+            continue;
+        }
+        let executor = plan_paths(&candidate, &results.strikes);
+        let gate = compare_held_out(run, before, &candidate, &held_out)?;
+        let passed = executor.passed;
+        if !passed {
+            night.why.push(format!("{name}: {}", executor.sentence()));
+            night.status = Status::Refused;
+        }
+        night.executor = Some(executor);
+        gates.push((name, gate.clone()));
+        let mean = gate.candidate_mean;
+        if passed && gate.passed && best.as_ref().is_none_or(|(least, ..)| mean < *least) {
+            best = Some((mean, name, gate, contents));
+        }
+    }
+    if let Some((_, name, gate, contents)) = best {
+        night.why.push(format!("from {name}: {}", gate.sentence()));
+        night.beats = Some(gate);
+        night.status = Status::Promoted;
+        return Ok(Some(contents));
+    }
+    if gates.is_empty() {
+        night.why.push("what came out is the version in use".into());
+    }
+    for (name, gate) in gates {
+        night.why.push(format!("from {name}: {}", gate.sentence()));
+        night.beats = Some(gate);
+    }
+    if night.status != Status::Refused {
+        // A table that changed and is not followed is somebody's business.
+        night.status = if is_changed {
+            Status::Refused
+        } else if night.beats.is_some() {
+            Status::Kept
+        } else {
+            Status::NothingNew
+        };
+    }
+    Ok(None)
+}
+
+/// On the night of a change hardly any strike is held out: the moved version is compared by a cross-fit.
+fn at_once(
+    run: &Run,
+    since: &Since<'_>,
+    before: &Artifact,
+    moved: MovedVersion,
+    results: &Results,
+    night: &mut Night,
+) -> Result<Option<Contents>, Error> {
+    let gate = since.compare_cross_fitted(run, before)?;
+    let executor = plan_paths(&loaded(&moved.contents)?, &results.strikes);
+    night.why.push(format!(
+        "{} moved by {}: {} (each strike by what the others show)",
+        since.base.version,
+        moved.shift,
+        gate.sentence()
+    ));
+    let passed = gate.passed && executor.passed;
+    night.status = if passed {
         Status::Promoted
     } else {
         Status::Refused
     };
-    Ok(is_passed)
+    (night.beats, night.executor) = (Some(gate), Some(executor));
+    Ok(passed.then_some(moved.contents))
+}
+
+/// The first version: the executor's gate alone.
+fn first(results: &Results, contents: &Contents, night: &mut Night) -> Result<bool, Error> {
+    let executor = plan_paths(&loaded(contents)?, &results.strikes);
+    night.why.push(executor.sentence());
+    let mut passed = executor.passed;
+    if let Some(gate) = &results.first_version {
+        night.why.extend(gate.sentences());
+        passed &= gate.passed;
+    }
+    night.status = if passed {
+        Status::Promoted
+    } else {
+        Status::Refused
+    };
+    night.executor = Some(executor);
+    Ok(passed)
+}
+
+/// What came out as a robot would load it: published in a folder that is thrown away.
+fn loaded(contents: &Contents) -> Result<Artifact, Error> {
+    let scratch = tempfile::tempdir().map_err(Error::failed)?;
+    let store = Store::open(scratch.path());
+    store.publish(contents).map_err(store_error)?;
+    store.load(None).map_err(store_error)
 }
 
 /// Publishes the candidate, if the version in use is still the one that it was compared with; its name where it is then in use. One

@@ -58,6 +58,25 @@ pub fn plan_paths(candidate: &Artifact, strikes: &[Strike]) -> ExecutorGate {
     }
 }
 
+/// Root mean square of the misses (m) that a version's plans expect on the paths of these strikes; none where it plans none of them.
+pub fn promised(version: &Artifact, strikes: &[Strike]) -> Option<f64> {
+    let planner = Planner::new(version, version.manifest.provenance.default_model).ok()?;
+    let squares: Vec<f64> = strikes
+        .par_iter()
+        .rev()
+        .take(MOST_PLANS)
+        .filter_map(|strike| {
+            planner
+                .plan(strike.initial, strike.stop)
+                .ok()?
+                .expected_miss
+        })
+        .map(|miss| miss * miss)
+        .collect();
+    let mean = squares.iter().sum::<f64>() / squares.len() as f64;
+    (!squares.is_empty()).then(|| mean.sqrt())
+}
+
 impl ExecutorGate {
     /// For a person.
     pub fn sentence(&self) -> String {

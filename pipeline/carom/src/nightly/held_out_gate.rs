@@ -1,4 +1,4 @@
-//! The first gate between a candidate and the robot: held-out strikes.
+//! The first gate between a candidate and the robot: held-out strikes. A candidate that knows more is put to use unless it is worse.
 
 use std::collections::BTreeMap;
 
@@ -10,27 +10,29 @@ use store::Artifact;
 use values::{Rig, Split, Strike};
 
 use crate::Error;
+use crate::score::default_model;
 
 /// Fewer strikes than these decide nothing.
-const LEAST: usize = 8;
+pub const LEAST: usize = 8;
+/// The latest so many judge: older ones say little of tonight's table.
+const MOST: usize = 60;
+/// A candidate may miss by so much more, as a share of what repeats scatter by: less than anybody would see.
+const MARGIN: f64 = 0.05;
+/// Chance that a candidate which is worse by just the margin passes a comparison.
+const LEVEL: f64 = 0.05;
 
-/// Strikes that no version learnt from, as long as the seed stays.
-pub fn held_out(strikes: &[Strike]) -> Vec<Strike> {
-    let is_held_out = |strike: &&Strike| strike.split == Split::Test;
-    strikes.iter().filter(is_held_out).cloned().collect()
+/// The latest strikes since `since` (stamp in s) that no version learnt from, as long as the seed stays.
+pub fn held_out(strikes: &[Strike], since: f64) -> Vec<Strike> {
+    let is_held_out = |strike: &&Strike| strike.split == Split::Test && strike.t_start >= since;
+    let all: Vec<Strike> = strikes.iter().filter(is_held_out).cloned().collect();
+    all[all.len().saturating_sub(MOST)..].to_vec()
 }
 
-/// Whether the candidate's stop errors are smaller than those of the version in use, on the same held-out strikes.
+/// Whether the candidate's stop errors are no greater than those of the version in use, on strikes that neither learnt from.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct HeldOutGate {
-    /// Whether it passes: the gain is above zero at `level`, and it predicts no fewer strikes.
+    /// Whether it passes: at 95 % it is worse by less than the margin, and it predicts no fewer strikes.
     pub passed: bool,
-    /// How often a candidate has been compared with this version in use, this comparison included.
-    #[serde(default = "once")]
-    pub asked: u32,
-    /// One-sided level of this comparison ([`level`]).
-    #[serde(default = "first_level")]
-    pub level: f64,
     /// Version that it is compared with.
     pub current: String,
     /// Strikes that both predict.
@@ -39,47 +41,31 @@ pub struct HeldOutGate {
     pub current_mean: f64,
     /// Mean stop error of the candidate on them, in m.
     pub candidate_mean: f64,
-    /// By how much the candidate is better, strike by strike: mean, in m.
-    pub gain: f64,
-    /// 95 % interval of the gain, in m; none for too few strikes.
-    pub interval: Option<[f64; 2]>,
+    /// By how much the candidate may be worse, in m.
+    pub margin: f64,
+    /// By how much it is worse at most, at 95 %, in m; none for too few strikes.
+    pub at_most: Option<f64>,
     /// Strikes that the version in use does not predict.
     pub current_failed: usize,
     /// Strikes that the candidate does not predict.
     pub candidate_failed: usize,
 }
 
-/// The chance that a version in use is ever replaced by one that is no better, over all nights.
-const CHANCE: f64 = 0.025;
-
-fn once() -> u32 {
-    1
-}
-
-fn first_level() -> f64 {
-    level(1)
-}
-
-/// The one-sided level of the `asked`-th comparison with the same version in use. The same held-out strikes are asked every night:
-/// at a fixed level a candidate that is no better would pass some night. The levels of all comparisons sum to [`CHANCE`]
-/// (Bonferroni; Σ 1/k² = π²/6), however the comparisons depend on each other.
-fn level(asked: u32) -> f64 {
-    let basel = std::f64::consts::PI.powi(2) / 6.0;
-    CHANCE / (basel * f64::from(asked.max(1)).powi(2))
-}
-
-/// Compares the default models of both; `asked` counts the comparisons with this version in use, this one included.
+/// Compares the default models of both.
 pub fn compare_held_out(
     run: &Run,
     current: &Artifact,
     candidate: &Artifact,
     strikes: &[Strike],
-    asked: u32,
 ) -> Result<HeldOutGate, Error> {
     let judges: Vec<Judge> = strikes.iter().map(Judge::from).collect();
     let errors = |artifact| unseen_errors(run, &candidate.rig, &default_model(artifact), &judges);
-    let (version, current) = (&current.version, errors(current)?);
-    Ok(compare(version, &current, &errors(candidate)?, asked))
+    Ok(compare(
+        &current.version,
+        noise_floor(current),
+        &errors(current)?,
+        &errors(candidate)?,
+    ))
 }
 
 /// One model's stop errors, in the order of the strikes, each predicted as if the model had never seen the strike's session. Where
@@ -103,25 +89,18 @@ fn unseen_errors(
     Ok(judges.iter().map(error).collect())
 }
 
-fn default_model(artifact: &Artifact) -> Candidate {
-    let model = artifact.manifest.provenance.default_model;
-    // Loading has checked that it is there.
-    let (world, residual) = artifact
-        .model(model)
-        .unwrap_or_else(|| (artifact.sysid.world.clone(), None));
-    Candidate {
-        name: model.to_string(),
-        world,
-        residual: residual.cloned(),
-    }
+/// What a version's repeats scatter by: mean, in m.
+pub fn noise_floor(version: &Artifact) -> Option<f64> {
+    let floor = version.manifest.provenance.noise_floor;
+    floor.map(|floor| floor.mean)
 }
 
 /// Paired by strike, by Student's t: strikes differ by far more than models do.
-fn compare(
+pub fn compare(
     version: &str,
+    floor: Option<f64>,
     current: &[Option<f64>],
     candidate: &[Option<f64>],
-    asked: u32,
 ) -> HeldOutGate {
     let pairs: Vec<(f64, f64)> = current
         .iter()
@@ -130,83 +109,64 @@ fn compare(
         .collect();
     let n = pairs.len() as f64;
     let mean = |value: fn(&(f64, f64)) -> f64| pairs.iter().map(value).sum::<f64>() / n.max(1.0);
-    let gain = mean(|(current, candidate)| current - candidate);
+    let (current_mean, candidate_mean) = (mean(|pair| pair.0), mean(|pair| pair.1));
+    let worse = candidate_mean - current_mean;
     let failed = |errors: &[Option<f64>]| errors.iter().filter(|error| error.is_none()).count();
-    let level = level(asked);
-    let bounds = (pairs.len() >= LEAST)
+    let margin = MARGIN * floor.unwrap_or(current_mean);
+    let at_most = (pairs.len() >= LEAST)
         .then(|| {
-            let squares = pairs.iter().map(|(a, b)| (a - b - gain).powi(2));
+            let squares = pairs.iter().map(|(a, b)| (b - a - worse).powi(2));
             let error = (squares.sum::<f64>() / (n - 1.0) / n).sqrt();
             let student = StudentsT::new(0.0, 1.0, n - 1.0).ok()?;
-            let width = student.inverse_cdf(0.975) * error;
-            let lowest = gain - student.inverse_cdf(1.0 - level) * error;
-            Some(([gain - width, gain + width], lowest))
+            Some(worse + student.inverse_cdf(1.0 - LEVEL) * error)
         })
         .flatten();
-    let is_better = bounds.is_some_and(|(_, lowest)| lowest > 0.0);
     let (current_failed, candidate_failed) = (failed(current), failed(candidate));
     HeldOutGate {
-        passed: is_better && candidate_failed <= current_failed,
-        asked,
-        level,
+        passed: at_most.is_some_and(|at_most| at_most <= margin)
+            && candidate_failed <= current_failed,
         current: version.into(),
         strikes: pairs.len(),
-        current_mean: mean(|(current, _)| *current),
-        candidate_mean: mean(|(_, candidate)| *candidate),
-        gain,
-        interval: bounds.map(|(interval, _)| interval),
+        current_mean,
+        candidate_mean,
+        margin,
+        at_most,
         current_failed,
         candidate_failed,
     }
 }
 
 impl HeldOutGate {
-    /// For a person.
+    /// For a person: a line.
     pub fn sentence(&self) -> String {
         let mm = |metres: f64| metres * 1e3;
-        let Some([low, high]) = self.interval else {
+        let Some(at_most) = self.at_most else {
             return format!(
-                "{} held-out strikes are too few to compare with {}: {LEAST} at the least",
-                self.strikes, self.current
+                "nothing is compared yet: {} held-out strikes, {LEAST} at the least",
+                self.strikes
             );
         };
         let verdict = if self.passed {
-            "better"
-        } else if low > 0.0 && self.candidate_failed > self.current_failed {
-            "better where it predicts, but it predicts fewer strikes"
-        } else if low > 0.0 {
-            "not better beyond the chance that so many comparisons leave"
-        } else if high < 0.0 {
-            "worse"
+            "not worse"
+        } else if at_most <= self.margin {
+            "predicts fewer strikes"
         } else {
-            "no better than chance"
-        };
-        let asked = match self.asked {
-            1 => String::new(),
-            asked => format!(
-                " (comparison {asked} with {}: it passes at {:.2} % in place of {:.1} %)",
-                self.current,
-                100.0 * self.level,
-                100.0 * level(1)
-            ),
+            "perhaps worse"
         };
         format!(
-            "on {} held-out strikes it misses by {:.2} mm, {} by {:.2} mm: a gain of {:.2} mm, 95 % [{:.2}, {:.2}]: {verdict}{asked}",
-            self.strikes,
+            "{verdict}: {:.2} mm on {} held-out strikes, {} {:.2} mm (at most {:+.2} mm at 95 %, {:+.2} mm allowed)",
             mm(self.candidate_mean),
+            self.strikes,
             self.current,
             mm(self.current_mean),
-            mm(self.gain),
-            mm(low),
-            mm(high)
+            mm(at_most),
+            mm(self.margin)
         )
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use rand::{RngExt, SeedableRng};
-    use rand_chacha::ChaCha8Rng;
     use values::{Command, Conditions, Point, Shape};
     use world::{AddedEffect, Estimate, Simulator, World};
 
@@ -221,24 +181,30 @@ mod tests {
         0.001 * (strike % 10) as f64
     }
 
+    fn compare(current: &[Option<f64>], candidate: &[Option<f64>]) -> HeldOutGate {
+        super::compare("v0001", Some(0.002), current, candidate)
+    }
+
     #[test]
-    fn a_small_gain_on_every_strike_passes_and_chance_does_not() {
+    fn what_is_as_good_or_better_passes_and_what_is_worse_does_not() {
         let current = errors(|strike| 0.002 + hard(strike));
+        let same = compare(&current, &current);
+        assert!(
+            same.passed && (same.margin - 1e-4).abs() < 1e-12,
+            "{same:?}"
+        );
         let better = errors(|strike| 0.0018 + hard(strike) + 0.0001 * (strike % 3) as f64);
-        let beats = compare("v0001", &current, &better, 1);
-        assert!(beats.passed, "{beats:?}");
-        assert!(beats.sentence().ends_with("better"), "{}", beats.sentence());
-        let worse = compare("v0001", &better, &current, 1);
-        assert!(!worse.passed && worse.sentence().ends_with("worse"));
-        // Better on the mean, by chance: half of the strikes gain, half lose.
-        let chance = errors(|strike| {
-            let sign = if strike % 2 == 0 { -1.1 } else { 1.0 };
+        assert!(compare(&current, &better).passed);
+        let worse = compare(&better, &current);
+        assert!(!worse.passed && worse.sentence().starts_with("perhaps worse"));
+        // As good on the mean, but nobody knows: half of the strikes gain, half lose.
+        let unknown = errors(|strike| {
+            let sign = if strike % 2 == 0 { -1.0 } else { 1.0 };
             0.002 + hard(strike) + 0.001 * sign
         });
-        let beats = compare("v0001", &current, &chance, 1);
-        assert!(beats.gain > 0.0 && !beats.passed, "{beats:?}");
-        let same = compare("v0001", &current, &current, 1);
-        assert!(!same.passed, "{same:?}");
+        let unknown = compare(&current, &unknown);
+        assert!(!unknown.passed, "{unknown:?}");
+        assert!(!unknown.sentence().contains('\n'));
     }
 
     #[test]
@@ -305,51 +271,99 @@ mod tests {
             errors(|_| 0.01),
             errors(|strike| 0.001 + 0.1 * hard(strike)),
         );
-        let few = compare("v0001", &current[..LEAST - 1], &better[..LEAST - 1], 1);
-        assert!(!few.passed && few.interval.is_none());
-        assert!(few.sentence().contains("too few"));
+        let few = compare(&current[..LEAST - 1], &better[..LEAST - 1]);
+        assert!(!few.passed && few.at_most.is_none());
         let mut failing = better.clone();
         failing[3] = None;
-        let beats = compare("v0001", &current, &failing, 1);
+        let beats = compare(&current, &failing);
         assert!(!beats.passed && beats.candidate_failed == 1);
         assert!(beats.sentence().contains("predicts fewer"));
-        let none = compare("v0001", &[], &[], 1);
-        assert!(!none.passed && none.gain == 0.0);
+        let none = compare(&[], &[]);
+        assert!(!none.passed && none.current_mean == 0.0);
     }
 
-    /// Nights at which a candidate that is no better is compared with the version in use.
-    const NIGHTS: u32 = 60;
+    /// Nights of a lab that learns a mean of six parameters, 25 strikes a night, a fifth of them held out.
+    #[derive(Default)]
+    struct Lab {
+        /// Strikes learnt from, and the error of what was learnt, in units of what repeats scatter by.
+        learnt: f64,
+        error: [f64; 6],
+        /// Of held-out strikes: what each depends on, and its scatter.
+        held_out: Vec<([f64; 6], f64)>,
+    }
 
-    /// Shares of versions in use that some night replaces by a candidate that is no better: by the levels here, and by the first
-    /// level every night.
-    fn replaced_for_nothing(versions: u64) -> [f64; 2] {
-        let mut replaced = [0_u32; 2];
-        for version in 0..versions {
-            let mut rng = ChaCha8Rng::seed_from_u64(version);
-            let mut noise = || Some(0.005 + 0.001 * rng.random_range(-1.0..1.0));
-            let mut is_replaced = [false; 2];
-            for night in 1..=NIGHTS {
-                let current: Vec<_> = (0..40).map(|_| noise()).collect();
-                let candidate: Vec<_> = (0..40).map(|_| noise()).collect();
-                for (place, asked) in [night, 1].into_iter().enumerate() {
-                    is_replaced[place] |= compare("v0001", &current, &candidate, asked).passed;
-                }
+    impl Lab {
+        fn night(&mut self, normal: &mut impl FnMut() -> f64) {
+            for _ in 0..5 {
+                self.held_out.push(([(); 6].map(|()| normal()), normal()));
             }
-            for (count, is_replaced) in replaced.iter_mut().zip(is_replaced) {
-                *count += u32::from(is_replaced);
+            // The posterior mean after 20 more: its error is drawn towards what the new strikes show.
+            for error in &mut self.error {
+                let new = normal() / 20f64.sqrt();
+                *error = (self.learnt * *error + 20.0 * new) / (self.learnt + 20.0);
             }
+            self.learnt += 20.0;
         }
-        replaced.map(|count| f64::from(count) / versions as f64)
+
+        /// What a version with this error misses held-out strikes by.
+        fn misses(&self, error: &[f64; 6]) -> Vec<Option<f64>> {
+            let latest = &self.held_out[self.held_out.len().saturating_sub(MOST)..];
+            let miss = |(at, scatter): &([f64; 6], f64)| {
+                let off: f64 = at.iter().zip(error).map(|(x, e)| x * e).sum();
+                Some((off + scatter).abs())
+            };
+            latest.iter().map(miss).collect()
+        }
+    }
+
+    /// Mean miss of a version with this error on strikes to come, in units of what repeats scatter by.
+    fn expected(error: &[f64; 6]) -> f64 {
+        (1.0 + error.iter().map(|e| e * e).sum::<f64>()).sqrt()
     }
 
     #[test]
-    fn asking_every_night_replaces_no_more_versions_by_chance_than_asking_once() {
-        let [here, at_one_level] = replaced_for_nothing(400);
-        // Standard error of 2.5 % of 400: 0.8 %.
-        assert!(here <= CHANCE + 0.016, "{here}");
-        assert!(
-            at_one_level > 0.2,
-            "{at_one_level}: the test could not fail"
-        );
+    fn a_thousand_nights_hardly_ever_use_a_worse_version_or_hold_a_better_one_back() {
+        use rand::{RngExt, SeedableRng};
+        use rand_distr::{Distribution, StandardNormal};
+        let (mut nights, mut worse, mut held_back) = (0, 0, 0);
+        for lab in 0..8 {
+            let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(lab);
+            let mut lab = Lab::default();
+            let mut in_use: Option<[f64; 6]> = None;
+            let (mut replaced, mut waited) = (f64::INFINITY, 0);
+            for _ in 0..1000 {
+                let mut normal = || StandardNormal.sample(&mut random);
+                lab.night(&mut normal);
+                let mut candidate = lab.error;
+                // One learning in fifty fails.
+                if random.random::<f64>() < 0.02 {
+                    candidate[0] += 0.2 + 2.0 * random.random::<f64>();
+                }
+                let passed = in_use.is_none_or(|in_use| {
+                    let floor = Some((2.0 / std::f64::consts::PI).sqrt());
+                    super::compare(
+                        "v0001",
+                        floor,
+                        &lab.misses(&in_use),
+                        &lab.misses(&candidate),
+                    )
+                    .passed
+                });
+                if passed {
+                    replaced = in_use.map_or(f64::INFINITY, |in_use| expected(&in_use));
+                    in_use = Some(candidate);
+                }
+                let now = expected(&in_use.expect("published"));
+                // Better by more than a hundredth, and not in use.
+                let is_better = expected(&candidate) < 0.99 * now;
+                waited = if is_better { waited + 1 } else { 0 };
+                nights += 1;
+                worse += usize::from(now > 1.05 * replaced);
+                held_back += usize::from(waited > 3);
+            }
+        }
+        let share = |count: usize| count as f64 / f64::from(nights);
+        assert!(share(worse) <= 0.005, "{}", share(worse));
+        assert!(share(held_back) <= 0.01, "{}", share(held_back));
     }
 }

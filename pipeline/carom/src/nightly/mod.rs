@@ -1,13 +1,15 @@
 //! The parts of a night: its gates, what is new, and its record (`nightly.json`).
 
+mod change;
 mod executor_gate;
 mod held_out_gate;
 mod log;
 mod new_data;
 mod night;
 
-pub use executor_gate::plan_paths;
-pub use held_out_gate::{compare_held_out, held_out};
+pub use change::{Change, MovedVersion, Since};
+pub use executor_gate::{plan_paths, promised};
+pub use held_out_gate::{HeldOutGate, LEAST as LEAST_HELD_OUT, compare_held_out, held_out};
 pub use log::Log;
 pub use new_data::{changed, new_strikes};
 pub use night::{Night, Status, keep, kept};

@@ -8,6 +8,7 @@ use ingest::LogFile;
 use serde::{Deserialize, Serialize};
 use store::Artifact;
 
+use super::change::Change;
 use super::executor_gate::ExecutorGate;
 use super::held_out_gate::HeldOutGate;
 use super::new_data::new_logs;
@@ -32,6 +33,24 @@ pub struct Night {
     pub before: Option<String>,
     /// The version in use from now on.
     pub latest: Option<String>,
+    /// Days since it was put to use.
+    #[serde(default)]
+    pub in_use_for: Option<f64>,
+    /// Root mean square of what the version before expected to miss by on the new strikes' paths, in m.
+    #[serde(default)]
+    pub promised: Option<f64>,
+    /// Root mean square of what it missed them by, in m: predicted before it learnt from them.
+    #[serde(default)]
+    pub achieved: Option<f64>,
+    /// The last change for good that was found.
+    #[serde(default)]
+    pub change: Option<Change>,
+    /// Logs that are not learnt from: their strikes scatter beyond chance.
+    #[serde(default)]
+    pub set_aside: Vec<String>,
+    /// Whether tonight's new logs were set aside; never two nights running.
+    #[serde(default)]
+    pub quarantined: bool,
     /// Logs that were read.
     pub logs: usize,
     /// Names of those that the version in use had not seen.
@@ -48,9 +67,6 @@ pub struct Night {
     pub left_out: Vec<LeftOut>,
     /// The gate of held-out strikes.
     pub beats: Option<HeldOutGate>,
-    /// How often a candidate has been compared with the version in use when it began, over all nights so far.
-    #[serde(default)]
-    pub asked: u32,
     /// The gate of the executor.
     pub executor: Option<ExecutorGate>,
     /// Whether the version in use does worse on the new strikes than on those that it was published with.
@@ -69,7 +85,9 @@ pub struct Night {
 pub enum Status {
     /// A new version is in use.
     Promoted,
-    /// A gate refused the candidate; the version before stays in use.
+    /// Nothing better came out; the version before stays in use.
+    Kept,
+    /// Somebody must look: the executor cannot use what came out, or the table or the strikes are not what they were.
     Refused,
     /// There was nothing to decide.
     NothingNew,
@@ -102,8 +120,13 @@ impl Night {
             rejected: 0,
             damaged: Vec::new(),
             left_out: Vec::new(),
+            in_use_for: None,
+            promised: None,
+            achieved: None,
+            change: None,
+            set_aside: Vec::new(),
+            quarantined: false,
             beats: None,
-            asked: 0,
             executor: None,
             drift: None,
             missing: Vec::new(),
@@ -114,22 +137,22 @@ impl Night {
 
     /// A night that failed. It has no basis: the next one tries again.
     pub fn failed(error: &Error, latest: Option<String>, last: Option<&Self>) -> Self {
+        let night = Self::new(&[], None, String::new());
         Self {
             status: Status::Failed,
             before: latest.clone(),
-            asked: last.map_or(0, |last| last.asked_of(latest.as_deref())),
             latest,
             why: vec![format!("failed to {error}")],
-            ..Self::new(&[], None, String::new())
+            ..last.map_or(night.clone(), |last| night.after(last))
         }
     }
 
-    /// How often a candidate was compared with `version` up to this night.
-    pub fn asked_of(&self, version: Option<&str>) -> u32 {
-        if self.before.as_deref() == version {
-            self.asked
-        } else {
-            0
+    /// The same with what goes on from night to night.
+    pub fn after(self, last: &Self) -> Self {
+        Self {
+            change: last.change.clone(),
+            set_aside: last.set_aside.clone(),
+            ..self
         }
     }
 
@@ -152,7 +175,9 @@ impl Night {
                 0
             },
             rejected: self.rejected,
-            asked: self.asked_of(version.map(String::as_str)),
+            quarantined: self.quarantined,
+            change: self.change,
+            set_aside: self.set_aside,
             damaged: self.damaged,
             left_out: self.left_out,
             ..Self::new(&logs, before, self.basis)
@@ -190,12 +215,12 @@ impl Night {
         match self.status {
             Status::Failed => Outcome::Failed,
             Status::Refused => Outcome::Refused,
-            Status::Promoted | Status::NothingNew
+            Status::Promoted | Status::Kept | Status::NothingNew
                 if self.rejected > 0 || !self.damaged.is_empty() || !self.left_out.is_empty() =>
             {
                 Outcome::Rejected
             }
-            Status::Promoted | Status::NothingNew => Outcome::Done,
+            Status::Promoted | Status::Kept | Status::NothingNew => Outcome::Done,
         }
     }
 
@@ -204,16 +229,44 @@ impl Night {
         let latest = self.latest.as_deref().unwrap_or("no version");
         match self.status {
             Status::Promoted => format!("{latest} is in use from now on"),
-            Status::Refused => format!("a gate refused what came out: {latest} stays in use"),
+            Status::Kept => format!("nothing better tonight: {latest} stays in use"),
+            Status::Refused => format!("somebody must look: {latest} stays in use"),
             Status::NothingNew => format!("nothing to decide: {latest} stays in use"),
             Status::Failed => "the work failed: what was in use stays in use".into(),
         }
     }
 
+    /// In use, since when, what it promised and what came of it.
+    fn in_use(&self) -> String {
+        let mm = |metres: f64| format!("{:.2} mm", metres * 1e3);
+        let mut line = format!("in use: {}", self.latest.as_deref().unwrap_or("no version"));
+        if let Some(days) = self.in_use_for {
+            line += &format!(", for {days:.1} days");
+        }
+        if let (Some(before), Some(promised), Some(achieved)) =
+            (&self.before, self.promised, self.achieved)
+        {
+            line += &format!(
+                "; {before} promised {} rms, and missed the newest strikes by {} rms",
+                mm(promised),
+                mm(achieved)
+            );
+        }
+        line
+    }
+
     /// The decision, drift, missing effects and damaged logs, a line each.
     pub fn lines(&self) -> Vec<String> {
-        let mut lines = self.why.clone();
-        lines.extend(self.drift.map(|drift| drift.sentence()));
+        let mut lines = vec![self.in_use()];
+        lines.extend(self.change.as_ref().map(Change::sentence));
+        lines.extend(self.why.clone());
+        lines.extend(self.drift.as_ref().map(Drift::sentence));
+        if !self.set_aside.is_empty() {
+            lines.push(format!(
+                "not learnt from, for their strikes scatter beyond chance: {}; look at them and take away what is bad",
+                self.set_aside.join(", ")
+            ));
+        }
         lines.extend(
             self.missing.iter().map(|missing| {
                 format!("the data now name {}: {}", missing.name, missing.statement)

@@ -1,115 +1,208 @@
-//! Drift: does a version's default model do worse here than chance explains?
+//! Drift: is the table where a version has it, or did friction, launch or heading change?
 
+use evaluate::{Candidate, Model, Observe};
 use serde::{Deserialize, Serialize};
-use statrs::distribution::{ContinuousCDF, Gamma};
-use store::Model;
-use values::StopErrors;
+use stage::Run;
+use statrs::distribution::{ContinuousCDF, StudentsT};
+use store::Artifact;
+use values::Strike;
+use world::{Session, Shift, Varies};
 
-/// The default model's mean stop error here against that on the strikes held out when the version was published.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+use crate::Error;
+
+/// Fewer strikes show no change: one or two of them may be bad.
+pub const LEAST: usize = 5;
+/// Chance calls a table that is as it was changed once in so many tests, over its three quantities.
+const CHANCE: f64 = 1e-3;
+/// Degrees of freedom of what is assumed to differ from session to session, where one only was seen.
+const ASSUMED_FREEDOM: f64 = 4.0;
+
+/// What new strikes show of a table beside a version's default model.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Drift {
-    model: Model,
-    /// Mean stop error when published, in m.
-    published: f64,
-    /// Mean stop error here, in m.
-    here: f64,
-    /// Their difference in units of its standard error, by the scatter when published.
-    z: f64,
-    /// Whether chance gives as much less often than [`CHANCE`].
+    /// Strikes that show it.
+    strikes: usize,
+    /// Friction, gain and heading.
+    quantities: Vec<Quantity>,
+    /// Whether chance gives any of them less often than [`CHANCE`], sessions differing as the version holds.
     beyond_chance: bool,
 }
 
-/// Fewer held-out strikes when published give no scatter to judge by.
-pub const LEAST: usize = 8;
-/// Chance is called drift once in so many scores.
-const CHANCE: f64 = 1e-3;
+/// One quantity beside the version's own.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+struct Quantity {
+    name: String,
+    /// Mean over the strikes: ln of the factor on friction or launch speed, or heading in rad.
+    by: f64,
+    /// Its standard error, of which a session's usual difference is part.
+    error: f64,
+    /// Two-sided p-value by Student's t.
+    p: f64,
+}
 
 impl Drift {
-    /// By the scatter of single strikes when published: by that of the strikes here, a wild miss would be its own excuse. Means of
-    /// a few errors, which are never negative, are skewed: they follow a gamma distribution.
-    pub fn between(model: Model, published: &StopErrors, here: &StopErrors) -> Self {
-        let each = |n: usize| 1.0 / n.max(1) as f64;
-        let variance = published.sd.powi(2) * (each(published.n) + each(here.n));
-        let variance = variance.max(1e-18);
-        let mean = published.mean;
-        let chance =
-            Gamma::new(mean * mean / variance, mean / variance).map(|gamma| gamma.sf(here.mean));
-        Self {
-            model,
-            published: mean,
-            here: here.mean,
-            z: (here.mean - mean) / variance.sqrt(),
-            beyond_chance: chance.unwrap_or(0.0) < CHANCE && here.mean > mean,
+    /// Signed means of each strike's own friction, gain and heading, by Student's t with the strikes' own scatter; none of too few.
+    pub fn of(varies: &Varies, seen: &Session) -> Option<Self> {
+        let shown: Vec<[f64; 3]> = seen
+            .0
+            .iter()
+            .filter_map(|(_, seen)| varies.shown_by(seen))
+            .collect();
+        if shown.len() < LEAST {
+            return None;
         }
+        let usual = varies.between.next();
+        let quantities: Vec<Quantity> = Shift::NAMES
+            .iter()
+            .enumerate()
+            .map(|(i, name)| {
+                let between = usual[i].powi(2) + varies.certainty[i][i];
+                let freedom = ASSUMED_FREEDOM + varies.between.sessions as f64 - 1.0;
+                let values: Vec<f64> = shown.iter().map(|shift| shift[i]).collect();
+                quantity(name, &values, between, freedom)
+            })
+            .collect();
+        let least = quantities.iter().map(|q| q.p).fold(1.0, f64::min);
+        Some(Self {
+            strikes: shown.len(),
+            beyond_chance: least < CHANCE / quantities.len() as f64,
+            quantities,
+        })
+    }
+
+    /// Whether the table changed.
+    pub fn is_beyond_chance(&self) -> bool {
+        self.beyond_chance
     }
 
     /// For a person.
     pub fn sentence(&self) -> String {
-        let verdict = if self.beyond_chance {
-            "worse than chance explains: the rig has drifted, or these strikes lie where none was learnt from"
-        } else {
-            "no drift beyond chance"
+        let [friction, gain, heading] = [0, 1, 2].map(|i| self.quantities[i].by);
+        let shift = Shift {
+            friction,
+            gain,
+            heading,
         };
-        format!(
-            "{}: {:.2} cm here, {:.2} cm on the strikes held out when it was published (z = {:.1}): {verdict}",
-            self.model,
-            self.here * 100.0,
-            self.published * 100.0,
-            self.z
-        )
+        let level = CHANCE / self.quantities.len() as f64;
+        let changed: Vec<&str> = self
+            .quantities
+            .iter()
+            .filter(|quantity| quantity.p < level)
+            .map(|quantity| match quantity.name.as_str() {
+                "gain" => "launch",
+                "heading" => "heading or camera",
+                name => name,
+            })
+            .collect();
+        let verdict = if changed.is_empty() {
+            "no change beyond chance".into()
+        } else {
+            format!("changed beyond chance: {}", changed.join(", "))
+        };
+        format!("{} new strikes show {shift}: {verdict}", self.strikes)
     }
+}
+
+fn quantity(name: &str, values: &[f64], between: f64, freedom: f64) -> Quantity {
+    let n = values.len() as f64;
+    let by = values.iter().sum::<f64>() / n;
+    let squares: f64 = values.iter().map(|value| (value - by).powi(2)).sum();
+    let within = (squares / (n - 1.0) / n).max(1e-18);
+    let variance = within + between;
+    // Welch and Satterthwaite's degrees of freedom.
+    let freedom = variance.powi(2) / (within.powi(2) / (n - 1.0) + between.powi(2) / freedom);
+    let error = variance.sqrt();
+    let student = StudentsT::new(0.0, 1.0, freedom.max(1.0));
+    let p = student.map_or(1.0, |student| 2.0 * student.sf((by / error).abs()));
+    Quantity {
+        name: name.into(),
+        by,
+        error,
+        p,
+    }
+}
+
+/// How the table varies beside a version's default model.
+pub fn varies(artifact: &Artifact) -> Varies {
+    let model = artifact.manifest.provenance.default_model;
+    let known = artifact.manifest.provenance.varies.get(&model).cloned();
+    known.unwrap_or_else(|| Varies::assumed(&default_model(artifact).world))
+}
+
+/// A version's default model.
+pub fn default_model(artifact: &Artifact) -> Candidate {
+    let model = artifact.manifest.provenance.default_model;
+    // Loading has checked that it is there.
+    let (world, residual) = artifact
+        .model(model)
+        .unwrap_or_else(|| (artifact.sysid.world.clone(), None));
+    Candidate {
+        name: model.to_string(),
+        world,
+        residual: residual.cloned(),
+    }
+}
+
+/// What strikes show beside a version's default model, those that show a free slide.
+pub fn observed(run: &Run, artifact: &Artifact, strikes: &[Strike]) -> Result<Session, Error> {
+    let model = Model::of(&artifact.rig, &default_model(artifact));
+    let seen = run.items(&Observe, &model, strikes)?;
+    let orders = strikes.iter().map(|strike| strike.conditions.order);
+    let seen = orders.zip(seen);
+    Ok(Session(
+        seen.filter_map(|(order, seen)| Some((order, seen?)))
+            .collect(),
+    ))
 }
 
 #[cfg(test)]
 mod tests {
+    use rand::SeedableRng;
+    use rand_chacha::ChaCha8Rng;
+    use rand_distr::{Distribution, Normal};
+    use world::Observation;
+
     use super::*;
 
-    #[test]
-    fn only_a_difference_beyond_chance_is_called_drift() {
-        let published = StopErrors {
-            mean: 0.005,
-            sd: 0.003,
-            median: 0.004,
-            p95: 0.01,
-            n: 50,
-            failed: 0,
+    /// Strikes that show these shifts, in a world whose distance goes as gain squared over friction.
+    fn session(shifts: &[[f64; 3]]) -> Session {
+        let seen = |[friction, gain, heading]: &[f64; 3]| Observation {
+            about: Shift::default(),
+            away: [*gain, 2.0 * gain - friction, *heading],
+            slopes: [[0.0, 1.0, 0.0], [-1.0, 2.0, 0.0], [0.0, 0.0, 1.0]],
         };
-        let here = |mean| StopErrors {
-            mean,
-            sd: 0.003,
-            median: mean,
-            p95: 0.01,
-            n: 50,
-            failed: 0,
-        };
-        let drift = |mean| Drift::between(Model::Sysid, &published, &here(mean));
-        assert!(!drift(0.0055).beyond_chance);
-        assert!(!drift(0.001).beyond_chance, "better is no drift");
-        assert!(drift(0.009).beyond_chance);
-        assert!((drift(0.0056).z - 1.0).abs() < 1e-9);
+        Session(shifts.iter().map(|shift| (0.0, seen(shift))).collect())
+    }
 
-        // One strike that misses wildly makes the scatter here, and is reported all the same.
-        let wild = StopErrors {
-            mean: 0.030,
-            sd: 0.080,
-            n: 10,
-            ..here(0.030)
-        };
-        assert!(Drift::between(Model::Sysid, &published, &wild).beyond_chance);
-        let single = |mean| StopErrors {
-            sd: 0.0,
-            n: 1,
-            ..here(mean)
-        };
-        // A normal distribution would call a single strike of 3.2 standard errors drift; of errors one in 200 is so large.
-        let drift = |mean| Drift::between(Model::Sysid, &published, &single(mean));
-        assert!(!drift(0.0147).beyond_chance && drift(0.0147).z > 3.1);
-        assert!(drift(0.025).beyond_chance);
-        let perfect = StopErrors {
-            mean: 0.0,
-            sd: 0.0,
-            ..published
-        };
-        assert!(Drift::between(Model::Sysid, &perfect, &single(0.01)).beyond_chance);
+    fn assumed() -> Varies {
+        let rig = values::Rig::demo(values::Shape::Cylinder);
+        Varies::assumed(&world::World::nominal(&rig))
+    }
+
+    #[test]
+    fn a_table_that_is_as_it_was_is_called_changed_as_rarely_as_is_promised() {
+        let mut random = ChaCha8Rng::seed_from_u64(5);
+        let mut normal = |sd: f64| Normal::new(0.0, sd).expect("a sd").sample(&mut random);
+        let scatter = [0.02, 0.01, 0.006];
+        for strikes in [8, 14] {
+            let mut called = 0;
+            let tests = 20_000;
+            for _ in 0..tests {
+                let shifts: Vec<[f64; 3]> =
+                    (0..strikes).map(|_| scatter.map(&mut normal)).collect();
+                let drift = Drift::of(&assumed(), &session(&shifts)).expect("enough");
+                called += usize::from(drift.beyond_chance);
+            }
+            // 20 are expected at the level; five standard deviations more are too many.
+            assert!(called <= 42, "{called} of {tests} with {strikes}");
+        }
+        let changed: Vec<[f64; 3]> = (0..10)
+            .map(|_| [0.12 + normal(0.02), normal(0.01), normal(0.006)])
+            .collect();
+        let drift = Drift::of(&assumed(), &session(&changed)).expect("enough");
+        assert!(drift.beyond_chance, "{drift:?}");
+        let said = drift.sentence();
+        assert!(said.ends_with("changed beyond chance: friction"), "{said}");
+        assert_eq!(Drift::of(&assumed(), &session(&changed[..4])), None);
     }
 }

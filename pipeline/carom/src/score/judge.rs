@@ -5,11 +5,11 @@ use stage::Run;
 use store::{Artifact, Logged, Model};
 use values::Strike;
 
-use super::drift::{Drift, LEAST};
+use super::drift::{Drift, LEAST, observed, varies};
 use crate::Error;
 use crate::noise::identified;
 
-/// How well every model of a version predicts strikes, and whether that is worse than when it was published.
+/// How well every model of a version predicts strikes, and whether the table is where the version has it.
 pub fn judge(
     run: &Run,
     artifact: &Artifact,
@@ -26,23 +26,13 @@ pub fn judge(
     // What was estimated when the residual was there to take away what repeats.
     let published = artifact.manifest.provenance.noise_floor;
     evaluation.noise_floor = published.or(evaluation.noise_floor);
-    let model = artifact.manifest.provenance.default_model;
-    let drift = evaluation.models.get(model.name()).and_then(|here| {
-        let published = artifact.manifest.provenance.metrics.get(&model)?;
-        (published.n >= LEAST).then(|| Drift::between(model, published, here))
-    });
-    Ok((evaluation, drift))
+    let seen = observed(run, artifact, &input.strikes)?;
+    Ok((evaluation, Drift::of(&varies(artifact), &seen)))
 }
 
 /// Why drift from a version cannot be judged.
-pub fn drift_unknown(artifact: &Artifact) -> String {
-    let provenance = &artifact.manifest.provenance;
-    let published = provenance.metrics.get(&provenance.default_model);
-    format!(
-        "cannot judge drift: {} was published with {} held-out strikes, {LEAST} are needed",
-        artifact.version,
-        published.map_or(0, |published| published.n)
-    )
+pub fn drift_unknown() -> String {
+    format!("cannot judge drift: fewer than {LEAST} strikes show a free slide")
 }
 
 /// Strikes made after those that the version was computed from follow them in order, for effects that drift.

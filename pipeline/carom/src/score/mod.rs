@@ -1,7 +1,7 @@
-//! How well a version predicts other strikes than it was fitted to. A rig that has drifted shows here.
+//! How well a version predicts other strikes than it was fitted to. A table that changed shows here.
 
 mod drift;
 mod judge;
 
-pub use drift::Drift;
+pub use drift::{Drift, default_model, observed, varies};
 pub use judge::{drift_unknown, follow_known_strikes, judge};

@@ -1,0 +1,245 @@
+//! The table followed from strike to strike: a mixture of Kalman filters.
+//!
+//! Each hypothesis is a history: which of friction, gain and heading jumped when a session began, which strike was bad, whether the
+//! table jumped in between. Hypotheses stay apart, so that a bad first strike is recognised by those after it.
+
+use nalgebra::{Cholesky, Const};
+use serde::{Deserialize, Serialize};
+
+use super::linear::{Matrix, Rows, Vector, distance_squared, log_density, matrix, rows, variances};
+use super::varies::{JUMP, Varies};
+use crate::{Observation, Shift};
+
+/// Most hypotheses that are kept.
+const MOST: usize = 32;
+/// What a session's beginning may change beside the usual: which of friction, gain and heading jump, and the share of all jumps
+/// that are such.
+const JUMPS: [([bool; 3], f64); 7] = [
+    ([true, false, false], 0.30),
+    ([false, true, false], 0.15),
+    ([false, false, true], 0.15),
+    ([true, true, true], 0.25),
+    ([true, true, false], 0.05),
+    ([true, false, true], 0.05),
+    ([false, true, true], 0.05),
+];
+/// Chance that a strike is bad (mislabelled, bumped, not free): it says nothing.
+const BAD: f64 = 0.02;
+/// Standard deviations of what a bad strike shows.
+const BAD_SHOWN: [f64; 3] = [0.2, 0.3, 0.2];
+/// Chance that the table jumps between two strikes of a session.
+const JUMP_NOW: f64 = 0.004;
+/// Of χ² with three degrees of freedom one in a thousand is greater.
+const BELIEF: f64 = 16.27;
+/// One strike may be bad: so many at the least say that a table has changed.
+const LEAST_STRIKES: usize = 2;
+
+/// What is known of the table now.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Filter {
+    varies: Varies,
+    hypotheses: Vec<Hypothesis>,
+    /// Strikes that it followed.
+    strikes: usize,
+}
+
+/// One history. The weights of all sum to one.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Hypothesis {
+    log_weight: f64,
+    mean: [f64; 3],
+    covariance: Rows,
+}
+
+/// The table is farther from the version's own than the version believes possible.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TableChanged {
+    /// Where it seems to be.
+    pub shift: Shift,
+    /// Strikes that say so.
+    pub strikes: usize,
+}
+
+impl Filter {
+    /// Before any recent strike.
+    pub fn new(varies: &Varies) -> Self {
+        Self {
+            hypotheses: vec![Hypothesis {
+                log_weight: 0.0,
+                mean: [0.0; 3],
+                covariance: varies.certainty,
+            }],
+            varies: varies.clone(),
+            strikes: 0,
+        }
+    }
+
+    /// Before the first strike of a new session, if that is no other than usual: nothing jumped.
+    pub fn as_usual(varies: &Varies) -> Self {
+        let mut filter = Self::new(varies);
+        let usual = variances(varies.between.next());
+        for hypothesis in &mut filter.hypotheses {
+            *hypothesis = hypothesis.spread(0.0, &usual);
+        }
+        filter
+    }
+
+    /// How the table varies.
+    pub fn varies(&self) -> &Varies {
+        &self.varies
+    }
+
+    /// Strikes that it followed.
+    pub fn strikes(&self) -> usize {
+        self.strikes
+    }
+
+    /// A session begins: a new day, object or set-up. Nothing is seen of it yet.
+    pub fn begin_session(&mut self) {
+        let between = &self.varies.between;
+        let usual = variances(between.next());
+        let stays = (1.0 - between.jump_chance).ln();
+        let mut begun = Vec::with_capacity(8 * self.hypotheses.len());
+        for hypothesis in &self.hypotheses {
+            begun.push(hypothesis.spread(stays, &usual));
+            for (jumps, share) in JUMPS {
+                let jump = std::array::from_fn(|i| if jumps[i] { JUMP[i] } else { 0.0 });
+                let chance = (between.jump_chance * share).ln();
+                begun.push(hypothesis.spread(chance, &(usual + variances(jump))));
+            }
+        }
+        self.hypotheses = begun;
+    }
+
+    /// After one more strike; `gap` strikes after the one before.
+    pub fn after(&self, observation: &Observation, gap: f64) -> Self {
+        let wander = self.varies.wander_after(gap);
+        let scatter = matrix(self.varies.scatter);
+        let slopes = matrix(observation.slopes);
+        let bad = variances(BAD_SHOWN);
+        let mut next = Vec::with_capacity(3 * self.hypotheses.len());
+        for hypothesis in &self.hypotheses {
+            let away = |mean: &Vector| self.varies.unbiased(observation.away_at(mean));
+            let walked = hypothesis.spread(0.0, &wander);
+            let jumped = walked.spread(JUMP_NOW.ln(), &variances(JUMP));
+            let is_bad = (BAD.ln(), log_density(&away(&walked.vector()), &bad));
+            next.push(walked.spread(is_bad.0 + is_bad.1, &Matrix::zeros()));
+            for prior in [
+                walked.spread((1.0 - BAD - JUMP_NOW).ln(), &Matrix::zeros()),
+                jumped,
+            ] {
+                next.extend(prior.updated(&away(&prior.vector()), &slopes, &scatter));
+            }
+        }
+        Self {
+            varies: self.varies.clone(),
+            hypotheses: heaviest(next),
+            strikes: self.strikes + 1,
+        }
+    }
+
+    /// The weighted mean: what to plan with.
+    pub fn mean(&self) -> Shift {
+        let mean: [f64; 3] = self.mean_vector().into();
+        mean.into()
+    }
+
+    /// Standard deviations of friction (ln), gain (ln) and heading (rad) about the mean.
+    pub fn deviations(&self) -> [f64; 3] {
+        let covariance = self.covariance();
+        std::array::from_fn(|i| covariance[(i, i)].max(0.0).sqrt())
+    }
+
+    /// Mean square of what the next strike misses by as a share of its path's length, for the table is not known better; by what ln
+    /// distance and bearing change by with the shift ([`crate::Observer::stop_slopes`]).
+    pub fn share_by_shift(&self, stop_slopes: &[[f64; 3]; 2]) -> f64 {
+        let covariance = self.covariance() + self.varies.wander_after(1.0);
+        let by_shift = stop_slopes.iter().map(|slopes| {
+            let slopes = Vector::from(*slopes);
+            slopes.dot(&(covariance * slopes))
+        });
+        by_shift.sum::<f64>().max(0.0)
+    }
+
+    /// Whether the table is farther from the version's own than that believes possible.
+    ///
+    /// # Errors
+    /// Where it is.
+    pub fn check(&self) -> Result<(), TableChanged> {
+        let believed =
+            matrix(self.varies.certainty) + variances(self.varies.between.next()) + variances(JUMP);
+        let away = distance_squared(&self.mean_vector(), &believed);
+        if self.strikes >= LEAST_STRIKES && away > BELIEF {
+            return Err(TableChanged {
+                shift: self.mean(),
+                strikes: self.strikes,
+            });
+        }
+        Ok(())
+    }
+
+    fn mean_vector(&self) -> Vector {
+        let weighted = self.hypotheses.iter().map(|h| h.vector() * h.weight());
+        weighted.fold(Vector::zeros(), |sum, mean| sum + mean)
+    }
+
+    /// Within the hypotheses and between them.
+    fn covariance(&self) -> Matrix {
+        let mean = self.mean_vector();
+        let spread = self.hypotheses.iter().map(|hypothesis| {
+            let away = hypothesis.vector() - mean;
+            (matrix(hypothesis.covariance) + away * away.transpose()) * hypothesis.weight()
+        });
+        spread.fold(Matrix::zeros(), |sum, one| sum + one)
+    }
+}
+
+impl Hypothesis {
+    fn weight(&self) -> f64 {
+        self.log_weight.exp()
+    }
+
+    fn vector(&self) -> Vector {
+        Vector::from(self.mean)
+    }
+
+    /// The same, less likely by this factor (its logarithm) and less certain by these variances.
+    fn spread(&self, log_chance: f64, by: &Matrix) -> Self {
+        Self {
+            log_weight: self.log_weight + log_chance,
+            mean: self.mean,
+            covariance: rows(&(matrix(self.covariance) + by)),
+        }
+    }
+
+    /// After an innovation; none where the numbers do not allow one.
+    fn updated(&self, away: &Vector, slopes: &Matrix, scatter: &Matrix) -> Option<Self> {
+        let covariance = matrix(self.covariance);
+        let innovation = slopes * covariance * slopes.transpose() + scatter;
+        let cholesky: Cholesky<f64, Const<3>> = innovation.cholesky()?;
+        let gain = cholesky.solve(&(slopes * covariance)).transpose();
+        // Joseph's form stays symmetric and positive.
+        let left = Matrix::identity() - gain * slopes;
+        let after = left * covariance * left.transpose() + gain * scatter * gain.transpose();
+        let mean = self.vector() + gain * away;
+        Some(Self {
+            log_weight: self.log_weight + log_density(away, &innovation),
+            mean: mean.into(),
+            covariance: rows(&after),
+        })
+    }
+}
+
+/// The heaviest hypotheses, whose weights sum to one again.
+fn heaviest(mut all: Vec<Hypothesis>) -> Vec<Hypothesis> {
+    all.sort_by(|a, b| b.log_weight.total_cmp(&a.log_weight));
+    all.truncate(MOST);
+    let greatest = all.first().map_or(0.0, |first| first.log_weight);
+    let sum: f64 = all.iter().map(|h| (h.log_weight - greatest).exp()).sum();
+    for hypothesis in &mut all {
+        hypothesis.log_weight -= greatest + sum.ln();
+    }
+    all
+}

@@ -1,0 +1,179 @@
+//! The filter on tables whose truth is known: strikes whose distance goes as launch speed squared over friction.
+
+use values::Shape;
+
+use super::linear::rows;
+use super::*;
+use crate::{Shift, World};
+
+/// Scatter of ln launch speed, ln distance, and bearing (rad).
+const SCATTER: [f64; 3] = [0.012, 0.02, 0.006];
+const SLOPES: [[f64; 3]; 3] = [[0.0, 1.0, 0.0], [-1.0, 2.0, 0.0], [0.0, 0.0, 1.0]];
+
+/// Normal deviates by a linear congruential generator: the same everywhere.
+struct Deviates(u64);
+
+impl Deviates {
+    fn uniform(&mut self) -> f64 {
+        let next = self.0.wrapping_mul(6_364_136_223_846_793_005);
+        self.0 = next.wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    fn normal(&mut self) -> f64 {
+        (0..12).map(|_| self.uniform()).sum::<f64>() - 6.0
+    }
+
+    fn strike(&mut self, shift: Shift) -> Observation {
+        let away = SLOPES.map(|row| row.iter().zip(shift.values()).map(|(a, b)| a * b).sum());
+        let away: [f64; 3] = away;
+        Observation {
+            about: Shift::default(),
+            away: std::array::from_fn(|i| away[i] + SCATTER[i] * self.normal()),
+            slopes: SLOPES,
+        }
+    }
+}
+
+fn world() -> World {
+    World::nominal(&values::Rig::demo(Shape::Cylinder))
+}
+
+/// A hundred strikes of a version, whose friction walks by this step.
+fn learnt(random: &mut Deviates, step: f64) -> Varies {
+    let mut shift = Shift::default();
+    let seen = (0..100).map(|order| {
+        shift.friction += step * random.normal();
+        (f64::from(order), random.strike(shift))
+    });
+    let session = Session(seen.collect());
+    Varies::of(&world(), &[session])
+}
+
+fn followed(varies: &Varies, strikes: impl Iterator<Item = Observation>) -> Filter {
+    let mut filter = Filter::new(varies);
+    filter.begin_session();
+    strikes.fold(filter, |filter, seen| filter.after(&seen, 1.0))
+}
+
+/// What a plan with this shift misses by on a table that is elsewhere, as a share of the path.
+fn miss(planned: Shift, table: Shift) -> f64 {
+    let distance = 2.0 * (planned.gain - table.gain) - (planned.friction - table.friction);
+    distance.hypot(planned.heading - table.heading)
+}
+
+const NOON: Shift = Shift {
+    friction: 0.113,
+    gain: -0.051,
+    heading: 0.026,
+};
+
+/// Root mean square of [`miss`] after so many strikes on a table, over forty rigs, in units of what strikes scatter by; of these strikes
+/// one may be bad.
+fn after(strikes: usize, table: Shift, bad: Option<usize>) -> f64 {
+    let floor = SCATTER[1].hypot(SCATTER[2]);
+    let squares = (0..40).map(|rig| {
+        let mut random = Deviates(rig * 7919 + 1);
+        let varies = learnt(&mut random, 0.0);
+        let filter = followed(
+            &varies,
+            (0..strikes).map(|place| {
+                let mut seen = random.strike(table);
+                if bad == Some(place) {
+                    seen.away[1] -= 0.6;
+                }
+                seen
+            }),
+        );
+        (miss(filter.mean(), table) / floor).powi(2)
+    });
+    (squares.sum::<f64>() / 40.0).sqrt()
+}
+
+#[test]
+fn a_steady_table_is_left_alone_and_a_changed_one_is_followed_from_the_first_strike() {
+    for (strikes, steady, noon) in [(1, 0.5, 1.5), (3, 0.45, 1.0), (10, 0.35, 0.55)] {
+        let [still, moved] = [Shift::default(), NOON].map(|table| after(strikes, table, None));
+        assert!(still < steady && moved < noon, "{strikes}: {still} {moved}");
+    }
+    let unadapted = miss(Shift::default(), NOON) / SCATTER[1].hypot(SCATTER[2]);
+    assert!(unadapted > 7.0, "{unadapted}");
+}
+
+#[test]
+fn a_bad_strike_among_others_is_recognised() {
+    let first = after(3, Shift::default(), Some(0));
+    assert!(first < 0.6, "{first}");
+    let among = after(5, NOON, Some(1));
+    assert!(among < 1.2, "{among}");
+}
+
+#[test]
+fn a_table_beyond_belief_is_refused_by_two_strikes_and_not_by_one() {
+    let mut random = Deviates(3);
+    let varies = learnt(&mut random, 0.0);
+    let far = Shift {
+        friction: 0.7,
+        ..Shift::default()
+    };
+    let strikes: Vec<Observation> = (0..3).map(|_| random.strike(far)).collect();
+    let check = |strikes: &[Observation]| followed(&varies, strikes.iter().copied()).check();
+    assert_eq!(check(&strikes[..1]), Ok(()));
+    let changed = check(&strikes).expect_err("far");
+    assert!((changed.shift.friction - 0.7).abs() < 0.1, "{changed:?}");
+    for rig in 0..40 {
+        let mut random = Deviates(rig * 104_729 + 5);
+        let varies = learnt(&mut random, 0.0);
+        let strikes = (0..10).map(|_| random.strike(NOON));
+        assert_eq!(followed(&varies, strikes).check(), Ok(()), "{rig}");
+    }
+}
+
+#[test]
+fn wander_is_told_from_scatter_and_is_not_seen_where_there_is_none() {
+    let (mut steps, mut false_claims) = (Vec::new(), 0);
+    for rig in 0..40 {
+        let mut random = Deviates(rig * 15_485_863 + 11);
+        steps.push(learnt(&mut random, 0.008).wander[0]);
+        false_claims += usize::from(learnt(&mut random, 0.0).wander != [0.0; 3]);
+    }
+    let found = values::median(steps).expect("steps");
+    assert!((0.004..=0.016).contains(&found), "{found}");
+    assert!(false_claims <= 2, "{false_claims}");
+}
+
+#[test]
+fn sessions_that_differ_widen_what_is_believed_of_the_next() {
+    let mut random = Deviates(17);
+    let friction = [0.05, -0.06, 0.03, -0.02, 0.06, -0.05];
+    let sessions: Vec<Session> = friction
+        .map(|friction| {
+            let table = Shift {
+                friction,
+                ..Shift::default()
+            };
+            let seen = (0..20).map(|order| (f64::from(order), random.strike(table)));
+            Session(seen.collect())
+        })
+        .into();
+    let between = Varies::of(&world(), &sessions).between;
+    assert_eq!(between.sessions, 6);
+    let [friction, gain, heading] = between.deviations;
+    assert!((0.03..0.08).contains(&friction), "{friction}");
+    assert!(gain < 0.006 && heading < 0.004, "{gain} {heading}");
+}
+
+#[test]
+fn what_varies_is_checked_where_it_is_loaded() {
+    let varies = learnt(&mut Deviates(1), 0.0);
+    assert_eq!(varies.check(), Ok(()));
+    let mut wrong = varies.clone();
+    wrong.scatter[0][1] = 1.0;
+    assert!(wrong.check().is_err());
+    let mut wrong = varies.clone();
+    wrong.certainty = rows(&(-super::linear::Matrix::identity()));
+    assert!(wrong.check().is_err());
+    let mut wrong = varies;
+    wrong.wander[2] = f64::NAN;
+    assert!(wrong.check().is_err());
+}

@@ -1,0 +1,43 @@
+//! What a strike at a target came to.
+
+use serde::{Deserialize, Serialize};
+
+use super::drawn::Case;
+
+/// Recent strikes after which the targets are struck.
+pub const RECENT: [usize; 6] = [0, 1, 2, 3, 5, 10];
+
+/// One strike at a target.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Outcome {
+    /// Number of the rig.
+    pub rig: u64,
+    /// What happened to its table.
+    pub case: Case,
+    /// How it was planned.
+    pub method: Method,
+    /// After so many recent strikes.
+    pub recent: usize,
+    /// Distance from target to stop, in m.
+    pub miss: f64,
+    /// What the plan expected it to be (root mean square), in m; of the peers none.
+    pub promise: Option<f64>,
+    /// Mean distance of repeats of one command from their mean, on the same table, in m.
+    pub floor: f64,
+}
+
+/// How a strike is planned.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Method {
+    /// As the version says.
+    None,
+    /// With the recent strikes, by carom's filter.
+    Filter,
+    /// The last miss taken off the target.
+    LastError,
+    /// A Newton step of a fixed Jacobian (distance as speed squared, bearing as angle) by the last strike's error.
+    NewtonLast,
+    /// The same by the mean of the recent strikes' errors.
+    NewtonMean,
+}

@@ -1,0 +1,269 @@
+//! Strikes at targets after recent strikes, by the filter and by its peers.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, ensure};
+use carom::{Cli, execute};
+use clap::Parser;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rig::{RecordingWriter, Sim, Truth};
+use store::{Artifact, Store};
+use strike::{Plan, Planner};
+use values::{Command, Point, Strike};
+
+use super::drawn::{Case, LivingRig};
+use super::outcome::{Method, Outcome, RECENT};
+
+/// Strikes that a version learns from, in one session.
+const LEARNT: usize = 100;
+/// Targets after each number of recent strikes.
+const TARGETS: usize = 16;
+/// Commands that are repeated, and how often.
+const REPEATED: (usize, usize) = (8, 8);
+
+/// A target: from, to.
+type Pair = (Point, Point);
+
+/// Every case of one rig.
+pub fn measure(rig: &LivingRig, scratch: &Path) -> anyhow::Result<Vec<Outcome>> {
+    let mut outcomes = Vec::new();
+    let learnt = learn(rig, Case::Steady, &scratch.join("usual"))?;
+    for case in Case::ALL {
+        if case == Case::Wander {
+            let learnt = learn(rig, case, &scratch.join("wander"))?;
+            outcomes.extend(measure_case(rig, case, &learnt, scratch)?);
+        } else {
+            outcomes.extend(measure_case(rig, case, &learnt, scratch)?);
+        }
+    }
+    Ok(outcomes)
+}
+
+/// A version, and the paths that it learnt from.
+struct Learnt {
+    artifact: Artifact,
+    paths: Vec<Pair>,
+}
+
+fn learn(rig: &LivingRig, case: Case, dir: &Path) -> anyhow::Result<Learnt> {
+    let settings = rig::demo::Settings {
+        truth: rig.before(case)?,
+        sessions: Some(1),
+        ..rig::demo::Settings::new(values::Shape::Cylinder, LEARNT, rig.number, None)
+    };
+    let written = rig::demo::write(&settings, &dir.join("rig"))?;
+    let text = |path: PathBuf| path.display().to_string();
+    let cli = Cli::try_parse_from([
+        "carom".into(),
+        "--quiet".into(),
+        "run".into(),
+        text(dir.join("rig/logs")),
+        "--rig".into(),
+        text(written.rig),
+        "--out".into(),
+        text(dir.join("run")),
+    ])?;
+    execute(&cli).map_err(|error| anyhow::anyhow!("rig {}: failed to {error}", rig.number))?;
+    let strikes = Truth::load(&written.truth)?.strikes;
+    Ok(Learnt {
+        artifact: Store::open(&dir.join("run")).load(None)?,
+        paths: strikes
+            .iter()
+            .map(|strike| (strike.initial, strike.stop))
+            .collect(),
+    })
+}
+
+fn measure_case(
+    rig: &LivingRig,
+    case: Case,
+    learnt: &Learnt,
+    scratch: &Path,
+) -> anyhow::Result<Vec<Outcome>> {
+    let artifact = &learnt.artifact;
+    let planner = || Planner::new(artifact, artifact.manifest.provenance.default_model);
+    let usual = planner()?;
+    let mut random = ChaCha8Rng::seed_from_u64(rig.number ^ 0x1E9);
+    let most = RECENT[RECENT.len() - 1];
+    let count = most + TARGETS;
+    let targets = targets(&usual, &learnt.paths, count, &mut random);
+    ensure!(
+        targets.len() == count,
+        "rig {}: too few targets",
+        rig.number
+    );
+    // The rig goes on after the strikes that were learnt from.
+    let mut sim = Sim::from(rig.after(case)?)?.after(LEARNT);
+    let mut bad = Sim::from(rig.bad(case)?)?.after(LEARNT);
+    let mut recents = Vec::new();
+    for (place, pair) in targets[..most].iter().enumerate() {
+        let plan = plan(&usual, *pair)?;
+        let struck = if case.bad() == Some(place) {
+            &mut bad
+        } else {
+            &mut sim
+        };
+        let recording = struck.strike(plan.from, plan.command());
+        let strike = ingested(&recording, artifact, place, scratch)?;
+        recents.push((plan, strike));
+    }
+    let floor = floor(&usual, &sim, &targets)?;
+    let mut outcomes = Vec::new();
+    for recent in RECENT {
+        let adapted = if recent == 0 {
+            planner()?
+        } else {
+            let mut followed = usual.recent();
+            let strikes: Vec<Strike> = recents[..recent].iter().map(|(_, s)| s.clone()).collect();
+            match usual.follow(artifact, &mut followed, &strikes) {
+                Ok(()) => {}
+                // What would be refused is struck all the same, and shows in the misses.
+                Err(error) => eprintln!("rig {}, {case:?}, {recent}: {error}", rig.number),
+            }
+            planner()?.adapted(&followed, true)
+        };
+        // Each number of recent strikes meets the same launches, as many strikes after the last of them.
+        let after = |method: Method| -> anyhow::Result<Vec<Outcome>> {
+            let mut sim = sim.clone().after(LEARNT + recent + 1);
+            let mut outcomes = Vec::new();
+            for pair in &targets[most..] {
+                let planned = command(method, (&usual, &adapted), &recents[..recent], *pair);
+                let Some((command, promise)) = planned else {
+                    continue;
+                };
+                let stop = sim.strike(pair.0, command).stop;
+                outcomes.push(Outcome {
+                    rig: rig.number,
+                    case,
+                    method,
+                    recent,
+                    miss: stop.distance(pair.1),
+                    promise,
+                    floor,
+                });
+            }
+            Ok(outcomes)
+        };
+        outcomes.extend(after(Method::Filter)?);
+        if recent > 0 {
+            for method in [
+                Method::None,
+                Method::LastError,
+                Method::NewtonLast,
+                Method::NewtonMean,
+            ] {
+                outcomes.extend(after(method)?);
+            }
+        }
+    }
+    Ok(outcomes)
+}
+
+/// The command for a target, and what its plan promises.
+fn command(
+    method: Method,
+    (usual, adapted): (&Planner, &Planner),
+    recent: &[(Plan, Strike)],
+    (from, to): Pair,
+) -> Option<(Command, Option<f64>)> {
+    let last = recent.last();
+    let planned = match method {
+        Method::Filter => {
+            let plan = adapted.plan(from, to).ok()?;
+            return Some((plan.command(), plan.expected_miss));
+        }
+        Method::None => usual.plan(from, to).ok()?.command(),
+        Method::LastError => {
+            let (plan, strike) = last?;
+            usual
+                .plan(from, to - (strike.stop - plan.to))
+                .ok()?
+                .command()
+        }
+        Method::NewtonLast | Method::NewtonMean => {
+            let used = if method == Method::NewtonLast {
+                &recent[recent.len() - 1..]
+            } else {
+                recent
+            };
+            let errors = used.iter().map(|(plan, strike)| {
+                let (meant, went) = (plan.path, strike.stop - plan.from);
+                [
+                    (went.norm() / meant.norm()).ln(),
+                    went.bearing() - meant.bearing(),
+                ]
+            });
+            let sum = errors.fold([0.0; 2], |sum, e| [sum[0] + e[0], sum[1] + e[1]]);
+            let mean = sum.map(|sum| sum / used.len() as f64);
+            let command = usual.plan(from, to).ok()?.command();
+            Command {
+                speed: command.speed * (-0.5 * mean[0]).exp(),
+                angle: command.angle - mean[1],
+            }
+        }
+    };
+    Some((planned, None))
+}
+
+/// Paths like those learnt from, at which the version plans.
+fn targets(planner: &Planner, paths: &[Pair], count: usize, random: &mut ChaCha8Rng) -> Vec<Pair> {
+    let mut targets = Vec::new();
+    for _ in 0..20 * count {
+        if targets.len() == count {
+            break;
+        }
+        let (from, _) = paths[random.random_range(0..paths.len())];
+        let (start, stop) = paths[random.random_range(0..paths.len())];
+        let to = from + (stop - start) * (0.85 + 0.1 * random.random::<f64>());
+        if planner.plan(from, to).is_ok() {
+            targets.push((from, to));
+        }
+    }
+    targets
+}
+
+fn plan(planner: &Planner, (from, to): Pair) -> anyhow::Result<Plan> {
+    planner
+        .plan(from, to)
+        .map_err(|refusal| anyhow::anyhow!("{refusal}"))
+}
+
+/// Mean distance of repeats from their mean.
+fn floor(planner: &Planner, sim: &Sim, targets: &[Pair]) -> anyhow::Result<f64> {
+    let mut distances = Vec::new();
+    let (commands, repeats) = REPEATED;
+    for (place, pair) in targets.iter().take(commands).enumerate() {
+        let plan = plan(planner, *pair)?;
+        // Side by side in time: what wanders is none of it.
+        let mut sim = sim.clone().after(2 * LEARNT + place * repeats);
+        let stops: Vec<Point> = (0..repeats)
+            .map(|_| sim.strike(plan.from, plan.command()).stop)
+            .collect();
+        let sum = stops.iter().fold(Point::default(), |sum, stop| sum + *stop);
+        let mean = sum * (1.0 / repeats as f64);
+        let widening = (repeats as f64 / (repeats as f64 - 1.0)).sqrt();
+        distances.extend(stops.iter().map(|stop| widening * stop.distance(mean)));
+    }
+    Ok(distances.iter().sum::<f64>() / distances.len() as f64)
+}
+
+/// The strike as it is read from its log.
+fn ingested(
+    recording: &rig::Recording,
+    artifact: &Artifact,
+    place: usize,
+    scratch: &Path,
+) -> anyhow::Result<Strike> {
+    let path = scratch.join(format!("recent_{place}.mcap"));
+    let topics = &artifact.rig.topics;
+    let mut writer = RecordingWriter::create(&path, topics)?;
+    writer.write(&recording.samples)?;
+    writer.finish()?;
+    let outcome = ingest::ingest_log(&path, &artifact.rig, &ingest::Ingest::default())?;
+    let (strikes, rejects) = ingest::assemble(vec![outcome]);
+    strikes
+        .into_iter()
+        .next()
+        .with_context(|| format!("no strike was kept: {rejects:?}"))
+}
