@@ -1,11 +1,15 @@
 //! Diagnoses sets of a hard table and prints what was found in each: `hard KIND HIDDEN STRIKES FIRST COUNT`.
 
+#[expect(
+    dead_code,
+    reason = "tests use the other designs and what depends on the order"
+)]
 #[path = "../tests/support/table.rs"]
 mod table;
 
 use diagnose::{Diagnose, Input};
 use stage::{Progress, Stage};
-use table::{Hidden, Noise, Table};
+use table::{Hidden, Noise, Plan, Table};
 use world::World;
 
 fn noise(name: &str) -> Noise {
@@ -109,6 +113,7 @@ fn main() {
                 let table = Table {
                     noise: noise(kind),
                     hidden: hidden(hide, size),
+                    plan: Plan::Random,
                     strikes: strikes as usize,
                     seed,
                 };

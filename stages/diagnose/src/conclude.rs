@@ -20,6 +20,7 @@ use crate::{
     model::{FRICTION, RESTITUTION, specification},
     next::next_strikes,
     notes,
+    question::Answer,
     remaining_gain::RemainingGain,
     screen::{Chance, Screened},
     search::{CandidateFit, SelectedEffect, Selection},
@@ -43,6 +44,8 @@ pub(crate) struct Case<'c, 'a> {
     /// What the effects gain on strikes that were left out of their fit.
     pub(crate) gains: Gains,
     pub(crate) p_value: PValue,
+    /// What the question finds in the strike table beside no effect.
+    pub(crate) asked: Answer,
     /// Whether nearly every object is pushed a second time, so that all were kept.
     pub(crate) are_pushed_again: bool,
     pub(crate) maps: Vec<SmoothMap>,
@@ -121,7 +124,8 @@ impl Case<'_, '_> {
                 strikes: self.selection.prepared.strikes.len(),
                 r#where: match verdict {
                     Verdict::Consistent => Vec::new(),
-                    _ => words::r#where(self.before),
+                    _ if self.p_value.is_real() => words::r#where(self.before),
+                    _ => words::found(&self.asked),
                 },
                 effects: named,
                 ranking: self.ranking(),
@@ -201,8 +205,16 @@ impl Case<'_, '_> {
             let cause = Some(notes::PUSHED_AGAIN.into());
             return Ok(unnamed(Verdict::Unexplained, cause, None));
         }
-        if !self.p_value.is_real() {
+        // A score that no effect takes, of strikes that depend on nothing that was commanded, on no order and no place, is noise of another
+        // form than the one that was drawn.
+        let is_gap = self.asked.is_gap();
+        let is_tried = !self.gains.likelihood.is_empty() || !self.selection.effects.is_empty();
+        if !(is_gap || self.p_value.is_real() && is_tried) {
             return Ok(unnamed(Verdict::Consistent, None, None));
+        }
+        if !self.p_value.is_real() {
+            let cause = self.asked.findings.first().map(words::finding);
+            return Ok(unnamed(Verdict::Unexplained, cause, None));
         }
         let is_never_named =
             |name: &str| effect(name).is_ok_and(|spec| spec.naming == Naming::Never);

@@ -12,7 +12,7 @@ use crate::{
     strikes::{Nuisances, PreparedStrikes},
 };
 
-/// Measured less simulated stops, in m; `None` where a strike does not rest in that world.
+/// Measured less simulated stops, in m; `None` where a strike does not rest, or not in that world.
 pub(crate) fn stop_residuals(
     rig: &Rig,
     world: &World,
@@ -22,6 +22,7 @@ pub(crate) fn stop_residuals(
         worker
             .strike(strike.initial, strike.command, &strike.conditions)
             .ok()
+            .filter(|_| strike.has_stop())
             .map(|simulated| strike.stop - simulated.stop)
     }))
 }
@@ -48,6 +49,7 @@ pub(crate) fn noise_floor(
     let clock = model.values[CLOCK];
     let none = Nuisances::zeros();
     let variances: Vec<f64> = (0..prepared.strikes.len())
+        .filter(|i| prepared.strikes[*i].has_stop())
         .filter_map(|i| {
             let stop = prepared.simulate(&planar, i, clock, &none)?.stop;
             // The resting place after, as the one before below.

@@ -113,6 +113,9 @@ fn predictive(
     let effects = fitted.model.effects(prepared.rig, values)?;
     let planar = prepared.planar(values, &effects);
     let miss = |i: usize| {
+        if !prepared.strikes[i].has_stop() {
+            return None;
+        }
         let simulated = prepared.simulate(&planar, i, values[CLOCK], &Nuisances::zeros())?;
         Some(simulated.stop.distance(prepared.strikes[i].stop).powi(2))
     };

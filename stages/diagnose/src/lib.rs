@@ -29,6 +29,7 @@ mod next;
 mod noise;
 mod notes;
 mod null;
+mod question;
 mod remaining_gain;
 mod run;
 mod score;

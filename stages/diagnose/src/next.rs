@@ -203,6 +203,7 @@ fn pool(rig: &Rig, seen: &[&Strike]) -> Vec<Strike> {
                 y: vec![0.0; times.len()],
                 t: times.clone(),
                 yaw: None,
+                end: values::End::Rest,
             },
             split: Split::Train,
             conditions: conditions.clone(),

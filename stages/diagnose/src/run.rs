@@ -1,5 +1,7 @@
 //! The steps of a diagnosis, in their order.
 
+use std::collections::BTreeMap;
+
 use stage::{Progress, Stage};
 use values::{Rig, Shape, Strike};
 use world::{World, effects::Naming, launch::launches};
@@ -16,6 +18,7 @@ use crate::{
     mixed::GREATEST,
     notes,
     null::fit_null,
+    question,
     remaining_gain::RemainingGain,
     score::ScoreTest,
     screen::{Chance, screen_by},
@@ -33,7 +36,7 @@ use crate::{
 
 impl Stage for Diagnose {
     const NAME: &'static str = "diagnose";
-    const VERSION: u32 = 27;
+    const VERSION: u32 = 28;
     type Input = Input;
     type Output = Diagnosed;
     type Error = DiagnoseError;
@@ -89,6 +92,8 @@ impl Diagnose {
 
         progress.set_message("the world without effects, and the noise about it");
         let (prepared, null) = fit_null(prepared, &input.world, greatest_wander)?;
+        let pauses = pauses(input, &prepared);
+        let asked = question::ask(&prepared, &null, &pauses, self.seed);
 
         progress.set_message("every candidate by its score");
         let named = |naming| candidates(rig, &prepared.strikes, naming);
@@ -162,6 +167,7 @@ impl Diagnose {
             left,
             gains,
             p_value,
+            asked,
             are_pushed_again: usable.are_pushed_again,
             maps,
             notes,
@@ -236,6 +242,28 @@ impl Diagnose {
             !in_form.contains(&covariate)
         }))
     }
+}
+
+/// How long before each strike none was made, in s; that of the first of a session is the second's.
+fn pauses(input: &Input, prepared: &PreparedStrikes<'_>) -> Vec<f64> {
+    let mut times: BTreeMap<&str, Vec<f64>> = BTreeMap::new();
+    for strike in &input.strikes {
+        times.entry(&strike.log).or_default().push(strike.t_start);
+    }
+    for times in times.values_mut() {
+        times.sort_by(f64::total_cmp);
+    }
+    let pause = |strike: &&Strike| {
+        let times = times
+            .get(strike.log.as_str())
+            .map_or(&[][..], Vec::as_slice);
+        let place = times.partition_point(|t| *t < strike.t_start).max(1);
+        match (times.get(place - 1), times.get(place)) {
+            (Some(before), Some(at)) => at - before,
+            _ => 1.0,
+        }
+    };
+    prepared.strikes.iter().map(pause).collect()
 }
 
 /// Strikes with their launches, and how many were left out, for their object does not leave the tip.

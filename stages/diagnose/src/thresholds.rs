@@ -1,4 +1,4 @@
-//! The numbers set by hand that decide what is named, in one place. `tests/THRESHOLDS.md` has what half and twice each of them does.
+//! The numbers set by hand that decide what is named, in one place.
 
 use serde::{Deserialize, Serialize};
 

@@ -3,6 +3,7 @@
 use crate::{
     diagnosis::{GapDependence, NamedEffect, Verdict},
     evidence::{Alarm, DRAWN, FLIPPED, PValue, Statistic},
+    question::{Answer, Column, Finding, Form, What},
     smooth::{Dependence, covariate::Covariate},
 };
 
@@ -96,6 +97,59 @@ pub(crate) fn r#where(dependences: &[Dependence]) -> Vec<GapDependence> {
             share: d.gain / all,
         })
         .collect()
+}
+
+/// A finding of the question in a sentence.
+pub(crate) fn finding(finding: &Finding) -> String {
+    let what = match finding.what {
+        What::Column(Column::Launch) => "the launch speed",
+        What::Column(Column::Heading) => "the launch angle",
+        What::Column(Column::Friction) => "friction",
+        What::Column(Column::Stop) => "how far objects slide",
+        What::Column(Column::Fade) => "friction from the beginning of the way to its end",
+        What::Column(Column::Curve) => "a push across the way",
+        What::Along => "a push along the way",
+        What::Across => "a push across the way",
+    };
+    let by = match (finding.covariate, finding.form) {
+        ("order", Some(Form::Step(at))) => {
+            format!("steps after strike {at} of those that were looked at")
+        }
+        ("order" | "session", Some(form)) => {
+            format!("depends on the order of strikes ({})", form.name())
+        }
+        ("level", _) => "is off in all strikes".into(),
+        ("phase", _) => "is there in all strikes".into(),
+        ("start", _) => "depends on where strikes start".into(),
+        ("position", _) => "depends on the place on the table".into(),
+        ("command", _) => "depends on speed, angle and start together".into(),
+        ("speed", _) => "depends on the commanded speed".into(),
+        ("angle", _) => "depends on the commanded angle".into(),
+        ("pause", _) => "depends on the pause before a strike".into(),
+        (covariate, _) => format!("depends on the {covariate}"),
+    };
+    format!(
+        "{what} {by}, which moves stops by {:.1} mm",
+        1e3 * finding.size
+    )
+}
+
+/// What the question found, the largest first: of each covariate, the finding that moves stops most.
+pub(crate) fn found(answer: &Answer) -> Vec<GapDependence> {
+    let mut first: Vec<&Finding> = Vec::new();
+    for found in &answer.findings {
+        if first.iter().all(|other| other.covariate != found.covariate) {
+            first.push(found);
+        }
+    }
+    let all: f64 = first.iter().map(|found| found.size.powi(2)).sum();
+    let dependence = |found: &&Finding| GapDependence {
+        covariate: found.covariate.into(),
+        description: finding(found),
+        p_value: found.p_value,
+        share: found.size.powi(2) / all.max(f64::MIN_POSITIVE),
+    };
+    first.iter().map(dependence).collect()
 }
 
 /// Both probabilities, as far as the replicates can show them.

@@ -10,7 +10,7 @@ mod table;
 
 use diagnose::{Diagnose, Diagnosis, Input, Verdict};
 use stage::{Progress, Stage};
-use table::{Hidden, Noise, Table};
+use table::{Hidden, Noise, Plan, Table};
 use world::World;
 
 fn diagnosed(noise: Noise, hidden: Hidden, seed: u64) -> Diagnosis {
@@ -21,6 +21,7 @@ fn diagnosed_of(strikes: usize, noise: Noise, hidden: Hidden, seed: u64) -> Diag
     let table = Table {
         noise,
         hidden: vec![hidden],
+        plan: Plan::Random,
         strikes,
         seed,
     };

@@ -67,12 +67,7 @@ pub(crate) fn held(before: &World, fitted: &Fitted) -> Option<String> {
 pub(crate) fn start(rig: &Rig, world: &World, strikes: &[&Strike], free: &[String]) -> World {
     let lines: Vec<_> = strikes
         .iter()
-        .filter_map(|strike| {
-            let deceleration = strike.deceleration()?;
-            // Of release, as long a way before the stop.
-            let speed = (2.0 * deceleration * strike.path().norm()).sqrt();
-            Some((strike, (deceleration, speed)))
-        })
+        .filter_map(|strike| Some((strike, strike.release()?)))
         .collect();
     let friction = median(
         lines

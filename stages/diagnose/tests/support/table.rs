@@ -66,10 +66,33 @@ pub enum Hidden {
     SpeedWave(f64, f64),
     /// The delivered angle waves with the commanded one: in rad, crest to crest in rad.
     AngleWave(f64, f64),
+    /// Delivered speed, by place: share of it per metre along y.
+    Reach(f64),
+    /// Friction is greater by this share from the middle strike on.
+    StepInOrder(f64),
+    /// Friction goes up and down by this share, every so many strikes.
+    CycleInOrder(f64, f64),
+}
+
+/// What is commanded, and where strikes start.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Plan {
+    /// Within the robot's limits.
+    Random,
+    /// One angle, one speed, both, or all at one start.
+    OneAngle,
+    OneSpeed,
+    OneCommand,
+    OneStart,
+    /// Four speeds by five angles, again and again.
+    Grid,
+    /// Speeds from the least to the greatest.
+    Sweep,
 }
 
 /// A set of strikes.
 pub struct Table {
+    pub plan: Plan,
     pub noise: Noise,
     pub hidden: Vec<Hidden>,
     pub strikes: usize,
@@ -196,6 +219,10 @@ impl Table {
                 wander += step.unwrap_or(0.0) * set.normal();
                 let worn = set.hidden.iter().map(|hidden| match hidden {
                     Hidden::SaturatingWear(share) => share * (1.0 - (-(order as f64) / 40.0).exp()),
+                    Hidden::StepInOrder(share) if 2 * order >= self.strikes => *share,
+                    Hidden::CycleInOrder(share, period) => {
+                        share * (TAU * order as f64 / period).sin()
+                    }
                     _ => 0.0,
                 });
                 let factor = (wander + worn.sum::<f64>()).exp();
@@ -207,12 +234,39 @@ impl Table {
 
     fn one(&self, rig: &Rig, set: &mut Set, order: usize, factor: f64) -> Strike {
         let robot = &rig.robot;
-        let command = Command {
+        let mut command = Command {
             speed: set.between(robot.speed.low, robot.speed.high),
             angle: set.between(robot.angle.low, robot.angle.high),
         };
-        let origin = Point::new(set.between(0.27, 0.37), set.between(-0.08, 0.08));
-        let delivered = set.delivered(command);
+        let mut origin = Point::new(set.between(0.27, 0.37), set.between(-0.08, 0.08));
+        let middle = |low: f64, high: f64| 0.5 * (low + high);
+        let speed = middle(robot.speed.low, robot.speed.high);
+        let of = |share: f64, low: f64, high: f64| low + share * (high - low);
+        match self.plan {
+            Plan::Random => {}
+            Plan::OneAngle => command.angle = 0.1,
+            Plan::OneSpeed => command.speed = speed,
+            Plan::OneCommand => command = Command { speed, angle: 0.1 },
+            Plan::OneStart => {
+                let aside = 5e-4 * set.normal();
+                origin = Point::new(0.32 + aside, 5e-4 * set.normal());
+            }
+            Plan::Grid => {
+                let (fast, turned) = ((order % 4) as f64 / 3.0, (order / 4 % 5) as f64 / 4.0);
+                command.speed = of(fast, robot.speed.low, robot.speed.high);
+                command.angle = of(turned, robot.angle.low, robot.angle.high);
+            }
+            Plan::Sweep => {
+                let share = order as f64 / self.strikes as f64;
+                command.speed = of(share, robot.speed.low, robot.speed.high);
+            }
+        }
+        let mut delivered = set.delivered(command);
+        for hidden in &set.hidden {
+            if let Hidden::Reach(share) = hidden {
+                delivered.speed *= 1.0 + share * origin.y;
+            }
+        }
         let grows = match set.noise {
             Noise::GrowsWithSpeed => {
                 let share =

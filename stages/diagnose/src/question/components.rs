@@ -1,0 +1,192 @@
+//! What a column is made of: a smooth part by each command and start, a wander over the order, sessions, and what repeats scatter by.
+//!
+//! y = 1·μ + Σ_c Z_c·u_c + e, u_c ~ N(0, τ_c²·D_c), e ~ N(0, σ²): the parts are sums of cosines whose variances fall as those of a random
+//! walk over the covariate. The τ's and σ are found at the maximum of the restricted likelihood, by
+//! MacKay's fixed point (1992), which creeps less than expectation and maximisation. σ is what repeats of a command scatter by;
+//! where commands were repeated, it is measured from these.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::{covariates::cosines, projection::Basis};
+
+/// Cosines of each part.
+const TERMS: usize = 10;
+/// Iterations.
+const ITERATIONS: usize = 60;
+/// Differences of repeats from which they are enough to measure a scatter.
+const REPEATS: usize = 10;
+
+/// Standard deviations, in the column's unit.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Components {
+    /// Of repeats of one command, with its 95 % interval.
+    pub(crate) repeats: (f64, f64, f64),
+    /// Of a wander, from one strike to the next.
+    pub(crate) wander: f64,
+    /// Of sessions.
+    pub(crate) sessions: f64,
+}
+
+/// Of a column, with the variance of its measurement, covariates (of mean 0 and standard deviation 1), each strike's session, and which
+/// strikes repeat a command.
+pub(super) fn components(
+    values: &DVector<f64>,
+    error: f64,
+    covariates: &[DVector<f64>],
+    sessions: &[usize],
+    commands: &[usize],
+) -> Components {
+    let n = values.len();
+    let order = DVector::from_fn(n, |i, _| (i as f64 + 0.5) / n as f64);
+    let mut parts: Vec<Vec<DVector<f64>>> = covariates.iter().map(|c| walk(&unit(c))).collect();
+    let mut pairs = Vec::new();
+    for (i, a) in covariates.iter().enumerate() {
+        pairs.extend(covariates[..i].iter().map(|b| a.component_mul(b)));
+    }
+    parts.push(pairs);
+    let wander = parts.len();
+    parts.push(walk(&order));
+    let count = sessions.iter().max().map_or(1, |last| last + 1);
+    let is_in = |s: usize| DVector::from_fn(n, |i, _| f64::from(sessions[i] == s));
+    if count > 1 {
+        parts.push((0..count).map(is_in).collect());
+    }
+    let mean = Basis::new([DVector::repeat(n, 1.0)]);
+    let of: Vec<usize> = parts
+        .iter()
+        .enumerate()
+        .flat_map(|(c, part)| vec![c; part.len()])
+        .collect();
+    let columns: Vec<DVector<f64>> = parts
+        .iter()
+        .flatten()
+        .map(|z| mean.off(z.clone()))
+        .collect();
+    let y = mean.off(values.clone());
+    let whole = y.norm_squared() / (n as f64 - 1.0).max(1.0);
+    if columns.is_empty() || whole <= 0.0 || n < 4 {
+        return Components::default();
+    }
+    let z = DMatrix::from_columns(&columns);
+    let (gram, seen) = (z.tr_mul(&z), z.tr_mul(&y));
+    let mut tau = vec![0.1 * whole; parts.len()];
+    let mut sigma = 0.5 * whole;
+    let mut freedom = n as f64 - 1.0;
+    for _ in 0..ITERATIONS {
+        let mut information = &gram / sigma;
+        for (k, c) in of.iter().enumerate() {
+            information[(k, k)] += tau[*c].max(1e-18 * whole).recip();
+        }
+        let Some(factor) = information.cholesky() else {
+            break;
+        };
+        let spread = factor.inverse();
+        let heights = &spread * &seen / sigma;
+        let left = &y - &z * &heights;
+        let taken = (&gram * &spread).trace() / sigma;
+        freedom = (n as f64 - 1.0 - taken).max(1.0);
+        for (c, tau) in tau.iter_mut().enumerate() {
+            let own = (0..of.len()).filter(|k| of[*k] == c);
+            let (mut square, mut seen) = (0.0, 1e-6);
+            for k in own {
+                square += heights[k].powi(2);
+                seen += (1.0 - spread[(k, k)] / tau.max(1e-18 * whole)).max(0.0);
+            }
+            *tau = square / seen;
+        }
+        sigma = (left.norm_squared() / freedom).max(1e-12 * whole);
+    }
+    let (variance, freedom) = repeated(values, commands).unwrap_or((sigma, freedom));
+    let scatter = (variance - error * error).max(0.0).sqrt();
+    let half = (1.96 / (2.0 * freedom).sqrt()).exp();
+    Components {
+        repeats: (scatter, scatter / half, scatter * half),
+        // Of a walk over n strikes with this variance.
+        wander: (tau[wander] / n as f64).sqrt(),
+        sessions: if count > 1 {
+            tau[wander + 1].sqrt()
+        } else {
+            0.0
+        },
+    }
+}
+
+/// Variance of repeats and its degrees of freedom, where there are enough: half of the mean square by which one repeat differs from the one before, so that
+/// what wanders is none of it.
+fn repeated(values: &DVector<f64>, commands: &[usize]) -> Option<(f64, f64)> {
+    let mut last = vec![None; commands.iter().max().map_or(0, |last| last + 1)];
+    let mut squares = Vec::new();
+    for (value, command) in values.iter().zip(commands) {
+        if let Some(before) = last[*command].replace(*value) {
+            squares.push(0.5 * (value - before).powi(2));
+        }
+    }
+    let count = squares.len();
+    // Differences share their strikes: two of three count.
+    (count >= REPEATS).then(|| {
+        (
+            squares.iter().sum::<f64>() / count as f64,
+            count as f64 / 1.5,
+        )
+    })
+}
+
+/// To 0 to 1.
+fn unit(values: &DVector<f64>) -> DVector<f64> {
+    let (low, high) = (values.min(), values.max());
+    values.map(|v| (v - low) / (high - low).max(1e-12))
+}
+
+/// Cosines of a random walk of variance 1 over 0 to 1.
+fn walk(places: &DVector<f64>) -> Vec<DVector<f64>> {
+    let each = cosines(places, TERMS).into_iter().enumerate();
+    each.map(|(k, c)| c * (2f64.sqrt() / (std::f64::consts::PI * (k + 1) as f64)))
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+    use rand_distr::{Distribution, StandardNormal};
+
+    use super::*;
+
+    #[test]
+    fn repeats_wander_and_what_depends_on_the_command_are_told_apart() {
+        let n = 120;
+        let (mut repeats, mut wander) = (Vec::new(), Vec::new());
+        for seed in 0..20 {
+            let mut random = ChaCha8Rng::seed_from_u64(seed);
+            let mut normal = || -> f64 { StandardNormal.sample(&mut random) };
+            let steps: Vec<f64> = (0..n).map(|_| 0.5 * normal()).collect();
+            let scatter: Vec<f64> = (0..n).map(|_| normal()).collect();
+            let speed = DVector::from_fn(n, |_, _| 3.4 * (random.random::<f64>() - 0.5));
+            let mut at = 0.0;
+            let values = DVector::from_fn(n, |i, _| {
+                at += steps[i];
+                at + 4.0 * speed[i].sin() + scatter[i]
+            });
+            let commands: Vec<usize> = (0..n).collect();
+            let found = components(&values, 0.0, &[speed], &vec![0; n], &commands);
+            repeats.push(found.repeats.0);
+            wander.push(found.wander);
+        }
+        let mean = |all: &[f64]| all.iter().sum::<f64>() / all.len() as f64;
+        assert!((0.85..1.15).contains(&mean(&repeats)), "{repeats:?}");
+        assert!((0.3..0.8).contains(&mean(&wander)), "{wander:?}");
+    }
+
+    #[test]
+    fn where_a_command_was_repeated_its_scatter_is_measured() {
+        let mut random = ChaCha8Rng::seed_from_u64(5);
+        let values = DVector::from_fn(100, |i, _| {
+            let normal: f64 = StandardNormal.sample(&mut random);
+            10.0 * (i % 4) as f64 + normal
+        });
+        let commands: Vec<usize> = (0..100).map(|i| i % 4).collect();
+        let found = components(&values, 0.0, &[], &[0; 100], &commands);
+        assert!((0.8..1.2).contains(&found.repeats.0), "{found:?}");
+        assert!(found.repeats.1 < 1.0 && 1.0 < found.repeats.2, "{found:?}");
+    }
+}

@@ -1,0 +1,171 @@
+//! What a strike may depend on: what was commanded, where it starts, how long the arm paused before. Never what was realised.
+
+use nalgebra::{DMatrix, DVector};
+use values::{Point, Strike};
+
+use super::table::Row;
+use crate::strikes::PreparedStrikes;
+
+/// A covariate takes part where it varies by more than so many standard errors of its measurement.
+const BEYOND_ERROR: f64 = 5.0;
+/// Commands vary where their standard deviation is more than this: relative speed, or rad.
+const VARIES: f64 = 2e-3;
+/// Squared correlation by an error that a column shares with the measured start, times the strikes, above which the start is no
+/// covariate of it.
+const SHARED: f64 = 0.25;
+/// Waves over a command, by its rank.
+const WAVES: usize = 10;
+
+/// A set of functions that a column is asked about together.
+#[derive(Clone, Debug)]
+pub(super) struct Group {
+    pub(super) name: &'static str,
+    /// A column for each function.
+    pub(super) functions: DMatrix<f64>,
+}
+
+/// The commands and starts of all strikes, scaled to mean 0 and standard deviation 1; none where a covariate hardly varies.
+pub(super) struct Covariates {
+    speed: Option<DVector<f64>>,
+    angle: Option<DVector<f64>>,
+    start: [Option<DVector<f64>>; 2],
+    pause: Option<DVector<f64>>,
+    /// Standard deviations of the start, in m.
+    spread: [f64; 2],
+    strikes: usize,
+}
+
+impl Covariates {
+    pub(super) fn new(prepared: &PreparedStrikes<'_>, resting: f64, pauses: &[f64]) -> Self {
+        let strikes = &prepared.strikes;
+        let of = |value: &dyn Fn(&Strike) -> f64| -> DVector<f64> {
+            DVector::from_iterator(strikes.len(), strikes.iter().map(|strike| value(strike)))
+        };
+        let speed = of(&|s| s.command.speed);
+        let angle = of(&|s| s.command.angle);
+        let start = [of(&|s| s.initial.x), of(&|s| s.initial.y)];
+        let spread = [deviation(&start[0]), deviation(&start[1])];
+        let pause = DVector::from_iterator(strikes.len(), pauses.iter().map(|p| p.max(1e-3).ln()));
+        let varies = VARIES * speed.mean().abs();
+        Self {
+            speed: scaled(speed, varies),
+            angle: scaled(angle, VARIES),
+            start: start.map(|values| scaled(values, BEYOND_ERROR * resting)),
+            pause: scaled(pause, 0.1),
+            spread,
+            strikes: strikes.len(),
+        }
+    }
+
+    /// What one column of the table is asked about.
+    pub(super) fn groups(&self, rows: &[Row], column: usize, scatter: f64) -> Vec<Group> {
+        let start = self.start_of(rows, column, scatter);
+        let [x, y] = &start;
+        let power = |values: &DVector<f64>, k: i32| values.map(|v| v.powi(k));
+        let product = |a: &DVector<f64>, b: &DVector<f64>| a.component_mul(b);
+        let mut groups = Vec::new();
+        let mut add = |name, functions: Vec<DVector<f64>>| {
+            if !functions.is_empty() {
+                let functions = DMatrix::from_columns(&functions);
+                groups.push(Group { name, functions });
+            }
+        };
+        let cubic = |values: &DVector<f64>| (1..=3).map(|k| power(values, k)).collect();
+        if let Some(speed) = &self.speed {
+            add("speed", cubic(speed));
+            add("speed", waves(speed));
+        }
+        if let Some(angle) = &self.angle {
+            add("angle", cubic(angle));
+            add("angle", waves(angle));
+        }
+        let mut quadratic: Vec<DVector<f64>> = Vec::new();
+        for place in start.iter().flatten() {
+            quadratic.extend([place.clone(), power(place, 2)]);
+        }
+        quadratic.extend(x.iter().zip(y).map(|(x, y)| product(x, y)));
+        let linear: Vec<DVector<f64>> = start.iter().flatten().cloned().collect();
+        add("start", linear);
+        add("start", quadratic);
+        let all: Vec<&DVector<f64>> = [&self.speed, &self.angle, x, y]
+            .into_iter()
+            .flatten()
+            .collect();
+        let pairs = (0..all.len())
+            .flat_map(|i| (0..i).map(move |j| (i, j)))
+            .map(|(i, j)| product(all[i], all[j]));
+        add("command", pairs.collect());
+        add("pause", self.pause.iter().cloned().collect());
+        groups
+    }
+
+    /// The start, where the error that this column shares with its measurement is too small to show.
+    fn start_of(&self, rows: &[Row], column: usize, scatter: f64) -> [Option<DVector<f64>>; 2] {
+        let n = rows.len() as f64;
+        let shared = rows.iter().fold(Point::default(), |sum, row| {
+            sum + row.shared[column] * n.recip()
+        });
+        [(0, shared.x), (1, shared.y)].map(|(axis, shared)| {
+            let correlation = shared / (scatter * self.spread[axis]).max(1e-300);
+            let is_own = n * correlation * correlation <= SHARED;
+            self.start[axis].clone().filter(|_| is_own)
+        })
+    }
+
+    /// Smooth functions of all commands, as many as these strikes bear, to be taken off where something else is asked.
+    pub(super) fn smooth(&self) -> Vec<DVector<f64>> {
+        let [x, y] = &self.start;
+        let each = [&self.speed, &self.angle, x, y];
+        let powers = match self.strikes {
+            ..40 => 1,
+            40..80 => 2,
+            _ => 3,
+        };
+        each.into_iter()
+            .flatten()
+            .flat_map(|values| (1..=powers).map(|k| values.map(|v| v.powi(k))))
+            .collect()
+    }
+
+    /// The commands themselves.
+    pub(super) fn linear(&self) -> Vec<DVector<f64>> {
+        let [x, y] = &self.start;
+        let each = [&self.speed, &self.angle, x, y];
+        each.into_iter().flatten().cloned().collect()
+    }
+}
+
+/// Cosines of the rank, beyond those that a cubic holds.
+fn waves(values: &DVector<f64>) -> Vec<DVector<f64>> {
+    let n = values.len();
+    let mut sorted: Vec<f64> = values.iter().copied().collect();
+    sorted.sort_by(f64::total_cmp);
+    // Equal values stand at one place.
+    let rank = values.map(|v| {
+        let (low, high) = (
+            sorted.partition_point(|other| *other < v),
+            sorted.partition_point(|other| *other <= v),
+        );
+        0.5 * (low + high) as f64 / n as f64
+    });
+    let distinct = sorted.windows(2).filter(|pair| pair[1] > pair[0]).count() + 1;
+    let most = WAVES.min(distinct.saturating_sub(1)).min(n / 4);
+    cosines(&rank, most)
+}
+
+/// Cosines over places between 0 and 1.
+pub(super) fn cosines(places: &DVector<f64>, count: usize) -> Vec<DVector<f64>> {
+    (1..=count)
+        .map(|k| places.map(|t| (std::f64::consts::PI * k as f64 * t).cos()))
+        .collect()
+}
+
+pub(super) fn deviation(values: &DVector<f64>) -> f64 {
+    values.variance().sqrt()
+}
+
+/// To mean 0 and standard deviation 1; none where it is less than `least`.
+fn scaled(values: DVector<f64>, least: f64) -> Option<DVector<f64>> {
+    let (mean, deviation) = (values.mean(), deviation(&values));
+    (deviation > least.max(1e-12)).then(|| values.map(|v| (v - mean) / deviation))
+}

@@ -1,0 +1,446 @@
+//! One question asked of everything: does what the world would need for a strike depend on its command, its start, its place in the
+//! order, or differ from none where the world says none?
+//!
+//! The strike table ([`table`]) has what each strike needs. Each of its columns is asked by permutations, which believe no noise model, in
+//! three families (commands, order, levels), a third of the level each. The strongest answer of a family is calibrated by what the same
+//! questions answer to the same 1999 permutations, so that the many looks count ([`families`]). Commands and starts are the only
+//! covariates: what was realised holds the errors that it would be asked about. Before commands are asked, a wander of launch or friction
+//! over the order is taken off, the greatest that the strikes do not exclude; sessions are projected out (Freedman and Lane 1983). What
+//! depends on the order in no other form than a wander is noise, and told as such. What moves stops by little beside what repeats scatter by
+//! is no gap.
+
+mod components;
+mod covariates;
+mod families;
+mod order;
+mod place;
+mod projection;
+mod table;
+mod wander;
+mod weighed;
+
+pub(crate) use components::Components;
+pub(crate) use families::PERMUTED;
+pub(crate) use order::Form;
+pub(crate) use table::Column;
+
+use nalgebra::DVector;
+
+use self::{
+    covariates::Covariates,
+    families::{Calibrated, Shuffles, Statistic, calibrated},
+    order::InOrder,
+    place::Pushes,
+    projection::{Basis, explained},
+    table::{COLUMNS, Cell, Row, column as column_of, table},
+    wander::Wander,
+    weighed::{Weighed, weighed},
+};
+use crate::{fit::Fitted, strikes::PreparedStrikes};
+
+/// A gap is real below this probability.
+pub(crate) const REAL: f64 = 0.01;
+/// Over what repeats scatter by, what moves stops by less adds less than 5 % to a stop's error: no gap.
+const LITTLE: f64 = 1.0 / 3.0;
+/// Families, each with its share of that.
+const FAMILIES: f64 = 3.0;
+/// Squared correlation with the order above which commands run with it: then what depends on them is not taken off.
+const RUNS_WITH_ORDER: f64 = 0.5;
+
+/// What a finding is about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum What {
+    Column(Column),
+    /// Pushes along or across the way, by place.
+    Along,
+    Across,
+}
+
+/// A dependence that is no chance.
+#[derive(Clone, Debug)]
+pub(crate) struct Finding {
+    pub(crate) what: What,
+    pub(crate) covariate: &'static str,
+    /// All questions counted.
+    pub(crate) p_value: f64,
+    /// By how much it moves stops, root mean square, in m.
+    pub(crate) size: f64,
+    /// Of the order.
+    pub(crate) form: Option<Form>,
+}
+
+/// What the question answers of a world.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Answer {
+    /// What is no chance and no wander, the largest first.
+    pub(crate) findings: Vec<Finding>,
+    /// What repeats of these commands scatter by at rest, in m.
+    pub(crate) floor: f64,
+}
+
+impl Answer {
+    pub(crate) fn is_gap(&self) -> bool {
+        self.findings
+            .iter()
+            .any(|found| found.size > LITTLE * self.floor)
+    }
+}
+
+/// Asks of a fitted model; `pauses` are those before each strike, in s.
+pub(crate) fn ask(
+    prepared: &PreparedStrikes<'_>,
+    fitted: &Fitted,
+    pauses: &[f64],
+    seed: u64,
+) -> Answer {
+    let rows = table(prepared, fitted);
+    let resting = fitted.estimated.components.nuisance[3];
+    let asking = Asking {
+        covariates: Covariates::new(prepared, resting, pauses),
+        sessions: sessions(prepared),
+        shuffles: Shuffles::new(rows.len(), seed),
+        wander: Wander::new(rows.len()),
+        seed,
+        commands: commands(prepared),
+        resting,
+        rows,
+    };
+    asking.answer()
+}
+
+/// Numbers of the sessions, by their first strikes.
+fn sessions(prepared: &PreparedStrikes<'_>) -> Vec<usize> {
+    let mut names: Vec<&str> = Vec::new();
+    let each = prepared.strikes.iter().map(|strike| {
+        let name = strike.conditions.session.as_str();
+        names
+            .iter()
+            .position(|other| *other == name)
+            .unwrap_or_else(|| {
+                names.push(name);
+                names.len() - 1
+            })
+    });
+    each.collect()
+}
+
+/// Numbers of the commands, by their first strikes: repeats differ by less than `SAME` (m/s, rad).
+fn commands(prepared: &PreparedStrikes<'_>) -> Vec<usize> {
+    const SAME: f64 = 1e-3;
+    let mut seen: Vec<values::Command> = Vec::new();
+    let each = prepared.strikes.iter().map(|strike| {
+        let own = strike.command;
+        let is_same = |other: &values::Command| {
+            (other.speed - own.speed).abs() < SAME && (other.angle - own.angle).abs() < SAME
+        };
+        seen.iter().position(is_same).unwrap_or_else(|| {
+            seen.push(own);
+            seen.len() - 1
+        })
+    });
+    each.collect()
+}
+
+/// A question of a family.
+struct Asked {
+    what: What,
+    covariate: &'static str,
+    statistic: Statistic,
+    /// Sum of squared weights, by which a statistic is a mean square.
+    weight: f64,
+}
+
+struct Asking {
+    rows: Vec<Row>,
+    covariates: Covariates,
+    sessions: Vec<usize>,
+    shuffles: Shuffles,
+    wander: Wander,
+    seed: u64,
+    /// Numbers of the commands: those of repeats are the same.
+    commands: Vec<usize>,
+    /// Standard deviation of a resting place, in m.
+    resting: f64,
+}
+
+impl Asking {
+    fn answer(&self) -> Answer {
+        let commands = self.commands();
+        let order = self.order();
+        let levels = self.levels();
+        let mut findings = self.found(&commands);
+        findings.extend(self.found(&levels));
+        let mut ordered = self.found(&order);
+        ordered.retain_mut(|finding| {
+            let What::Column(column) = finding.what else {
+                return true;
+            };
+            let form = self
+                .in_order(column)
+                .map(|at| at.1.form(&self.wander, self.seed));
+            finding.form = form;
+            form != Some(Form::Wander)
+        });
+        findings.extend(ordered);
+        findings.sort_by(|a, b| b.size.total_cmp(&a.size));
+        let (stop, heading) = (
+            self.components(Column::Stop),
+            self.components(Column::Heading),
+        );
+        let slide = self.moves(What::Column(Column::Stop));
+        let scatter = slide * stop.repeats.0.hypot(heading.repeats.0);
+        Answer {
+            // A start and a stop are seen, each in two coordinates.
+            floor: scatter.hypot(2.0 * self.resting),
+            findings,
+        }
+    }
+
+    /// What is no chance in a family.
+    fn found(&self, family: &[Asked]) -> Vec<Finding> {
+        let statistics: Vec<Statistic> =
+            family.iter().map(|asked| asked.statistic.clone()).collect();
+        let all: Calibrated = calibrated(&statistics);
+        let mut found: Vec<Finding> = Vec::new();
+        for (k, asked) in family.iter().enumerate() {
+            if all.p_values[k] >= REAL / FAMILIES {
+                continue;
+            }
+            let square =
+                (asked.statistic[0] - all.by_chance[k]).max(0.0) / asked.weight.max(1e-300);
+            let finding = Finding {
+                what: asked.what,
+                covariate: asked.covariate,
+                p_value: (FAMILIES * all.p_values[k]).min(1.0),
+                size: square.sqrt() * self.moves(asked.what),
+                form: None,
+            };
+            let same =
+                |f: &&mut Finding| f.what == finding.what && f.covariate == finding.covariate;
+            match found.iter_mut().find(same) {
+                Some(other) if other.size >= finding.size => {}
+                Some(other) => *other = finding,
+                None => found.push(finding),
+            }
+        }
+        found
+    }
+
+    /// By how much one unit moves a stop, root mean square, in m.
+    fn moves(&self, what: What) -> f64 {
+        let each = self.rows.iter().map(|row| match what {
+            What::Column(Column::Launch) => 2.0 * row.slide,
+            What::Column(Column::Heading | Column::Friction | Column::Stop) => row.slide,
+            What::Column(Column::Fade) => row.reach[0],
+            What::Column(Column::Curve) | What::Along | What::Across => row.reach[1],
+        });
+        let squares: f64 = each.map(|moved| moved * moved).sum();
+        (squares / self.rows.len().max(1) as f64).sqrt()
+    }
+
+    fn weighed(&self, of: Column, is_centred: bool) -> Weighed {
+        let (values, errors) = column_of(&self.rows, of);
+        let cells: Vec<Cell> = values
+            .iter()
+            .zip(&errors)
+            .map(|(value, error)| Cell {
+                value: *value,
+                error: *error,
+            })
+            .collect();
+        weighed(&cells, is_centred)
+    }
+
+    /// One for all strikes, and one for each session but the first.
+    fn sessions(&self) -> Vec<DVector<f64>> {
+        let n = self.rows.len();
+        let count = self.sessions.iter().max().map_or(1, |last| last + 1);
+        let is_in = |s: usize| DVector::from_fn(n, |i, _| f64::from(self.sessions[i] == s));
+        std::iter::once(DVector::repeat(n, 1.0))
+            .chain((1..count).map(is_in))
+            .collect()
+    }
+
+    /// The wander of a column that strikes do not exclude.
+    fn wander_of(&self, of: Column, column: &Weighed) -> f64 {
+        match of {
+            Column::Fade | Column::Curve => 0.0,
+            Column::Launch | Column::Heading | Column::Friction | Column::Stop => {
+                let beside = self.sessions().into_iter().chain(self.covariates.smooth());
+                let beside: Vec<DVector<f64>> =
+                    beside.map(|c| c.component_mul(&column.weights)).collect();
+                self.wander.beside(&beside).greatest(&column.values)
+            }
+        }
+    }
+
+    fn components(&self, of: Column) -> Components {
+        let column = self.weighed(of, true);
+        let (_, errors) = column_of(&self.rows, of);
+        let error = (errors.norm_squared() / errors.len().max(1) as f64).sqrt();
+        let values = column.values.component_div(&column.weights);
+        components::components(
+            &values,
+            error,
+            &self.covariates.linear(),
+            &self.sessions,
+            &self.commands,
+        )
+    }
+
+    fn commands(&self) -> Vec<Asked> {
+        let mut asked = Vec::new();
+        for of in COLUMNS {
+            let column = self.weighed(of, true);
+            let ratio = self.wander_of(of, &column);
+            let whitened = |c: &DVector<f64>| {
+                self.wander
+                    .whitened(ratio, &c.component_mul(&column.weights))
+            };
+            let basis = Basis::new(self.sessions().iter().map(whitened));
+            let left = basis.off(self.wander.whitened(ratio, &column.values));
+            let all = self.shuffles.permuted(left.as_slice());
+            let weight = column.weights.norm_squared();
+            for group in self
+                .covariates
+                .groups(&self.rows, of as usize, column.scatter)
+            {
+                let functions: Vec<DVector<f64>> = group
+                    .functions
+                    .column_iter()
+                    .map(|c| whitened(&c.into_owned()))
+                    .collect();
+                let questions = basis.beside(functions);
+                if questions.is_empty() {
+                    continue;
+                }
+                asked.push(Asked {
+                    what: What::Column(of),
+                    covariate: group.name,
+                    statistic: explained(&questions, &all),
+                    weight,
+                });
+            }
+        }
+        let places: Vec<_> = self.rows.iter().map(|row| row.places).collect();
+        for (what, pushes) in self.pushes() {
+            for statistic in pushes.asked(&places, &self.shuffles) {
+                asked.push(Asked {
+                    what,
+                    covariate: "position",
+                    statistic,
+                    weight: pushes.weight,
+                });
+            }
+        }
+        asked
+    }
+
+    fn pushes(&self) -> [(What, Pushes); 2] {
+        [
+            (What::Along, Pushes::new(&self.rows, |row| &row.along)),
+            (What::Across, Pushes::new(&self.rows, |row| &row.across)),
+        ]
+    }
+
+    /// A column without what depends on commands; they are left in where they run with the order.
+    fn in_order(&self, of: Column) -> Option<(f64, InOrder)> {
+        let column = self.weighed(of, true);
+        let n = self.rows.len();
+        let place = DVector::from_fn(n, |i, _| (i as f64 + 0.5) / n as f64);
+        let mean = Basis::new([DVector::repeat(n, 1.0)]);
+        let slow = mean.beside(covariates::cosines(&place, 3));
+        let runs = self.covariates.linear().into_iter().any(|command| {
+            let command = mean.off(command);
+            let shared: f64 = slow.iter().map(|q| q.dot(&command).powi(2)).sum();
+            shared > RUNS_WITH_ORDER * command.norm_squared()
+        });
+        let smooth = match runs {
+            true => Vec::new(),
+            false => self.covariates.smooth(),
+        };
+        let beside = std::iter::once(DVector::repeat(n, 1.0)).chain(smooth);
+        let beside = Basis::new(beside.map(|c| c.component_mul(&column.weights)));
+        if beside.0.len() + 4 > n {
+            return None;
+        }
+        let values = beside.off(column.values);
+        Some((
+            column.weights.norm_squared(),
+            InOrder {
+                values,
+                weights: column.weights,
+                beside,
+                sessions: self.sessions.clone(),
+            },
+        ))
+    }
+
+    fn order(&self) -> Vec<Asked> {
+        let mut asked = Vec::new();
+        for of in [
+            Column::Launch,
+            Column::Heading,
+            Column::Friction,
+            Column::Stop,
+        ] {
+            let Some((weight, at)) = self.in_order(of) else {
+                continue;
+            };
+            for (covariate, statistic) in at.asked(&self.shuffles) {
+                asked.push(Asked {
+                    what: What::Column(of),
+                    covariate,
+                    statistic,
+                    weight,
+                });
+            }
+        }
+        asked
+    }
+
+    fn levels(&self) -> Vec<Asked> {
+        let mut asked = Vec::new();
+        let signs = &self.shuffles.signs;
+        // Σ over columns of (Σ over strikes)², as it is and with the signs of whole strikes flipped.
+        let level = |columns: &[DVector<f64>]| {
+            let mut statistic = vec![0.0; 1 + PERMUTED];
+            for column in columns {
+                statistic[0] += column.sum().powi(2) / column.len() as f64;
+                let flipped = signs.tr_mul(column);
+                for (to, sum) in statistic[1..].iter_mut().zip(flipped.iter()) {
+                    *to += sum * sum / column.len() as f64;
+                }
+            }
+            statistic
+        };
+        let heading = self.weighed(Column::Heading, false);
+        let ratio = self.wander_of(Column::Heading, &heading);
+        let level_of_one = self.wander.whitened(ratio, &heading.weights);
+        let level_of_one =
+            &level_of_one / (level_of_one.norm() / (level_of_one.len() as f64).sqrt()).max(1e-300);
+        let whitened = self
+            .wander
+            .whitened(ratio, &heading.values)
+            .component_mul(&level_of_one);
+        asked.push(Asked {
+            what: What::Column(Column::Heading),
+            covariate: "level",
+            statistic: level(&[whitened]),
+            weight: heading.weights.norm_squared(),
+        });
+        for (what, pushes) in self.pushes() {
+            let fifth = |k: usize| {
+                DVector::from_iterator(pushes.whole.len(), pushes.whole.iter().map(|row| row[k]))
+            };
+            let fifths: Vec<DVector<f64>> = (0..table::HATS).map(fifth).collect();
+            asked.push(Asked {
+                what,
+                covariate: "phase",
+                statistic: level(&fifths),
+                weight: pushes.weight,
+            });
+        }
+        asked
+    }
+}

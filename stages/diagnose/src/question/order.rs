@@ -1,0 +1,221 @@
+//! Questions about the order of strikes, and the form of what depends on it.
+
+use std::f64::consts::TAU;
+
+use nalgebra::{DMatrix, DVector};
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+
+use super::{
+    covariates::cosines,
+    families::{Shuffles, Statistic},
+    projection::{Basis, explained},
+    wander::Wander,
+};
+
+/// Cosines over the order.
+const COSINES: usize = 6;
+/// Strikes on each side of a step.
+const SIDE: usize = 3;
+/// Wanders drawn: another form is told where it is better than the likeliest wander by more than it is of any of these.
+const DRAWN: usize = 199;
+
+/// How a column depends on the order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Form {
+    /// Noise: each strike near the one before.
+    Wander,
+    Drift,
+    /// At this strike.
+    Step(usize),
+    Wear,
+    Cycle,
+    Sessions,
+    WearInSessions,
+}
+
+impl Form {
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Wander => "wander",
+            Self::Drift => "drift",
+            Self::Step(_) => "step",
+            Self::Wear => "wear",
+            Self::Cycle => "cycle",
+            Self::Sessions => "sessions",
+            Self::WearInSessions => "wear within sessions",
+        }
+    }
+}
+
+/// One column, to be asked about its order.
+pub(super) struct InOrder {
+    /// Weighed, what depends on commands taken off.
+    pub(super) values: DVector<f64>,
+    pub(super) weights: DVector<f64>,
+    /// What was taken off.
+    pub(super) beside: Basis,
+    /// Which session each strike is of.
+    pub(super) sessions: Vec<usize>,
+}
+
+impl InOrder {
+    fn place(&self) -> DVector<f64> {
+        let n = self.values.len();
+        DVector::from_fn(n, |i, _| (i as f64 + 0.5) / n as f64)
+    }
+
+    fn of_sessions(&self) -> Vec<DVector<f64>> {
+        let count = self.sessions.iter().max().map_or(0, |last| last + 1);
+        let is_in =
+            |s: usize| DVector::from_fn(self.values.len(), |i, _| f64::from(self.sessions[i] == s));
+        (1..count).map(is_in).collect()
+    }
+
+    fn beside(&self, functions: Vec<DVector<f64>>) -> Vec<DVector<f64>> {
+        self.beside
+            .beside(functions.iter().map(|f| f.component_mul(&self.weights)))
+    }
+
+    /// How neighbours, steps, slow changes and sessions show: of the column as it is, then in every order.
+    pub(super) fn asked(&self, shuffles: &Shuffles) -> Vec<(&'static str, Statistic)> {
+        let mut all = shuffles.permuted(self.values.as_slice());
+        // What is taken off stays with its place.
+        for own in &self.beside.0 {
+            let along = all.tr_mul(own);
+            all.ger(-1.0, own, &along, 1.0);
+        }
+        let mut asked = vec![(
+            "order",
+            explained(&self.beside(cosines(&self.place(), COSINES)), &all),
+        )];
+        let sessions = self.of_sessions();
+        if !sessions.is_empty() {
+            asked.push(("session", explained(&self.beside(sessions), &all)));
+        }
+        let steps = self.steps();
+        let best = |c: &[f64]| steps.best(c, &self.weights).map_or(0.0, |(_, gain)| gain);
+        asked.push(("order", columns(&all).map(best).collect()));
+        let alike = |c: &[f64]| c.windows(2).map(|pair| (pair[0] + pair[1]).powi(2)).sum();
+        asked.push(("order", columns(&all).map(alike).collect()));
+        asked
+    }
+
+    fn steps(&self) -> Steps {
+        let n = self.values.len();
+        let places = SIDE..=n.saturating_sub(SIDE);
+        Steps(
+            places
+                .map(|k| {
+                    let step =
+                        DVector::from_fn(n, |i, _| if i < k { self.weights[i] } else { 0.0 });
+                    (k, self.beside.off(step).norm_squared())
+                })
+                .collect(),
+        )
+    }
+
+    /// The form: a wander, unless another is better by more than it would be of a wander.
+    pub(super) fn form(&self, wander: &Wander, seed: u64) -> Form {
+        let (forms, steps) = (self.forms(), self.steps());
+        let n = self.values.len();
+        let beside = wander.beside(&self.beside.0);
+        // The best other form by Bayes' information criterion, and by how much it is better.
+        let better = |column: &DVector<f64>| {
+            let whole = column.norm_squared();
+            let values = (n as f64).ln();
+            let criterion = |taken: f64, count: f64| {
+                n as f64 * ((whole - taken).max(1e-300) / n as f64).ln() + count * values
+            };
+            let step = steps.best(column.as_slice(), &self.weights);
+            let step = step.map(|(k, taken)| (Form::Step(k), criterion(taken, 2.0)));
+            let others = forms.iter().map(|(form, questions, count)| {
+                let taken = questions.iter().map(|q| q.dot(column).powi(2)).sum();
+                (*form, criterion(taken, *count))
+            });
+            let best = others.chain(step).min_by(|a, b| a.1.total_cmp(&b.1));
+            let (form, least) = best.unwrap_or((Form::Drift, f64::INFINITY));
+            let (ratio, deviance) = beside.likeliest(column);
+            (form, deviance + values - least, ratio)
+        };
+        let (form, by, ratio) = better(&self.values);
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let is_of_wander = (0..DRAWN).any(|_| {
+            let independent = DVector::from_fn(n, |_, _| StandardNormal.sample(&mut random));
+            let drawn = self.beside.off(wander.drawn(ratio, &independent));
+            better(&drawn).1 >= by
+        });
+        match is_of_wander {
+            true => Form::Wander,
+            false => form,
+        }
+    }
+
+    /// The other forms but a step, each with the functions that it takes and how many values it has.
+    fn forms(&self) -> Vec<(Form, Vec<DVector<f64>>, f64)> {
+        let place = self.place();
+        let mut forms = vec![(Form::Drift, self.beside(vec![place.clone()]), 1.0)];
+        for length in [0.06, 0.125, 0.25, 0.5] {
+            let worn = place.map(|t| 1.0 - (-t / length).exp());
+            forms.push((Form::Wear, self.beside(vec![worn]), 2.0));
+        }
+        for k in 2..=(self.values.len() / 2).min(80) {
+            let turns = TAU * 0.5 * k as f64;
+            let cycle = vec![
+                place.map(|t| (turns * t).cos()),
+                place.map(|t| (turns * t).sin()),
+            ];
+            forms.push((Form::Cycle, self.beside(cycle), 3.0));
+        }
+        let sessions = self.of_sessions();
+        if !sessions.is_empty() {
+            let count = sessions.len() as f64;
+            let since = self.since_session();
+            let within = sessions.iter().cloned().chain([since.clone()]).collect();
+            forms.push((Form::WearInSessions, self.beside(vec![since]), 1.0));
+            forms.push((Form::WearInSessions, self.beside(within), count + 1.0));
+            forms.push((Form::Sessions, self.beside(sessions), count));
+        }
+        forms
+    }
+
+    /// How far into its session each strike is, 0 to 1.
+    fn since_session(&self) -> DVector<f64> {
+        let n = self.values.len();
+        let first = |s: usize| {
+            self.sessions
+                .iter()
+                .position(|other| *other == s)
+                .unwrap_or(0)
+        };
+        let count = |s: usize| self.sessions.iter().filter(|other| **other == s).count();
+        DVector::from_fn(n, |i, _| {
+            let s = self.sessions[i];
+            (i - first(s).min(i)) as f64 / count(s).max(1) as f64
+        })
+    }
+}
+
+/// Places of a step, each with what is left of it beside what was taken off.
+struct Steps(Vec<(usize, f64)>);
+
+impl Steps {
+    /// The step that takes most of a column from which the rest is taken off.
+    fn best(&self, column: &[f64], weights: &DVector<f64>) -> Option<(usize, f64)> {
+        let mut sum = 0.0;
+        let mut done = 0;
+        let gains = self.0.iter().map(|(k, norm)| {
+            while done < *k {
+                sum += column[done] * weights[done];
+                done += 1;
+            }
+            (*k, sum * sum / norm.max(1e-12))
+        });
+        gains.max_by(|a, b| a.1.total_cmp(&b.1))
+    }
+}
+
+fn columns(all: &DMatrix<f64>) -> impl Iterator<Item = &[f64]> {
+    all.as_slice().chunks_exact(all.nrows())
+}

@@ -1,0 +1,60 @@
+//! Linear algebra of a few columns over strikes: what is taken off, and what is asked beside it.
+
+use nalgebra::{DMatrix, DVector};
+
+/// A column that others leave less than this share of is none of its own.
+const LEAST: f64 = 1e-6;
+
+/// Orthonormal columns that span some others.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Basis(pub(super) Vec<DVector<f64>>);
+
+impl Basis {
+    /// Of these columns, those that say nothing new left out.
+    pub(super) fn new(columns: impl IntoIterator<Item = DVector<f64>>) -> Self {
+        Self::default().with(columns)
+    }
+
+    /// The same with more columns.
+    pub(super) fn with(mut self, columns: impl IntoIterator<Item = DVector<f64>>) -> Self {
+        for column in columns {
+            let whole = column.norm();
+            // Twice, for the digits that the first pass loses.
+            let left = self.off(self.off(column));
+            let norm = left.norm();
+            if norm > LEAST * whole && norm > 0.0 {
+                self.0.push(left / norm);
+            }
+        }
+        self
+    }
+
+    /// What is left of a column.
+    pub(super) fn off(&self, mut column: DVector<f64>) -> DVector<f64> {
+        for own in &self.0 {
+            let along = own.dot(&column);
+            column.axpy(-along, own, 1.0);
+        }
+        column
+    }
+
+    /// Orthonormal columns of what is left of others.
+    pub(super) fn beside(
+        &self,
+        columns: impl IntoIterator<Item = DVector<f64>>,
+    ) -> Vec<DVector<f64>> {
+        let held = self.0.len();
+        let mut all = self.clone().with(columns);
+        all.0.drain(..held);
+        all.0
+    }
+}
+
+/// Σ(qᵀe)² of each column e of a matrix.
+pub(super) fn explained(questions: &[DVector<f64>], all: &DMatrix<f64>) -> Vec<f64> {
+    if questions.is_empty() {
+        return vec![0.0; all.ncols()];
+    }
+    let products = DMatrix::from_columns(questions).tr_mul(all);
+    products.column_iter().map(|c| c.norm_squared()).collect()
+}

@@ -1,0 +1,80 @@
+//! What a diagnosis makes of designs that a laboratory starts with, and of what depends on the start or on the order of strikes.
+
+#[expect(
+    dead_code,
+    reason = "other tests use the other kinds of noise and forms"
+)]
+#[path = "support/table.rs"]
+mod table;
+
+use diagnose::{Diagnose, Diagnosis, Input, Verdict};
+use stage::{Progress, Stage};
+use table::{Hidden, Noise, Plan, Table};
+use world::World;
+
+fn diagnosed(plan: Plan, hidden: Hidden, seed: u64) -> Diagnosis {
+    let table = Table {
+        plan,
+        noise: Noise::Ideal,
+        hidden: vec![hidden],
+        strikes: 100,
+        seed,
+    };
+    let (rig, strikes) = table.strike();
+    let world = World::nominal(&rig)
+        .with("friction", 0.2)
+        .with("restitution", 0.45);
+    let settings = Diagnose {
+        next_strikes: 0,
+        ..Diagnose::default()
+    };
+    let input = Input {
+        rig,
+        world,
+        strikes,
+    };
+    let found = settings.run(&input, &Progress::hidden());
+    found.expect("a diagnosis").diagnosis
+}
+
+#[test]
+fn a_narrow_design_is_no_gap() {
+    for plan in [
+        Plan::OneAngle,
+        Plan::OneSpeed,
+        Plan::OneCommand,
+        Plan::OneStart,
+        Plan::Grid,
+        Plan::Sweep,
+    ] {
+        let found = diagnosed(plan, Hidden::Nothing, 61);
+        assert_eq!(
+            found.verdict,
+            Verdict::Consistent,
+            "{plan:?}: {}",
+            found.summary
+        );
+    }
+}
+
+#[test]
+fn an_arm_whose_speed_depends_on_its_reach_is_no_table() {
+    let found = diagnosed(Plan::Random, Hidden::Reach(0.9), 62);
+    assert_eq!(found.verdict, Verdict::Unexplained, "{}", found.summary);
+    assert_eq!(found.r#where[0].covariate, "start", "{:?}", found.r#where);
+}
+
+#[test]
+fn friction_that_steps_or_cycles_with_the_order_is_no_wander() {
+    for hidden in [Hidden::StepInOrder(0.12), Hidden::CycleInOrder(0.12, 20.0)] {
+        let found = diagnosed(Plan::Random, hidden, 63);
+        assert_ne!(
+            found.verdict,
+            Verdict::Consistent,
+            "{hidden:?}: {}",
+            found.summary
+        );
+        let by_order = found.r#where.iter().any(|w| w.covariate == "order");
+        assert!(by_order, "{:?}", found.r#where);
+    }
+}
