@@ -1,6 +1,6 @@
 # Everything that carom needs beside rustup's stable Rust, Python 3 with pip and a C compiler is set up here,
 # under .native/. A second run of any target does nothing that is done.
-.PHONY: build install run test lint blind thresholds kuka curve bench fuzz arm loop soak setup clean
+.PHONY: build install run test lint blind kuka first-day curve bench fuzz arm loop living soak setup clean
 .DEFAULT_GOAL := build
 
 DEMO := artifacts/demo
@@ -36,11 +36,13 @@ test: lint
 # The hidden-effect benchmark: every effect at four magnitudes, pairs, controls, effects that no candidate has, a box; peers on the
 # same sets, and strikes chosen against strikes at random. `make blind HARD=1`: sets drawn at random from noise, forms and phenomena
 # that the library was not written for. Both resume where they stopped, and write the page that is committed; take a FIRST that no
-# page has had (tests/judged.json lists them).
+# page has had (tests/judged.json lists them). With ONLY=control (single, weak, several, foreign, place, order, odd) sets of one kind are
+# made, and the page is printed.
 SEEDS := 2
 SETS := 400
 FIRST := 40000
 HARD :=
+ONLY :=
 REGRESSION := artifacts/runs/blind/peers
 $(REGRESSION)/done: tests/peers/requirements_sindy.txt
 	python3 -m venv $(REGRESSION)
@@ -48,20 +50,19 @@ $(REGRESSION)/done: tests/peers/requirements_sindy.txt
 	touch $@
 blind: build $(if $(HARD),,$(REGRESSION)/done)
 ifdef HARD
-	$(BIN)/blind --hard --sets $(SETS) --first $(FIRST) --outcomes artifacts/runs/blind/hard_from_$(FIRST).jsonl --page tests/HARD.md
+	$(BIN)/blind --hard --sets $(SETS) --first $(FIRST) --only "$(ONLY)" --outcomes artifacts/runs/blind/hard_from_$(FIRST).jsonl $(if $(ONLY),,--page tests/HARD.md)
 else
 	$(BIN)/blind --seeds $(SEEDS) --first $(FIRST) --outcomes artifacts/runs/blind/from_$(FIRST).jsonl \
 		--page tests/BLIND.md --peers $(REGRESSION)/bin/python --chosen
 endif
 
-# What half and twice each number set by hand in the diagnosis does to hard sets, and the page that is committed.
-thresholds: build
-	$(BIN)/blind --thresholds --sets $(SETS) --first $(FIRST) --outcomes artifacts/runs/blind/thresholds_from_$(FIRST).jsonl \
-		--page tests/THRESHOLDS.md
-
 # The real strikes beside this checkout, and the page of what was found in them.
 kuka: build
 	$(BIN)/kuka
+
+# Twelve mistakes of a first day on eight rigs, logs as they should be, and the page that is committed: some minutes.
+first-day: build
+	$(BIN)/first-day --page tests/FIRST_DAY.md
 
 # Stop errors by the number of strikes learnt from, and the page that is committed: some minutes.
 curve: build
@@ -96,9 +97,9 @@ fuzz: build
 		nice -n 19 $(BIN)/fuzz $$target --seconds $(FUZZ_SECONDS) --seed $(FUZZ_SEED) & pids="$$pids $$!"; \
 	done; for pid in $$pids; do wait $$pid || exit 1; done
 
-# The emulated xArm7 under the maker's own SDK, whose bytes for each call are compared with those that the driver's tests hold; live
+# The emulated Universal Robots arm read by ur-rtde; the emulated xArm7 under the maker's own SDK, whose bytes for each call are compared with those that the driver's tests hold; live
 # topics of Foxglove's own SDK; a collection that signals end; then every fault at every step of a strike, and the page that is
-# committed. Ports 502, 30000, 30001 and 8765 of 127.0.0.1 are taken: 502 needs root.
+# committed. Ports 502, 29999 to 30004 and 8765 of 127.0.0.1 are taken: 502 needs root.
 XARM := artifacts/runs/arm/sdk
 FOXGLOVE := artifacts/runs/arm/foxglove
 $(XARM)/done: tests/peers/requirements_xarm.txt
@@ -107,6 +108,7 @@ $(XARM)/done: tests/peers/requirements_xarm.txt
 	touch $@
 arm: build $(XARM)/done
 	$(XARM)/bin/python tests/peers/arm.py $(BIN)/arm-emulator tests/arm/tests/sdk_frames.txt --check
+	$(XARM)/bin/python tests/peers/ur.py $(BIN)/arm-emulator
 	cargo build --locked --manifest-path tests/peers/foxglove_server/Cargo.toml --target-dir $(FOXGLOVE)
 	$(XARM)/bin/python tests/peers/watch.py $(BIN)/arm-watch $(FOXGLOVE)/debug/foxglove-server
 	$(XARM)/bin/python tests/peers/collect.py $(BIN)/arm-emulator $(BIN)/carom artifacts/runs/arm/collect
@@ -116,6 +118,12 @@ arm: build $(XARM)/done
 # fast as one. It goes on where it was ended; the page is the one that is committed. The same ports as above are taken, and 8765.
 loop: build
 	$(BIN)/arm-loop artifacts/runs/loop $(BIN) tests/LOOP.md
+
+# Tables that change, in the closed loop, beside peers, and the page that is committed: some two minutes a rig. It goes on where it was ended.
+RIGS := 30
+living: build
+	mkdir -p artifacts/runs
+	$(BIN)/living --rigs $(RIGS) --outcomes artifacts/runs/living.jsonl --page tests/LIVING.md
 
 # A hundred nights on growing data, a fault in each: some twenty minutes.
 soak: build

@@ -9,8 +9,6 @@ mod faults;
 mod floors;
 mod fuzz;
 mod kuka;
-#[expect(clippy::unwrap_used, reason = "the workspace's own files are read")]
-mod lengths;
 mod reproducible;
 mod rows;
 mod sessions;

@@ -1,7 +1,7 @@
 //! A file that is opened before its name is decided, and that never takes another file's place.
 
 use std::fs::{self, File, OpenOptions};
-use std::io::{self, BufWriter, ErrorKind, Write};
+use std::io::{self, BufWriter, ErrorKind, Read, Seek, Write};
 use std::path::{Path, PathBuf};
 
 use crate::write::{Output, sync_dir};
@@ -38,6 +38,21 @@ impl Aside {
         Err(Error::new("create a file in", folder, last))
     }
 
+    /// Writes so many zeros into the file that is to be filled, so that the disk has the room for it then. Errors where it has none.
+    pub fn reserve(&mut self, bytes: u64) -> Result<(), Error> {
+        let path = &self.path;
+        let Some(file) = &mut self.file else {
+            return Ok(());
+        };
+        let mut zeros = |bytes: u64| -> io::Result<()> {
+            io::copy(&mut io::repeat(0).take(bytes), file)?;
+            file.rewind()
+        };
+        faults::step()
+            .and_then(|()| zeros(bytes))
+            .map_err(|source| Error::new("reserve room in", path, source))
+    }
+
     /// Fills the file and syncs it. It can be filled once.
     pub fn fill<E: From<Error>>(
         &mut self,
@@ -54,7 +69,11 @@ impl Aside {
         fill(&mut file)?;
         file.flush().map_err(failed("write"))?;
         // Without its buffer, whose drop would write again.
-        let (Output(file), _) = file.into_parts();
+        let (Output(mut file), _) = file.into_parts();
+        // What was reserved and is not used is given back.
+        file.stream_position()
+            .and_then(|end| file.set_len(end))
+            .map_err(failed("write"))?;
         Ok(faults::step()
             .and_then(|()| file.sync_all())
             .map_err(failed("sync"))?)
@@ -108,6 +127,24 @@ mod tests {
                 .map_err(|error| Error::new("write", folder, error))
         })?;
         aside.name(&folder.join(name))
+    }
+
+    #[test]
+    fn what_was_reserved_and_is_not_used_is_given_back() {
+        let dir = tempfile::tempdir().expect("folder");
+        let mut aside = Aside::create(dir.path(), "value").expect("creates");
+        aside.reserve(3 << 20).expect("reserves");
+        let held = fs::read_dir(dir.path()).expect("folder").next();
+        let held = held.expect("a file").expect("read").metadata();
+        assert_eq!(held.expect("there").len(), 3 << 20);
+        aside
+            .fill(|file| {
+                file.write_all(b"short")
+                    .map_err(|error| Error::new("write", dir.path(), error))
+            })
+            .expect("fills");
+        assert!(aside.name(&dir.path().join("value")).expect("names"));
+        assert_eq!(fs::read(dir.path().join("value")).expect("there"), b"short");
     }
 
     #[test]

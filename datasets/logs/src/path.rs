@@ -125,11 +125,11 @@ impl FieldTree {
         Ok(root)
     }
 
-    fn add(&mut self, steps: &[Step], leaf: Leaf) {
+    fn add(&mut self, steps: &[PathStep], leaf: Leaf) {
         let next = match steps.first() {
             None => return self.leaves.push(leaf),
-            Some(Step::Name(name)) => child(&mut self.fields, name.clone()),
-            Some(Step::Index(index)) => child(&mut self.elements, *index),
+            Some(PathStep::Name(name)) => child(&mut self.fields, name.clone()),
+            Some(PathStep::Index(index)) => child(&mut self.elements, *index),
         };
         next.add(&steps[1..], leaf);
     }
@@ -146,27 +146,28 @@ fn child<K: PartialEq>(children: &mut Vec<(K, FieldTree)>, key: K) -> &mut Field
     &mut children[at].1
 }
 
+/// A step of a path.
 #[derive(Clone, Debug, PartialEq)]
-enum Step {
+pub(crate) enum PathStep {
     Name(String),
     Index(usize),
 }
 
 /// The steps of a path such as `poses[0].position.x`.
-fn parse(path: &str) -> Result<Vec<Step>, &'static str> {
+pub(crate) fn parse(path: &str) -> Result<Vec<PathStep>, &'static str> {
     let mut steps = Vec::new();
     for part in path.split('.') {
         let (name, mut rest) = part.split_at(part.find('[').unwrap_or(part.len()));
         if name.trim().is_empty() {
             return Err("a name is empty; write names with one dot between them");
         }
-        steps.push(Step::Name(name.into()));
+        steps.push(PathStep::Name(name.into()));
         while !rest.is_empty() {
             let (index, after) = rest
                 .strip_prefix('[')
                 .and_then(|inner| inner.split_once(']'))
                 .ok_or("an index lacks its `]`")?;
-            steps.push(Step::Index(
+            steps.push(PathStep::Index(
                 index
                     .parse()
                     .map_err(|_| "an index is no whole number from 0")?,
@@ -183,11 +184,16 @@ mod tests {
 
     #[test]
     fn a_path_is_names_and_indices() {
-        let name = |text: &str| Step::Name(text.into());
+        let name = |text: &str| PathStep::Name(text.into());
         assert_eq!(parse("point.x"), Ok(vec![name("point"), name("x")]));
         assert_eq!(
             parse("a[2][0].b"),
-            Ok(vec![name("a"), Step::Index(2), Step::Index(0), name("b")])
+            Ok(vec![
+                name("a"),
+                PathStep::Index(2),
+                PathStep::Index(0),
+                name("b")
+            ])
         );
         for wrong in ["", "a..b", "a[", "a[-1]", "a[1]b", "[0]"] {
             assert!(parse(wrong).is_err(), "{wrong}");

@@ -5,6 +5,7 @@
 
 mod cdr;
 mod copy;
+mod form;
 mod messages;
 mod samples;
 
@@ -19,7 +20,7 @@ use mcap::{WriteOptions, Writer};
 use values::Topics;
 
 use crate::read::RawChannel;
-use messages::Kind;
+use form::{Form, Kind, Numbers};
 
 pub use copy::CopyWriter;
 pub use samples::{Samples, Stamped, StateSample};
@@ -66,11 +67,11 @@ pub enum WriteError {
 
 /// Writes the samples of one strike after another into one log.
 ///
-/// The topics' names are those of the rig file; message types and fields are ROS 2's (`geometry_msgs/msg/PointStamped`,
-/// `geometry_msgs/msg/TwistStamped`, `nav_msgs/msg/Odometry`), which the default field paths of a rig file fit.
+/// Topics and messages are those of the rig file: ROS 2's type that has the fields which the paths name (`geometry_msgs/msg/PointStamped`,
+/// `PoseStamped`, `TwistStamped`, `Twist`, `nav_msgs/msg/Odometry` …), in CDR; JSON where no such type has them.
 pub struct RecordingWriter<W: Write + Seek> {
     mcap: Writer<W>,
-    topics: Topics,
+    forms: [Form; 4],
     channels: [Option<u16>; 4],
     sequences: [u32; 4],
     /// Channels of received messages by their numbers, with the number of messages so far.
@@ -119,7 +120,7 @@ impl<W: Write + Seek> RecordingWriter<W> {
         let mcap = options().create(sink)?;
         Ok(Self {
             mcap,
-            topics: topics.clone(),
+            forms: Kind::ALL.map(|kind| Form::of(kind, topics)),
             channels: [None; 4],
             sequences: [0; 4],
             received: HashMap::new(),
@@ -168,14 +169,13 @@ impl<W: Write + Seek> RecordingWriter<W> {
                 self.put(message)?;
             }
             self.buffer.clear();
-            match kind {
-                Kind::Centroid => messages::point_stamped(&mut self.buffer, &samples.centroids[i]),
-                Kind::Command => messages::twist_stamped(&mut self.buffer, &samples.commands[i]),
-                Kind::State => messages::odometry(&mut self.buffer, &samples.states[i]),
-                Kind::Pose => {
-                    messages::pose_stamped(&mut self.buffer, &samples.centroids[i], yaws[i]);
-                }
-            }
+            let numbers = match kind {
+                Kind::Centroid => Numbers::from(&samples.centroids[i]),
+                Kind::Command => Numbers::from(&samples.commands[i]),
+                Kind::State => Numbers::from(&samples.states[i]),
+                Kind::Pose => Numbers::turned(&samples.centroids[i], yaws[i]),
+            };
+            self.forms[kind as usize].write(&mut self.buffer, &numbers);
             let header = MessageHeader {
                 channel_id: self.channel(kind)?,
                 sequence: self.sequences[kind as usize],
@@ -228,18 +228,12 @@ impl<W: Write + Seek> RecordingWriter<W> {
         if let Some(id) = self.channels[kind as usize] {
             return Ok(id);
         }
-        let topic = match kind {
-            Kind::Centroid => &self.topics.centroid.name,
-            Kind::Command => &self.topics.command.name,
-            Kind::State => &self.topics.state.topic.name,
-            Kind::Pose => &self.topics.pose.topic.name,
-        };
-        let schema = self
-            .mcap
-            .add_schema(kind.name(), "ros2msg", kind.schema().as_bytes())?;
+        let form = &self.forms[kind as usize];
+        let (name, encoding, text, messages) = form.schema();
+        let schema = self.mcap.add_schema(name, encoding, text.as_bytes())?;
         let id = self
             .mcap
-            .add_channel(schema, topic, "cdr", &BTreeMap::new())?;
+            .add_channel(schema, &form.topic, messages, &BTreeMap::new())?;
         self.channels[kind as usize] = Some(id);
         Ok(id)
     }

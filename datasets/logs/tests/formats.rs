@@ -310,3 +310,65 @@ proptest! {
         prop_assert_eq!(bits(&read), bits(&samples));
     }
 }
+
+#[test]
+fn messages_that_rosbag2_packed_one_by_one_are_read_as_if_they_were_plain() {
+    use logs::read::read_raw;
+    use logs::write::{CopyWriter, RecordingWriter, Samples, Stamped};
+    use logs::{Event, Limits, TopicRequest, read};
+
+    let folder = tempfile::tempdir().expect("a folder");
+    let [plain, packed] = ["plain.mcap", "packed.mcap"].map(|name| folder.path().join(name));
+    let topics = values::Topics::default();
+    let at = |i: u64| Stamped {
+        stamp: 1_700_000_000_000_000_000 + i * 10_000_000,
+        x: 0.3 + 0.001 * i as f64,
+        y: -0.1,
+    };
+    let samples = Samples {
+        centroids: (0..20).map(at).collect(),
+        commands: (0..20).map(at).collect(),
+        states: Vec::new(),
+    };
+    let mut writer = RecordingWriter::create(&plain, &topics).expect("creates");
+    writer.write(&samples).expect("writes");
+    writer.finish().expect("finishes");
+    let mut copy = CopyWriter::create(&packed).expect("creates");
+    read_raw(&plain, Limits::default(), &mut |message| {
+        let channel = message.channel;
+        let schema = std::str::from_utf8(&channel.schema_data).expect("text");
+        let data = zstd::bulk::compress(message.data, 3).expect("packs");
+        let schema = (
+            channel.schema.as_str(),
+            channel.schema_encoding.as_str(),
+            schema,
+        );
+        copy.add(
+            &channel.topic,
+            schema,
+            &channel.encoding,
+            message.log_time,
+            &data,
+        )
+        .expect("writes");
+        Ok::<(), logs::LogError>(())
+    })
+    .expect("reads");
+    copy.finish().expect("finishes");
+    let [plain, packed] = [plain, packed].map(|log| {
+        let wanted = [&topics.centroid, &topics.command].map(|topic| TopicRequest {
+            topic,
+            more: &[],
+            required: true,
+        });
+        let mut seen = Vec::new();
+        read(&log, &wanted, Limits::default(), &mut |event| match event {
+            Event::Sample(topic, sample) => seen.push((topic, sample)),
+            other => panic!("{other:?}"),
+        })
+        .expect("reads");
+        seen
+    });
+    assert_eq!(plain.len(), 40);
+    assert_eq!(plain, packed);
+}

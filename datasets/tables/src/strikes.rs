@@ -4,7 +4,7 @@ use std::borrow::Borrow;
 use std::collections::HashMap;
 use std::path::Path;
 
-use values::{Command, Conditions, Delivered, Point, Split, Strike, Track, Yaw};
+use values::{Command, Conditions, Delivered, End, Point, Split, Strike, Track, Yaw};
 
 use crate::TableError;
 use crate::layout::{Table, count, real, text};
@@ -12,8 +12,8 @@ use crate::read::{Batch, read};
 use crate::write::{Cell, write_with};
 
 /// The columns of the public interface, `order`, and what else is known of a strike where the arm's state or the object's yaw was
-/// logged: null where it was not. `contact` is on the track's clock; `pushed_again` is 1 where the arm reached the object again.
-const STRIKES: Table<21> = Table {
+/// logged: null where it was not. Where `end` is not `rest` there is no stop, and no path. `contact` is on the track's clock; `pushed_again` is 1 where the arm reached the object again.
+const STRIKES: Table<22> = Table {
     name: "strikes",
     columns: [
         text("strike_id"),
@@ -22,10 +22,10 @@ const STRIKES: Table<21> = Table {
         real("t_start", "s"),
         real("x0", "m"),
         real("y0", "m"),
-        real("xf", "m"),
-        real("yf", "m"),
-        real("path_x", "m"),
-        real("path_y", "m"),
+        real("xf", "m").or_null(),
+        real("yf", "m").or_null(),
+        real("path_x", "m").or_null(),
+        real("path_y", "m").or_null(),
         real("speed", "m/s"),
         real("angle", "rad"),
         count("frames"),
@@ -37,6 +37,7 @@ const STRIKES: Table<21> = Table {
         real("contact", "s").or_null(),
         count("pushed_again").or_null(),
         real("yaw0", "rad").or_null(),
+        text("end"),
     ],
 };
 
@@ -74,7 +75,7 @@ pub fn stream_strikes<S: Borrow<Strike>, E: From<TableError> + From<durable::Err
 }
 
 fn track(strike: &Strike) -> impl Iterator<Item = [Cell<'_>; 5]> {
-    let Track { t, x, y, yaw } = &strike.track;
+    let Track { t, x, y, yaw, .. } = &strike.track;
     t.iter()
         .zip(x)
         .zip(y)
@@ -91,8 +92,9 @@ fn track(strike: &Strike) -> impl Iterator<Item = [Cell<'_>; 5]> {
         })
 }
 
-fn cells(strike: &Strike) -> [Cell<'_>; 21] {
-    let path = strike.path();
+fn cells(strike: &Strike) -> [Cell<'_>; 22] {
+    let (stop, path) = (strike.has_stop().then_some(strike.stop), strike.path());
+    let path = stop.map(|_| path);
     let arm = strike.delivered;
     let yaw = strike.track.yaw.as_ref();
     [
@@ -102,10 +104,10 @@ fn cells(strike: &Strike) -> [Cell<'_>; 21] {
         Cell::Real(strike.t_start),
         Cell::Real(strike.initial.x),
         Cell::Real(strike.initial.y),
-        Cell::Real(strike.stop.x),
-        Cell::Real(strike.stop.y),
-        Cell::Real(path.x),
-        Cell::Real(path.y),
+        Cell::real_or_null(stop.map(|stop| stop.x)),
+        Cell::real_or_null(stop.map(|stop| stop.y)),
+        Cell::real_or_null(path.map(|path| path.x)),
+        Cell::real_or_null(path.map(|path| path.y)),
         Cell::Real(strike.command.speed),
         Cell::Real(strike.command.angle),
         Cell::Count(u32::try_from(strike.track.len()).unwrap_or(u32::MAX)),
@@ -117,6 +119,7 @@ fn cells(strike: &Strike) -> [Cell<'_>; 21] {
         Cell::real_or_null(arm.map(|arm| arm.contact)),
         arm.map_or(Cell::Null, |arm| Cell::Count(arm.pushed_again.into())),
         Cell::real_or_null(yaw.map(|yaw| yaw.initial)),
+        Cell::Text(strike.track.end.name()),
     ]
 }
 
@@ -160,6 +163,11 @@ pub fn read_strikes(dir: &Path) -> Result<Vec<Strike>, TableError> {
             }
         }
     }
+    for strike in strikes.iter_mut().filter(|strike| !strike.has_stop()) {
+        if let Some(last) = strike.track.len().checked_sub(1) {
+            strike.stop = strike.track.point(last);
+        }
+    }
     match strikes
         .iter()
         .zip(&frames)
@@ -189,7 +197,7 @@ fn strike(batch: &Batch, row: usize) -> Result<Strike, TableError> {
         index: batch.count("index")[row],
         t_start: real("t_start"),
         initial: Point::new(real("x0"), real("y0")),
-        stop: Point::new(real("xf"), real("yf")),
+        stop: stop(batch, row)?,
         command: Command {
             speed: real("speed"),
             angle: real("angle"),
@@ -199,6 +207,7 @@ fn strike(batch: &Batch, row: usize) -> Result<Strike, TableError> {
                 initial,
                 track: Vec::new(),
             }),
+            end: end(batch, row)?,
             ..Track::default()
         },
         split: split(batch, row)?,
@@ -209,6 +218,22 @@ fn strike(batch: &Batch, row: usize) -> Result<Strike, TableError> {
         },
         delivered: delivered(batch, row),
     })
+}
+
+/// Where the object came to rest; where it did not, what the track's last frame takes the place of.
+fn stop(batch: &Batch, row: usize) -> Result<Point, TableError> {
+    let place = |name| batch.real_or_null(name, row);
+    match (place("xf").zip(place("yf")), end(batch, row)?) {
+        (Some((x, y)), _) => Ok(Point::new(x, y)),
+        (None, End::Rest) => Err(batch.wrong(row, "a strike that ends at rest has no stop".into())),
+        (None, _) => Ok(Point::default()),
+    }
+}
+
+/// The `end` of a row.
+fn end(batch: &Batch, row: usize) -> Result<End, TableError> {
+    let name = batch.text("end").value(row);
+    End::from_name(name).ok_or_else(|| batch.wrong(row, format!("there is no end `{name}`")))
 }
 
 /// What the arm delivered, where all of it stands there.

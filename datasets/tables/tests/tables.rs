@@ -6,8 +6,8 @@ use std::path::Path;
 use proptest::prelude::*;
 use tables::*;
 use values::{
-    Command, Conditions, Delivered, Point, Reject, RejectReason, Residual, Split, Strike, Track,
-    Yaw,
+    Command, Conditions, Delivered, End, Point, Reject, RejectReason, Residual, Split, Strike,
+    Track, Yaw,
 };
 
 fn strike(number: usize, frames: usize) -> Strike {
@@ -33,6 +33,7 @@ fn strike(number: usize, frames: usize) -> Strike {
                 initial: 0.1 + shift,
                 track: (0..frames).map(|i| 0.1 + i as f64 * 1e-2).collect(),
             }),
+            end: End::Rest,
         },
         split: [Split::Train, Split::Validation, Split::Test][number % 3],
         conditions: Conditions {

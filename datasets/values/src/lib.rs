@@ -21,10 +21,10 @@ pub use interval::Interval;
 pub use median::median;
 pub use residual::Residual;
 pub use rig::{
-    Camera, Colour, FieldTopic, ImageTopic, Object, Obstacle, PoseTopic, Rig, RigError, Robot,
-    Shape, StampMark, StateTopic, Striker, Table, Tip, Topics,
+    Camera, Colour, CommandFrame, Fence, FieldTopic, Frames, ImageTopic, Object, Obstacle,
+    PoseTopic, Rig, RigError, Robot, Shape, StampMark, StateTopic, Striker, Table, Tip, Topics,
 };
 pub use slide::free_slides;
 pub use split::{Split, split_of};
 pub use stop_errors::StopErrors;
-pub use strike::{Command, Conditions, Delivered, Reject, RejectReason, Strike, Track, Yaw};
+pub use strike::{Command, Conditions, Delivered, End, Reject, RejectReason, Strike, Track, Yaw};

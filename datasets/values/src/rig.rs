@@ -6,6 +6,7 @@ mod demo;
 mod error;
 mod exact;
 mod file;
+mod frames;
 mod keys;
 mod object;
 mod robot;
@@ -18,9 +19,10 @@ use serde::{Deserialize, Serialize};
 
 pub use camera::{Camera, StampMark};
 pub use error::RigError;
+pub use frames::{CommandFrame, Frames};
 pub use object::{Colour, Object, Shape, Striker, Tip};
 pub use robot::{Obstacle, Robot};
-pub use table::Table;
+pub use table::{Fence, Table};
 pub use topics::{FieldTopic, ImageTopic, PoseTopic, StateTopic, Topics};
 
 /// What is known of the set-up; `rig.toml`.
@@ -40,4 +42,7 @@ pub struct Rig {
     /// Where the logs keep what is read.
     #[serde(default)]
     pub topics: Topics,
+    /// The frames and clocks of the logs.
+    #[serde(default, skip_serializing_if = "Frames::is_default")]
+    pub frames: Frames,
 }

@@ -32,9 +32,64 @@ impl Strike {
         strike
     }
 
+    /// Deceleration in m/s², as if it were constant, and the speed of release in m/s. None where too few frames lie on the way.
+    pub fn release(&self) -> Option<(f64, f64)> {
+        if self.has_stop() {
+            let deceleration = self.deceleration()?;
+            // Of release, as long a way before the stop.
+            return Some((
+                deceleration,
+                (2.0 * deceleration * self.path().norm()).sqrt(),
+            ));
+        }
+        let (deceleration, speed) = self.parabola()?;
+        Some((deceleration, speed))
+    }
+
+    /// Deceleration and speed at time zero, of a parabola through the distances along the path: for a track that ends before rest.
+    fn parabola(&self) -> Option<(f64, f64)> {
+        let path = self.path();
+        let whole = path.norm();
+        let n = self.track.len() as f64;
+        if n < 6.0 || whole <= 0.0 {
+            return None;
+        }
+        let (mut s, mut q) = ([0.0; 5], [0.0; 3]);
+        for frame in 0..self.track.len() {
+            let t = self.track.t[frame];
+            let gone = (self.track.point(frame) - self.initial).dot(path) / whole;
+            for (power, sum) in s.iter_mut().enumerate() {
+                *sum += t.powi(power as i32);
+            }
+            for (power, sum) in q.iter_mut().enumerate() {
+                *sum += gone * t.powi(power as i32);
+            }
+        }
+        // Normal equations by Cramer's rule.
+        let det = |m: [[f64; 3]; 3]| {
+            m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1])
+                - m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0])
+                + m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0])
+        };
+        let a = [[s[0], s[1], s[2]], [s[1], s[2], s[3]], [s[2], s[3], s[4]]];
+        let with = |column: usize| {
+            let mut b = a;
+            for (row, value) in b.iter_mut().zip(q) {
+                row[column] = value;
+            }
+            det(b)
+        };
+        let whole = det(a);
+        let (speed, half) = (with(1) / whole, with(2) / whole);
+        (speed > 0.0 && half.is_finite()).then_some((-2.0 * half, speed))
+    }
+
     /// Deceleration in m/s², as if it were constant: √(D − d) falls along a straight line, D the path's length and d what is gone of
     /// it. None where too few frames lie on the way.
     pub fn deceleration(&self) -> Option<f64> {
+        if !self.has_stop() {
+            return self.parabola().map(|(deceleration, _)| deceleration);
+        }
         let path = self.path();
         let whole = path.norm();
         let points: Vec<(f64, f64)> = (0..self.track.len())
@@ -158,6 +213,15 @@ mod tests {
     #[test]
     fn what_is_carried_along_is_no_free_slide() {
         let strikes = [2.0, 2.1, 1.9, 1.4, 0.8].map(strike);
+        // One that ends on its way says the same.
+        let mut cut = strikes[0].clone();
+        cut.track.t.truncate(15);
+        cut.track.x.truncate(15);
+        cut.track.y.truncate(15);
+        cut.track.end = crate::End::Contact;
+        cut.stop = cut.track.point(14);
+        let (deceleration, speed) = cut.release().expect("determined");
+        assert!((deceleration - 2.0).abs() < 1e-6 && (speed - 0.8).abs() < 1e-6);
         assert!((strikes[0].deceleration().expect("determined") - 2.0).abs() < 1e-6);
         let all: Vec<&Strike> = strikes.iter().collect();
         assert_eq!(free_slides(&all), [true, true, true, true, false]);

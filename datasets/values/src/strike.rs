@@ -45,7 +45,7 @@ pub struct Yaw {
     pub track: Vec<f64>,
 }
 
-/// The centroids of one strike from first motion to rest; `t`, `x` and `y` have one length.
+/// The centroids of one strike from first motion to rest, or to what ends it earlier; `t`, `x` and `y` have one length.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Track {
     /// Seconds since first motion; the impact lies within one frame before zero.
@@ -57,6 +57,48 @@ pub struct Track {
     /// The object's yaw, where it was tracked.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub yaw: Option<Yaw>,
+    /// What ends it.
+    #[serde(default, skip_serializing_if = "End::is_rest")]
+    pub end: End,
+}
+
+/// What ends a track.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum End {
+    /// The object rests.
+    #[default]
+    Rest,
+    /// It meets something: a fence, a hand.
+    Contact,
+    /// It leaves the table that is seen.
+    LeftView,
+}
+
+impl End {
+    /// The name in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Rest => "rest",
+            Self::Contact => "contact",
+            Self::LeftView => "left_view",
+        }
+    }
+
+    /// The end of that name.
+    pub fn from_name(name: &str) -> Option<Self> {
+        [Self::Rest, Self::Contact, Self::LeftView]
+            .into_iter()
+            .find(|end| end.name() == name)
+    }
+
+    #[expect(
+        clippy::trivially_copy_pass_by_ref,
+        reason = "serde passes a reference"
+    )]
+    fn is_rest(&self) -> bool {
+        *self == Self::Rest
+    }
 }
 
 impl Track {
@@ -102,7 +144,8 @@ pub struct Strike {
     pub t_start: f64,
     /// Where the object rested before, in metres.
     pub initial: Point,
-    /// Where it first came to rest after, in metres.
+    /// Where it first came to rest after, in metres; where its track ends otherwise, the track's end, which is no stop
+    /// ([`Strike::has_stop`]).
     pub stop: Point,
     /// What was commanded.
     pub command: Command,
@@ -130,7 +173,12 @@ impl Strike {
         (self.command, &self.conditions)
     }
 
-    /// Displacement from rest to rest, in metres.
+    /// Whether the object came to rest by itself.
+    pub fn has_stop(&self) -> bool {
+        self.track.end == End::Rest
+    }
+
+    /// Displacement from rest to rest, or to the track's end, in metres.
     pub fn path(&self) -> Point {
         self.stop - self.initial
     }

@@ -5,8 +5,8 @@ use clap::{Parser, Subcommand};
 use crate::Error;
 use crate::args::{Global, LogsArgs, examples};
 use crate::commands::{
-    artifacts, camera, collect, dataset, demo, key, nightly, rebuild, report, rig, run, score,
-    step, track, trial,
+    artifacts, camera, check, collect, dataset, demo, key, nightly, predict, rebuild, report, rig,
+    run, score, step, track, trial,
 };
 use crate::output::Output;
 use crate::pipeline::Step;
@@ -54,10 +54,16 @@ pub enum Command {
         "carom demo --hide table_tilt --plan runs/a/next_strikes.json --out more",
     ]))]
     Demo(demo::DemoArgs),
+    /// Check whether logs mean what the rig file says: frames, clocks, units, coverage. Every run begins with it.
+    #[command(after_help = examples(&[
+        "carom check logs/ --rig rig.toml",
+        "carom check monday.mcap --rig rig.toml --json",
+    ]))]
+    Check(check::CheckArgs),
     /// Collect strikes that cover the range of speeds, angles and places, a log each; an interrupted collection is continued.
     #[command(after_help = examples(&[
         "carom collect --rig rig.toml --robot sim --strikes 100 --out logs/",
-        "carom collect --rig rig.toml --robot xarm:192.168.1.10 --watch ws://localhost:8765 --strikes 100 --out logs/",
+        "carom collect --rig rig.toml --robot xarm:192.168.1.10 --watch ws://localhost:8765 --key carom.pub --strikes 100 --out logs/",
         "carom collect --rig rig.toml --robot sim --strikes 20 --plan runs/a/next_strikes.json --out more/",
     ]))]
     Collect(collect::CollectArgs),
@@ -120,6 +126,12 @@ pub enum Command {
         "carom trial --artifacts runs/tilted --robot sim:tilted --targets 20 --repeats 3",
     ]))]
     Trial(trial::TrialArgs),
+    /// Show the track that a version expects of a strike.
+    #[command(after_help = examples(&[
+        "carom predict --artifacts artifacts/demo --from 0.3 0.0 --speed 0.8 --angle 0.1",
+        "carom predict --from 0.3 -0.1 --speed 0.6 --angle -0.2 --json",
+    ]))]
+    Predict(predict::PredictArgs),
     /// Measure how well a version predicts these logs' strikes: has the rig drifted?
     #[command(after_help = examples(&[
         "carom score today.mcap --artifacts artifacts/demo",
@@ -150,6 +162,7 @@ pub fn execute(cli: &Cli) -> Result<Output, Error> {
         Command::Demo(args) => demo::run(args),
         Command::Collect(args) => collect::run(args, global),
         Command::Rig(command) => rig::run(command),
+        Command::Check(args) => check::run(args, global),
         Command::Ingest(args) => run::ingest(args, global),
         Command::Run(args) => run::run(args, global),
         Command::Track(args) => track::run(args),
@@ -164,6 +177,7 @@ pub fn execute(cli: &Cli) -> Result<Output, Error> {
         Command::Report(args) => report::run(args, global),
         Command::Nightly(args) => nightly::run(args, global),
         Command::Trial(args) => trial::run(args, global),
+        Command::Predict(args) => predict::run(args, global),
         Command::Score(args) => score::run(args, global),
         Command::Dataset(command) => dataset::run(command),
         Command::Rebuild(args) => rebuild::run(args, global),

@@ -68,6 +68,17 @@ impl Inputs {
         })
     }
 
+    /// The same without the logs of these names.
+    pub fn without(&self, names: &[String]) -> Self {
+        let is_named = |path: &PathBuf| {
+            let name = path.file_name().unwrap_or_default().to_string_lossy();
+            names.iter().any(|other| *other == name)
+        };
+        let mut inputs = self.clone();
+        inputs.logs.retain(|path| !is_named(path));
+        inputs
+    }
+
     /// Inputs that an earlier command kept in the folder.
     pub fn kept(dir: &Path) -> Result<Self, Error> {
         let path = dir.join(FILE);

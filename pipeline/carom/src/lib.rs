@@ -7,6 +7,7 @@ mod cli;
 mod commands;
 mod dataset;
 mod error;
+mod first_version;
 mod growth;
 mod inputs;
 mod left_out;
@@ -28,6 +29,8 @@ mod steps;
 mod summary;
 mod tracking;
 mod trial;
+mod varying;
+mod words;
 
 pub use cli::{Cli, execute};
 pub use error::{Error, Outcome};

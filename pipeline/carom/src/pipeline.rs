@@ -15,7 +15,7 @@ use crate::growth::learning_count;
 use crate::inputs::Inputs;
 use crate::noise::noise;
 use crate::results::{Results, WorldResults};
-use crate::{Error, publishing, reading};
+use crate::{Error, first_version, publishing, reading};
 
 /// How far to go.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -50,6 +50,7 @@ pub fn pipeline(run: &Run, inputs: &Inputs, last: Step) -> Result<Results, Error
         left_out: read.left_out,
         damaged: read.damaged,
         log_notes: read.notes,
+        check: read.check,
         ..Results::default()
     };
     if last < Step::Sysid {
@@ -57,6 +58,9 @@ pub fn pipeline(run: &Run, inputs: &Inputs, last: Step) -> Result<Results, Error
     }
     // From here on all are held.
     results.strikes = results.kept.iter().collect::<Result<_, _>>()?;
+    if results.check.is_meaningless() {
+        return Ok(results);
+    }
     let strikes = &results.strikes;
 
     let fit = identify(run, rig, strikes)?;
@@ -82,6 +86,14 @@ pub fn pipeline(run: &Run, inputs: &Inputs, last: Step) -> Result<Results, Error
         return Ok(results);
     }
 
+    // Tracks that end before rest have identified and diagnosed; they have no path to solve for, and no stop that judges.
+    let all = results.strikes.len();
+    results.strikes.retain(Strike::has_stop);
+    results.without_stop = all - results.strikes.len();
+    if results.strikes.is_empty() {
+        return Ok(results);
+    }
+    let strikes = &results.strikes;
     let paths: Vec<solve::Path> = strikes.iter().map(solve::Path::from).collect();
     for of_world in results.sysid.iter_mut().chain(&mut results.effect) {
         let shared = solve::Shared {
@@ -137,7 +149,22 @@ pub fn pipeline(run: &Run, inputs: &Inputs, last: Step) -> Result<Results, Error
         return Ok(results);
     }
 
-    results.contents = Some(publishing::contents(run, inputs, &results)?);
+    let contents = publishing::contents(run, inputs, &results)?;
+    let used = contents.provenance.default_model;
+    let candidate = models(rig, &results)
+        .into_iter()
+        .find(|one| one.name == used.name());
+    if let Some(candidate) = candidate {
+        results.first_version = Some(first_version::judge(
+            run,
+            rig,
+            &results.strikes,
+            results.fit.as_ref(),
+            results.evaluation.as_ref(),
+            &candidate,
+        )?);
+    }
+    results.contents = Some(contents);
     Ok(results)
 }
 

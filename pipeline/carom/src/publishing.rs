@@ -14,6 +14,7 @@ use values::StopErrors;
 use crate::Error;
 use crate::inputs::Inputs;
 use crate::results::{Results, WorldResults};
+use crate::varying::varies;
 
 /// Versions of what computes below the stages: part of every key, so that another engine's answers are not used.
 pub fn engine() -> String {
@@ -49,17 +50,25 @@ pub fn contents(run: &Run, inputs: &Inputs, results: &Results) -> Result<Content
             noise_floor: evaluation.noise_floor,
             best: best_model(results),
             explained: explained(results),
+            varies: varies(run, &inputs.rig, results)?,
             logs: input_files(&results.logs)?,
             stages: publish::stage_records(run.records()),
         },
     )?)
 }
 
-/// Publishes what the results hold for that, if they do, and gives the version's name. Contents that are published already
-/// make no new version.
-pub fn publish(store: &Store, results: &Results) -> Result<Option<String>, Error> {
+/// Publishes what the results hold for that, if they do, and gives the version's name; a candidate is kept and not put to use. Contents
+/// that are published already make no new version.
+pub fn publish(
+    store: &Store,
+    results: &Results,
+    is_candidate: bool,
+) -> Result<Option<String>, Error> {
     let contents = results.contents.as_ref();
-    let version = contents.map(|contents| store.publish(contents));
+    let version = contents.map(|contents| match is_candidate {
+        true => store.keep_candidate(contents),
+        false => store.publish(contents),
+    });
     version.transpose().map_err(store_error)
 }
 
@@ -135,7 +144,8 @@ fn metrics(evaluation: &Evaluation, results: &Results) -> BTreeMap<Model, StopEr
         .collect()
 }
 
-fn input_files(logs: &[LogFile]) -> Result<Vec<InputFile>, Error> {
+/// The logs of a run, as a manifest names them.
+pub fn input_files(logs: &[LogFile]) -> Result<Vec<InputFile>, Error> {
     let file = |log: &LogFile| {
         let size = size(&log.path)?;
         Ok(InputFile {

@@ -2,7 +2,8 @@
 
 use std::path::PathBuf;
 
-use ingest::{Ingest, IngestError, LogFile, LogOutcome, StrikeSummary, Strikes};
+use check::{Check, LogRead};
+use ingest::{Ingest, IngestError, LogFile, LogOutcome, Seen, StrikeSummary, Strikes};
 use rayon::iter::Either;
 use rayon::prelude::*;
 use stage::{Run, RunError};
@@ -29,6 +30,8 @@ pub struct Read {
     pub damaged: Vec<String>,
     /// Warnings about the logs, each with the log's name.
     pub notes: Vec<String>,
+    /// Whether they mean what the rig file says.
+    pub check: Check,
 }
 
 /// Files that can be read, with their hashes, and those that cannot. Logs of one file name in several folders are named so
@@ -114,8 +117,14 @@ pub fn read(run: &Run, rig: &Rig, logs: &[PathBuf], seed: u64) -> Result<Read, E
     });
     let mend =
         mend.unwrap_or_else(|| "check the topics and the table's bounds in the rig file".into());
+    let seen: Vec<LogSeen> = read
+        .iter()
+        .map(|(outcome, _)| LogSeen::of(outcome))
+        .collect();
     let (strikes, rejects) = Strikes::join(read);
-    if strikes.is_empty() {
+    let check = check::check(rig, &log_reads(&seen, &rejects));
+    // Where it is known why nothing was kept, that is said.
+    if strikes.is_empty() && !check.is_meaningless() {
         return Err(Error::input(format!(
             "find strikes: none was kept in {} logs ({}); {mend}",
             logs.len(),
@@ -134,7 +143,39 @@ pub fn read(run: &Run, rig: &Rig, logs: &[PathBuf], seed: u64) -> Result<Read, E
         left_out,
         damaged,
         notes,
+        check,
     })
+}
+
+/// What a log showed, apart from its strikes.
+struct LogSeen {
+    name: String,
+    seen: Seen,
+    kept: usize,
+}
+
+impl LogSeen {
+    fn of(outcome: &LogOutcome<StrikeSummary>) -> Self {
+        Self {
+            name: outcome.log.clone(),
+            seen: outcome.seen.clone(),
+            kept: outcome.strikes.len(),
+        }
+    }
+}
+
+/// Each log with its rejects.
+fn log_reads<'a>(seen: &'a [LogSeen], rejects: &'a [Reject]) -> Vec<LogRead<'a>> {
+    let read = |log: &'a LogSeen| LogRead {
+        name: &log.name,
+        seen: &log.seen,
+        kept: log.kept,
+        rejects: rejects
+            .iter()
+            .filter(|reject| reject.log == log.name)
+            .collect(),
+    };
+    seen.iter().map(read).collect()
 }
 
 /// Ids of the strikes that were found in a log as it was; none where the cache no longer holds them.

@@ -1,5 +1,6 @@
 //! What came of a pipeline's steps.
 
+use check::Check;
 use diagnose::Diagnosed;
 use evaluate::Evaluation;
 use ingest::{LogFile, Strikes};
@@ -11,6 +12,7 @@ use values::{Reject, Strike};
 use world::{Solution, World};
 
 use crate::error::Outcome;
+use crate::first_version::FirstVersion;
 use crate::left_out::LeftOut;
 
 /// What came of the steps that were gone.
@@ -20,6 +22,8 @@ pub struct Results {
     pub kept: Strikes,
     /// The same, read; from sysid on.
     pub strikes: Vec<Strike>,
+    /// Strikes kept whose track ends before rest; from solving on `strikes` holds the others.
+    pub without_stop: usize,
     /// Strikes seen and not kept.
     pub rejects: Vec<Reject>,
     /// The logs that were read, by name and hash.
@@ -30,6 +34,8 @@ pub struct Results {
     pub damaged: Vec<String>,
     /// Warnings about the logs.
     pub log_notes: Vec<String>,
+    /// Whether the logs mean what the rig file says; where a model of them would be meaningless, no further step was gone.
+    pub check: Check,
     /// From [`Step::Sysid`](crate::pipeline::Step) on.
     pub fit: Option<Fit>,
     /// The identified world; from sysid on.
@@ -46,6 +52,8 @@ pub struct Results {
     pub evaluation: Option<Evaluation>,
     /// Mean stop error in m by the number of strikes learnt from; from evaluation on.
     pub curve_errors: Vec<(usize, f64)>,
+    /// The gate of a version where none is in use; from publishing on.
+    pub first_version: Option<FirstVersion>,
     /// What is to be published; from publishing on.
     pub contents: Option<Contents>,
     /// The version published, which is in use unless a rollback took it out; once it is published.
@@ -83,11 +91,18 @@ impl WorldResults {
 impl Results {
     /// How the program ends, by what was read.
     pub fn outcome(&self) -> Outcome {
-        if self.rejects.is_empty() && self.damaged.is_empty() && self.left_out.is_empty() {
+        if self.check.is_meaningless() || self.has_no_stop() {
+            Outcome::Refused
+        } else if self.rejects.is_empty() && self.damaged.is_empty() && self.left_out.is_empty() {
             Outcome::Done
         } else {
             Outcome::Rejected
         }
+    }
+
+    /// Whether no strike came to rest: what was identified then is judged by no stop, and not published.
+    fn has_no_stop(&self) -> bool {
+        self.without_stop > 0 && self.strikes.is_empty()
     }
 
     /// What to look at on the rig before these results are used.
@@ -99,7 +114,15 @@ impl Results {
             .found
             .as_ref()
             .and_then(|found| found.diagnosis.cause.clone());
-        of_fit.chain(cause).chain(worse).chain(unjudged).collect()
+        let without_stop = without_stop(self.without_stop, self.strikes.len());
+        let first = self.first_version.as_ref();
+        of_fit
+            .chain(without_stop)
+            .chain(first.and_then(FirstVersion::unjudged))
+            .chain(cause)
+            .chain(worse)
+            .chain(unjudged)
+            .collect()
     }
 
     /// The world that will be used, with the name of its model: the one with effects where they are named.
@@ -107,6 +130,19 @@ impl Results {
         let effect = self.effect.as_ref().map(|of_world| ("effect", of_world));
         effect.or_else(|| self.sysid.as_ref().map(|of_world| ("sysid", of_world)))
     }
+}
+
+/// What to say of tracks that end before rest.
+fn without_stop(without: usize, with: usize) -> Option<String> {
+    let rest = match with {
+        0 => {
+            "no strike comes to rest by itself, so that stops can be neither learnt nor judged: nothing is published"
+        }
+        _ => "the others alone are learnt from and judge stops",
+    };
+    (without > 0).then(|| {
+        format!("{without} of {} tracks end at a contact, or leave the table: they identify and diagnose up to there; {rest}", without + with)
+    })
 }
 
 /// What to say where no strike was left to judge the models.

@@ -2,12 +2,14 @@
 
 use std::path::Path;
 
+use check::Severity;
 use serde_json::json;
 use stage::{Options, Run};
 use store::Store;
 use sysid::SysidError;
 
 use crate::args::Global;
+use crate::error::Outcome;
 use crate::inputs::Inputs;
 use crate::output::Output;
 use crate::pipeline::{Step, pipeline};
@@ -33,7 +35,13 @@ pub fn advance(
     let dir = run.dir();
     let mut results = pipeline(run, inputs, last).map_err(|error| explained(error, run, inputs))?;
     outputs::write(dir, &results, last)?;
-    results.version = publishing::publish(store, &results)?;
+    let latest_before = store.latest().ok();
+    let is_candidate = latest_before.is_none()
+        && results
+            .first_version
+            .as_ref()
+            .is_some_and(|gate| !gate.passed);
+    results.version = publishing::publish(store, &results, is_candidate)?;
     let report = match last {
         Step::Diagnose | Step::Publish => Some(report::write(dir, inputs, &results)?),
         _ => None,
@@ -45,10 +53,26 @@ pub fn advance(
     } else {
         summary::overview(&results)
     };
+    text += &summary::findings(
+        &results.check,
+        &inputs.rig,
+        if global.verbose {
+            Severity::Told
+        } else {
+            Severity::Doubtful
+        },
+    );
+    if results.check.is_meaningless() && last > Step::Ingest {
+        text += "refused    a model of these logs would be meaningless: nothing is fitted, nothing is published\n";
+    }
     let latest = store.latest().ok();
     if let Some(version) = &results.version {
         text += &format!("\nversion    {version} in {}\n", dir.display());
-        text += &summary::rolled_back(version, latest.as_deref());
+        if is_candidate {
+            text += &summary::candidate(version, results.first_version.as_ref());
+        } else {
+            text += &summary::rolled_back(version, latest.as_deref());
+        }
     }
     if let Some(report) = &report {
         text += &format!("report     {report}\n");
@@ -71,6 +95,8 @@ pub fn advance(
         "rejects": results.rejects,
         "left_out": results.left_out,
         "log_notes": results.log_notes,
+        "findings": summary::findings_json(&results.check, &inputs.rig),
+        "first_version": results.first_version,
         "stages": summary.stages,
         "parameters": results.fit.as_ref().map(|fit| &fit.world.parameters),
         "warnings": results.warnings(),
@@ -83,7 +109,11 @@ pub fn advance(
         "report": report,
     });
     Ok(Output {
-        outcome: results.outcome(),
+        outcome: if is_candidate {
+            Outcome::Refused
+        } else {
+            results.outcome()
+        },
         json,
         text,
     })

@@ -5,7 +5,7 @@
 //! as far as it stands out of their noise, is added.
 
 use logs::Sample;
-use values::{Command, Delivered, Point, Track};
+use values::{Command, Delivered, Point, Rig, Track};
 
 use crate::order::Stamped;
 use crate::robust::median;
@@ -98,6 +98,24 @@ pub(crate) fn delivered(states: &[State], context: &LaunchContext<'_>) -> Option
         contact,
         pushed_again,
     })
+}
+
+/// Seconds from the tip's touching the object, by its measured places, to the object's first motion; none where the places do not
+/// tell, and for a box, whose reach depends on how it lies.
+pub(crate) fn delay(states: &[State], context: &LaunchContext<'_>, rig: &Rig) -> Option<f64> {
+    let reach = rig.object.radius? + rig.striker.radius;
+    let far = |state: &State| state.position.distance(context.initial) - reach;
+    let places: Vec<(f64, f64)> = states
+        .iter()
+        .filter(|state| state.position.is_finite())
+        .map(|state| (since(context.first_motion, state.stamp), far(state)))
+        .collect();
+    let pair = places
+        .windows(2)
+        .find(|pair| pair[0].1 > 0.0 && pair[1].1 <= 0.0)?;
+    let [before, after] = [pair[0], pair[1]];
+    let touch = before.0 + (after.0 - before.0) * before.1 / (before.1 - after.1);
+    Some(contact(context) - touch)
 }
 
 /// The moment of contact in s on the track's clock: where a line through the first frames' distances meets the resting place,

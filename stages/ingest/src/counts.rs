@@ -10,6 +10,8 @@ const OTHER_RATE: f64 = 0.1;
 /// Centroids that were left out, and how often they came.
 #[derive(Default)]
 pub(crate) struct Counts {
+    /// Frames in which the tracker saw nothing.
+    pub(crate) lost: u64,
     /// Centroids that repeat the stamp of the one before.
     pub(crate) repeated: u64,
     /// Centroids that are left out of their tracks.
@@ -18,6 +20,8 @@ pub(crate) struct Counts {
     pub(crate) unheld: usize,
     /// Episodes that were judged before the centroids of their time came.
     pub(crate) unseen: u64,
+    /// Motions of an arm without commands that met nothing.
+    pub(crate) idle_motions: u64,
     /// Seconds from frame to frame around each command.
     pub(crate) periods: Vec<f64>,
 }
@@ -26,6 +30,10 @@ impl Counts {
     /// A sentence for each count that is not zero.
     pub(crate) fn notes(&self) -> Vec<String> {
         let counts = [
+            (
+                self.lost,
+                "frames are lost: the tracker wrote no number, or zero, and they are left out",
+            ),
             (
                 self.repeated,
                 "centroids repeat the stamp of the one before and are left out",
@@ -37,6 +45,10 @@ impl Counts {
             (
                 self.unheld as u64,
                 "centroids came too long before the commands of their time and were let go",
+            ),
+            (
+                self.idle_motions,
+                "motions of the arm met no object that rests, and are no strikes",
             ),
             (
                 self.unseen,

@@ -8,6 +8,8 @@ use crate::time::since;
 
 /// Below this part of the robot's slowest strike the arm is idle.
 const IDLE: f64 = 0.05;
+/// The same where the speed is measured: an arm that is held still quivers.
+const IDLE_MEASURED: f64 = 0.25;
 /// The arm is idle again when it was so this long, in ns: a single zero within a strike does not end it.
 const IDLE_TIME: i64 = 100_000_000;
 /// A strike also ends when no command comes for this long, in ns.
@@ -97,9 +99,11 @@ pub(crate) struct Episodes {
 }
 
 impl Episodes {
-    pub(crate) fn new(rig: &Rig) -> Self {
+    /// `measured`: velocities are the arm's state, not its commands.
+    pub(crate) fn new(rig: &Rig, measured: bool) -> Self {
+        let idle = if measured { IDLE_MEASURED } else { IDLE };
         Self {
-            idle_below: IDLE * rig.robot.speed.low,
+            idle_below: idle * rig.robot.speed.low,
             current: None,
             idle: Vec::new(),
             against: 0,
@@ -183,7 +187,7 @@ mod tests {
 
     /// Commands at 100 Hz with these speeds at 0.5 rad.
     fn episodes(speeds: &[f64]) -> Vec<Episode> {
-        let mut episodes = Episodes::new(&Rig::demo(Shape::Cylinder));
+        let mut episodes = Episodes::new(&Rig::demo(Shape::Cylinder), false);
         let mut ended = Vec::new();
         for (i, speed) in (0_i64..).zip(speeds) {
             let (x, y) = (speed * 0.5_f64.cos(), speed * 0.5_f64.sin());
@@ -217,7 +221,7 @@ mod tests {
     #[test]
     fn an_arm_that_never_stops_is_held_within_bounds_and_is_no_strike() {
         // Idle commands between active ones count, too: their stamps stand still, so that no time ends the episode.
-        let mut episodes = Episodes::new(&Rig::demo(Shape::Cylinder));
+        let mut episodes = Episodes::new(&Rig::demo(Shape::Cylinder), false);
         let command = |x: f64| Sample {
             stamp: 1_000_000_000,
             x,

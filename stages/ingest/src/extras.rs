@@ -8,7 +8,7 @@ use std::collections::VecDeque;
 use logs::Sample;
 use values::{Rig, Strike};
 
-use crate::arm::{LaunchContext, State, delivered};
+use crate::arm::{LaunchContext, State, delay, delivered};
 use crate::order::Stamped;
 use crate::yaw::{YawSample, yaw};
 
@@ -54,6 +54,8 @@ pub(crate) struct Extras {
     waiting: VecDeque<Waiting>,
     /// Strikes that went on before the states or poses of their time came.
     early: u64,
+    /// Seconds from the tip's touching the object to its first motion.
+    delays: Vec<f64>,
 }
 
 /// The last samples of a topic that may be absent.
@@ -153,6 +155,11 @@ impl Extras {
         self.turns.forget_before(stamp);
     }
 
+    /// What was seen of the delay between the arm's clock and the camera's.
+    pub(crate) fn take_delays(&mut self) -> Vec<f64> {
+        std::mem::take(&mut self.delays)
+    }
+
     /// What is to be said of it, in the end.
     pub(crate) fn note(&self) -> Option<String> {
         (self.early > 0).then(|| {
@@ -172,18 +179,17 @@ impl Extras {
         let states = self.states.between(from, until);
         let strike = &mut waiting.strike;
         strike.track.yaw = yaw(&turns, waiting.first_motion, &strike.track.t);
-        strike.delivered = delivered(
-            &states,
-            &LaunchContext {
-                commands: &waiting.commands,
-                command: strike.command,
-                first_motion: waiting.first_motion,
-                gap: waiting.gap,
-                initial: strike.initial,
-                track: &strike.track,
-                noise: rig.camera.noise,
-            },
-        );
+        let context = LaunchContext {
+            commands: &waiting.commands,
+            command: strike.command,
+            first_motion: waiting.first_motion,
+            gap: waiting.gap,
+            initial: strike.initial,
+            track: &strike.track,
+            noise: rig.camera.noise,
+        };
+        self.delays.extend(delay(&states, &context, rig));
+        strike.delivered = delivered(&states, &context);
         keep(waiting.strike);
     }
 }

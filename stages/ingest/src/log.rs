@@ -3,14 +3,17 @@
 use std::path::Path;
 
 use logs::read::Extent;
-use logs::{Event, Limits, LogError, Summary, TopicRequest};
-use values::{FieldTopic, Point, PoseTopic, Reject, RejectReason, Rig, StateTopic, Strike};
+use logs::{Event, Limits, LogError, Sample, Summary, TopicRequest};
+use values::{
+    CommandFrame, FieldTopic, Point, PoseTopic, Reject, RejectReason, Rig, StateTopic, Strike,
+};
 
 use crate::arm::State;
 use crate::end_of_data::EndOfData;
 use crate::error::IngestError;
+use crate::frames::LogFrames;
 use crate::outcome::{LogOutcome, StrikeSummary, file_name};
-use crate::segment::Segmenter;
+use crate::segment::{CommandSource, Segmenter};
 use crate::settings::Ingest;
 use crate::yaw::YawSample;
 
@@ -45,37 +48,72 @@ pub(crate) fn read_log(
     let is_there = |summary: &Summary, topic: &FieldTopic| {
         summary.topics.iter().any(|there| there.name == topic.name)
     };
-    let names_pose = |found: &[String]| {
-        found
-            .iter()
-            .any(|there| there.split(' ').next() == Some(pose.name.as_str()))
-    };
     let mut any_kept = false;
     let by_centroids = {
         let keep = &mut |strike| {
             any_kept = true;
             keep(strike);
         };
-        read_by(centroid, path, log, rig, seed, keep)
+        read_by_either(centroid, path, log, rig, seed, keep)
     };
     let has_poses_alone = match &by_centroids {
         Ok((_, summary)) => !any_kept && !is_there(summary, centroid) && is_there(summary, pose),
         Err(LogError::MissingTopic { topic, found, .. }) => {
-            *topic == centroid.name && names_pose(found)
+            *topic == centroid.name && names(found, &pose.name)
         }
         Err(_) => false,
     };
     let (outcome, _) = if has_poses_alone {
-        read_by(pose, path, log, rig, seed, keep)?
+        read_by_either(pose, path, log, rig, seed, keep)?
     } else {
         by_centroids?
     };
     Ok(outcome)
 }
 
-/// The same with the object's place from one topic.
+/// Whether a topic of this name is among those that an error lists.
+fn names(found: &[String], name: &str) -> bool {
+    found
+        .iter()
+        .any(|there| there.split(' ').next() == Some(name))
+}
+
+/// The same with the object's place from one topic; by the arm's state where no command is logged, or none that tells a direction.
+fn read_by_either(
+    object: &FieldTopic,
+    path: &Path,
+    log: &str,
+    rig: &Rig,
+    seed: u64,
+    keep: &mut dyn FnMut(Strike),
+) -> Result<(LogOutcome<StrikeSummary>, Summary), LogError> {
+    let by_state = CommandSource::State;
+    if rig.frames.command == CommandFrame::Tool {
+        return read_by(object, by_state, path, log, rig, seed, keep);
+    }
+    let (command, state) = (&rig.topics.command.name, &rig.topics.state.topic.name);
+    let by_commands = read_by(object, CommandSource::Topic, path, log, rig, seed, keep);
+    let has_none = match &by_commands {
+        Ok((_, summary)) => {
+            let has = |name: &String| {
+                let topic = summary.topics.iter().find(|topic| topic.name == *name);
+                topic.is_some_and(|topic| topic.messages > 0)
+            };
+            !has(command) && has(state)
+        }
+        Err(LogError::MissingTopic { topic, found, .. }) => topic == command && names(found, state),
+        Err(_) => false,
+    };
+    match has_none {
+        true => read_by(object, by_state, path, log, rig, seed, keep),
+        false => by_commands,
+    }
+}
+
+/// The same by one source of commands.
 fn read_by(
     object: &FieldTopic,
+    source: CommandSource,
     path: &Path,
     log: &str,
     rig: &Rig,
@@ -101,24 +139,40 @@ fn read_by(
     };
     let topics = [
         wanted(object, if is_pose { &orientation[..] } else { &[] }, true),
-        wanted(&rig.topics.command, &[], true),
-        wanted(state, &position, false),
+        wanted(&rig.topics.command, &[], source == CommandSource::Topic),
+        wanted(state, &position, source == CommandSource::State),
         wanted(pose, &orientation, false),
     ];
     // Of a topic that is wanted twice, the first one is read.
     let topics = &topics[..if is_pose { POSE } else { POSE + 1 }];
-    let mut segmenter = Segmenter::new(log, rig, seed, keep);
+    let frames = LogFrames::of(rig);
+    let mut segmenter = Segmenter::new(log, rig, source, seed, keep);
     let summary = logs::read(path, topics, Limits::default(), &mut |event| match event {
-        Event::Sample(OBJECT, sample) => segmenter.centroid(sample),
-        Event::Sample(_, sample) => segmenter.command(sample),
-        Event::Extended(STATE, sample, more) => segmenter.state(State {
-            stamp: sample.stamp,
-            velocity: Point::new(sample.x, sample.y),
-            position: Point::new(more[0], more[1]),
-        }),
+        Event::Sample(OBJECT, sample) => segmenter.centroid(frames.centroid(sample)),
+        Event::Sample(_, sample) if source == CommandSource::Topic => {
+            segmenter.command(frames.command(sample));
+        }
+        Event::Sample(..) => {}
+        Event::Extended(STATE, sample, more) => {
+            let state = frames.state(State {
+                stamp: sample.stamp,
+                velocity: Point::new(sample.x, sample.y),
+                position: Point::new(more[0], more[1]),
+            });
+            if source == CommandSource::State {
+                segmenter.command(Sample {
+                    stamp: state.stamp,
+                    x: state.velocity.x,
+                    y: state.velocity.y,
+                });
+            }
+            segmenter.state(state);
+        }
         Event::Extended(index, sample, quaternion) => {
+            let sample = frames.centroid(sample);
             if let Some(turn) = YawSample::of(sample.stamp, quaternion) {
-                segmenter.turn(turn);
+                let yaw = frames.yaw(turn.yaw);
+                segmenter.turn(YawSample { yaw, ..turn });
             }
             if index == OBJECT {
                 segmenter.centroid(sample);
@@ -140,6 +194,7 @@ fn read_by(
         log: log.into(),
         sha256: summary.sha256.clone(),
         messages: summary.messages,
+        seen: segmented.seen,
     };
     outcome.notes.extend(segmented.notes);
     if let Some(damage) = summary

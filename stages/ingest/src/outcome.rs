@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use values::{Reject, Strike};
 
 use crate::error::{IngestError, hash_file};
+use crate::seen::Seen;
 
 /// A log to ingest: known by its name and content, wherever it lies.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -71,6 +72,9 @@ pub struct LogOutcome<S = Strike> {
     pub rejects: Vec<Reject>,
     /// What a person should know of the log: damage, messages that could not be decoded, frames left out.
     pub notes: Vec<String>,
+    /// Commands and motions, whatever became of them.
+    #[serde(default)]
+    pub seen: Seen,
 }
 
 impl<S> LogOutcome<S> {
@@ -85,6 +89,7 @@ impl<S> LogOutcome<S> {
             strikes: Vec::new(),
             rejects: Vec::new(),
             notes: Vec::new(),
+            seen: Seen::default(),
         }
     }
 
@@ -99,6 +104,7 @@ impl<S> LogOutcome<S> {
             strikes: with(self.strikes),
             rejects: self.rejects,
             notes: self.notes,
+            seen: self.seen,
         }
     }
 }

@@ -74,6 +74,28 @@ pub(crate) fn plateau(commands: &[Sample], rig: &Rig) -> Result<Command, Rejecti
     })
 }
 
+/// What a measured tip did right before an object moved: the mean of its last velocities before.
+pub(crate) fn at_contact(states: &[Sample], first_motion: i64) -> Result<Command, Rejection> {
+    /// The impact lies within a frame before first motion, and the mean is taken over this time, in s, or over as many states.
+    const TIME: f64 = 0.03;
+    const STATES: usize = 3;
+    let before = states.partition_point(|state| state.stamp <= first_motion);
+    let from = states[..before].partition_point(|state| since(state.stamp, first_motion) > TIME);
+    let near = &states[from.min(before.saturating_sub(STATES))..before];
+    let finite: Vec<&Sample> = near.iter().filter(|state| is_finite(state)).collect();
+    if finite.is_empty() {
+        let detail = "the object moves before the arm does";
+        return Err(Rejection::new(RejectReason::ClockSkew, detail));
+    }
+    let (x, y) = finite
+        .iter()
+        .fold((0.0, 0.0), |(x, y), s| (x + s.x, y + s.y));
+    Ok(Command {
+        speed: x.hypot(y) / finite.len() as f64,
+        angle: f64::atan2(y, x),
+    })
+}
+
 /// One or two commands at the top of a plateau that is short beside the time between commands (the paper's, 10 mm long, lasts
 /// 10 ms at 1 m/s): the ramps on both sides, continued, pass above it, or a peak in its place would hardly be higher.
 fn clipped(commands: &[Sample], speeds: &[f64]) -> Option<Range<usize>> {

@@ -16,9 +16,10 @@ use crate::extras::{Extras, Waiting};
 use crate::identity::strike_id;
 use crate::order::{ClockSetBack, Ordered};
 use crate::outcome::StrikeSummary;
-use crate::plateau::plateau;
+use crate::plateau::{at_contact, plateau};
 use crate::queue::Queue;
 use crate::rejection::Rejection;
+use crate::seen::{CommandSeen, Seen, Watch};
 use crate::slide::{self, Frames};
 use crate::time::seconds;
 use crate::yaw::YawSample;
@@ -38,6 +39,7 @@ pub(crate) struct Segmented {
     pub(crate) strikes: Vec<StrikeSummary>,
     pub(crate) rejects: Vec<Reject>,
     pub(crate) notes: Vec<String>,
+    pub(crate) seen: Seen,
 }
 
 /// The last messages of each topic, which may yet be overtaken.
@@ -49,9 +51,25 @@ struct ReorderBuffers {
     turns: Ordered<YawSample>,
 }
 
+/// What tells what the arm was to do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum CommandSource {
+    /// The topic of commands.
+    Topic,
+    /// The measured state: what was delivered stands for what was commanded, of which nothing is known.
+    State,
+}
+
+/// Whether the tracker saw nothing: a place that is no number, or the zeros that some write then.
+fn is_lost(centroid: &Sample) -> bool {
+    let is_zero = centroid.x == 0.0 && centroid.y == 0.0;
+    is_zero || !(centroid.x.is_finite() && centroid.y.is_finite())
+}
+
 pub(crate) struct Segmenter<'a> {
     log: &'a str,
     rig: &'a Rig,
+    source: CommandSource,
     seed: u64,
     /// Takes each strike when it is found.
     keep: &'a mut dyn FnMut(Strike),
@@ -60,6 +78,7 @@ pub(crate) struct Segmenter<'a> {
     waiting: Queue,
     centroids: VecDeque<Sample>,
     extras: Extras,
+    watch: Watch,
     reordered: ReorderBuffers,
     last_centroid: Option<i64>,
     last_command: Option<i64>,
@@ -74,18 +93,21 @@ impl<'a> Segmenter<'a> {
     pub(crate) fn new(
         log: &'a str,
         rig: &'a Rig,
+        source: CommandSource,
         seed: u64,
         keep: &'a mut dyn FnMut(Strike),
     ) -> Self {
         Self {
             log,
             rig,
+            source,
             seed,
             keep,
-            episodes: Episodes::new(rig),
+            episodes: Episodes::new(rig, source == CommandSource::State),
             waiting: Queue::default(),
             centroids: VecDeque::new(),
             extras: Extras::default(),
+            watch: Watch::new(rig),
             reordered: ReorderBuffers::default(),
             last_centroid: None,
             last_command: None,
@@ -166,7 +188,13 @@ impl<'a> Segmenter<'a> {
             _ => {}
         }
         self.last_centroid = Some(sample.stamp);
-        self.centroids.push_back(sample);
+        if is_lost(&sample) {
+            self.counts.lost += 1;
+        } else {
+            self.found.seen.frames += 1;
+            self.watch.take(&sample, &mut self.found.seen);
+            self.centroids.push_back(sample);
+        }
         self.advance();
     }
 
@@ -181,6 +209,10 @@ impl<'a> Segmenter<'a> {
 
     /// An episode that has ended waits; where too much waits, the first is judged with what is there.
     fn queue(&mut self, episode: Episode) {
+        self.found
+            .seen
+            .commands
+            .extend(CommandSeen::of(&episode, self.rig));
         self.waiting.push(episode, self.rig);
         while self.waiting.is_full() {
             self.counts.unseen += 1;
@@ -299,6 +331,7 @@ impl<'a> Segmenter<'a> {
         }
         self.extras.close(self.rig, self.keep);
         self.centroids.clear();
+        self.watch = Watch::new(self.rig);
         self.last_centroid = None;
         self.last_command = None;
     }
@@ -323,6 +356,16 @@ impl<'a> Segmenter<'a> {
                 });
                 self.extras.advance(self.rig, self.keep);
             }
+            // An arm that moves and meets nothing has struck nothing: no command says that it was to.
+            Err(rejection)
+                if self.source == CommandSource::State
+                    && matches!(
+                        rejection.reason,
+                        RejectReason::NoMotion | RejectReason::NoPlateau
+                    ) =>
+            {
+                self.counts.idle_motions += 1;
+            }
             Err(rejection) => {
                 let rejection = if is_next_strike {
                     rejection
@@ -346,7 +389,10 @@ impl<'a> Segmenter<'a> {
         if let Some(fault) = &episode.fault {
             return Err(fault.clone());
         }
-        let command = plateau(&episode.commands, self.rig)?;
+        let commanded = match self.source {
+            CommandSource::Topic => Some(plateau(&episode.commands, self.rig)?),
+            CommandSource::State => None,
+        };
         let from = episode.start().saturating_sub(BEFORE);
         let place = |stamp: i64| self.centroids.partition_point(|s| s.stamp < stamp);
         let (first, end) = (place(from), place(until));
@@ -365,6 +411,10 @@ impl<'a> Segmenter<'a> {
         self.counts.periods.push(frames.period);
         let slide = slide::find(&frames)?;
         self.counts.outliers += slide.outliers;
+        let command = match commanded {
+            Some(command) => command,
+            None => at_contact(&episode.commands, slide.first_motion)?,
+        };
         let id = strike_id(&episode.commands, &seen);
         let strike = Strike {
             log: self.log.into(),
@@ -388,6 +438,11 @@ impl<'a> Segmenter<'a> {
 
     /// All that was found, by index: episodes are judged in their order.
     pub(crate) fn finish(mut self) -> Segmented {
+        self.found.seen.lost = self.counts.lost;
+        self.found.seen.delays = self.extras.take_delays();
+        if self.source == CommandSource::State {
+            self.found.notes.push("no command is logged: strikes are found by the arm's measured state, and what it delivered stands for the command; no error of the arm can be named".into());
+        }
         self.found.notes.extend(self.counts.notes());
         self.found.notes.extend(self.extras.note());
         self.found.notes.extend(self.counts.other_rate(self.rig));

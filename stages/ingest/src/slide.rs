@@ -7,25 +7,29 @@
 //!   impact lies between the frame before and it.
 //! - *First rest*: the first quarter second whose frames lie within noise of one place and do not drift; what comes later,
 //!   such as a hand that puts the object back, is never looked at.
+//! - *Other ends*: a slide that meets a fence or a hand on its way, or leaves the table, is a track up to there, without a stop.
 
+mod contact;
 mod frames;
 mod motion;
 mod rest;
 mod tolerances;
 
-use values::{Point, RejectReason, Track};
+use values::{End, Point, RejectReason, Track};
 
 pub(crate) use self::frames::Frames;
 use self::motion::first_motion;
 use self::rest::{initial, rest_after, rest_before};
-use self::tolerances::{FRAMES_AFTER, GAP_AT_ENDS, GAP_WITHIN, REST_BEFORE, SURELY_AWAY_NOISE};
+use self::tolerances::{FRAMES_AFTER, GAP_LATER, REST_BEFORE, SURELY_AWAY_NOISE};
 use crate::rejection::Rejection;
 use crate::time::since;
 
 /// A slide only slows down: a frame this many times faster than its beginning is another's doing.
 const FASTER: f64 = 2.0;
+/// A track that does not end at rest needs as many frames.
+const FEWEST_CENSORED: usize = 8;
 /// Most of a slide's frames that may be missing.
-const MOST_MISSING: f64 = 0.3;
+const MOST_MISSING: f64 = 0.6;
 
 /// What the centroids around one command show.
 #[derive(Debug)]
@@ -51,6 +55,8 @@ pub(crate) fn find(frames: &Frames<'_>) -> Result<Slide, Rejection> {
     match (found, frames.unusable(from, to)) {
         (Ok(found), None) => Ok(found.slide),
         (Err(rejection), None) => Err(rejection),
+        // Off the table, it left: its track ends before.
+        (Ok(found), Some(_)) if found.slide.track.end == End::LeftView => Ok(found.slide),
         // A cause that explains the other.
         (_, Some(unusable)) => Err(unusable),
     }
@@ -66,10 +72,37 @@ fn find_among(frames: &Frames<'_>) -> Result<StrikeSummary, Rejection> {
     let rest = rest_before(frames)?;
     let first = first_motion(frames, &rest)?;
     let initial = initial(frames, &rest, first)?;
-    let (arrival, stop, last) = rest_after(frames, &rest, first)?;
+    let rested = rest_after(frames, &rest, first);
+    let until = rested
+        .as_ref()
+        .map_or(frames.frames.len(), |(arrival, ..)| *arrival);
+    let met = contact::met(frames, first, until).map(|end| (end, End::Contact));
+    let left = frames
+        .left_table(first, until)
+        .map(|end| (end, End::LeftView));
+    let ended = met.into_iter().chain(left).min_by_key(|(end, _)| *end);
+    let (arrival, stop, last, end_of_track) = match ended {
+        Some((end, why)) => {
+            if end < first + FEWEST_CENSORED {
+                let detail = format!(
+                    "{} frames after first motion the object meets something, or leaves the table: too few to tell anything",
+                    end - first
+                );
+                return Err(Rejection::new(RejectReason::NoRestAfter, detail));
+            }
+            (end - 1, frames.frames[end - 1].point, end, why)
+        }
+        None => {
+            let (arrival, stop, last) = rested?;
+            (arrival, stop, last, End::Rest)
+        }
+    };
     missing(frames, first, arrival, last)?;
     carried(frames, first, arrival, rest.noise)?;
-    let end = (arrival + FRAMES_AFTER).min(last);
+    let end = match end_of_track {
+        End::Rest => (arrival + FRAMES_AFTER).min(last),
+        End::Contact | End::LeftView => last,
+    };
     let start = &frames.frames[first];
     let used = &frames.frames[first..end];
     let track = Track {
@@ -80,6 +113,7 @@ fn find_among(frames: &Frames<'_>) -> Result<StrikeSummary, Rejection> {
         x: used.iter().map(|frame| frame.point.x).collect(),
         y: used.iter().map(|frame| frame.point.y).collect(),
         yaw: None,
+        end: end_of_track,
     };
     let end = frames.frames[last - 1].t;
     let outliers = frames
@@ -109,23 +143,14 @@ fn missing(
     let period = frames.period;
     let gap = |at: usize| all[at].t - all[at - 1].t;
     let widest = |from: usize, to: usize| (from..to).map(gap).fold(0.0, f64::max);
-    let around_rest = widest(
-        (arrival - 1).max(first + 1),
-        (arrival + FRAMES_AFTER).min(last),
-    );
-    let within = widest(first + 1, arrival.max(first + 2));
-    for (what, gap, most) in [
-        ("around the rest", around_rest, GAP_AT_ENDS),
-        ("within the slide", within, GAP_WITHIN),
-    ] {
-        if gap > most * period {
-            let detail = format!(
-                "{:.1} ms without a frame {what}; frames come every {:.1} ms",
-                1e3 * gap,
-                1e3 * period
-            );
-            return Err(Rejection::new(RejectReason::FramesMissing, detail));
-        }
+    let gap = widest(first + 1, (arrival + FRAMES_AFTER).min(last));
+    if gap > GAP_LATER * period {
+        let detail = format!(
+            "{:.1} ms without a frame after first motion; frames come every {:.1} ms",
+            1e3 * gap,
+            1e3 * period
+        );
+        return Err(Rejection::new(RejectReason::FramesMissing, detail));
     }
     #[expect(clippy::cast_precision_loss, reason = "a few thousand frames")]
     let there = (arrival - first) as f64;

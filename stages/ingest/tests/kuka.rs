@@ -58,6 +58,7 @@ fn all_fifty_real_strikes_are_kept() {
     assert!(outcomes.iter().all(|outcome| outcome.whole), "{outcomes:?}");
     let (strikes, rejects) = assemble(outcomes);
     assert_eq!(rejects, []);
+    assert!(strikes.iter().all(Strike::has_stop), "each comes to rest");
     let of = |session: &str| {
         strikes
             .iter()

@@ -210,6 +210,39 @@ fn what_the_arm_delivered_is_read_where_it_is_logged() {
 }
 
 #[test]
+fn a_log_without_commands_is_read_by_the_arms_state() {
+    let truths = truths(6);
+    for rate in [50.0, 250.0] {
+        let samples = Samples {
+            commands: Vec::new(),
+            ..with_states(&truths, rate, 0.92, 0.03)
+        };
+        let outcome = ingest_samples(&samples);
+        assert_eq!(outcome.rejects, []);
+        assert_eq!(outcome.strikes.len(), truths.len());
+        for (strike, truth) in outcome.strikes.iter().zip(&truths) {
+            let (speed, angle) = (0.92 * truth.speed, truth.angle + 0.03);
+            assert!(
+                (strike.command.speed - speed).abs() < 0.02 * speed,
+                "{:?}",
+                strike.command
+            );
+            assert!(
+                (strike.command.angle - angle).abs() < 1e-3,
+                "{:?}",
+                strike.command
+            );
+        }
+        assert!(
+            outcome
+                .notes
+                .iter()
+                .any(|note| note.contains("no command is logged"))
+        );
+    }
+}
+
+#[test]
 fn states_may_lie_behind_all_else_in_the_file_or_be_of_another_kind() {
     let truths = truths(3);
     let samples = with_states(&truths, 100.0, 0.9, 0.0);

@@ -8,7 +8,10 @@ use std::path::Path;
 use mcap::Writer;
 use mcap::records::MessageHeader;
 
-use super::messages::{Kind, image_schema, jpeg_image, point_stamped, pose_stamped};
+use super::messages::{
+    POINT_STAMPED, POSE_STAMPED, RosType, image_schema, joined, jpeg_image, point_stamped,
+    pose_stamped,
+};
 use super::{Stamped, WriteError, options};
 use crate::read::RawMessage;
 
@@ -79,15 +82,15 @@ impl<W: Write + Seek> CopyWriter<W> {
 
     /// Adds a point of the table as `geometry_msgs/msg/PointStamped`, which the default paths of a centroid fit.
     pub fn point(&mut self, topic: &str, log_time: u64, point: &Stamped) -> Result<(), WriteError> {
-        let schema = || (Kind::Centroid.name(), Kind::Centroid.schema());
+        let schema = || of(POINT_STAMPED);
         let write = |buffer: &mut Vec<u8>| point_stamped(buffer, point);
         self.ros2(topic, schema, log_time, &write)
     }
 
     /// Makes the channel of points, so that a log without any has the topic.
     pub fn points(&mut self, topic: &str) -> Result<(), WriteError> {
-        let kind = Kind::Centroid;
-        self.channel(topic, (kind.name(), "ros2msg"), &kind.schema(), "cdr")
+        let (name, text) = of(POINT_STAMPED);
+        self.channel(topic, (name, "ros2msg"), &text, "cdr")
             .map(drop)
     }
 
@@ -111,7 +114,7 @@ impl<W: Write + Seek> CopyWriter<W> {
         at: &Stamped,
         yaw: f64,
     ) -> Result<(), WriteError> {
-        let schema = || (Kind::Pose.name(), Kind::Pose.schema());
+        let schema = || of(POSE_STAMPED);
         let write = |buffer: &mut Vec<u8>| pose_stamped(buffer, at, yaw);
         self.ros2(topic, schema, log_time, &write)
     }
@@ -185,4 +188,9 @@ impl<W: Write + Seek> CopyWriter<W> {
         *sequence += 1;
         Ok(self.mcap.write_to_known_channel(&header, data)?)
     }
+}
+
+/// A type's name and its definition.
+fn of(ros: &'static RosType) -> (&'static str, String) {
+    (ros.name, joined(ros.definition, ros.parts))
 }

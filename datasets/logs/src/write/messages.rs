@@ -1,61 +1,121 @@
 //! The ROS 2 messages that a strike and its pictures leave, with the schema text that rosbag2 would embed.
 
 use super::cdr::Cdr;
-use super::samples::{Stamped, StateSample};
+use super::samples::Stamped;
 
 /// The frame that every stamp's header names.
 const FRAME: &str = "table";
 /// The frame of the tip in `nav_msgs/msg/Odometry`.
-const TIP_FRAME: &str = "tip";
-const NANOSECONDS: u64 = 1_000_000_000;
+pub(super) const TIP_FRAME: &str = "tip";
+pub(super) const NANOSECONDS: u64 = 1_000_000_000;
 
-/// The messages, in the order in which equal stamps are written.
+/// A part of a ROS 2 message, in the order of the wire.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Kind {
-    Centroid = 0,
-    Command = 1,
-    State = 2,
-    Pose = 3,
+pub(super) enum Slot {
+    /// `std_msgs/Header`.
+    Header,
+    /// The frame of the tip.
+    Child,
+    /// x, y and z below this path.
+    Triple(&'static str),
+    /// x, y, z and w below this path.
+    Quaternion(&'static str),
+    /// 36 numbers.
+    Covariance,
 }
 
-impl Kind {
-    /// ROS 2's name of the type.
-    pub(super) fn name(self) -> &'static str {
-        match self {
-            Self::Centroid => "geometry_msgs/msg/PointStamped",
-            Self::Command => "geometry_msgs/msg/TwistStamped",
-            Self::State => "nav_msgs/msg/Odometry",
-            Self::Pose => "geometry_msgs/msg/PoseStamped",
-        }
-    }
-
-    /// The type's definition followed by those it needs, as rosbag2 concatenates them.
-    pub(super) fn schema(self) -> String {
-        let (own, parts): (&str, &[(&str, &str)]) = match self {
-            Self::Centroid => (POINT_STAMPED, &[HEADER, TIME, POINT]),
-            Self::Pose => (POSE_STAMPED, &[HEADER, TIME, POSE, POINT, QUATERNION]),
-            Self::Command => (TWIST_STAMPED, &[HEADER, TIME, TWIST, VECTOR3]),
-            Self::State => (
-                ODOMETRY,
-                &[
-                    HEADER,
-                    TIME,
-                    POSE_WITH_COVARIANCE,
-                    POSE,
-                    POINT,
-                    QUATERNION,
-                    TWIST_WITH_COVARIANCE,
-                    TWIST,
-                    VECTOR3,
-                ],
-            ),
-        };
-        joined(own, parts)
-    }
+/// A ROS 2 message type that can be written.
+#[derive(Debug)]
+pub(super) struct RosType {
+    pub(super) name: &'static str,
+    pub(super) slots: &'static [Slot],
+    pub(super) definition: &'static str,
+    pub(super) parts: &'static [(&'static str, &'static str)],
 }
+
+/// The types that are written, the plainest that has a field first.
+pub(super) const TYPES: &[RosType] = &[
+    RosType {
+        name: "geometry_msgs/msg/PointStamped",
+        slots: &[Slot::Header, Slot::Triple("point")],
+        definition: "std_msgs/Header header\nPoint point\n",
+        parts: &[HEADER, TIME, POINT],
+    },
+    RosType {
+        name: "geometry_msgs/msg/PoseStamped",
+        slots: &[
+            Slot::Header,
+            Slot::Triple("pose.position"),
+            Slot::Quaternion("pose.orientation"),
+        ],
+        definition: "std_msgs/Header header\nPose pose\n",
+        parts: &[HEADER, TIME, POSE, POINT, QUATERNION],
+    },
+    RosType {
+        name: "geometry_msgs/msg/TwistStamped",
+        slots: &[
+            Slot::Header,
+            Slot::Triple("twist.linear"),
+            Slot::Triple("twist.angular"),
+        ],
+        definition: "std_msgs/Header header\nTwist twist\n",
+        parts: &[HEADER, TIME, TWIST, VECTOR3],
+    },
+    RosType {
+        name: "geometry_msgs/msg/Vector3Stamped",
+        slots: &[Slot::Header, Slot::Triple("vector")],
+        definition: "std_msgs/Header header\nVector3 vector\n",
+        parts: &[HEADER, TIME, VECTOR3],
+    },
+    RosType {
+        name: "nav_msgs/msg/Odometry",
+        slots: &[
+            Slot::Header,
+            Slot::Child,
+            Slot::Triple("pose.pose.position"),
+            Slot::Quaternion("pose.pose.orientation"),
+            Slot::Covariance,
+            Slot::Triple("twist.twist.linear"),
+            Slot::Triple("twist.twist.angular"),
+            Slot::Covariance,
+        ],
+        definition: "std_msgs/Header header\nstring child_frame_id\n\
+            geometry_msgs/PoseWithCovariance pose\ngeometry_msgs/TwistWithCovariance twist\n",
+        parts: &[
+            HEADER,
+            TIME,
+            POSE_WITH_COVARIANCE,
+            POSE,
+            POINT,
+            QUATERNION,
+            TWIST_WITH_COVARIANCE,
+            TWIST,
+            VECTOR3,
+        ],
+    },
+    // Without a header: the reader takes log times.
+    RosType {
+        name: "geometry_msgs/msg/Twist",
+        slots: &[Slot::Triple("linear"), Slot::Triple("angular")],
+        definition: "Vector3  linear\nVector3  angular\n",
+        parts: &[VECTOR3],
+    },
+    RosType {
+        name: "geometry_msgs/msg/Pose",
+        slots: &[Slot::Triple("position"), Slot::Quaternion("orientation")],
+        definition: "Point position\nQuaternion orientation\n",
+        parts: &[POINT, QUATERNION],
+    },
+    RosType {
+        name: "geometry_msgs/msg/Point",
+        slots: &[Slot::Triple("")],
+        definition: "float64 x\nfloat64 y\nfloat64 z\n",
+        parts: &[],
+    },
+];
 
 /// A definition and those that it needs, as rosbag2 concatenates them.
-fn joined(own: &str, parts: &[(&str, &str)]) -> String {
+pub(super) fn joined(own: &str, parts: &[(&str, &str)]) -> String {
     let separator = "=".repeat(80);
     parts
         .iter()
@@ -64,6 +124,10 @@ fn joined(own: &str, parts: &[(&str, &str)]) -> String {
         })
 }
 
+/// The type of a centroid by default, and of a pose.
+pub(super) const POINT_STAMPED: &RosType = &TYPES[0];
+pub(super) const POSE_STAMPED: &RosType = &TYPES[1];
+
 /// ROS 2's name of a compressed image, and its definition.
 pub(super) fn image_schema() -> (&'static str, String) {
     let own = "std_msgs/Header header\nstring format\nuint8[] data\n";
@@ -71,11 +135,6 @@ pub(super) fn image_schema() -> (&'static str, String) {
     (name, joined(own, &[HEADER, TIME]))
 }
 
-const POSE_STAMPED: &str = "std_msgs/Header header\nPose pose\n";
-const POINT_STAMPED: &str = "std_msgs/Header header\nPoint point\n";
-const TWIST_STAMPED: &str = "std_msgs/Header header\nTwist twist\n";
-const ODOMETRY: &str = "std_msgs/Header header\nstring child_frame_id\n\
-    geometry_msgs/PoseWithCovariance pose\ngeometry_msgs/TwistWithCovariance twist\n";
 const HEADER: (&str, &str) = (
     "std_msgs/Header",
     "builtin_interfaces/Time stamp\nstring frame_id\n",
@@ -126,29 +185,8 @@ pub(super) fn jpeg_image(buffer: &mut Vec<u8>, stamp: u64, jpeg: &[u8]) {
     cdr.bytes(jpeg);
 }
 
-/// `geometry_msgs/msg/TwistStamped` of a commanded velocity.
-pub(super) fn twist_stamped(buffer: &mut Vec<u8>, sample: &Stamped) {
-    let mut cdr = Cdr::new(buffer);
-    header(&mut cdr, sample.stamp);
-    vector(&mut cdr, [sample.x, sample.y, 0.0]);
-    vector(&mut cdr, [0.0; 3]);
-}
-
-/// `nav_msgs/msg/Odometry` of the tip: upright, velocity in frame `table`, covariances unknown (zero).
-pub(super) fn odometry(buffer: &mut Vec<u8>, sample: &StateSample) {
-    let mut cdr = Cdr::new(buffer);
-    header(&mut cdr, sample.stamp);
-    cdr.string(TIP_FRAME);
-    vector(&mut cdr, [sample.position[0], sample.position[1], 0.0]);
-    vector(&mut cdr, [0.0; 3]);
-    cdr.float64(1.0);
-    covariance(&mut cdr);
-    vector(&mut cdr, [sample.velocity[0], sample.velocity[1], 0.0]);
-    vector(&mut cdr, [0.0; 3]);
-    covariance(&mut cdr);
-}
-
-fn header(cdr: &mut Cdr<'_>, stamp: u64) {
+/// `std_msgs/Header` of a stamp in ns.
+pub(super) fn header(cdr: &mut Cdr<'_>, stamp: u64) {
     cdr.int32(i32::try_from(stamp / NANOSECONDS).unwrap_or(i32::MAX));
     cdr.uint32((stamp % NANOSECONDS) as u32);
     cdr.string(FRAME);
@@ -157,11 +195,5 @@ fn header(cdr: &mut Cdr<'_>, stamp: u64) {
 fn vector(cdr: &mut Cdr<'_>, values: [f64; 3]) {
     for value in values {
         cdr.float64(value);
-    }
-}
-
-fn covariance(cdr: &mut Cdr<'_>) {
-    for _ in 0..36 {
-        cdr.float64(0.0);
     }
 }

@@ -1,6 +1,6 @@
 //! The rig of the demo.
 
-use super::{Camera, Object, Rig, Robot, Shape, StampMark, Striker, Table, Tip, Topics};
+use super::{Camera, Frames, Object, Rig, Robot, Shape, StampMark, Striker, Table, Tip, Topics};
 use crate::Point;
 
 impl Rig {
@@ -41,6 +41,7 @@ impl Rig {
             table: Table {
                 x: [0.10, 1.00].into(),
                 y: [-0.60, 0.60].into(),
+                fences: Vec::new(),
             },
             camera: Camera {
                 rate: 60.0,
@@ -57,6 +58,7 @@ impl Rig {
             },
             robot: Robot::limits([0.4, 1.0].into(), [-0.80, 0.80].into(), 5.0),
             topics: Topics::default(),
+            frames: Frames::default(),
         }
     }
 }

@@ -18,6 +18,12 @@ pub struct Robot {
     /// Where the axis of its base stands, in m; the origin unless given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub base: Option<Point>,
+    /// By how much the arm's own x axis is turned from the table's, in rad; 0 unless given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub base_yaw: Option<f64>,
+    /// Height of the arm's own origin above the table, in m; 0 unless given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub base_height: Option<f64>,
     /// Radius in m about the base's axis that the tip keeps clear of.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub keep_out: Option<f64>,
@@ -63,6 +69,8 @@ impl Robot {
             angle,
             acceleration,
             base: None,
+            base_yaw: None,
+            base_height: None,
             keep_out: None,
             reach: None,
             jerk: None,

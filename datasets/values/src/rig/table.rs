@@ -12,6 +12,28 @@ pub struct Table {
     pub x: Interval,
     /// Bounds along y.
     pub y: Interval,
+    /// Where objects bounce.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub fences: Vec<Fence>,
+}
+
+/// A straight fence on the table; the object's edge meets it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Fence {
+    /// One end, in m.
+    pub from: Point,
+    /// The other end, in m.
+    pub to: Point,
+}
+
+impl Fence {
+    /// How far a point lies from it, in m.
+    pub fn distance(&self, point: Point) -> f64 {
+        let along = self.to - self.from;
+        let part = (point - self.from).dot(along) / along.dot(along);
+        point.distance(self.from + along * part.clamp(0.0, 1.0))
+    }
 }
 
 impl Table {

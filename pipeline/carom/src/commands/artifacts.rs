@@ -21,6 +21,9 @@ pub enum ArtifactsCommand {
     /// Show a version's manifest.
     #[command(after_help = examples(&["carom artifacts show v0001 --artifacts artifacts/demo"]))]
     Show(VersionArgs),
+    /// Print a version's world as MJCF, which opens in MuJoCo's viewer.
+    #[command(after_help = examples(&["carom artifacts mjcf --artifacts artifacts/demo > world.xml"]))]
+    Mjcf(VersionArgs),
     /// Check a version's hashes, shapes and schemas, and its signature where a public key is given.
     #[command(after_help = examples(&["carom artifacts verify --artifacts artifacts/demo --key carom.pub"]))]
     Verify {
@@ -63,6 +66,7 @@ pub fn run(command: &ArtifactsCommand) -> Result<Output, Error> {
     match command {
         ArtifactsCommand::List(args) => list(&args.artifacts),
         ArtifactsCommand::Show(args) => show(&args.artifacts, args.version.as_deref()),
+        ArtifactsCommand::Mjcf(args) => mjcf(&args.artifacts, args.version.as_deref()),
         ArtifactsCommand::Verify { version, key } => {
             let key = key.as_deref().map(signing::public_key).transpose()?;
             verify(&version.artifacts, version.version.as_deref(), key.as_ref())
@@ -77,6 +81,17 @@ pub fn run(command: &ArtifactsCommand) -> Result<Output, Error> {
             rollback(&store, version.as_deref())
         }
     }
+}
+
+/// The world of a version as MJCF, for MuJoCo's viewer.
+fn mjcf(dir: &Path, version: Option<&str>) -> Result<Output, Error> {
+    let artifact = Store::open(dir).load(version).map_err(store_error)?;
+    let calibrated = artifact.effect.as_ref().unwrap_or(&artifact.sysid);
+    let text = world::mjcf(&artifact.rig, &calibrated.world).map_err(Error::failed)?;
+    Ok(Output::done(
+        json!({ "artifact": artifact.version, "mjcf": text }),
+        format!("{}\n", text.trim_end()),
+    ))
 }
 
 /// All versions, oldest first.

@@ -4,18 +4,22 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::json;
-use signal_hook::consts::{SIGINT, SIGTERM};
 use store::{Artifact, Store};
+use strike::arm::Arm;
 use strike::collect::{
     ArmStation, CollectError, CollectEvent, Collected, SimStation, Station, StrikeRequest,
 };
-use strike::xarm::Ports;
-use strike::{Choice, CommandPlanner, Live, LiveError, RobotError, Trust, identity};
+use strike::ur::{self, Ur};
+use strike::xarm::{self, XArm};
+use strike::{
+    Choice, CommandPlanner, Guarded, Live, LiveError, RobotError, Trust, catch_signals, identity,
+    tell,
+};
 use values::Rig;
 
 use crate::args::Global;
@@ -28,7 +32,8 @@ pub struct CollectArgs {
     /// This robot's own rig file.
     #[arg(long, value_name = "FILE")]
     pub rig: PathBuf,
-    /// Robot: sim (the rig of the truth.json beside the rig file, or in FOLDER for sim:FOLDER; else the demo's) or xarm:HOST (UFACTORY's xArm7).
+    /// Robot: sim (the rig of the truth.json beside the rig file, or in FOLDER for sim:FOLDER; else the demo's) or xarm:HOST (UFACTORY's xArm5, 6, 7 and
+    /// Lite6) or ur:HOST (Universal Robots' e-Series).
     #[arg(long, value_name = "ROBOT")]
     pub robot: Choice,
     /// Live topics of the camera, which an arm needs: ROS 2's foxglove_bridge, or any server of Foxglove's SDK.
@@ -46,8 +51,8 @@ pub struct CollectArgs {
     /// Folder of a run whose latest version foresees where the object stops [default: the world before anything is measured].
     #[arg(long, value_name = "DIR")]
     pub artifacts: Option<PathBuf>,
-    /// Public key that the version must be signed by; an arm needs it with --artifacts.
-    #[arg(long, value_name = "FILE", requires = "artifacts")]
+    /// Public key, which an arm needs: whoever has it is one who may move this arm. A version of --artifacts must be signed by it.
+    #[arg(long, value_name = "FILE")]
     pub key: Option<PathBuf>,
     /// The object must lie still for so long, in s, before the arm moves: time to step back.
     #[arg(long, value_name = "SECONDS", default_value_t = 3.0, value_parser = seconds)]
@@ -69,10 +74,7 @@ pub fn run(args: &CollectArgs, global: Global) -> Result<Output, Error> {
     let rig = Rig::load(&args.rig).map_err(Error::input)?;
     let requested = requested(args)?;
     let planner = planner(args, &rig)?;
-    let interrupted = Arc::new(AtomicBool::new(false));
-    for signal in [SIGINT, SIGTERM] {
-        signal_hook::flag::register(signal, interrupted.clone()).map_err(Error::failed)?;
-    }
+    let interrupted = catch_signals().map_err(Error::failed)?;
     let mut station = station(args, &rig, interrupted.clone())?;
     let bar = if global.quiet {
         ProgressBar::hidden()
@@ -80,6 +82,7 @@ pub fn run(args: &CollectArgs, global: Global) -> Result<Output, Error> {
         ProgressBar::new(u64::from(args.strikes)).with_style(style())
     };
     let waits = args.watch.is_some();
+    let mut told = Told::default();
     let collected = strike::collect::collect(
         &mut *station,
         &planner,
@@ -87,7 +90,7 @@ pub fn run(args: &CollectArgs, global: Global) -> Result<Output, Error> {
         args.strikes as usize,
         &requested,
         &|| interrupted.load(Ordering::Relaxed),
-        &mut |news| show(&bar, waits, &news),
+        &mut |news| show(&bar, waits, global.quiet, &mut told, &news),
     );
     bar.finish_and_clear();
     finished(
@@ -102,16 +105,51 @@ fn style() -> ProgressStyle {
         .unwrap_or_else(|_| ProgressStyle::default_bar())
 }
 
-fn show(bar: &ProgressBar, waits: bool, news: &CollectEvent) {
+/// What was told last where there is no bar, and when.
+#[derive(Default)]
+struct Told(Option<Instant>);
+
+impl Told {
+    /// Where there is no bar, what is waited for is told this often.
+    const AGAIN: Duration = Duration::from_secs(10);
+
+    fn is_due(&mut self) -> bool {
+        let is_due = self.0.is_none_or(|at| at.elapsed() >= Self::AGAIN);
+        if is_due {
+            self.0 = Some(Instant::now());
+        }
+        is_due
+    }
+}
+
+fn show(bar: &ProgressBar, waits: bool, quiet: bool, told: &mut Told, news: &CollectEvent) {
     // Printed where there is no bar too.
-    let say = |what: String| bar.suspend(|| eprintln!("carom: {what}"));
+    let say = |what: String| bar.suspend(|| tell(&format!("carom: {what}")));
+    let is_shown = !bar.is_hidden();
     match news {
-        CollectEvent::Put(request) if waits => bar.set_prefix(format!(
-            "put the object near ({:.2}, {:.2}) m and step back",
-            request.from.x, request.from.y
-        )),
+        CollectEvent::Put(request) if waits => {
+            let put = format!(
+                "put the object near ({:.2}, {:.2}) m and step back",
+                request.from.x, request.from.y
+            );
+            if is_shown {
+                bar.set_prefix(put);
+            } else if !quiet {
+                say(put);
+            }
+        }
         CollectEvent::Put(_) => {}
-        CollectEvent::Waiting(what) => bar.set_message(what.clone()),
+        CollectEvent::Waiting(what) => {
+            if is_shown {
+                bar.set_message(what.clone());
+            } else if !quiet && told.is_due() {
+                say(what.clone());
+            }
+        }
+        CollectEvent::StepBack(pause) => say(format!(
+            "step back: the arm moves in {:.1} s",
+            pause.as_secs_f64()
+        )),
         CollectEvent::LeftOut(refusal) => {
             say(format!("a planned strike is left out: {refusal}"));
         }
@@ -218,28 +256,51 @@ fn station(
             let folder = args.rig.parent().unwrap_or(Path::new(""));
             Ok(Box::new(SimStation::new(rig, sim.truth(folder))))
         }
-        (Choice::XArm(_), None) => Err(Error::input(
+        (Choice::XArm(_) | Choice::Ur(_), None) => Err(Error::input(
             "collect strikes of an arm without a camera; give its live topics with --watch ws://HOST:PORT",
         )),
         (Choice::XArm(host), Some(url)) => {
-            let ports = Ports::of(host)
-                .map_err(|error| Error::input(format!("find the arm at `{host}`: {error}")))?;
-            let live = Live::connect(url, rig).map_err(|error| failed(error.into()))?;
-            let pause = Duration::from_secs_f64(args.pause);
-            let name = format!("xarm:{host}");
-            Ok(Box::new(ArmStation::new(
-                &name,
-                ports,
-                live,
-                pause,
+            let ports = xarm::Ports::of(host).map_err(|error| not_found(host, &error))?;
+            arm_station::<XArm>(
+                args,
+                rig,
+                (&format!("xarm:{host}"), &ports),
+                url,
                 interrupted,
-            )))
+            )
+        }
+        (Choice::Ur(host), Some(url)) => {
+            let ports = ur::Ports::of(host).map_err(|error| not_found(host, &error))?;
+            arm_station::<Ur>(args, rig, (&format!("ur:{host}"), &ports), url, interrupted)
         }
         // A robot that moves nothing, or that has no station of its own yet.
         _ => Err(Error::input(
-            "collect strikes with a robot that makes none; use --robot sim or xarm:HOST",
+            "collect strikes with a robot that makes none; use --robot sim, xarm:HOST or ur:HOST",
         )),
     }
+}
+
+fn not_found(host: &str, error: &std::io::Error) -> Error {
+    Error::input(format!("find the arm at `{host}`: {error}"))
+}
+
+/// An arm, claimed, and the camera that looks at its object. An arm moves only for whoever has a key.
+fn arm_station<D: Arm + 'static>(
+    args: &CollectArgs,
+    rig: &Rig,
+    (name, address): (&str, &D::Address),
+    url: &str,
+    interrupted: Arc<AtomicBool>,
+) -> Result<Box<dyn Station>, Error> {
+    let live = Live::connect(url, rig).map_err(|error| failed(error.into()))?;
+    strike::allows(args.key.is_some(), true, true).map_err(refused)?;
+    if let (Some(key), None) = (&args.key, &args.artifacts) {
+        Trust::open(key, None).map_err(refused)?;
+    }
+    let robot = Guarded::<D>::connect(name, address, rig, interrupted.clone());
+    let robot = robot.map_err(|error| failed(error.into()))?;
+    let pause = Duration::from_secs_f64(args.pause);
+    Ok(Box::new(ArmStation::new(robot, live, pause, interrupted)))
 }
 
 fn refused(error: impl std::fmt::Display) -> Error {
@@ -249,6 +310,7 @@ fn refused(error: impl std::fmt::Display) -> Error {
 fn failed(error: CollectError) -> Error {
     match error {
         CollectError::Lock(durable::LockError::Busy { .. }) => Error::Busy(error.into()),
+        CollectError::Robot(RobotError::Busy { .. }) => Error::Busy(error.into()),
         CollectError::Robot(RobotError::NotReady { .. } | RobotError::Refused(_)) => refused(error),
         CollectError::Collected(_)
         | CollectError::NoStrike(_)

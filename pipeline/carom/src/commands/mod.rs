@@ -4,11 +4,13 @@
 
 pub mod artifacts;
 pub mod camera;
+pub mod check;
 pub mod collect;
 pub mod dataset;
 pub mod demo;
 pub mod key;
 pub mod nightly;
+pub mod predict;
 pub mod rebuild;
 pub mod report;
 pub mod rig;

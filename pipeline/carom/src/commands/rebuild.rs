@@ -33,13 +33,24 @@ pub struct RebuildArgs {
 pub fn run(args: &RebuildArgs, global: Global) -> Result<Output, Error> {
     let store = Store::open(&args.artifacts);
     let artifact = store.load(Some(&args.version)).map_err(store_error)?;
+    if let Some(moved) = &artifact.manifest.provenance.moved {
+        return Err(Error::input(format!(
+            "rebuild {}: its worlds are those of {}, moved by {} strikes since the table changed; rebuild that one",
+            artifact.version, moved.version, moved.strikes
+        )));
+    }
     let inputs = recorded_inputs(&args.artifacts, &artifact)?;
 
     let scratch = tempfile::tempdir().map_err(Error::failed)?;
     let run = open(scratch.path(), global)?;
     let results = pipeline(&run, &inputs, Step::Publish)?;
+    if results.check.is_meaningless() {
+        return Err(Error::Refused(
+            "rebuild it: by today's check a model of its logs is meaningless; `carom check` says why".into(),
+        ));
+    }
     let scratch = Store::open(scratch.path());
-    let rebuilt = publishing::publish(&scratch, &results)?.unwrap_or_default();
+    let rebuilt = publishing::publish(&scratch, &results, false)?.unwrap_or_default();
     let again = scratch.version_dir(&rebuilt);
     let differing = compare(&store.version_dir(&args.version), &again)?;
 

@@ -3,11 +3,12 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
+use check::Severity;
 use clap::Args;
 use evaluate::Evaluation;
 use serde::Serialize;
 use store::Store;
-use values::StopErrors;
+use values::{StopErrors, Strike};
 
 use crate::args::Global;
 use crate::error::Outcome;
@@ -40,7 +41,7 @@ struct Score {
     artifact: String,
     /// Strikes that were rejected.
     rejected: usize,
-    /// Whether the default model does worse here than chance explains.
+    /// Whether the table is where the version has it.
     drift: Option<Drift>,
     /// Why that cannot be judged, where it cannot.
     drift_unknown: Option<String>,
@@ -78,6 +79,7 @@ pub fn run(args: &ScoreArgs, global: Global) -> Result<Output, Error> {
     let run = open(scratch.path(), global)?;
     let read = reading::read(&run, &artifact.rig, &logs, 0)?;
     let mut strikes = read.strikes.iter().collect::<Result<Vec<_>, _>>()?;
+    strikes.retain(Strike::has_stop);
     if let Some(known) = artifact.manifest.provenance.strikes {
         follow_known_strikes(known, &mut strikes);
     }
@@ -86,8 +88,8 @@ pub fn run(args: &ScoreArgs, global: Global) -> Result<Output, Error> {
     let score = Score {
         artifact: artifact.version.clone(),
         rejected: read.rejects.len(),
+        drift_unknown: drift.is_none().then(drift_unknown),
         drift,
-        drift_unknown: drift.is_none().then(|| drift_unknown(&artifact)),
         noise_floor: evaluation.noise_floor,
         models: by_model(&evaluation),
     };
@@ -103,12 +105,17 @@ pub fn run(args: &ScoreArgs, global: Global) -> Result<Output, Error> {
     for note in &read.notes {
         text += &format!("{note}\n");
     }
-    let drift = drift.map(|drift| drift.sentence());
+    text += &summary::findings(&read.check, &artifact.rig, Severity::Doubtful);
+    let drift = score.drift.as_ref().map(Drift::sentence);
     for sentence in drift.iter().chain(&score.drift_unknown) {
         text += &format!("\n{sentence}\n");
     }
     Ok(Output {
-        outcome: if read.rejects.is_empty() && read.damaged.is_empty() && read.left_out.is_empty() {
+        outcome: if score.drift.as_ref().is_some_and(Drift::is_beyond_chance)
+            || read.check.is_meaningless()
+        {
+            Outcome::Refused
+        } else if read.rejects.is_empty() && read.damaged.is_empty() && read.left_out.is_empty() {
             Outcome::Done
         } else {
             Outcome::Rejected

@@ -6,6 +6,8 @@ use values::{Reject, Split, Strike};
 use super::input::ReportInput;
 use super::markup::{PageError, drawing, fill, section};
 use super::plot::short;
+use crate::words;
+
 use super::{delivered, diagnosis, figures, models, stops};
 
 const STYLE: &str = include_str!("style.css");
@@ -37,6 +39,7 @@ pub fn page(shown: &ReportInput<'_>) -> Result<String, PageError> {
                 ul { @for line in night.lines() { li { (line) } } }
             }))
         }
+        (check_section(shown))
         @if let Some(evaluation) = &results.evaluation { (stops::headline(evaluation)?) }
         @if let Some(trial) = shown.trial { (stops::trial_section(trial)?) }
         (strikes_section(shown)?)
@@ -64,6 +67,32 @@ pub fn page(shown: &ReportInput<'_>) -> Result<String, PageError> {
         }
     }
     .into_string())
+}
+
+/// What a check of the logs found; empty where it found nothing.
+fn check_section(shown: &ReportInput<'_>) -> Markup {
+    let check = &shown.results.check;
+    if check.findings.is_empty() {
+        return html! {};
+    }
+    section(
+        "Before anything is fitted",
+        html! {
+            @if check.is_meaningless() { p { strong { "A model of these logs would be meaningless: nothing was fitted." } } }
+            table {
+                thead { tr { th {} th { "seen" } th { "most likely" } th { "what mends it" } } }
+                tbody {
+                    @for finding in &check.findings {
+                        @let said = words::say(finding, &shown.inputs.rig);
+                        tr {
+                            td { (words::severity(finding.severity())) } td { (said.seen) }
+                            td { (said.likely) } td { (said.mend) }
+                        }
+                    }
+                }
+            }
+        },
+    )
 }
 
 fn strikes_section(shown: &ReportInput<'_>) -> Result<Markup, PageError> {

@@ -1,5 +1,6 @@
 //! Results as text for a person.
 
+mod check;
 mod details;
 pub mod diagnosis;
 mod overview;
@@ -8,6 +9,7 @@ mod shared;
 mod table;
 mod trial;
 
+pub use check::{candidate, findings, findings_json, measured};
 pub use details::{details, rolled_back};
 pub use overview::overview;
 pub use rejects::{examples, reasons};

@@ -30,7 +30,36 @@ pub fn overview(results: &Results) -> String {
     text += &unused_diagnosis(results);
     text += &warnings(results);
     text += &stop_errors(results);
+    text += &table(results).unwrap_or_default();
     text
+}
+
+/// How the table varies beside the default model: from strike to strike, along a session, between sessions.
+fn table(results: &Results) -> Option<String> {
+    let provenance = &results.contents.as_ref()?.provenance;
+    let varies = provenance.varies.get(&provenance.default_model)?;
+    let three = |[friction, gain, heading]: [f64; 3]| {
+        format!(
+            "friction {:.1} %, launch {:.1} %, heading {:.2}°",
+            100.0 * friction,
+            100.0 * gain,
+            heading.to_degrees()
+        )
+    };
+    let wander = match varies.wander {
+        [0.0, 0.0, 0.0] => "none beyond chance".into(),
+        wander => format!("{} a strike", three(wander)),
+    };
+    let between = &varies.between;
+    let of = match between.sessions {
+        1 => "assumed".into(),
+        sessions => format!("of {sessions}"),
+    };
+    Some(format!(
+        "table      strikes scatter by {:.1} % of the path; wander: {wander}\n           sessions ({of}) differ by {}\n",
+        100.0 * varies.stop_scatter(),
+        three(between.deviations)
+    ))
 }
 
 /// The verdict, one effect a line, the gap, and what to do next.

@@ -141,7 +141,7 @@ fn strikes_that_are_rejected_are_reported_with_an_example_of_each_reason() {
             "ingest {dir}/rig/logs --rig {dir}/other.toml --out {dir}"
         ))
     };
-    let some = ingest("x = [0.1, 0.6]").unwrap_or_else(|error| panic!("failed to {error}"));
+    let some = ingest("x = [0.25, 1.0]").unwrap_or_else(|error| panic!("failed to {error}"));
     let example = "off_table, such as strike ";
     assert!(some.text.contains(example), "{}", some.text);
     let none = ingest("x = [2.0, 3.0]").expect_err("no strike is left");

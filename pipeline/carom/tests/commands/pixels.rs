@@ -77,11 +77,12 @@ fn a_run_starts_from_images_tracks_them_once_and_is_rebuilt_from_them() {
     let unseen = unseen.expect("tracked");
     assert_eq!(unseen.outcome, Outcome::Rejected, "{}", unseen.text);
     assert!(unseen.text.contains("camera tune"), "{}", unseen.text);
-    let (outcome, why) = refusal(&format!(
+    let said = carom(&format!(
         "run {dir}/rig/logs --rig {dir}/blue.toml --out {dir}/run"
-    ));
-    assert_eq!(outcome, Outcome::BadInput, "{why}");
-    assert!(why.contains("no_object"), "{why}");
+    ))
+    .unwrap_or_else(|error| panic!("failed to {error}"));
+    assert_eq!(said.outcome, Outcome::Refused, "{}", said.text);
+    assert!(said.text.contains("no_object"), "{}", said.text);
 
     // A rig that names no images says how to name them.
     let (before, _) = rig.split_once("[topics.image]").expect("the last table");

@@ -168,6 +168,7 @@ fn states_that_do_not_reach_contact_give_nothing() {
         x: vec![0.01, 0.03, 0.05],
         y: vec![0.0; 3],
         yaw: None,
+        end: values::End::Rest,
     };
     let context = LaunchContext {
         commands: &commands,

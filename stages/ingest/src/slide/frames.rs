@@ -26,12 +26,10 @@ pub(super) struct Frame {
 /// The frames around one command.
 pub(crate) struct Frames<'a> {
     pub(super) rig: &'a Rig,
-    /// Finite ones that do not jump away and back, and are not stale.
+    /// Those that do not jump away and back, and are not stale.
     pub(super) frames: Vec<Frame>,
     /// Times of frames that do.
     pub(super) outliers: Vec<f64>,
-    /// Times of frames without a finite centroid.
-    not_finite: Vec<f64>,
     /// Times and places of frames off the table.
     off_table: Vec<(f64, Point)>,
     /// When the command fell back, in s since it rose.
@@ -81,29 +79,20 @@ impl<'a> Frames<'a> {
             return Err(Rejection::new(RejectReason::FramesMissing, detail));
         }
         units(&near, rig)?;
-        let not_finite = all
-            .iter()
-            .filter(|frame| !frame.point.is_finite())
-            .map(|frame| frame.t)
-            .collect();
-        let finite: Vec<Frame> = all
-            .into_iter()
-            .filter(|frame| frame.point.is_finite())
-            .collect();
-        let off_table = finite
+        let off_table = all
             .iter()
             .filter(|f| !rig.table.contains(f.point))
             .map(|f| (f.t, f.point))
             .collect();
-        let mut jumps = jumps(&finite, rig.camera.noise);
-        stale(&finite, rig.camera.noise, &mut jumps);
-        let outliers = finite
+        let mut jumps = jumps(&all, rig.camera.noise);
+        stale(&all, rig.camera.noise, &mut jumps);
+        let outliers = all
             .iter()
             .zip(&jumps)
             .filter(|(_, jumps)| **jumps)
             .map(|(frame, _)| frame.t)
             .collect();
-        let frames = finite
+        let frames = all
             .into_iter()
             .zip(jumps)
             .filter(|(_, jumps)| !jumps)
@@ -113,7 +102,6 @@ impl<'a> Frames<'a> {
             rig,
             frames,
             outliers,
-            not_finite,
             off_table,
             fall: since(start, end),
             period: if period.is_nan() { nominal } else { period },
@@ -132,13 +120,21 @@ impl<'a> Frames<'a> {
         self.frames.partition_point(|frame| frame.t < t)
     }
 
-    /// A frame without a finite centroid, or one off the table, in this time.
+    /// The first of the frames from `first` on, before `until`, from which on the object is off the table, or seen no more; none where it
+    /// stays, or comes back.
+    pub(super) fn left_table(&self, first: usize, until: usize) -> Option<usize> {
+        /// So many frames in a row off the table are no frame that jumps.
+        const STAYS: usize = 3;
+        let is_off = |frame: &Frame| !self.rig.table.contains(frame.point);
+        let left = (first..until).find(|at| is_off(&self.frames[*at]))?;
+        let after = &self.frames[left..until];
+        let is_gone = after.len() >= STAYS || until == self.frames.len();
+        (is_gone && after.iter().take(STAYS).all(is_off)).then_some(left)
+    }
+
+    /// A frame off the table, in this time.
     pub(super) fn unusable(&self, from: f64, to: f64) -> Option<Rejection> {
         let within = |t: f64| (from..=to).contains(&t);
-        if let Some(t) = self.not_finite.iter().find(|t| within(**t)) {
-            let detail = format!("a centroid is not finite {t:.3} s after the command rises");
-            return Some(Rejection::new(RejectReason::NotFinite, detail));
-        }
         let (t, point) = self.off_table.iter().find(|(t, _)| within(*t))?;
         let table = &self.rig.table;
         let detail = format!(
@@ -165,11 +161,7 @@ fn mean_interval(frames: &[&Frame]) -> f64 {
 
 /// Centroids far off a table on which they would lie in another unit.
 fn units(near: &[&Frame], rig: &Rig) -> Result<(), Rejection> {
-    let points: Vec<Point> = near
-        .iter()
-        .map(|frame| frame.point)
-        .filter(|point| point.is_finite())
-        .collect();
+    let points: Vec<Point> = near.iter().map(|frame| frame.point).collect();
     let middle = median_point(&points);
     let unit = [("mm", 1e-3), ("cm", 1e-2)]
         .into_iter()

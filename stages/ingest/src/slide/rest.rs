@@ -3,7 +3,7 @@
 use values::{Point, RejectReason};
 
 use super::frames::Frames;
-use super::tolerances::{AT_PLACE_NOISE, GAP_AT_ENDS, REST_BEFORE};
+use super::tolerances::{AT_PLACE_NOISE, GAP_AT_IMPACT, REST_BEFORE};
 use crate::rejection::Rejection;
 use crate::robust::{mean_near_median, median_point, spread};
 
@@ -98,7 +98,7 @@ pub(super) fn initial(frames: &Frames<'_>, rest: &Rest, first: usize) -> Result<
         - first
             .checked_sub(1)
             .map_or(f64::NEG_INFINITY, |at| frames.frames[at].t);
-    if points.len() < REST_FRAMES || gap > GAP_AT_ENDS * frames.period {
+    if points.len() < REST_FRAMES || gap > GAP_AT_IMPACT * frames.period {
         let detail = format!(
             "{:.1} ms without a frame before first motion, and {} frames in the {INITIAL_TIME} s before; frames come every {:.1} ms",
             1e3 * gap,

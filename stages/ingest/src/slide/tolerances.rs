@@ -7,8 +7,8 @@ pub(super) const SURELY_AWAY: f64 = 0.005;
 pub(super) const SURELY_AWAY_NOISE: f64 = 8.0;
 /// Surely at the place, in noise deviations.
 pub(super) const AT_PLACE_NOISE: f64 = 4.0;
-/// Most that may be missing between two frames, in periods: around impact and rest, and within the slide.
-pub(super) const GAP_AT_ENDS: f64 = 3.5;
-pub(super) const GAP_WITHIN: f64 = 6.5;
+/// Most that may be missing between two frames, in periods: at the impact, whose moment lies between two frames, and later.
+pub(super) const GAP_AT_IMPACT: f64 = 3.5;
+pub(super) const GAP_LATER: f64 = 15.5;
 /// Rest before is looked for in this time before the command rises, in s.
 pub(super) const REST_BEFORE: f64 = 0.5;

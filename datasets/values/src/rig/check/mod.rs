@@ -6,8 +6,8 @@ mod camera;
 mod number;
 mod robot;
 
-use super::{FieldTopic, Object, Rig, RigError, Shape, Topics};
-use crate::Interval;
+use super::{CommandFrame, Fence, FieldTopic, Frames, Object, Rig, RigError, Shape, Topics};
+use crate::{Interval, Point};
 use number::{finite, interval, positive, value};
 
 /// Largest half size, radius or tip in m; a strike moves things that lie on a table.
@@ -22,6 +22,8 @@ const LARGEST_RATE: f64 = 10_000.0;
 const LARGEST_NOISE: f64 = 0.05;
 /// Fastest arm, in m/s.
 const LARGEST_SPEED: f64 = 30.0;
+/// Clocks that differ by more are not those of one session, in s.
+const LARGEST_DELAY: f64 = 3600.0;
 /// Strongest arm, in m/s².
 const LARGEST_ACCELERATION: f64 = 1_000.0;
 
@@ -89,6 +91,8 @@ pub(super) fn check(rig: &Rig) -> Result<(), RigError> {
         "metres, not millimetres?",
     )?;
     robot::check(&rig.robot)?;
+    frames(rig)?;
+    rig.table.fences.iter().try_for_each(fence)?;
     topic("topics.centroid", &rig.topics.centroid)?;
     topic("topics.command", &rig.topics.command)?;
     let Topics {
@@ -163,6 +167,40 @@ fn table(key: &str, bounds: Interval) -> Result<(), RigError> {
         }
     }
     Ok(())
+}
+
+/// An arm's frame is turned by what is stated of its base.
+fn frames(rig: &Rig) -> Result<(), RigError> {
+    let Frames {
+        command,
+        camera_delay,
+        ..
+    } = rig.frames;
+    if camera_delay.is_nan() || camera_delay.abs() > LARGEST_DELAY {
+        let why = "must be the seconds by which the camera's stamps lie behind the arm's (not milliseconds?)";
+        return Err(value("frames.camera_delay", camera_delay, why));
+    }
+    if command == CommandFrame::Base && rig.robot.base_yaw.is_none() {
+        return Err(RigError::MissingKey {
+            key: "robot.base_yaw".into(),
+            mend: "base_yaw = 0.52   # rad, how the base is turned on the table".into(),
+        });
+    }
+    Ok(())
+}
+
+fn fence(fence: &Fence) -> Result<(), RigError> {
+    let ends = [fence.from, fence.to];
+    let is_line = fence.from.distance(fence.to) > 0.0;
+    let is_near = |end: &Point| end.is_finite() && end.norm() <= LARGEST_TABLE;
+    if is_line && ends.iter().all(is_near) {
+        return Ok(());
+    }
+    Err(RigError::Value {
+        key: "table.fences".into(),
+        value: format!("{ends:?}"),
+        why: "must be two ends from = [x, y] and to = [x, y] that differ, in m".into(),
+    })
 }
 
 fn topic(key: &str, topic: &FieldTopic) -> Result<(), RigError> {

@@ -33,6 +33,22 @@ pub(super) fn check(robot: &Robot) -> Result<(), RigError> {
             )?;
         }
     }
+    for (key, number, most, why) in [
+        (
+            "base_yaw",
+            robot.base_yaw,
+            std::f64::consts::PI + 1e-9,
+            "must be an angle in rad, at most half a turn (not degrees?)",
+        ),
+        (
+            "base_height",
+            robot.base_height,
+            FARTHEST,
+            "must be at most 20 m (metres, not millimetres?)",
+        ),
+    ] {
+        within(key, number.unwrap_or(0.0), (-most, most), why)?;
+    }
     for (key, number) in [
         ("keep_out", robot.keep_out),
         ("strike_height", robot.strike_height),
@@ -76,8 +92,14 @@ pub(super) fn check(robot: &Robot) -> Result<(), RigError> {
         (0.0, HEAVIEST),
         "must be a mass in kg (not grams?)",
     )?;
+    let turn = std::f64::consts::PI + 1e-9;
+    within(
+        "base_yaw",
+        robot.base_yaw.unwrap_or(0.0),
+        (-turn, turn),
+        "must be an angle in rad (not degrees?)",
+    )?;
     for angle in robot.tool_orientation.unwrap_or_default() {
-        let turn = std::f64::consts::PI + 1e-9;
         within(
             "tool_orientation",
             angle,
@@ -118,6 +140,8 @@ mod tests {
 
     const PLACED: &str = "acceleration = 5.0
 base = [-0.1, 0.0]
+base_yaw = 0.3
+base_height = -0.02
 keep_out = 0.2
 reach = [0.2, 0.9]
 jerk = 100.0
@@ -179,6 +203,12 @@ radius = 0.05
             ("radius = 0.05", "size = 0.05", "size"),
             ("base = [-0.1, 0.0]", "base = [-100.0, 0.0]", "robot.base"),
             ("jerk = 100.0", "jrek = 100.0", "robot.jerk"),
+            ("base_yaw = 0.3", "base_yaw = 90.0", "robot.base_yaw"),
+            (
+                "base_height = -0.02",
+                "base_height = nan",
+                "robot.base_height",
+            ),
         ] {
             let error = parse(from, to).expect_err(to).to_string();
             assert!(error.contains(said), "{to}: {error}");

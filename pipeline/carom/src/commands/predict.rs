@@ -1,0 +1,136 @@
+//! `carom predict`: the track that a version expects of a strike.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use evaluate::{Candidate, Judge, Model, Predict};
+use serde_json::json;
+use store::Store;
+use values::{Command, Conditions, Point};
+use world::Simulator;
+
+use crate::Error;
+use crate::args::Global;
+use crate::output::Output;
+use crate::publishing::store_error;
+use crate::steps::open;
+
+/// `carom predict`.
+#[derive(Args, Debug)]
+pub struct PredictArgs {
+    /// Folder of a run.
+    #[arg(long, value_name = "DIR", default_value = "artifacts/demo")]
+    pub artifacts: PathBuf,
+    /// Version [default: the latest].
+    #[arg(long, value_name = "VERSION")]
+    pub version: Option<String>,
+    /// Where the object rests, in m.
+    #[arg(long, num_args = 2, value_names = ["X", "Y"], allow_negative_numbers = true)]
+    pub from: Vec<f64>,
+    /// Commanded speed, in m/s.
+    #[arg(long, value_name = "V")]
+    pub speed: f64,
+    /// Commanded angle, in rad from +x.
+    #[arg(long, value_name = "A", allow_negative_numbers = true)]
+    pub angle: f64,
+}
+
+/// Simulates the strike, and has the version's own model say where it stops.
+pub fn run(args: &PredictArgs, global: Global) -> Result<Output, Error> {
+    let artifact = Store::open(&args.artifacts)
+        .load(args.version.as_deref())
+        .map_err(store_error)?;
+    let &[x, y] = &args.from[..] else {
+        return Err(Error::input(
+            "read --from: give X and Y in m, such as --from 0.3 0.0",
+        ));
+    };
+    let initial = Point::new(x, y);
+    if !artifact.rig.table.contains(initial) {
+        return Err(Error::input(format!(
+            "strike from ({x}, {y}): it is off the table of the rig file"
+        )));
+    }
+    let is_speed = args.speed.is_finite() && args.speed > 0.0;
+    if !is_speed || !args.angle.is_finite() {
+        return Err(Error::input(
+            "read --speed and --angle: give a speed above 0 m/s and an angle in rad",
+        ));
+    }
+    let command = Command {
+        speed: args.speed,
+        angle: args.angle,
+    };
+    let name = artifact.manifest.provenance.default_model;
+    // Loading has checked that it is there.
+    let (world, residual) = artifact
+        .model(name)
+        .unwrap_or_else(|| (artifact.sysid.world.clone(), None));
+    let simulator = Simulator::new(&artifact.rig, &world).map_err(Error::failed)?;
+    let simulated = simulator
+        .worker()
+        .strike(initial, command, &Conditions::default())
+        .map_err(Error::input)?;
+    let candidate = Candidate {
+        name: name.to_string(),
+        world,
+        residual: residual.cloned(),
+    };
+    let judge = Judge {
+        strike_id: String::new(),
+        initial,
+        stop: initial,
+        command,
+        conditions: Conditions::default(),
+    };
+    let scratch = tempfile::tempdir().map_err(Error::failed)?;
+    let run = open(
+        scratch.path(),
+        Global {
+            quiet: true,
+            ..global
+        },
+    )?;
+    let model = Model::of(&artifact.rig, &candidate);
+    let predicted = run.items(&Predict, &model, std::slice::from_ref(&judge))?;
+    let stop = predicted.first().and_then(|predicted| predicted.stop);
+    let track = &simulated.track;
+    let mut text = format!("model      {name} of {}\n", artifact.version);
+    match stop {
+        Some(stop) => {
+            text += &format!(
+                "stop       ({:.4}, {:.4}) m, by the model\n",
+                stop.x, stop.y
+            )
+        }
+        None => text += "stop       none: the model's network knows no such strike\n",
+    }
+    text += &format!(
+        "world      rests at ({:.4}, {:.4}) m after {:.2} s\n\n     t/s     x/m     y/m\n",
+        simulated.stop.x, simulated.stop.y, simulated.rest_time
+    );
+    // A line every twentieth of a second.
+    let lines = (simulated.rest_time / LINE).ceil() as u32;
+    for line in 0..=lines {
+        let t = (f64::from(line) * LINE).min(simulated.rest_time);
+        let at = simulated.at(t);
+        text += &format!("{t:8.3}{:8.4}{:8.4}\n", at.x, at.y);
+    }
+    let json = json!({
+        "artifact": artifact.version,
+        "model": name.to_string(),
+        "from": initial,
+        "speed": command.speed,
+        "angle": command.angle,
+        "stop": stop,
+        "world": {
+            "stop": simulated.stop,
+            "rest_time": simulated.rest_time,
+            "track": { "t": track.t, "x": track.x, "y": track.y },
+        },
+    });
+    Ok(Output::done(json, text))
+}
+
+/// Seconds between the lines of a table of the track.
+const LINE: f64 = 0.05;

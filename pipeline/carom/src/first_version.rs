@@ -1,0 +1,277 @@
+//! The gate that a version passes where none is in use that it could be compared with: held-out strikes are predicted better than by the
+//! plainest means, and intervals say something. Where too few strikes are held out to judge it, that is told.
+
+use evaluate::{Candidate, Judge, Predict};
+use serde::{Deserialize, Serialize};
+use stage::Run;
+use values::{Point, Rig, Split, Strike};
+use world::World;
+
+use crate::Error;
+
+/// Fewer held-out strikes judge nothing.
+const LEAST: usize = 8;
+/// A model that comes this near to the noise floor is not refused for being no better than a plain prediction that does so, too: strikes
+/// of one command are predicted by their mean.
+const NEAR_FLOOR: f64 = 1.5;
+const NEAR_PLAIN: f64 = 1.25;
+
+/// What the gate found. Stop errors are means in m over the strikes that every model predicts.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FirstVersion {
+    /// Whether it passes; also where too few strikes are held out to judge it ([`FirstVersion::unjudged`]).
+    pub passed: bool,
+    /// Strikes that fitted nothing: those that judge, and those that only stop the training of a network.
+    pub held_out: usize,
+    /// The model that would be used.
+    pub model: String,
+    /// Its stop error; none where nothing was held out.
+    pub error: Option<f64>,
+    /// That of the plainest prediction from the strikes that learn: the mean displacement by speed and angle.
+    pub plain: Option<f64>,
+    /// That of the nominal world.
+    pub nominal: Option<f64>,
+    /// What repeats of one command scatter by.
+    pub floor: Option<f64>,
+    /// Parameters of the world without a finite interval.
+    pub unbounded: Vec<String>,
+}
+
+/// Judges the model that a version would be used with.
+pub fn judge(
+    run: &Run,
+    rig: &Rig,
+    strikes: &[Strike],
+    fit: Option<&sysid::Fit>,
+    evaluation: Option<&evaluate::Evaluation>,
+    candidate: &Candidate,
+) -> Result<FirstVersion, Error> {
+    let held_out: Vec<&Strike> = strikes
+        .iter()
+        .filter(|strike| strike.split != Split::Train)
+        .collect();
+    let judges: Vec<Judge> = held_out.iter().map(|strike| Judge::from(*strike)).collect();
+    let nominal = Candidate {
+        name: "nominal".into(),
+        world: World::nominal(rig),
+        residual: None,
+    };
+    let mut errors = Vec::new();
+    for candidate in [candidate, &nominal] {
+        let answers = run.items(&Predict, &evaluate::Model::of(rig, candidate), &judges)?;
+        let error = |(judge, answer): (&Judge, &evaluate::Predicted)| {
+            answer.stop.map(|stop| stop.distance(judge.stop))
+        };
+        errors.push(judges.iter().zip(&answers).map(error).collect::<Vec<_>>());
+    }
+    let plain = Plain::of(strikes.iter().filter(|s| s.split == Split::Train));
+    let mut sums = [0.0; 3];
+    let mut count = 0;
+    for (i, strike) in held_out.iter().enumerate() {
+        if let (Some(model), Some(nominal)) = (errors[0][i], errors[1][i]) {
+            sums[0] += model;
+            sums[1] += plain.stop(strike).distance(strike.stop);
+            sums[2] += nominal;
+            count += 1;
+        }
+    }
+    let [error, plain, nominal] = sums.map(|sum| (count > 0).then(|| sum / count as f64));
+    let unbounded = fit.into_iter().flat_map(|fit| {
+        let is_unbounded = |name: &&String| {
+            let estimate = fit.world.parameters.get(*name);
+            let ends = estimate.and_then(|estimate| estimate.low.zip(estimate.high));
+            !ends.is_some_and(|(low, high)| low.is_finite() && high.is_finite())
+        };
+        fit.freed.iter().filter(is_unbounded).cloned()
+    });
+    Ok(FirstVersion {
+        passed: false,
+        held_out: count,
+        model: candidate.name.clone(),
+        error,
+        plain,
+        nominal,
+        floor: evaluation
+            .and_then(|e| e.noise_floor)
+            .map(|floor| floor.mean),
+        unbounded: unbounded.collect(),
+    }
+    .decided())
+}
+
+impl FirstVersion {
+    fn decided(mut self) -> Self {
+        self.passed = self.doubts().is_empty();
+        self
+    }
+
+    /// What to say where too few strikes are held out: the version is then judged by nothing.
+    pub fn unjudged(&self) -> Option<String> {
+        (self.held_out < LEAST).then(|| {
+            format!(
+                "{} strikes are held out, and {LEAST} would judge a first version: record more, 60 at the least and 100 for a good start",
+                self.held_out
+            )
+        })
+    }
+
+    /// Why it does not pass, and what to log next; empty where it passes, and where too few strikes judge.
+    pub fn doubts(&self) -> Vec<String> {
+        let mut doubts = Vec::new();
+        if self.held_out < LEAST {
+            return doubts;
+        }
+        let near_floor = |error: f64| self.floor.is_some_and(|floor| error <= NEAR_FLOOR * floor);
+        for (name, other) in [
+            ("the mean displacement by speed and angle", self.plain),
+            ("the nominal world", self.nominal),
+        ] {
+            let (Some(error), Some(other)) = (self.error, other) else {
+                continue;
+            };
+            let is_alike = error <= NEAR_PLAIN * other && near_floor(error);
+            if error >= other && !is_alike {
+                doubts.push(format!(
+                    "`{}` misses held-out stops by {:.2} cm, and {name} by {:.2} cm: record strikes at more speeds, angles and places, and see `carom check` and the report for what the world lacks",
+                    self.model,
+                    error * 100.0,
+                    other * 100.0
+                ));
+            }
+        }
+        if !self.unbounded.is_empty() {
+            doubts.push(format!(
+                "these strikes do not bound {}: record more, at other speeds and angles",
+                self.unbounded.join(", ")
+            ));
+        }
+        doubts
+    }
+
+    /// For a person.
+    pub fn sentences(&self) -> Vec<String> {
+        if let Some(unjudged) = self.unjudged() {
+            return vec![unjudged];
+        }
+        let doubts = self.doubts();
+        if !doubts.is_empty() {
+            return doubts;
+        }
+        let cm =
+            |error: Option<f64>| error.map_or("unknown".into(), |e| format!("{:.2} cm", e * 100.0));
+        vec![format!(
+            "`{}` misses {} held-out stops by {}, the mean displacement by speed and angle by {}, the nominal world by {}",
+            self.model,
+            self.held_out,
+            cm(self.error),
+            cm(self.plain),
+            cm(self.nominal)
+        )]
+    }
+}
+
+/// Displacement along and across the commanded direction, each a plane over speed and angle.
+struct Plain([[f64; 3]; 2]);
+
+impl Plain {
+    fn of<'a>(strikes: impl Iterator<Item = &'a Strike>) -> Self {
+        let rows: Vec<([f64; 3], Point)> = strikes
+            .map(|s| (terms(s), s.path().rotated(-s.command.angle)))
+            .collect();
+        let fit = |of: fn(Point) -> f64| {
+            let pairs: Vec<([f64; 3], f64)> = rows.iter().map(|(x, y)| (*x, of(*y))).collect();
+            plane(&pairs)
+        };
+        Self([fit(|p| p.x), fit(|p| p.y)])
+    }
+
+    fn stop(&self, strike: &Strike) -> Point {
+        let terms = terms(strike);
+        let [along, across] = self
+            .0
+            .map(|plane| plane.iter().zip(&terms).map(|(a, x)| a * x).sum::<f64>());
+        strike.initial + Point::new(along, across).rotated(strike.command.angle)
+    }
+}
+
+fn terms(strike: &Strike) -> [f64; 3] {
+    [1.0, strike.command.speed, strike.command.angle]
+}
+
+/// Least squares; what does not vary counts for nothing (a small ridge).
+fn plane(rows: &[([f64; 3], f64)]) -> [f64; 3] {
+    const RIDGE: f64 = 1e-6;
+    let mut a = [[0.0; 4]; 3];
+    for (x, y) in rows {
+        for i in 0..3 {
+            for j in 0..3 {
+                a[i][j] += x[i] * x[j];
+            }
+            a[i][3] += x[i] * y;
+        }
+    }
+    let scale = RIDGE * rows.len().max(1) as f64;
+    for (i, row) in a.iter_mut().enumerate() {
+        row[i] += scale;
+    }
+    // Positive definite: elimination needs no pivots.
+    for i in 0..3 {
+        for j in 0..3 {
+            if i != j {
+                let factor = a[j][i] / a[i][i];
+                let pivot = a[i];
+                for (cell, above) in a[j].iter_mut().zip(pivot) {
+                    *cell -= factor * above;
+                }
+            }
+        }
+    }
+    [0, 1, 2].map(|i| a[i][3] / a[i][i])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn gate(held_out: usize, error: f64, plain: f64, nominal: f64) -> FirstVersion {
+        FirstVersion {
+            passed: false,
+            held_out,
+            model: "sysid".into(),
+            error: Some(error),
+            plain: Some(plain),
+            nominal: Some(nominal),
+            floor: Some(0.005),
+            unbounded: Vec::new(),
+        }
+        .decided()
+    }
+
+    #[test]
+    fn models_that_are_no_better_than_plain_means_do_not_pass_and_few_strikes_judge_nothing() {
+        assert!(gate(8, 0.01, 0.03, 0.1).passed);
+        assert!(gate(7, 0.2, 0.03, 0.1).passed && gate(7, 0.2, 0.03, 0.1).unjudged().is_some());
+        assert!(!gate(8, 0.2, 0.03, 0.1).passed);
+        assert!(!gate(20, 0.03, 0.025, 0.1).passed);
+        assert!(!gate(20, 0.02, 0.03, 0.015).passed);
+        // One command over and over: its mean is the best that there is.
+        assert!(gate(20, 0.0052, 0.005, 0.1).passed);
+        let unbounded = FirstVersion {
+            unbounded: vec!["friction".into()],
+            ..gate(20, 0.01, 0.03, 0.1)
+        };
+        assert!(unbounded.doubts()[0].contains("friction"));
+    }
+
+    #[test]
+    fn a_plane_goes_through_its_points_also_where_one_term_stands_still() {
+        let rows: Vec<([f64; 3], f64)> = (0..9)
+            .map(|i| ([1.0, f64::from(i) * 0.1, 0.5], 0.2 + 0.3 * f64::from(i)))
+            .collect();
+        let found = plane(&rows);
+        for (x, y) in &rows {
+            let value: f64 = found.iter().zip(x).map(|(a, x)| a * x).sum();
+            assert!((value - y).abs() < 1e-3, "{value} {y}");
+        }
+    }
+}

@@ -1,0 +1,307 @@
+//! What a check found: what was seen, what it most likely is, and the line of the rig file or the command that mends it.
+
+use check::{Finding, Limit, Severity};
+use serde::Serialize;
+use values::{CommandFrame, RejectReason, Rig};
+
+/// A finding for a person.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Said {
+    /// What was seen, with numbers.
+    pub seen: String,
+    /// What it most likely is.
+    pub likely: String,
+    /// The line of the rig file, or what to do, that mends it.
+    pub mend: String,
+}
+
+impl Said {
+    /// In one sentence.
+    pub fn sentence(&self) -> String {
+        format!("{}: {}; {}", self.seen, self.likely, self.mend)
+    }
+}
+
+/// A heading before the findings of this severity.
+pub fn severity(severity: Severity) -> &'static str {
+    match severity {
+        Severity::Meaningless => "wrong",
+        Severity::Doubtful => "doubtful",
+        Severity::Told => "note",
+    }
+}
+
+/// A finding in words.
+#[expect(clippy::too_many_lines, reason = "a sentence or two for each finding")]
+pub fn say(finding: &Finding, rig: &Rig) -> Said {
+    let said = |seen: String, likely: &str, mend: String| Said {
+        seen,
+        likely: likely.into(),
+        mend,
+    };
+    match finding {
+        Finding::Mirrored {
+            log,
+            strikes,
+            slope,
+            error,
+        } => said(
+            format!(
+                "{}objects leave to the other side than commanded: {strikes} departure headings change by {slope:.2} ± {error:.2} rad for each rad of the command",
+                of(log.as_deref())
+            ),
+            "the camera's picture, or the commands, are mirrored about the x axis",
+            if rig.frames.mirrored {
+                "take out `mirrored = true` under [frames]".into()
+            } else {
+                "state `[frames] mirrored = true`, or negate y where it is tracked".into()
+            },
+        ),
+        Finding::AxesSwapped {
+            log,
+            strikes,
+            slope,
+            error,
+        } => said(
+            format!(
+                "{}objects leave as if x and y were exchanged: {strikes} departure headings change by {slope:.2} ± {error:.2} rad for each rad of the command, about 45°",
+                of(log.as_deref())
+            ),
+            "the tracker's axes are swapped",
+            format!(
+                "exchange the paths: `[topics.centroid] x = \"{}\"  y = \"{}\"`, and give [table] in the same frame",
+                rig.topics.centroid.y, rig.topics.centroid.x
+            ),
+        ),
+        Finding::Turned {
+            log,
+            strikes,
+            by,
+            mirrored,
+            certain,
+        } => {
+            let seen = format!(
+                "{}objects leave {:.0}° to the {} of the commanded direction, in the middle of {strikes} strikes{}",
+                of(log.as_deref()),
+                by.abs().to_degrees(),
+                if *by < 0.0 { "right" } else { "left" },
+                if *mirrored {
+                    ", once one of both is read mirrored"
+                } else {
+                    ""
+                }
+            );
+            let base_yaw = rig
+                .robot
+                .base_yaw
+                .filter(|_| rig.frames.command == CommandFrame::Base);
+            let turn = check::wrapped(base_yaw.unwrap_or(0.0) + by);
+            let mirror = match (*mirrored, rig.frames.mirrored) {
+                (true, false) => "mirrored = true  ",
+                (true, true) => "mirrored = false  ",
+                (false, _) => "",
+            };
+            let mend = if *certain || *mirrored {
+                format!(
+                    "state `[frames] {mirror}command = \"base\"` and `[robot] base_yaw = {turn:.3}`, or log both in the frame `table`"
+                )
+            } else {
+                "check how the arm's base and the camera are turned on the table, and where the tip meets the object".into()
+            };
+            said(
+                seen,
+                "the arm's base, or the camera, is turned about the table",
+                mend,
+            )
+        }
+        Finding::ConstantHeading {
+            log,
+            strikes,
+            angle,
+            spread,
+        } => said(
+            format!(
+                "{}{strikes} commands all point to {:.1}°, and the objects leave in directions that spread by {:.0}°",
+                of(log.as_deref()),
+                angle.to_degrees(),
+                spread.to_degrees()
+            ),
+            "the command is logged in the tool's frame, which turns with the arm",
+            format!(
+                "log it in the frame `table`; or log the measured state ({}) and state `[frames] command = \"tool\"`",
+                rig.topics.state.topic.name
+            ),
+        ),
+        Finding::Unrelated {
+            log,
+            strikes,
+            correlation,
+        } => said(
+            format!(
+                "{}what {strikes} objects do does not follow the commands: their correlation is {correlation:.2}",
+                of(log.as_deref())
+            ),
+            "these are the commands, or the camera, of another robot or another day",
+            format!(
+                "check which topics these logs hold, and `[topics.command] name = \"{}\"` and `[topics.centroid] name = \"{}\"`",
+                rig.topics.command.name, rig.topics.centroid.name
+            ),
+        ),
+        Finding::ClockOffset {
+            log,
+            delay,
+            uncertainty,
+            strikes,
+        } => said(
+            format!(
+                "{log}: objects move {delay:.2} s (± {uncertainty:.2}) {} the commands that strike them, {strikes} times",
+                if *delay < 0.0 { "before" } else { "after" }
+            ),
+            "the camera's clock and the arm's differ",
+            format!(
+                "set both by one clock; or state `[frames] camera_delay = {:.2}`",
+                delay + rig.frames.camera_delay
+            ),
+        ),
+        Finding::ClockDrift { log, rate, drifted } => said(
+            format!(
+                "{log}: the time from command to motion changes by {:.2} ms a minute, {:.0} ms over the log",
+                rate * 60e3,
+                drifted * 1e3
+            ),
+            "the camera's clock and the arm's run at different rates",
+            "set both by one clock (NTP, PTP) while recording".into(),
+        ),
+        Finding::NothingMoves {
+            log,
+            commands,
+            moved,
+            motions,
+        } => said(
+            format!(
+                "{log}: of {commands} commands {moved} are followed by a motion of the object; it moves {motions} times"
+            ),
+            "the arm missed, another object was tracked, or commands and centroids are not of one session",
+            "look at both topics in a viewer, and record anew".into(),
+        ),
+        Finding::Scale {
+            ratio,
+            strikes,
+            topic,
+        } => said(
+            format!(
+                "objects leave at {ratio:.2} times the commanded speed, in the middle of {strikes} strikes; an impact gives 2 at the most"
+            ),
+            "centroids and commands are not in one unit, or the clocks do not run alike",
+            format!("give {topic} in m and the commands in m/s"),
+        ),
+        Finding::OutsideLimits {
+            limit,
+            outside,
+            strikes,
+            low,
+            high,
+        } => {
+            let (key, unit, stated) = match limit {
+                Limit::Speed => ("speed", "m/s", rig.robot.speed),
+                Limit::Angle => ("angle", "rad", rig.robot.angle),
+            };
+            said(
+                format!(
+                    "{outside} of {strikes} commands lie outside `robot.{key}` = [{}, {}] {unit}: they go from {low:.3} to {high:.3}",
+                    stated.low, stated.high
+                ),
+                "these logs are another robot's, or the rig file states the limits of another",
+                format!(
+                    "state what this arm may be commanded: `[robot] {key} = [{low:.2}, {high:.2}]`"
+                ),
+            )
+        }
+        Finding::MostlyRejected {
+            log,
+            rejected,
+            seen,
+            reason,
+            count,
+            detail,
+        } => said(
+            format!(
+                "{log}: {rejected} of {seen} strikes were rejected, {count} as {}, such as: {detail}",
+                reason.name()
+            ),
+            rejected_for(*reason),
+            "`carom run` goes on with the others; rejects.parquet has every one".into(),
+        ),
+        Finding::Noise { measured, stated } => said(
+            format!(
+                "a resting object's centroid scatters by {:.2} mm, and the rig file says {:.2} mm",
+                measured * 1e3,
+                stated * 1e3
+            ),
+            "`camera.noise` was not measured on this rig",
+            format!("state `[camera] noise = {measured:.5}`"),
+        ),
+        Finding::LostFrames { share } => said(
+            format!(
+                "in {:.0} % of the frames the tracker saw nothing",
+                share * 100.0
+            ),
+            "the object is hidden at times, by the arm or the light",
+            "move the camera, or check the colour range (`carom camera tune`)".into(),
+        ),
+        Finding::FewStrikes { strikes } => said(
+            format!("{strikes} strikes began a motion"),
+            "that is enough for a look, and few for a model: 81 % are learnt from, the others judge",
+            "record 100; `carom collect` spreads them over speed, angle and table".into(),
+        ),
+        Finding::OneSpeed { speed } => said(
+            format!("all strikes have nearly one speed, {speed:.2} m/s"),
+            "what depends on speed (drag, friction that weakens, restitution that falls) cannot be told apart",
+            format!(
+                "strike from {} to {} m/s",
+                rig.robot.speed.low, rig.robot.speed.high
+            ),
+        ),
+        Finding::OneAngle { angle } => said(
+            format!("all strikes have nearly one angle, {angle:.2} rad"),
+            "an error of the arm's angle cannot be told from a camera that is turned, nor grain from friction",
+            format!(
+                "strike from {} to {} rad",
+                rig.robot.angle.low, rig.robot.angle.high
+            ),
+        ),
+        Finding::OnePlace { extent } => said(
+            format!("all strikes begin within {:.0} mm", extent * 1e3),
+            "what depends on the place (patches, bowls, a camera's lens) cannot be told apart",
+            "put the object all over the table".into(),
+        ),
+        Finding::NoRepeats => said(
+            "no strike repeats another's command from its place".into(),
+            "the scatter of repeats, which no model can better, is then estimated from neighbours",
+            "repeat three strikes a few times each".into(),
+        ),
+    }
+}
+
+fn of(log: Option<&str>) -> String {
+    log.map_or(String::new(), |log| format!("{log}: "))
+}
+
+fn rejected_for(reason: RejectReason) -> &'static str {
+    match reason {
+        RejectReason::OffTable => {
+            "the table's bounds are in another frame than the centroids, or the axes are swapped"
+        }
+        RejectReason::ClockSkew | RejectReason::ClockBackwards => {
+            "the clocks of camera and arm differ"
+        }
+        RejectReason::NoMotion => "the arm missed, or another object was tracked",
+        RejectReason::NoRestBefore => "objects were struck before they rested half a second",
+        RejectReason::NoRestAfter => "objects were taken away, or logs end, before they rest",
+        RejectReason::FramesMissing | RejectReason::NotFinite => "the tracker loses the object",
+        RejectReason::UnitsImplausible => "a topic is in another unit",
+        RejectReason::Duplicate => "the same recordings were given twice",
+        RejectReason::Truncated => "the files are cut off or damaged",
+        RejectReason::NoPlateau => "commands are logged too seldom, or never hold a speed",
+    }
+}

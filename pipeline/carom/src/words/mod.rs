@@ -1,0 +1,5 @@
+//! Findings in words, once for terminal, report and JSON.
+
+mod check;
+
+pub use check::{say, severity};

@@ -1,0 +1,225 @@
+//! What a check finds, as data.
+
+use ingest::Seen;
+use serde::{Deserialize, Serialize};
+use values::{Reject, RejectReason};
+
+/// A log as it was read.
+#[derive(Clone, Debug)]
+pub struct LogRead<'a> {
+    /// Its name.
+    pub name: &'a str,
+    /// Commands and motions.
+    pub seen: &'a Seen,
+    /// Strikes kept.
+    pub kept: usize,
+    /// Strikes rejected.
+    pub rejects: Vec<&'a Reject>,
+}
+
+/// What a check found.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Check {
+    /// What is wrong, doubtful or worth knowing.
+    pub findings: Vec<Finding>,
+    /// What was measured.
+    pub measured: Measured,
+}
+
+impl Check {
+    /// Whether a model of these logs would be meaningless.
+    pub fn is_meaningless(&self) -> bool {
+        self.findings
+            .iter()
+            .any(|f| f.severity() == Severity::Meaningless)
+    }
+}
+
+/// What was measured of the logs together; none where they do not tell.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Measured {
+    /// Commands with the motion that each began.
+    pub paired: usize,
+    /// Departure heading less commanded angle, in the middle, in rad.
+    pub turn: Option<f64>,
+    /// Launch speed of the object in the commanded speed.
+    pub speed_ratio: Option<f64>,
+    /// Seconds from a command's rise to the object's first motion.
+    pub rise_to_motion: Option<f64>,
+    /// Seconds from the tip's touching the object, by the measured state, to the object's first motion: the delay between both clocks.
+    pub encoder_to_camera: Option<f64>,
+    /// Standard deviation of a resting centroid's coordinate, in m.
+    pub noise_at_rest: Option<f64>,
+    /// Part of the frames in which the tracker saw nothing.
+    pub frames_lost: f64,
+    /// What the strikes cover.
+    pub coverage: Coverage,
+}
+
+/// How grave a finding is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Severity {
+    /// Good to know.
+    Told,
+    /// A model may suffer from it.
+    Doubtful,
+    /// A model would be meaningless.
+    Meaningless,
+}
+
+/// Which limit of the arm.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Limit {
+    /// `robot.speed`, in m/s.
+    Speed,
+    /// `robot.angle`, in rad.
+    Angle,
+}
+
+/// One thing that a check found. Angles in rad, times in s, lengths in m; `log` is none where all logs say it together.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "finding", rename_all = "snake_case")]
+#[expect(
+    missing_docs,
+    reason = "fields are named as the quantities that they are"
+)]
+pub enum Finding {
+    /// Objects leave to the other side than commanded.
+    Mirrored {
+        log: Option<String>,
+        strikes: usize,
+        slope: f64,
+        error: f64,
+    },
+    /// Objects leave as if x and y were exchanged.
+    AxesSwapped {
+        log: Option<String>,
+        strikes: usize,
+        slope: f64,
+        error: f64,
+    },
+    /// Objects leave turned by an angle against the command, `mirrored` besides; `certain` where no effect of an arm could be so large.
+    Turned {
+        log: Option<String>,
+        strikes: usize,
+        by: f64,
+        mirrored: bool,
+        certain: bool,
+    },
+    /// The command has one angle, and objects leave in many: a frame that turns with the arm.
+    ConstantHeading {
+        log: Option<String>,
+        strikes: usize,
+        angle: f64,
+        spread: f64,
+    },
+    /// Neither heading nor speed of the objects follows the commands.
+    Unrelated {
+        log: Option<String>,
+        strikes: usize,
+        correlation: f64,
+    },
+    /// Motions come at a constant time beside their commands that no strike takes.
+    ClockOffset {
+        log: String,
+        delay: f64,
+        uncertainty: f64,
+        strikes: usize,
+    },
+    /// The clocks drift apart, in s a second.
+    ClockDrift {
+        log: String,
+        rate: f64,
+        drifted: f64,
+    },
+    /// After most commands nothing moves.
+    NothingMoves {
+        log: String,
+        commands: usize,
+        moved: usize,
+        motions: usize,
+    },
+    /// Objects leave at speeds that no impact gives.
+    Scale {
+        ratio: f64,
+        strikes: usize,
+        topic: String,
+    },
+    /// Most commands lie outside the limits that the rig file states.
+    OutsideLimits {
+        limit: Limit,
+        outside: usize,
+        strikes: usize,
+        low: f64,
+        high: f64,
+    },
+    /// Most strikes of a log were rejected.
+    MostlyRejected {
+        log: String,
+        rejected: usize,
+        seen: usize,
+        reason: RejectReason,
+        count: usize,
+        detail: String,
+    },
+    /// A resting object is noisier than stated.
+    Noise { measured: f64, stated: f64 },
+    /// Many frames are lost.
+    LostFrames { share: f64 },
+    /// Few strikes.
+    FewStrikes { strikes: usize },
+    /// All at nearly one speed.
+    OneSpeed { speed: f64 },
+    /// All at nearly one angle.
+    OneAngle { angle: f64 },
+    /// All from nearly one place.
+    OnePlace { extent: f64 },
+    /// No command was repeated from one place.
+    NoRepeats,
+}
+
+impl Finding {
+    /// How grave it is.
+    pub fn severity(&self) -> Severity {
+        match self {
+            Self::Mirrored { .. }
+            | Self::AxesSwapped { .. }
+            | Self::Turned { certain: true, .. }
+            | Self::ConstantHeading { .. }
+            | Self::Unrelated { .. }
+            | Self::ClockOffset { .. }
+            | Self::NothingMoves { .. }
+            | Self::Scale { .. }
+            | Self::OutsideLimits { .. } => Severity::Meaningless,
+            Self::Turned { .. }
+            | Self::ClockDrift { .. }
+            | Self::MostlyRejected { .. }
+            | Self::Noise { .. }
+            | Self::LostFrames { .. } => Severity::Doubtful,
+            Self::FewStrikes { .. }
+            | Self::OneSpeed { .. }
+            | Self::OneAngle { .. }
+            | Self::OnePlace { .. }
+            | Self::NoRepeats => Severity::Told,
+        }
+    }
+}
+
+/// Ranges of the strikes, from the least to the greatest.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Coverage {
+    /// Strikes of which the motion was seen.
+    pub strikes: usize,
+    /// Commanded speeds, in m/s.
+    pub speed: [f64; 2],
+    /// Commanded angles, in rad.
+    pub angle: [f64; 2],
+    /// Starts along x, in m.
+    pub x: [f64; 2],
+    /// Starts along y, in m.
+    pub y: [f64; 2],
+    /// Strikes that repeat another.
+    pub repeats: usize,
+}

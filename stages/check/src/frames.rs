@@ -1,0 +1,325 @@
+//! Departure headings beside commanded angles: turns, reflections, a frame that turns with the arm, commands of something else.
+//!
+//! An object leaves a tip in a direction β that grows with the commanded angle α: β = gα, with a gain g that is 1 for a round object
+//! and may be 0.6 for a box. A camera that is mirrored gives g < 0; a base that is turned adds a constant; a command in the tool's
+//! frame has one α for every β; commands of another log have nothing to do with β.
+
+use std::f64::consts::{FRAC_PI_2, PI};
+
+use crate::finding::Finding;
+use crate::pairs::Pair;
+use crate::statistics::{Line, at_most, line, middle, wrapped};
+
+/// Fewer pairs of one log say nothing of it, and fewer of all nothing at all.
+const FEWEST_OF_ONE: usize = 10;
+const FEWEST: usize = 6;
+/// Commanded angles that spread by less than this are one, in rad (standard deviation).
+const ONE_ANGLE: f64 = 0.02;
+/// Those that spread by more than this tell a gain.
+const MANY_ANGLES: f64 = 0.04;
+/// Objects that leave one commanded angle in so wide a spread follow something else: arms and round objects scatter by 0.06, boxes that are
+/// hit off their middle by 0.1.
+const MANY_HEADINGS: f64 = 0.17;
+/// Turned by more, no effect of the library can hold it (a bias of the arm, up to 0.3 rad, with an offset of the tip) …
+const TURNED: f64 = 0.21;
+/// … and by more than this it is told.
+const PERHAPS_TURNED: f64 = 0.1;
+/// Gains of an object's heading over the commanded angle.
+const GAINS: (f64, f64) = (0.5, 1.5);
+/// Two axes are exchanged, or one is reversed, within this, in rad.
+const NEAR: f64 = 0.3;
+/// Standard errors that decide.
+const SURE: f64 = 4.0;
+/// Angles that spread by more than this tell whether there is a gain at all: one below this is none, where it is below the least by so many
+/// standard errors.
+const TELLS_GAIN: f64 = 0.1;
+const LEAST_GAIN: f64 = 0.3;
+const UNSURE: f64 = 2.5;
+/// A correlation of speeds that is surely below this is none; so many strikes and such parts of variation tell.
+const RELATED: f64 = 0.4;
+const FEWEST_SPEEDS: usize = 12;
+const SPEEDS_VARY: f64 = 0.1;
+const LAUNCHES_VARY: f64 = 0.15;
+
+/// Departure heading less commanded angle, in the middle, in rad.
+pub fn turn(pairs: &[Pair]) -> Option<f64> {
+    middle(&turns(pairs, 1.0)).map(|(turn, _)| turn)
+}
+
+fn turns(pairs: &[Pair], sign: f64) -> Vec<f64> {
+    let turn = |pair: &Pair| wrapped(pair.heading() - sign * pair.command.angle);
+    pairs.iter().map(turn).collect()
+}
+
+/// What is wrong with the frames of these pairs: of one log, or of all.
+pub fn findings(pairs: &[Pair], log: Option<&str>) -> Vec<Finding> {
+    let fewest = if log.is_some() { FEWEST_OF_ONE } else { FEWEST };
+    // Slower than any strike, a motion is not the command's.
+    let pairs: Vec<Pair> = pairs
+        .iter()
+        .filter(|pair| pair.motion.velocity.norm() > 0.02 && pair.motion.velocity.is_finite())
+        .copied()
+        .collect();
+    if pairs.len() < fewest {
+        return Vec::new();
+    }
+    let strikes = pairs.len();
+    let log = || log.map(str::to_owned);
+    let angles: Vec<f64> = pairs.iter().map(|pair| pair.command.angle).collect();
+    let Some((centre, _)) = middle(&angles) else {
+        return Vec::new();
+    };
+    let about: Vec<f64> = angles.iter().map(|angle| wrapped(angle - centre)).collect();
+    let spread = (about.iter().map(|a| a * a).sum::<f64>() / strikes as f64).sqrt();
+    let headings: Vec<f64> = pairs.iter().map(Pair::heading).collect();
+    let Some((heading, heading_spread)) = middle(&headings) else {
+        return Vec::new();
+    };
+    if spread < ONE_ANGLE && heading_spread > MANY_HEADINGS {
+        return vec![Finding::ConstantHeading {
+            log: log(),
+            strikes,
+            angle: centre,
+            spread: heading_spread,
+        }];
+    }
+    let points: Vec<(f64, f64)> = about
+        .iter()
+        .zip(&headings)
+        .map(|(about, one)| (*about, wrapped(one - heading)))
+        .collect();
+    let line = line(&points).filter(|_| spread > MANY_ANGLES);
+    let speed = unrelated_speeds(&pairs);
+    let Some(line) = line else {
+        if let Some(line) = speed {
+            return vec![unrelated(log(), strikes, line)];
+        }
+        // With one angle a mirror is a turn.
+        return turned(&log, strikes, heading, centre, None)
+            .into_iter()
+            .collect();
+    };
+    if line.slope + SURE * line.slope_error < 0.0 {
+        return vec![reflected(&pairs, line, log())];
+    }
+    let is_told = spread > TELLS_GAIN && line.slope < LEAST_GAIN;
+    if is_told && line.slope + UNSURE * line.slope_error < GAINS.0 {
+        return vec![unrelated(log(), strikes, line)];
+    }
+    if let Some(line) = speed {
+        return vec![unrelated(log(), strikes, line)];
+    }
+    if line.slope - SURE * line.slope_error <= 0.0 {
+        return Vec::new();
+    }
+    turned(&log, strikes, heading, centre, Some(line))
+        .into_iter()
+        .collect()
+}
+
+fn unrelated(log: Option<String>, strikes: usize, line: Line) -> Finding {
+    Finding::Unrelated {
+        log,
+        strikes,
+        correlation: line.correlation,
+    }
+}
+
+/// The launch speed over the commanded one, where both vary and are surely not related. An arm that delivers one speed whatever is
+/// commanded launches at one speed.
+fn unrelated_speeds(pairs: &[Pair]) -> Option<Line> {
+    let varies = |values: &[f64], part: f64| {
+        let n = values.len() as f64;
+        let mean = values.iter().sum::<f64>() / n;
+        let variance = values.iter().map(|s| (s - mean).powi(2)).sum::<f64>() / n;
+        variance.sqrt() > part * mean
+    };
+    let (speeds, launches): (Vec<f64>, Vec<f64>) = pairs
+        .iter()
+        .map(|pair| (pair.command.speed, pair.motion.velocity.norm()))
+        .unzip();
+    if pairs.len() < FEWEST_SPEEDS
+        || !varies(&speeds, SPEEDS_VARY)
+        || !varies(&launches, LAUNCHES_VARY)
+    {
+        return None;
+    }
+    let points: Vec<(f64, f64)> = speeds.into_iter().zip(launches).collect();
+    line(&points).filter(|line| at_most(line.correlation, points.len(), UNSURE) < RELATED)
+}
+
+fn reflected(pairs: &[Pair], line: Line, log: Option<String>) -> Finding {
+    let strikes = pairs.len();
+    let by = middle(&turns(pairs, -1.0)).map_or(0.0, |(turn, _)| turn);
+    let (slope, error) = (line.slope, line.slope_error);
+    if by.abs() < NEAR {
+        Finding::Mirrored {
+            log,
+            strikes,
+            slope,
+            error,
+        }
+    } else if (by - FRAC_PI_2).abs() < NEAR {
+        Finding::AxesSwapped {
+            log,
+            strikes,
+            slope,
+            error,
+        }
+    } else {
+        // Read mirrored, the headings change their signs: what is then left is the other way about.
+        Finding::Turned {
+            log,
+            strikes,
+            by: wrapped(-by),
+            mirrored: true,
+            certain: true,
+        }
+    }
+}
+
+/// A turn that no gain explains: the heading in the middle beside gains times the commanded angle, and, where angles vary, the heading at
+/// angle zero too.
+fn turned(
+    log: &impl Fn() -> Option<String>,
+    strikes: usize,
+    heading: f64,
+    centre: f64,
+    line: Option<Line>,
+) -> Option<Finding> {
+    let (one, other) = (GAINS.0 * centre, GAINS.1 * centre);
+    let (low, high) = (one.min(other), one.max(other));
+    // About the commanded angle, so that nothing wraps.
+    let turn = wrapped(heading - centre);
+    let beside = if turn > high - centre {
+        turn - (high - centre)
+    } else if turn < low - centre {
+        turn - (low - centre)
+    } else {
+        0.0
+    };
+    let at_zero = line.map(|line| {
+        let constant = wrapped(heading + line.at_zero - line.slope * centre);
+        let error = line.at_zero_error + centre.abs() * line.slope_error;
+        // As much of it as is sure.
+        constant.signum() * (constant.abs() - 2.0 * error).max(0.0)
+    });
+    let sure = match at_zero {
+        Some(at_zero) if at_zero.signum() != beside.signum() && beside.abs() < FRAC_PI_2 => 0.0,
+        Some(at_zero) => beside.abs().min(at_zero.abs()),
+        None => beside.abs(),
+    };
+    (sure > PERHAPS_TURNED).then(|| Finding::Turned {
+        log: log(),
+        strikes,
+        by: if turn.abs() > PI - NEAR { PI } else { turn },
+        mirrored: false,
+        certain: sure > TURNED,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use ingest::{CommandSeen, MotionSeen};
+    use values::Point;
+
+    use super::*;
+
+    /// Forty strikes whose objects leave by this function of the commanded angle, with a scatter of 2°.
+    fn found(angles: (f64, f64), heading: impl Fn(f64, usize) -> f64) -> Vec<Finding> {
+        let pairs: Vec<Pair> = (0..40)
+            .map(|i| {
+                let part = (0.618_034 * i as f64).fract();
+                let angle = angles.0 + (angles.1 - angles.0) * part;
+                let scatter = 0.035 * (5.1 * i as f64).sin();
+                let speed = 0.4 + 0.6 * (0.414 * i as f64).fract();
+                Pair {
+                    command: CommandSeen {
+                        rise: 6.0 * i as f64,
+                        fall: 6.0 * i as f64 + 0.4,
+                        speed,
+                        angle,
+                    },
+                    motion: MotionSeen {
+                        start: 6.0 * i as f64 + 0.2,
+                        from: Point::new(0.3, 0.0),
+                        velocity: Point::polar(1.2 * speed, heading(angle, i) + scatter),
+                    },
+                    lag: 0.2,
+                }
+            })
+            .collect();
+        findings(&pairs, None)
+    }
+
+    #[test]
+    fn frames_that_are_as_stated_are_not_doubted() {
+        for gain in [0.6, 1.0, 1.3] {
+            for bias in [-0.05, 0.0, 0.05] {
+                for angles in [(-0.8, 0.8), (0.2, 0.6), (0.5, 0.5), (-0.6, -0.5)] {
+                    let found = found(angles, |angle, _| gain * angle + bias);
+                    assert_eq!(found, [], "{gain} {bias} {angles:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_mirror_a_swap_and_a_turn_are_told_from_one_another() {
+        let wide = (-0.8, 0.8);
+        assert!(matches!(
+            found(wide, |a, _| -a)[..],
+            [Finding::Mirrored { .. }]
+        ));
+        assert!(matches!(
+            found(wide, |a, _| FRAC_PI_2 - a)[..],
+            [Finding::AxesSwapped { .. }]
+        ));
+        for turn in [0.52, -0.52, 1.57, 3.1, -2.0] {
+            match found(wide, |a, _| a + turn)[..] {
+                [
+                    Finding::Turned {
+                        by,
+                        mirrored: false,
+                        certain: true,
+                        ..
+                    },
+                ] => {
+                    assert!(wrapped(by - turn).abs() < 0.1, "{turn} {by}");
+                }
+                ref other => panic!("{turn}: {other:?}"),
+            }
+        }
+        // x reversed: mirrored, and then turned by half a turn.
+        match found(wide, |a, _| PI - a)[..] {
+            [
+                Finding::Turned {
+                    by,
+                    mirrored: true,
+                    certain: true,
+                    ..
+                },
+            ] => assert!(by.abs() > 3.0),
+            ref other => panic!("{other:?}"),
+        }
+        assert!(matches!(
+            found((0.5, 0.5), |a, _| a - 1.0)[..],
+            [Finding::Turned { certain: true, .. }]
+        ));
+    }
+
+    #[test]
+    fn a_frame_that_turns_with_the_arm_and_commands_of_something_else_are_known() {
+        let other = |i: usize| -0.8 + 1.6 * (0.739 * i as f64 + 0.3).fract();
+        assert!(matches!(
+            found((0.0, 0.0), |_, i| other(i))[..],
+            [Finding::ConstantHeading { .. }]
+        ));
+        let unrelated = found((-0.8, 0.8), |_, i| other(i));
+        // Their speeds follow the commands: headings that do not are enough.
+        assert!(
+            matches!(unrelated[..], [Finding::Unrelated { .. }]),
+            "{unrelated:?}"
+        );
+    }
+}

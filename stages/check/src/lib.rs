@@ -1,0 +1,214 @@
+//! Whether logs mean what the rig file says they mean: frames, clocks, units, limits, coverage, noise, lost frames.
+//!
+//! A model that is fitted to a mirrored camera or to a turned arm is wrong, and may look right. So commands and motions, each as the
+//! log shows them on their own ([`ingest::Seen`]), are held against each other before anything is fitted: which command began which
+//! motion ([`pairs`]), in which direction objects leave beside the commanded one ([`frames`]), and how fast. What is wrong is a
+//! [`Finding`]: data, which the pipeline puts into words. One that makes a model [meaningless](Severity::Meaningless) is published
+//! by nothing; where the rig file states what is so, the logs are read so, and the finding is gone.
+//!
+//! No finding hangs on a fit or on an effect: limits are those of what the library can hold (a bias of the arm up to 0.3 rad, an angle
+//! gain above one half, a launch of at most twice the tip's speed).
+
+mod coverage;
+mod finding;
+mod frames;
+mod pairs;
+mod statistics;
+
+pub use finding::{Check, Coverage, Finding, Limit, LogRead, Measured, Severity};
+
+use values::Rig;
+
+use crate::pairs::{FEWEST, Pair, Pairs};
+use crate::statistics::median;
+pub use crate::statistics::wrapped;
+
+/// Checks logs that were read.
+pub fn check(rig: &Rig, logs: &[LogRead<'_>]) -> Check {
+    let paired: Vec<Pairs> = logs.iter().map(|log| pairs::pairs(log.seen)).collect();
+    let all: Vec<Pair> = paired.iter().flat_map(|of| of.pairs.clone()).collect();
+    let mut findings: Vec<Finding> = Vec::new();
+    findings.extend(frames::findings(&all, None));
+    // One log of another robot among others is not seen in all of them together.
+    if logs.len() > 1
+        && findings
+            .iter()
+            .all(|f| f.severity() != Severity::Meaningless)
+    {
+        for (log, of) in logs.iter().zip(&paired) {
+            let of_log = frames::findings(&of.pairs, Some(log.name));
+            findings.extend(
+                of_log
+                    .into_iter()
+                    .filter(|f| f.severity() == Severity::Meaningless),
+            );
+        }
+    }
+    findings.extend(clocks(logs, &paired));
+    findings.extend(speeds(rig, &all));
+    findings.extend(limits(rig, &all));
+    findings.extend(rejected(logs));
+    findings.extend(noise(rig, logs));
+    let (seen, lost) = logs.iter().fold((0, 0), |(seen, lost), log| {
+        (seen + log.seen.frames, lost + log.seen.lost)
+    });
+    let share = lost as f64 / (seen + lost).max(1) as f64;
+    if share > MOST_LOST {
+        findings.push(Finding::LostFrames { share });
+    }
+    let coverage = Coverage::of(&all);
+    findings.extend(coverage.findings());
+    let noises = logs.iter().filter_map(|log| log.seen.noise_at_rest());
+    let delays = logs.iter().flat_map(|log| log.seen.delays.iter().copied());
+    Check {
+        measured: Measured {
+            paired: all.len(),
+            turn: frames::turn(&all),
+            speed_ratio: median(
+                all.iter()
+                    .filter(|p| p.command.speed > 0.0)
+                    .map(Pair::speed_ratio),
+            ),
+            rise_to_motion: median(all.iter().map(|pair| pair.lag)),
+            encoder_to_camera: median(delays),
+            noise_at_rest: median(noises),
+            frames_lost: share,
+            coverage,
+        },
+        findings,
+    }
+}
+
+/// More frames lost than this part are told.
+const MOST_LOST: f64 = 0.05;
+/// Clocks may drift by so much over a log, in s, before it is told; and by so many standard errors.
+const DRIFT: f64 = 0.1;
+const DRIFT_ERRORS: f64 = 6.0;
+
+fn clocks(logs: &[LogRead<'_>], paired: &[Pairs]) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    for (log, of) in logs.iter().zip(paired) {
+        if let Some(delay) = of.delay {
+            findings.push(Finding::ClockOffset {
+                log: log.name.into(),
+                delay,
+                uncertainty: of.uncertainty,
+                strikes: of.pairs.len(),
+            });
+            continue;
+        }
+        let commands = log.seen.commands.len();
+        if commands >= FEWEST && 4 * of.pairs.len() < commands {
+            findings.push(Finding::NothingMoves {
+                log: log.name.into(),
+                commands,
+                moved: of.pairs.len(),
+                motions: log.seen.motions.len(),
+            });
+        }
+        let points: Vec<(f64, f64)> = of.pairs.iter().map(|p| (p.command.rise, p.lag)).collect();
+        if let Some(line) = statistics::line(&points) {
+            let span = points.iter().map(|p| p.0).fold(f64::NEG_INFINITY, f64::max)
+                - points.iter().map(|p| p.0).fold(f64::INFINITY, f64::min);
+            let drifted = line.slope * span;
+            if drifted.abs() > DRIFT && line.slope.abs() > DRIFT_ERRORS * line.slope_error {
+                findings.push(Finding::ClockDrift {
+                    log: log.name.into(),
+                    rate: line.slope,
+                    drifted,
+                });
+            }
+        }
+    }
+    findings
+}
+
+/// No impact launches an object faster than this many times the tip: (1 + e)·M/(M + m) is at most 2, and the first frames are noisy.
+const FASTEST: f64 = 2.3;
+/// Nor does one that counts launch it slower than this.
+const SLOWEST: f64 = 0.08;
+
+/// Whether positions and commands are in one unit.
+fn speeds(rig: &Rig, pairs: &[Pair]) -> Option<Finding> {
+    let ratio = median(pairs.iter().map(Pair::speed_ratio))?;
+    let is_possible = (SLOWEST..FASTEST).contains(&ratio);
+    (pairs.len() >= FEWEST && !is_possible).then(|| Finding::Scale {
+        ratio,
+        strikes: pairs.len(),
+        topic: rig.topics.centroid.name.clone(),
+    })
+}
+
+/// Whether most commands lie outside what the rig file says that this arm may be commanded.
+fn limits(rig: &Rig, pairs: &[Pair]) -> Vec<Finding> {
+    let of = |limit: Limit, value: fn(&Pair) -> f64, low: f64, high: f64, slack: f64| {
+        let values: Vec<f64> = pairs.iter().map(value).collect();
+        let is_outside = |value: &&f64| !(low - slack..=high + slack).contains(*value);
+        let outside = values.iter().filter(is_outside).count();
+        let (least, most) = values
+            .iter()
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), v| {
+                (least.min(*v), most.max(*v))
+            });
+        (pairs.len() >= FEWEST && 2 * outside > pairs.len()).then_some(Finding::OutsideLimits {
+            limit,
+            outside,
+            strikes: pairs.len(),
+            low: least,
+            high: most,
+        })
+    };
+    let (speed, angle) = (rig.robot.speed, rig.robot.angle);
+    [
+        of(
+            Limit::Speed,
+            |p| p.command.speed,
+            speed.low,
+            speed.high,
+            0.05 * speed.high,
+        ),
+        of(
+            Limit::Angle,
+            |p| p.command.angle,
+            angle.low,
+            angle.high,
+            0.02,
+        ),
+    ]
+    .into_iter()
+    .flatten()
+    .collect()
+}
+
+/// Logs of which most strikes were not kept, each with the reason that most were rejected for.
+fn rejected(logs: &[LogRead<'_>]) -> Vec<Finding> {
+    let mostly = logs.iter().filter_map(|log| {
+        let seen = log.kept + log.rejects.len();
+        if seen < FEWEST || 2 * log.rejects.len() <= seen {
+            return None;
+        }
+        let count = |reason| log.rejects.iter().filter(|r| r.reason == reason).count();
+        let most = log
+            .rejects
+            .iter()
+            .max_by_key(|reject| count(reject.reason))?;
+        Some(Finding::MostlyRejected {
+            log: log.name.into(),
+            rejected: log.rejects.len(),
+            seen,
+            reason: most.reason,
+            count: count(most.reason),
+            detail: most.detail.clone(),
+        })
+    });
+    mostly.collect()
+}
+
+/// The camera's noise at rest beside the rig file's.
+fn noise(rig: &Rig, logs: &[LogRead<'_>]) -> Option<Finding> {
+    /// By so many times another noise is told.
+    const OTHER: f64 = 3.0;
+    let measured = median(logs.iter().filter_map(|log| log.seen.noise_at_rest()))?;
+    let stated = rig.camera.noise;
+    (measured > OTHER * stated).then_some(Finding::Noise { measured, stated })
+}

@@ -1,0 +1,146 @@
+//! Which command began which motion, and whether both clocks agree on it.
+
+use ingest::{CommandSeen, MotionSeen, Seen};
+
+use crate::statistics::{median, middle, wrapped};
+
+/// Fewer strikes say nothing of a whole log.
+pub const FEWEST: usize = 6;
+/// A motion begins between these times in s, after its command's rise and after its fall.
+const FROM_RISE: f64 = -0.05;
+const AFTER_FALL: f64 = 0.5;
+/// Clocks are compared over this time, in s.
+const FARTHEST: f64 = 60.0;
+/// Delays from command to motion vary by no more than this over a log, in s.
+const WINDOW: f64 = 0.6;
+
+/// A command and the motion that it began.
+#[derive(Clone, Copy, Debug)]
+pub struct Pair {
+    pub command: CommandSeen,
+    pub motion: MotionSeen,
+    /// Seconds from the command's rise to the motion, by the clocks as they are.
+    pub lag: f64,
+}
+
+impl Pair {
+    /// Departure heading, in rad.
+    pub fn heading(&self) -> f64 {
+        self.motion.velocity.bearing()
+    }
+
+    /// Launch speed in the commanded speed.
+    pub fn speed_ratio(&self) -> f64 {
+        self.motion.velocity.norm() / self.command.speed
+    }
+}
+
+/// The pairs of a log.
+#[derive(Clone, Debug, Default)]
+pub struct Pairs {
+    pub pairs: Vec<Pair>,
+    /// Seconds by which the camera's stamps lie behind the arm's, where no strike would take so long, and how far that may be off.
+    pub delay: Option<f64>,
+    pub uncertainty: f64,
+}
+
+/// Pairs by the clocks as they are; where at least twice as many come at another delay, by that one.
+pub fn pairs(seen: &Seen) -> Pairs {
+    let plain = matched(seen, 0.0, |command| {
+        (command.rise + FROM_RISE, command.fall + AFTER_FALL)
+    });
+    let least = seen
+        .commands
+        .len()
+        .min(seen.motions.len())
+        .div_ceil(2)
+        .max(FEWEST);
+    let shifted = best_shift(seen)
+        .map(|shift| {
+            matched(seen, shift, |c| {
+                (c.rise - 0.5 * WINDOW, c.rise + 0.5 * WINDOW)
+            })
+        })
+        .filter(|shifted| shifted.len() >= least && shifted.len() > 2 * plain.len());
+    let Some(shifted) = shifted else {
+        return Pairs {
+            pairs: plain,
+            ..Pairs::default()
+        };
+    };
+    let lag = median(shifted.iter().map(|pair| pair.lag)).unwrap_or(0.0);
+    let lasts = median(shifted.iter().map(|p| p.command.fall - p.command.rise)).unwrap_or(0.0);
+    let round = |seconds: f64| (seconds * 100.0).round() / 100.0;
+    Pairs {
+        pairs: shifted,
+        delay: Some(round(lag - 0.5 * lasts)),
+        uncertainty: round(0.5 * lasts),
+    }
+}
+
+/// Commands with the first motion in the time that each allows, `shift` later; a motion belongs to one command.
+fn matched(seen: &Seen, shift: f64, time: impl Fn(&CommandSeen) -> (f64, f64)) -> Vec<Pair> {
+    let mut from = 0;
+    let mut pairs = Vec::new();
+    for command in &seen.commands {
+        let (first, last) = time(command);
+        let place = seen
+            .motions
+            .partition_point(|m| m.start < first + shift)
+            .max(from);
+        if let Some(motion) = seen.motions.get(place).filter(|m| m.start <= last + shift) {
+            from = place + 1;
+            pairs.push(Pair {
+                command: *command,
+                motion: *motion,
+                lag: motion.start - command.rise,
+            });
+        }
+    }
+    pairs
+}
+
+/// The delay at which most motions follow their commands. Strikes that come as regularly as a clock fit at several: then the one at which
+/// objects leave as commanded, else the smallest.
+fn best_shift(seen: &Seen) -> Option<f64> {
+    let mut lags: Vec<f64> = Vec::new();
+    for command in &seen.commands {
+        let first = seen
+            .motions
+            .partition_point(|m| m.start < command.rise - FARTHEST);
+        let near = seen.motions[first..].iter().map(|m| m.start - command.rise);
+        lags.extend(near.take_while(|lag| *lag <= FARTHEST));
+    }
+    lags.sort_by(f64::total_cmp);
+    let count = |from: usize| lags.partition_point(|lag| *lag <= lags[from] + WINDOW) - from;
+    let counts: Vec<usize> = (0..lags.len()).map(count).collect();
+    let most = *counts.iter().max()?;
+    let mut candidates: Vec<f64> = Vec::new();
+    for (from, count) in counts.iter().enumerate() {
+        if 10 * count >= 9 * most {
+            let within = &lags[from..from + count];
+            let shift = within[within.len() / 2];
+            if candidates.last().is_none_or(|last| shift - last > WINDOW) {
+                candidates.push(shift);
+            }
+        }
+    }
+    let disorder = |shift: f64| {
+        let pairs = matched(seen, shift, |c| {
+            (c.rise - 0.5 * WINDOW, c.rise + 0.5 * WINDOW)
+        });
+        let spread = |sign: f64| {
+            let turns = pairs
+                .iter()
+                .map(|p| wrapped(p.heading() - sign * p.command.angle));
+            middle(&turns.collect::<Vec<f64>>()).map_or(f64::INFINITY, |(_, spread)| spread)
+        };
+        spread(1.0).min(spread(-1.0))
+    };
+    // Alike to a degree, they are equally good.
+    let rank = |shift: f64| ((disorder(shift) / 0.02).round(), shift.abs());
+    candidates.into_iter().min_by(|a, b| {
+        let (a, b) = (rank(*a), rank(*b));
+        a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1))
+    })
+}

@@ -1,0 +1,154 @@
+//! Mistakes are found by what they are, and logs that are as they should be are not doubted.
+
+#[path = "support/mistakes.rs"]
+mod mistakes;
+
+use check::{Check, Finding, LogRead, Severity, check};
+use ingest::{Ingest, LogOutcome, ingest_log};
+use mistakes::{Lab, MISTAKES, labs, narrow};
+use values::{CommandFrame, Shape};
+
+fn checked(lab: &Lab) -> (Check, usize) {
+    let folder = tempfile::tempdir().expect("a folder");
+    let read: Vec<LogOutcome> = lab
+        .write(folder.path())
+        .iter()
+        .map(|log| ingest_log(log, &lab.rig, &Ingest::default()).expect("reads"))
+        .collect();
+    let kept = read.iter().map(|outcome| outcome.strikes.len()).sum();
+    let logs: Vec<LogRead<'_>> = read
+        .iter()
+        .map(|outcome| LogRead {
+            name: &outcome.log,
+            seen: &outcome.seen,
+            kept: outcome.strikes.len(),
+            rejects: outcome.rejects.iter().collect(),
+        })
+        .collect();
+    (check(&lab.rig, &logs), kept)
+}
+
+fn wrong(check: &Check) -> Vec<&Finding> {
+    check
+        .findings
+        .iter()
+        .filter(|f| f.severity() == Severity::Meaningless)
+        .collect()
+}
+
+/// Mistakes whose logs may look like those of an arm that scatters: not found in every lab. The first version's gate is what is left.
+const NOT_ALWAYS: [&str; 2] = [
+    "the camera is another session's",
+    "commands belong to other strikes",
+];
+
+#[test]
+fn mistakes_are_found_in_every_lab_and_none_where_there_is_none() {
+    let (mut missed, mut doubted) = (Vec::new(), Vec::new());
+    for (name, lab) in labs(40, 5000) {
+        let (clean, _) = checked(&lab);
+        // The demo's arm strikes 9° beside its commands: that is doubted, and no reason to refuse.
+        let is_wrong = |f: &&Finding| {
+            f.severity() == Severity::Meaningless
+                || f.severity() > Severity::Told && !matches!(f, Finding::Turned { .. })
+        };
+        if clean.findings.iter().any(|f| is_wrong(&f)) {
+            doubted.push(format!("{name}: {:?}", clean.findings));
+        }
+        for mistake in MISTAKES.iter().filter(|m| !NOT_ALWAYS.contains(m)) {
+            let (found, _) = checked(&lab.clone().mistaken(mistake));
+            println!("{name}, {mistake}: {:?}", wrong(&found).first());
+            if !found.is_meaningless() {
+                missed.push(format!(
+                    "{name}, {mistake}: {:?} {:?}",
+                    found.findings, found.measured
+                ));
+            }
+        }
+    }
+    assert_eq!(doubted, Vec::<String>::new());
+    assert_eq!(missed, Vec::<String>::new());
+}
+
+#[test]
+fn narrow_designs_are_not_doubted() {
+    for design in 1..=4 {
+        for (shape, hide) in [
+            (Shape::Cylinder, "demo"),
+            (Shape::Box, "demo"),
+            (Shape::Cylinder, "striker_angle_bias=-0.0524"),
+            (Shape::Cylinder, "table_tilt=0.02,-0.015"),
+        ] {
+            let lab = mistakes::lab(shape, 40, 5100 + design as u64, &[hide], narrow(design, 40));
+            let (found, kept) = checked(&lab);
+            assert_eq!(
+                wrong(&found),
+                Vec::<&Finding>::new(),
+                "{design} {shape:?} {hide}: {:?}",
+                found.measured
+            );
+            assert!(kept >= 38, "{kept}");
+        }
+    }
+}
+
+#[test]
+fn where_the_rig_file_states_what_is_so_the_logs_are_read_so() {
+    let lab = || mistakes::lab(Shape::Cylinder, 40, 5200, &["demo"], None);
+    let (_, all) = checked(&lab());
+    for mistake in [
+        "the camera's y axis is mirrored",
+        "the arm's base is turned by 30°",
+        "the camera is 3 s late",
+        "the camera is 2 s early",
+    ] {
+        let mut lab = lab().mistaken(mistake);
+        let (found, _) = checked(&lab);
+        match *wrong(&found)[0] {
+            Finding::Mirrored { .. } => lab.rig.frames.mirrored = true,
+            Finding::Turned {
+                by,
+                mirrored: false,
+                certain: true,
+                ..
+            } => {
+                lab.rig.frames.command = CommandFrame::Base;
+                lab.rig.robot.base_yaw = Some(by);
+            }
+            Finding::ClockOffset { delay, .. } => lab.rig.frames.camera_delay = delay,
+            ref other => panic!("{mistake}: {other:?}"),
+        }
+        let (mended, kept) = checked(&lab);
+        assert_eq!(wrong(&mended), Vec::<&Finding>::new(), "{mistake}");
+        assert!(kept + 2 >= all, "{mistake}: {kept} of {all}");
+    }
+}
+
+#[test]
+fn the_real_strikes_are_not_doubted() {
+    let folder =
+        std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/kuka-strikes");
+    if !folder.is_dir() {
+        return eprintln!("skipped: the real strikes are not at {}", folder.display());
+    }
+    let rig = values::Rig::load(&folder.join("rig.toml")).expect("a rig file");
+    let read: Vec<LogOutcome> = ["session_a.mcap", "session_a2.mcap", "session_b.mcap"]
+        .iter()
+        .map(|log| {
+            ingest_log(&folder.join("logs").join(log), &rig, &Ingest::default()).expect("reads")
+        })
+        .collect();
+    let logs: Vec<LogRead<'_>> = read
+        .iter()
+        .map(|outcome| LogRead {
+            name: &outcome.log,
+            seen: &outcome.seen,
+            kept: outcome.strikes.len(),
+            rejects: outcome.rejects.iter().collect(),
+        })
+        .collect();
+    let found = check(&rig, &logs);
+    println!("{:?} {:?}", found.measured, found.findings);
+    assert_eq!(wrong(&found), Vec::<&Finding>::new());
+    assert_eq!(found.measured.paired, 50);
+}

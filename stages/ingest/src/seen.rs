@@ -1,0 +1,249 @@
+//! What a log shows of commands and of motions, each on its own, before one is judged by the other: what a check of frames and clocks
+//! needs, whatever became of the strikes.
+
+use std::collections::VecDeque;
+
+use logs::Sample;
+use serde::{Deserialize, Serialize};
+use values::{Point, Rig};
+
+use crate::episode::{Episode, is_finite, speed};
+use crate::plateau::plateau;
+use crate::robust::{median, median_point, spread};
+use crate::time::{seconds, since};
+
+/// Commands and motions of one log, each in order of time; times are in s on the log's clocks, as it is read.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Seen {
+    /// Rises and falls of the command.
+    pub commands: Vec<CommandSeen>,
+    /// Motions of the object, from rest.
+    pub motions: Vec<MotionSeen>,
+    /// Frames in which the object was seen.
+    pub frames: u64,
+    /// Frames in which it was not: without numbers, or at zero, as trackers write that see nothing.
+    pub lost: u64,
+    /// Standard deviation of a resting centroid's coordinate, in m, one a rest.
+    pub noise: Vec<f64>,
+    /// Seconds from the tip's touching the object, by its measured place, to the object's first motion, one a strike.
+    pub delays: Vec<f64>,
+}
+
+/// One rise and fall of the command.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CommandSeen {
+    /// When it left rest.
+    pub rise: f64,
+    /// When it was at rest again.
+    pub fall: f64,
+    /// Speed of its plateau, in m/s; its highest where it holds none.
+    pub speed: f64,
+    /// Direction, in rad.
+    pub angle: f64,
+}
+
+/// One motion of the object.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MotionSeen {
+    /// When the object was first seen away from its rest.
+    pub start: f64,
+    /// Where it rested, in m.
+    pub from: Point,
+    /// Its velocity in the first tenth of a second, in m/s.
+    pub velocity: Point,
+}
+
+impl CommandSeen {
+    /// None for a blip, and for one that is cut or not finite.
+    pub(crate) fn of(episode: &Episode, rig: &Rig) -> Option<Self> {
+        let finite: Vec<&Sample> = episode.commands.iter().filter(|c| is_finite(c)).collect();
+        if episode.is_blip() || finite.is_empty() {
+            return None;
+        }
+        let sum = finite.iter().fold(Point::default(), |sum, command| {
+            sum + Point::new(command.x, command.y)
+        });
+        let known = plateau(&episode.commands, rig).ok();
+        let highest = finite.iter().map(|c| speed(c)).fold(0.0, f64::max);
+        Some(Self {
+            rise: seconds(episode.start()),
+            fall: seconds(episode.end()),
+            speed: known.map_or(highest, |command| command.speed),
+            angle: known.map_or(sum.bearing(), |command| command.angle),
+        })
+    }
+}
+
+/// Frames that come faster are thinned out, in s.
+const INTERVAL: f64 = 0.003;
+/// An object that lies still this long rests, in s.
+const REST: f64 = 0.25;
+/// Fewer frames show no rest.
+const REST_FRAMES: usize = 5;
+/// Within this of one place it lies still, in m and in deviations of the camera's noise.
+const STILL: f64 = 0.002;
+const STILL_NOISE: f64 = 4.0;
+/// Surely away from a rest, in m and in deviations; in so many frames.
+const AWAY: f64 = 0.005;
+const AWAY_NOISE: f64 = 8.0;
+const AWAY_FRAMES: usize = 4;
+/// A launch is seen over this time, in s, or over as many frames.
+const LAUNCH: f64 = 0.1;
+const LAUNCH_FRAMES: usize = 4;
+
+/// Finds motions in a stream of centroids.
+pub(crate) struct Watch {
+    noise: f64,
+    /// The frames of the last rest time.
+    recent: VecDeque<(i64, Point)>,
+    state: State,
+    last: Option<i64>,
+}
+
+enum State {
+    Unknown,
+    Rests(Point),
+    /// Frames since it left a rest.
+    Leaves(Point, Vec<(i64, Point)>),
+    Moves,
+}
+
+impl Watch {
+    pub(crate) fn new(rig: &Rig) -> Self {
+        Self {
+            noise: rig.camera.noise,
+            recent: VecDeque::new(),
+            state: State::Unknown,
+            last: None,
+        }
+    }
+
+    /// Takes a finite centroid, in order of stamps.
+    pub(crate) fn take(&mut self, sample: &Sample, seen: &mut Seen) {
+        let (stamp, point) = (sample.stamp, Point::new(sample.x, sample.y));
+        if self.last.is_some_and(|last| since(last, stamp) < INTERVAL) {
+            return;
+        }
+        self.last = Some(stamp);
+        self.recent.push_back((stamp, point));
+        while self
+            .recent
+            .front()
+            .is_some_and(|(first, _)| since(*first, stamp) > REST)
+        {
+            self.recent.pop_front();
+        }
+        let away = AWAY.max(AWAY_NOISE * self.noise);
+        self.state = match std::mem::replace(&mut self.state, State::Unknown) {
+            State::Rests(place) if point.distance(place) > away => {
+                State::Leaves(place, vec![(stamp, point)])
+            }
+            // Trackers wander slowly: the place follows.
+            State::Rests(place) => State::Rests(place + (point - place) * 0.05),
+            State::Leaves(place, _) if point.distance(place) <= away => State::Rests(place),
+            State::Leaves(place, mut frames) => {
+                frames.push((stamp, point));
+                let is_launched = frames.len() >= AWAY_FRAMES.max(LAUNCH_FRAMES)
+                    && since(frames[0].0, stamp) >= LAUNCH;
+                if is_launched {
+                    seen.motions.push(MotionSeen {
+                        start: seconds(frames[0].0),
+                        from: place,
+                        velocity: velocity(&frames),
+                    });
+                    State::Moves
+                } else {
+                    State::Leaves(place, frames)
+                }
+            }
+            moving @ (State::Unknown | State::Moves) => match self.rest() {
+                Some((place, noise)) => {
+                    seen.noise.push(noise);
+                    State::Rests(place)
+                }
+                None => moving,
+            },
+        };
+    }
+
+    /// Where the last frames lie still, and their noise.
+    fn rest(&self) -> Option<(Point, f64)> {
+        let (first, last) = (self.recent.front()?, self.recent.back()?);
+        if self.recent.len() < REST_FRAMES || since(first.0, last.0) < 0.8 * REST {
+            return None;
+        }
+        let reach = STILL + STILL_NOISE * self.noise;
+        // The last frame alone tells a moving object at once.
+        if first.1.distance(last.1) > reach {
+            return None;
+        }
+        let points: Vec<Point> = self.recent.iter().map(|(_, point)| *point).collect();
+        let middle = median_point(&points);
+        let near = points
+            .iter()
+            .filter(|p| p.distance(middle) <= reach)
+            .count();
+        let half = points.len() / 2;
+        let drift = median_point(&points[..half]).distance(median_point(&points[half..]));
+        (5 * near >= 4 * points.len() && drift <= STILL).then(|| (middle, spread(&points)))
+    }
+}
+
+/// The slope of lines through frames.
+fn velocity(frames: &[(i64, Point)]) -> Point {
+    let n = frames.len() as f64;
+    let at = |frame: &(i64, Point)| since(frames[0].0, frame.0);
+    let mean_t = frames.iter().map(at).sum::<f64>() / n;
+    let mean = frames.iter().fold(Point::default(), |sum, f| sum + f.1) * (1.0 / n);
+    let (slope, square) = frames
+        .iter()
+        .fold((Point::default(), 0.0), |(slope, square), frame| {
+            let t = at(frame) - mean_t;
+            (slope + (frame.1 - mean) * t, square + t * t)
+        });
+    slope * (1.0 / square)
+}
+
+impl Seen {
+    /// The middle noise at rest, in m.
+    pub fn noise_at_rest(&self) -> Option<f64> {
+        let noise = median(self.noise.iter().copied());
+        noise.is_finite().then_some(noise)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use values::Shape;
+
+    use super::*;
+
+    #[test]
+    fn a_motion_is_seen_with_its_launch_and_rests_are_not() {
+        let rig = Rig::demo(Shape::Cylinder);
+        let (mut watch, mut seen) = (Watch::new(&rig), Seen::default());
+        for i in 0..300_i64 {
+            let t = i as f64 / 60.0;
+            let gone = |start: f64| {
+                let t = (t - start).clamp(0.0, 0.4);
+                0.8 * t - t * t
+            };
+            let wobble = 0.0003 * (i as f64 * 2.3).sin();
+            watch.take(
+                &Sample {
+                    stamp: (t * 1e9) as i64,
+                    x: 0.3 + gone(1.0) + wobble,
+                    y: gone(3.0) - wobble,
+                },
+                &mut seen,
+            );
+        }
+        let [along, aside] = &seen.motions[..] else {
+            panic!("{seen:?}");
+        };
+        assert!((along.start - 1.0).abs() < 0.05 && (aside.start - 3.0).abs() < 0.05);
+        assert!(along.velocity.bearing().abs() < 0.05);
+        assert!((aside.velocity.bearing() - 1.571).abs() < 0.05);
+        assert!((0.6..0.8).contains(&along.velocity.norm()), "{along:?}");
+    }
+}
