@@ -6,6 +6,7 @@ Usage: collect.py ARM_EMULATOR CAROM FOLDER
 import json
 import math
 import pathlib
+import resource
 import shutil
 import signal
 import socket
@@ -84,10 +85,21 @@ def main():
             command + ["--strikes", str(strikes)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
         )
 
-    arm = subprocess.Popen([emulator, HOST, folder / "demo/truth.json"], stdout=subprocess.PIPE, text=True)
-    try:
+    def listen():
+        arm = subprocess.Popen([emulator, HOST, folder / "demo/truth.json"], stdout=subprocess.PIPE, text=True)
         assert "listens" in arm.stdout.readline()
+        return arm
+
+    arm = listen()
+    try:
         reports = Reports()
+        full = subprocess.run(
+            command + ["--strikes", "1"],
+            capture_output=True,
+            text=True,
+            preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (1 << 20, 1 << 20)),
+        )
+        assert full.returncode == 1 and "room" in full.stderr, full
         refused = subprocess.run(unsigned + ["--strikes", "1"], capture_output=True, text=True)
         assert refused.returncode == 4 and "key" in refused.stderr, refused
         first = start(14)
@@ -111,21 +123,39 @@ def main():
             assert "signal" in printed, printed
             assert reports.speed == 0.0
             print(f"{name.name} in the middle of a strike: stopped {stopped * 1e3:.0f} ms after it, exit code 1")
+        # Arm and camera die together: what a person must do is said before anything is waited for.
+        program = start(14)
+        reports.wait_for_strike(program)
+        arm.kill()
+        died = time.time()
+        for line in program.stderr:
+            if "emergency stop" in line:
+                break
+        said = time.time() - died
+        assert said < 1.0, f"the emergency stop was asked for {said:.1f} s late"
+        program.communicate(timeout=60)
+        assert program.returncode == 1, program.returncode
+        print(f"arm and camera dead in the middle of a strike: the emergency stop asked for after {said * 1e3:.0f} ms")
+        arm.wait()
+        arm = listen()
+        reports = Reports()
         # Nobody can stop an arm after kill -9: its controller ends the line that it was sent.
         program = start(14)
         reports.wait_for_strike(program)
         program.kill()
         program.wait()
-        # Until the object rests and the hand has put it back: whoever moves it before the arm strikes ends the program, too.
-        time.sleep(8)
-        assert reports.speed == 0.0
+        begun = time.time()
+        while reports.speed > 0.0:
+            assert time.time() - begun < 8.0, "the arm goes on"
+            time.sleep(0.01)
+        # No log has this strike: where the object rests first it is not struck, until the hand has put it elsewhere.
         program = start(14)
         out, printed = program.communicate(timeout=300)
         assert program.returncode in (0, 3), (program.returncode, printed)
         done = json.loads(out)
         assert done["strikes"] == 14 and pathlib.Path(done["session"]).exists(), done
         assert [path.name for path in logs.glob("*.mcap")] == ["session_000001.mcap"]
-        print(f"after six signals the same command went on: {done}")
+        print(f"after all of these the same command went on: {done}")
     finally:
         arm.send_signal(signal.SIGINT)
         print(arm.communicate(timeout=10)[0].strip())

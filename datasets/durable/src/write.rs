@@ -137,9 +137,10 @@ pub fn sync_dir(path: &Path) -> Result<(), Error> {
         .map_err(|source| Error::new("sync the folder", path, source))
 }
 
-/// Removes what a killed writer left aside in a folder and the folders below it.
-pub fn sweep(dir: &Path) -> Result<(), Error> {
+/// Removes what a killed writer left aside in a folder and the folders below it. Gives how many files and folders it removed.
+pub fn sweep(dir: &Path) -> Result<usize, Error> {
     let failed = |source| Error::new("sweep", dir, source);
+    let mut removed = 0;
     for entry in fs::read_dir(dir).map_err(failed)? {
         let entry = entry.map_err(failed)?;
         let path = entry.path();
@@ -148,11 +149,15 @@ pub fn sweep(dir: &Path) -> Result<(), Error> {
         match (is_partial(&path), is_dir) {
             (true, true) => remove_dir(&path)?,
             (true, false) => fs::remove_file(&path).map_err(failed)?,
-            (false, true) => sweep(&path)?,
-            (false, false) => {}
+            (false, true) => {
+                removed += sweep(&path)?;
+                continue;
+            }
+            (false, false) => continue,
         }
+        removed += 1;
     }
-    Ok(())
+    Ok(removed)
 }
 
 /// Whether a path is a file or folder written aside.
@@ -199,7 +204,7 @@ mod tests {
             olds >= 4,
             "create, write, sync and rename were each stopped"
         );
-        sweep(dir.path()).expect("sweeps");
+        assert_eq!(sweep(dir.path()).expect("sweeps"), 1);
         assert_eq!(fs::read_dir(dir.path()).expect("folder").count(), 1);
     }
 

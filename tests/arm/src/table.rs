@@ -68,6 +68,11 @@ impl Table {
         self.since = Instant::now() + IN_HAND;
     }
 
+    /// A hand covers the camera for so long.
+    pub fn cover(&mut self, time: Duration) {
+        self.since = Instant::now() + time;
+    }
+
     /// Where it lies or slides now, in m.
     pub fn place(&self, now: Instant) -> Point {
         match &self.struck {

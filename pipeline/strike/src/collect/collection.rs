@@ -12,6 +12,7 @@ use values::{Command, Point, Rig};
 
 use super::error::CollectError;
 use super::request::StrikeRequest;
+use super::station::LastStop;
 use crate::CommandPlanner;
 use crate::log::LogError;
 
@@ -43,6 +44,7 @@ pub(super) struct Collection {
     folder: PathBuf,
     made: Vec<CollectedStrike>,
     useless: usize,
+    last_stop: LastStop,
     _lock: Lock,
 }
 
@@ -51,11 +53,13 @@ impl Collection {
     pub(super) fn open(folder: &Path, rig: &Rig) -> Result<Self, CollectError> {
         durable::create_dir(folder)?;
         let lock = Lock::acquire(&folder.join(LOCK))?;
-        durable::sweep(folder)?;
+        // A log is begun before its strike: one that was left says that nobody knows what came of a strike.
+        let cut_off = durable::sweep(folder)? > 0;
         let mut collection = Self {
             folder: folder.into(),
             made: Vec::new(),
             useless: 0,
+            last_stop: LastStop::None,
             _lock: lock,
         };
         for path in named(folder, SESSION)? {
@@ -76,6 +80,9 @@ impl Collection {
                 collection.add(outcome);
             }
         }
+        if cut_off {
+            collection.last_stop = LastStop::Unseen;
+        }
         Ok(collection)
     }
 
@@ -89,9 +96,9 @@ impl Collection {
         self.made.len() + self.useless
     }
 
-    /// Where the last usable strike left the object, in m.
-    pub(super) fn last_stop(&self) -> Option<Point> {
-        self.made.last().map(|made| made.stop)
+    /// Where the last strike left the object, as its log says.
+    pub(super) fn last_stop(&self) -> LastStop {
+        self.last_stop
     }
 
     /// What was struck from where.
@@ -157,6 +164,10 @@ impl Collection {
     }
 
     fn add(&mut self, outcome: LogOutcome) {
+        self.last_stop = match (outcome.strikes.last(), outcome.rejects.is_empty()) {
+            (Some(last), true) => LastStop::At(last.stop),
+            _ => LastStop::Unseen,
+        };
         self.useless += outcome.rejects.len();
         self.made
             .extend(outcome.strikes.into_iter().map(|strike| CollectedStrike {

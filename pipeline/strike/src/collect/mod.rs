@@ -17,7 +17,7 @@ pub use error::CollectError;
 pub use event::CollectEvent;
 use filling::{choose, request};
 pub use request::StrikeRequest;
-pub use station::{ArmStation, Recorded, SimStation, Station, Unfinished};
+pub use station::{ArmStation, LastStop, Recorded, SimStation, Station, Unfinished};
 
 use crate::{CommandPlanner, Destination, OpenLog};
 

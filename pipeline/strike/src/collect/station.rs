@@ -43,8 +43,8 @@ pub struct Unfinished {
 
 /// An object, and something that strikes it.
 pub trait Station {
-    /// How many strikes were made before, and where (m) the last usable one left the object.
-    fn goes_on(&mut self, strikes: usize, last_stop: Option<Point>);
+    /// How many strikes were made before, and where the last one left the object.
+    fn goes_on(&mut self, strikes: usize, last_stop: LastStop);
 
     /// Bytes that the messages of a strike may come to.
     fn room(&self) -> u64;
@@ -82,7 +82,7 @@ impl SimStation {
 }
 
 impl Station for SimStation {
-    fn goes_on(&mut self, strikes: usize, _: Option<Point>) {
+    fn goes_on(&mut self, strikes: usize, _: LastStop) {
         self.strikes = strikes;
     }
 
@@ -131,8 +131,8 @@ pub struct ArmStation<D: Arm> {
 
 /// Where the last strike left the object: there it must not be struck, for nobody has put it anywhere.
 #[derive(Clone, Copy, Debug)]
-enum LastStop {
-    /// It was not struck yet.
+pub enum LastStop {
+    /// It was not struck.
     None,
     /// There, in m.
     At(Point),
@@ -174,9 +174,10 @@ impl<D: Arm> ArmStation<D> {
 }
 
 impl<D: Arm> Station for ArmStation<D> {
-    fn goes_on(&mut self, _: usize, last_stop: Option<Point>) {
-        if let (LastStop::None, Some(stop)) = (self.stop, last_stop) {
-            self.stop = LastStop::At(stop);
+    fn goes_on(&mut self, _: usize, last_stop: LastStop) {
+        // What this station saw itself is better known.
+        if let LastStop::None = self.stop {
+            self.stop = last_stop;
         }
     }
 

@@ -3,6 +3,7 @@
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
 use std::time::Duration;
 
 use arm::foxglove::Topic;
@@ -14,28 +15,29 @@ use strike::xarm::XArm;
 use strike::{CommandPlanner, Guarded, Live};
 use values::{Point, Rig};
 
-use crate::bench::{in_time, model, ports, rig};
+use crate::bench::{in_time, model, ports, rig, wait_for};
 
-/// An arm at a table, and the address of its camera.
-fn lab(rig: &Rig) -> (Emulator, String) {
+/// An arm at a table, whose object a hand puts back or not, and the address of its camera.
+fn lab(rig: &Rig, puts_back: bool) -> (Emulator, String) {
     let truth = Truth {
         hidden: Hidden::none(),
         ..Truth::demo(rig, 5)
     };
     let camera = Topic::serve(([127, 0, 0, 1], 0).into(), &rig.topics.centroid.name).unwrap();
     let url = format!("ws://{}", camera.address);
-    let table = Table::new(truth, Point::new(0.34, 0.02), true).unwrap();
+    let table = Table::new(truth, Point::new(0.34, 0.02), puts_back).unwrap();
     let emulator =
         Emulator::at_table(Listening::Free, model(), table, (camera, rig.camera.rate)).unwrap();
     (emulator, url)
 }
 
+/// Gathers strikes until `report` says that it is over.
 fn gather(
     (emulator, url): &(Emulator, String),
     rig: &Rig,
     folder: &Path,
     strikes: usize,
-    over_at: usize,
+    report: &mut dyn FnMut(CollectEvent) -> bool,
 ) -> Result<Collected, CollectError> {
     let interrupted = Arc::new(AtomicBool::new(false));
     let live = Live::connect(url, rig).unwrap();
@@ -52,30 +54,34 @@ fn gather(
         strikes,
         &[],
         &is_over,
-        &mut |news| match news {
-            CollectEvent::Kept { strikes, warning } => {
-                assert_eq!(warning, None);
-                interrupted.store(strikes >= over_at, Ordering::Relaxed);
-            }
-            CollectEvent::Useless(why) => panic!("{why}"),
-            CollectEvent::Put(_)
-            | CollectEvent::Waiting(_)
-            | CollectEvent::StepBack(_)
-            | CollectEvent::LeftOut(_) => {}
+        &mut |news| {
+            interrupted.fetch_or(report(news), Ordering::Relaxed);
         },
     )
+}
+
+/// Over once so many strikes are kept, all of which can be used.
+fn over_at(most: usize) -> impl FnMut(CollectEvent) -> bool {
+    move |news| match news {
+        CollectEvent::Kept { strikes, warning } => {
+            assert_eq!(warning, None);
+            strikes >= most
+        }
+        CollectEvent::Useless(why) => panic!("{why}"),
+        _ => false,
+    }
 }
 
 #[test]
 fn strikes_are_gathered_where_the_camera_sees_the_object_and_go_on_after_an_end() {
     in_time(|| {
         let (rig, folder) = (rig(), tempfile::tempdir().unwrap());
-        let lab = lab(&rig);
+        let lab = lab(&rig, true);
         // Ended after the first of three.
-        let first = gather(&lab, &rig, folder.path(), 3, 1).unwrap();
+        let first = gather(&lab, &rig, folder.path(), 3, &mut over_at(1)).unwrap();
         assert_eq!((first.strikes, first.made, &first.session), (1, 1, &None));
         assert!(folder.path().join("strike_000001.mcap").exists());
-        let rest = gather(&lab, &rig, folder.path(), 3, 9).unwrap();
+        let rest = gather(&lab, &rig, folder.path(), 3, &mut over_at(9)).unwrap();
         assert_eq!((rest.strikes, rest.made, rest.useless), (3, 2, 0));
         // All three are in one session, and no log is left of a single one.
         let session = rest.session.unwrap();
@@ -107,7 +113,32 @@ fn strikes_are_gathered_where_the_camera_sees_the_object_and_go_on_after_an_end(
         let (met, again) = lab.0.table(|table| table.counts).unwrap();
         assert_eq!((met, again), (3, 0));
         // Nothing is left to do.
-        let done = gather(&lab, &rig, folder.path(), 3, 9).unwrap();
+        let done = gather(&lab, &rig, folder.path(), 3, &mut over_at(9)).unwrap();
         assert_eq!((done.made, done.session), (0, None));
+    });
+}
+
+#[test]
+fn an_object_that_was_not_seen_to_rest_is_not_struck_until_it_was_put_elsewhere() {
+    in_time(|| {
+        let (rig, folder) = (rig(), tempfile::tempdir().unwrap());
+        let lab = lab(&rig, false);
+        let strikes = || lab.0.table(|table| table.counts.0).unwrap();
+        thread::scope(|scope| {
+            // From the impact on the camera is covered for longer than the object is waited for.
+            scope.spawn(|| {
+                wait_for(|| strikes() > 0);
+                lab.0.table(|table| table.cover(Duration::from_secs(17)));
+            });
+            let mut waits_for_a_hand = false;
+            let ended = gather(&lab, &rig, folder.path(), 2, &mut |news| {
+                if let CollectEvent::Waiting(why) = news {
+                    waits_for_a_hand |= why.contains("put it elsewhere");
+                }
+                waits_for_a_hand || strikes() > 1
+            });
+            assert!(waits_for_a_hand, "{ended:?}");
+            assert_eq!(strikes(), 1);
+        });
     });
 }
