@@ -204,6 +204,7 @@ mod tests {
             olds >= 4,
             "create, write, sync and rename were each stopped"
         );
+        fs::write(dir.path().join(".other.partial"), "half").expect("writes");
         assert_eq!(sweep(dir.path()).expect("sweeps"), 1);
         assert_eq!(fs::read_dir(dir.path()).expect("folder").count(), 1);
     }

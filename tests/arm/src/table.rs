@@ -14,6 +14,8 @@ const LOW: f64 = 45.0;
 const STILL: f64 = 0.05;
 /// The object lies this long before it is put back.
 const LIES: Duration = Duration::from_millis(2_500);
+/// One that is not struck for so long is put elsewhere, as a person does who is asked to.
+const IGNORED: Duration = Duration::from_secs(15);
 /// It is put no nearer to the tip than this, in m.
 const CLEAR: f64 = 0.1;
 /// It is put no nearer to where it stopped than this, in m: `carom collect` waits until it was put elsewhere.
@@ -142,6 +144,9 @@ impl Table {
                         self.struck = None;
                     }
                 }
+            }
+            None if self.puts_back && now.saturating_duration_since(self.since) > IGNORED => {
+                self.put_elsewhere();
             }
             None => {}
         }
