@@ -108,13 +108,21 @@ pub(super) fn forms_by_place(quantity: Quantity, rig: &Rig, strikes: &[&Strike])
         if slopes.is_empty() || others.iter().any(|name| name != constant) {
             continue;
         }
-        let fixed = start.columns.into_iter().next().map(|column| column.form);
+        let form = start.columns.into_iter().next().map(|column| column.form);
+        let (begun, fixed): (Vec<_>, Vec<_>) = form
+            .unwrap_or_default()
+            .into_iter()
+            .partition(|(name, _)| slopes.contains(name));
         let with_constant = [slopes.clone(), vec![constant.into()]].concat();
         for free in [slopes, with_constant] {
+            let begins = free.iter().map(|name| {
+                let begun = begun.iter().find(|(of, _)| of == name);
+                begun.map_or(0.0, |(_, value)| *value)
+            });
             forms.push(Form {
                 name: spec.name,
-                starts: vec![vec![0.0; free.len()]],
-                fixed: fixed.clone().unwrap_or_default(),
+                starts: vec![begins.collect()],
+                fixed: fixed.clone(),
                 free,
             });
         }
