@@ -95,7 +95,7 @@ mod tests {
                 let angle = f64::from(degrees).to_radians();
                 let command = Command { speed: 0.6, angle };
                 let release = worker
-                    .release(simulator.impact(command, &Conditions::default()))
+                    .release(simulator.impact(command, Point::default(), &Conditions::default()))
                     .expect("parts");
                 let release = Release::of(release.scaled(command.speed), command);
                 let (velocity, spin) = rigid(&rig, angle, 0.5, friction);

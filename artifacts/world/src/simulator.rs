@@ -140,9 +140,10 @@ impl Simulator {
         self.own.and(self.shift)
     }
 
-    /// What the arm makes of a command, in m/s and rad: effects, the correction, then how the table differs.
-    pub fn delivered(&self, command: Command, conditions: &Conditions) -> Command {
-        let by_effects = |command| effects::deliver(&self.effects, command, conditions);
+    /// What the arm makes of a command, in m/s and rad, where the object lies at `from` (m): effects, the correction, then how the table
+    /// differs.
+    pub fn delivered(&self, command: Command, from: Point, conditions: &Conditions) -> Command {
+        let by_effects = |command| effects::deliver(&self.effects, command, from, conditions);
         let delivered = match &self.delivery {
             Some(delivery) => delivery.deliver(command, &by_effects),
             None => by_effects(command),
@@ -193,8 +194,8 @@ impl Simulator {
     }
 
     /// What the arm makes of a command.
-    pub(crate) fn impact(&self, command: Command, conditions: &Conditions) -> Impact {
-        self.delivered_impact(self.delivered(command, conditions), conditions)
+    pub(crate) fn impact(&self, command: Command, from: Point, conditions: &Conditions) -> Impact {
+        self.delivered_impact(self.delivered(command, from, conditions), conditions)
     }
 
     /// The impact of a tip with this speed and angle, as delivered.

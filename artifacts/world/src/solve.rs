@@ -49,7 +49,7 @@ impl Worker<'_> {
             path,
             conditions,
             settings: *settings,
-            face: self.face(path, straight, conditions),
+            face: self.face(initial, path, straight, conditions),
         };
         let planar = match guess {
             Some(_) => None,
@@ -83,7 +83,7 @@ impl Worker<'_> {
                 conditions: aim.conditions,
                 times: &[],
             };
-            let release = self.likely_release(command, aim.conditions)?;
+            let release = self.likely_release(command, aim.initial, aim.conditions)?;
             Some(planar.slide(&input, release, &Deviation::default())?.stop - aim.initial)
         };
         let (tolerance, corrections) = PLANAR;
@@ -143,9 +143,15 @@ impl Worker<'_> {
     }
 
     /// Commanded angles, around the path's bearing, at which the tip meets a face of a box.
-    fn face(&self, path: Point, first: Command, conditions: &Conditions) -> Option<Interval> {
+    fn face(
+        &self,
+        initial: Point,
+        path: Point,
+        first: Command,
+        conditions: &Conditions,
+    ) -> Option<Interval> {
         let rig = self.simulator.rig();
-        let impact = self.simulator.impact(first, conditions);
+        let impact = self.simulator.impact(first, initial, conditions);
         // From a command's angle to that at which its tip comes onto the box's own faces.
         let turned = impact.command.angle - first.angle;
         let onto_face = path.bearing() + turned - impact.yaw;

@@ -20,7 +20,7 @@ use crate::{
     model::{FRICTION, RESTITUTION, specification},
     next::next_strikes,
     notes,
-    question::Answer,
+    question::{self, Answer},
     remaining_gain::RemainingGain,
     screen::{Chance, Screened},
     search::{CandidateFit, SelectedEffect, Selection},
@@ -189,7 +189,7 @@ impl Case<'_, '_> {
         } else {
             refitted
         };
-        let floor = gap::noise_floor(prepared, fitted)?;
+        let floor = question::variation(prepared, fitted);
         let gap_to =
             |after: &[Option<Point>]| gap::gap(&part(&before, true), &part(after, true), floor);
         let unnamed = |verdict, cause, note| Conclusion {

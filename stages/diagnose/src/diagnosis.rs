@@ -179,6 +179,12 @@ pub struct Gap {
     pub change_half_95: Option<f64>,
     /// What repeats of a command would scatter by.
     pub noise_floor: f64,
+    /// What a table or an arm that wanders over the order of strikes moves stops by beside that.
+    #[serde(default)]
+    pub wander: f64,
+    /// What sessions differ by.
+    #[serde(default)]
+    pub sessions: f64,
     /// `m`.
     pub unit: String,
     /// `rms stop error`.

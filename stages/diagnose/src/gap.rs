@@ -5,11 +5,8 @@ use world::{Simulator, World, WorldError};
 
 use crate::{
     diagnosis::{Gap, StopResidual},
-    fit::Fitted,
     heldout,
-    mixed::{ANGLE, FRICTION, SPEED},
-    model::CLOCK,
-    strikes::{Nuisances, PreparedStrikes},
+    question::Variation,
 };
 
 /// Measured less simulated stops, in m; `None` where a strike does not rest, or not in that world.
@@ -37,38 +34,6 @@ pub(crate) fn rms(residuals: impl Iterator<Item = Point>) -> f64 {
     (sum / count.max(1) as f64).sqrt()
 }
 
-/// What repeats of these strikes would scatter by: launch, friction and camera as estimated with the best model, in m.
-pub(crate) fn noise_floor(
-    prepared: &PreparedStrikes<'_>,
-    fitted: &Fitted,
-) -> Result<f64, WorldError> {
-    let model = &fitted.model;
-    let effects = model.effects(prepared.rig, &model.values)?;
-    let planar = prepared.planar(&model.values, &effects);
-    let components = &fitted.estimated.components;
-    let clock = model.values[CLOCK];
-    let none = Nuisances::zeros();
-    let variances: Vec<f64> = (0..prepared.strikes.len())
-        .filter(|i| prepared.strikes[*i].has_stop())
-        .filter_map(|i| {
-            let stop = prepared.simulate(&planar, i, clock, &none)?.stop;
-            // The resting place after, as the one before below.
-            let mut variance = components.nuisance[3].powi(2) + components.nuisance[4].powi(2);
-            for nuisance in [SPEED, ANGLE, 3, 4, FRICTION] {
-                let mut b = none;
-                b[nuisance] = match nuisance {
-                    FRICTION => fitted.friction_scatter(),
-                    _ => components.nuisance[nuisance],
-                };
-                let moved = prepared.simulate(&planar, i, clock, &b)?.stop - stop;
-                variance += moved.dot(moved);
-            }
-            Some(variance)
-        })
-        .collect();
-    Ok((variances.iter().sum::<f64>() / variances.len().max(1) as f64).sqrt())
-}
-
 /// The strikes that rest in both worlds.
 fn paired<'r>(
     before: &'r [Option<Point>],
@@ -86,7 +51,7 @@ pub(crate) fn falls(before: &[Option<Point>], after: &[Option<Point>]) -> Vec<f6
 }
 
 /// The gap over the held-out strikes.
-pub(crate) fn gap(before: &[Option<Point>], after: &[Option<Point>], noise_floor: f64) -> Gap {
+pub(crate) fn gap(before: &[Option<Point>], after: &[Option<Point>], variation: Variation) -> Gap {
     let both: Vec<(Point, Point)> = paired(before, after).collect();
     let (before, after) = (
         rms(both.iter().map(|(b, _)| *b)),
@@ -102,7 +67,9 @@ pub(crate) fn gap(before: &[Option<Point>], after: &[Option<Point>], noise_floor
             0.0
         },
         change_half_95: change_half_95(&both),
-        noise_floor,
+        noise_floor: variation.repeats,
+        wander: variation.wander,
+        sessions: variation.sessions,
         unit: "m".into(),
         measure: "rms stop error".into(),
     }
@@ -184,7 +151,7 @@ mod tests {
                 .collect();
             let off = |after: &Option<Point>| Some((*after)? + Point::new(0.0, 1e-3 * normal()));
             let before: Vec<Option<Point>> = after.iter().map(off).collect();
-            let gap = gap(&before, &after, 1e-3);
+            let gap = gap(&before, &after, Variation::default());
             let half = gap.change_half_95.expect("40 strikes");
             (gap.change - truth).abs() < half
         });
@@ -196,12 +163,12 @@ mod tests {
     fn one_strike_shows_no_change_and_the_same_world_none() {
         let one = [Some(Point::new(1e-3, 0.0))];
         assert_eq!(
-            gap(&one, &[Some(Point::default())], 1e-3).change_half_95,
+            gap(&one, &[Some(Point::default())], Variation::default()).change_half_95,
             None
         );
         let two = [one[0], Some(Point::new(0.0, 2e-3))];
-        let same = gap(&two, &two, 1e-3);
+        let same = gap(&two, &two, Variation::default());
         assert_eq!((same.change, same.change_half_95), (0.0, Some(0.0)));
-        assert_eq!(gap(&[], &[], 1e-3).change, 0.0);
+        assert_eq!(gap(&[], &[], Variation::default()).change, 0.0);
     }
 }

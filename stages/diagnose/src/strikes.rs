@@ -137,8 +137,12 @@ impl<'a> PreparedStrikes<'a> {
             .strikes
             .iter()
             .map(|strike| {
-                let delivered =
-                    world::effects::deliver(&effects, strike.command, &strike.conditions);
+                let delivered = world::effects::deliver(
+                    &effects,
+                    strike.command,
+                    strike.initial,
+                    &strike.conditions,
+                );
                 Impact::of(
                     &effects,
                     model.values[RESTITUTION],

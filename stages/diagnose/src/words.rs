@@ -65,6 +65,10 @@ fn description(d: &Dependence) -> String {
             d.at.x,
             d.at.y.to_degrees()
         ),
+        Covariate::Start => format!(
+            "launches are off by {} where objects lie at {here}",
+            launch(d)
+        ),
         Covariate::Heading => format!(
             "the object is {slower}, by up to {:.2} m/s², when it slides towards {:.0}°",
             d.peak.norm(),

@@ -4,7 +4,7 @@
 //! middle. Where r/h is wrong, each angle of launch is off by a share, as if the arm struck at another share of the commanded angle.
 //! A small share is taken for this and named as no effect of the arm; identification says which size the strikes want.
 
-use values::{Command, Conditions, Rig, Shape};
+use values::{Command, Conditions, Point, Rig, Shape};
 use world::effects::{Acts, Effect};
 
 /// Share of its angle that a launch changes by for each unit of r/h, in MuJoCo's impacts.
@@ -30,7 +30,7 @@ impl Effect for WrongSizes {
         Acts::Launch
     }
 
-    fn deliver(&self, command: Command, _: &Conditions) -> Command {
+    fn deliver(&self, command: Command, _: Point, _: &Conditions) -> Command {
         Command {
             angle: command.angle * (1.0 + self.share),
             ..command

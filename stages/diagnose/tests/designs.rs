@@ -60,8 +60,11 @@ fn a_narrow_design_is_no_gap() {
 #[test]
 fn an_arm_whose_speed_depends_on_its_reach_is_no_table() {
     let found = diagnosed(Plan::Random, Hidden::Reach(0.9), 62);
-    assert_eq!(found.verdict, Verdict::Unexplained, "{}", found.summary);
-    assert_eq!(found.r#where[0].covariate, "start", "{:?}", found.r#where);
+    assert_eq!(found.verdict, Verdict::Named, "{}", found.summary);
+    let names: Vec<&str> = found.effects.iter().map(|e| e.name.as_str()).collect();
+    assert_eq!(names, ["striker_error_by_place"], "{}", found.summary);
+    let by_start = found.r#where.iter().any(|w| w.covariate == "start");
+    assert!(by_start, "{:?}", found.r#where);
 }
 
 #[test]

@@ -87,7 +87,7 @@ impl ItemStage for Launches {
                 &SolveSettings::default(),
                 None,
             );
-            let delivered = world.delivered(strike.command, &strike.conditions);
+            let delivered = world.delivered(strike.command, strike.initial, &strike.conditions);
             progress.inc(1);
             // A path that bends a little further than the world's tip holds a box: without its strike a map would learn nothing of
             // the commands that led there. The nearest launch is all that it could deliver.

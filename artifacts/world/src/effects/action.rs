@@ -39,8 +39,8 @@ pub trait Effect: Send + Sync {
     /// Where it acts; everywhere else it does nothing.
     fn acts(&self) -> Acts;
 
-    /// The command that the arm delivers in place of the one it was given.
-    fn deliver(&self, command: Command, _conditions: &Conditions) -> Command {
+    /// The command that the arm delivers in place of the one it was given, to an object that lies at `from` (m).
+    fn deliver(&self, command: Command, _from: Point, _conditions: &Conditions) -> Command {
         command
     }
 
@@ -80,10 +80,16 @@ pub trait Effect: Send + Sync {
     }
 }
 
-/// What the arm makes of a command with these effects, in the session and at the time of `conditions`.
-pub fn deliver(effects: &[Box<dyn Effect>], command: Command, conditions: &Conditions) -> Command {
+/// What the arm makes of a command with these effects, where it strikes an object that lies at `from` (m), in the session and at the
+/// time of `conditions`.
+pub fn deliver(
+    effects: &[Box<dyn Effect>],
+    command: Command,
+    from: Point,
+    conditions: &Conditions,
+) -> Command {
     effects.iter().fold(command, |command, effect| {
-        effect.deliver(command, conditions)
+        effect.deliver(command, from, conditions)
     })
 }
 

@@ -4,7 +4,7 @@ use values::{Point, Rig};
 
 use super::{
     action::{Acts, Effect, Slide},
-    parameters::{EffectParameter, Parameters, Values},
+    parameters::{EffectParameter, Parameters, Values, centre},
     spec::{EffectSpec, Family, Naming},
     start::{Column, Experiment, FitStart},
     wording,
@@ -20,17 +20,6 @@ const fn along(name: &'static str) -> EffectParameter {
         low: -3.0,
         high: 3.0,
         neutral: 0.0,
-        scale: 0.2,
-    }
-}
-
-const fn centre(name: &'static str, neutral: f64) -> EffectParameter {
-    EffectParameter {
-        name,
-        unit: "m",
-        low: -5.0,
-        high: 5.0,
-        neutral,
         scale: 0.2,
     }
 }

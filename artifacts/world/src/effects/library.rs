@@ -37,6 +37,7 @@ pub const EFFECTS: &[&EffectSpec] = &[
     &super::camera_lean::SPEC,
     &super::friction_map::SPEC,
     &super::friction_line::SPEC,
+    &super::striker_error_by_place::SPEC,
 ];
 
 /// Effects of other crates.

@@ -31,6 +31,7 @@ mod start;
 mod striker_angle_bias;
 mod striker_angle_by_session;
 mod striker_angle_error;
+mod striker_error_by_place;
 mod striker_speed_error;
 mod table_bowl;
 mod table_tilt;

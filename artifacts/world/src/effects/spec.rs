@@ -76,6 +76,8 @@ pub enum Family {
     LaunchAngleByCommand,
     /// Launch angle, by the number of strikes before or the session.
     LaunchAngleByOrder,
+    /// Launch speed and angle, by where the object lies.
+    LaunchByPlace,
     /// What is seen, by place on the table.
     SeenByPlace,
 }

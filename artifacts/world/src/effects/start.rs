@@ -171,6 +171,18 @@ impl Experiment<'_> {
         [("center_x", centre.x), ("center_y", centre.y)]
     }
 
+    /// The middle of the starts, and their standard deviation along x and y, in m.
+    pub fn starts(&self) -> (Point, Point) {
+        let share = 1.0 / self.strikes.len().max(1) as f64;
+        let starts = || self.strikes.iter().map(|strike| strike.initial);
+        let middle = starts().fold(Point::default(), |sum, start| sum + start * share);
+        let squares = starts().fold(Point::default(), |sum, start| {
+            let off = start - middle;
+            sum + Point::new(off.x * off.x, off.y * off.y) * share
+        });
+        (middle, Point::new(squares.x.sqrt(), squares.y.sqrt()))
+    }
+
     /// Least and greatest x and y in m of all that was seen.
     pub fn extent(&self) -> [(f64, f64); 2] {
         let points = || {

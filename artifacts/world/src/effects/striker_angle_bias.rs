@@ -1,6 +1,6 @@
 //! An arm that strikes beside the commanded direction: delivered angle = commanded + δ.
 
-use values::{Command, Conditions, Rig};
+use values::{Command, Conditions, Point, Rig};
 
 use super::{
     action::{Acts, Effect},
@@ -51,7 +51,7 @@ impl Effect for StrikerAngleBias {
         Acts::Launch
     }
 
-    fn deliver(&self, command: Command, _: &Conditions) -> Command {
+    fn deliver(&self, command: Command, _: Point, _: &Conditions) -> Command {
         Command {
             angle: command.angle + self.bias,
             ..command

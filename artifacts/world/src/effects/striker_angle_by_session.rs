@@ -1,6 +1,6 @@
 //! A direction that errs differently from log to log: the camera or the table was moved between them.
 
-use values::{Command, Conditions, Rig};
+use values::{Command, Conditions, Point, Rig};
 
 use super::{
     action::{Acts, Effect},
@@ -76,7 +76,7 @@ impl Effect for StrikerAngleBySession {
         Acts::Launch
     }
 
-    fn deliver(&self, command: Command, conditions: &Conditions) -> Command {
+    fn deliver(&self, command: Command, _: Point, conditions: &Conditions) -> Command {
         Command {
             angle: command.angle + self.bias.value(&conditions.session),
             ..command
@@ -86,7 +86,7 @@ impl Effect for StrikerAngleBySession {
 
 #[cfg(test)]
 mod tests {
-    use values::{Point, Shape, Split, Strike, Track};
+    use values::{Shape, Split, Strike, Track};
 
     use super::*;
     use crate::effects::tests::{Bench, assert_near};

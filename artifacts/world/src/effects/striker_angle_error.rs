@@ -1,6 +1,6 @@
 //! An arm whose direction errs in proportion to the command: delivered angle = commanded·(1 + a) + δ + b·speed.
 
-use values::{Command, Conditions, Rig};
+use values::{Command, Conditions, Point, Rig};
 
 use super::{
     action::{Acts, Effect},
@@ -105,7 +105,7 @@ impl Effect for StrikerAngleError {
         Acts::Launch
     }
 
-    fn deliver(&self, command: Command, _: &Conditions) -> Command {
+    fn deliver(&self, command: Command, _: Point, _: &Conditions) -> Command {
         let by = self.gain * command.angle + self.bias + self.slope * command.speed;
         Command {
             angle: command.angle + by,

@@ -3,7 +3,7 @@
 //! An arm may come near its cap smoothly: u/(1 + (u/cap)^(1/s))^s, u = a + b·commanded, s its softness. That is min(u, cap)
 //! for s = 0, and cap·tanh(u/cap) to 3 % for s = 0.37.
 
-use values::{Command, Conditions, Rig};
+use values::{Command, Conditions, Point, Rig};
 
 use super::{
     action::{Acts, Effect},
@@ -135,7 +135,7 @@ impl Effect for StrikerSpeedError {
         Acts::Launch
     }
 
-    fn deliver(&self, command: Command, _: &Conditions) -> Command {
+    fn deliver(&self, command: Command, _: Point, _: &Conditions) -> Command {
         Command {
             speed: self.capped(self.offset + self.slope * command.speed),
             ..command

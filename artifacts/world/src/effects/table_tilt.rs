@@ -15,8 +15,8 @@ const fn tilt(name: &'static str) -> EffectParameter {
     EffectParameter {
         name,
         unit: "rad",
-        low: -0.1,
-        high: 0.1,
+        low: -0.3,
+        high: 0.3,
         neutral: 0.0,
         scale: 0.005,
     }

@@ -300,7 +300,7 @@ fn each_acts_where_it_says_and_nowhere_else() {
         });
         let is_even = slides.iter().all(|slide| *slide == slides[0]);
         let is_idle = is_even && slides[0] == (1.0, Point::default());
-        let launches = effect.deliver(command, &conditions) != command
+        let launches = effect.deliver(command, places[1], &conditions) != command
             || effect.tip_offset() != 0.0
             || effect.restitution_factor(1.0, &conditions) != 1.0;
         let is_seen = places.iter().any(|place| effect.observe(*place) != *place);

@@ -34,7 +34,8 @@ impl Planar<'_> {
 
     /// How the object leaves the tip.
     pub fn release(&self, input: &StrikeInput<'_>, launch: &Launch) -> Release {
-        let delivered = effects::deliver(self.effects, input.command, input.conditions);
+        let delivered =
+            effects::deliver(self.effects, input.command, input.initial, input.conditions);
         let impact = Impact::of(self.effects, self.restitution, delivered, input.conditions);
         launch.release(&impact)
     }

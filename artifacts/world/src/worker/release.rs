@@ -45,17 +45,18 @@ impl Worker<'_> {
         }
     }
 
-    /// The release that follows a command, interpolated. `None` where tip and object do not part, or miss, at an entry beside.
+    /// The release that follows a command to an object at `from` (m), interpolated. `None` where tip and object do not part, or miss, at an entry beside.
     ///
     /// The table is that of conditions of no session, before all strikes. What differs in others, restitution at the most,
     /// scales the speeds: exact for an impact through the centre, and near enough for where a search begins.
     pub(crate) fn likely_release(
         &mut self,
         command: Command,
+        from: Point,
         conditions: &Conditions,
     ) -> Option<Release> {
         let rig = self.simulator.rig();
-        let impact = self.simulator.impact(command, conditions);
+        let impact = self.simulator.impact(command, from, conditions);
         let of_table = self
             .simulator
             .delivered_impact(impact.command, &Conditions::default())
@@ -127,10 +128,10 @@ mod tests {
                     angle: 0.3 - 0.03 * f64::from(i),
                 };
                 let likely = worker
-                    .likely_release(command, &Conditions::default())
+                    .likely_release(command, Point::default(), &Conditions::default())
                     .expect("parts");
                 let real = worker
-                    .release(simulator.impact(command, &Conditions::default()))
+                    .release(simulator.impact(command, Point::default(), &Conditions::default()))
                     .expect("parts");
                 let real = Release::of(real.scaled(command.speed), command);
                 let off = (likely.velocity - real.velocity).norm() / command.speed;

@@ -44,7 +44,7 @@ impl Worker<'_> {
             ));
         }
         let sim = self.simulator;
-        let impact = sim.impact(command, conditions);
+        let impact = sim.impact(command, initial, conditions);
         if impact.command.speed <= 0.0 {
             return Err(diverged("the arm delivers no speed"));
         }

@@ -87,6 +87,8 @@ pub fn found_tilt() -> Diagnosed {
             change: 0.0012 / 0.0213 - 1.0,
             change_half_95: Some(0.031),
             noise_floor: 0.001,
+            wander: 0.0,
+            sessions: 0.0,
             unit: "m".into(),
             measure: "rms stop error".into(),
         },

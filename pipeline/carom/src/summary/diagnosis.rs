@@ -250,6 +250,8 @@ mod tests {
             change: 0.003 / 0.021 - 1.0,
             change_half_95: Some(0.032),
             noise_floor: 0.001,
+            wander: 0.0,
+            sessions: 0.0,
             unit: "m".into(),
             measure: "rms stop error".into(),
         };
@@ -266,6 +268,8 @@ mod tests {
             change: 0.015,
             change_half_95: Some(0.08),
             noise_floor: 0.005,
+            wander: 0.0,
+            sessions: 0.0,
             ..measured.clone()
         };
         assert_eq!(

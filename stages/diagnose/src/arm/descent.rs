@@ -25,10 +25,18 @@ pub(super) fn squares(residuals: &[f64]) -> f64 {
 }
 
 fn added(form: &Form, values: &[f64]) -> AddedEffect {
+    let fixed = form.fixed.iter();
+    let fixed = fixed.map(|(name, value)| (name.clone(), Estimate::fixed(*value)));
     let estimates = values.iter().map(|value| Estimate::fixed(*value));
     AddedEffect {
         name: form.name.into(),
-        parameters: form.free.iter().cloned().zip(estimates).collect(),
+        parameters: form
+            .free
+            .iter()
+            .cloned()
+            .zip(estimates)
+            .chain(fixed)
+            .collect(),
     }
 }
 
@@ -42,7 +50,12 @@ pub(super) fn residuals(
     let effect = effects::build(&added(form, values), rig)?;
     Ok(pairs
         .iter()
-        .map(|pair| pair.difference(quantity, effect.deliver(pair.command, pair.conditions)))
+        .map(|pair| {
+            pair.difference(
+                quantity,
+                effect.deliver(pair.command, pair.from, pair.conditions),
+            )
+        })
         .collect())
 }
 

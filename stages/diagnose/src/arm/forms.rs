@@ -1,9 +1,9 @@
-//! The forms that the arm's laws may have: the library's effects of the striker.
+//! The forms that the arm's laws may have: the library's effects of the striker, by what was commanded and by where the object lay.
 
 use std::f64::consts::TAU;
 
-use values::{Command, Conditions, Strike};
-use world::effects::library;
+use values::{Command, Conditions, Point, Rig, Strike};
+use world::effects::{Effect, Experiment, deliver, effect, library};
 
 /// Shares of the delivered speeds at which a fit of a cap begins; the last ones over the fastest.
 const CAPS: [f64; 6] = [0.6, 0.75, 0.85, 0.95, 1.05, 1.4];
@@ -17,35 +17,24 @@ pub(super) enum Quantity {
 
 impl Quantity {
     pub(super) const ALL: [Self; 2] = [Self::Speed, Self::Angle];
-
-    /// As a covariate.
-    pub(super) fn name(self) -> &'static str {
-        match self {
-            Self::Speed => "speed",
-            Self::Angle => "angle",
-        }
-    }
-
-    /// Of a command: m/s, or rad.
-    pub(super) fn of(self, command: Command) -> f64 {
-        match self {
-            Self::Speed => command.speed,
-            Self::Angle => command.angle,
-        }
-    }
 }
 
 /// One strike: what was commanded, what was delivered, and when.
 pub(super) struct Pair<'a> {
     pub(super) command: Command,
     pub(super) delivered: Command,
+    /// Where the object lay, in m.
+    pub(super) from: Point,
     pub(super) conditions: &'a Conditions,
 }
 
 /// One form that a law may have, and where its fits begin.
+#[derive(Clone)]
 pub(super) struct Form {
     pub(super) name: &'static str,
     pub(super) free: Vec<String>,
+    /// What is given.
+    pub(super) fixed: Vec<(String, f64)>,
     pub(super) starts: Vec<Vec<f64>>,
 }
 
@@ -56,10 +45,31 @@ impl<'a> Pair<'a> {
             Some(Self {
                 command: strike.command,
                 delivered: strike.delivered?.command(),
+                from: strike.initial,
                 conditions: &strike.conditions,
             })
         });
         each.collect()
+    }
+
+    /// The same beside effects that act before: what they make of a command is commanded.
+    pub(super) fn beside(&self, effects: &[Box<dyn Effect>]) -> Self {
+        Self {
+            command: deliver(effects, self.command, self.from, self.conditions),
+            ..*self
+        }
+    }
+
+    /// The same without what effects that act after do to a command.
+    pub(super) fn less(&self, effects: &[Box<dyn Effect>]) -> Self {
+        let with = self.beside(effects).command;
+        Self {
+            delivered: Command {
+                speed: self.delivered.speed * self.command.speed / with.speed.max(1e-9),
+                angle: self.delivered.angle - (with.angle - self.command.angle),
+            },
+            ..*self
+        }
     }
 
     /// Delivered less predicted: speed relative to the command's, or angle in rad.
@@ -76,7 +86,51 @@ impl<'a> Pair<'a> {
     }
 }
 
-/// The forms that the library has for a law, on these strikes.
+/// An arm's errors by where the object lies.
+pub(super) const BY_PLACE: &str = "striker_error_by_place";
+
+/// The forms that the library has for a law by place, on these strikes: those of its starts that are of this quantity alone, with a constant
+/// and without.
+pub(super) fn forms_by_place(quantity: Quantity, rig: &Rig, strikes: &[&Strike]) -> Vec<Form> {
+    let Ok(spec) = effect(BY_PLACE) else {
+        return Vec::new();
+    };
+    let (prefix, constant) = match quantity {
+        Quantity::Speed => ("speed_", "gain"),
+        Quantity::Angle => ("angle_", "bias"),
+    };
+    let mut forms = Vec::new();
+    for start in (spec.starts)(&Experiment { rig, strikes }) {
+        let (slopes, others): (Vec<String>, Vec<String>) = start
+            .free
+            .into_iter()
+            .partition(|name| name.starts_with(prefix));
+        if slopes.is_empty() || others.iter().any(|name| name != constant) {
+            continue;
+        }
+        let form = start.columns.into_iter().next().map(|column| column.form);
+        let (begun, fixed): (Vec<_>, Vec<_>) = form
+            .unwrap_or_default()
+            .into_iter()
+            .partition(|(name, _)| slopes.contains(name));
+        let with_constant = [slopes.clone(), vec![constant.into()]].concat();
+        for free in [slopes, with_constant] {
+            let begins = free.iter().map(|name| {
+                let begun = begun.iter().find(|(of, _)| of == name);
+                begun.map_or(0.0, |(_, value)| *value)
+            });
+            forms.push(Form {
+                name: spec.name,
+                starts: vec![begins.collect()],
+                fixed: fixed.clone(),
+                free,
+            });
+        }
+    }
+    forms
+}
+
+/// The forms that the library has for a law by what was commanded, on these strikes.
 pub(super) fn forms(quantity: Quantity, pairs: &[Pair<'_>]) -> Vec<Form> {
     let find = |name: &str| library().find(|spec| spec.name == name);
     let mut forms = Vec::new();
@@ -89,6 +143,7 @@ pub(super) fn forms(quantity: Quantity, pairs: &[Pair<'_>]) -> Vec<Form> {
             forms.push(Form {
                 name: spec.name,
                 free: free.iter().map(|parameter| (*parameter).into()).collect(),
+                fixed: Vec::new(),
                 starts,
             });
         }

@@ -4,11 +4,11 @@ use std::collections::BTreeMap;
 
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 use values::{Rig, Strike};
-use world::effects::AddedEffect;
+use world::effects::{self, AddedEffect};
 use world::{Estimate, WorldError};
 
 use super::descent::{FLOOR, Fitted, fitted, residuals, squares};
-use super::forms::{Form, Pair, Quantity, forms};
+use super::forms::{BY_PLACE, Form, Pair, Quantity, forms, forms_by_place};
 use crate::fit::NINETY_FIVE;
 use crate::heldout::{self, FOLDS, limited};
 
@@ -28,40 +28,78 @@ const OUTLIER: f64 = 6.0;
 /// Typical falls of the squared error that one strike may count for.
 const MOST_OF_ONE: f64 = 20.0;
 
-/// The laws by which the arm of these strikes deviates from its commands: none, one of the speed, one of the angle.
-/// The strikes that judge take no part in fit and choice.
+/// The laws by which the arm of these strikes deviates from its commands: by what was commanded, one of the speed, one of the angle, and then by
+/// where the object lay. The strikes that judge take no part in fit and choice.
 pub(super) fn fit(
     rig: &Rig,
     strikes: &[&Strike],
     judges: &[&Strike],
 ) -> Result<Vec<Law>, WorldError> {
-    let pairs = Pair::all(strikes);
-    let judges = Pair::all(judges);
+    let (pairs, judges) = (Pair::all(strikes), Pair::all(judges));
     let mut laws = Vec::new();
+    let mut by_place: Option<Law> = None;
     for quantity in Quantity::ALL {
-        let forms = forms(quantity, &pairs);
-        let all: Vec<&Pair<'_>> = pairs.iter().collect();
-        let Some((form, fitted, _)) = best(rig, quantity, &forms, &all)? else {
+        let of_place = forms_by_place(quantity, rig, strikes);
+        let of_command = forms(quantity, &pairs);
+        // Of each kind beside the other, the stronger one first.
+        let all = [of_command.as_slice(), of_place.as_slice()].concat();
+        let Some(first) = law_of(rig, quantity, &all, &pairs, &judges)? else {
             continue;
         };
-        // Once more without strikes that lie far from it.
-        let residuals = residuals(rig, quantity, form, &fitted.values, &all)?;
-        let mut sizes: Vec<f64> = residuals.iter().map(|r| r.abs()).collect();
-        sizes.sort_by(f64::total_cmp);
-        let most = OUTLIER * (1.4826 * sizes[sizes.len() / 2]).max(FLOOR);
-        let near: Vec<&Pair<'_>> = all
-            .iter()
-            .zip(&residuals)
-            .filter(|(_, residual)| residual.abs() <= most)
-            .map(|(pair, _)| *pair)
-            .collect();
-        if let Some((form, fitted, evidence)) = best(rig, quantity, &forms, &near)?
-            && pays(rig, quantity, form, &fitted, &near, &judges)?
-        {
-            laws.push(law(form, &fitted, evidence));
-        }
+        let effect = [effects::build(&first.added, rig)?];
+        let (on_command, on_place) = if first.name == BY_PLACE {
+            let less: Vec<_> = pairs.iter().map(|pair| pair.less(&effect)).collect();
+            let judges: Vec<_> = judges.iter().map(|pair| pair.less(&effect)).collect();
+            let second = law_of(rig, quantity, &of_command, &less, &judges)?;
+            (second, Some(first))
+        } else {
+            let beside: Vec<_> = pairs.iter().map(|pair| pair.beside(&effect)).collect();
+            let judges: Vec<_> = judges.iter().map(|pair| pair.beside(&effect)).collect();
+            let second = law_of(rig, quantity, &of_place, &beside, &judges)?;
+            (Some(first), second)
+        };
+        laws.extend(on_command);
+        by_place = match (by_place, on_place) {
+            (Some(mut law), Some(more)) => {
+                law.added.parameters.extend(more.added.parameters);
+                law.evidence += more.evidence;
+                Some(law)
+            }
+            (law, more) => law.or(more),
+        };
     }
+    laws.extend(by_place);
     Ok(laws)
+}
+
+/// The law of these forms that strikes need, and that pays.
+fn law_of(
+    rig: &Rig,
+    quantity: Quantity,
+    forms: &[Form],
+    pairs: &[Pair<'_>],
+    judges: &[Pair<'_>],
+) -> Result<Option<Law>, WorldError> {
+    let all: Vec<&Pair<'_>> = pairs.iter().collect();
+    let Some((form, fitted, _)) = best(rig, quantity, forms, &all)? else {
+        return Ok(None);
+    };
+    // Once more without strikes that lie far from it.
+    let residuals = residuals(rig, quantity, form, &fitted.values, &all)?;
+    let mut sizes: Vec<f64> = residuals.iter().map(|r| r.abs()).collect();
+    sizes.sort_by(f64::total_cmp);
+    let most = OUTLIER * (1.4826 * sizes[sizes.len() / 2]).max(FLOOR);
+    let near: Vec<&Pair<'_>> = all
+        .iter()
+        .zip(&residuals)
+        .filter(|(_, residual)| residual.abs() <= most)
+        .map(|(pair, _)| *pair)
+        .collect();
+    let Some((form, fitted, evidence)) = best(rig, quantity, forms, &near)? else {
+        return Ok(None);
+    };
+    let pays = pays(rig, quantity, form, &fitted, &near, judges)?;
+    Ok(pays.then(|| law(form, &fitted, evidence)))
 }
 
 /// Whether a law brings deliveries nearer of strikes that took no part in its fit: of those that judge, and of those that fits to the
@@ -151,6 +189,8 @@ fn best<'f>(
 }
 
 fn law(form: &Form, fitted: &Fitted, evidence: f64) -> Law {
+    let given = form.fixed.iter();
+    let given = given.map(|(name, value)| (name.clone(), Estimate::fixed(*value)));
     let parameters: BTreeMap<String, Estimate> = form
         .free
         .iter()
@@ -165,6 +205,7 @@ fn law(form: &Form, fitted: &Fitted, evidence: f64) -> Law {
                 Estimate::with_interval(value, value - half, value + half),
             )
         })
+        .chain(given)
         .collect();
     Law {
         name: form.name,

@@ -11,6 +11,7 @@ use world::effects;
 use crate::diagnosis::{Diagnosis, NamedEffect, Parameter, Verdict};
 use crate::gap;
 use crate::model::specification;
+use crate::question::Variation;
 use crate::{DiagnoseError, Diagnosed, Input};
 
 use forms::Quantity;
@@ -125,8 +126,13 @@ impl Arm {
                 repeatability.angle * length,
             )
         }));
-        let noise_floor = found.diagnosis.gap.noise_floor.hypot(by_arm);
-        found.diagnosis.gap = gap::gap(&judges(&before), &judges(&after), noise_floor);
+        let beside = &found.diagnosis.gap;
+        let variation = Variation {
+            repeats: beside.noise_floor.hypot(by_arm),
+            wander: beside.wander,
+            sessions: beside.sessions,
+        };
+        found.diagnosis.gap = gap::gap(&judges(&before), &judges(&after), variation);
         Ok(found)
     }
 

@@ -24,9 +24,35 @@ pub(super) struct Unexplained {
     pub(super) dependence: GapDependence,
 }
 
-/// What the launches of these strikes depend on beside these laws, by speed and by angle of the command.
+/// What launches may depend on: its name, its value, and how that is said.
+type By = (&'static str, fn(&Pair<'_>) -> f64, fn(f64) -> String);
+
+const BY: [By; 4] = [
+    (
+        "speed",
+        |pair| pair.command.speed,
+        |at| format!("a commanded {at:.2} m/s"),
+    ),
+    (
+        "angle",
+        |pair| pair.command.angle,
+        |at| format!("a commanded {:.0}°", at.to_degrees()),
+    ),
+    (
+        "start",
+        |pair| pair.from.x,
+        |at| format!("a start at x = {at:.2} m"),
+    ),
+    (
+        "start",
+        |pair| pair.from.y,
+        |at| format!("a start at y = {at:.2} m"),
+    ),
+];
+
+/// What the launches of these strikes depend on beside these laws, by speed and angle of the command and by where the object lay.
 ///
-/// Strikes are put in order of the commanded speed or angle: where neighbours are alike, the launch depends on it, by whatever form
+/// Strikes are put in order of each: where neighbours are alike, the launch depends on it, by whatever form
 /// (Bartels 1982, the rank version of von Neumann's ratio test, which takes no distribution of the scatter on trust).
 pub(super) fn unexplained(
     rig: &Rig,
@@ -36,16 +62,15 @@ pub(super) fn unexplained(
     let pairs = Pair::all(strikes);
     let laws = laws.iter().map(|law| effects::build(&law.added, rig));
     let laws = laws.collect::<Result<Vec<_>, _>>()?;
-    let predicted = |pair: &Pair<'_>| effects::deliver(&laws, pair.command, pair.conditions);
-    let looks = Quantity::ALL.len() * Quantity::ALL.len();
+    let predicted =
+        |pair: &Pair<'_>| effects::deliver(&laws, pair.command, pair.from, pair.conditions);
+    let looks = Quantity::ALL.len() * BY.len();
     let mut found = Vec::new();
     for quantity in Quantity::ALL {
         let left = |pair: &Pair<'_>| pair.difference(quantity, predicted(pair));
-        for by in Quantity::ALL {
-            let mut points: Vec<(f64, f64)> = pairs
-                .iter()
-                .map(|pair| (by.of(pair.command), left(pair)))
-                .collect();
+        for (covariate, of, words) in BY {
+            let mut points: Vec<(f64, f64)> =
+                pairs.iter().map(|pair| (of(pair), left(pair))).collect();
             points.sort_by(|a, b| a.0.total_cmp(&b.0));
             let Some((p_value, share)) = rank_von_neumann_test(&points) else {
                 continue;
@@ -54,8 +79,8 @@ pub(super) fn unexplained(
             let p_value = (p_value * looks as f64).min(1.0);
             if p_value < CHANCE && off.abs() > NEGLIGIBLE {
                 let dependence = GapDependence {
-                    covariate: by.name().into(),
-                    description: description(quantity, off, by, at),
+                    covariate: covariate.into(),
+                    description: description(quantity, off, &words(at)),
                     p_value,
                     share,
                 };
@@ -70,16 +95,12 @@ pub(super) fn unexplained(
     Ok(found)
 }
 
-fn description(quantity: Quantity, off: f64, by: Quantity, at: f64) -> String {
+fn description(quantity: Quantity, off: f64, at: &str) -> String {
     let off = match quantity {
         Quantity::Speed => format!("{:+.1} % of speed", 100.0 * off),
         Quantity::Angle => format!("{:+.1}° of angle", off.to_degrees()),
     };
-    let at = match by {
-        Quantity::Speed => format!("{at:.2} m/s"),
-        Quantity::Angle => format!("{:.0}°", at.to_degrees()),
-    };
-    format!("the arm's logged state is off by {off} at a commanded {at}")
+    format!("the arm's logged state is off by {off} at {at}")
 }
 
 /// Probability that neighbours are so much alike by chance, and the share of the variance that goes with where they lie; none of few points.

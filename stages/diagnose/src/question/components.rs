@@ -11,6 +11,10 @@ use super::{covariates::cosines, projection::Basis};
 
 /// Cosines of each part.
 const TERMS: usize = 10;
+/// Functions of all covariates together, at the most.
+const TOGETHER: usize = 40;
+/// Standard deviations beyond which a strike counts for no more.
+const FAR: f64 = 6.0;
 /// Iterations.
 const ITERATIONS: usize = 60;
 /// Differences of repeats from which they are enough to measure a scatter.
@@ -21,16 +25,17 @@ const REPEATS: usize = 10;
 pub(crate) struct Components {
     /// Of repeats of one command, with its 95 % interval.
     pub(crate) repeats: (f64, f64, f64),
-    /// Of a wander, from one strike to the next.
+    /// Of a wander, over all strikes.
     pub(crate) wander: f64,
     /// Of sessions.
     pub(crate) sessions: f64,
 }
 
-/// Of a column, with the variance of its measurement, covariates (of mean 0 and standard deviation 1), each strike's session, and which
+/// Of a column, clipped and as it is, with the variance of its measurement, covariates (of mean 0 and standard deviation 1), each strike's session, and which
 /// strikes repeat a command.
 pub(super) fn components(
     values: &DVector<f64>,
+    raw: &DVector<f64>,
     error: f64,
     covariates: &[DVector<f64>],
     sessions: &[usize],
@@ -44,6 +49,7 @@ pub(super) fn components(
         pairs.extend(covariates[..i].iter().map(|b| a.component_mul(b)));
     }
     parts.push(pairs);
+    parts.push(together(covariates));
     let wander = parts.len();
     parts.push(walk(&order));
     let count = sessions.iter().max().map_or(1, |last| last + 1);
@@ -72,6 +78,7 @@ pub(super) fn components(
     let mut tau = vec![0.1 * whole; parts.len()];
     let mut sigma = 0.5 * whole;
     let mut freedom = n as f64 - 1.0;
+    let mut smooth = DVector::zeros(n);
     for _ in 0..ITERATIONS {
         let mut information = &gram / sigma;
         for (k, c) in of.iter().enumerate() {
@@ -82,7 +89,8 @@ pub(super) fn components(
         };
         let spread = factor.inverse();
         let heights = &spread * &seen / sigma;
-        let left = &y - &z * &heights;
+        smooth = &z * &heights;
+        let left = &y - &smooth;
         let taken = (&gram * &spread).trace() / sigma;
         freedom = (n as f64 - 1.0 - taken).max(1.0);
         for (c, tau) in tau.iter_mut().enumerate() {
@@ -96,19 +104,49 @@ pub(super) fn components(
         }
         sigma = (left.norm_squared() / freedom).max(1e-12 * whole);
     }
-    let (variance, freedom) = repeated(values, commands).unwrap_or((sigma, freedom));
+    // What lies far out is no smooth part, but repeats do scatter so.
+    let left = mean.off(raw.clone()) - smooth;
+    let most = (FAR * FAR * sigma).sqrt();
+    let sigma = left.map(|v| v.clamp(-most, most)).norm_squared() / freedom;
+    let (variance, freedom) = repeated(raw, commands).unwrap_or((sigma, freedom));
     let scatter = (variance - error * error).max(0.0).sqrt();
     let half = (1.96 / (2.0 * freedom).sqrt()).exp();
     Components {
         repeats: (scatter, scatter / half, scatter * half),
-        // Of a walk over n strikes with this variance.
-        wander: (tau[wander] / n as f64).sqrt(),
+        wander: (tau[wander] * rms(&parts[wander])).sqrt(),
         sessions: if count > 1 {
             tau[wander + 1].sqrt()
         } else {
             0.0
         },
     }
+}
+
+/// Mean square over the strikes of a part whose heights are 1.
+fn rms(part: &[DVector<f64>]) -> f64 {
+    let each = part.iter().map(|z| z.map(|v| v - z.mean()).norm_squared());
+    each.sum::<f64>() / part.first().map_or(1, DVector::len) as f64
+}
+
+/// Smooth functions of all covariates together: the greatest principal components of a Gaussian kernel.
+fn together(covariates: &[DVector<f64>]) -> Vec<DVector<f64>> {
+    let Some(n) = covariates.first().map(DVector::len) else {
+        return Vec::new();
+    };
+    let width = 2.0 * covariates.len() as f64;
+    let kernel = DMatrix::from_fn(n, n, |i, j| {
+        let square: f64 = covariates.iter().map(|c| (c[i] - c[j]).powi(2)).sum();
+        (-square / width).exp()
+    });
+    let eigen = kernel.symmetric_eigen();
+    let mut order: Vec<usize> = (0..n).collect();
+    order.sort_by(|a, b| eigen.eigenvalues[*b].total_cmp(&eigen.eigenvalues[*a]));
+    order.truncate(TOGETHER.min(n / 4));
+    let each = order.into_iter().map(|k| {
+        let scale = eigen.eigenvalues[k].max(0.0).sqrt();
+        eigen.eigenvectors.column(k) * scale
+    });
+    each.collect()
 }
 
 /// Variance of repeats and its degrees of freedom, where there are enough: half of the mean square by which one repeat differs from the one before, so that
@@ -168,13 +206,14 @@ mod tests {
                 at + 4.0 * speed[i].sin() + scatter[i]
             });
             let commands: Vec<usize> = (0..n).collect();
-            let found = components(&values, 0.0, &[speed], &vec![0; n], &commands);
+            let found = components(&values, &values, 0.0, &[speed], &vec![0; n], &commands);
             repeats.push(found.repeats.0);
             wander.push(found.wander);
         }
         let mean = |all: &[f64]| all.iter().sum::<f64>() / all.len() as f64;
         assert!((0.85..1.15).contains(&mean(&repeats)), "{repeats:?}");
-        assert!((0.3..0.8).contains(&mean(&wander)), "{wander:?}");
+        // Of a walk of 120 steps of 0.5 about its mean: 0.5·√(120/6).
+        assert!((1.2..3.0).contains(&mean(&wander)), "{wander:?}");
     }
 
     #[test]
@@ -185,7 +224,7 @@ mod tests {
             10.0 * (i % 4) as f64 + normal
         });
         let commands: Vec<usize> = (0..100).map(|i| i % 4).collect();
-        let found = components(&values, 0.0, &[], &[0; 100], &commands);
+        let found = components(&values, &values, 0.0, &[], &[0; 100], &commands);
         assert!((0.8..1.2).contains(&found.repeats.0), "{found:?}");
         assert!(found.repeats.1 < 1.0 && 1.0 < found.repeats.2, "{found:?}");
     }

@@ -78,6 +78,17 @@ pub(crate) struct Answer {
     pub(crate) floor: f64,
 }
 
+/// How stops vary for no reason that a command could foretell, root mean square in m.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Variation {
+    /// Repeats of one command, one after another.
+    pub(crate) repeats: f64,
+    /// A wander over the order of strikes.
+    pub(crate) wander: f64,
+    /// From session to session.
+    pub(crate) sessions: f64,
+}
+
 impl Answer {
     pub(crate) fn is_gap(&self) -> bool {
         self.findings
@@ -93,19 +104,13 @@ pub(crate) fn ask(
     pauses: &[f64],
     seed: u64,
 ) -> Answer {
-    let rows = table(prepared, fitted);
-    let resting = fitted.estimated.components.nuisance[3];
-    let asking = Asking {
-        covariates: Covariates::new(prepared, resting, pauses),
-        sessions: sessions(prepared),
-        shuffles: Shuffles::new(rows.len(), seed),
-        wander: Wander::new(rows.len()),
-        seed,
-        commands: commands(prepared),
-        resting,
-        rows,
-    };
-    asking.answer()
+    Asking::new(prepared, fitted, pauses, seed).answer()
+}
+
+/// How the stops of these strikes vary about a fitted model.
+pub(crate) fn variation(prepared: &PreparedStrikes<'_>, fitted: &Fitted) -> Variation {
+    let pauses = vec![1.0; prepared.strikes.len()];
+    Asking::new(prepared, fitted, &pauses, 0).variation()
 }
 
 /// Numbers of the sessions, by their first strikes.
@@ -164,6 +169,36 @@ struct Asking {
 }
 
 impl Asking {
+    fn new(prepared: &PreparedStrikes<'_>, fitted: &Fitted, pauses: &[f64], seed: u64) -> Self {
+        let rows = table(prepared, fitted);
+        let resting = fitted.estimated.components.nuisance[3];
+        Self {
+            covariates: Covariates::new(prepared, resting, pauses),
+            sessions: sessions(prepared),
+            shuffles: Shuffles::new(rows.len(), seed),
+            wander: Wander::new(rows.len()),
+            seed,
+            commands: commands(prepared),
+            resting,
+            rows,
+        }
+    }
+
+    fn variation(&self) -> Variation {
+        let (stop, heading) = (
+            self.components(Column::Stop),
+            self.components(Column::Heading),
+        );
+        let slide = self.moves(What::Column(Column::Stop));
+        let of = |part: fn(&Components) -> f64| slide * part(&stop).hypot(part(&heading));
+        Variation {
+            // A start and a stop are seen, each in two coordinates.
+            repeats: of(|c| c.repeats.0).hypot(2.0 * self.resting),
+            wander: of(|c| c.wander),
+            sessions: of(|c| c.sessions),
+        }
+    }
+
     fn answer(&self) -> Answer {
         let commands = self.commands();
         let order = self.order();
@@ -183,15 +218,8 @@ impl Asking {
         });
         findings.extend(ordered);
         findings.sort_by(|a, b| b.size.total_cmp(&a.size));
-        let (stop, heading) = (
-            self.components(Column::Stop),
-            self.components(Column::Heading),
-        );
-        let slide = self.moves(What::Column(Column::Stop));
-        let scatter = slide * stop.repeats.0.hypot(heading.repeats.0);
         Answer {
-            // A start and a stop are seen, each in two coordinates.
-            floor: scatter.hypot(2.0 * self.resting),
+            floor: self.variation().repeats,
             findings,
         }
     }
@@ -276,11 +304,12 @@ impl Asking {
 
     fn components(&self, of: Column) -> Components {
         let column = self.weighed(of, true);
-        let (_, errors) = column_of(&self.rows, of);
+        let (raw, errors) = column_of(&self.rows, of);
         let error = (errors.norm_squared() / errors.len().max(1) as f64).sqrt();
         let values = column.values.component_div(&column.weights);
         components::components(
             &values,
+            &raw,
             error,
             &self.covariates.linear(),
             &self.sessions,

@@ -16,6 +16,9 @@ use super::{
 
 /// Cosines over the order.
 const COSINES: usize = 6;
+/// Rounds of wear, and where in one the first strike may be.
+const ROUNDS: usize = 16;
+const PHASES: u32 = 8;
 /// Strikes on each side of a step.
 const SIDE: usize = 3;
 /// Wanders drawn: another form is told where it is better than the likeliest wander by more than it is of any of these.
@@ -167,6 +170,14 @@ impl InOrder {
                 place.map(|t| (turns * t).sin()),
             ];
             forms.push((Form::Cycle, self.beside(cycle), 3.0));
+        }
+        // Wears, and is made as new again and again.
+        for rounds in 2..=(self.values.len() / (2 * SIDE)).min(ROUNDS) {
+            for phase in 0..PHASES {
+                let since = place
+                    .map(|t| (t * rounds as f64 + f64::from(phase) / f64::from(PHASES)).fract());
+                forms.push((Form::Cycle, self.beside(vec![since]), 3.0));
+            }
         }
         let sessions = self.of_sessions();
         if !sessions.is_empty() {

@@ -1,7 +1,7 @@
 //! Bumps: small smooth changes over a covariate, as columns of every strike.
 
 use nalgebra::{DMatrix, DVector};
-use values::Point;
+use values::{Point, Strike};
 use world::{WorldError, effects::Experiment, planar::Push};
 
 use super::covariate::Covariate;
@@ -23,6 +23,8 @@ const BUMPS: usize = 7;
 /// Bumps over the speeds or the angles that are commanded: a drive's error may wave along them.
 const COMMANDS: usize = 17;
 const PLANE: usize = 4;
+/// Standard deviation of starts in m below which they are one place.
+const STARTS: f64 = 0.005;
 /// Push in m/s² of the finite differences.
 const PUSH: f64 = 0.02;
 
@@ -210,27 +212,18 @@ pub(crate) fn bumps(
                 }),
             )
         }
-        Covariate::Command => {
-            let speeds = line(strikes.iter().map(|s| s.command.speed), PLANE);
-            let angles = line(strikes.iter().map(|s| s.command.angle), PLANE);
-            let places = speeds
-                .0
-                .iter()
-                .flat_map(|x| angles.0.iter().map(|y| Point::new(*x, *y)))
-                .flat_map(|at| [(at, ahead), (at, left)])
-                .collect();
-            let (wide, high) = (speeds.1, angles.1);
-            let shape = move |middle: Point, at: Point| {
-                bump(at.x - middle.x, wide) * bump(at.y - middle.y, high)
-            };
-            let found = builder.launched(places, &|i, place| {
-                let command = strikes[i].command;
-                shape(place, Point::new(command.speed, command.angle))
-            });
-            Some(Bumps {
-                shape: Box::new(shape),
-                ..found
-            })
+        Covariate::Command => Some(builder.on_plane(&|strike| {
+            let command = strike.command;
+            Point::new(command.speed, command.angle)
+        })),
+        Covariate::Start => {
+            let (_, spread) = Experiment {
+                rig: prepared.rig,
+                strikes,
+            }
+            .starts();
+            let is_varied = spread.x.max(spread.y) > STARTS;
+            is_varied.then(|| builder.on_plane(&|strike| strike.initial))
         }
     })
 }
@@ -300,6 +293,28 @@ impl Builder<'_, '_, '_> {
             let height = height(i, place.0);
             [place.1.x * height, place.1.y * height, 0.0]
         })
+    }
+
+    /// The same over a plane, along each side of which bumps stand.
+    fn on_plane(&self, of: &dyn Fn(&Strike) -> Point) -> Bumps {
+        let at: Vec<Point> = self.prepared.strikes.iter().map(|s| of(s)).collect();
+        let across = line(at.iter().map(|at| at.x), PLANE);
+        let along = line(at.iter().map(|at| at.y), PLANE);
+        let middles = across
+            .0
+            .iter()
+            .flat_map(|x| along.0.iter().map(|y| Point::new(*x, *y)));
+        let directions = [Point::new(1.0, 0.0), Point::new(0.0, 1.0)];
+        let places = middles.flat_map(|at| directions.map(|direction| (at, direction)));
+        let (wide, high) = (across.1, along.1);
+        let shape = move |middle: Point, at: Point| {
+            bump(at.x - middle.x, wide) * bump(at.y - middle.y, high)
+        };
+        let found = self.launched(places.collect(), &|i, place| shape(place, at[i]));
+        Bumps {
+            shape: Box::new(shape),
+            ..found
+        }
     }
 
     /// A strike's own speed, angle and friction, at unit height.

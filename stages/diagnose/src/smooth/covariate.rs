@@ -21,6 +21,8 @@ pub(crate) enum Covariate {
     Speed,
     Angle,
     Command,
+    /// Delivered speed and angle, by where the object lies.
+    Start,
     /// Delivered speed and angle, by the number of strikes before.
     Order,
     /// Friction, by the number of strikes before.
@@ -28,7 +30,7 @@ pub(crate) enum Covariate {
 }
 
 /// Those that are looked at in every diagnosis.
-pub(crate) const COVARIATES: [Covariate; 10] = [
+pub(crate) const COVARIATES: [Covariate; 11] = [
     Covariate::Position,
     Covariate::Surface,
     Covariate::SlidingSpeed,
@@ -37,6 +39,7 @@ pub(crate) const COVARIATES: [Covariate; 10] = [
     Covariate::Phase,
     Covariate::Speed,
     Covariate::Angle,
+    Covariate::Start,
     Covariate::Order,
     Covariate::Wear,
 ];
@@ -45,7 +48,9 @@ impl Covariate {
     /// Whether it is one of a strike's launch, or of its friction as a whole.
     pub(crate) fn is_of_whole_strikes(self) -> bool {
         match self {
-            Self::Speed | Self::Angle | Self::Command | Self::Order | Self::Wear => true,
+            Self::Speed | Self::Angle | Self::Command | Self::Start | Self::Order | Self::Wear => {
+                true
+            }
             Self::Position
             | Self::Surface
             | Self::SlidingSpeed
@@ -67,6 +72,7 @@ impl Covariate {
             Self::Speed => "speed",
             Self::Angle => "angle",
             Self::Command => "command",
+            Self::Start => "start",
             Self::Order => "order",
             Self::Wear => "wear",
         }
@@ -84,6 +90,7 @@ pub(crate) fn family(name: &str) -> &'static [Covariate] {
         Family::FrictionByPlace => &[Covariate::Surface],
         Family::FrictionBySpeed => &[Covariate::SlidingSpeed],
         Family::FrictionByHeading => &[Covariate::Heading],
+        Family::LaunchByPlace => &[Covariate::Start],
         Family::LaunchSpeed => &[Covariate::Speed],
         Family::LaunchAngle => &[Covariate::Angle],
         // Not by commanded speed: bumps over that change the delivered speed too, and would take an arm that saturates.

@@ -71,7 +71,7 @@ pub(crate) fn dependences_of(
         let scores = test.scores(bumps.places.len(), &bumps.moved);
         let ridge = Ridge::new(&scores, bumps.scale);
         let peak = Peak { prepared, test };
-        let (at, peak) = peak.strongest(covariate, &scores, &bumps.places, &ridge.heights);
+        let (at, peak) = peak.strongest(covariate, &scores, &bumps, &ridge.heights);
         found.push(Dependence {
             covariate,
             gain: ridge.gain,

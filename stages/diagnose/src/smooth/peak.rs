@@ -5,7 +5,7 @@ use values::{Point, Strike};
 use world::GRAVITY;
 
 use super::{
-    bumps::{Place, bump},
+    bumps::{Bumps, bump},
     covariate::Covariate,
 };
 use crate::{
@@ -29,9 +29,10 @@ impl Peak<'_, '_, '_> {
         &self,
         covariate: Covariate,
         scores: &ColumnScores,
-        places: &[Place],
+        bumps: &Bumps,
         heights: &DVector<f64>,
     ) -> (Point, Point) {
+        let places = &bumps.places;
         let change = -scores.made_up.tr_mul(heights);
         let spacing = places
             .iter()
@@ -39,6 +40,7 @@ impl Peak<'_, '_, '_> {
             .filter(|distance| *distance > 1e-9)
             .fold(f64::INFINITY, f64::min);
         // Bumps overlap: what acts at the middle of one is a sum over its neighbours.
+        let on_plane = |at: Point| bumps.height_at(at, heights);
         let bumps = |at: Point| {
             let each = places.iter().zip(heights.iter());
             each.fold(Point::default(), |sum, (place, height)| {
@@ -46,26 +48,27 @@ impl Peak<'_, '_, '_> {
             })
         };
         let strikes = &self.prepared.strikes;
-        let launched = |of: &dyn Fn(&Strike) -> f64| {
+        let launched = |sum: &dyn Fn(Point) -> Point, of: &dyn Fn(&Strike) -> Point| {
             let made_up = self.test.as_launches(&change);
-            let by_strike: Vec<(f64, Point)> = strikes
+            let by_strike: Vec<(Point, Point)> = strikes
                 .iter()
                 .zip(made_up)
                 .map(|(strike, made_up)| {
                     let at = of(strike);
-                    (at, bumps(Point::new(at, 0.0)) + made_up)
+                    (at, sum(at) + made_up)
                 })
                 .collect();
             move |at: Point| {
                 let near = by_strike
                     .iter()
-                    .map(|(x, net)| (bump(x - at.x, spacing), *net));
+                    .map(|(place, net)| (bump(at.distance(*place), spacing), *net));
                 let (weights, sum) = near.fold((0.0, Point::default()), |(w, s), (weight, net)| {
                     (w + weight, s + net * weight)
                 });
                 sum * (1.0 / f64::max(weights, 1e-9))
             }
         };
+        let on_line = |at: f64| Point::new(at, 0.0);
         let slower = GRAVITY * change[FRICTION];
         let ahead = strikes
             .iter()
@@ -82,10 +85,13 @@ impl Peak<'_, '_, '_> {
             }
             // Relative friction, not m/s².
             Covariate::Wear => Box::new(bumps),
-            Covariate::Command => Box::new(bumps),
-            Covariate::Order => Box::new(launched(&|strike| strike.conditions.order)),
-            Covariate::Speed => Box::new(launched(&|strike| strike.command.speed)),
-            Covariate::Angle => Box::new(launched(&|strike| strike.command.angle)),
+            Covariate::Command => Box::new(on_plane),
+            Covariate::Start => Box::new(launched(&on_plane, &|strike| strike.initial)),
+            Covariate::Order => {
+                Box::new(launched(&bumps, &|strike| on_line(strike.conditions.order)))
+            }
+            Covariate::Speed => Box::new(launched(&bumps, &|strike| on_line(strike.command.speed))),
+            Covariate::Angle => Box::new(launched(&bumps, &|strike| on_line(strike.command.angle))),
         };
         let seen = scores.alone.iter().copied().fold(0.0, f64::max);
         places

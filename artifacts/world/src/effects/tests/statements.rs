@@ -107,6 +107,11 @@ fn fitted_values_are_stated_in_a_sentence() {
             "friction rises by 25 % per metre towards 90° from +x",
         ),
         (
+            "striker_error_by_place",
+            &[("speed_x", -0.3), ("angle_y", 0.2), ("bias", 0.02)],
+            "the arm delivers 30 % more speed for each metre that the object lies towards 180° from +x, and strikes 11.5° further left for each metre that the object lies towards 90° from +x, and strikes 1.1° to the left in the middle of the starts",
+        ),
+        (
             "friction_step",
             &[("offset", 0.5), ("change", -0.2)],
             "friction is 20 % lower beyond the line through (0.50, 0.00) m, towards 0° from +x",
