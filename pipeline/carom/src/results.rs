@@ -115,10 +115,8 @@ impl Results {
             .as_ref()
             .and_then(|found| found.diagnosis.cause.clone());
         let without_stop = without_stop(self.without_stop, self.strikes.len());
-        let first = self.first_version.as_ref();
         of_fit
             .chain(without_stop)
-            .chain(first.and_then(FirstVersion::unjudged))
             .chain(cause)
             .chain(worse)
             .chain(unjudged)
