@@ -43,10 +43,8 @@ pub fn fences<'a>(rig: &Rig, logs: impl IntoIterator<Item = &'a Seen>) -> Vec<Fo
     let (mut bounces, mut motions) = (Vec::new(), 0);
     for seen in logs {
         let is_stated = |place: Point| {
-            let stated = rig.table.fences.iter();
-            stated
-                .into_iter()
-                .any(|fence| fence.distance(place) < reach + near)
+            let mut stated = rig.table.fences.iter();
+            stated.any(|fence| fence.distance(place) < reach + near)
         };
         bounces.extend(seen.bounces.iter().filter(|b| !is_stated(b.place)).copied());
         motions += seen.motions.len();

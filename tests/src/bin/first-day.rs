@@ -172,6 +172,7 @@ fn ended(lab: &Lab) -> anyhow::Result<Ended> {
                 .text
                 .split_once("refused    ")
                 .map_or("", |(_, said)| said);
+            let said = said.split("report    ").next().unwrap_or_default();
             let words: Vec<&str> = said.split_whitespace().collect();
             Ended::Gate(words.join(" "))
         }
