@@ -52,6 +52,7 @@ fn strikes(criterion: &mut Criterion) {
             command,
             conditions: &conditions,
             times: &times,
+            to_rest: true,
         };
         let jobs: Vec<Job<'_>> = launches
             .iter()

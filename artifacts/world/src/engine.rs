@@ -167,6 +167,16 @@ impl Engine {
         }
     }
 
+    /// Moves the object by this (m), and adds this to its velocity (m/s).
+    pub(crate) fn carry(&mut self, by: Point, velocity: Point) {
+        let qpos = self.data.qpos_mut();
+        qpos[0] += by.x;
+        qpos[1] += by.y;
+        let qvel = self.data.qvel_mut();
+        qvel[0] += velocity.x;
+        qvel[1] += velocity.y;
+    }
+
     /// Prescribes the striker's position (m) and velocity (m/s).
     pub(crate) fn drive_striker(&mut self, position: Point, velocity: Point) {
         let nv = self.nv_object;

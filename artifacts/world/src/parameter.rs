@@ -43,7 +43,7 @@ pub const PARAMETERS: &[ParameterSpec] = &[
     spec(
         "friction",
         0.30,
-        0.02,
+        0.0,
         1.5,
         "",
         "sliding friction between object and table",

@@ -82,6 +82,7 @@ impl Worker<'_> {
                 command,
                 conditions: aim.conditions,
                 times: &[],
+                to_rest: true,
             };
             let release = self.likely_release(command, aim.initial, aim.conditions)?;
             Some(planar.slide(&input, release, &Deviation::default())?.stop - aim.initial)

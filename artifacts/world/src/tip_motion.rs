@@ -67,7 +67,18 @@ impl TipMotion {
         if gap <= 0.0 && !(self.has_parted && opening > 0.0) {
             return None;
         }
-        let speed = velocity.norm();
+        let longest = Self::longest_step(sim, velocity.norm(), slowing);
+        // The gap narrows by friction, at most twice as fast as the world's own.
+        let narrowing = 2.0 * sim.friction * GRAVITY;
+        let free = std::iter::successors(Some(longest), |step| Some(0.5 * step))
+            .take(4)
+            .find(|step| gap.max(0.0) + opening * step - 0.5 * narrowing * step * step > 0.0);
+        self.has_parted |= free.is_some();
+        free
+    }
+
+    /// Length in s of a step of an object that slides alone at this speed (m/s) and slows by this much (m/s²).
+    pub(crate) fn longest_step(sim: &Simulator, speed: f64, slowing: f64) -> f64 {
         let mut longest = sim.steps.slide;
         // A ball passes from sliding to rolling within a few milliseconds.
         if sim.rig.object.shape == Shape::Sphere {
@@ -80,13 +91,7 @@ impl TipMotion {
             // The last step ends where the rest of the slide is solved exactly.
             longest = longest.min(((speed - 0.8 * CREEP) / slowing).max(sim.steps.contact));
         }
-        // The gap narrows by friction, at most twice as fast as the world's own.
-        let narrowing = 2.0 * sim.friction * GRAVITY;
-        let free = std::iter::successors(Some(longest), |step| Some(0.5 * step))
-            .take(4)
-            .find(|step| gap.max(0.0) + opening * step - 0.5 * narrowing * step * step > 0.0);
-        self.has_parted |= free.is_some();
-        free
+        longest
     }
 
     /// Moves the tip; once it is no longer near, it is taken out of the object's way.

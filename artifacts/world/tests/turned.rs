@@ -121,6 +121,7 @@ fn planar_form_follows_mujoco() {
                 command,
                 conditions: &conditions,
                 times: &times,
+                to_rest: true,
             };
             let of_planar = planar.release(&input, &launch);
             let of_mujoco = worker.release(impact).expect("parts");

@@ -17,6 +17,7 @@
 //! - [`film::with_camera`] gives a demo's rig a camera: its logs then have pictures in place of centroids.
 //! - [`Hide::parse`] reads `--hide`: effects, and kinds of noise.
 
+mod air_table;
 mod body;
 mod camera;
 mod choice;
@@ -42,6 +43,7 @@ mod striker;
 mod surface;
 mod truth;
 
+pub use air_table::AirTable;
 pub use choice::{NotSim, SimChoice};
 pub use declare::ParameterSpec;
 pub use effects::Effect;
@@ -54,4 +56,4 @@ pub use plan::{PlannedStrike, parse_plan};
 pub use sim::{Recording, Sim};
 pub use strike::StrikeOutcome;
 pub use strike_index::StrikeIndex;
-pub use truth::{CameraTruth, Scatter, StrikeTruth, Truth};
+pub use truth::{CameraTruth, FenceTruth, Scatter, StrikeTruth, Truth};

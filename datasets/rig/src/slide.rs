@@ -94,6 +94,7 @@ fn slide_in_steps(
             );
         }
         state = runge_kutta(body, surface, state, time, step);
+        state.velocity = surface.fenced(state.at, state.velocity, body.reach());
         time += step;
         motion.push(Moment {
             at: state.at,

@@ -117,7 +117,7 @@ impl PreparedRig {
         };
         let launched = launch.velocity.rotated(from.yaw);
         let friction = self.truth.friction * friction_factor;
-        let surface = Surface::new(friction, hidden, index);
+        let surface = Surface::new(friction, hidden, index).with_fences(&self.truth.fences);
         let motion = if self.body.ball {
             roll::roll(&self.body, &surface, from.at, launched, rolling / friction)
         } else {

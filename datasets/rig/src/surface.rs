@@ -3,7 +3,7 @@
 use values::Point;
 
 use crate::effects::{Acts, GRAVITY};
-use crate::{Hidden, StrikeIndex};
+use crate::{FenceTruth, Hidden, StrikeIndex};
 
 /// Below this speed (m/s) an element counts as not moving, and no direction opposes it.
 const STILL: f64 = 1e-9;
@@ -22,6 +22,7 @@ pub(crate) struct Surface<'a> {
     acting: Vec<&'a dyn Acts>,
     film: f64,
     grain_size: f64,
+    fences: &'a [FenceTruth],
 }
 
 impl<'a> Surface<'a> {
@@ -38,7 +39,21 @@ impl<'a> Surface<'a> {
                 .acts()
                 .map(Acts::grain_size)
                 .fold(f64::INFINITY, f64::min),
+            fences: &[],
         }
+    }
+
+    /// The same with fences on it.
+    pub(crate) fn with_fences(self, fences: &'a [FenceTruth]) -> Self {
+        Self { fences, ..self }
+    }
+
+    /// Velocity of a body with an edge at `reach` (m), once it has met the fences that it touches.
+    pub(crate) fn fenced(&self, at: Point, velocity: Point, reach: f64) -> Point {
+        let turned = |velocity, fence: &FenceTruth| {
+            fence.turned_back(at, velocity, reach).unwrap_or(velocity)
+        };
+        self.fences.iter().fold(velocity, turned)
     }
 
     /// Whether friction is the same all over the base, whatever its speed.

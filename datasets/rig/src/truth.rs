@@ -29,12 +29,40 @@ pub struct Truth {
     pub camera: CameraTruth,
     /// What is hidden.
     pub hidden: Hidden,
+    /// Where objects bounce on the table; not in the file where there is none.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub fences: Vec<FenceTruth>,
     /// Noise beside launch scatter and independent camera noise; not in the file where there is none.
     #[serde(default, skip_serializing_if = "Noise::is_none")]
     pub noise: Noise,
     /// What was struck; empty for a robot that has not struck yet.
     #[serde(default)]
     pub strikes: Vec<StrikeTruth>,
+}
+
+/// A straight fence: an object turns back where its edge meets it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FenceTruth {
+    /// One end, in m.
+    pub from: Point,
+    /// The other end, in m.
+    pub to: Point,
+    /// Speed away from it over speed towards it.
+    pub restitution: f64,
+}
+
+impl FenceTruth {
+    /// The velocity after the fence, of a body with an edge at `reach` (m) from its centre that moves towards it and touches.
+    pub(crate) fn turned_back(&self, at: Point, velocity: Point, reach: f64) -> Option<Point> {
+        let along = self.to - self.from;
+        let share = ((at - self.from).dot(along) / along.dot(along)).clamp(0.0, 1.0);
+        let away = at - (self.from + along * share);
+        let towards = away * (-1.0 / away.norm().max(1e-12));
+        let speed = velocity.dot(towards);
+        (away.norm() < reach && speed > 0.0)
+            .then(|| velocity - towards * ((1.0 + self.restitution) * speed))
+    }
 }
 
 /// Launch scatter: standard deviations from strike to strike.
@@ -119,6 +147,7 @@ impl Truth {
                 dropped: 0.01,
             },
             hidden: Hidden::demo(),
+            fences: Vec::new(),
             noise: Noise::none(),
             strikes: Vec::new(),
         }
@@ -158,6 +187,7 @@ impl Truth {
         Self {
             rig: self.rig.clone(),
             hidden: self.hidden.clone(),
+            fences: self.fences.clone(),
             noise: self.noise.clone(),
             strikes: Vec::new(),
             ..*self

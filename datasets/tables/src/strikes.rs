@@ -12,8 +12,8 @@ use crate::read::{Batch, read};
 use crate::write::{Cell, write_with};
 
 /// The columns of the public interface, `order`, and what else is known of a strike where the arm's state or the object's yaw was
-/// logged: null where it was not. Where `end` is not `rest` there is no stop, and no path. `contact` is on the track's clock; `pushed_again` is 1 where the arm reached the object again.
-const STRIKES: Table<22> = Table {
+/// logged: null where it was not. Where `end` is not `rest` there is no stop, and no path. `moving` is the velocity that the object had before, null where it rested. `contact` is on the track's clock; `pushed_again` is 1 where the arm reached the object again.
+const STRIKES: Table<24> = Table {
     name: "strikes",
     columns: [
         text("strike_id"),
@@ -38,6 +38,8 @@ const STRIKES: Table<22> = Table {
         count("pushed_again").or_null(),
         real("yaw0", "rad").or_null(),
         text("end"),
+        real("moving_x", "m/s").or_null(),
+        real("moving_y", "m/s").or_null(),
     ],
 };
 
@@ -92,7 +94,7 @@ fn track(strike: &Strike) -> impl Iterator<Item = [Cell<'_>; 5]> {
         })
 }
 
-fn cells(strike: &Strike) -> [Cell<'_>; 22] {
+fn cells(strike: &Strike) -> [Cell<'_>; 24] {
     let (stop, path) = (strike.has_stop().then_some(strike.stop), strike.path());
     let path = stop.map(|_| path);
     let arm = strike.delivered;
@@ -120,6 +122,8 @@ fn cells(strike: &Strike) -> [Cell<'_>; 22] {
         arm.map_or(Cell::Null, |arm| Cell::Count(arm.pushed_again.into())),
         Cell::real_or_null(yaw.map(|yaw| yaw.initial)),
         Cell::Text(strike.track.end.name()),
+        Cell::real_or_null(strike.conditions.moving.map(|moving| moving.x)),
+        Cell::real_or_null(strike.conditions.moving.map(|moving| moving.y)),
     ]
 }
 
@@ -215,6 +219,12 @@ fn strike(batch: &Batch, row: usize) -> Result<Strike, TableError> {
             session: text("session"),
             order: real("order"),
             yaw: batch.real_or_null("yaw0", row),
+            moving: {
+                let velocity = |name| batch.real_or_null(name, row);
+                velocity("moving_x")
+                    .zip(velocity("moving_y"))
+                    .map(|(x, y)| Point::new(x, y))
+            },
         },
         delivered: delivered(batch, row),
     })

@@ -14,6 +14,8 @@ const USED: std::ops::Range<f64> = 0.05..0.90;
 /// Share of most strikes' deceleration below which an object was carried along: no table has patches of half its friction under a whole
 /// slide.
 const CARRIED: f64 = 0.5;
+/// Deceleration in m/s² below which nothing brakes on a table, carried along or not.
+const BRAKES: f64 = 0.5;
 /// Median of the absolute value of a normal variable.
 const MEDIAN: f64 = 0.674_49;
 
@@ -128,7 +130,12 @@ pub fn free_slides(strikes: &[&Strike]) -> Vec<bool> {
     if all.is_empty() {
         return is_free;
     }
-    let least = CARRIED * median(all).unwrap_or(0.0);
+    let usual = median(all).unwrap_or(0.0);
+    let least = if usual > BRAKES {
+        CARRIED * usual
+    } else {
+        f64::NEG_INFINITY
+    };
     is_free
         .iter()
         .zip(&braked)

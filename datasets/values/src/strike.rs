@@ -129,6 +129,10 @@ pub struct Conditions {
     /// with its faces along the table's axes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub yaw: Option<f64>,
+    /// The object's velocity right before the impact, in m/s; none where it rested. The command is then the tip's velocity beside it, along
+    /// the line of their centres.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub moving: Option<Point>,
 }
 
 /// One strike that was kept.
@@ -176,6 +180,15 @@ impl Strike {
     /// Whether the object came to rest by itself.
     pub fn has_stop(&self) -> bool {
         self.track.end == End::Rest
+    }
+
+    /// Seconds from the impact to the track's end, where that is no rest. An impact lies within the frame before the track's zero: in its
+    /// middle, where it is not known better.
+    pub fn ends(&self) -> Option<f64> {
+        let last = *self.track.t.last().filter(|_| !self.has_stop())?;
+        let frame = last / (self.track.len().max(2) - 1) as f64;
+        let contact = self.delivered.map_or(-0.5 * frame, |by| by.contact);
+        Some(last - contact)
     }
 
     /// Displacement from rest to rest, or to the track's end, in metres.

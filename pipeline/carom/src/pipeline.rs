@@ -40,9 +40,13 @@ pub enum Step {
 
 /// Goes through the steps up to and with `last`; each answers from the run's cache where nothing changed.
 pub fn pipeline(run: &Run, inputs: &Inputs, last: Step) -> Result<Results, Error> {
+    let read = reading::read(run, &inputs.rig, &inputs.logs, inputs.seed)?;
+    // With the fences that were found.
+    let inputs = &Inputs {
+        rig: read.rig,
+        ..inputs.clone()
+    };
     let Inputs { rig, seed, .. } = inputs;
-
-    let read = reading::read(run, rig, &inputs.logs, *seed)?;
     let mut results = Results {
         kept: read.strikes,
         rejects: read.rejects,
@@ -51,6 +55,7 @@ pub fn pipeline(run: &Run, inputs: &Inputs, last: Step) -> Result<Results, Error
         damaged: read.damaged,
         log_notes: read.notes,
         check: read.check,
+        rig: Some(rig.clone()),
         ..Results::default()
     };
     if last < Step::Sysid {
@@ -86,7 +91,11 @@ pub fn pipeline(run: &Run, inputs: &Inputs, last: Step) -> Result<Results, Error
         return Ok(results);
     }
 
-    // Tracks that end before rest have identified and diagnosed; they have no path to solve for, and no stop that judges.
+    // Tracks that end before rest have identified and diagnosed; they have no path to solve for, and no stop that judges. Where none
+    // rests, the places at their ends judge the worlds.
+    if last >= Step::Evaluate && !results.strikes.iter().any(Strike::has_stop) {
+        results.evaluation = evaluated(run, rig, &results)?;
+    }
     let all = results.strikes.len();
     results.strikes.retain(Strike::has_stop);
     results.without_stop = all - results.strikes.len();
@@ -130,20 +139,11 @@ pub fn pipeline(run: &Run, inputs: &Inputs, last: Step) -> Result<Results, Error
         return Ok(results);
     }
 
+    results.evaluation = evaluated(run, rig, &results)?;
     if let Some((_, used)) = results.used() {
-        let judges = strikes.iter().filter(|strike| strike.split == Split::Test);
-        let judges: Vec<Judge> = judges.map(Judge::from).collect();
-        let judge =
-            |candidates: Vec<Candidate>| judge(run, rig, &judges, &candidates, &noise(rig, used));
-        let models = models(rig, &results);
-        let new_sessions = judge_new_sessions(run, rig, &judges, &models)?;
-        let evaluation = Evaluation {
-            new_sessions,
-            ..judge(models)?
-        };
-        let curve = judge(curve_candidates(&used.world, &results.curve))?;
+        let candidates = curve_candidates(&used.world, &results.curve);
+        let curve = judge(run, rig, &judges(strikes), &candidates, &noise(rig, used))?;
         results.curve_errors = mean_errors(&results.curve, &curve);
-        results.evaluation = Some(evaluation);
     }
     if last < Step::Publish {
         return Ok(results);
@@ -166,6 +166,26 @@ pub fn pipeline(run: &Run, inputs: &Inputs, last: Step) -> Result<Results, Error
     }
     results.contents = Some(contents);
     Ok(results)
+}
+
+/// Every model's errors on the strikes that judge; none where there is no world.
+fn evaluated(run: &Run, rig: &Rig, results: &Results) -> Result<Option<Evaluation>, Error> {
+    let Some((_, used)) = results.used() else {
+        return Ok(None);
+    };
+    let judges = judges(&results.strikes);
+    let models = models(rig, results);
+    let new_sessions = judge_new_sessions(run, rig, &judges, &models)?;
+    Ok(Some(Evaluation {
+        new_sessions,
+        ..judge(run, rig, &judges, &models, &noise(rig, used))?
+    }))
+}
+
+/// The strikes that judge models.
+fn judges(strikes: &[Strike]) -> Vec<Judge> {
+    let held_out = strikes.iter().filter(|strike| strike.split == Split::Test);
+    held_out.map(Judge::from).collect()
 }
 
 /// Identification is given the strikes that it looks at and no others: new ones then leave its answer, and with it every

@@ -10,7 +10,6 @@ use stage::{Run, RunError};
 use store::InputFile;
 use values::{Reject, Rig};
 
-use crate::inputs::Inputs;
 use crate::left_out::LeftOut;
 use crate::naming::{name_logs, names};
 use crate::tracking::tracked;
@@ -32,6 +31,8 @@ pub struct Read {
     pub notes: Vec<String>,
     /// Whether they mean what the rig file says.
     pub check: Check,
+    /// The rig file, with the fences that were found.
+    pub rig: Rig,
 }
 
 /// Files that can be read, with their hashes, and those that cannot. Logs of one file name in several folders are named so
@@ -66,23 +67,34 @@ pub fn read(run: &Run, rig: &Rig, logs: &[PathBuf], seed: u64) -> Result<Read, E
     let tracked = tracked(run.dir(), rig, logs)?;
     let (mut logs, mut left_out) = open(&tracked.logs);
     left_out.extend(tracked.left_out);
-    let mut read = loop {
-        match run.lists(&Ingest { seed }, rig, &logs) {
+    let mut ingest = |rig: &Rig, logs: &mut Vec<LogFile>| loop {
+        match run.lists(&Ingest { seed }, rig, logs) {
             // It is written to while it is read: left out of this run, and nothing is kept of it.
             Err(RunError::Stage(error @ IngestError::Changed { .. })) => {
                 let is_changed = |log: &LogFile| error.is_of(&log.path);
                 let Some(place) = logs.iter().position(is_changed) else {
-                    return Err(Error::input(error));
+                    break Err(Error::input(error));
                 };
                 left_out.push(LeftOut {
                     log: logs.remove(place).name,
                     why: error.to_string(),
                 });
             }
-            Err(RunError::Stage(error @ IngestError::Log(_))) => return Err(Error::input(error)),
-            lists => break lists?,
+            Err(RunError::Stage(error @ IngestError::Log(_))) => break Err(Error::input(error)),
+            lists => break lists.map_err(Error::from),
         }
     };
+    let mut read = ingest(rig, &mut logs)?;
+    let fences = ingest::fences(rig, read.iter().map(|(outcome, _)| &outcome.seen));
+    let mut fenced = rig.clone();
+    if !fences.is_empty() {
+        // What they show of fences is a matter of all logs together: each is read once more, with them.
+        fenced
+            .table
+            .fences
+            .extend(fences.iter().map(|found| found.fence));
+        read = ingest(&fenced, &mut logs)?;
+    }
     for (outcome, _) in &read {
         let log = &outcome.log;
         left_out.extend(outcome.left_out.clone().map(|why| LeftOut {
@@ -122,7 +134,7 @@ pub fn read(run: &Run, rig: &Rig, logs: &[PathBuf], seed: u64) -> Result<Read, E
         .map(|(outcome, _)| LogSeen::of(outcome))
         .collect();
     let (strikes, rejects) = Strikes::join(read);
-    let check = check::check(rig, &log_reads(&seen, &rejects));
+    let check = check::check(rig, &log_reads(&seen, &rejects), &fences);
     // Where it is known why nothing was kept, that is said.
     if strikes.is_empty() && !check.is_meaningless() {
         return Err(Error::input(format!(
@@ -144,6 +156,7 @@ pub fn read(run: &Run, rig: &Rig, logs: &[PathBuf], seed: u64) -> Result<Read, E
         damaged,
         notes,
         check,
+        rig: fenced,
     })
 }
 
@@ -179,14 +192,19 @@ fn log_reads<'a>(seen: &'a [LogSeen], rejects: &'a [Reject]) -> Vec<LogRead<'a>>
 }
 
 /// Ids of the strikes that were found in a log as it was; none where the cache no longer holds them.
-pub fn known(run: &Run, inputs: &Inputs, log: &InputFile) -> Result<Option<Vec<String>>, Error> {
-    let settings = Ingest { seed: inputs.seed };
+pub fn known(
+    run: &Run,
+    rig: &Rig,
+    seed: u64,
+    log: &InputFile,
+) -> Result<Option<Vec<String>>, Error> {
+    let settings = Ingest { seed };
     let log = LogFile {
         name: log.name.clone(),
         sha256: log.sha256.clone(),
         path: PathBuf::new(),
     };
-    let kept = run.kept_list(&settings, &inputs.rig, &log)?;
+    let kept = run.kept_list(&settings, rig, &log)?;
     Ok(kept.map(|(outcome, _)| outcome.strikes.into_iter().map(|found| found.id).collect()))
 }
 

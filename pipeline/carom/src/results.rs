@@ -8,7 +8,7 @@ use residual::{LaunchResidual, ResidualTable};
 use store::{Contents, Model};
 use sysid::Fit;
 use train::{CurvePoint, Learned};
-use values::{Reject, Strike};
+use values::{Reject, Rig, Strike};
 use world::{Solution, World};
 
 use crate::error::Outcome;
@@ -36,6 +36,8 @@ pub struct Results {
     pub log_notes: Vec<String>,
     /// Whether the logs mean what the rig file says; where a model of them would be meaningless, no further step was gone.
     pub check: Check,
+    /// The rig file, with the fences that were found.
+    pub rig: Option<Rig>,
     /// From [`Step::Sysid`](crate::pipeline::Step) on.
     pub fit: Option<Fit>,
     /// The identified world; from sysid on.
@@ -115,10 +117,8 @@ impl Results {
             .as_ref()
             .and_then(|found| found.diagnosis.cause.clone());
         let without_stop = without_stop(self.without_stop, self.strikes.len());
-        let first = self.first_version.as_ref();
         of_fit
             .chain(without_stop)
-            .chain(first.and_then(FirstVersion::unjudged))
             .chain(cause)
             .chain(worse)
             .chain(unjudged)
@@ -136,7 +136,7 @@ impl Results {
 fn without_stop(without: usize, with: usize) -> Option<String> {
     let rest = match with {
         0 => {
-            "no strike comes to rest by itself, so that stops can be neither learnt nor judged: nothing is published"
+            "no strike comes to rest by itself: errors are those of the place at the track's end, stops can be neither learnt nor aimed at, and nothing is published"
         }
         _ => "the others alone are learnt from and judge stops",
     };

@@ -97,6 +97,7 @@ impl Planner {
                 session: String::new(),
                 order: next_order(artifact),
                 yaw: None,
+                moving: None,
             },
             good_for: GOOD_FOR,
         })

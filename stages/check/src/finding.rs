@@ -2,7 +2,7 @@
 
 use ingest::Seen;
 use serde::{Deserialize, Serialize};
-use values::{Reject, RejectReason};
+use values::{Fence, Reject, RejectReason};
 
 /// A log as it was read.
 #[derive(Clone, Debug)]
@@ -164,6 +164,10 @@ pub enum Finding {
         count: usize,
         detail: String,
     },
+    /// Commands are turned as the rig file says that the base stands; objects leave beside them by what is left.
+    BaseTurns { base_yaw: f64, left: f64 },
+    /// A fence that the rig file does not state: objects bounce at it.
+    Fence { fence: Fence, bounces: usize },
     /// A resting object is noisier than stated.
     Noise { measured: f64, stated: f64 },
     /// Many frames are lost.
@@ -198,7 +202,9 @@ impl Finding {
             | Self::MostlyRejected { .. }
             | Self::Noise { .. }
             | Self::LostFrames { .. } => Severity::Doubtful,
-            Self::FewStrikes { .. }
+            Self::Fence { .. }
+            | Self::BaseTurns { .. }
+            | Self::FewStrikes { .. }
             | Self::OneSpeed { .. }
             | Self::OneAngle { .. }
             | Self::OnePlace { .. }

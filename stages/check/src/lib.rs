@@ -17,14 +17,15 @@ mod statistics;
 
 pub use finding::{Check, Coverage, Finding, Limit, LogRead, Measured, Severity};
 
-use values::Rig;
+use ingest::FoundFence;
+use values::{CommandFrame, Rig};
 
 use crate::pairs::{FEWEST, Pair, Pairs};
 use crate::statistics::median;
 pub use crate::statistics::wrapped;
 
-/// Checks logs that were read.
-pub fn check(rig: &Rig, logs: &[LogRead<'_>]) -> Check {
+/// Checks logs that were read; `fences` are those that were found in them beside the rig file's.
+pub fn check(rig: &Rig, logs: &[LogRead<'_>], fences: &[FoundFence]) -> Check {
     let paired: Vec<Pairs> = logs.iter().map(|log| pairs::pairs(log.seen)).collect();
     let all: Vec<Pair> = paired.iter().flat_map(|of| of.pairs.clone()).collect();
     let mut findings: Vec<Finding> = Vec::new();
@@ -44,10 +45,15 @@ pub fn check(rig: &Rig, logs: &[LogRead<'_>]) -> Check {
             );
         }
     }
+    findings.extend(base_turns(rig, &all));
     findings.extend(clocks(logs, &paired));
     findings.extend(speeds(rig, &all));
     findings.extend(limits(rig, &all));
     findings.extend(rejected(logs));
+    findings.extend(fences.iter().map(|found| Finding::Fence {
+        fence: found.fence,
+        bounces: found.bounces,
+    }));
     findings.extend(noise(rig, logs));
     let (seen, lost) = logs.iter().fold((0, 0), |(seen, lost), log| {
         (seen + log.seen.frames, lost + log.seen.lost)
@@ -77,6 +83,14 @@ pub fn check(rig: &Rig, logs: &[LogRead<'_>]) -> Check {
         },
         findings,
     }
+}
+
+/// What a stated turn of the base takes with it: a constant error of heading looks like a base that is turned a little farther.
+fn base_turns(rig: &Rig, pairs: &[Pair]) -> Option<Finding> {
+    let is_turned = rig.frames.command == CommandFrame::Base;
+    let base_yaw = rig.robot.base_yaw.filter(|_| is_turned)?;
+    let left = frames::turn(pairs)?;
+    Some(Finding::BaseTurns { base_yaw, left })
 }
 
 /// More frames lost than this part are told.

@@ -25,7 +25,7 @@ fn checked(lab: &Lab) -> (Check, usize) {
             rejects: outcome.rejects.iter().collect(),
         })
         .collect();
-    (check(&lab.rig, &logs), kept)
+    (check(&lab.rig, &logs, &[]), kept)
 }
 
 fn wrong(check: &Check) -> Vec<&Finding> {
@@ -119,6 +119,12 @@ fn where_the_rig_file_states_what_is_so_the_logs_are_read_so() {
             ref other => panic!("{mistake}: {other:?}"),
         }
         let (mended, kept) = checked(&lab);
+        // What a turned base takes with it is told.
+        let is_told = mended
+            .findings
+            .iter()
+            .any(|f| matches!(f, Finding::BaseTurns { .. }));
+        assert_eq!(is_told, mistake.contains("30°"), "{:?}", mended.findings);
         assert_eq!(wrong(&mended), Vec::<&Finding>::new(), "{mistake}");
         assert!(kept + 2 >= all, "{mistake}: {kept} of {all}");
     }
@@ -147,7 +153,7 @@ fn the_real_strikes_are_not_doubted() {
             rejects: outcome.rejects.iter().collect(),
         })
         .collect();
-    let found = check(&rig, &logs);
+    let found = check(&rig, &logs, &[]);
     println!("{:?} {:?}", found.measured, found.findings);
     assert_eq!(wrong(&found), Vec::<&Finding>::new());
     assert_eq!(found.measured.paired, 50);

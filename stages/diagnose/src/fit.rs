@@ -296,11 +296,15 @@ fn centre(model: &mut Model, nuisances: &mut [Nuisances]) {
     }
 }
 
+/// Friction below which a table hardly brakes.
+const HARDLY_ANY: f64 = 0.01;
+
 /// The step of one of the model's values, no longer than derivatives reach.
 fn step(from: &Fitted, place: usize) -> f64 {
     let (value, step) = (from.model.values[place], from.estimated.beta[place]);
     let longest = match place {
-        FRICTION => LONGEST * value,
+        // From next to nothing, too, it gets away.
+        FRICTION => LONGEST * value.max(HARDLY_ANY),
         RESTITUTION => LONGEST * (1.0 + value),
         _ => f64::INFINITY,
     };

@@ -9,18 +9,24 @@ use crate::{
     question::Variation,
 };
 
-/// Measured less simulated stops, in m; `None` where a strike does not rest, or not in that world.
+/// Measured less simulated stops, in m; `None` where a strike does not rest, or not in that world. Where none rests, the ends of tracks.
 pub(crate) fn stop_residuals(
     rig: &Rig,
     world: &World,
     strikes: &[&Strike],
 ) -> Result<Vec<Option<Point>>, WorldError> {
+    let none_rests = !strikes.iter().any(|strike| strike.has_stop());
     Ok(Simulator::new(rig, world)?.map(strikes, |worker, strike| {
-        worker
-            .strike(strike.initial, strike.command, &strike.conditions)
-            .ok()
-            .filter(|_| strike.has_stop())
-            .map(|simulated| strike.stop - simulated.stop)
+        let (initial, command, conditions) = (strike.initial, strike.command, &strike.conditions);
+        let last = match strike.ends() {
+            None => worker.strike(initial, command, conditions).ok()?.stop,
+            Some(ends) if none_rests => {
+                let simulated = worker.strike_until(initial, command, conditions, ends);
+                simulated.ok()?.at(ends)
+            }
+            Some(_) => return None,
+        };
+        Some(strike.stop - last)
     }))
 }
 

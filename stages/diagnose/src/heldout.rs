@@ -113,7 +113,7 @@ fn predictive(
     let effects = fitted.model.effects(prepared.rig, values)?;
     let planar = prepared.planar(values, &effects);
     let miss = |i: usize| {
-        if !prepared.strikes[i].has_stop() {
+        if !prepared.judges(i) {
             return None;
         }
         let simulated = prepared.simulate(&planar, i, values[CLOCK], &Nuisances::zeros())?;

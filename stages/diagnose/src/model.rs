@@ -65,6 +65,8 @@ pub(crate) struct Model {
 
 /// Factor by which friction may differ from where it was identified.
 const FURTHEST: f64 = 5.0;
+/// And by so much, where it is next to nothing.
+const LEAST: f64 = 0.01;
 /// How many scales wide the prior of an effect's parameter is: wide enough to move no estimate that the data determine.
 pub(crate) const PRIOR: f64 = 20.0;
 /// Share of a range within which its end is reached.
@@ -98,9 +100,11 @@ impl Model {
             parts: Vec::new(),
             free: vec![
                 base(
-                    0.01 * friction,
-                    (friction / FURTHEST).max(frictions.low),
-                    (friction * FURTHEST).min(frictions.high),
+                    0.01 * friction.max(LEAST),
+                    (friction / FURTHEST)
+                        .min(friction - LEAST)
+                        .max(frictions.low),
+                    (friction * FURTHEST).clamp(LEAST, frictions.high),
                     friction,
                     10.0,
                 ),

@@ -123,6 +123,11 @@ impl<'a> PreparedStrikes<'a> {
         }
     }
 
+    /// Whether a strike's last place judges a model: its stop; where none of all comes to rest, the end of its track.
+    pub(crate) fn judges(&self, i: usize) -> bool {
+        self.strikes[i].has_stop() || !self.strikes.iter().any(|strike| strike.has_stop())
+    }
+
     /// Frames that are left out, over all strikes.
     pub(crate) fn frames_left_out(&self) -> usize {
         let each = self.frames.iter().flat_map(|frames| &frames.kept);

@@ -15,7 +15,7 @@ pub struct Predict;
 
 impl ItemStage for Predict {
     const NAME: &'static str = "predict";
-    const VERSION: u32 = 5;
+    const VERSION: u32 = 6;
     type Shared = Model;
     type Item = Judge;
     type Output = Predicted;

@@ -5,6 +5,7 @@ use values::{Command, Point};
 use world::{Scatter, Worker};
 
 use crate::Judge;
+use crate::predict::last_place;
 
 /// How repeats differ and how well the camera sees them; standard deviations, as identified.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -52,8 +53,7 @@ impl Slopes {
                 speed: strike.command.speed * (1.0 + speed),
                 angle: strike.command.angle + angle,
             };
-            let simulated = worker.strike(strike.initial, command, &strike.conditions);
-            Some(simulated.ok()?.stop)
+            last_place(worker, strike, command).ok()
         };
         Some(Self {
             by_speed: (stop(DIFFERENCE, 0.0)? - stop(-DIFFERENCE, 0.0)?) * (0.5 / DIFFERENCE),

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use store::Networks;
 use values::{Command, Conditions, Point, Strike};
-use world::Worker;
+use world::{Worker, WorldError};
 
 use crate::{
     inverse,
@@ -17,8 +17,11 @@ pub struct Judge {
     pub strike_id: String,
     /// Where the object rested before, in m.
     pub initial: Point,
-    /// Where it came to rest, in m.
+    /// Where it came to rest, in m; where it did not, the track's end.
     pub stop: Point,
+    /// Seconds from the impact to that end; none of a strike that came to rest.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ends: Option<f64>,
     /// What was commanded.
     pub command: Command,
     /// When and in which session.
@@ -31,32 +34,51 @@ impl From<&Strike> for Judge {
             strike_id: strike.id.clone(),
             initial: strike.initial,
             stop: strike.stop,
+            ends: strike.ends(),
             command: strike.command,
             conditions: strike.conditions.clone(),
         }
     }
 }
 
-/// The stop that a model predicts for the command that was sent: the worker's world alone, in which a launch map already acts, or with
+/// The stop, or the place at the track's end, that a model predicts for the command that was sent: the worker's world alone, in which a launch map already acts, or with
 /// networks.
 pub fn predict(worker: &mut Worker<'_>, networks: Option<&Networks>, judge: &Judge) -> Predicted {
     let Judge {
         initial,
         command,
         conditions,
+        ends,
         ..
     } = judge;
-    if let Some(networks) = networks {
+    // Networks know of stops alone.
+    if let (Some(networks), None) = (networks, ends) {
         return inverse::meant_by(worker, networks, *initial, *command, conditions);
     }
-    let simulated = worker.strike(*initial, *command, conditions);
-    let status = match simulated {
+    let place = last_place(worker, judge, *command);
+    let status = match place {
         Ok(_) => PredictionStatus::Simulated,
         Err(_) => PredictionStatus::Diverged,
     };
     Predicted {
-        stop: simulated.ok().map(|simulated| simulated.stop),
+        stop: place.ok(),
         evaluations: 1,
         status,
+    }
+}
+
+/// Where a worker's world has the object of a judge last, struck with this command: at its stop, or at the track's end.
+pub(crate) fn last_place(
+    worker: &mut Worker<'_>,
+    judge: &Judge,
+    command: Command,
+) -> Result<Point, WorldError> {
+    let (initial, conditions) = (judge.initial, &judge.conditions);
+    match judge.ends {
+        None => Ok(worker.strike(initial, command, conditions)?.stop),
+        Some(ends) => {
+            let simulated = worker.strike_until(initial, command, conditions, ends)?;
+            Ok(simulated.at(ends))
+        }
     }
 }

@@ -214,6 +214,7 @@ fn a_session_that_is_held_out_is_predicted_with_the_mean_of_the_others() {
                 session: session.into(),
                 order: 0.0,
                 yaw: None,
+                moving: None,
             };
             let struck = simulator.worker().strike(initial, command, &conditions);
             let stop = struck.expect("rests").stop;

@@ -166,6 +166,12 @@ impl Episodes {
         }
     }
 
+    /// A place among those of the log for a strike that no episode shows.
+    pub(crate) fn place(&mut self) -> u32 {
+        self.seen += 1;
+        self.seen - 1
+    }
+
     /// The episode that has not ended.
     pub(crate) fn current(&mut self) -> Option<&mut Episode> {
         self.current.as_mut()

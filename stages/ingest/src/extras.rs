@@ -178,6 +178,10 @@ impl Extras {
         let turns = self.turns.between(from, until);
         let states = self.states.between(from, until);
         let strike = &mut waiting.strike;
+        // On an object that moved, what was delivered is the command.
+        if strike.conditions.moving.is_some() {
+            return keep(waiting.strike);
+        }
         strike.track.yaw = yaw(&turns, waiting.first_motion, &strike.track.t);
         let context = LaunchContext {
             commands: &waiting.commands,

@@ -11,15 +11,18 @@
 
 mod arm;
 mod assemble;
+mod bounces;
 mod counts;
 mod end_of_data;
 mod episode;
 mod error;
 mod extras;
+mod fences;
 mod frames;
 mod identity;
 mod ingest;
 mod log;
+mod moving;
 mod order;
 mod outcome;
 mod plateau;
@@ -35,7 +38,9 @@ mod time;
 mod yaw;
 
 pub use assemble::assemble;
+pub use bounces::Bounce;
 pub use error::IngestError;
+pub use fences::{FoundFence, fences};
 pub use log::ingest_log;
 pub use outcome::{LogFile, LogOutcome, StrikeSummary};
 pub use seen::{CommandSeen, MotionSeen, Seen};

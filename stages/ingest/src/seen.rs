@@ -7,6 +7,7 @@ use logs::Sample;
 use serde::{Deserialize, Serialize};
 use values::{Point, Rig};
 
+use crate::bounces::Bounce;
 use crate::episode::{Episode, is_finite, speed};
 use crate::plateau::plateau;
 use crate::robust::{median, median_point, spread};
@@ -25,6 +26,9 @@ pub struct Seen {
     pub lost: u64,
     /// Standard deviation of a resting centroid's coordinate, in m, one a rest.
     pub noise: Vec<f64>,
+    /// Where it was turned round, by something else than the tip.
+    #[serde(default)]
+    pub bounces: Vec<Bounce>,
     /// Seconds from the tip's touching the object, by its measured place, to the object's first motion, one a strike.
     pub delays: Vec<f64>,
 }

@@ -6,20 +6,22 @@
 use std::collections::VecDeque;
 
 use logs::Sample;
-use values::{Conditions, Reject, RejectReason, Rig, Strike, split_of};
+use values::{Conditions, Delivered, Reject, RejectReason, Rig, Strike, split_of};
 
 use crate::arm::State;
+use crate::bounces::{Breaks, Flight, Touch};
 use crate::counts::Counts;
 use crate::end_of_data::EndOfData;
 use crate::episode::{Episode, Episodes};
 use crate::extras::{Extras, Waiting};
 use crate::identity::strike_id;
+use crate::moving;
 use crate::order::{ClockSetBack, Ordered};
 use crate::outcome::StrikeSummary;
 use crate::plateau::{at_contact, plateau};
 use crate::queue::Queue;
 use crate::rejection::Rejection;
-use crate::seen::{CommandSeen, Seen, Watch};
+use crate::seen::{CommandSeen, MotionSeen, Seen, Watch};
 use crate::slide::{self, Frames};
 use crate::time::seconds;
 use crate::yaw::YawSample;
@@ -79,6 +81,9 @@ pub(crate) struct Segmenter<'a> {
     centroids: VecDeque<Sample>,
     extras: Extras,
     watch: Watch,
+    breaks: Breaks,
+    /// Frames before the flight that comes next; none after a pause.
+    before: Vec<Sample>,
     reordered: ReorderBuffers,
     last_centroid: Option<i64>,
     last_command: Option<i64>,
@@ -108,6 +113,8 @@ impl<'a> Segmenter<'a> {
             centroids: VecDeque::new(),
             extras: Extras::default(),
             watch: Watch::new(rig),
+            breaks: Breaks::new(rig),
+            before: Vec::new(),
             reordered: ReorderBuffers::default(),
             last_centroid: None,
             last_command: None,
@@ -150,7 +157,7 @@ impl<'a> Segmenter<'a> {
     pub(crate) fn state(&mut self, state: State) {
         let mut next = Vec::new();
         let taken = self.reordered.states.take(state, &mut next);
-        next.into_iter().for_each(|state| self.extras.state(state));
+        next.into_iter().for_each(|state| self.tell(state));
         if let Err(ClockSetBack { since, .. }) = taken {
             self.reordered.states.drain();
             self.extras.forget_states();
@@ -170,6 +177,13 @@ impl<'a> Segmenter<'a> {
             since.into_iter().for_each(|turn| self.turn(turn));
         }
         self.extras.advance(self.rig, self.keep);
+    }
+
+    /// A state of the arm in its order.
+    fn tell(&mut self, state: State) {
+        self.breaks.tip(&state);
+        self.extras.state(state);
+        self.fly(false);
     }
 
     /// A centroid in its order.
@@ -193,6 +207,8 @@ impl<'a> Segmenter<'a> {
         } else {
             self.found.seen.frames += 1;
             self.watch.take(&sample, &mut self.found.seen);
+            self.breaks.see(&sample);
+            self.fly(false);
             self.centroids.push_back(sample);
         }
         self.advance();
@@ -209,10 +225,11 @@ impl<'a> Segmenter<'a> {
 
     /// An episode that has ended waits; where too much waits, the first is judged with what is there.
     fn queue(&mut self, episode: Episode) {
-        self.found
-            .seen
-            .commands
-            .extend(CommandSeen::of(&episode, self.rig));
+        // By its state an arm also moves where it is to strike nothing.
+        if self.source == CommandSource::Topic {
+            let seen = CommandSeen::of(&episode, self.rig);
+            self.found.seen.commands.extend(seen);
+        }
         self.waiting.push(episode, self.rig);
         while self.waiting.is_full() {
             self.counts.unseen += 1;
@@ -293,9 +310,98 @@ impl<'a> Segmenter<'a> {
         states
             .drain()
             .into_iter()
-            .for_each(|s| self.extras.state(s));
+            .for_each(|state| self.tell(state));
         turns.drain().into_iter().for_each(|t| self.extras.turn(t));
         self.shut(ending);
+    }
+
+    /// What ended flights show: what turned the object round, and, where states alone tell of strikes, those on an object that moved.
+    fn fly(&mut self, at_end: bool) {
+        for (flight, touch) in self.breaks.take(at_end) {
+            match &touch {
+                Some(touch) => self.touched(&flight, touch),
+                None => self.found.seen.bounces.extend(flight.bounce()),
+            }
+            self.before = if flight.is_broken {
+                flight.frames
+            } else {
+                Vec::new()
+            };
+        }
+    }
+
+    /// A flight that the tip began.
+    fn touched(&mut self, flight: &Flight, touch: &Touch) {
+        let Some(begun) = flight.begun else { return };
+        if self.source != CommandSource::State
+            || moving::rested(&self.before, self.rig.camera.noise)
+        {
+            return;
+        }
+        let index = self.episodes.place();
+        match moving::strike(flight, &begun, touch, self.rig) {
+            Ok(found) => {
+                let commands: Vec<Sample> = touch
+                    .states
+                    .iter()
+                    .map(|state| Sample {
+                        stamp: state.stamp,
+                        x: state.velocity.x,
+                        y: state.velocity.y,
+                    })
+                    .collect();
+                let id = strike_id(&commands, &flight.frames);
+                let (command, t_start) = (found.command, seconds(found.first));
+                self.found.seen.commands.push(CommandSeen {
+                    rise: t_start - found.gap,
+                    fall: t_start,
+                    speed: command.speed,
+                    angle: command.angle,
+                });
+                self.found.seen.motions.push(MotionSeen {
+                    start: t_start,
+                    from: found.initial,
+                    velocity: begun.bounce.after - found.moving,
+                });
+                let strike = Strike {
+                    log: self.log.into(),
+                    index,
+                    t_start,
+                    initial: found.initial,
+                    stop: found.stop,
+                    command,
+                    track: found.track,
+                    split: split_of(&id, self.seed),
+                    conditions: Conditions {
+                        session: self.log.into(),
+                        moving: Some(found.moving),
+                        ..Conditions::default()
+                    },
+                    id,
+                    delivered: Some(Delivered {
+                        tip_speed: command.speed,
+                        tip_angle: command.angle,
+                        contact: -found.gap,
+                        pushed_again: false,
+                    }),
+                };
+                self.found.strikes.push(StrikeSummary::from(&strike));
+                self.extras.strike(Waiting {
+                    strike,
+                    commands,
+                    first_motion: found.first,
+                    gap: found.gap,
+                });
+                self.extras.advance(self.rig, self.keep);
+            }
+            Err(rejection) => self.found.rejects.push(Reject {
+                log: self.log.into(),
+                index,
+                t_start: seconds(begun.stamp),
+                reason: rejection.reason,
+                detail: rejection.detail,
+            }),
+        }
     }
 
     /// The same when no message is on its way.
@@ -329,9 +435,12 @@ impl<'a> Segmenter<'a> {
             let next = self.next_strike();
             self.judge_first(next.unwrap_or(i64::MAX), next.is_some(), Some(&ending));
         }
+        self.fly(true);
         self.extras.close(self.rig, self.keep);
         self.centroids.clear();
         self.watch = Watch::new(self.rig);
+        self.breaks = Breaks::new(self.rig);
+        self.before = Vec::new();
         self.last_centroid = None;
         self.last_command = None;
     }
@@ -342,6 +451,19 @@ impl<'a> Segmenter<'a> {
             return;
         };
         let judged = self.judge(&episode, until);
+        let is_idle = |rejection: &Rejection| {
+            let reason = rejection.reason;
+            // What a tip did to an object that moved is known from its touch.
+            matches!(
+                reason,
+                RejectReason::NoMotion | RejectReason::NoPlateau | RejectReason::NoRestBefore
+            )
+        };
+        let strikes = !judged.as_ref().is_err_and(is_idle);
+        if self.source == CommandSource::State && strikes {
+            let seen = CommandSeen::of(&episode, self.rig);
+            self.found.seen.commands.extend(seen);
+        }
         let judged = judged.and_then(|strike| {
             EndOfData::leaves_whole(ending, &episode, self.last_centroid).map(|()| strike)
         });
@@ -357,13 +479,7 @@ impl<'a> Segmenter<'a> {
                 self.extras.advance(self.rig, self.keep);
             }
             // An arm that moves and meets nothing has struck nothing: no command says that it was to.
-            Err(rejection)
-                if self.source == CommandSource::State
-                    && matches!(
-                        rejection.reason,
-                        RejectReason::NoMotion | RejectReason::NoPlateau
-                    ) =>
-            {
+            Err(rejection) if self.source == CommandSource::State && is_idle(&rejection) => {
                 self.counts.idle_motions += 1;
             }
             Err(rejection) => {
@@ -427,8 +543,7 @@ impl<'a> Segmenter<'a> {
             split: split_of(&id, self.seed),
             conditions: Conditions {
                 session: self.log.into(),
-                order: 0.0,
-                yaw: None,
+                ..Conditions::default()
             },
             id,
             delivered: None,
@@ -439,6 +554,10 @@ impl<'a> Segmenter<'a> {
     /// All that was found, by index: episodes are judged in their order.
     pub(crate) fn finish(mut self) -> Segmented {
         self.found.seen.lost = self.counts.lost;
+        let (commands, motions) = (&mut self.found.seen.commands, &mut self.found.seen.motions);
+        commands.sort_by(|one, other| one.rise.total_cmp(&other.rise));
+        motions.sort_by(|one, other| one.start.total_cmp(&other.start));
+        self.found.rejects.sort_by_key(|reject| reject.index);
         self.found.seen.delays = self.extras.take_delays();
         if self.source == CommandSource::State {
             self.found.notes.push("no command is logged: strikes are found by the arm's measured state, and what it delivered stands for the command; no error of the arm can be named".into());

@@ -17,8 +17,10 @@ mod tolerances;
 
 use values::{End, Point, RejectReason, Track};
 
+pub(crate) use self::contact::reaches_fence;
 pub(crate) use self::frames::Frames;
 use self::motion::first_motion;
+pub(crate) use self::rest::is_rest;
 use self::rest::{initial, rest_after, rest_before};
 use self::tolerances::{FRAMES_AFTER, GAP_LATER, REST_BEFORE, SURELY_AWAY_NOISE};
 use crate::rejection::Rejection;

@@ -14,6 +14,9 @@ use crate::scatter::{ANGLE, CLOCK, FRICTION, Nuisances, SPEED};
 /// Parameters that planar form knows; the impact depends on the others, or they are the air's.
 const PLANAR: &[&str] = &["friction", "restitution", "torsional_friction", "inertia_z"];
 
+/// A track that does not end at rest is followed for so much longer, in s: differences by the clock look beyond its end.
+const MARGIN: f64 = 0.05;
+
 /// Scatter of launches, relative and in rad: one that is farther from its command is a gap of the world.
 const LAUNCH_SCATTER: f64 = 0.03;
 
@@ -83,7 +86,13 @@ impl<'a> StrikeSimulator<'a> {
         Simulator::new(self.rig, world)?
             .map(self.strikes, |worker, strike| {
                 let command = launch.of(strike.command);
-                let simulated = worker.strike(strike.initial, command, &strike.conditions)?;
+                let until = if strike.has_stop() {
+                    f64::INFINITY
+                } else {
+                    launch.delay + MARGIN + strike.track.t.last().copied().unwrap_or(0.0)
+                };
+                let (initial, conditions) = (strike.initial, &strike.conditions);
+                let simulated = worker.strike_until(initial, command, conditions, until)?;
                 Ok(SimulatedStrike::Whole(simulated))
             })
             .into_iter()

@@ -63,7 +63,9 @@ impl Fitted {
                 let spec = parameter(name).ok()?;
                 let value = self.world.value(name).ok()?;
                 let margin = 1e-3 * (spec.high - spec.low);
-                (value < spec.low + margin || value > spec.high - margin)
+                // A table may have no friction.
+                let is_least = value < spec.low + margin && name != "friction";
+                (is_least || value > spec.high - margin)
                     .then(|| format!("{name} ended at the bound of its range, {value:.4}: the model lacks something, or the rig file is off"))
             })
             .collect()

@@ -2,7 +2,7 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use values::{Rig, Strike, median};
+use values::{Point, Rig, Strike, median};
 use world::{GRAVITY, World, parameter};
 
 use crate::fit::Fitted;
@@ -78,7 +78,16 @@ pub(crate) fn start(rig: &Rig, world: &World, strikes: &[&Strike], free: &[Strin
     let launch = median(
         lines
             .iter()
-            .map(|(strike, (_, release))| release / strike.command.speed - 1.0)
+            .map(|(strike, (_, release))| {
+                // Beside what the object had before.
+                let moving = strike.conditions.moving.unwrap_or_default();
+                let launched = Point::polar(*release, strike.path().bearing()) - moving;
+                let along = match strike.conditions.moving {
+                    Some(_) => launched.dot(Point::polar(1.0, strike.command.angle)),
+                    None => *release,
+                };
+                along / strike.command.speed - 1.0
+            })
             .collect(),
     );
     let mut world = world.clone();

@@ -12,8 +12,8 @@ struct Args {
     /// Nights.
     #[arg(long, default_value_t = 100)]
     nights: usize,
-    /// Strikes of the first night: enough for a version that the gates let pass, whatever the seed.
-    #[arg(long, default_value_t = 24)]
+    /// Strikes of the first night: all in one session, and enough for a version that the gates let pass.
+    #[arg(long, default_value_t = 19)]
     first: usize,
     /// Strikes of each night after it.
     #[arg(long, default_value_t = 2)]

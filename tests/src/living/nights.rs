@@ -9,7 +9,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rig::{RecordingWriter, Sim, Truth};
 use serde::{Deserialize, Serialize};
-use store::Store;
+use store::{ArtifactError, Store};
 use strike::Planner;
 use values::{Command, Point};
 
@@ -38,8 +38,8 @@ pub struct NightOutcome {
     pub status: String,
     /// Strikes that the version in use learnt from.
     pub learnt: usize,
-    /// Mean miss at targets with the version in use, over the mean distance of repeats from their mean.
-    pub ratio: f64,
+    /// Mean miss at targets with the version in use, over the mean distance of repeats from their mean; none before a first version passed.
+    pub ratio: Option<f64>,
     /// What was found changed.
     pub change: Option<String>,
 }
@@ -73,8 +73,14 @@ pub fn nights(number: u64, changes: bool, dir: &Path) -> anyhow::Result<Vec<Nigh
         );
         let said = execute(&Cli::try_parse_from(line.split(' '))?)
             .map_err(|error| anyhow::anyhow!("rig {number}, night {night}: failed to {error}"))?;
-        let artifact = Store::open(&dir.join("run")).load(None)?;
-        let known = artifact.manifest.provenance.strikes;
+        let artifact = match Store::open(&dir.join("run")).load(None) {
+            Err(ArtifactError::NoLatest { .. }) => None,
+            loaded => Some(loaded?),
+        };
+        let known = artifact
+            .as_ref()
+            .and_then(|artifact| artifact.manifest.provenance.strikes.clone());
+        let ratio = |artifact: &store::Artifact| ratio(artifact, truth, night, seed);
         outcomes.push(NightOutcome {
             rig: number,
             changes,
@@ -82,7 +88,7 @@ pub fn nights(number: u64, changes: bool, dir: &Path) -> anyhow::Result<Vec<Nigh
             exit: said.outcome as u8,
             status: said.json["status"].as_str().unwrap_or_default().into(),
             learnt: known.map_or(0, |known| known.count),
-            ratio: ratio(&artifact, truth, night, seed)?,
+            ratio: artifact.as_ref().map(ratio).transpose()?,
             change: said.json["change"]["what"].as_str().map(String::from),
         });
         println!("{:?}", outcomes[outcomes.len() - 1]);
@@ -170,7 +176,10 @@ pub fn table(outcomes: &[NightOutcome]) -> String {
                 .collect();
             text += &format!("| {rig} |");
             for outcome in &all {
-                text += &format!(" {:.2} |", outcome.ratio);
+                match outcome.ratio {
+                    Some(ratio) => text += &format!(" {ratio:.2} |"),
+                    None => text += " – |",
+                }
             }
             let exits: Vec<String> = all.iter().map(|outcome| outcome.exit.to_string()).collect();
             let learnt = all.last().map_or(0, |outcome| outcome.learnt);

@@ -11,12 +11,15 @@ use carom::{Cli, execute};
 use clap::Parser;
 use serde_json::Value;
 use store::Store;
+use values::{Split, split_of};
 
 /// Exit codes of a night that did its work: done, with input rejected, refused by a gate.
 pub const WORKED: [i32; 3] = [0, 3, 4];
 
 /// Versions that are kept.
 const KEEP: usize = 5;
+/// Strikes of the first night that are held out: a first version is judged by so many.
+const HELD_OUT: usize = 8;
 
 /// Logs, a key, a run, and how many strikes each log holds.
 #[derive(Debug)]
@@ -24,6 +27,8 @@ pub struct Folder {
     folder: tempfile::TempDir,
     faulty: PathBuf,
     seed: u64,
+    /// Seed of the split: the first by which enough of the first night's strikes are held out to judge a first version.
+    split: u64,
     /// Strikes that each whole log gives.
     expected: BTreeMap<PathBuf, usize>,
 }
@@ -59,6 +64,7 @@ impl Folder {
             folder: tempfile::tempdir()?,
             faulty: faulty.into(),
             seed,
+            split: 0,
             expected: BTreeMap::new(),
         };
         fs::create_dir(folder.logs())?;
@@ -119,6 +125,14 @@ impl Folder {
             text(&scratch)?,
         ])?;
         let kept = alone["strikes"].as_u64().context("a count")?;
+        if night == 0 {
+            let strikes = tables::read_strikes(&scratch)?;
+            let held_out = |seed: &u64| {
+                let is_held_out = |s: &&values::Strike| split_of(&s.id, *seed) != Split::Train;
+                strikes.iter().filter(is_held_out).count() >= HELD_OUT
+            };
+            self.split = (0..10_000).find(held_out).context("more first strikes")?;
+        }
         self.expected.insert(log, usize::try_from(kept)?);
         Ok(())
     }
@@ -142,6 +156,7 @@ impl Folder {
                 text(&rig)?,
             ])
             .args(["--out", text(&run)?, "--key", text(&key)?, "--keep", &keep])
+            .args(["--seed", &self.split.to_string()])
             .stdin(Stdio::null())
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())

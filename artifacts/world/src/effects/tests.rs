@@ -87,6 +87,7 @@ impl Bench {
             session: session.into(),
             order,
             yaw: None,
+            moving: None,
         };
         self
     }
@@ -274,6 +275,7 @@ fn each_acts_where_it_says_and_nowhere_else() {
         session: "monday.mcap".into(),
         order: 40.0,
         yaw: None,
+        moving: None,
     };
     let command = Command {
         speed: 0.8,

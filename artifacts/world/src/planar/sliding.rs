@@ -26,6 +26,7 @@ const FARTHEST: f64 = 10.0;
 pub(super) struct Sliding<'s> {
     forces: Forces<'s>,
     times: &'s [f64],
+    to_rest: bool,
     delay: f64,
     body: Body,
     /// Seconds since touch.
@@ -59,9 +60,11 @@ impl<'s> Sliding<'s> {
         release.velocity = release.velocity.rotated(deviation.angle) * deviation.speed.exp();
         release.spin *= deviation.speed.exp();
         let origin = effects::unobserve(planar.effects, input.initial + deviation.rest);
+        // What it had before stays with it.
+        let moving = input.conditions.moving.unwrap_or_default();
         let body = Body {
-            position: origin + release.position,
-            velocity: release.velocity,
+            position: origin + release.position + moving * release.time,
+            velocity: release.velocity + moving,
             spin: release.spin,
         };
         let times = input.times;
@@ -74,8 +77,8 @@ impl<'s> Sliding<'s> {
         let mut frame = 0;
         while frame < times.len() && times[frame] + deviation.delay < release.time {
             let share = (times[frame] + deviation.delay).max(0.0) / release.time;
-            let at = origin + release.position * (share * share);
-            let rate = release.position * (2.0 * share / release.time);
+            let at = origin + release.position * (share * share) + moving * (share * release.time);
+            let rate = release.position * (2.0 * share / release.time) + moving;
             seen.push(planar.observe(at), rate);
             frame += 1;
         }
@@ -84,6 +87,7 @@ impl<'s> Sliding<'s> {
             rate: forces.rate(release.time, &body),
             forces,
             times,
+            to_rest: input.to_rest,
             delay: deviation.delay,
             body,
             t: release.time,
@@ -109,7 +113,10 @@ impl<'s> Sliding<'s> {
         } else {
             ENDLESS
         };
-        if left <= LAST {
+        if !self.to_rest && self.frame == self.times.len() {
+            self.seen.stop = self.seen.at.last().copied().unwrap_or_default();
+            self.phase = Phase::Rests;
+        } else if left <= LAST {
             self.rest(left);
         } else if self.t > ENDLESS || position.norm() > FARTHEST || !speed.is_finite() {
             self.phase = Phase::Endless;

@@ -13,6 +13,8 @@ pub struct StrikeInput<'a> {
     pub conditions: &'a Conditions,
     /// Seconds at which the object is looked at, rising, by the track's clock.
     pub times: &'a [f64],
+    /// Whether it is followed to its rest; else to the last of these times.
+    pub to_rest: bool,
 }
 
 impl<'a> From<&'a Strike> for StrikeInput<'a> {
@@ -23,6 +25,7 @@ impl<'a> From<&'a Strike> for StrikeInput<'a> {
             command: strike.command,
             conditions: &strike.conditions,
             times: &strike.track.t,
+            to_rest: strike.has_stop(),
         }
     }
 }
@@ -49,7 +52,7 @@ pub struct Frames {
     pub at: Vec<Point>,
     /// Their rates of change, in m/s.
     pub rate: Vec<Point>,
-    /// Where it is seen at rest, in m.
+    /// Where it is seen at rest, in m; at the last frame, where it is followed no farther.
     pub stop: Point,
 }
 

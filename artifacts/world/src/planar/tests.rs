@@ -34,6 +34,7 @@ fn strikes(rig: &Rig) -> Vec<Strike> {
                     session: "monday.mcap".into(),
                     order: 10.0 * f64::from(i),
                     yaw: None,
+                    moving: None,
                 },
                 delivered: None,
             }

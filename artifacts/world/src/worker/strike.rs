@@ -11,7 +11,7 @@ use crate::{
     GRAVITY, WorldError,
     effects::{self, Slide},
     record::{Record, Simulated},
-    tip_motion::CREEP,
+    tip_motion::{CREEP, TipMotion},
 };
 
 /// No slide lasts longer, in s.
@@ -28,6 +28,17 @@ impl Worker<'_> {
         initial: Point,
         command: Command,
         conditions: &Conditions,
+    ) -> Result<Simulated, WorldError> {
+        self.strike_until(initial, command, conditions, f64::INFINITY)
+    }
+
+    /// The same, followed no longer than this (s since touch), whether it rests by then or not: [`Simulated::stop`] is then where it is.
+    pub fn strike_until(
+        &mut self,
+        initial: Point,
+        command: Command,
+        conditions: &Conditions,
+        until: f64,
     ) -> Result<Simulated, WorldError> {
         let diverged = |why| WorldError::Diverged {
             speed: command.speed,
@@ -57,9 +68,21 @@ impl Worker<'_> {
         let mut touched = false;
         let mut acceleration = Point::default();
         let mut slowing = weight;
+        // An object that moves is struck in the frame that moves with it, and goes on in the table's.
+        let mut moving = conditions.moving;
+        let mut is_alone = false;
         loop {
+            if touched
+                && let Some(before) = moving
+                && motion.free_step(sim, &self.engine, slowing).is_some()
+            {
+                self.engine.carry(before * motion.t, before);
+                (moving, is_alone) = (None, true);
+            }
             let (position, velocity) = (self.engine.position(), self.engine.velocity());
-            let free = if touched {
+            let free = if is_alone {
+                Some(TipMotion::longest_step(sim, velocity.norm(), slowing))
+            } else if touched {
                 motion.free_step(sim, &self.engine, slowing)
             } else {
                 None
@@ -112,6 +135,9 @@ impl Worker<'_> {
                 if motion.is_over() && now.norm() <= CREEP.min(velocity.norm()) {
                     return Ok(record.end(motion.t, end));
                 }
+            }
+            if free.is_some() && motion.t >= until {
+                return Ok(record.end(motion.t, end));
             }
             if end.distance(origin) > FARTHEST {
                 return Err(diverged("it runs away"));

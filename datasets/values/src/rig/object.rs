@@ -31,6 +31,20 @@ pub struct Object {
     pub colour: Option<Colour>,
 }
 
+impl Object {
+    /// From its centre to the part of its edge that is farthest, in m; 0 where no size is given.
+    pub fn widest(&self) -> f64 {
+        let corner = self.half_size.map(|[x, y, _]| x.hypot(y));
+        self.radius.or(corner).unwrap_or(0.0)
+    }
+
+    /// And to the nearest.
+    pub fn narrowest(&self) -> f64 {
+        let side = self.half_size.map(|[x, y, _]| x.min(y));
+        self.radius.or(side).unwrap_or(0.0)
+    }
+}
+
 /// Shapes that carom models.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]

@@ -281,6 +281,7 @@ fn report_new(
     night: &mut Night,
 ) -> Result<Vec<Strike>, Error> {
     let mut known = BTreeSet::new();
+    let rig = results.rig.as_ref().unwrap_or(&inputs.rig);
     for input in changed(before, &results.logs) {
         // Where it is not kept what it held, its name must do.
         let of_name = results
@@ -288,7 +289,7 @@ fn report_new(
             .iter()
             .filter(|strike| strike.log == input.name);
         let of_name = || of_name.map(|strike| strike.id.clone()).collect();
-        known.extend(reading::known(run, inputs, input)?.unwrap_or_else(of_name));
+        known.extend(reading::known(run, rig, inputs.seed, input)?.unwrap_or_else(of_name));
     }
     let mut new = new_strikes(before, &results.logs, &results.strikes, &known);
     let since = night

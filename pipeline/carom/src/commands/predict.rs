@@ -80,6 +80,7 @@ pub fn run(args: &PredictArgs, global: Global) -> Result<Output, Error> {
         strike_id: String::new(),
         initial,
         stop: initial,
+        ends: None,
         command,
         conditions: Conditions::default(),
     };

@@ -233,12 +233,14 @@ mod tests {
                     session: session.into(),
                     order: 0.0,
                     yaw: None,
+                    moving: None,
                 };
                 let struck = simulator.worker().strike(initial, command, &conditions);
                 Judge {
                     strike_id: session.into(),
                     initial,
                     stop: struck.expect("rests").stop,
+                    ends: None,
                     command,
                     conditions,
                 }

@@ -86,6 +86,7 @@ mod tests {
                 session: String::new(),
                 order: order as f64,
                 yaw: None,
+                moving: None,
             },
             delivered: None,
         };

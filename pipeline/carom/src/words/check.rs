@@ -103,7 +103,7 @@ pub fn say(finding: &Finding, rig: &Rig) -> Said {
             };
             let mend = if *certain || *mirrored {
                 format!(
-                    "state `[frames] {mirror}command = \"base\"` and `[robot] base_yaw = {turn:.3}`, or log both in the frame `table`"
+                    "state `[frames] {mirror}command = \"base\"` and `[robot] base_yaw = {turn:.3}` (measure it: strikes do not tell the base's turn from a constant error of heading, which this number would hide), or log both in the frame `table`"
                 )
             } else {
                 "check how the arm's base and the camera are turned on the table, and where the tip meets the object".into()
@@ -232,6 +232,25 @@ pub fn say(finding: &Finding, rig: &Rig) -> Said {
             rejected_for(*reason),
             "`carom run` goes on with the others; rejects.parquet has every one".into(),
         ),
+        Finding::BaseTurns { base_yaw, left } => said(
+            format!(
+                "`robot.base_yaw` = {base_yaw:.3} turns the commands, and objects leave {:.1}° beside them, in the middle",
+                left.to_degrees()
+            ),
+            "a constant error of heading (a bias of the arm, a turned camera, a tip beside the middle) that this number was taken from is part of it, and no diagnosis will name it",
+            "measure how the base stands on the table, and take it from no strikes".into(),
+        ),
+        Finding::Fence { fence, bounces } => said(
+            format!(
+                "{bounces} times objects are turned round at the line from ({:.3}, {:.3}) to ({:.3}, {:.3}) m",
+                fence.from.x, fence.from.y, fence.to.x, fence.to.y
+            ),
+            "a fence that the rig file does not state: tracks end there, as contacts",
+            format!(
+                "state it, so that it stays where it is: `[[table.fences]] from = [{:.3}, {:.3}]  to = [{:.3}, {:.3}]`",
+                fence.from.x, fence.from.y, fence.to.x, fence.to.y
+            ),
+        ),
         Finding::Noise { measured, stated } => said(
             format!(
                 "a resting object's centroid scatters by {:.2} mm, and the rig file says {:.2} mm",
@@ -252,7 +271,7 @@ pub fn say(finding: &Finding, rig: &Rig) -> Said {
         Finding::FewStrikes { strikes } => said(
             format!("{strikes} strikes began a motion"),
             "that is enough for a look, and few for a model: 81 % are learnt from, the others judge",
-            "record 100; `carom collect` spreads them over speed, angle and table".into(),
+            "record 100 (a first version needs 80, so that 8 are held out to judge it); `carom collect` spreads them over speed, angle and table".into(),
         ),
         Finding::OneSpeed { speed } => said(
             format!("all strikes have nearly one speed, {speed:.2} m/s"),

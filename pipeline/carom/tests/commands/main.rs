@@ -7,3 +7,4 @@ mod logs;
 mod nights;
 mod pixels;
 mod runs;
+mod tracks;

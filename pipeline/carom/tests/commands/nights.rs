@@ -23,14 +23,15 @@ fn a_version_that_is_put_to_use_during_a_night_stays_and_the_next_night_decides_
     let folder = tempfile::tempdir().expect("a folder");
     let dir = folder.path();
     let name = dir.display();
-    done(&format!("demo --strikes 45 --seed 4 --out {name}/rig"));
+    done(&format!("demo --strikes 100 --seed 4 --out {name}/rig"));
     fs::create_dir(dir.join("logs")).expect("a folder");
     let log = |session: u32| {
         let session = format!("session_{session:03}.mcap");
         let from = dir.join("rig/logs").join(&session);
         fs::copy(from, dir.join("logs").join(&session)).expect("copied");
     };
-    let usual = format!("{name}/logs --rig {name}/rig/rig.toml --out {name}/run");
+    // So split, the first session's 25 strikes hold out eight, which judge a first version.
+    let usual = format!("{name}/logs --rig {name}/rig/rig.toml --out {name}/run --seed 6");
     log(0);
     done(&format!("nightly {usual}"));
     log(1);

@@ -183,17 +183,23 @@ fn a_hidden_effect_is_named_used_kept_out_on_request_and_struck_with() {
 }
 
 #[test]
-fn too_few_strikes_to_diagnose_are_no_failure_of_a_run() {
+fn too_few_strikes_to_diagnose_are_no_failure_of_a_run_and_publish_nothing() {
     let folder = tempfile::tempdir().expect("a folder");
     let dir = folder.path().display();
     done(&format!(
         "demo --strikes 7 --seed 2 --hide none --out {dir}/rig"
     ));
-    let said = done(&format!(
+    let said = carom(&format!(
         "run {dir}/rig/logs --rig {dir}/rig/rig.toml --out {dir}"
     ));
-    let why = said["no_diagnosis"].as_str().expect("a reason");
+    let said = said.unwrap_or_else(|error| panic!("failed to {error}"));
+    let why = said.json["no_diagnosis"].as_str().expect("a reason");
     assert!(why.contains("log more strikes"), "{why}");
+    // Nothing judges what came out: it is a candidate, and no robot finds it.
+    assert_eq!(said.outcome, Outcome::Refused, "{}", said.text);
+    assert!(said.text.contains("v0001 is a candidate"), "{}", said.text);
+    assert!(said.text.contains("record 73 more"), "{}", said.text);
+    assert!(!folder.path().join("latest").exists());
     assert!(!folder.path().join("diagnosis.json").exists());
     let (outcome, text) = refusal(&format!("diagnose --out {dir}"));
     assert_eq!(outcome, Outcome::BadInput, "{text}");

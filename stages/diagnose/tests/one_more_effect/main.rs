@@ -32,6 +32,7 @@ fn strikes(rig: &Rig, world: &World) -> Vec<Strike> {
                 session: "monday.mcap".into(),
                 order: i as f64,
                 yaw: None,
+                moving: None,
             };
             let initial = Point::new(0.25, 0.1 * share);
             let delivered = Command {

@@ -365,6 +365,7 @@ impl Table {
                 session: "session_001.mcap".into(),
                 order: order as f64,
                 yaw: None,
+                moving: None,
             },
             delivered: None,
         }

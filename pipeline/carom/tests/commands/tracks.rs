@@ -1,0 +1,127 @@
+//! Logs whose tracks do not end at rest: a fence that nobody stated, a table on which nothing stops.
+
+use std::path::Path;
+
+use carom::Outcome;
+use rig::{AirTable, FenceTruth, Hidden, demo};
+use serde_json::Value;
+use values::{Point, Shape, Strike};
+
+use crate::fixture::{carom, done};
+
+/// 120 strikes of a demo with this hidden, half of which a fence turns back; with the truth's friction and restitution.
+fn fenced(folder: &Path, hide: &[&str]) -> (f64, f64) {
+    let hidden = Hidden::parse(hide).expect("known effects");
+    let mut settings = demo::Settings::new(Shape::Cylinder, 120, 21, Some(hidden));
+    settings.truth.fences = vec![FenceTruth {
+        from: Point::new(0.55, -0.8),
+        to: Point::new(0.65, 0.8),
+        restitution: 0.5,
+    }];
+    demo::write(&settings, folder).expect("written");
+    (settings.truth.friction, settings.truth.restitution)
+}
+
+/// Whether an interval of `world.toml`'s parameters holds a value; 95 % of them do.
+fn holds(said: &Value, name: &str, value: f64) -> bool {
+    let estimate = &said["parameters"][name];
+    let end = |key: &str| estimate[key].as_f64().expect("an interval");
+    (end("low")..=end("high")).contains(&value)
+}
+
+#[test]
+fn a_fence_that_nobody_stated_is_found_told_and_ends_tracks() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let dir = folder.path().display();
+    let (friction, restitution) = fenced(&folder.path().join("rig"), &["none"]);
+    let rig = format!("--rig {dir}/rig/rig.toml");
+    let checked = carom(&format!("check {dir}/rig/logs {rig}")).expect("checked");
+    let findings = checked.json["findings"].as_array().expect("findings");
+    let fences: Vec<&Value> = findings
+        .iter()
+        .filter(|finding| finding["finding"] == "fence")
+        .collect();
+    assert_eq!(fences.len(), 1, "{}", checked.text);
+    let mend = fences[0]["words"]["mend"].as_str().expect("words");
+    assert!(mend.contains("[[table.fences]] from = ["), "{mend}");
+    done(&format!("ingest {dir}/rig/logs {rig} --out {dir}/run"));
+    let said = carom(&format!("sysid --out {dir}/run"));
+    let said = said.unwrap_or_else(|error| panic!("failed to {error}"));
+    assert!(holds(&said.json, "friction", friction), "{}", said.text);
+    let estimate = &said.json["parameters"]["restitution"]["value"];
+    // Masses and the launch factor are one with it.
+    assert!(
+        estimate
+            .as_f64()
+            .is_some_and(|e| (e - restitution).abs() < 0.1),
+        "{}",
+        said.text
+    );
+    let strikes = tables::read_strikes(&folder.path().join("run")).expect("tables");
+    let cut = strikes.iter().filter(|strike| !strike.has_stop()).count();
+    assert!((30..110).contains(&cut), "{cut} of {}", strikes.len());
+    // None goes on behind a bounce.
+    let turned = |strike: &Strike| strike.track.x.windows(2).any(|x| x[1] < x[0] - 0.004);
+    assert!(!strikes.iter().any(turned));
+}
+
+#[test]
+fn what_hides_behind_a_fence_is_named_as_on_an_open_table() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let dir = folder.path().display();
+    fenced(&folder.path().join("rig"), &["table_tilt=0.012,0.008"]);
+    done(&format!(
+        "ingest {dir}/rig/logs --rig {dir}/rig/rig.toml --out {dir}/run"
+    ));
+    let said = done(&format!("diagnose --out {dir}/run"));
+    let diagnosis = &said["diagnosis"];
+    assert_eq!(diagnosis["verdict"], "named", "{diagnosis}");
+    assert_eq!(diagnosis["effects"][0]["name"], "table_tilt");
+}
+
+#[test]
+fn an_air_table_on_which_nothing_stops_is_identified_and_diagnosed_and_not_published() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let dir = folder.path().display();
+    let table = AirTable {
+        friction: 0.004,
+        tilt: Point::default(),
+        restitution: 0.8,
+        wall_restitution: 0.9,
+        seed: 5,
+    };
+    std::fs::create_dir(folder.path().join("logs")).expect("a folder");
+    for session in 0..2 {
+        let log = folder.path().join(format!("logs/session_{session}.mcap"));
+        table.write(140.0, session, &log).expect("written");
+    }
+    let rig = folder.path().join("rig.toml");
+    std::fs::write(&rig, AirTable::rig().to_toml()).expect("written");
+    let said = carom(&format!(
+        "run {dir}/logs --rig {dir}/rig.toml --out {dir}/run"
+    ));
+    let said = said.unwrap_or_else(|error| panic!("failed to {error}"));
+    assert_eq!(said.outcome, Outcome::Refused, "{}", said.text);
+    assert!(said.json["strikes"].as_u64() > Some(40), "{}", said.text);
+    assert!(said.text.contains("nothing is published"), "{}", said.text);
+    assert!(!folder.path().join("run/latest").exists());
+    assert!(
+        holds(&said.json, "friction", table.friction),
+        "{}",
+        said.text
+    );
+    assert!(
+        holds(&said.json, "restitution", table.restitution),
+        "{}",
+        said.text
+    );
+    assert!(
+        said.json["diagnosis"]["verdict"].is_string(),
+        "{}",
+        said.text
+    );
+    // By the places at the tracks' ends.
+    let mean = |model: &str| said.json["stop_error"]["models"][model]["mean"].as_f64();
+    assert!(mean("sysid") < mean("nominal"), "{}", said.text);
+    assert!(mean("sysid") < Some(0.05), "{}", said.text);
+}

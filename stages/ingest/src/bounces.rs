@@ -1,0 +1,442 @@
+//! Where an object's velocity changes from one frame to the next, and how it flies in between.
+//!
+//! A line is laid through the places of a few frames before a moment, and another through those after it. Where both fit and the
+//! velocities differ, something pushed. Near the tip's measured place that is an impact. Elsewhere, where the velocity's part along the
+//! push is reversed, it is what friction, a slope or an edge never do: something stood in the way. One such place decides nothing
+//! ([`crate::fences`]).
+
+use std::collections::VecDeque;
+
+use logs::Sample;
+use serde::{Deserialize, Serialize};
+use values::{Point, Rig};
+
+use crate::arm::State;
+use crate::time::since;
+
+/// A moving object that was turned round.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Bounce {
+    /// Where its centre was, in m.
+    pub place: Point,
+    /// Its velocity before, in m/s.
+    pub before: Point,
+    /// And after.
+    pub after: Point,
+}
+
+/// A moment at which an object's velocity changes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Break {
+    /// When it did, and the first frame after it, in ns.
+    pub(crate) stamp: i64,
+    pub(crate) first: i64,
+    /// Where, and from which velocity to which.
+    pub(crate) bounce: Bounce,
+    /// Standard deviation of a velocity's coordinate, in m/s.
+    noise: f64,
+}
+
+impl Break {
+    /// Whether the object was turned round, as friction never does.
+    fn is_turned(&self) -> bool {
+        let Bounce { before, after, .. } = self.bounce;
+        let impulse = after - before;
+        let towards = impulse * (-1.0 / impulse.norm().max(1e-12));
+        let least = SLOWEST.max(SLOPE_NOISE * self.noise);
+        before.dot(towards) >= least && -after.dot(towards) >= least
+    }
+}
+
+/// Frames from one break to the next.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Flight {
+    /// What began it; none at the beginning of the data, and after a pause.
+    pub(crate) begun: Option<Break>,
+    pub(crate) frames: Vec<Sample>,
+    /// Whether a break ends it.
+    pub(crate) is_broken: bool,
+}
+
+/// Frames of each line, at the least, and the time that they take, in s.
+const FRAMES: usize = 4;
+const TIME: f64 = 0.05;
+/// Frames farther apart than this, in s, show no motion.
+const GAP: f64 = 0.07;
+/// Root mean square of the frames about a line, in m and in deviations of the camera's noise.
+const STRAIGHT: f64 = 0.0008;
+const STRAIGHT_NOISE: f64 = 2.0;
+/// Towards and away from what turns it, an object moves at this speed at least, in m/s and in deviations of a line's slope; and by so much
+/// a velocity changes where it breaks.
+const SLOWEST: f64 = 0.06;
+const SLOPE_NOISE: f64 = 4.0;
+const BREAK: f64 = 0.1;
+const BREAK_NOISE: f64 = 7.0;
+/// The tip has to do with it where it is so near (m) beside both radii, within this time (s).
+const NEAR_TIP: f64 = 0.03;
+const TIP_TIME: f64 = 0.05;
+/// States are held for so long, in s.
+const HELD: f64 = 30.0;
+/// A flight that lasts for more frames is looked at in parts.
+const MOST_FRAMES: usize = 5_000;
+/// So many breaks wait for the arm's states.
+const MOST_WAITING: usize = 200;
+
+/// Finds breaks in a stream of centroids.
+pub(crate) struct Breaks {
+    noise: f64,
+    reach: f64,
+    frames: VecDeque<(i64, Point)>,
+    /// The best of the moments in a row that look like a break, and how badly its lines fit.
+    best: Option<(f64, Break)>,
+    flight: Flight,
+    /// Flights that have ended, and wait until it is known where the tip was when they began.
+    ended: VecDeque<Flight>,
+    tips: VecDeque<State>,
+}
+
+impl Breaks {
+    pub(crate) fn new(rig: &Rig) -> Self {
+        Self {
+            noise: rig.camera.noise,
+            reach: rig.object.widest() + rig.striker.radius + NEAR_TIP,
+            frames: VecDeque::new(),
+            best: None,
+            flight: Flight::default(),
+            ended: VecDeque::new(),
+            tips: VecDeque::new(),
+        }
+    }
+
+    /// Takes a centroid, in order of stamps.
+    pub(crate) fn see(&mut self, sample: &Sample) {
+        let last = self.frames.back().map(|(stamp, _)| *stamp);
+        if last.is_some_and(|last| since(last, sample.stamp) > GAP) {
+            self.pause();
+        }
+        self.frames
+            .push_back((sample.stamp, Point::new(sample.x, sample.y)));
+        self.flight.frames.push(*sample);
+        let Some(split) = self.split() else {
+            return;
+        };
+        let all: Vec<(f64, Point)> = self
+            .frames
+            .iter()
+            .map(|(stamp, point)| (since(self.frames[split].0, *stamp), *point))
+            .collect();
+        match self.broken(self.frames[split].0, &all[..split], &all[split..]) {
+            Some((misfit, found)) => {
+                if self.best.is_none_or(|(least, _)| misfit < least) {
+                    self.best = Some((misfit, found));
+                }
+            }
+            None => self.settle(),
+        }
+        if self.flight.frames.len() > MOST_FRAMES {
+            self.pause();
+        }
+        // As many before it as after it are looked at.
+        let Some(last) = split.checked_sub(1).and_then(|i| self.frames.get(i)) else {
+            return;
+        };
+        let last = last.0;
+        let span = since(self.frames[split].0, sample.stamp).max(TIME);
+        let mut before = split;
+        while before > FRAMES && since(self.frames[1].0, last) > 1.5 * span {
+            self.frames.pop_front();
+            before -= 1;
+        }
+    }
+
+    /// Where the frames are parted: the newest ones after it are enough for a line, and so are those before it.
+    fn split(&self) -> Option<usize> {
+        let (newest, _) = self.frames.back()?;
+        let enough = |count: usize, span: f64| count >= FRAMES && span >= TIME;
+        let split = (0..self.frames.len())
+            .rev()
+            .find(|at| enough(self.frames.len() - at, since(self.frames[*at].0, *newest)))?;
+        let before = split.checked_sub(1)?;
+        let (first, last) = (self.frames.front()?.0, self.frames[before].0);
+        enough(split, since(first, last)).then_some(split)
+    }
+
+    /// Whether the velocity changes between these frames, and how badly the lines through them fit. `first` is the stamp of the first frame
+    /// after.
+    fn broken(
+        &self,
+        first: i64,
+        before: &[(f64, Point)],
+        after: &[(f64, Point)],
+    ) -> Option<(f64, Break)> {
+        // As long before as after.
+        let span = after.last()?.0 - after[0].0;
+        let from = before.partition_point(|(t, _)| *t < before[before.len() - 1].0 - 1.01 * span);
+        let before = &before[from.min(before.len() - FRAMES)..];
+        let (one, other) = (Straight::through(before)?, Straight::through(after)?);
+        let most = STRAIGHT + STRAIGHT_NOISE * self.noise;
+        if one.misfit > most || other.misfit > most {
+            return None;
+        }
+        let impulse = other.velocity - one.velocity;
+        let noise = self.noise * one.slope_error.max(other.slope_error);
+        if impulse.norm() < BREAK.max(BREAK_NOISE * noise) {
+            return None;
+        }
+        // Where both lines come nearest to one another, between the frames.
+        let apart = other.at(0.0) - one.at(0.0);
+        let t = (-apart.dot(impulse) / impulse.dot(impulse))
+            .clamp(before[before.len() - 1].0, after[0].0);
+        let misfit = one.misfit + other.misfit + one.at(t).distance(other.at(t));
+        #[expect(clippy::cast_possible_truncation, reason = "within a few frames")]
+        let found = Break {
+            stamp: first.saturating_add((1e9 * t) as i64),
+            first,
+            bounce: Bounce {
+                place: (one.at(t) + other.at(t)) * 0.5,
+                before: one.velocity,
+                after: other.velocity,
+            },
+            noise,
+        };
+        Some((misfit, found))
+    }
+
+    /// The best moment of those in a row is the break: what was before it has ended.
+    fn settle(&mut self) {
+        let Some((_, found)) = self.best.take() else {
+            return;
+        };
+        let frames = &mut self.flight.frames;
+        let parted = frames.partition_point(|frame| frame.stamp < found.first);
+        let after = frames.split_off(parted);
+        let next = Flight {
+            begun: Some(found),
+            frames: after,
+            is_broken: false,
+        };
+        let mut ended = std::mem::replace(&mut self.flight, next);
+        ended.is_broken = true;
+        self.ended.push_back(ended);
+    }
+
+    /// Nothing is seen for a while, or for ever.
+    fn pause(&mut self) {
+        self.settle();
+        self.frames.clear();
+        self.ended.push_back(std::mem::take(&mut self.flight));
+    }
+
+    /// Takes a state of the arm, in order of stamps.
+    pub(crate) fn tip(&mut self, state: &State) {
+        if !(state.position.is_finite() && state.velocity.is_finite()) {
+            return;
+        }
+        self.tips.push_back(*state);
+        while self
+            .tips
+            .front()
+            .is_some_and(|first| since(first.stamp, state.stamp) > HELD)
+        {
+            self.tips.pop_front();
+        }
+    }
+
+    /// Flights that have ended, with what the tip did where it began them; those of which that is not yet known only at the end of the data.
+    pub(crate) fn take(&mut self, at_end: bool) -> Vec<(Flight, Option<Touch>)> {
+        if at_end {
+            self.pause();
+        }
+        let mut taken = Vec::new();
+        while let Some(flight) = self.ended.front() {
+            let is_known = flight.begun.is_none_or(|begun| {
+                let last = self.tips.back();
+                last.is_some_and(|last| since(begun.stamp, last.stamp) > TIP_TIME)
+            });
+            if !(at_end || is_known || self.ended.len() > MOST_WAITING) {
+                break;
+            }
+            let touch = flight.begun.and_then(|begun| self.touch(&begun));
+            if let Some(flight) = self.ended.pop_front() {
+                taken.push((flight, touch));
+            }
+        }
+        taken
+    }
+
+    /// What the tip did at a break, where it is near.
+    fn touch(&self, begun: &Break) -> Option<Touch> {
+        let from = self
+            .tips
+            .partition_point(|tip| since(tip.stamp, begun.stamp) > TIP_TIME);
+        let near: Vec<State> = self
+            .tips
+            .range(from..)
+            .take_while(|tip| since(begun.stamp, tip.stamp) <= TIP_TIME)
+            .copied()
+            .collect();
+        let is_near = |tip: &State| tip.position.distance(begun.bounce.place) < self.reach;
+        near.iter().any(is_near).then(|| Touch::of(&near, begun))
+    }
+}
+
+/// The tip at a break.
+#[derive(Clone, Debug)]
+pub(crate) struct Touch {
+    /// States about it.
+    pub(crate) states: Vec<State>,
+    /// Where the tip was, in m, and its velocity right before, in m/s.
+    pub(crate) position: Point,
+    pub(crate) velocity: Point,
+}
+
+impl Touch {
+    fn of(near: &[State], begun: &Break) -> Self {
+        let after = near
+            .partition_point(|tip| tip.stamp <= begun.stamp)
+            .clamp(1, near.len());
+        let last = near[after - 1];
+        let velocity = last_velocity(&near[..after], begun.stamp);
+        Self {
+            states: near.to_vec(),
+            position: last.position + velocity * since(last.stamp, begun.stamp),
+            velocity,
+        }
+    }
+}
+
+/// A tip's velocity right before an impact is that of a line through its states in this time, in s, where there are as many; a tip gives way
+/// in the impact, and later states say nothing.
+const LINE_TIME: f64 = 0.03;
+const LINE_STATES: usize = 5;
+
+fn last_velocity(before: &[State], impact: i64) -> Point {
+    let from = before.partition_point(|tip| since(tip.stamp, impact) > LINE_TIME);
+    let line: Vec<(f64, Point)> = before[from..]
+        .iter()
+        .map(|tip| (since(impact, tip.stamp), tip.velocity))
+        .collect();
+    let last = before.last().map_or(Point::default(), |tip| tip.velocity);
+    if line.len() < LINE_STATES {
+        return last;
+    }
+    Straight::through(&line).map_or(last, |line| line.at(0.0))
+}
+
+impl Flight {
+    /// What turned the object round as it began, where something did.
+    pub(crate) fn bounce(&self) -> Option<Bounce> {
+        self.begun
+            .filter(Break::is_turned)
+            .map(|begun| begun.bounce)
+    }
+}
+
+/// A straight line through frames.
+struct Straight {
+    middle: f64,
+    mean: Point,
+    velocity: Point,
+    /// Root mean square distance of a coordinate, in m.
+    misfit: f64,
+    /// Standard deviation of the slope for a noise of one.
+    slope_error: f64,
+}
+
+impl Straight {
+    #[expect(clippy::cast_precision_loss, reason = "a few dozen frames")]
+    fn through(frames: &[(f64, Point)]) -> Option<Self> {
+        if frames.len() < FRAMES {
+            return None;
+        }
+        let n = frames.len() as f64;
+        let middle = frames.iter().map(|(t, _)| t).sum::<f64>() / n;
+        let mean = frames.iter().fold(Point::default(), |sum, (_, p)| sum + *p) * (1.0 / n);
+        let (mut slope, mut square) = (Point::default(), 0.0);
+        for (t, point) in frames {
+            slope = slope + (*point - mean) * (t - middle);
+            square += (t - middle).powi(2);
+        }
+        let mut line = Self {
+            middle,
+            mean,
+            velocity: slope * (1.0 / square),
+            misfit: 0.0,
+            slope_error: 1.0 / square.sqrt(),
+        };
+        let squares: f64 = frames
+            .iter()
+            .map(|(t, point)| point.distance(line.at(*t)).powi(2))
+            .sum();
+        line.misfit = (squares / (2.0 * n - 4.0)).sqrt();
+        (line.velocity.is_finite() && line.misfit.is_finite()).then_some(line)
+    }
+
+    fn at(&self, t: f64) -> Point {
+        self.mean + self.velocity * (t - self.middle)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use values::Shape;
+
+    use super::*;
+
+    /// Bounces of an object whose place is this function of time, at 60 Hz with a noise of half a millimetre.
+    fn found(place: impl Fn(f64) -> Point) -> Vec<Bounce> {
+        let rig = Rig::demo(Shape::Cylinder);
+        let mut breaks = Breaks::new(&rig);
+        for i in 0..120_i64 {
+            let t = i as f64 / 60.0;
+            let wobble = |k: f64| 0.0007 * ((i * i) as f64 * k).sin();
+            let point = place(t);
+            breaks.see(&Sample {
+                stamp: (t * 1e9) as i64,
+                x: point.x + wobble(1.1),
+                y: point.y + wobble(2.3),
+            });
+        }
+        let flights = breaks.take(true);
+        flights
+            .iter()
+            .filter_map(|(flight, _)| flight.bounce())
+            .collect()
+    }
+
+    #[test]
+    fn a_fence_turns_an_object_round_and_friction_slopes_and_pushes_do_not() {
+        // Towards a fence at x = 0.6, which gives back 60 %.
+        let fenced = found(|t| {
+            let hit = 0.43;
+            let x = if t < hit {
+                0.6 - 0.8 * (hit - t)
+            } else {
+                0.6 - 0.48 * (t - hit)
+            };
+            Point::new(x, 0.3 * t)
+        });
+        let [bounce] = fenced[..] else {
+            panic!("{fenced:?}");
+        };
+        assert!((bounce.place.x - 0.6).abs() < 0.004, "{bounce:?}");
+        assert!((bounce.after.x + 0.48).abs() < 0.06, "{bounce:?}");
+
+        // A slide to rest; friction that trebles; a second push; up a slope and down again.
+        let slide = |t: f64| 0.8 * t.min(0.4) - t.min(0.4).powi(2);
+        assert_eq!(found(|t| Point::new(slide(t), 0.0)), []);
+        let edge = |t: f64| {
+            if t < 0.3 {
+                t
+            } else {
+                0.3 + (1.0 - 3.0 * (t.min(0.46) - 0.3)) * (t.min(0.46) - 0.3)
+            }
+        };
+        assert_eq!(found(|t| Point::new(edge(t), 0.0)), []);
+        assert_eq!(
+            found(|t| Point::new(if t < 0.5 { 0.3 * t } else { 0.15 + t - 0.5 }, 0.0)),
+            []
+        );
+        assert_eq!(found(|t| Point::new(0.5 * t - 0.5 * t * t, 0.0)), []);
+    }
+}
