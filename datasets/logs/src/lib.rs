@@ -17,5 +17,6 @@ pub mod write;
 pub use decode::{DecodeError, Decoder, Fields, MOST_MORE, More, SchemaText};
 pub use error::LogError;
 pub use read::{
-    Damage, Event, Limits, RawChannel, Sample, Summary, TopicCount, TopicRequest, read, read_from,
+    Damage, Event, Limits, RawChannel, Sample, SeenChannel, Summary, TopicCount, TopicRequest,
+    read, read_from,
 };
