@@ -1,14 +1,17 @@
-//! From a file to samples: every message of the wanted topics, in the order in which the recorder received them.
+//! From a log, a file or a folder of rosbag2, to samples: every message of the wanted topics, in the order in which the recorder received them.
 //!
 //! The file is streamed: at most one record, one unpacked chunk and the schemas are in memory. A chunk with a CRC is
 //! checked before any of its messages is given; in a file that is cut off, what is whole of the last chunk is given too.
 
+mod bag;
 mod chunk;
 mod damage;
 mod event;
 mod raw;
 mod records;
 mod request;
+#[cfg(feature = "sqlite")]
+mod sqlite;
 mod summary;
 mod topics;
 
@@ -18,13 +21,15 @@ use std::path::Path;
 use self::topics::Topics;
 use crate::LogError;
 
+pub use self::bag::{bag_files, hash, is_log};
 pub use self::damage::{Damage, Extent};
 pub use self::event::{Event, Sample};
 pub use self::raw::{RawChannel, RawMessage, RawSummary, SeenChannel, read_raw};
 pub use self::request::{Limits, TopicRequest};
 pub use self::summary::{Summary, TopicCount};
 
-/// Reads the wanted topics of a log file.
+/// Reads the wanted topics of a log: a file (MCAP, or rosbag2's SQLite, either packed by zstd as a whole), or the folder of a
+/// rosbag2 recording, whose files are read as one.
 pub fn read(
     path: &Path,
     wanted: &[TopicRequest<'_>],

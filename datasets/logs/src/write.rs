@@ -22,6 +22,9 @@ use values::Topics;
 use crate::read::RawChannel;
 use form::{Form, Kind, Numbers};
 
+#[cfg(feature = "sqlite")]
+pub(crate) use messages::known_definition;
+
 pub use copy::CopyWriter;
 pub use samples::{Samples, Stamped, StateSample};
 

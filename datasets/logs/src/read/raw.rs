@@ -1,16 +1,17 @@
-//! The one reader of files: every message as it stands, with its channel, and what is lost.
+//! The one reader of logs: every message as it stands, with its channel, and what is lost.
 //!
 //! What decodes messages ([`read()`](super::read())) and what copies them or looks for images ([`read_raw`]) are told alike what
 //! is damaged: they [`Take`] the same messages.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
-use std::fs::File;
 use std::io::{Read, Seek};
 use std::path::Path;
 use std::sync::Arc;
 
 use mcap::records::{Record, op};
 
+use super::bag::{self, JoinedHash, Opened};
 use super::chunk::{self, ChunkFault};
 use super::damage::{Damage, Extent};
 use super::records::{self, Ending, Records};
@@ -96,6 +97,7 @@ pub fn read_raw<E: From<LogError>>(
 ) -> Result<RawSummary, E> {
     let mut each = Each {
         sink,
+        largest: limits.record,
         unchecked: false,
     };
     take(path, limits, &mut each)
@@ -135,6 +137,8 @@ pub(super) trait Take {
 /// A sink of messages.
 struct Each<'a, E> {
     sink: &'a mut dyn FnMut(RawMessage<'_>) -> Result<(), E>,
+    /// Bytes that a message unpacks to at the most.
+    largest: usize,
     unchecked: bool,
 }
 
@@ -143,7 +147,17 @@ impl<E: From<LogError>> Take for Each<'_, E> {
 
     fn message(&mut self, message: RawMessage<'_>, standing: Standing) -> Result<Verdict, E> {
         self.unchecked |= !standing.is_checked;
-        (self.sink)(message).map(Ok)
+        match unpacked(&message, self.largest) {
+            Ok(data) => (self.sink)(RawMessage {
+                data: &data,
+                ..message
+            })
+            .map(Ok),
+            Err(why) => Ok(Err(format!(
+                "a message of {}: {why}",
+                message.channel.topic
+            ))),
+        }
     }
 
     fn any_unchecked(&self) -> bool {
@@ -151,18 +165,55 @@ impl<E: From<LogError>> Take for Each<'_, E> {
     }
 }
 
-/// Gives every message of a file to what takes them.
+/// How zstd's frames begin.
+const ZSTD: [u8; 4] = [0x28, 0xb5, 0x2f, 0xfd];
+
+/// A message's bytes, unpacked where rosbag2 packed it: no message of CDR begins so.
+pub(super) fn unpacked<'a>(
+    message: &RawMessage<'a>,
+    largest: usize,
+) -> Result<Cow<'a, [u8]>, String> {
+    if message.channel.encoding != "cdr" || !message.data.starts_with(&ZSTD) {
+        return Ok(Cow::Borrowed(message.data));
+    }
+    zstd::bulk::decompress(message.data, largest)
+        .map(Cow::Owned)
+        .map_err(|error| format!("it is packed by zstd, and cannot be unpacked: {error}"))
+}
+
+/// Gives every message of a log to what takes them.
 pub(super) fn take<T: Take>(
     path: &Path,
     limits: Limits,
     taker: &mut T,
 ) -> Result<RawSummary, T::Error> {
-    let log = path.display().to_string();
-    let file = File::open(path).map_err(|source| LogError::Io {
-        log: log.clone(),
-        source,
-    })?;
-    take_from(&log, file, limits, taker)
+    let files = bag::files(path)?;
+    let mut reading = Reading::new(limits, taker);
+    let mut joined = JoinedHash::default();
+    let mut last = String::new();
+    for file in &files {
+        if path.is_dir() {
+            let name = file.file_name().unwrap_or_default().to_string_lossy();
+            reading.part = Some(name.into_owned());
+            if !std::fs::metadata(file).is_ok_and(|file| file.len() > 0) {
+                let why = "it is listed in metadata.yaml, and is not there or empty".into();
+                reading.lose(0, Extent::Part, why);
+                if file.exists() {
+                    joined.add(file, &bag::hash_file(file)?);
+                }
+                continue;
+            }
+        }
+        reading.log = file.display().to_string();
+        last = reading.file(file)?;
+        joined.add(file, &last);
+        reading.finish_file();
+    }
+    let sha256 = match path.is_dir() {
+        true => joined.finish(),
+        false => last,
+    };
+    Ok(reading.summary(sha256))
 }
 
 /// The same from any source; `log` is its name in errors.
@@ -172,30 +223,11 @@ pub(super) fn take_from<T: Take, R: Read + Seek>(
     limits: Limits,
     taker: &mut T,
 ) -> Result<RawSummary, T::Error> {
-    let mut records = Records::new(log, source, limits.record)?;
-    let mut reading = Reading {
-        log,
-        limits,
-        schemas: BTreeMap::new(),
-        channels: BTreeMap::new(),
-        held: 0,
-        damage: Vec::new(),
-        taker,
-    };
-    let ending = records.each(&mut |offset, opcode, body| reading.record(offset, opcode, body))?;
-    reading.end(ending)?;
-    let Reading {
-        channels, damage, ..
-    } = reading;
-    let seen = |channel: Channel| SeenChannel {
-        channel: channel.raw,
-        messages: channel.messages,
-    };
-    Ok(RawSummary {
-        channels: channels.into_values().map(seen).collect(),
-        damage,
-        sha256: records.sha256()?,
-    })
+    let mut reading = Reading::new(limits, taker);
+    reading.log = log.into();
+    let sha256 = reading.mcap(source)?;
+    reading.finish_file();
+    Ok(reading.summary(sha256))
 }
 
 /// A schema's name, encoding and text.
@@ -208,17 +240,156 @@ struct Channel {
 }
 
 struct Reading<'a, T> {
-    log: &'a str,
+    log: String,
+    /// The file of a folder.
+    part: Option<String>,
     limits: Limits,
     schemas: BTreeMap<u16, Schema>,
     channels: BTreeMap<u16, Channel>,
+    /// Channels of the files before.
+    seen: Vec<SeenChannel>,
     /// Bytes that schemas and channels take.
     held: usize,
     damage: Vec<Damage>,
     taker: &'a mut T,
 }
 
-impl<T: Take> Reading<'_, T> {
+impl<'a, T: Take> Reading<'a, T> {
+    fn new(limits: Limits, taker: &'a mut T) -> Self {
+        Self {
+            log: String::new(),
+            part: None,
+            limits,
+            schemas: BTreeMap::new(),
+            channels: BTreeMap::new(),
+            seen: Vec::new(),
+            held: 0,
+            damage: Vec::new(),
+            taker,
+        }
+    }
+
+    /// Reads a file; its SHA-256.
+    fn file(&mut self, path: &Path) -> Result<String, T::Error> {
+        match bag::open(path)? {
+            Opened::Mcap(file) => self.mcap(file),
+            Opened::Sqlite(file) => {
+                self.sqlite(&file)?;
+                Ok(bag::hash_file(path)?)
+            }
+            Opened::Unpacked(unpacked, is_sqlite) => {
+                if is_sqlite {
+                    self.sqlite(unpacked.path())?;
+                } else {
+                    let log = path.display().to_string();
+                    let file = unpacked.reopen();
+                    self.mcap(file.map_err(|source| LogError::Io { log, source })?)?;
+                }
+                Ok(bag::hash_file(path)?)
+            }
+        }
+    }
+
+    fn mcap<R: Read + Seek>(&mut self, source: R) -> Result<String, T::Error> {
+        let log = self.log.clone();
+        let mut records = Records::new(&log, source, self.limits.record)?;
+        let ending = records.each(&mut |offset, opcode, body| self.record(offset, opcode, body))?;
+        self.end(ending)?;
+        Ok(records.sha256()?)
+    }
+
+    #[cfg(not(feature = "sqlite"))]
+    fn sqlite(&mut self, _path: &Path) -> Result<(), T::Error> {
+        let why = "this program reads MCAP alone; convert it with `ros2 bag convert`".into();
+        let log = self.log.clone();
+        Err(LogError::Sqlite { log, why }.into())
+    }
+
+    #[cfg(feature = "sqlite")]
+    fn sqlite(&mut self, path: &Path) -> Result<(), T::Error> {
+        let log = self.log.clone();
+        let database = super::sqlite::Database::open(&log, path, self.limits)?;
+        let topics = database.topics()?;
+        let definitions = database.definitions(&topics)?;
+        let mut ids: BTreeMap<i64, u16> = BTreeMap::new();
+        for (topic, id) in topics.into_iter().zip(1..u16::MAX) {
+            ids.insert(topic.id, id);
+            let schema = definitions.get(&topic.kind);
+            let (encoding, text) = schema.cloned().unwrap_or_default();
+            let schema = (topic.kind, encoding, Arc::from(text.into_bytes()));
+            let channel = mcap::records::Channel {
+                id,
+                schema_id: id,
+                topic: topic.name,
+                message_encoding: topic.encoding,
+                metadata: BTreeMap::new(),
+            };
+            for verdict in [self.schema(id, schema)?, self.channel(channel)?] {
+                if let Err(why) = verdict {
+                    self.lose(0, Extent::Part, why);
+                }
+            }
+        }
+        let ended = database.messages(&mut |topic, log_time, data| -> Result<(), T::Error> {
+            // What belongs to no topic belongs to channel 0, which is none.
+            let channel = ids.get(&topic).copied().unwrap_or(0);
+            if let Err(why) = self.message(channel, log_time, data, false)? {
+                self.lose(0, Extent::Part, why);
+            }
+            Ok(())
+        })?;
+        if let Err(why) = ended {
+            self.lose(0, Extent::Rest, why);
+        }
+        Ok(())
+    }
+
+    /// Ends a file: another has schemas and channels of its own, and the same topics.
+    fn finish_file(&mut self) {
+        self.schemas.clear();
+        self.held = 0;
+        for channel in std::mem::take(&mut self.channels).into_values() {
+            let known = self
+                .seen
+                .iter_mut()
+                .find(|seen| seen.channel.id == channel.raw.id);
+            match known {
+                Some(seen) => seen.messages += channel.messages,
+                None => self.seen.push(SeenChannel {
+                    channel: channel.raw,
+                    messages: channel.messages,
+                }),
+            }
+        }
+    }
+
+    fn summary(self, sha256: String) -> RawSummary {
+        RawSummary {
+            channels: self.seen,
+            sha256,
+            damage: self.damage,
+        }
+    }
+
+    /// A channel with a number that no other channel of the files before has.
+    fn numbered(&self, raw: RawChannel) -> Arc<RawChannel> {
+        let with_id = |id| RawChannel { id, ..raw.clone() };
+        let same = self
+            .seen
+            .iter()
+            .find(|seen| *seen.channel == with_id(seen.channel.id));
+        if let Some(same) = same {
+            return Arc::clone(&same.channel);
+        }
+        let is_free = |id: &u16| {
+            let here = self.channels.values().map(|channel| channel.raw.id);
+            let before = self.seen.iter().map(|seen| seen.channel.id);
+            here.chain(before).all(|known| known != *id)
+        };
+        let free = std::iter::once(raw.id).chain(1..=u16::MAX).find(is_free);
+        Arc::new(with_id(free.unwrap_or(raw.id)))
+    }
+
     /// One record of the file.
     fn record(&mut self, offset: u64, opcode: u8, body: &[u8]) -> Result<(), T::Error> {
         if opcode == op::CHUNK {
@@ -244,7 +415,7 @@ impl<T: Take> Reading<'_, T> {
             Err(ChunkFault::Damaged(why)) => wrong = Some(why),
             Err(ChunkFault::Ended(error)) => return Err(error),
             Err(ChunkFault::Compression(compression)) => {
-                let log = self.log.into();
+                let log = self.log.clone();
                 return Err(LogError::Compression { log, compression }.into());
             }
             Err(ChunkFault::TooLarge { size, limit }) => {
@@ -274,28 +445,36 @@ impl<T: Take> Reading<'_, T> {
             }
             Ok(Record::Channel(channel)) => self.channel(channel)?,
             Ok(Record::Message { header, data }) => {
-                let Some(channel) = self.channels.get_mut(&header.channel_id) else {
-                    let id = header.channel_id;
-                    return Ok(Err(format!(
-                        "a message belongs to channel {id}, which is not defined"
-                    )));
-                };
-                channel.messages += 1;
-                let message = RawMessage {
-                    channel: &channel.raw,
-                    log_time: header.log_time,
-                    data: &data,
-                };
-                let standing = Standing {
-                    is_checked: checked,
-                    lacks_schema: channel.schema != 0
-                        && !self.schemas.contains_key(&channel.schema),
-                };
-                self.taker.message(message, standing)?
+                self.message(header.channel_id, header.log_time, &data, checked)?
             }
             Ok(_) => Ok(()),
             Err(error) => Err(format!("a record makes no sense: {error}")),
         })
+    }
+
+    fn message(
+        &mut self,
+        id: u16,
+        log_time: u64,
+        data: &[u8],
+        is_checked: bool,
+    ) -> Result<Verdict, T::Error> {
+        let Some(channel) = self.channels.get_mut(&id) else {
+            return Ok(Err(format!(
+                "a message belongs to channel {id}, which is not defined"
+            )));
+        };
+        channel.messages += 1;
+        let message = RawMessage {
+            channel: &channel.raw,
+            log_time,
+            data,
+        };
+        let standing = Standing {
+            is_checked,
+            lacks_schema: channel.schema != 0 && !self.schemas.contains_key(&channel.schema),
+        };
+        self.taker.message(message, standing)
     }
 
     fn schema(&mut self, id: u16, schema: Schema) -> Result<Verdict, LogError> {
@@ -335,7 +514,7 @@ impl<T: Take> Reading<'_, T> {
             raw = with_schema(raw, schema);
         }
         let channel = Channel {
-            raw: Arc::new(raw),
+            raw: self.numbered(raw),
             schema: channel.schema_id,
             messages: 0,
         };
@@ -354,7 +533,7 @@ impl<T: Take> Reading<'_, T> {
 
     fn too_large(&self, what: &'static str, offset: u64, size: u64, limit: u64) -> LogError {
         LogError::TooLarge {
-            log: self.log.into(),
+            log: self.log.clone(),
             what,
             offset,
             size,
@@ -363,6 +542,10 @@ impl<T: Take> Reading<'_, T> {
     }
 
     fn lose(&mut self, offset: u64, extent: Extent, why: String) {
+        let why = match &self.part {
+            Some(part) => format!("in {part}: {why}"),
+            None => why,
+        };
         let damage = Damage {
             offset,
             extent,

@@ -4,11 +4,14 @@ use std::collections::{BTreeMap, HashMap};
 
 use super::damage::{Damage, Extent};
 use super::event::{Event, Sample};
-use super::raw::{RawMessage, RawSummary, Standing, Take, Verdict};
+use super::raw::{RawMessage, RawSummary, Standing, Take, Verdict, unpacked};
 use super::request::TopicRequest;
 use super::summary::{Summary, TopicCount};
 use crate::decode::DecodeError;
 use crate::{Decoder, LogError};
+
+/// A packed message of numbers unpacks to no more than this, in bytes.
+const LARGEST_MESSAGE: usize = 1 << 20;
 
 /// Counts and reasons for one wanted topic.
 #[derive(Clone, Default)]
@@ -58,19 +61,19 @@ impl Take for Topics<'_> {
             return Ok(Ok(()));
         };
         let counts = &mut self.counts[*index];
-        let sample = decoder
-            .decode_with(message.data)
-            .and_then(|(fields, more)| {
-                // Known only now where there is no schema.
-                counts.unstamped |= fields.stamp.is_none();
-                let log_time = || i64::try_from(message.log_time).map_err(|_| DecodeError::Stamp);
-                let sample = Sample {
-                    stamp: fields.stamp.map_or_else(log_time, Ok)?,
-                    x: fields.x,
-                    y: fields.y,
-                };
-                Ok((sample, more))
-            });
+        let data = unpacked(&message, LARGEST_MESSAGE).map_err(DecodeError::Malformed);
+        let decoded = data.and_then(|data| decoder.decode_with(&data));
+        let sample = decoded.and_then(|(fields, more)| {
+            // Known only now where there is no schema.
+            counts.unstamped |= fields.stamp.is_none();
+            let log_time = || i64::try_from(message.log_time).map_err(|_| DecodeError::Stamp);
+            let sample = Sample {
+                stamp: fields.stamp.map_or_else(log_time, Ok)?,
+                x: fields.x,
+                y: fields.y,
+            };
+            Ok((sample, more))
+        });
         match sample {
             Ok((sample, more)) => {
                 counts.decoded += 1;
