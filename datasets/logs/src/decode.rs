@@ -86,7 +86,7 @@ impl Decoder {
         self.stamped
     }
 
-    /// Reads the fields of one message; never more memory than the message itself takes, or [`LARGEST_MESSAGE`] where it is packed.
+    /// Reads the fields of one message; never more memory than the message itself takes.
     pub fn decode(&self, data: &[u8]) -> Result<Fields, DecodeError> {
         self.decode_with(data).map(|(fields, _)| fields)
     }
@@ -95,15 +95,6 @@ impl Decoder {
     pub fn decode_with(&self, data: &[u8]) -> Result<(Fields, More), DecodeError> {
         let mut raw = Raw::default();
         match &self.plan {
-            // What rosbag2 packs message by message; no message of CDR or ROS 1 that a topic of numbers holds begins so.
-            Plan::Ros(plan) if data.starts_with(&ZSTD) => {
-                let unpacked = zstd::bulk::decompress(data, LARGEST_MESSAGE).map_err(|error| {
-                    DecodeError::Malformed(format!(
-                        "it is packed by zstd, and cannot be unpacked: {error}"
-                    ))
-                })?;
-                plan.decode(&unpacked, &mut raw)?;
-            }
             Plan::Ros(plan) => plan.decode(data, &mut raw)?,
             Plan::Json(want) => json::decode(want, data, &mut raw)?,
             Plan::Protobuf(plan) => plan.decode(data, &mut raw)?,
@@ -121,11 +112,6 @@ impl Decoder {
         Ok((fields, more))
     }
 }
-
-/// How zstd's frames begin.
-const ZSTD: [u8; 4] = [0x28, 0xb5, 0x2f, 0xfd];
-/// A packed message unpacks to no more than this, in bytes.
-const LARGEST_MESSAGE: usize = 1 << 20;
 
 fn ros(
     wire: ros::Wire,

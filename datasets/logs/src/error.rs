@@ -21,12 +21,29 @@ pub enum LogError {
     },
     /// The file does not begin as MCAP does.
     #[error(
-        "read log {log}: it is no MCAP file (it does not begin with MCAP's magic bytes); record with `ros2 bag record -s mcap`, \
-         or convert it with `ros2 bag convert` or `mcap convert`; unpack a bag that was compressed as a whole (`.mcap.zstd`) with `unzstd`"
+        "read log {log}: it is no MCAP file (it does not begin with MCAP's magic bytes) and no bag of SQLite; record with \
+         `ros2 bag record -s mcap`, or convert it with `ros2 bag convert` or `mcap convert`"
     )]
     NotMcap {
         /// The file.
         log: String,
+    },
+    /// A folder is no bag.
+    #[error(
+        "read log {log}: it is a folder without rosbag2's `metadata.yaml`, or with one that lists no files; name the files in it, or \
+         write it anew with `ros2 bag reindex`"
+    )]
+    NoBag {
+        /// The folder.
+        log: String,
+    },
+    /// A bag of SQLite cannot be read.
+    #[error("read log {log}, a bag of SQLite: {why}")]
+    Sqlite {
+        /// The file.
+        log: String,
+        /// What is wrong with it.
+        why: String,
     },
     /// A record or chunk is larger than this reader lets a file make it.
     #[error(

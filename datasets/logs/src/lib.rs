@@ -5,6 +5,8 @@
 //! paths of its fields are settings ([`values::FieldTopic`]); each schema is compiled once to a plan that walks a
 //! message's bytes past all that is not asked for.
 //!
+//! A log is a file or the folder of a split recording; rosbag2's SQLite is read as MCAP is (feature `sqlite`).
+//!
 //! A file may be cut off, damaged or hostile: what is whole is given, what is lost is reported ([`Damage`]), and nothing that
 //! a file says of its own sizes is believed before it is checked.
 
@@ -17,5 +19,6 @@ pub mod write;
 pub use decode::{DecodeError, Decoder, Fields, MOST_MORE, More, SchemaText};
 pub use error::LogError;
 pub use read::{
-    Damage, Event, Limits, RawChannel, Sample, Summary, TopicCount, TopicRequest, read, read_from,
+    Damage, Event, Limits, RawChannel, Sample, SeenChannel, Summary, TopicCount, TopicRequest,
+    bag_files, hash, is_log, read, read_from,
 };

@@ -22,6 +22,9 @@ use values::Topics;
 use crate::read::RawChannel;
 use form::{Form, Kind, Numbers};
 
+#[cfg(feature = "sqlite")]
+pub(crate) use messages::known_definition;
+
 pub use copy::CopyWriter;
 pub use samples::{Samples, Stamped, StateSample};
 
@@ -194,11 +197,9 @@ impl<W: Write + Seek> RecordingWriter<W> {
         let (channel_id, sequence) = match self.received.get(&from.id) {
             Some(known) => *known,
             None => {
-                let schema = if from.schema.is_empty() && from.schema_encoding.is_empty() {
-                    0
-                } else {
-                    self.mcap
-                        .add_schema(&from.schema, &from.schema_encoding, &from.schema_data)?
+                let schema = match from.schema() {
+                    None => 0,
+                    Some(text) => self.mcap.add_schema(text.name, text.encoding, text.data)?,
                 };
                 let id =
                     self.mcap

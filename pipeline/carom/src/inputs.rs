@@ -120,7 +120,8 @@ pub fn load_rig(path: &Path) -> Result<Rig, Error> {
     })
 }
 
-/// Every log that the paths name: files as they are, folders searched for `*.mcap` with all below. Sorted, each once.
+/// Every log that the paths name: files as they are, folders searched for logs with all below (`*.mcap`, `*.db3`, either with `.zstd` behind it; rosbag2
+/// folders of several files are one log). Sorted, each once.
 pub fn find_logs(paths: &[PathBuf]) -> Result<Vec<PathBuf>, Error> {
     let mut logs = Vec::new();
     for path in paths {
@@ -130,7 +131,7 @@ pub fn find_logs(paths: &[PathBuf]) -> Result<Vec<PathBuf>, Error> {
             search(path, &mut logs)?;
             if logs.len() == before {
                 return Err(Error::input(format!(
-                    "find logs in {}: there is no *.mcap in it or below; record with `ros2 bag record -s mcap`",
+                    "find logs in {}: there is no *.mcap, *.db3 or rosbag2 folder in it or below; record with `ros2 bag record -s mcap`",
                     path.display()
                 )));
             }
@@ -148,19 +149,26 @@ pub fn find_logs(paths: &[PathBuf]) -> Result<Vec<PathBuf>, Error> {
 
 fn search(folder: &Path, logs: &mut Vec<PathBuf>) -> Result<(), Error> {
     let unreadable = |error| Error::unreadable(folder, &error);
+    let mut found = Vec::new();
     for entry in fs::read_dir(folder).map_err(unreadable)? {
         let entry = entry.map_err(unreadable)?;
         let path = entry.path();
         // A link to a folder is not followed: it may lead back.
         if entry.file_type().map_err(unreadable)?.is_dir() {
             search(&path, logs)?;
-        } else if path
-            .extension()
-            .is_some_and(|end| end.eq_ignore_ascii_case("mcap"))
-        {
-            logs.push(path);
+        } else if logs::is_log(&path) {
+            found.push(path);
         }
     }
+    // Files of a recording that was split are one log.
+    match logs::bag_files(folder) {
+        Some(files) if files.len() > 1 => {
+            found.retain(|path| !files.contains(path));
+            logs.push(folder.into());
+        }
+        _ => {}
+    }
+    logs.append(&mut found);
     Ok(())
 }
 
@@ -179,6 +187,24 @@ mod tests {
         let logs = find_logs(&[dir.path().into(), dir.path().join("1.MCAP")]).expect("found");
         let names: Vec<_> = logs.iter().filter_map(|path| path.file_name()).collect();
         assert_eq!(names, ["1.MCAP", "2.mcap"]);
+    }
+
+    #[test]
+    fn files_of_a_split_recording_are_one_log_and_those_of_a_whole_one_are_files() {
+        let dir = tempfile::tempdir().expect("folder");
+        for (bag, files) in [("split", &["0.db3", "1.db3"][..]), ("whole", &["0.mcap"])] {
+            let folder = dir.path().join(bag);
+            fs::create_dir(&folder).expect("folder");
+            let mut text = "rosbag2_bagfile_information:\n  relative_file_paths:\n".to_owned();
+            for file in files {
+                fs::write(folder.join(file), "").expect("file");
+                text += &format!("    - {file}\n");
+            }
+            fs::write(folder.join("metadata.yaml"), text).expect("metadata");
+        }
+        let logs = find_logs(&[dir.path().into()]).expect("found");
+        let names: Vec<_> = logs.iter().filter_map(|path| path.file_name()).collect();
+        assert_eq!(names, ["split", "0.mcap"]);
     }
 
     #[test]

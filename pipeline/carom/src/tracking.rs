@@ -68,13 +68,8 @@ fn needs_tracking(rig: &Rig, log: &Path) -> Option<String> {
     let images = rig.topics.image.as_ref()?;
     let read: Result<RawSummary, TrackError> = read_raw(log, Limits::default(), &mut |_| Ok(()));
     let summary = read.ok()?;
-    let has = |topic: &str| {
-        summary
-            .channels
-            .iter()
-            .any(|channel| channel.topic == topic)
-    };
-    (has(&images.name) && !has(&rig.topics.centroid.name)).then_some(summary.sha256)
+    let needs = summary.has(&images.name) && !summary.has(&rig.topics.centroid.name);
+    needs.then_some(summary.sha256)
 }
 
 enum Failure {

@@ -5,7 +5,7 @@ use stage::ListStage;
 use values::{Rig, Strike};
 
 use crate::Ingest;
-use crate::error::{IngestError, hash_file};
+use crate::error::IngestError;
 use crate::log::read_log;
 use crate::outcome::{LogFile, LogOutcome, StrikeSummary};
 
@@ -30,7 +30,7 @@ impl ListStage for Ingest {
             Err(error @ IngestError::Log(LogError::Io { .. })) => Err(error),
             Err(error @ IngestError::Changed { .. }) => Err(error),
             // One log that is none does not take the others with it; but what is said of it must be true of what was hashed.
-            Err(error) if hash_file(&log.path)? == log.sha256 => {
+            Err(error) if logs::hash(&log.path)? == log.sha256 => {
                 Ok(LogOutcome::left_out(log, &error))
             }
             Err(_) => Err(log.changed()),

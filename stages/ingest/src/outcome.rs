@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 use values::{Reject, Strike};
 
-use crate::error::{IngestError, hash_file};
+use crate::error::IngestError;
 use crate::seen::Seen;
 
 /// A log to ingest: known by its name and content, wherever it lies.
@@ -24,7 +24,7 @@ impl LogFile {
     /// Hashes a log's content; its name is the file's.
     pub fn open(path: &Path) -> Result<Self, IngestError> {
         let name = file_name(path);
-        let sha256 = hash_file(path)?;
+        let sha256 = logs::hash(path)?;
         Ok(Self {
             name,
             sha256,

@@ -96,12 +96,9 @@ fn track_into(
         Ok::<_, TrackError>((summary, tracking.finish()?))
     })?;
     let log = log.display().to_string();
-    if !summary
-        .channels
-        .iter()
-        .any(|channel| channel.topic == topic.name)
-    {
-        let found = summary.channels.iter().map(|channel| channel.topic.clone());
+    if !summary.has(&topic.name) {
+        let found = summary.channels.iter();
+        let found = found.map(|seen| seen.channel.topic.clone());
         return Err(TrackError::Log(LogError::MissingTopic {
             log,
             topic: topic.name.clone(),

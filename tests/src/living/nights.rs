@@ -79,7 +79,7 @@ pub fn nights(number: u64, changes: bool, dir: &Path) -> anyhow::Result<Vec<Nigh
         };
         let known = artifact
             .as_ref()
-            .and_then(|artifact| artifact.manifest.provenance.strikes.clone());
+            .and_then(|artifact| artifact.manifest.provenance.strikes);
         let ratio = |artifact: &store::Artifact| ratio(artifact, truth, night, seed);
         outcomes.push(NightOutcome {
             rig: number,

@@ -5,10 +5,9 @@ use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 
 use super::records::PREFIX;
 use super::request::Limits;
-use crate::LogError;
 
 /// What can be wrong with a chunk.
-pub(super) enum ChunkFault {
+pub(super) enum ChunkFault<E> {
     /// Its bytes are not what they should be.
     Damaged(String),
     /// It is compressed by something that is not read.
@@ -16,25 +15,19 @@ pub(super) enum ChunkFault {
     /// It takes too much memory to unpack.
     TooLarge { size: u64, limit: u64 },
     /// What was read made it end.
-    Log(LogError),
-}
-
-impl From<LogError> for ChunkFault {
-    fn from(error: LogError) -> Self {
-        Self::Log(error)
-    }
+    Ended(E),
 }
 
 /// Called with the opcode and body of a record, and whether a CRC covers it.
-type EachRecord<'a> = &'a mut dyn FnMut(u8, &[u8], bool) -> Result<(), LogError>;
+type EachRecord<'a, E> = &'a mut dyn FnMut(u8, &[u8], bool) -> Result<(), E>;
 
 /// Calls `each` with the records of a chunk; of one that is not `whole`, with those that are there.
-pub(super) fn each(
+pub(super) fn each<E>(
     body: &[u8],
     whole: bool,
     limits: &Limits,
-    each: EachRecord<'_>,
-) -> Result<(), ChunkFault> {
+    each: EachRecord<'_, E>,
+) -> Result<(), ChunkFault<E>> {
     let header = Header::parse(body)
         .ok_or_else(|| ChunkFault::Damaged("a chunk's header is not whole".into()))?;
     if whole && header.packed > header.records.len() as u64 {
@@ -92,7 +85,11 @@ impl<'a> Header<'a> {
 }
 
 /// Records that are not compressed stand in the chunk as they are.
-fn each_plain(header: &Header<'_>, whole: bool, each: EachRecord<'_>) -> Result<(), ChunkFault> {
+fn each_plain<E>(
+    header: &Header<'_>,
+    whole: bool,
+    each: EachRecord<'_, E>,
+) -> Result<(), ChunkFault<E>> {
     let length = usize::try_from(header.packed)
         .unwrap_or(usize::MAX)
         .min(header.records.len());
@@ -110,7 +107,7 @@ fn each_plain(header: &Header<'_>, whole: bool, each: EachRecord<'_>) -> Result<
         let Some((body, next)) = after.split_at_checked(length) else {
             break;
         };
-        each(opcode, body, checked)?;
+        each(opcode, body, checked).map_err(ChunkFault::Ended)?;
         rest = next;
     }
     if rest.is_empty() {
@@ -123,13 +120,13 @@ fn each_plain(header: &Header<'_>, whole: bool, each: EachRecord<'_>) -> Result<
 }
 
 /// Records that are compressed are unpacked by the mcap crate, fed with this chunk alone.
-fn each_packed(
+fn each_packed<E>(
     body: &[u8],
     header: &Header<'_>,
     whole: bool,
     limits: &Limits,
-    each: EachRecord<'_>,
-) -> Result<(), ChunkFault> {
+    each: EachRecord<'_, E>,
+) -> Result<(), ChunkFault<E>> {
     let checked = whole && header.crc != 0;
     let mut reader = LinearReader::new_with_options(
         LinearReaderOptions::default()
@@ -159,7 +156,9 @@ fn each_packed(
                 reader.notify_read(now.len());
                 left = later;
             }
-            Ok(LinearReadEvent::Record { opcode, data }) => each(opcode, data, checked)?,
+            Ok(LinearReadEvent::Record { opcode, data }) => {
+                each(opcode, data, checked).map_err(ChunkFault::Ended)?;
+            }
             Err(mcap::McapError::BadChunkCrc { saved, calculated }) => {
                 return Err(crc_mismatch(saved, calculated));
             }
@@ -173,7 +172,7 @@ fn each_packed(
     Ok(())
 }
 
-fn crc_mismatch(saved: u32, found: u32) -> ChunkFault {
+fn crc_mismatch<E>(saved: u32, found: u32) -> ChunkFault<E> {
     ChunkFault::Damaged(format!(
         "a chunk's CRC is {found:08x} where {saved:08x} was written"
     ))

@@ -33,7 +33,7 @@ pub(super) enum Ending {
 }
 
 /// Called with the offset, opcode and body of a record.
-pub(super) type EachRecord<'a> = &'a mut dyn FnMut(u64, u8, &[u8]) -> Result<(), LogError>;
+pub(super) type EachRecord<'a, E> = &'a mut dyn FnMut(u64, u8, &[u8]) -> Result<(), E>;
 
 /// A file's records, streamed, and the hash of its bytes.
 pub(super) struct Records<'a, R> {
@@ -66,7 +66,7 @@ impl<'a, R: Read + Seek> Records<'a, R> {
     }
 
     /// Calls `each` with the offset, opcode and body of every record up to the end of the data.
-    pub(super) fn each(&mut self, each: EachRecord<'_>) -> Result<Ending, LogError> {
+    pub(super) fn each<E: From<LogError>>(&mut self, each: EachRecord<'_, E>) -> Result<Ending, E> {
         let mut reader = LinearReader::new_with_options(self.options(true));
         let mut at = 0;
         let start = mcap::MAGIC.len() as u64;
@@ -76,14 +76,12 @@ impl<'a, R: Read + Seek> Records<'a, R> {
                 None => return Ok(Ending::Whole),
                 Some(Ok(LinearReadEvent::ReadRequest(need))) => {
                     if self.size == 0 {
-                        return Err(LogError::Empty {
+                        return Err(E::from(LogError::Empty {
                             log: self.log.into(),
-                        });
+                        }));
                     }
                     if self.taken == 0 && self.size < mcap::MAGIC.len() as u64 {
-                        return Err(LogError::NotMcap {
-                            log: self.log.into(),
-                        });
+                        return Err(self.not_mcap().into());
                     }
                     self.feed(&mut reader, need)?;
                 }
@@ -97,11 +95,7 @@ impl<'a, R: Read + Seek> Records<'a, R> {
                     }
                     at += (PREFIX + data.len()) as u64;
                 }
-                Some(Err(McapError::BadMagic)) if at == 0 => {
-                    return Err(LogError::NotMcap {
-                        log: self.log.into(),
-                    });
-                }
+                Some(Err(McapError::BadMagic)) if at == 0 => return Err(self.not_mcap().into()),
                 Some(Err(McapError::RecordTooLarge { opcode, len })) if in_data => {
                     let offset = at.max(start);
                     let end = len
@@ -114,13 +108,13 @@ impl<'a, R: Read + Seek> Records<'a, R> {
                     };
                     if !may_be_skipped(opcode) {
                         let (log, limit) = (self.log.into(), self.limit as u64);
-                        return Err(LogError::TooLarge {
+                        return Err(E::from(LogError::TooLarge {
                             log,
                             what: "record",
                             offset,
                             size: len,
                             limit,
-                        });
+                        }));
                     }
                     self.take_until(end)?;
                     reader = LinearReader::new_with_options(self.options(false));
@@ -128,7 +122,7 @@ impl<'a, R: Read + Seek> Records<'a, R> {
                 }
                 Some(Err(error)) => {
                     drop(reader);
-                    return self.ending(error, at.max(start), in_data);
+                    return Ok(self.ending(error, at.max(start), in_data)?);
                 }
             }
         }
@@ -214,6 +208,12 @@ impl<'a, R: Read + Seek> Records<'a, R> {
             .map_err(|source| self.io(source))?;
         self.take_until(self.size)?;
         Ok(durable::hex(&self.hasher.finalize()))
+    }
+
+    fn not_mcap(&self) -> LogError {
+        LogError::NotMcap {
+            log: self.log.into(),
+        }
     }
 
     fn io(&self, source: std::io::Error) -> LogError {

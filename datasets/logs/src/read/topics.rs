@@ -1,34 +1,17 @@
-//! A file's schemas and channels, and the messages of those that are wanted.
+//! The messages of the topics that are wanted, decoded.
 
 use std::collections::{BTreeMap, HashMap};
-use std::sync::Arc;
-
-use mcap::records::{MessageHeader, Record, op};
 
 use super::damage::{Damage, Extent};
 use super::event::{Event, Sample};
+use super::raw::{RawMessage, RawSummary, Standing, Take, Verdict, unpacked};
 use super::request::TopicRequest;
 use super::summary::{Summary, TopicCount};
 use crate::decode::DecodeError;
-use crate::{Decoder, LogError, SchemaText};
+use crate::{Decoder, LogError};
 
-/// What a record was: read, or wrong in a way that loses no more than itself.
-type Outcome = Result<Result<(), String>, LogError>;
-
-struct Schema {
-    name: String,
-    encoding: String,
-    data: Vec<u8>,
-}
-
-struct Channel {
-    topic: String,
-    encoding: String,
-    schema: u16,
-    messages: u64,
-    /// Index among the wanted topics, and the decoder once the first message came.
-    wanted: Option<(usize, Option<Decoder>)>,
-}
+/// A packed message of numbers unpacks to no more than this, in bytes.
+const LARGEST_MESSAGE: usize = 1 << 20;
 
 /// Counts and reasons for one wanted topic.
 #[derive(Clone, Default)]
@@ -41,160 +24,49 @@ struct MessageCounts {
 }
 
 pub(super) struct Topics<'a> {
-    log: &'a str,
     wanted: &'a [TopicRequest<'a>],
-    schemas: HashMap<u16, Arc<Schema>>,
-    channels: HashMap<u16, Channel>,
+    /// By their numbers, channels of wanted topics: the topic's index, and the decoder; none where the topic can do without.
+    decoders: HashMap<u16, Option<(usize, Decoder)>>,
     counts: Vec<MessageCounts>,
-    /// Bytes that schemas and channels take, and may take.
-    held: usize,
-    limit: usize,
+    sink: &'a mut dyn FnMut(Event<'_>),
 }
 
-impl<'a> Topics<'a> {
-    pub(super) fn new(log: &'a str, wanted: &'a [TopicRequest<'a>], limit: usize) -> Self {
-        let counts = vec![MessageCounts::default(); wanted.len()];
-        Self {
-            log,
-            wanted,
-            schemas: HashMap::new(),
-            channels: HashMap::new(),
-            counts,
-            held: 0,
-            limit,
-        }
-    }
-
-    /// Takes one record, of the file or of a chunk; `checked` where a CRC covers it.
-    pub(super) fn record(
-        &mut self,
-        opcode: u8,
-        body: &[u8],
-        checked: bool,
-        sink: &mut dyn FnMut(Event<'_>),
-    ) -> Outcome {
-        match opcode {
-            op::SCHEMA | op::CHANNEL | op::MESSAGE => {}
-            0x01..=op::DATA_END | 0x80.. => return Ok(Ok(())),
-            _ => {
-                return Ok(Err(format!(
-                    "there is a record of the unknown kind {opcode:#04x}"
-                )));
-            }
-        }
-        match mcap::parse_record(opcode, body) {
-            Ok(Record::Schema { header, data }) => {
-                let schema = Schema {
-                    name: header.name,
-                    encoding: header.encoding,
-                    data: data.into_owned(),
-                };
-                self.schema(header.id, schema)
-            }
-            Ok(Record::Channel(channel)) => self.channel(channel),
-            Ok(Record::Message { header, data }) => self.message(header, &data, checked, sink),
-            Ok(_) => Ok(Ok(())),
-            Err(error) => Ok(Err(format!("a record makes no sense: {error}"))),
-        }
-    }
-
-    fn schema(&mut self, id: u16, schema: Schema) -> Outcome {
-        if let Some(known) = self.schemas.get(&id) {
-            let same = (&known.name, &known.encoding, &known.data)
-                == (&schema.name, &schema.encoding, &schema.data);
-            return Ok(if same {
-                Ok(())
-            } else {
-                Err(format!("schema {id} is defined twice, and not alike"))
-            });
-        }
-        self.hold(schema.name.len() + schema.encoding.len() + schema.data.len())?;
-        self.schemas.insert(id, Arc::new(schema));
-        Ok(Ok(()))
-    }
-
-    fn channel(&mut self, channel: mcap::records::Channel) -> Outcome {
-        if let Some(known) = self.channels.get(&channel.id) {
-            let same = (&known.topic, &known.encoding, known.schema)
-                == (&channel.topic, &channel.message_encoding, channel.schema_id);
-            let why = || format!("channel {} is defined twice, and not alike", channel.id);
-            return Ok(if same { Ok(()) } else { Err(why()) });
-        }
-        self.hold(channel.topic.len() + channel.message_encoding.len())?;
-        let wanted = self
-            .wanted
-            .iter()
-            .position(|wanted| wanted.topic.name == channel.topic);
-        self.channels.insert(
-            channel.id,
-            Channel {
-                topic: channel.topic,
-                encoding: channel.message_encoding,
-                schema: channel.schema_id,
-                messages: 0,
-                wanted: wanted.map(|index| (index, None)),
-            },
-        );
-        Ok(Ok(()))
-    }
+impl Take for Topics<'_> {
+    type Error = LogError;
 
     fn message(
         &mut self,
-        header: MessageHeader,
-        data: &[u8],
-        checked: bool,
-        sink: &mut dyn FnMut(Event<'_>),
-    ) -> Outcome {
-        let Some(channel) = self.channels.get_mut(&header.channel_id) else {
-            return Ok(Err(format!(
-                "a message belongs to channel {}, which is not defined",
-                header.channel_id
-            )));
-        };
-        channel.messages += 1;
-        let Some((index, decoder)) = &mut channel.wanted else {
+        message: RawMessage<'_>,
+        standing: Standing,
+    ) -> Result<Verdict, LogError> {
+        let channel = message.channel;
+        if !self.decoders.contains_key(&channel.id) {
+            let wanted = self
+                .wanted
+                .iter()
+                .position(|wanted| wanted.topic.name == channel.topic);
+            if wanted.is_some() && standing.lacks_schema {
+                return Ok(Err(format!(
+                    "the schema of topic {} is not there",
+                    channel.topic
+                )));
+            }
+            let decoder = match wanted {
+                Some(index) => self.compile(index, message)?,
+                None => None,
+            };
+            self.decoders.insert(channel.id, decoder);
+        }
+        let Some(Some((index, decoder))) = self.decoders.get(&channel.id) else {
             return Ok(Ok(()));
         };
         let counts = &mut self.counts[*index];
-        let decoder = match decoder {
-            Some(decoder) => decoder,
-            None => {
-                let schema = self.schemas.get(&channel.schema);
-                if schema.is_none() && channel.schema != 0 {
-                    return Ok(Err(format!(
-                        "the schema of topic {} is not there",
-                        channel.topic
-                    )));
-                }
-                let text = schema.map(|schema| SchemaText {
-                    name: &schema.name,
-                    encoding: &schema.encoding,
-                    data: &schema.data,
-                });
-                let TopicRequest {
-                    topic,
-                    more,
-                    required,
-                } = self.wanted[*index];
-                let compiled = Decoder::compile_with(&channel.encoding, text, topic, more);
-                let new = match compiled {
-                    // A log is not refused for a topic that it need not have.
-                    Err(error) if !required => {
-                        counts.undecodable += 1;
-                        counts.first_reason = error.to_string();
-                        channel.wanted = None;
-                        return Ok(Ok(()));
-                    }
-                    compiled => compiled?,
-                };
-                counts.unstamped |= !new.stamped();
-                decoder.insert(new)
-            }
-        };
-        let sample = decoder.decode_with(data).and_then(|(fields, more)| {
+        let data = unpacked(&message, LARGEST_MESSAGE).map_err(DecodeError::Malformed);
+        let decoded = data.and_then(|data| decoder.decode_with(&data));
+        let sample = decoded.and_then(|(fields, more)| {
             // Known only now where there is no schema.
             counts.unstamped |= fields.stamp.is_none();
-            let log_time = || i64::try_from(header.log_time).map_err(|_| DecodeError::Stamp);
+            let log_time = || i64::try_from(message.log_time).map_err(|_| DecodeError::Stamp);
             let sample = Sample {
                 stamp: fields.stamp.map_or_else(log_time, Ok)?,
                 x: fields.x,
@@ -205,8 +77,8 @@ impl<'a> Topics<'a> {
         match sample {
             Ok((sample, more)) => {
                 counts.decoded += 1;
-                counts.unchecked |= !checked;
-                sink(if self.wanted[*index].more.is_empty() {
+                counts.unchecked |= !standing.is_checked;
+                (self.sink)(if self.wanted[*index].more.is_empty() {
                     Event::Sample(*index, sample)
                 } else {
                     Event::Extended(*index, sample, more)
@@ -222,37 +94,63 @@ impl<'a> Topics<'a> {
         Ok(Ok(()))
     }
 
-    /// Whether any sample came from outside of a chunk with a CRC.
-    pub(super) fn any_unchecked(&self) -> bool {
-        self.counts.iter().any(|counts| counts.unchecked)
+    fn lost(&mut self, damage: &Damage) {
+        (self.sink)(Event::Lost(damage));
     }
 
-    fn hold(&mut self, bytes: usize) -> Result<(), LogError> {
-        self.held += bytes;
-        if self.held <= self.limit {
-            return Ok(());
+    fn any_unchecked(&self) -> bool {
+        self.counts.iter().any(|counts| counts.unchecked)
+    }
+}
+
+impl<'a> Topics<'a> {
+    pub(super) fn new(wanted: &'a [TopicRequest<'a>], sink: &'a mut dyn FnMut(Event<'_>)) -> Self {
+        Self {
+            wanted,
+            decoders: HashMap::new(),
+            counts: vec![MessageCounts::default(); wanted.len()],
+            sink,
         }
-        Err(LogError::TooLarge {
-            log: self.log.into(),
-            what: "set of schemas and channels",
-            offset: 0,
-            size: self.held as u64,
-            limit: self.limit as u64,
-        })
+    }
+
+    /// The decoder of a wanted topic's channel, as its first message comes.
+    fn compile(
+        &mut self,
+        index: usize,
+        message: RawMessage<'_>,
+    ) -> Result<Option<(usize, Decoder)>, LogError> {
+        let TopicRequest {
+            topic,
+            more,
+            required,
+        } = self.wanted[index];
+        let channel = message.channel;
+        let compiled = Decoder::compile_with(&channel.encoding, channel.schema(), topic, more);
+        let counts = &mut self.counts[index];
+        match compiled {
+            // A log is not refused for a topic that it need not have.
+            Err(error) if !required => {
+                counts.undecodable += 1;
+                counts.first_reason = error.to_string();
+                Ok(None)
+            }
+            compiled => {
+                let decoder = compiled?;
+                counts.unstamped |= !decoder.stamped();
+                Ok(Some((index, decoder)))
+            }
+        }
     }
 
     /// What was in the file; an error where a required topic is not, unless it may have been in what is damaged or cut off.
-    pub(super) fn summary(self, sha256: String, damage: Vec<Damage>) -> Result<Summary, LogError> {
+    pub(super) fn summary(self, log: &str, seen: RawSummary) -> Result<Summary, LogError> {
         let mut topics = BTreeMap::new();
-        for channel in self.channels.values() {
-            let schema = self
-                .schemas
-                .get(&channel.schema)
-                .map_or("", |schema| &schema.name);
+        for seen in &seen.channels {
+            let channel = &seen.channel;
             let count = topics
-                .entry((channel.topic.clone(), schema.to_string()))
+                .entry((channel.topic.clone(), channel.schema.clone()))
                 .or_insert(0);
-            *count += channel.messages;
+            *count += seen.messages;
         }
         let topics: Vec<_> = topics
             .into_iter()
@@ -263,7 +161,7 @@ impl<'a> Topics<'a> {
             })
             .collect();
         let summary = Summary {
-            sha256,
+            sha256: seen.sha256,
             messages: topics.iter().map(|topic| topic.messages).sum(),
             undecodable: self
                 .counts
@@ -272,12 +170,12 @@ impl<'a> Topics<'a> {
                 .collect(),
             unstamped: self.counts.iter().map(|counts| counts.unstamped).collect(),
             topics,
-            damage,
+            damage: seen.damage,
         };
         for (wanted, counts) in self.wanted.iter().zip(&self.counts) {
             if wanted.required && counts.decoded == 0 && counts.undecodable > 0 {
                 return Err(LogError::Undecodable {
-                    log: self.log.into(),
+                    log: log.into(),
                     topic: wanted.topic.name.clone(),
                     messages: counts.undecodable,
                     why: counts.first_reason.clone(),
@@ -293,7 +191,7 @@ impl<'a> Topics<'a> {
                 let kind =
                     |topic: &TopicCount| topic.schema.rsplit(['/', '.']).next().map(str::to_string);
                 return Err(LogError::MissingTopic {
-                    log: self.log.into(),
+                    log: log.into(),
                     topic: wanted.topic.name.clone(),
                     found: summary.topics.iter().map(describe).collect(),
                     images: summary

@@ -63,11 +63,9 @@ impl<W: Write + Seek> CopyWriter<W> {
         let channel = match self.copied.get(&from.id) {
             Some(channel) => *channel,
             None => {
-                let schema = if from.schema.is_empty() && from.schema_encoding.is_empty() {
-                    0
-                } else {
-                    self.mcap
-                        .add_schema(&from.schema, &from.schema_encoding, &from.schema_data)?
+                let schema = match from.schema() {
+                    None => 0,
+                    Some(text) => self.mcap.add_schema(text.name, text.encoding, text.data)?,
                 };
                 let encoding = &from.encoding;
                 let channel =

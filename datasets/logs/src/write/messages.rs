@@ -124,6 +124,16 @@ pub(super) fn joined(own: &str, parts: &[(&str, &str)]) -> String {
         })
 }
 
+/// The definition of a common type.
+#[cfg(feature = "sqlite")]
+pub(crate) fn known_definition(name: &str) -> Option<String> {
+    let image = image_schema();
+    let known = TYPES.iter().find(|ros| ros.name == name);
+    known
+        .map(|ros| joined(ros.definition, ros.parts))
+        .or((image.0 == name).then_some(image.1))
+}
+
 /// The type of a centroid by default, and of a pose.
 pub(super) const POINT_STAMPED: &RosType = &TYPES[0];
 pub(super) const POSE_STAMPED: &RosType = &TYPES[1];

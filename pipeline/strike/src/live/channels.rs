@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use logs::{Decoder, RawChannel, SchemaText};
+use logs::{Decoder, RawChannel};
 use values::{FieldTopic, Point, Topics};
 
 use super::protocol::Channel;
@@ -179,12 +179,7 @@ impl Channels {
                 (&self.topics.pose.topic, parts.into())
             }
         };
-        let schema = SchemaText {
-            name: &raw.schema,
-            encoding: &raw.schema_encoding,
-            data: &raw.schema_data,
-        };
-        Decoder::compile_with(&raw.encoding, Some(schema), topic, &more)
+        Decoder::compile_with(&raw.encoding, raw.schema(), topic, &more)
             .map(Some)
             .map_err(|error| format!("failed to {error}"))
     }

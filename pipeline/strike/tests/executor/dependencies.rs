@@ -26,7 +26,7 @@ fn no_tables_and_no_learning_are_linked() {
         "it checks signatures and makes none"
     );
     for absent in [
-        "polars", "arrow", "parquet", "burn", "tokio", "rustls", "openssl",
+        "polars", "arrow", "parquet", "burn", "tokio", "rustls", "openssl", "rusqlite",
     ] {
         let is_it = |name: &&&str| **name == absent || name.starts_with(&format!("{absent}-"));
         assert_eq!(names.iter().find(is_it), None);

@@ -10,10 +10,7 @@ use crate::Error;
 
 /// Reads a JPEG or PNG, or the first image of a log: of the rig file's topic, where it names one.
 pub(super) fn load_image(path: &Path, rig: Option<&Rig>) -> Result<Image, Error> {
-    if path
-        .extension()
-        .is_some_and(|extension| extension == "mcap")
-    {
+    if logs::is_log(path) {
         let topic = rig.and_then(|rig| rig.topics.image.as_ref());
         return first_image(path, topic.map(|topic| topic.name.as_str())).map_err(Error::input);
     }
