@@ -6,7 +6,7 @@ mod mistakes;
 use check::{Check, Finding, LogRead, Severity, check};
 use ingest::{Ingest, LogOutcome, ingest_log};
 use mistakes::{Lab, MISTAKES, labs, narrow};
-use values::{CommandFrame, Shape};
+use values::{CommandFrame, Rig, Shape};
 
 fn checked(lab: &Lab) -> (Check, usize) {
     let folder = tempfile::tempdir().expect("a folder");
@@ -16,6 +16,10 @@ fn checked(lab: &Lab) -> (Check, usize) {
         .map(|log| ingest_log(log, &lab.rig, &Ingest::default()).expect("reads"))
         .collect();
     let kept = read.iter().map(|outcome| outcome.strikes.len()).sum();
+    (checked_as_read(&lab.rig, &read), kept)
+}
+
+fn checked_as_read(rig: &Rig, read: &[LogOutcome]) -> Check {
     let logs: Vec<LogRead<'_>> = read
         .iter()
         .map(|outcome| LogRead {
@@ -25,7 +29,7 @@ fn checked(lab: &Lab) -> (Check, usize) {
             rejects: outcome.rejects.iter().collect(),
         })
         .collect();
-    (check(&lab.rig, &logs, &[]), kept)
+    check(rig, &logs, &[])
 }
 
 fn wrong(check: &Check) -> Vec<&Finding> {
@@ -137,23 +141,14 @@ fn the_real_strikes_are_not_doubted() {
     if !folder.is_dir() {
         return eprintln!("skipped: the real strikes are not at {}", folder.display());
     }
-    let rig = values::Rig::load(&folder.join("rig.toml")).expect("a rig file");
+    let rig = Rig::load(&folder.join("rig.toml")).expect("a rig file");
     let read: Vec<LogOutcome> = ["session_a.mcap", "session_a2.mcap", "session_b.mcap"]
         .iter()
         .map(|log| {
             ingest_log(&folder.join("logs").join(log), &rig, &Ingest::default()).expect("reads")
         })
         .collect();
-    let logs: Vec<LogRead<'_>> = read
-        .iter()
-        .map(|outcome| LogRead {
-            name: &outcome.log,
-            seen: &outcome.seen,
-            kept: outcome.strikes.len(),
-            rejects: outcome.rejects.iter().collect(),
-        })
-        .collect();
-    let found = check(&rig, &logs, &[]);
+    let found = checked_as_read(&rig, &read);
     println!("{:?} {:?}", found.measured, found.findings);
     assert_eq!(wrong(&found), Vec::<&Finding>::new());
     assert_eq!(found.measured.paired, 50);
