@@ -7,10 +7,8 @@
 #[path = "support/table.rs"]
 mod table;
 
-use diagnose::{Diagnose, Diagnosis, Input, Verdict};
-use stage::{Progress, Stage};
+use diagnose::{Diagnosis, Verdict};
 use table::{Hidden, Noise, Plan, Table};
-use world::World;
 
 fn diagnosed(plan: Plan, hidden: Hidden, seed: u64) -> Diagnosis {
     let table = Table {
@@ -20,21 +18,7 @@ fn diagnosed(plan: Plan, hidden: Hidden, seed: u64) -> Diagnosis {
         strikes: 100,
         seed,
     };
-    let (rig, strikes) = table.strike();
-    let world = World::nominal(&rig)
-        .with("friction", 0.2)
-        .with("restitution", 0.45);
-    let settings = Diagnose {
-        next_strikes: 0,
-        ..Diagnose::default()
-    };
-    let input = Input {
-        rig,
-        world,
-        strikes,
-    };
-    let found = settings.run(&input, &Progress::hidden());
-    found.expect("a diagnosis").diagnosis
+    table.diagnosed()
 }
 
 #[test]

@@ -8,10 +8,8 @@
 #[path = "support/table.rs"]
 mod table;
 
-use diagnose::{Diagnose, Diagnosis, Input, Verdict};
-use stage::{Progress, Stage};
+use diagnose::{Diagnosis, Verdict};
 use table::{Hidden, Noise, Plan, Table};
-use world::World;
 
 fn diagnosed(noise: Noise, hidden: Hidden, seed: u64) -> Diagnosis {
     diagnosed_of(160, noise, hidden, seed)
@@ -25,21 +23,7 @@ fn diagnosed_of(strikes: usize, noise: Noise, hidden: Hidden, seed: u64) -> Diag
         strikes,
         seed,
     };
-    let (rig, strikes) = table.strike();
-    let world = World::nominal(&rig)
-        .with("friction", 0.2)
-        .with("restitution", 0.45);
-    let settings = Diagnose {
-        next_strikes: 0,
-        ..Diagnose::default()
-    };
-    let input = Input {
-        rig,
-        world,
-        strikes,
-    };
-    let found = settings.run(&input, &Progress::hidden());
-    found.expect("a diagnosis").diagnosis
+    table.diagnosed()
 }
 
 #[test]

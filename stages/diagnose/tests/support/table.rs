@@ -3,10 +3,13 @@
 
 use std::f64::consts::TAU;
 
+use diagnose::{Diagnose, Diagnosis, Input};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal, StudentT};
+use stage::{Progress, Stage};
 use values::{Command, Conditions, Point, Rig, Shape, Split, Strike, Track};
+use world::World;
 
 /// What scatters, beside launches by 2 % and 0.5° and a camera's millimetre.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -191,6 +194,27 @@ impl Set {
                 },
                 _ => command,
             })
+    }
+}
+
+impl Table {
+    /// What a diagnosis makes of it, from the identified world.
+    pub fn diagnosed(&self) -> Diagnosis {
+        let (rig, strikes) = self.strike();
+        let world = World::nominal(&rig)
+            .with("friction", 0.2)
+            .with("restitution", 0.45);
+        let settings = Diagnose {
+            next_strikes: 0,
+            ..Diagnose::default()
+        };
+        let input = Input {
+            rig,
+            world,
+            strikes,
+        };
+        let found = settings.run(&input, &Progress::hidden());
+        found.expect("a diagnosis").diagnosis
     }
 }
 
