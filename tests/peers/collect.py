@@ -129,7 +129,7 @@ def main():
         arm.kill()
         died = time.time()
         for line in program.stderr:
-            if "emergency stop" in line:
+            if "emergency stop" in line.lower():
                 break
         said = time.time() - died
         assert said < 1.0, f"the emergency stop was asked for {said:.1f} s late"

@@ -3,7 +3,7 @@
 use values::{Point, Strike};
 use world::{
     World, WorldError,
-    effects::{self, AddedEffect, Naming, effect},
+    effects::{self, AddedEffect, Naming, Parameters, effect},
 };
 
 use crate::{
@@ -31,6 +31,9 @@ use crate::{
 /// Standard errors by which an effect must exceed what chance gains, to be found in four cases of five.
 const POWER: f64 = 0.84;
 
+/// Root mean square of stop errors over what repeats scatter by, above which something else moves stops by as much as that.
+const GREAT: f64 = std::f64::consts::SQRT_2;
+
 /// All that was found, before it is judged.
 pub(crate) struct Case<'c, 'a> {
     pub(crate) stage: &'c Diagnose,
@@ -46,6 +49,8 @@ pub(crate) struct Case<'c, 'a> {
     pub(crate) p_value: PValue,
     /// What the question finds in the strike table beside no effect.
     pub(crate) asked: Answer,
+    /// What it still finds beside the effects.
+    pub(crate) remaining: Answer,
     /// Whether nearly every object is pushed a second time, so that all were kept.
     pub(crate) are_pushed_again: bool,
     pub(crate) maps: Vec<SmoothMap>,
@@ -212,6 +217,12 @@ impl Case<'_, '_> {
         if !(is_gap || self.p_value.is_real() && is_tried) {
             return Ok(unnamed(Verdict::Consistent, None, None));
         }
+        // Tracks that differ from the world's in a way that moves no stop beyond what repeats scatter by are no gap that strikes would show.
+        let moved = gap::rms(before.iter().copied().flatten());
+        let unexplained = match is_gap || moved > GREAT * floor.repeats {
+            true => Verdict::Unexplained,
+            false => Verdict::Consistent,
+        };
         if !self.p_value.is_real() {
             let cause = self.asked.findings.first().map(words::finding);
             return Ok(unnamed(Verdict::Unexplained, cause, None));
@@ -234,15 +245,42 @@ impl Case<'_, '_> {
         if !self.explains() {
             let note = (!self.selection.effects.is_empty())
                 .then(|| notes::not_named(&self.names(), "too much of the gap is left beside"));
-            return Ok(unnamed(Verdict::Unexplained, None, note));
+            return Ok(unnamed(unexplained, None, note));
+        }
+        let is_by_session = |name: &&str| {
+            effect(name).is_ok_and(|spec| matches!(spec.parameters, Parameters::BySession { .. }))
+        };
+        if let Some(finding) = self
+            .asked
+            .steps_in_session()
+            .filter(|_| self.names().iter().any(is_by_session))
+        {
+            let note =
+                notes::not_named(&self.names(), "what changes does so within a session, too");
+            return Ok(unnamed(
+                Verdict::Unexplained,
+                Some(words::finding(finding)),
+                Some(note),
+            ));
         }
         let world = fitted_world()?;
         let after = gap::stop_residuals(rig, &world, strikes)?;
         let gap = gap_to(&after);
+        if let Some(finding) = self.remaining.great_beside(&self.asked) {
+            let note = notes::not_named(
+                &self.names(),
+                "beside it the same question finds a gap as large as what repeats scatter by",
+            );
+            return Ok(unnamed(
+                Verdict::Unexplained,
+                Some(words::finding(finding)),
+                Some(note),
+            ));
+        }
         let judges = gap::falls(&part(&before, true), &part(&after, true));
         if !heldout::pays(&judges, &self.gains.stop) {
             let note = notes::not_named(&self.names(), &notes::does_not_pay(&gap, &self.gains));
-            return Ok(unnamed(Verdict::Unexplained, None, Some(note)));
+            return Ok(unnamed(unexplained, None, Some(note)));
         }
         Ok(Conclusion {
             verdict: Verdict::Named,

@@ -18,7 +18,7 @@ use crate::{
     mixed::GREATEST,
     notes,
     null::fit_null,
-    question,
+    question::{self, Answer},
     remaining_gain::RemainingGain,
     score::ScoreTest,
     screen::{Chance, screen_by},
@@ -36,7 +36,7 @@ use crate::{
 
 impl Stage for Diagnose {
     const NAME: &'static str = "diagnose";
-    const VERSION: u32 = 29;
+    const VERSION: u32 = 30;
     type Input = Input;
     type Output = Diagnosed;
     type Error = DiagnoseError;
@@ -155,6 +155,10 @@ impl Diagnose {
             Vec::new()
         };
         let selection = about_itself(selection, &input.world)?;
+        let remaining = match selection.effects.is_empty() {
+            true => Answer::default(),
+            false => question::ask(&selection.prepared, &selection.fitted, &pauses, self.seed),
+        };
         notes.extend(notes::wrong_sizes(rig, &selection.fitted, is_delivered));
         notes.extend(notes::arm_or_sizes(rig, &selection.fitted));
         let found = Case {
@@ -168,6 +172,7 @@ impl Diagnose {
             gains,
             p_value,
             asked,
+            remaining,
             are_pushed_again: usable.are_pushed_again,
             maps,
             notes,

@@ -116,7 +116,7 @@ pub(crate) fn finding(finding: &Finding) -> String {
         What::Across => "a push across the way",
     };
     let by = match (finding.covariate, finding.form) {
-        ("order", Some(Form::Step(at))) => {
+        ("order", Some(Form::Step(at) | Form::StepInSession(at))) => {
             format!("steps after strike {at} of those that were looked at")
         }
         ("order" | "session", Some(form)) => {
@@ -183,6 +183,10 @@ pub(crate) fn summary(
     cause: Option<&str>,
 ) -> String {
     match verdict {
+        Verdict::Consistent if p_value.is_real() => format!(
+            "no gap at rest: tracks differ from the world's beyond noise ({}), but stops by no more than repeats scatter",
+            self::p_value(p_value)
+        ),
         Verdict::Consistent => format!(
             "no gap beyond noise ({}); see `detectable` for the least that would have shown",
             self::p_value(p_value)

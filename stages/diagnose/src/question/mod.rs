@@ -7,7 +7,7 @@
 //! covariates: what was realised holds the errors that it would be asked about. Before commands are asked, a wander of launch or friction
 //! over the order is taken off, the greatest that the strikes do not exclude; sessions are projected out (Freedman and Lane 1983). What
 //! depends on the order in no other form than a wander is noise, and told as such. What moves stops by little beside what repeats scatter by
-//! is no gap.
+//! is no gap. The same is asked again beside the effects that would be named.
 
 mod components;
 mod covariates;
@@ -94,6 +94,26 @@ impl Answer {
         self.findings
             .iter()
             .any(|found| found.size > LITTLE * self.floor)
+    }
+
+    /// What still moves stops by more than repeats scatter, and by no little part of what was found before: beside it, no name is the whole of
+    /// a gap. A form that is nearly right leaves less.
+    pub(crate) fn great_beside(&self, before: &Self) -> Option<&Finding> {
+        let least = before
+            .findings
+            .first()
+            .map_or(0.0, |most| LITTLE * most.size);
+        let largest = self.findings.first();
+        largest.filter(|found| found.size > self.floor.max(least))
+    }
+
+    /// What steps within a session, so that no difference between sessions is the whole of it.
+    pub(crate) fn steps_in_session(&self) -> Option<&Finding> {
+        let is_step = |found: &&Finding| matches!(found.form, Some(Form::StepInSession(_)));
+        self.findings
+            .iter()
+            .filter(|found| found.size > LITTLE * self.floor)
+            .find(is_step)
     }
 }
 
@@ -199,6 +219,15 @@ impl Asking {
         }
     }
 
+    /// By how much stops differ from the world's, root mean square in m. What pushes all strikes alike at the same part of their way is mostly
+    /// taken up by launch and friction: it moves stops by no more than this shows beyond what repeats scatter by.
+    fn total(&self) -> f64 {
+        let square =
+            |of| column_of(&self.rows, of).0.norm_squared() / self.rows.len().max(1) as f64;
+        let squares: f64 = square(Column::Stop) + square(Column::Heading);
+        self.moves(What::Column(Column::Stop)) * squares.sqrt()
+    }
+
     fn answer(&self) -> Answer {
         let commands = self.commands();
         let order = self.order();
@@ -206,22 +235,36 @@ impl Asking {
         let mut findings = self.found(&commands);
         findings.extend(self.found(&levels));
         let mut ordered = self.found(&order);
+        let mut forms = Vec::new();
         ordered.retain_mut(|finding| {
             let What::Column(column) = finding.what else {
                 return true;
             };
-            let form = self
-                .in_order(column)
-                .map(|at| at.1.form(&self.wander, self.seed));
+            let known = forms.iter().find(|(of, _)| *of == column);
+            let form = match known {
+                Some((_, form)) => *form,
+                None => {
+                    let at = self.in_order(column);
+                    let form = at.map(|at| at.1.form(&self.wander, self.seed));
+                    forms.push((column, form));
+                    form
+                }
+            };
             finding.form = form;
             form != Some(Form::Wander)
         });
         findings.extend(ordered);
+        let floor = self.variation().repeats;
+        let most = (self.total().powi(2) - floor * floor).max(0.0).sqrt();
+        findings.retain_mut(|finding| {
+            let is_of_all = finding.covariate == "phase";
+            if is_of_all {
+                finding.size = finding.size.min(most);
+            }
+            !is_of_all || finding.size > floor
+        });
         findings.sort_by(|a, b| b.size.total_cmp(&a.size));
-        Answer {
-            floor: self.variation().repeats,
-            findings,
-        }
+        Answer { floor, findings }
     }
 
     /// What is no chance in a family.

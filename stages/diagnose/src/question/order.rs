@@ -8,10 +8,11 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
 use super::{
+    REAL,
     covariates::cosines,
     families::{Shuffles, Statistic},
     projection::{Basis, explained},
-    wander::Wander,
+    wander::{self, Wander},
 };
 
 /// Cosines over the order.
@@ -21,8 +22,8 @@ const ROUNDS: usize = 16;
 const PHASES: u32 = 8;
 /// Strikes on each side of a step.
 const SIDE: usize = 3;
-/// Wanders drawn: another form is told where it is better than the likeliest wander by more than it is of any of these.
-const DRAWN: usize = 199;
+/// Wanders drawn, to which the column is compared.
+const DRAWN: usize = 999;
 
 /// How a column depends on the order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -30,8 +31,10 @@ pub(crate) enum Form {
     /// Noise: each strike near the one before.
     Wander,
     Drift,
-    /// At this strike.
+    /// At this strike, or between sessions beside it.
     Step(usize),
+    /// At this strike, far from where a session begins.
+    StepInSession(usize),
     Wear,
     Cycle,
     Sessions,
@@ -43,7 +46,7 @@ impl Form {
         match self {
             Self::Wander => "wander",
             Self::Drift => "drift",
-            Self::Step(_) => "step",
+            Self::Step(_) | Self::StepInSession(_) => "step",
             Self::Wear => "wear",
             Self::Cycle => "cycle",
             Self::Sessions => "sessions",
@@ -119,13 +122,15 @@ impl InOrder {
         )
     }
 
-    /// The form: a wander, unless another is better by more than it would be of a wander.
+    /// The form: a wander, unless the column differs from wanders that are drawn with its own likeliest ratio. It may differ in how much
+    /// better another form describes it, or in the largest of its innovations (what a Kalman filter of that wander does not foresee): a wander
+    /// makes no step.
     pub(super) fn form(&self, wander: &Wander, seed: u64) -> Form {
         let (forms, steps) = (self.forms(), self.steps());
         let n = self.values.len();
         let beside = wander.beside(&self.beside.0);
         // The best other form by Bayes' information criterion, and by how much it is better.
-        let better = |column: &DVector<f64>| {
+        let better = |column: &DVector<f64>, deviance: f64| {
             let whole = column.norm_squared();
             let values = (n as f64).ln();
             let criterion = |taken: f64, count: f64| {
@@ -139,20 +144,39 @@ impl InOrder {
             });
             let best = others.chain(step).min_by(|a, b| a.1.total_cmp(&b.1));
             let (form, least) = best.unwrap_or((Form::Drift, f64::INFINITY));
-            let (ratio, deviance) = beside.likeliest(column);
-            (form, deviance + values - least, ratio)
+            (form, deviance + values - least)
         };
-        let (form, by, ratio) = better(&self.values);
+        let compared = |column: &DVector<f64>| {
+            let (ratio, deviance) = beside.likeliest(column);
+            let (form, by) = better(column, deviance);
+            let mut innovations = wander::innovations(column.as_slice(), ratio);
+            for i in 0..n {
+                if i < 2 || self.sessions[i] != self.sessions[i - 1] {
+                    innovations[i] = 0.0;
+                }
+            }
+            (form, ratio, [by, largest(&innovations)])
+        };
+        let (form, ratio, own) = compared(&self.values);
         let mut random = ChaCha8Rng::seed_from_u64(seed);
-        let is_of_wander = (0..DRAWN).any(|_| {
+        let mut all = vec![own];
+        all.extend((0..DRAWN).map(|_| {
             let independent = DVector::from_fn(n, |_, _| StandardNormal.sample(&mut random));
-            let drawn = self.beside.off(wander.drawn(ratio, &independent));
-            better(&drawn).1 >= by
-        });
-        match is_of_wander {
-            true => Form::Wander,
-            false => form,
+            compared(&self.beside.off(wander.drawn(ratio, &independent))).2
+        }));
+        match (form, share_as_far(&all) < REAL) {
+            (_, false) => Form::Wander,
+            (Form::Step(k), true) if self.is_inside(k) => Form::StepInSession(k),
+            (form, true) => form,
         }
+    }
+
+    /// Whether no session begins near this strike.
+    fn is_inside(&self, strike: usize) -> bool {
+        let near = strike.saturating_sub(SIDE)..(strike + SIDE).min(self.sessions.len());
+        self.sessions[near]
+            .windows(2)
+            .all(|pair| pair[0] == pair[1])
     }
 
     /// The other forms but a step, each with the functions that it takes and how many values it has.
@@ -208,6 +232,27 @@ impl InOrder {
     }
 }
 
+/// The largest of them in their standard deviations.
+fn largest(values: &[f64]) -> f64 {
+    let squares = values.iter().map(|v| v * v).sum::<f64>();
+    let largest = values.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
+    largest / (squares / values.len() as f64).sqrt().max(1e-300)
+}
+
+/// Of rows of statistics: the share of rows of which one statistic lies as far out among all rows as any of the first row does.
+fn share_as_far<const N: usize>(rows: &[[f64; N]]) -> f64 {
+    let mut furthest = vec![rows.len(); rows.len()];
+    for k in 0..N {
+        let mut order: Vec<usize> = (0..rows.len()).collect();
+        order.sort_by(|a, b| rows[*b][k].total_cmp(&rows[*a][k]));
+        for (rank, row) in order.into_iter().enumerate() {
+            furthest[row] = furthest[row].min(rank);
+        }
+    }
+    let as_far = furthest.iter().filter(|rank| **rank <= furthest[0]).count();
+    as_far as f64 / rows.len() as f64
+}
+
 /// Places of a step, each with what is left of it beside what was taken off.
 struct Steps(Vec<(usize, f64)>);
 
@@ -229,4 +274,42 @@ impl Steps {
 
 fn columns(all: &DMatrix<f64>) -> impl Iterator<Item = &[f64]> {
     all.as_slice().chunks_exact(all.nrows())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A wander beside scatter of 1, with a step of this height at the strike, of two sessions of 30 strikes.
+    fn wandering(seed: u64, step: f64, at: usize) -> Form {
+        let n = 60;
+        let wander = Wander::new(n);
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let independent = DVector::from_fn(n, |_, _| StandardNormal.sample(&mut random));
+        let stepped = DVector::from_fn(n, |i, _| if i < at { 0.0 } else { step });
+        let beside = Basis::new([DVector::repeat(n, 1.0)]);
+        let column = InOrder {
+            values: beside.off(wander.drawn(10.0, &independent) + stepped),
+            weights: DVector::repeat(n, 1.0),
+            beside,
+            sessions: (0..n).map(|i| i / 30).collect(),
+        };
+        column.form(&wander, seed)
+    }
+
+    #[test]
+    fn a_wander_is_one_and_a_step_in_it_is_none() {
+        let is_other = |seed: &u64| wandering(*seed, 0.0, 0) != Form::Wander;
+        // At 1 %, three of thirty have a chance of 1 in 250.
+        assert!((0..30).filter(is_other).count() < 3);
+        for seed in 0..5 {
+            let inside = wandering(seed, 15.0, 14);
+            assert!(matches!(inside, Form::StepInSession(12..=16)), "{inside:?}");
+            let between = wandering(seed, 15.0, 30);
+            assert!(
+                !matches!(between, Form::Wander | Form::StepInSession(_)),
+                "{between:?}"
+            );
+        }
+    }
 }

@@ -79,6 +79,21 @@ impl Wander {
     }
 }
 
+/// What a Kalman filter of a wander with this ratio beside scatter of 1 does not foresee of each value, over its own standard deviation.
+pub(super) fn innovations(values: &[f64], ratio: f64) -> Vec<f64> {
+    let step = ratio / values.len() as f64;
+    let (mut state, mut variance) = (0.0, 1.0 + ratio);
+    let each = values.iter().map(|value| {
+        variance += step;
+        let innovation = value - state;
+        let total = variance + 1.0;
+        state += variance / total * innovation;
+        variance /= total;
+        innovation / total.sqrt()
+    });
+    each.collect()
+}
+
 /// A wander beside other columns, at each ratio.
 pub(super) struct WanderBeside<'w> {
     wander: &'w Wander,
@@ -129,6 +144,28 @@ impl WanderBeside<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn innovations_of_a_wander_are_independent() {
+        use rand::SeedableRng;
+        use rand_distr::{Distribution, StandardNormal};
+        let n = 4000;
+        let wander = Wander::new(n / 20);
+        let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(3);
+        let (mut squares, mut products) = (0.0, 0.0);
+        for _ in 0..20 {
+            let independent = DVector::from_fn(n / 20, |_, _| StandardNormal.sample(&mut random));
+            let drawn = wander.drawn(30.0, &independent);
+            let found = innovations(drawn.as_slice(), 30.0);
+            squares += found[1..].iter().map(|v| v * v).sum::<f64>();
+            products += found[1..]
+                .windows(2)
+                .map(|pair| pair[0] * pair[1])
+                .sum::<f64>();
+        }
+        assert!((squares / n as f64 - 1.0).abs() < 0.1, "{squares}");
+        assert!((products / squares).abs() < 0.06, "{products}");
+    }
 
     #[test]
     fn the_sines_are_the_eigenvectors_of_a_wander() {
