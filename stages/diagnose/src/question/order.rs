@@ -150,9 +150,10 @@ impl InOrder {
             let (ratio, deviance) = beside.likeliest(column);
             let (form, by) = better(column, deviance);
             let mut innovations = wander::innovations(column.as_slice(), ratio);
-            for i in 0..n {
+            // Sessions may differ by more than a wander, and the filter begins without a state.
+            for (i, innovation) in innovations.iter_mut().enumerate() {
                 if i < 2 || self.sessions[i] != self.sessions[i - 1] {
-                    innovations[i] = 0.0;
+                    *innovation = 0.0;
                 }
             }
             (form, ratio, [by, largest(&innovations)])
