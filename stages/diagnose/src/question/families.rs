@@ -4,6 +4,8 @@ use nalgebra::DMatrix;
 use rand::{RngExt, SeedableRng, seq::SliceRandom};
 use rand_chacha::ChaCha8Rng;
 
+/// A gap is real below this probability.
+pub(crate) const REAL: f64 = 0.01;
 /// Permutations, the same for all questions.
 pub(crate) const PERMUTED: usize = 1999;
 

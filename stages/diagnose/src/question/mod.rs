@@ -20,9 +20,11 @@ mod wander;
 mod weighed;
 
 pub(crate) use components::Components;
-pub(crate) use families::PERMUTED;
+pub(crate) use families::{PERMUTED, REAL};
 pub(crate) use order::Form;
 pub(crate) use table::Column;
+
+use std::f64::consts::FRAC_1_SQRT_2;
 
 use nalgebra::DVector;
 
@@ -38,8 +40,6 @@ use self::{
 };
 use crate::{fit::Fitted, strikes::PreparedStrikes};
 
-/// A gap is real below this probability.
-pub(crate) const REAL: f64 = 0.01;
 /// Over what repeats scatter by, what moves stops by less adds less than 5 % to a stop's error: no gap.
 const LITTLE: f64 = 1.0 / 3.0;
 /// Families, each with its share of that.
@@ -96,15 +96,13 @@ impl Answer {
             .any(|found| found.size > LITTLE * self.floor)
     }
 
-    /// What still moves stops by more than repeats scatter, and by no little part of what was found before: beside it, no name is the whole of
-    /// a gap. A form that is nearly right leaves less.
+    /// What still moves stops by more than repeats scatter, and is more than half of the variance of the greatest that was found before: beside
+    /// it, no name is what the gap is. A form that is nearly right leaves less.
     pub(crate) fn great_beside(&self, before: &Self) -> Option<&Finding> {
-        let least = before
-            .findings
-            .first()
-            .map_or(0.0, |most| LITTLE * most.size);
+        let greatest = before.findings.first();
+        let half = greatest.map_or(0.0, |most| FRAC_1_SQRT_2 * most.size);
         let largest = self.findings.first();
-        largest.filter(|found| found.size > self.floor.max(least))
+        largest.filter(|found| found.size > self.floor.max(half))
     }
 
     /// What steps within a session, so that no difference between sessions is the whole of it.

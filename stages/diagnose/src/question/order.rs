@@ -8,9 +8,8 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
 use super::{
-    REAL,
     covariates::cosines,
-    families::{Shuffles, Statistic},
+    families::{REAL, Shuffles, Statistic},
     projection::{Basis, explained},
     wander::{self, Wander},
 };
