@@ -36,7 +36,7 @@ use crate::{
 
 impl Stage for Diagnose {
     const NAME: &'static str = "diagnose";
-    const VERSION: u32 = 30;
+    const VERSION: u32 = 31;
     type Input = Input;
     type Output = Diagnosed;
     type Error = DiagnoseError;
@@ -155,7 +155,8 @@ impl Diagnose {
             Vec::new()
         };
         let selection = about_itself(selection, &input.world)?;
-        let remaining = match selection.effects.is_empty() {
+        // A strange slide is far from any form: what is left of it says nothing of the effects.
+        let remaining = match selection.effects.is_empty() || is_astray {
             true => Answer::default(),
             false => question::ask(&selection.prepared, &selection.fitted, &pauses, self.seed),
         };
