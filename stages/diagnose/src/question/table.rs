@@ -66,7 +66,7 @@ pub(super) struct Row {
     pub(super) across: [Cell; HATS],
     /// Where the object is at the middle of each.
     pub(super) places: [Point; HATS],
-    /// How far it slides, in m, and how far one m/s² of fade and of curve takes its stop.
+    /// How far it slides from its start, in m, and how far one m/s² of fade and of curve takes its stop.
     pub(super) slide: f64,
     pub(super) reach: [f64; 2],
 }
@@ -194,10 +194,10 @@ impl Way {
         for k in 1..n {
             gone[k] = gone[k - 1] + at(k).distance(at(k - 1));
         }
-        let slide = gone[n - 1].max(1e-9);
+        let seen = gone[n - 1].max(1e-9);
         // A hat stands at each fifth's middle of the way; together they are one.
         let hat = |h: usize, k: usize| {
-            let place = (gone[k] / slide * HATS as f64 - 0.5).clamp(0.0, (HATS - 1) as f64);
+            let place = (gone[k] / seen * HATS as f64 - 0.5).clamp(0.0, (HATS - 1) as f64);
             (1.0 - (place - h as f64).abs()).max(0.0)
         };
         let heading = prepared.frames[i].heading;
@@ -222,13 +222,14 @@ impl Way {
             }
         }
         let places = std::array::from_fn(|h| {
-            let middle = (h as f64 + 0.5) / HATS as f64 * slide;
+            let middle = (h as f64 + 0.5) / HATS as f64 * seen;
             at(gone.partition_point(|gone| *gone < middle).min(n - 1))
         });
         Self {
             columns,
             places,
-            slide,
+            // The first frames are not part of the track: it begins after the impact.
+            slide: seen + strike.initial.distance(at(0)),
         }
     }
 }
