@@ -164,6 +164,8 @@ const CHANGES_RESTITUTION: &[&str] = &[
     "striker_speed_error",
     "tanh_speed",
     "rounded_speed",
+    "striker_error_by_place",
+    "speed_by_reach",
     "speed_dependent_restitution",
     "viscoelastic_restitution",
     "yielding_restitution",
