@@ -155,7 +155,7 @@ impl Diagnose {
             Vec::new()
         };
         let selection = about_itself(selection, &input.world)?;
-        // A strange slide is far from any form: what is left of it says nothing of the effects.
+        // Where tracks differ from any slide of the world, what is left of them says nothing against the effects.
         let remaining = match selection.effects.is_empty() || is_astray {
             true => Answer::default(),
             false => question::ask(&selection.prepared, &selection.fitted, &pauses, self.seed),

@@ -228,7 +228,7 @@ impl Way {
         Self {
             columns,
             places,
-            // The first frames are not part of the track: it begins after the impact.
+            // The track begins some frames after the impact: the way before it counts, too.
             slide: seen + strike.initial.distance(at(0)),
         }
     }

@@ -118,7 +118,7 @@ impl<D: Arm> Guarded<D> {
         let reports = D::reports(address).map_err(failed)?;
         let watch =
             Watch::start(reports, driver.outlet().clone(), interrupted.clone()).map_err(failed)?;
-        // Before anything is asked: who stops the arm after it was seen free is in charge, not the hand that left it stopped.
+        // The first report comes before the arm's state is asked for: a stop from now on shows as a change.
         watch.next(PATIENCE).map_err(|why| not_ready(name, why))?;
         Ok(Self {
             name: name.into(),
