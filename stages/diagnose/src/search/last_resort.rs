@@ -94,8 +94,17 @@ fn held_beside(selection: &Selection<'_>, candidate: &Candidate) -> Vec<&'static
     let parts = selection.fitted.model.parts.iter();
     parts
         .map(|part| part.name)
-        .filter(|name| kind(name) == kind(candidate.name))
+        .filter(|name| takes_place_of(candidate.name, name))
         .collect()
+}
+
+/// Whether a candidate stands in the place of such an effect: of one of its kind; a surface of any shape, for which patches and edges of friction may
+/// have been taken, of those too.
+fn takes_place_of(candidate: &str, held: &str) -> bool {
+    match (kind(candidate), kind(held)) {
+        (Some(Family::ForceByPlace), Some(Family::FrictionByPlace)) => true,
+        (candidate, held) => candidate == held,
+    }
 }
 
 fn kind(name: &str) -> Option<Family> {
@@ -122,7 +131,7 @@ fn in_place_of_its_kind(
     let mut by_chance = 0.0;
     for place in (0..model.parts.len()).rev() {
         let name = model.parts[place].name;
-        if kind(name) == kind(candidate.name) {
+        if takes_place_of(candidate.name, name) {
             model = model.without(place);
             by_chance += chance[name];
         }
