@@ -112,10 +112,15 @@ impl FirstVersion {
         self
     }
 
+    /// Whether there are yet too few strikes to judge by: more of the same mend that, and nobody need look.
+    pub fn is_waiting(&self) -> bool {
+        self.held_out < LEAST
+    }
+
     /// Why it does not pass, and what to log next; empty where it passes.
     pub fn doubts(&self) -> Vec<String> {
         let mut doubts = Vec::new();
-        if self.held_out < LEAST {
+        if self.is_waiting() {
             let more = (FOR_ONE * (LEAST - self.held_out)).max(ENOUGH.saturating_sub(self.strikes));
             doubts.push(format!(
                 "{} of {} strikes are held out to judge by, and a first version is judged by {LEAST} at the least: record {more} more, at other \

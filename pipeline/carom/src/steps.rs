@@ -119,13 +119,18 @@ pub fn advance(
     })
 }
 
-/// Where too few strikes learn, how many were kept at all: a person counts those.
-pub fn explained(error: Error, run: &Run, inputs: &Inputs) -> Error {
-    let Error::Input(source) = &error else {
-        return error;
+/// Whether too few strikes learn.
+pub fn is_too_few(error: &Error) -> bool {
+    let Error::Input(source) = error else {
+        return false;
     };
     let too_few = source.downcast_ref::<SysidError>();
-    if !matches!(too_few, Some(SysidError::TooFewStrikes { .. })) {
+    matches!(too_few, Some(SysidError::TooFewStrikes { .. }))
+}
+
+/// Where too few strikes learn, how many were kept at all: a person counts those.
+pub fn explained(error: Error, run: &Run, inputs: &Inputs) -> Error {
+    if !is_too_few(&error) {
         return error;
     }
     match pipeline(run, inputs, Step::Ingest) {

@@ -151,7 +151,12 @@ impl Planner {
             .map_err(|changed| PlannerError::TableChanged {
                 version: self.version.clone(),
                 strikes: changed.strikes,
-                shift: changed.shift.to_string(),
+                shown: match changed.odd {
+                    Some(odd) => {
+                        format!("{odd} that fit neither the others nor a table that moves")
+                    }
+                    None => changed.shift.to_string(),
+                },
             })
     }
 

@@ -42,6 +42,8 @@ pub struct NightOutcome {
     pub ratio: Option<f64>,
     /// What was found changed.
     pub change: Option<String>,
+    /// Why it ended so, a sentence each.
+    pub why: Vec<String>,
 }
 
 /// The nights of one rig.
@@ -90,6 +92,7 @@ pub fn nights(number: u64, changes: bool, dir: &Path) -> anyhow::Result<Vec<Nigh
             learnt: known.map_or(0, |known| known.count),
             ratio: artifact.as_ref().map(ratio).transpose()?,
             change: said.json["change"]["what"].as_str().map(String::from),
+            why: serde_json::from_value(said.json["why"].clone())?,
         });
         println!("{:?}", outcomes[outcomes.len() - 1]);
     }

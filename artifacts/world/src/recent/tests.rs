@@ -124,8 +124,35 @@ fn a_table_beyond_belief_is_refused_by_two_strikes_and_not_by_one() {
     for rig in 0..40 {
         let mut random = Deviates(rig * 104_729 + 5);
         let varies = learnt(&mut random, 0.0);
-        let strikes = (0..10).map(|_| random.strike(NOON));
-        assert_eq!(followed(&varies, strikes).check(), Ok(()), "{rig}");
+        for strikes in [2, 10, 60] {
+            let strikes = (0..strikes).map(|_| random.strike(NOON));
+            assert_eq!(followed(&varies, strikes).check(), Ok(()), "{rig}");
+        }
+    }
+}
+
+#[test]
+fn strikes_that_fit_nothing_are_no_table_to_plan_for() {
+    // Two objects by turns: no shift fits both.
+    let other = Shift {
+        friction: 0.4,
+        ..Shift::default()
+    };
+    for rig in 0..20 {
+        let mut random = Deviates(rig * 32_452_843 + 7);
+        let varies = learnt(&mut random, 0.0);
+        let strikes: Vec<Observation> = (0..10)
+            .map(|place| {
+                random.strike(if place % 2 == 0 {
+                    Shift::default()
+                } else {
+                    other
+                })
+            })
+            .collect();
+        let changed = followed(&varies, strikes.into_iter()).check();
+        let odd = changed.expect_err("two tables").odd;
+        assert!(odd.is_some_and(|odd| odd >= 3), "{rig}: {odd:?}");
     }
 }
 
