@@ -22,7 +22,8 @@ pub use median::median;
 pub use residual::Residual;
 pub use rig::{
     Camera, Colour, CommandFrame, Fence, FieldTopic, Frames, ImageTopic, Object, Obstacle,
-    PoseTopic, Rig, RigError, Robot, Shape, StampMark, StateTopic, Striker, Table, Tip, Topics,
+    PoseTopic, Rig, RigError, Robot, Shape, Solid, StampMark, StateTopic, Striker, Table, Tip,
+    Topics,
 };
 pub use slide::free_slides;
 pub use split::{Split, split_of};

@@ -42,7 +42,7 @@ impl Stage for Diagnose {
     type Error = DiagnoseError;
 
     fn run(&self, input: &Input, progress: &Progress) -> Result<Diagnosed, DiagnoseError> {
-        if input.rig.object.shape == Shape::Sphere {
+        if input.rig.object.shape() == Shape::Sphere {
             return Err(DiagnoseError::Rolls);
         }
         match Arm::of(input)? {
@@ -303,7 +303,7 @@ fn is_astray(selection: &Selection<'_>) -> bool {
         rig, thresholds, ..
     } = selection.prepared;
     let noise = selection.fitted.estimated.components.camera;
-    rig.object.shape == Shape::Box && noise > thresholds.astray * rig.camera.noise
+    rig.object.shape() == Shape::Box && noise > thresholds.astray * rig.camera.noise
 }
 
 /// What smooth dependences gain beside a model; where objects slide otherwise than the world says, those of whole strikes alone.

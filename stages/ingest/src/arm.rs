@@ -103,7 +103,7 @@ pub(crate) fn delivered(states: &[State], context: &LaunchContext<'_>) -> Option
 /// Seconds from the tip's touching the object, by its measured places, to the object's first motion; none where the places do not
 /// tell, and for a box, whose reach depends on how it lies.
 pub(crate) fn delay(states: &[State], context: &LaunchContext<'_>, rig: &Rig) -> Option<f64> {
-    let reach = rig.object.radius? + rig.striker.radius;
+    let reach = rig.object.solid.radius()? + rig.striker.radius;
     let far = |state: &State| state.position.distance(context.initial) - reach;
     let places: Vec<(f64, f64)> = states
         .iter()

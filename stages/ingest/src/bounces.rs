@@ -99,7 +99,7 @@ impl Breaks {
     pub(crate) fn new(rig: &Rig) -> Self {
         Self {
             noise: rig.camera.noise,
-            reach: rig.object.widest() + rig.striker.radius + NEAR_TIP,
+            reach: rig.object.solid.reach() + rig.striker.radius + NEAR_TIP,
             frames: VecDeque::new(),
             best: None,
             flight: Flight::default(),

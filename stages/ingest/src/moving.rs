@@ -102,8 +102,8 @@ fn command(touch: &Touch, initial: Point, moving: Point, rig: &Rig) -> Result<Co
     let speed = relative.norm();
     let along = relative * (1.0 / speed.max(1e-12));
     let across = Point::new(-along.y, along.x);
-    let reach = rig.object.widest() + rig.striker.radius;
-    let aside = match rig.object.shape {
+    let reach = rig.object.solid.reach() + rig.striker.radius;
+    let aside = match rig.object.shape() {
         Shape::Box => 0.0,
         Shape::Cylinder | Shape::Sphere => (initial - touch.position).dot(across) / reach,
     };

@@ -27,7 +27,7 @@ pub fn page(shown: &ReportInput<'_>) -> Result<String, PageError> {
     let body = html! {
         h1 { "From strike logs to a robot that strikes" }
         p.lead {
-            (results.strikes.len()) " strikes of a " (shown.inputs.rig.object.shape.name()) " from "
+            (results.strikes.len()) " strikes of a " (shown.inputs.rig.object.shape().name()) " from "
             (shown.inputs.logs.len()) " log" (plural(shown.inputs.logs.len()))
             @if let Some(version) = &shown.provenance.version { ", published as " strong { (version) } }
             @if let Some(version) = &shown.provenance.in_use { ", not in use: " strong { (version) } " is" }
