@@ -111,13 +111,15 @@ arm: build $(XARM)/done
 	$(XARM)/bin/python tests/peers/ur.py $(BIN)/arm-emulator
 	cargo build --locked --manifest-path tests/peers/foxglove_server/Cargo.toml --target-dir $(FOXGLOVE)
 	$(XARM)/bin/python tests/peers/watch.py $(BIN)/arm-watch $(FOXGLOVE)/debug/foxglove-server
-	$(XARM)/bin/python tests/peers/collect.py $(BIN)/arm-emulator $(BIN)/carom artifacts/runs/arm/collect
+	$(XARM)/bin/python tests/peers/collect.py xarm $(BIN)/arm-emulator $(BIN)/carom artifacts/runs/arm/collect
+	$(XARM)/bin/python tests/peers/collect.py ur $(BIN)/arm-emulator $(BIN)/carom artifacts/runs/arm/collect_ur
 	ARM_PAGE=$(CURDIR)/tests/ARM.md cargo test --workspace --locked --test arm -- --nocapture --test-threads 1
 
-# The paper's script on the emulated arm: collect 100 strikes, run, publish signed, strike 20 targets; half an hour, for the arm moves as
-# fast as one. It goes on where it was ended; the page is the one that is committed. The same ports as above are taken, and 8765.
+# The paper's script on the emulated arms of both makers: collect 100 strikes, run, publish signed, strike 20 targets; half an hour each,
+# for an arm moves as fast as one. It goes on where it was ended; the pages are those that are committed. The same ports as above are taken, and 8765.
 loop: build
-	$(BIN)/arm-loop artifacts/runs/loop $(BIN) tests/LOOP.md
+	$(BIN)/arm-loop xarm artifacts/runs/loop $(BIN) tests/LOOP.md
+	$(BIN)/arm-loop ur artifacts/runs/loop_ur $(BIN) tests/LOOP_UR.md
 
 # Tables that change, in the closed loop, beside peers, and the page that is committed: some two minutes a rig. It goes on where it was ended.
 RIGS := 30

@@ -2,7 +2,7 @@
 
 use std::ops::Deref;
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::{Duration, Instant, SystemTime};
 
 use serde::Serialize;
 use store::Model;
@@ -170,6 +170,12 @@ impl Plan {
         }
     }
 
+    /// The same by another clock of the day.
+    pub(crate) fn by_clock(self, clock: fn() -> SystemTime) -> Self {
+        let epoch = Epoch::by(clock);
+        Self { epoch, ..self }
+    }
+
     /// The command that the robot is sent.
     pub fn command(&self) -> Command {
         Command {
@@ -205,6 +211,9 @@ impl Plan {
                     self.good_for.as_secs_f64()
                 ),
             ));
+        }
+        if let Some(set) = self.epoch.was_set() {
+            return Err((Reason::PlanExpired, format!("{set}; plan again")));
         }
         let simulated = Command {
             speed: self.speed_sim,

@@ -3,9 +3,9 @@
 use std::process::ExitCode;
 
 use rig::SimChoice;
-use strike::arm::Arm;
-use strike::ur::{self, Ur};
-use strike::xarm::{self, XArm};
+use strike::arm::{Arm, ports_of};
+use strike::ur::Ur;
+use strike::xarm::XArm;
 use strike::{
     Choice, Destination, DryRun, Guarded, OpenLog, Plan, Planner, Reason, Received, Refusal, Robot,
     RobotError, Samples, SimRobot, TruthSource, catch_signals, execute, take_number, tell,
@@ -43,15 +43,13 @@ pub fn strike_one(args: &Args, planner: &Planner, to: Point) -> Result<ExitCode,
             strike_with(&mut robot, &plan, Some(log), None, topics)?
         }
         Choice::XArm(host) => {
-            let ports = xarm::Ports::of(host).map_err(|error| not_found(host, &error))?;
             let name = format!("xarm:{host}");
-            let (mut robot, log) = open_arm::<XArm>(args, planner, &name, &ports, &watching)?;
+            let (mut robot, log) = open_arm::<XArm>(args, planner, (&name, host), &watching)?;
             strike_with(&mut robot, &plan, Some(log), watching.as_ref(), topics)?
         }
         Choice::Ur(host) => {
-            let ports = ur::Ports::of(host).map_err(|error| not_found(host, &error))?;
             let name = format!("ur:{host}");
-            let (mut robot, log) = open_arm::<Ur>(args, planner, &name, &ports, &watching)?;
+            let (mut robot, log) = open_arm::<Ur>(args, planner, (&name, host), &watching)?;
             strike_with(&mut robot, &plan, Some(log), watching.as_ref(), topics)?
         }
         Choice::DryRun => strike_with(&mut DryRun, &plan, None, None, topics)?,
@@ -105,8 +103,7 @@ fn open_sim(
 fn open_arm<D: Arm>(
     args: &Args,
     planner: &Planner,
-    name: &str,
-    address: &D::Address,
+    (name, host): (&str, &str),
     watching: &Option<Watching>,
 ) -> Result<(Guarded<D>, OpenLog), Failure> {
     let interrupted =
@@ -115,7 +112,9 @@ fn open_arm<D: Arm>(
         .as_ref()
         .map_or(ROOM, |watching| ROOM + watching.room());
     let log = OpenLog::open(destination(args))?.reserve(room)?;
-    let robot = Guarded::<D>::connect(name, address, planner.rig(), interrupted);
+    let ports = ports_of::<D>(host)
+        .map_err(|error| Failure::input(format!("find the arm at `{host}`: {error}")))?;
+    let robot = Guarded::<D>::connect(name, &ports, planner.rig(), interrupted);
     let mut robot = robot.map_err(|error| match error {
         RobotError::NotReady { .. } => {
             Failure::refused(Reason::NotReady, format!("failed to {error}"))
@@ -127,10 +126,6 @@ fn open_arm<D: Arm>(
         robot.look_first(watching.strike.look());
     }
     Ok((robot, log))
-}
-
-fn not_found(host: &str, error: &std::io::Error) -> Failure {
-    Failure::input(format!("find the arm at `{host}`: {error}"))
 }
 
 fn destination(args: &Args) -> Destination {

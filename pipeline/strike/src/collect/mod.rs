@@ -109,6 +109,7 @@ pub fn collect(
                     });
                 }
                 Err(why) => {
+                    let why = warning.map_or(why.clone(), |warning| format!("{why}; {warning}"));
                     (useless, in_a_row) = (useless + 1, in_a_row + 1);
                     report(CollectEvent::Useless(why.clone()));
                     if in_a_row == MOST_USELESS && failed.is_none() {

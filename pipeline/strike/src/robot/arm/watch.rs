@@ -6,10 +6,11 @@ use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-use super::driver::{Condition, Reports, distance};
-use super::guard::{Clocks, Guard, OnLine, Sample};
+use super::connection::is_nothing_yet;
+use super::driver::{Condition, Report, Reports, distance};
+use super::guard::{ASIDE, Clocks, Guard, OnLine, Sample};
 use super::line::Line;
-use super::outlet::{Outlet, is_nothing_yet};
+use super::outlet::Outlet;
 
 /// The arm is stopped where no report comes for so long: at 250 Hz a dozen are missing, and at 1 m/s it has moved 5 cm.
 const SILENCE: Duration = Duration::from_millis(50);
@@ -30,6 +31,8 @@ struct Seen {
     record: Vec<Sample>,
     is_recording: bool,
     guard: Option<Guard>,
+    /// Where the arm was left after a strike: what moves it from there is somebody else.
+    left: Option<[f64; 3]>,
     /// Why the arm was stopped from here; the first reason stays.
     fault: Option<String>,
     /// Who else stopped the arm since this watch began, in the controller's words.
@@ -81,13 +84,14 @@ impl Watch {
         })
     }
 
-    /// The next report: one that came before may be the last there is.
+    /// The next report that is not late: one that came before may be the last there is, and what was held on its way says what was.
     pub(super) fn next(&self, patience: Duration) -> Result<Sample, String> {
         let asked = Instant::now();
         let mut seen = self.shared.lock();
         loop {
             if let Some(last) = seen.last
                 && last.at >= asked
+                && Clocks::judge((last.at - last.made).as_secs_f64()).is_ok()
             {
                 return Ok(last);
             }
@@ -131,16 +135,21 @@ impl Watch {
         let mut seen = self.shared.lock();
         let on_line = OnLine::new(line, seen.last);
         seen.guard = Some(Guard::Line(Box::new(on_line)));
+        seen.left = None;
     }
 
     /// Stops the arm where it moves, from now on.
     pub(super) fn guard_rest(&self) {
-        self.shared.lock().guard = Some(Guard::Rest(None));
+        let mut seen = self.shared.lock();
+        seen.guard = Some(Guard::Rest(None));
+        seen.left = None;
     }
 
-    /// Guards nothing any more.
+    /// Stops the arm no more; whether anybody moves it is still seen.
     pub(super) fn release(&self) {
-        self.shared.lock().guard = None;
+        let mut seen = self.shared.lock();
+        seen.guard = None;
+        seen.left = seen.last.map(|last| last.report.pose.at);
     }
 
     /// Waits until the arm rests at the end of the guarded line; from then on its rest is guarded. Errors with why it was stopped, or that
@@ -217,7 +226,7 @@ fn stop(outlet: &Outlet, seen: &mut Seen, why: String) {
 /// Reads reports until the connection ends.
 fn read(shared: &Shared, mut reports: Box<dyn Reports>) {
     loop {
-        let read = reports.next();
+        let read = reports.next().and_then(Report::checked);
         if shared.ends.load(Ordering::Relaxed) {
             return;
         }
@@ -230,15 +239,19 @@ fn read(shared: &Shared, mut reports: Box<dyn Reports>) {
                 let before = seen.last.map(|last| last.report.condition);
                 let was_free = before
                     .is_some_and(|before| matches!(before, Condition::Ready | Condition::Moving));
+                let is_where_it_was_left = seen
+                    .left
+                    .is_none_or(|left| distance(left, report.pose.at) <= ASIDE);
                 let taken = match report.condition {
-                    Condition::Stopped(said) => was_free.then_some(said),
-                    Condition::Held(said) => before.is_some().then_some(said),
-                    Condition::Ready | Condition::Moving => None,
+                    Condition::Stopped(said) if was_free => Some(said.to_string()),
+                    Condition::Held(said) if before.is_some() => Some(said.to_string()),
+                    _ if !is_where_it_was_left => Some("it was moved".into()),
+                    _ => None,
                 };
                 if let Some(said) = taken
                     && !shared.outlet.is_stopped()
                 {
-                    seen.taken.get_or_insert(said.to_string());
+                    seen.taken.get_or_insert(said);
                 }
                 let verdict = match &mut seen.guard {
                     Some(guard) => Clocks::judge(late).and_then(|()| guard.judge(&sample)),
