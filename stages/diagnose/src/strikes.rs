@@ -4,7 +4,7 @@
 use nalgebra::{DMatrix, DVector, SVector};
 use values::{Point, Rig, Strike};
 use world::{
-    Base, Impact, World, WorldError,
+    Base, Impact, Release, World, WorldError,
     effects::Effect,
     launch::{Launch, launches_about},
     planar::{self, Deviation, Frames, Job, Planar},
@@ -189,6 +189,18 @@ impl<'a> PreparedStrikes<'a> {
             &self.launches[i],
             &deviation(clock, b),
         )
+    }
+
+    /// The same of an object that leaves the tip in another way.
+    pub(crate) fn slide(
+        &self,
+        planar: &Planar<'_>,
+        i: usize,
+        release: Release,
+        clock: f64,
+        b: &Nuisances,
+    ) -> Option<Frames> {
+        planar.slide(&self.strikes[i].into(), release, &deviation(clock, b))
     }
 
     /// By how much the launch of one strike differs in other worlds, as its nuisances: a column for each world.

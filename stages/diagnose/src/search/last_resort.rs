@@ -8,7 +8,7 @@ use world::{
 
 use super::{
     Selection,
-    fits::{FitCriteria, Tried, fit_best},
+    fits::{FitCriteria, fit_best},
     refine::refine,
 };
 use crate::{
@@ -144,8 +144,7 @@ fn in_place_of_its_kind(
         required: &[candidate.name],
         ..FitCriteria::default()
     };
-    let tried = &mut Tried::new();
-    let fits = fit_best(prepared, &reduced, &screened, chance, criteria, tried)?;
+    let fits = fit_best(prepared, &reduced, &screened, chance, criteria)?;
     Ok(fits.into_iter().next().map(|fit| {
         let gain = Gain {
             alone: fit.fitted.likelihood() - reduced.likelihood(),
