@@ -158,9 +158,9 @@ fn work(
     let results = pipeline(run, &learnt_from, Step::Publish)
         .map_err(|error| explained(error, run, &learnt_from))?;
     outputs::write(dir, &results, Step::Publish)?;
-    if results.check.is_meaningless() {
+    if results.read.check.is_meaningless() {
         let mut night = Night::new(
-            &results.logs,
+            &results.read.logs,
             before.as_ref(),
             basis(inputs, &logs, in_use_now),
         );
@@ -169,7 +169,7 @@ fn work(
             night = night.after(last);
         }
         night.status = Status::Refused;
-        let findings = &results.check.findings;
+        let findings = &results.read.check.findings;
         let wrong = findings
             .iter()
             .filter(|f| f.severity() == Severity::Meaningless);
@@ -177,10 +177,10 @@ fn work(
             .map(|finding| words::say(finding, &inputs.rig).sentence())
             .collect();
         keep(dir, &night)?;
-        report::write(dir, inputs, &results)?;
+        report::write(dir, inputs, &results, None)?;
         return Ok(night);
     }
-    let mut night = Night::new(&results.logs, before.as_ref(), String::new());
+    let mut night = Night::new(&results.read.logs, before.as_ref(), String::new());
     night.record(&results);
     if let Some(last) = &last {
         night = night.after(last);
@@ -224,12 +224,13 @@ fn work(
     let decided = promoted.as_deref().or(night.before.as_deref());
     night.basis = basis(inputs, &logs, decided);
     keep(dir, &night)?;
-    report::write(dir, inputs, &results)?;
+    report::write(dir, inputs, &results, None)?;
     Ok(night)
 }
 
 fn contents(results: &Results) -> Result<&Contents, Error> {
-    let contents = results.contents.as_ref();
+    let version = results.version();
+    let contents = version.map(|version| &version.contents);
     contents.ok_or_else(|| Error::failed("publish: nothing came out"))
 }
 
@@ -281,8 +282,8 @@ fn report_new(
     night: &mut Night,
 ) -> Result<Vec<Strike>, Error> {
     let mut known = BTreeSet::new();
-    let rig = results.rig.as_ref().unwrap_or(&inputs.rig);
-    for input in changed(before, &results.logs) {
+    let rig = &results.read.rig;
+    for input in changed(before, &results.read.logs) {
         // Where it is not kept what it held, its name must do.
         let of_name = results
             .strikes
@@ -291,7 +292,7 @@ fn report_new(
         let of_name = || of_name.map(|strike| strike.id.clone()).collect();
         known.extend(reading::known(run, rig, inputs.seed, input)?.unwrap_or_else(of_name));
     }
-    let mut new = new_strikes(before, &results.logs, &results.strikes, &known);
+    let mut new = new_strikes(before, &results.read.logs, &results.strikes, &known);
     let since = night
         .change
         .as_ref()
@@ -299,7 +300,7 @@ fn report_new(
     new.retain(|strike| strike.t_start >= since);
     night.new_strikes = new.len();
     if !new.is_empty() {
-        let (evaluation, drift) = score::judge(run, before, new.clone())?;
+        let (evaluation, drift) = score::judge(run, before, &new)?;
         let model = before.manifest.provenance.default_model;
         let missed = evaluation.models.get(model.name());
         night.achieved = missed.map(|missed| missed.mean.hypot(missed.sd));
@@ -388,8 +389,8 @@ fn choose(
         let since = Since {
             base: &base,
             strikes: &strikes,
-            all: publish::logged(&results.strikes),
-            inputs: publishing::input_files(&results.logs)?,
+            all: publishing::logged(&results.strikes),
+            inputs: publishing::input_files(&results.read.logs)?,
         };
         if let Some(moved) = since.moved(run)? {
             if held_out.len() < LEAST_HELD_OUT {
@@ -403,6 +404,7 @@ fn choose(
         let logs: BTreeSet<&str> = strikes.iter().map(|strike| strike.log.as_str()).collect();
         if strikes.len() >= ALONE {
             let older: Vec<String> = results
+                .read
                 .logs
                 .iter()
                 .filter(|log| !logs.contains(log.name.as_str()))
@@ -491,7 +493,7 @@ fn first(results: &Results, contents: &Contents, night: &mut Night) -> Result<bo
     let executor = plan_paths(&loaded(contents)?, &results.strikes);
     night.why.push(executor.sentence());
     let mut passed = executor.passed;
-    if let Some(gate) = &results.first_version {
+    if let Some(gate) = results.version().map(|version| &version.gate) {
         night.why.extend(gate.sentences());
         passed &= gate.passed;
     }
