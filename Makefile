@@ -1,6 +1,6 @@
 # Everything that carom needs beside rustup's stable Rust, Python 3 with pip and a C compiler is set up here,
 # under .native/. A second run of any target does nothing that is done.
-.PHONY: build install run test lint blind kuka first-day curve bench fuzz arm loop living soak setup clean
+.PHONY: build install run test lint blind kuka first-day curve bench pages fuzz arm loop living soak setup clean
 .DEFAULT_GOAL := build
 
 DEMO := artifacts/demo
@@ -88,6 +88,10 @@ bench: build $(if $(filter track,$(PARTS)),$(OPENCV)/done) $(if $(filter-out tra
 	$(if $(filter track,$(PARTS)),cargo build --workspace --locked --example frames)
 	$(if $(filter track,$(PARTS)),$(OPENCV)/bin/python tests/peers/track.py $(if $(SMALL),--small) $(TRACK))
 	$(if $(filter-out track,$(PARTS))$(if $(PARTS),,all),$(PEERS)/bin/python tests/peers/bench.py $(if $(SMALL),--small) $(filter-out track,$(PARTS)))
+
+# Which pages are older than what they measure, by the history of the crates.
+pages:
+	@python3 tests/pages.py
 
 # Ten minutes of changed inputs for everything that is read from outside, side by side.
 FUZZ_SECONDS := 600

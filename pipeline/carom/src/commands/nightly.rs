@@ -170,9 +170,9 @@ fn work(
         results => results.map_err(|error| explained(error, run, &learnt_from))?,
     };
     outputs::write(dir, &results, Step::Publish)?;
-    if results.check.is_meaningless() {
+    if results.read.check.is_meaningless() {
         let mut night = Night::new(
-            &results.logs,
+            &results.read.logs,
             before.as_ref(),
             basis(inputs, &logs, in_use_now),
         );
@@ -181,7 +181,7 @@ fn work(
             night = night.after(last);
         }
         night.status = Status::Refused;
-        let findings = &results.check.findings;
+        let findings = &results.read.check.findings;
         let wrong = findings
             .iter()
             .filter(|f| f.severity() == Severity::Meaningless);
@@ -189,10 +189,10 @@ fn work(
             .map(|finding| words::say(finding, &inputs.rig).sentence())
             .collect();
         keep(dir, &night)?;
-        report::write(dir, inputs, &results)?;
+        report::write(dir, inputs, &results, None)?;
         return Ok(night);
     }
-    let mut night = Night::new(&results.logs, before.as_ref(), String::new());
+    let mut night = Night::new(&results.read.logs, before.as_ref(), String::new());
     night.record(&results);
     if let Some(last) = &last {
         night = night.after(last);
@@ -243,7 +243,7 @@ fn work(
             .retain(1)
             .map_err(store_error)?;
     }
-    report::write(dir, inputs, &results)?;
+    report::write(dir, inputs, &results, None)?;
     Ok(night)
 }
 
@@ -257,7 +257,7 @@ fn wait(
     if night.quarantined || !matches!(night.status, Status::Promoted | Status::Kept) {
         return Ok(());
     }
-    let contents = results.contents.as_ref();
+    let contents = results.version().map(|version| &version.contents);
     let unused = contents.filter(|contents| chosen != Some(*contents));
     let waiting = Store::open(&dir.join(WAITING));
     let version = unused.map(|contents| waiting.publish(contents));
@@ -266,7 +266,8 @@ fn wait(
 }
 
 fn contents(results: &Results) -> Result<&Contents, Error> {
-    let contents = results.contents.as_ref();
+    let version = results.version();
+    let contents = version.map(|version| &version.contents);
     contents.ok_or_else(|| Error::failed("publish: nothing came out"))
 }
 
@@ -318,8 +319,8 @@ fn report_new(
     night: &mut Night,
 ) -> Result<Vec<Strike>, Error> {
     let mut known = BTreeSet::new();
-    let rig = results.rig.as_ref().unwrap_or(&inputs.rig);
-    for input in changed(before, &results.logs) {
+    let rig = &results.read.rig;
+    for input in changed(before, &results.read.logs) {
         // Where it is not kept what it held, its name must do.
         let of_name = results
             .strikes
@@ -328,7 +329,7 @@ fn report_new(
         let of_name = || of_name.map(|strike| strike.id.clone()).collect();
         known.extend(reading::known(run, rig, inputs.seed, input)?.unwrap_or_else(of_name));
     }
-    let mut new = new_strikes(before, &results.logs, &results.strikes, &known);
+    let mut new = new_strikes(before, &results.read.logs, &results.strikes, &known);
     let since = night
         .change
         .as_ref()
@@ -336,7 +337,7 @@ fn report_new(
     new.retain(|strike| strike.t_start >= since);
     night.new_strikes = new.len();
     if !new.is_empty() {
-        let (evaluation, drift) = score::judge(run, before, new.clone())?;
+        let (evaluation, drift) = score::judge(run, before, &new)?;
         let model = before.manifest.provenance.default_model;
         let missed = evaluation.models.get(model.name());
         night.achieved = missed.map(|missed| missed.mean.hypot(missed.sd));
@@ -424,8 +425,8 @@ fn choose(
         let since = Since {
             base: &base,
             strikes: &strikes,
-            all: publish::logged(&results.strikes),
-            inputs: publishing::input_files(&results.logs)?,
+            all: publishing::logged(&results.strikes),
+            inputs: publishing::input_files(&results.read.logs)?,
         };
         if let Some(moved) = since.moved(run)? {
             let held_out = strikes.iter().filter(|strike| strike.split == Split::Test);
@@ -440,6 +441,7 @@ fn choose(
         let logs: BTreeSet<&str> = strikes.iter().map(|strike| strike.log.as_str()).collect();
         if strikes.len() >= ALONE {
             let older: Vec<String> = results
+                .read
                 .logs
                 .iter()
                 .filter(|log| !logs.contains(log.name.as_str()))
@@ -563,7 +565,7 @@ fn first(results: &Results, contents: &Contents, night: &mut Night) -> Result<bo
     let executor = plan_paths(&loaded(contents)?, &results.strikes);
     night.why.push(executor.sentence());
     let mut passed = executor.passed;
-    if let Some(gate) = &results.first_version {
+    if let Some(gate) = results.version().map(|version| &version.gate) {
         night.why.extend(gate.sentences());
         passed &= gate.passed;
     }

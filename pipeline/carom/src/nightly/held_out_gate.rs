@@ -1,13 +1,11 @@
 //! The first gate between a candidate and the robot: held-out strikes. A candidate that knows more is put to use unless it is worse.
 
-use std::collections::BTreeMap;
-
-use evaluate::{Candidate, Judge, Predict};
+use judge::{HeldOut, Model, unseen_stop_errors};
 use serde::{Deserialize, Serialize};
 use stage::Run;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 use store::Artifact;
-use values::{Rig, Split, Strike};
+use values::{Split, Strike};
 
 use crate::Error;
 use crate::score::default_model;
@@ -65,35 +63,21 @@ pub fn compare_held_out(
     candidate: &Artifact,
     strikes: &[Strike],
 ) -> Result<HeldOutGate, Error> {
-    let judges: Vec<Judge> = strikes.iter().map(Judge::from).collect();
-    let errors = |artifact| unseen_errors(run, &candidate.rig, &default_model(artifact), &judges);
+    let judges: Vec<HeldOut> = strikes.iter().map(HeldOut::from).collect();
+    // Where sessions differ, a candidate that learnt from tonight's session would beat a version that did not, and be no better tomorrow.
+    let errors = |artifact| {
+        let model = Model {
+            rig: candidate.rig.clone(),
+            ..default_model(artifact)
+        };
+        unseen_stop_errors(run, &model, &judges)
+    };
     Ok(compare(
         &current.version,
         noise_floor(current),
         &errors(current)?,
         &errors(candidate)?,
     ))
-}
-
-/// One model's stop errors, in the order of the strikes, each predicted as if the model had never seen the strike's session. Where
-/// sessions differ, a candidate that learnt from tonight's session would beat a version that did not, and be no better tomorrow.
-fn unseen_errors(
-    run: &Run,
-    rig: &Rig,
-    candidate: &Candidate,
-    judges: &[Judge],
-) -> Result<Vec<Option<f64>>, Error> {
-    let mut errors = BTreeMap::new();
-    for (model, judges) in evaluate::unseen(rig, candidate, judges) {
-        // What a strike said of a model before is kept.
-        let predicted = run.items(&Predict, &model, &judges)?;
-        for (judge, predicted) in judges.into_iter().zip(predicted) {
-            let error = predicted.stop.map(|stop| stop.distance(judge.stop));
-            errors.insert(judge.strike_id, error);
-        }
-    }
-    let error = |judge: &Judge| errors.get(&judge.strike_id).copied().flatten();
-    Ok(judges.iter().map(error).collect())
 }
 
 /// What a version's repeats scatter by: mean, in m.
@@ -177,8 +161,6 @@ mod tests {
     use rand::{RngExt, SeedableRng};
     use rand_chacha::ChaCha8Rng;
     use rand_distr::{Distribution, StandardNormal};
-    use values::{Command, Conditions, Point, Shape};
-    use world::{AddedEffect, Estimate, Simulator, World};
 
     use super::*;
 
@@ -215,66 +197,6 @@ mod tests {
         let unknown = compare(&current, &unknown);
         assert!(!unknown.passed, "{unknown:?}");
         assert!(!unknown.sentence().contains('\n'));
-    }
-
-    #[test]
-    fn what_a_candidate_learnt_of_the_strikes_own_session_is_no_gain() {
-        let rig = Rig::demo(Shape::Cylinder);
-        let plain = World::nominal(&rig).with("friction", 0.25);
-        let mut knows = plain.clone();
-        knows.effects.push(AddedEffect {
-            name: "friction_by_session".into(),
-            parameters: [("monday", 0.2), ("tuesday", -0.2)]
-                .map(|(name, value)| (name.to_string(), Estimate::fixed(value)))
-                .into(),
-        });
-        let (initial, command) = (
-            Point::new(0.3, 0.0),
-            Command {
-                speed: 0.8,
-                angle: 0.1,
-            },
-        );
-        let simulator = Simulator::new(&rig, &knows).expect("a world");
-        let judges: Vec<Judge> = ["monday", "tuesday"]
-            .into_iter()
-            .map(|session| {
-                let conditions = Conditions {
-                    session: session.into(),
-                    order: 0.0,
-                    yaw: None,
-                    moving: None,
-                };
-                let struck = simulator.worker().strike(initial, command, &conditions);
-                Judge {
-                    strike_id: session.into(),
-                    initial,
-                    stop: struck.expect("rests").stop,
-                    ends: None,
-                    command,
-                    conditions,
-                }
-            })
-            .collect();
-        let dir = tempfile::tempdir().expect("folder");
-        let options = stage::Options {
-            engine: "test".into(),
-            is_quiet: true,
-        };
-        let run = Run::open(dir.path(), options).expect("a run");
-        let errors = |world: &World| {
-            let candidate = Candidate {
-                name: "effect".into(),
-                world: world.clone(),
-                residual: None,
-            };
-            unseen_errors(&run, &rig, &candidate, &judges).expect("predicts")
-        };
-        // It predicts its own sessions to the micrometre, and knows nothing of a third.
-        for (knowing, plain) in errors(&knows).into_iter().zip(errors(&plain)) {
-            let (knowing, plain) = (knowing.expect("simulated"), plain.expect("simulated"));
-            assert!(plain > 0.02 && knowing > plain, "{knowing} {plain}");
-        }
     }
 
     #[test]

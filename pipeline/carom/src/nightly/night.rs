@@ -197,9 +197,9 @@ impl Night {
     pub fn record(&mut self, results: &Results) {
         self.strikes = results.strikes.len();
         self.new_strikes = results.strikes.len();
-        self.rejected = results.rejects.len();
-        self.damaged = results.damaged.clone();
-        self.left_out = results.left_out.clone();
+        self.rejected = results.read.rejects.len();
+        self.damaged = results.read.damaged.clone();
+        self.left_out = results.read.left_out.clone();
     }
 
     /// Effects that the data name and the version in use lacks.
@@ -207,8 +207,8 @@ impl Night {
         let known = before.effect.as_ref().map(|effect| &effect.world.effects);
         let is_known = |name: &str| known.is_some_and(|all| all.iter().any(|one| one.name == name));
         let named = results
-            .found
-            .iter()
+            .found()
+            .into_iter()
             .flat_map(|found| &found.diagnosis.effects);
         self.missing = named
             .filter(|effect| !is_known(&effect.name))

@@ -2,7 +2,7 @@
 
 use maud::{Markup, html};
 use plotters::prelude::*;
-use values::{Delivered, Strike};
+use values::{Delivered, Strike, wrap_angle};
 
 use super::markup::{PageError, drawing, section};
 use super::plot::{Axes, MEASURED, PlotError, axes, colour, line, range, svg};
@@ -46,7 +46,7 @@ fn relative_speed((strike, delivered): &Pair<'_>) -> f64 {
 
 /// Delivered angle beyond the command, in degrees.
 fn turn((strike, delivered): &Pair<'_>) -> f64 {
-    residual::wrap(delivered.tip_angle - strike.command.angle).to_degrees()
+    wrap_angle(delivered.tip_angle - strike.command.angle).to_degrees()
 }
 
 /// Standard deviation 0 of a single value.

@@ -1,10 +1,9 @@
 //! The report's plots, each from plain values to the text of an SVG.
 
-use evaluate::Prediction;
+use judge::Prediction;
 use plotters::prelude::*;
-use residual::Residual;
-use train::{CurvePoint, Epoch};
-use values::{Point, Rig, Split, Strike};
+use train::Epoch;
+use values::{Point, Residual, Rig, Split, Strike};
 
 use super::plot::{
     Axes, FAINT, LABEL_SIZE, MEASURED, PlotError, X_LABELS, Y_LABELS, axes, colour, line, range,
@@ -267,18 +266,6 @@ pub fn learning_curve(
         )?;
         Ok(())
     })
-}
-
-/// Mean distance in m between measured and predicted stop, on commands held out of what was learnt from.
-pub fn held_out_points(curve: &[CurvePoint]) -> Vec<(usize, f64)> {
-    curve
-        .iter()
-        .filter_map(|point| {
-            let mut scores = point.learned.scores.iter();
-            let chosen = scores.find(|score| score.kind == point.learned.kind)?;
-            Some((point.strikes, chosen.by_setting))
-        })
-        .collect()
 }
 
 /// How stop errors are distributed: the share of strikes below an error, model by model.

@@ -1,8 +1,7 @@
 //! What was identified and learnt.
 
-use evaluate::Evaluation;
+use judge::Evaluation;
 use maud::{Markup, html};
-use sysid::Fit;
 use train::Learned;
 use values::{Command, Split, Strike, Track};
 use world::{PARAMETERS, Simulator, World, WorldError};
@@ -11,25 +10,21 @@ use super::figures;
 use super::input::ReportInput;
 use super::markup::{PageError, drawing, fill, legend, section};
 use super::plot::short;
-use crate::results::Results;
+use crate::results::{CurvePoint, Worlds};
 
 /// Slides that are shown in full.
 const SLIDES: usize = 3;
 
-pub fn world_section(shown: &ReportInput<'_>, fit: &Fit) -> Result<Markup, PageError> {
+pub fn world_section(shown: &ReportInput<'_>, found: &Worlds) -> Result<Markup, PageError> {
+    let fit = &found.fit;
     let rig = &shown.inputs.rig;
     let nominal = World::nominal(rig);
     let freed = PARAMETERS
         .iter()
         .filter(|spec| fit.freed.iter().any(|name| name == spec.name));
     let mut worlds = vec![("nominal", &nominal), ("sysid", &fit.world)];
-    worlds.extend(
-        shown
-            .results
-            .effect
-            .as_ref()
-            .map(|effect| ("effect", &effect.world)),
-    );
+    let effect = found.effect.as_ref();
+    worlds.extend(effect.map(|effect| ("effect", &effect.world)));
     let slides = slides(shown, &worlds)?;
     let names: Vec<&str> = worlds.iter().map(|(model, _)| *model).collect();
     Ok(section(
@@ -124,24 +119,22 @@ fn way(strike: &Strike, track: &Track) -> Vec<(f64, f64)> {
         .collect()
 }
 
-pub fn learning_section(results: &Results, evaluation: &Evaluation) -> Result<Markup, PageError> {
-    let of_world = results.used();
-    let Some((world, of_world, learned, residual)) = of_world.and_then(|(name, of_world)| {
-        let learned = of_world.learned.as_ref()?;
-        Some((name, of_world, learned, learned.model.as_ref()?))
-    }) else {
+pub fn learning_section(worlds: &Worlds, evaluation: &Evaluation) -> Result<Markup, PageError> {
+    let (name, used) = worlds.used();
+    let learned = used.learned.as_ref();
+    let (Some(learned), Some(residual), Some(solved)) = (learned, used.residual(), &used.solved)
+    else {
         return Ok(section(
             "The residual model",
             html! {
                 p { "None: what was tried predicts held-out commands no better than the simulator alone, which serves by itself." }
-                @if let Some(learned) = of_world.and_then(|(_, of_world)| of_world.learned.as_ref()) { (scores(learned)) }
+                @if let Some(learned) = learned { (scores(learned)) }
             },
         ));
     };
-    let model = format!("{world}_residual");
-    let said: Vec<[f64; 2]> = of_world
-        .residuals
-        .rows
+    let (world, model) = (name.name(), name.with_residual().name());
+    let rows = &solved.residuals.rows;
+    let said: Vec<[f64; 2]> = rows
         .iter()
         .map(|row| {
             let command = |speed, angle| Command { speed, angle };
@@ -150,41 +143,44 @@ pub fn learning_section(results: &Results, evaluation: &Evaluation) -> Result<Ma
             residual.added(row.path, simulated, sent)
         })
         .collect();
+    let points = worlds.curve.iter();
+    let curve: Vec<(usize, f64)> = points
+        .filter_map(|point| Some((point.strikes, point.error?)))
+        .collect();
     let plain = evaluation.models.get(world);
     let floor = evaluation.noise_floor.as_ref();
     let levels: Vec<(&str, f64)> = [(world, plain), ("noise_floor", floor)]
         .into_iter()
         .filter_map(|(name, errors)| Some((name, errors?.mean)))
         .collect();
-    let rows = &of_world.residuals.rows;
     Ok(section(
         "The residual model",
         html! {
             @if world == "effect" { p { "What the identified simulator with its effects still gets wrong." } }
             div.three {
-                figure { (drawing(&figures::residuals(&model, rows, &said, 0)?)) }
-                figure { (drawing(&figures::residuals(&model, rows, &said, 1)?)) }
+                figure { (drawing(&figures::residuals(model, rows, &said, 0)?)) }
+                figure { (drawing(&figures::residuals(model, rows, &said, 1)?)) }
                 @if let Some(training) = &learned.training {
-                    figure { (drawing(&figures::history(&model, &training.history, training.best_epoch)?)) }
+                    figure { (drawing(&figures::history(model, &training.history, training.best_epoch)?)) }
                 }
             }
             p.legend {
                 "● what was commanded, less what the simulator would command   "
-                span style=(fill(&model)) { "●" } " what the " (learned.kind.name()) " says"
+                span style=(fill(model)) { "●" } " what the " (learned.kind.name()) " says"
                 @if learned.training.is_some() {
                     "   ― training of a network   "
-                    span style=(fill(&model)) { "―" } " its validation"
+                    span style=(fill(model)) { "―" } " its validation"
                 }
             }
             div.columns {
                 figure {
-                    (drawing(&figures::learning_curve(&model, &results.curve_errors, &levels)?))
-                    (legend(&[&model, world, "noise_floor"], None))
+                    (drawing(&figures::learning_curve(model, &curve, &levels)?))
+                    (legend(&[model, world, "noise_floor"], None))
                 }
-                div { (scores(learned)) (curve_table(results)) }
+                div { (scores(learned)) (curve_table(&worlds.curve)) }
             }
-            @if !of_world.residuals.excluded.is_empty() {
-                p { (of_world.residuals.excluded.len()) " strikes have no residual, for the simulator does not reach their path." }
+            @if !solved.residuals.excluded.is_empty() {
+                p { (solved.residuals.excluded.len()) " strikes have no residual, for the simulator does not reach their path." }
             }
         },
     ))
@@ -216,21 +212,26 @@ fn scores(learned: &Learned) -> Markup {
     }
 }
 
-fn curve_table(results: &Results) -> Markup {
+fn curve_table(curve: &[CurvePoint]) -> Markup {
     html! {
         table {
             thead { tr { th { "strikes" } th { "mean stop error" } th { "held-out commands" } } }
             tbody {
-                @for (strikes, held_out) in figures::held_out_points(&results.curve) {
+                @for point in curve {
                     tr {
-                        td.number { (strikes) }
+                        td.number { (point.strikes) }
                         td.number {
-                            @match results.curve_errors.iter().find(|point| point.0 == strikes) {
-                                Some((_, error)) => { (format!("{:.2} cm", error * 100.0)) },
+                            @match point.error {
+                                Some(error) => { (format!("{:.2} cm", error * 100.0)) },
                                 None => { "—" },
                             }
                         }
-                        td.number { (format!("{:.2} cm", held_out * 100.0)) }
+                        td.number {
+                            @match point.held_out_commands() {
+                                Some(error) => { (format!("{:.2} cm", error * 100.0)) },
+                                None => { "—" },
+                            }
+                        }
                     }
                 }
             }

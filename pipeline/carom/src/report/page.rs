@@ -40,18 +40,22 @@ pub fn page(shown: &ReportInput<'_>) -> Result<String, PageError> {
             }))
         }
         (check_section(shown))
-        @if let Some(evaluation) = &results.evaluation { (stops::headline(evaluation)?) }
+        @if let Some(evaluation) = results.evaluation() { (stops::headline(evaluation)?) }
         @if let Some(trial) = shown.trial { (stops::trial_section(trial)?) }
         (strikes_section(shown)?)
         @if let Some(section) = delivered::delivered_section(&results.strikes)? { (section) }
-        @if let Some(fit) = &results.fit { (models::world_section(shown, fit)?) }
-        @if let Some(found) = &results.found { (diagnosis::diagnosis_section(shown, found)?) }
-        @if let Some(why) = &results.no_diagnosis {
-            (section("Where simulation and strikes disagree", html! { p { "No diagnosis: " (why) "." } }))
+        @if let Some(worlds) = &results.worlds {
+            (models::world_section(shown, worlds)?)
+            @if let Some(found) = worlds.found() { (diagnosis::diagnosis_section(shown, found)?) }
+            @if let Some(why) = worlds.no_diagnosis() {
+                (section("Where simulation and strikes disagree", html! { p { "No diagnosis: " (why) "." } }))
+            }
+            @if let Some(evaluation) = &worlds.evaluation {
+                (stops::predictions_section(&results.strikes, worlds, evaluation)?)
+                (models::learning_section(worlds, evaluation)?)
+            }
         }
-        @if let Some(evaluation) = &results.evaluation { (stops::predictions_section(&results.strikes, evaluation)?) }
-        @if let Some(evaluation) = &results.evaluation { (models::learning_section(results, evaluation)?) }
-        (rejects_section(&results.rejects))
+        (rejects_section(&results.read.rejects))
         (provenance_section(shown))
     };
     Ok(html! {
@@ -71,7 +75,7 @@ pub fn page(shown: &ReportInput<'_>) -> Result<String, PageError> {
 
 /// What a check of the logs found; empty where it found nothing.
 fn check_section(shown: &ReportInput<'_>) -> Markup {
-    let check = &shown.results.check;
+    let check = &shown.results.read.check;
     if check.findings.is_empty() {
         return html! {};
     }
@@ -108,7 +112,7 @@ fn strikes_section(shown: &ReportInput<'_>) -> Result<Markup, PageError> {
         count(Split::Validation),
         count(Split::Test),
     );
-    let rejected = shown.results.rejects.len();
+    let rejected = shown.results.read.rejects.len();
     Ok(section(
         "Strikes on the table",
         html! {

@@ -2,13 +2,13 @@
 
 use std::collections::BTreeMap;
 
-use evaluate::Evaluation;
+use judge::{Evaluation, misses};
 use maud::{Markup, html};
 use values::{StopErrors, Strike};
 
 use super::markup::{PageError, drawing, fill, legend, model_names, section, swatch, title};
 use super::{figure_8, figures};
-use crate::results::worse_than_nominal;
+use crate::results::{Worlds, worse_than_nominal};
 use crate::trial::{Outcome, Trial};
 
 pub fn headline(evaluation: &Evaluation) -> Result<Markup, PageError> {
@@ -171,8 +171,12 @@ pub fn trial_section(trial: &Trial) -> Result<Markup, PageError> {
 
 pub fn predictions_section(
     strikes: &[Strike],
+    worlds: &Worlds,
     evaluation: &Evaluation,
 ) -> Result<Markup, PageError> {
+    let (name, used) = worlds.used();
+    let used = used.residual().map_or(name, |_| name.with_residual());
+    let parts = misses(used.name(), strikes, &evaluation.predictions)?;
     let names = model_names();
     let models = names
         .iter()
@@ -185,6 +189,22 @@ pub fn predictions_section(
         html! {
             div.three { @for plot in &plots { figure { (drawing(plot)) } } }
             p.legend { "○ measured stop of a held-out strike   ● where the model says that it stops" }
+            @if !parts.is_empty() {
+                h3 { "Where it misses: " (title(used.name())) }
+                table {
+                    thead { tr { th { "stop error in cm" } th { "mean" } th { "95 %" } th { "n" } } }
+                    tbody {
+                        @for part in &parts {
+                            tr {
+                                td { (part.part()) }
+                                td.number { (format!("{:.2}", part.errors.mean * 100.0)) }
+                                td.number { (format!("{:.2}", part.errors.p95 * 100.0)) }
+                                td.number { (part.errors.n) }
+                            }
+                        }
+                    }
+                }
+            }
         },
     ))
 }

@@ -1,12 +1,12 @@
 //! Models whose errors are known.
 
-use stage::{Progress, Stage};
+use stage::{Options, Run};
 use store::network::{LAYERS, Layer, Network, SIZES};
 use store::{Networks, ResidualModel};
 use values::{Command, Conditions, Point, Rig, Shape, Split, Strike, Track};
 use world::{AddedEffect, Estimate, Simulator, SolveSettings, SolveStatus, World};
 
-use crate::{Candidate, Evaluate, Evaluation, Input, Noise, PredictionStatus, predict};
+use crate::{Candidate, Evaluation, HeldOut, Model, Noise, PredictionStatus, evaluate, predict};
 
 /// Δv = 0.02 + 0.10·v_sim, Δθ = −0.05 + 0.15·path_x: large beside real residuals.
 fn residual() -> Networks {
@@ -111,60 +111,71 @@ fn predicting_a_planned_command_gives_the_path_it_was_planned_for() {
     }
 }
 
-fn evaluate(threads: usize, stage: Evaluate) -> Evaluation {
+fn run() -> (tempfile::TempDir, Run) {
+    let dir = tempfile::tempdir().expect("folder");
+    let options = Options {
+        is_quiet: true,
+        ..Options::default()
+    };
+    let run = Run::open(dir.path(), options).expect("free");
+    (dir, run)
+}
+
+/// Three models on strikes, with so many threads.
+fn evaluated(threads: usize, judges: impl Fn(&Strike) -> bool) -> Evaluation {
     let rig = Rig::demo(Shape::Cylinder);
     let world = World::nominal(&rig);
-    let candidates = vec![
-        Candidate {
-            name: "nominal".into(),
-            world: world.clone().with("friction", 0.25),
-            residual: None,
+    let candidate = |name: &str, world: &World, residual: Option<Networks>| Candidate {
+        name: name.into(),
+        model: Model {
+            residual: residual.map(ResidualModel::Networks),
+            ..Model::of_world(&rig, world)
         },
-        Candidate {
-            name: "sysid".into(),
-            world: world.clone(),
-            residual: None,
-        },
-        Candidate {
-            name: "sysid_residual".into(),
-            world: world.clone(),
-            residual: Some(ResidualModel::Networks(residual())),
-        },
+    };
+    let candidates = [
+        candidate("nominal", &world.clone().with("friction", 0.25), None),
+        candidate("sysid", &world, None),
+        candidate("sysid_residual", &world, Some(residual())),
     ];
     let strikes = planned(&rig, &world);
+    let strikes: Vec<HeldOut> = strikes
+        .iter()
+        .filter(|strike| judges(strike))
+        .map(HeldOut::from)
+        .collect();
     let noise = Noise {
         speed: 0.01,
         angle: 0.005,
         position: 0.0002,
-    };
-    let input = Input {
-        rig,
-        strikes,
-        candidates,
-        noise,
+        measured: None,
     };
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(threads)
         .build()
         .expect("threads");
-    pool.install(|| stage.run(&input, &Progress::hidden()))
+    let (_dir, run) = run();
+    pool.install(|| evaluate(&run, &candidates, &strikes, &noise))
         .expect("sound input")
+}
+
+fn is_test(strike: &Strike) -> bool {
+    strike.split == Split::Test
 }
 
 #[test]
 fn the_better_model_has_the_smaller_error_on_held_out_strikes() {
-    let evaluation = evaluate(1, Evaluate::default());
+    let evaluation = evaluated(1, is_test);
     let error = |model: &str| evaluation.models[model];
     assert_eq!(error("sysid").n, 4);
     assert_eq!(evaluation.predictions.len(), 3 * 4);
     assert!(error("nominal").mean > error("sysid").mean);
     assert!(error("sysid").mean > 20.0 * error("sysid_residual").mean);
-    assert_eq!(evaluate(1, Evaluate { split: None }).models["sysid"].n, 12);
+    assert_eq!(evaluated(1, |_| true).models["sysid"].n, 12);
 }
 
 #[test]
 fn the_noise_floor_is_what_the_scatter_of_the_launch_makes() {
-    let evaluation = evaluate(1, Evaluate::default());
+    let evaluation = evaluated(1, is_test);
     let floor = evaluation.noise_floor.expect("strikes");
     assert_eq!((floor.n, floor.failed), (4, 0));
     // Distance goes as speed squared: 1 % of speed is 2 % of the mean path of about 0.24 m, half-normally
@@ -179,8 +190,8 @@ fn the_noise_floor_is_what_the_scatter_of_the_launch_makes() {
 #[test]
 fn the_same_bytes_with_one_thread_and_with_two() {
     let text = |evaluation: &Evaluation| serde_json::to_string(evaluation).expect("plain data");
-    let one = evaluate(1, Evaluate { split: None });
-    assert_eq!(text(&one), text(&evaluate(2, Evaluate { split: None })));
+    let one = evaluated(1, |_| true);
+    assert_eq!(text(&one), text(&evaluated(2, |_| true)));
     let read: Evaluation = serde_json::from_str(&text(&one)).expect("own text");
     assert_eq!(read.predictions.len(), one.predictions.len());
     assert_eq!(read.models["sysid_residual"].n, 12);
@@ -226,19 +237,13 @@ fn a_session_that_is_held_out_is_predicted_with_the_mean_of_the_others() {
         .collect();
     let distance = |index: usize| strikes[index].stop.distance(initial);
     let [high, low, mean] = [distance(0), distance(1), distance(2)];
-    let input = Input {
-        rig,
-        strikes,
-        candidates: vec![Candidate {
-            name: "effect".into(),
-            world,
-            residual: None,
-        }],
-        noise: Noise::default(),
-    };
-    let evaluation = Evaluate::default()
-        .run(&input, &Progress::hidden())
-        .expect("judges");
+    let candidates = [Candidate {
+        name: "effect".into(),
+        model: Model::of_world(&rig, &world),
+    }];
+    let held_out: Vec<HeldOut> = strikes.iter().map(HeldOut::from).collect();
+    let (_dir, run) = run();
+    let evaluation = evaluate(&run, &candidates, &held_out, &Noise::default()).expect("judges");
     assert!(evaluation.models["effect"].mean < 1e-9);
     let new = evaluation.new_sessions.expect("three sessions");
     assert_eq!(new.sessions, 3);
@@ -248,12 +253,6 @@ fn a_session_that_is_held_out_is_predicted_with_the_mean_of_the_others() {
     let found = new.models["effect"].mean;
     assert!((found / expected - 1.0).abs() < 0.05, "{found} {expected}");
     // Of one session alone there is nothing to hold out.
-    let one = Input {
-        strikes: input.strikes[..1].to_vec(),
-        ..input
-    };
-    let evaluation = Evaluate::default()
-        .run(&one, &Progress::hidden())
-        .expect("judges");
-    assert_eq!(evaluation.new_sessions, None);
+    let one = evaluate(&run, &candidates, &held_out[..1], &Noise::default()).expect("judges");
+    assert_eq!(one.new_sessions, None);
 }

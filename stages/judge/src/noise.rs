@@ -1,11 +1,15 @@
 //! What repeats of the same command would scatter by: the least stop error that any model can show.
+//!
+//! How far repeats stop from one another is the diagnosis' to say, which measures it (from repeats where there are any, else from
+//! neighbours); how that spreads over strikes and directions follows from the world. Without a diagnosis, the scatter that was identified
+//! says how far, too.
 
 use serde::{Deserialize, Serialize};
 use values::{Command, Point};
 use world::{Scatter, Worker};
 
-use crate::Judge;
-use crate::predict::last_place;
+use crate::HeldOut;
+use crate::held_out::last_place;
 
 /// How repeats differ and how well the camera sees them; standard deviations, as identified.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -17,6 +21,8 @@ pub struct Noise {
     pub angle: f64,
     /// Of a coordinate of a measured rest position, in m.
     pub position: f64,
+    /// Root mean square distance of repeats from their middle over all strikes, in m, where it was measured.
+    pub measured: Option<f64>,
 }
 
 impl Noise {
@@ -28,7 +34,22 @@ impl Noise {
             speed: scatter.speed.hypot(0.5 * scatter.friction),
             angle: scatter.angle,
             position: scatter.camera / rest_frames.max(1.0).sqrt(),
+            measured: None,
         }
+    }
+
+    /// Distances between prediction and measurement, in m, that a perfect model would show over many repeats of these strikes.
+    pub(crate) fn distances(&self, strikes: &[&Slopes]) -> Vec<f64> {
+        let each = strikes.iter().flat_map(|slopes| slopes.distances(self));
+        let mut distances: Vec<f64> = each.collect();
+        let squares: f64 = distances.iter().map(|distance| distance * distance).sum();
+        let expected = (squares / distances.len().max(1) as f64).sqrt();
+        if let Some(measured) = self.measured.filter(|_| expected > 0.0) {
+            distances
+                .iter_mut()
+                .for_each(|distance| *distance *= measured / expected);
+        }
+        distances
     }
 }
 
@@ -47,7 +68,7 @@ pub struct Slopes {
 
 impl Slopes {
     /// None where the world cannot simulate the strike.
-    pub(crate) fn of(worker: &mut Worker<'_>, strike: &Judge) -> Option<Self> {
+    pub(crate) fn of(worker: &mut Worker<'_>, strike: &HeldOut) -> Option<Self> {
         let mut stop = |speed: f64, angle: f64| {
             let command = Command {
                 speed: strike.command.speed * (1.0 + speed),
@@ -63,7 +84,7 @@ impl Slopes {
 
     /// Distances between prediction and measurement, in m, that a perfect model would show over many repeats of the strike:
     /// evenly weighted points of the scatter's distribution.
-    pub(crate) fn distances(&self, noise: &Noise) -> Vec<f64> {
+    fn distances(&self, noise: &Noise) -> Vec<f64> {
         let scatter = Ellipse::of(&[
             self.by_speed * noise.speed,
             self.by_angle * noise.angle,
@@ -129,6 +150,26 @@ mod tests {
             stamp_jitter: 0.0,
         };
         assert!((Noise::of(&scatter, 4.0).speed - 0.005).abs() < 1e-12);
+    }
+
+    #[test]
+    fn what_was_measured_is_the_root_mean_square_of_the_floor() {
+        let slopes = [0.3, 0.6].map(|length| Slopes {
+            by_speed: Point::new(2.0 * length, 0.0),
+            by_angle: Point::new(0.0, length),
+        });
+        let noise = Noise {
+            speed: 0.01,
+            angle: 0.01,
+            position: 0.0,
+            measured: Some(0.004),
+        };
+        let squares: Vec<f64> = noise
+            .distances(&[&slopes[0], &slopes[1]])
+            .iter()
+            .map(|distance| distance * distance)
+            .collect();
+        assert!((mean(&squares).sqrt() - 0.004).abs() < 1e-12);
     }
 
     #[test]

@@ -7,7 +7,7 @@
 //! and the solution simulated, until stand-in and simulation agree: two or three simulations.
 
 use store::Networks;
-use values::{Command, Conditions, Point};
+use values::{Command, Conditions, Point, wrap_angle};
 use world::Worker;
 
 use crate::{Predicted, PredictionStatus};
@@ -94,7 +94,7 @@ impl Anchor {
         let [d_speed, d_angle] = networks.predict([path.x, path.y, command.speed, command.angle]);
         [
             command.speed + d_speed - wanted.speed,
-            residual::wrap(command.angle + d_angle - wanted.angle),
+            wrap_angle(command.angle + d_angle - wanted.angle),
         ]
     }
 

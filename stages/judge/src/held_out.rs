@@ -5,14 +5,36 @@ use store::Networks;
 use values::{Command, Conditions, Point, Strike};
 use world::{Worker, WorldError};
 
-use crate::{
-    inverse,
-    predicted::{Predicted, PredictionStatus},
-};
+use crate::inverse;
 
-/// What of a logged strike a model is judged by.
+/// How a prediction ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum PredictionStatus {
+    /// A world's forward simulation.
+    Simulated,
+    /// The path for which solve + residual would have sent the command.
+    Converged,
+    /// Solve + residual would never send exactly this command; the path of the nearest that it would send.
+    NotConverged,
+    /// The simulation did not come to rest; there is no stop.
+    Diverged,
+}
+
+/// A predicted stop.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Predicted {
+    /// Where the object comes to rest, in m; none when the simulation diverged.
+    pub stop: Option<Point>,
+    /// Simulations used.
+    pub evaluations: u32,
+    /// How it ended.
+    pub status: PredictionStatus,
+}
+
+/// A strike that took no part in a model, by whose stop it is judged.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Judge {
+pub struct HeldOut {
     /// The strike.
     pub strike_id: String,
     /// Where the object rested before, in m.
@@ -28,7 +50,7 @@ pub struct Judge {
     pub conditions: Conditions,
 }
 
-impl From<&Strike> for Judge {
+impl From<&Strike> for HeldOut {
     fn from(strike: &Strike) -> Self {
         Self {
             strike_id: strike.id.clone(),
@@ -43,19 +65,23 @@ impl From<&Strike> for Judge {
 
 /// The stop, or the place at the track's end, that a model predicts for the command that was sent: the worker's world alone, in which a launch map already acts, or with
 /// networks.
-pub fn predict(worker: &mut Worker<'_>, networks: Option<&Networks>, judge: &Judge) -> Predicted {
-    let Judge {
+pub fn predict(
+    worker: &mut Worker<'_>,
+    networks: Option<&Networks>,
+    strike: &HeldOut,
+) -> Predicted {
+    let HeldOut {
         initial,
         command,
         conditions,
         ends,
         ..
-    } = judge;
+    } = strike;
     // Networks know of stops alone.
     if let (Some(networks), None) = (networks, ends) {
         return inverse::meant_by(worker, networks, *initial, *command, conditions);
     }
-    let place = last_place(worker, judge, *command);
+    let place = last_place(worker, strike, *command);
     let status = match place {
         Ok(_) => PredictionStatus::Simulated,
         Err(_) => PredictionStatus::Diverged,
@@ -67,14 +93,14 @@ pub fn predict(worker: &mut Worker<'_>, networks: Option<&Networks>, judge: &Jud
     }
 }
 
-/// Where a worker's world has the object of a judge last, struck with this command: at its stop, or at the track's end.
+/// Where a worker's world has the object of a strike last, struck with this command: at its stop, or at the track's end.
 pub(crate) fn last_place(
     worker: &mut Worker<'_>,
-    judge: &Judge,
+    strike: &HeldOut,
     command: Command,
 ) -> Result<Point, WorldError> {
-    let (initial, conditions) = (judge.initial, &judge.conditions);
-    match judge.ends {
+    let (initial, conditions) = (strike.initial, &strike.conditions);
+    match strike.ends {
         None => Ok(worker.strike(initial, command, conditions)?.stop),
         Some(ends) => {
             let simulated = worker.strike_until(initial, command, conditions, ends)?;

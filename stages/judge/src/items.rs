@@ -7,7 +7,7 @@ use store::ResidualModel;
 use values::Strike;
 use world::{Observation, Observer, Simulator, Worker};
 
-use crate::{EvaluateError, Judge, Model, Predicted, Slopes, predict};
+use crate::{HeldOut, JudgeError, Model, Predicted, Slopes, predict};
 
 /// A model's prediction of each strike.
 #[derive(Clone, Copy, Debug, Serialize)]
@@ -17,19 +17,19 @@ impl ItemStage for Predict {
     const NAME: &'static str = "predict";
     const VERSION: u32 = 6;
     type Shared = Model;
-    type Item = Judge;
+    type Item = HeldOut;
     type Output = Predicted;
-    type Error = EvaluateError;
+    type Error = JudgeError;
 
     fn run_items(
         &self,
         model: &Model,
-        judges: &[&Judge],
+        strikes: &[&HeldOut],
         progress: &Progress,
-    ) -> Result<Vec<Predicted>, EvaluateError> {
+    ) -> Result<Vec<Predicted>, JudgeError> {
         let networks = model.residual.as_ref().and_then(ResidualModel::networks);
-        each(model, judges, progress, |worker, judge| {
-            predict(worker, networks, judge)
+        each(model, strikes, progress, |worker, strike| {
+            predict(worker, networks, strike)
         })
     }
 }
@@ -43,17 +43,17 @@ impl ItemStage for Repeat {
     const NAME: &'static str = "repeat";
     const VERSION: u32 = 4;
     type Shared = Model;
-    type Item = Judge;
+    type Item = HeldOut;
     type Output = Option<Slopes>;
-    type Error = EvaluateError;
+    type Error = JudgeError;
 
     fn run_items(
         &self,
         model: &Model,
-        judges: &[&Judge],
+        strikes: &[&HeldOut],
         progress: &Progress,
-    ) -> Result<Vec<Option<Slopes>>, EvaluateError> {
-        each(model, judges, progress, Slopes::of)
+    ) -> Result<Vec<Option<Slopes>>, JudgeError> {
+        each(model, strikes, progress, Slopes::of)
     }
 }
 
@@ -67,21 +67,17 @@ impl ItemStage for Observe {
     type Shared = Model;
     type Item = Strike;
     type Output = Option<Observation>;
-    type Error = EvaluateError;
+    type Error = JudgeError;
 
     fn run_items(
         &self,
         model: &Model,
         strikes: &[&Strike],
         progress: &Progress,
-    ) -> Result<Vec<Option<Observation>>, EvaluateError> {
+    ) -> Result<Vec<Option<Observation>>, JudgeError> {
         let residual = model.residual.as_ref();
         let alone = Simulator::new(&model.rig, &model.world)?;
-        let observer = Observer::about(&ResidualModel::simulator(
-            &model.rig,
-            &model.world,
-            residual,
-        )?);
+        let observer = Observer::about(&model.simulator()?);
         let observe = |strike: &&Strike| {
             let (initial, sent) = (strike.initial, strike.command);
             let sent = match residual {
@@ -105,13 +101,12 @@ impl ItemStage for Observe {
 
 fn each<T: Send>(
     model: &Model,
-    judges: &[&Judge],
+    strikes: &[&HeldOut],
     progress: &Progress,
-    answer: impl Fn(&mut Worker<'_>, &Judge) -> T + Sync,
-) -> Result<Vec<T>, EvaluateError> {
-    let simulator = ResidualModel::simulator(&model.rig, &model.world, model.residual.as_ref())?;
-    Ok(simulator.map(judges, |worker, judge| {
-        let answer = answer(worker, judge);
+    answer: impl Fn(&mut Worker<'_>, &HeldOut) -> T + Sync,
+) -> Result<Vec<T>, JudgeError> {
+    Ok(model.simulator()?.map(strikes, |worker, strike| {
+        let answer = answer(worker, strike);
         progress.inc(1);
         answer
     }))

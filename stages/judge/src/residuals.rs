@@ -5,21 +5,11 @@
 //! measured path. A strike whose path the world cannot reach has no residual; it is excluded by name, with the solve's
 //! status. Rows in = residuals + excluded.
 
-mod launch;
-
-use std::f64::consts::{PI, TAU};
-
-use serde::{Deserialize, Serialize};
-use stage::{Progress, Stage};
-use values::Strike;
+use values::{Residual, Strike, wrap_angle};
 use world::{Solution, SolveStatus};
 
-pub use launch::{LaunchItem, LaunchResidual, Launches, Shared};
-pub use values::Residual;
-
 /// A strike without a residual.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct ExcludedStrike {
     /// The strike.
     pub strike_id: String,
@@ -30,8 +20,7 @@ pub struct ExcludedStrike {
 }
 
 /// What becomes of all strikes, in their order.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct ResidualTable {
     /// Strikes with a residual.
     pub rows: Vec<Residual>,
@@ -39,54 +28,12 @@ pub struct ResidualTable {
     pub excluded: Vec<ExcludedStrike>,
 }
 
-/// Why no residuals were computed. Texts complete "failed to …".
-#[derive(Debug, thiserror::Error)]
-pub enum ResidualError {
-    /// Each strike needs its solution.
-    #[error(
-        "compute residuals: {strikes} strikes but {solutions} solutions; solve again for these strikes"
-    )]
-    Unpaired {
-        /// Number of strikes.
-        strikes: usize,
-        /// Number of solutions.
-        solutions: usize,
-    },
-}
-
-/// The stage. It has no settings; its input is the strikes and their solutions, both in the same order.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub struct Residuals {}
-
-impl Stage for Residuals {
-    const NAME: &'static str = "residual";
-    const VERSION: u32 = 1;
-    type Input = (Vec<Strike>, Vec<Solution>);
-    type Output = ResidualTable;
-    type Error = ResidualError;
-
-    fn run(
-        &self,
-        (strikes, solutions): &Self::Input,
-        _: &Progress,
-    ) -> Result<ResidualTable, ResidualError> {
-        residuals(strikes, solutions)
-    }
-}
-
-/// The residuals of strikes and the solutions of their paths, both in the same order.
-pub fn residuals(
-    strikes: &[Strike],
-    solutions: &[Solution],
-) -> Result<ResidualTable, ResidualError> {
-    if strikes.len() != solutions.len() {
-        return Err(ResidualError::Unpaired {
-            strikes: strikes.len(),
-            solutions: solutions.len(),
-        });
-    }
+/// The residuals of strikes, each with the solution of its path.
+pub fn residuals<'a>(
+    solved: impl IntoIterator<Item = (&'a Strike, &'a Solution)>,
+) -> ResidualTable {
     let mut all = ResidualTable::default();
-    for (strike, solution) in strikes.iter().zip(solutions) {
+    for (strike, solution) in solved {
         if solution.status == SolveStatus::Solved {
             all.rows.push(residual(strike, solution));
         } else {
@@ -97,7 +44,7 @@ pub fn residuals(
             });
         }
     }
-    Ok(all)
+    all
 }
 
 fn residual(strike: &Strike, solution: &Solution) -> Residual {
@@ -107,19 +54,15 @@ fn residual(strike: &Strike, solution: &Solution) -> Residual {
         speed_sim: solution.command.speed,
         angle_sim: solution.command.angle,
         d_speed: strike.command.speed - solution.command.speed,
-        d_angle: wrap(strike.command.angle - solution.command.angle),
+        d_angle: wrap_angle(strike.command.angle - solution.command.angle),
         split: strike.split,
     }
 }
 
-/// An angle in rad, turned into (−π, π].
-pub fn wrap(angle: f64) -> f64 {
-    let turned = angle.rem_euclid(TAU);
-    if turned > PI { turned - TAU } else { turned }
-}
-
 #[cfg(test)]
 mod tests {
+    use std::f64::consts::TAU;
+
     use values::{Command, Conditions, Point, Split, Track};
 
     use super::*;
@@ -151,11 +94,11 @@ mod tests {
 
     #[test]
     fn a_residual_is_what_was_commanded_less_what_the_world_would_command() {
-        let all = residuals(
-            &[strike("a", 0.8, 0.3)],
-            &[solution(0.7, 0.25, SolveStatus::Solved)],
-        )
-        .expect("paired");
+        let (strike, solution) = (
+            strike("a", 0.8, 0.3),
+            solution(0.7, 0.25, SolveStatus::Solved),
+        );
+        let all = residuals([(&strike, &solution)]);
         let [row] = &all.rows[..] else {
             panic!("one row")
         };
@@ -170,17 +113,12 @@ mod tests {
 
     #[test]
     fn angles_across_the_seam_differ_by_little() {
-        let across = residuals(
-            &[strike("a", 0.8, 3.1)],
-            &[solution(0.8, -3.1, SolveStatus::Solved)],
-        )
-        .expect("paired");
+        let (strike, solution) = (
+            strike("a", 0.8, 3.1),
+            solution(0.8, -3.1, SolveStatus::Solved),
+        );
+        let across = residuals([(&strike, &solution)]);
         assert!((across.rows[0].d_angle - (6.2 - TAU)).abs() < 1e-12);
-        assert_eq!(wrap(PI), PI);
-        assert_eq!(wrap(-PI), PI);
-        assert_eq!(wrap(0.0), 0.0);
-        assert!((wrap(-0.3) + 0.3).abs() < 1e-12);
-        assert!((wrap(7.0 - 6.0 * TAU) - (7.0 - TAU)).abs() < 1e-9);
     }
 
     #[test]
@@ -197,7 +135,7 @@ mod tests {
             solution(0.5, 0.0, SolveStatus::Solved),
             diverged,
         ];
-        let all = residuals(&strikes, &solutions).expect("paired");
+        let all = residuals(strikes.iter().zip(&solutions));
         assert_eq!(all.rows.len(), 1);
         let excluded: Vec<_> = all
             .excluded
@@ -211,10 +149,5 @@ mod tests {
                 ("c", SolveStatus::Diverged, None)
             ]
         );
-    }
-
-    #[test]
-    fn strikes_without_solutions_are_an_error() {
-        assert!(residuals(&[strike("a", 0.8, 0.0)], &[]).is_err());
     }
 }
