@@ -20,6 +20,9 @@ use crate::{
     screen::{Chance, screen, screen_by},
 };
 
+/// Values of a model beside which no rivals are asked.
+const MANY: usize = 40;
+
 /// Asks each last resort whether it stands better than all effects of its kind together, which hold less than what explains a gap of what
 /// it gains; where no effect is held, whether it stands at all.
 pub(crate) fn with_last_resorts<'a>(
@@ -139,7 +142,12 @@ fn in_place_of_its_kind(
     let Some(reduced) = prepared.fit_from(fitted, &model)? else {
         return Ok(None);
     };
+    let held = (fitted.likelihood() - reduced.likelihood() - by_chance).max(0.0);
     let screened = screen(prepared, &reduced, std::slice::from_ref(candidate))?;
+    // A fit of many values costs much: not where a linear step promises less than what is there.
+    if screened.iter().all(|screened| screened.gain() < held) {
+        return Ok(None);
+    }
     let criteria = FitCriteria {
         required: &[candidate.name],
         ..FitCriteria::default()
@@ -148,7 +156,7 @@ fn in_place_of_its_kind(
     Ok(fits.into_iter().next().map(|fit| {
         let gain = Gain {
             alone: fit.fitted.likelihood() - reduced.likelihood(),
-            held: (fitted.likelihood() - reduced.likelihood() - by_chance).max(0.0),
+            held,
         };
         (fit.fitted, gain)
     }))
@@ -171,5 +179,7 @@ fn with_fitted<'a>(
         fitted,
         effects: Vec::new(),
     };
-    refine(other, candidates, chance, 0)
+    // Beside a field of many values each rival costs as much as all.
+    let is_large = other.fitted.model.free.len() > MANY;
+    refine(other, if is_large { &[] } else { candidates }, chance, 0)
 }

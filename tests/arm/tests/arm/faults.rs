@@ -101,7 +101,7 @@ fn one(maker: Maker, name: &str, step: Step, fault: Fault) -> Row {
     // What does not concern the step, or was over before it, may end the strike or not; what counts is that nothing moves on after the end.
     let harmless = !came
         || match step {
-            // What was broken, or who pressed stop, before the program was started.
+            // What was broken or off, or who pressed stop, before the program was started.
             Step::Connect => matches!(
                 fault,
                 Fault::Reset
@@ -111,6 +111,7 @@ fn one(maker: Maker, name: &str, step: Step, fault: Fault) -> Row {
                     | Fault::TooSlow
                     | Fault::Delayed
                     | Fault::Burst
+                    | Fault::Rebooted
             ),
             // Reports that were held are waited for.
             Step::Check | Step::Enable => {

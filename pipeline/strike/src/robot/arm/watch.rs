@@ -317,3 +317,54 @@ fn watch_time(shared: &Shared, interrupted: &AtomicBool) {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::sync::mpsc::{self, Receiver};
+
+    use super::*;
+    use crate::robot::arm::{Pose, Turn};
+
+    /// Reports that come when the test sends their clocks.
+    struct Sent(Receiver<f64>);
+
+    impl Reports for Sent {
+        fn next(&mut self) -> io::Result<Report> {
+            let clock = self.0.recv().map_err(io::Error::other)?;
+            Ok(Report {
+                clock,
+                pose: Pose {
+                    at: [0.0; 3],
+                    turn: Turn::vector([0.0; 3]),
+                },
+                velocity: [0.0; 3],
+                condition: Condition::Ready,
+            })
+        }
+    }
+
+    #[test]
+    fn a_report_that_was_held_on_its_way_is_no_news() {
+        let (send, sent) = mpsc::channel();
+        let begun = Instant::now();
+        let clock = || begun.elapsed().as_secs_f64();
+        let outlet = Outlet::new(Vec::new());
+        let watch = Watch::start(Box::new(Sent(sent)), outlet, Arc::default()).expect("starts");
+        let news = |at: &dyn Fn() -> f64| {
+            thread::scope(|scope| {
+                let asked = scope.spawn(|| watch.next(Duration::from_millis(200)));
+                while !asked.is_finished() {
+                    send.send(at()).expect("is read");
+                    thread::sleep(Duration::from_millis(4));
+                }
+                asked.join().expect("ends")
+            })
+        };
+        // A machine that stalls makes reports late by itself.
+        assert!((0..100).any(|_| news(&clock).is_ok()));
+        // Ten seconds old: what was before it is not taken for what is.
+        assert!(news(&|| clock() - 10.0).is_err());
+        assert!((0..100).any(|_| news(&clock).is_ok()));
+        drop(send);
+    }
+}

@@ -9,13 +9,12 @@ use std::io::{self, Write};
 use std::net::TcpStream;
 use std::time::{Duration, Instant};
 
-use rtde::{LIFE, Stream};
+use rtde::{LIFE, Stream, number};
 
 use super::arm::{
     Arm, ArmLimits, CONNECT, Identity, LineRequest, Outlet, Ports, Pose, Reports, Status, connect,
     connect_unread, listen, version_in,
 };
-use crate::epoch::Epoch;
 
 /// How the arm brakes when it is stopped, in m/s².
 const BRAKE: f64 = 8.0;
@@ -33,11 +32,6 @@ pub struct Ur {
     patience: Duration,
     script: TcpStream,
     outlet: Outlet,
-}
-
-/// A number that no earlier program used: what it wrote still stands in its register.
-fn number() -> i32 {
-    (Epoch::now().stamp(Instant::now()) / 1_000_000 % 100_000_000) as i32
 }
 
 /// A script that replaces the one that runs, and after its lines waits for the next one, shown by an echo of the signs of life. Without

@@ -4,7 +4,9 @@
 
 use std::io::{self, Read, Write};
 use std::net::TcpStream;
+use std::time::Instant;
 
+use crate::epoch::Epoch;
 use crate::robot::arm::{Condition, Pose, Report, Reports, Said, garbage, read_frame};
 
 /// Samples a second.
@@ -46,6 +48,11 @@ pub(super) struct Sample {
     pub(super) answer: i32,
 }
 
+/// A number that no earlier program used: what it wrote still stands in its register.
+pub(super) fn number() -> i32 {
+    (Epoch::now().stamp(Instant::now()) / 1_000_000 % 100_000_000) as i32
+}
+
 /// A stream of samples.
 #[derive(Debug)]
 pub(super) struct Stream {
@@ -61,8 +68,7 @@ impl Stream {
     /// Agrees on the recipe, and starts. Errors where the controller does not know a quantity, or where another program gives the sign
     /// of life.
     pub(super) fn start(mut stream: TcpStream, gives_life: bool) -> io::Result<Self> {
-        let accepted = ask(&mut stream, b'V', &2u16.to_be_bytes())?;
-        if accepted.first() != Some(&1) {
+        if ask(&mut stream, b'V', &2u16.to_be_bytes())?.first() != Some(&1) {
             return Err(garbage("it does not speak version 2 of RTDE"));
         }
         let (names, kinds): (Vec<_>, Vec<_>) = RECIPE.into_iter().unzip();
@@ -78,7 +84,7 @@ impl Stream {
             stream,
             recipe,
             inputs,
-            life: super::number(),
+            life: number(),
             without_program: REPLACED,
         })
     }
