@@ -214,7 +214,7 @@ impl Case<'_, '_> {
         // form than the one that was drawn.
         // Where no command was repeated, what no question finds is taken for scatter, so that stops alone cannot say that there is no gap: tracks that
         // leave the world's by far more than the camera's noise do. A box may tip on its way.
-        let are_tracks_other = rig.object.shape != Shape::Box
+        let are_tracks_other = rig.object.shape() != Shape::Box
             && !question::has_repeats(prepared)
             && self.p_value.is_real()
             && null.estimated.components.camera > self.stage.thresholds.astray * rig.camera.noise;

@@ -108,9 +108,9 @@ fn places(from: Point, to: Point) -> impl Iterator<Item = Point> {
 /// Distance (m) from the tip's centre to the object that lies at the plan's start.
 fn to_object(rig: &Rig, plan: &Plan, at: Point) -> f64 {
     let apart = at - plan.from;
-    match rig.object.half_size {
-        None => apart.norm() - rig.object.radius.unwrap(),
-        Some([x, y, _]) => {
+    match rig.object.solid.half_sides() {
+        None => apart.norm() - rig.object.solid.reach(),
+        Some([x, y]) => {
             let (sin, cos) = plan.yaw.unwrap_or(0.0).sin_cos();
             let (u, v) = (cos * apart.x + sin * apart.y, cos * apart.y - sin * apart.x);
             let (beyond_u, beyond_v) = (u.abs() - x, v.abs() - y);
@@ -128,7 +128,7 @@ fn wrong(rig: &Rig, plan: &Plan, here: Point) -> Option<String> {
         .and_then(|()| places(here, plan.start).find_map(|at| too_near(rig, at)));
     // A ball is struck at the height of the tip, where it may be narrower: the others are met in plan view.
     let clear = |at| to_object(rig, plan, at) - rig.striker.radius;
-    let is_flat = rig.object.shape != Shape::Sphere;
+    let is_flat = rig.object.shape() != Shape::Sphere;
     let before = places(plan.start, plan.pre_strike)
         .map(clear)
         .fold(f64::INFINITY, f64::min);
