@@ -9,14 +9,11 @@ use std::collections::BTreeMap;
 use statrs::statistics::{Data, OrderStatistics};
 
 use crate::{
-    score::Replicates,
+    score::{DRAWN, FLIPPED, Replicates},
     screen::{Chance, Screened},
     smooth::{Dependence, covariate::Covariate},
 };
 
-/// Residuals drawn, and flips. With 299 drawn, a probability below 1 % is at most one of them beyond.
-pub(crate) const DRAWN: usize = 299;
-pub(crate) const FLIPPED: usize = 499;
 /// A gap is real below this probability by drawn residuals, if it is below the other by flipped signs.
 pub(crate) const REAL: f64 = 0.01;
 pub(crate) const CONFIRMED: f64 = 0.05;

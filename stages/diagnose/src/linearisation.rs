@@ -145,7 +145,12 @@ impl Linearisation {
                     derivatives: Arc::clone(&self.whitened[i].derivatives),
                     residual: whitening.column(&raw.residual),
                 };
-                let products = self.products[i].with_residual(&whitened);
+                let products = self.products[i].beside(
+                    &whitened.nuisances,
+                    &whitened.values,
+                    &[],
+                    &whitened.residual,
+                );
                 Some((raw, (whitened, products)))
             })
             .collect();
@@ -178,10 +183,17 @@ pub(crate) fn products_under(
         .collect()
 }
 
-/// The effects of a model, and those of a model a step beside for each value, with its values and the step.
+/// The effects of a model, and those of a model a step beside for each value.
 struct Effects {
     here: Vec<Box<dyn Effect>>,
-    beside: Vec<(Vec<f64>, Vec<Box<dyn Effect>>, f64)>,
+    beside: Vec<Stepped>,
+}
+
+/// A model's values, one of them a step away, and its effects there.
+struct Stepped {
+    values: Vec<f64>,
+    effects: Vec<Box<dyn Effect>>,
+    step: f64,
 }
 
 impl Effects {
@@ -194,8 +206,11 @@ impl Effects {
                 free.step
             };
             values[place] += step;
-            let effects = model.effects(prepared.rig, &values)?;
-            Ok((values, effects, step))
+            Ok(Stepped {
+                effects: model.effects(prepared.rig, &values)?,
+                values,
+                step,
+            })
         });
         Ok(Self {
             beside: beside.collect::<Result<_, WorldError>>()?,
@@ -242,8 +257,12 @@ impl<'w, 'a> Worlds<'w, 'a> {
             prepared,
             here: prepared.planar(&model.values, &effects.here),
             beside: beside
-                .map(|(place, (values, effects, step))| {
-                    (prepared.planar(values, effects), source(place), *step)
+                .map(|(place, at)| {
+                    (
+                        prepared.planar(&at.values, &at.effects),
+                        source(place),
+                        at.step,
+                    )
                 })
                 .collect(),
             clock: model.values[CLOCK],
@@ -426,7 +445,13 @@ impl Linearised {
 impl Whitened {
     /// All that a fit needs of a strike.
     pub(crate) fn products(&self, whitening: &Whitening, path: &Path) -> Products {
-        Products::new(self, whitening, path)
+        Products::new(
+            &self.nuisances,
+            &self.values,
+            &self.residual,
+            whitening,
+            path,
+        )
     }
 }
 

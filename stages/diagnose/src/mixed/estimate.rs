@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector, SVector, Vector3};
 
 use super::{
     components::{ESTIMATED, GREATEST, LEAST, NEGLIGIBLE, NUISANCES, VarianceComponents},
-    marginal::{Marginal, Prior},
+    marginal::{Marginal, Prior, likeliest},
     products::Products,
     reduced::{OWN_FRICTION, Reduced, Sums},
 };
@@ -56,7 +56,7 @@ pub(crate) fn estimate_within(
     for iteration in 0..iterations {
         let sums = Sums::new(&reduced, &components);
         let before = components.wander;
-        let (wander, marginal) = sums.likeliest(&components, prior)?;
+        let (wander, marginal) = likeliest(&sums, &components, prior)?;
         components.wander = wander;
         let full = DVector::from_iterator(p + 1, marginal.beta.iter().map(|b| -b).chain([1.0]));
         let gamma = marginal.path();

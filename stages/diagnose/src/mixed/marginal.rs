@@ -2,7 +2,10 @@
 
 use nalgebra::{Cholesky, Const, DMatrix, DVector, SMatrix};
 
-use super::reduced::Sums;
+use super::{
+    components::{LEAST, VarianceComponents},
+    reduced::Sums,
+};
 use crate::wander::{PATHS, Path};
 
 /// A Gaussian on β, to keep what the data do not determine near its start.
@@ -25,6 +28,35 @@ pub(super) struct Marginal {
     pub(super) beta: DVector<f64>,
     /// Logarithm of the likelihood at β.
     pub(super) likelihood: f64,
+}
+
+/// Factors of the wander's standard deviation that are tried at each iteration: expectation and maximisation would creep.
+const WANDERS: [f64; 5] = [0.5, 0.8, 1.0, 1.25, 2.0];
+
+/// The wander, near to the one that stands, under which all is likeliest.
+pub(super) fn likeliest(
+    sums: &Sums,
+    from: &VarianceComponents,
+    prior: &Prior,
+) -> Option<(f64, Marginal)> {
+    let mut tried = WANDERS.map(|factor| (from.wander * factor).clamp(LEAST, from.greatest_wander));
+    tried.sort_by(f64::total_cmp);
+    let mut best: Option<(f64, Marginal)> = None;
+    for (i, wander) in tried.iter().enumerate() {
+        if i > 0 && tried[i - 1] == *wander {
+            continue;
+        }
+        let Some(marginal) = Marginal::new(sums, *wander, prior) else {
+            continue;
+        };
+        if best
+            .as_ref()
+            .is_none_or(|(_, best)| marginal.likelihood >= best.likelihood)
+        {
+            best = Some((*wander, marginal));
+        }
+    }
+    best
 }
 
 impl Marginal {

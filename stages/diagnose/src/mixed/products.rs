@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector, DVectorView};
 
 use super::components::{FRICTION, NUISANCES, Small, VarianceComponents};
-use crate::{linearisation::Whitened, noise::Whitening, wander::Path};
+use crate::{noise::Whitening, wander::Path};
 
 /// The products of one strike's columns: those of β, then the residual.
 #[derive(Clone, Debug)]
@@ -22,9 +22,14 @@ pub(crate) struct Products {
 }
 
 impl Products {
-    /// Of a strike's columns.
-    pub(crate) fn new(strike: &Whitened, whitening: &Whitening, path: &Path) -> Self {
-        let g = &strike.nuisances;
+    /// `g`: a column for each nuisance; `x`: those of β; rows are coordinates of frames, whitened.
+    pub(crate) fn new(
+        g: &DMatrix<f64>,
+        x: &DMatrix<f64>,
+        residual: &DVector<f64>,
+        whitening: &Whitening,
+        path: &Path,
+    ) -> Self {
         let mut products = Self {
             gg: Small::zeros(),
             gx: DMatrix::zeros(NUISANCES, 0),
@@ -39,32 +44,31 @@ impl Products {
                 products.gg[(j, i)] = products.gg[(i, j)];
             }
         }
-        let columns: Vec<_> = strike.values.column_iter().collect();
-        products.extended(strike, 0, &columns, &strike.residual)
+        let columns: Vec<_> = x.column_iter().collect();
+        products.extended([g, &x.columns(0, 0).into_owned()], &columns, residual)
     }
 
-    /// With other columns and residual after the first `kept` of the strike's own.
+    /// With other columns and residual after those of β that are kept.
     fn extended(
         &self,
-        strike: &Whitened,
-        kept: usize,
+        [g, kept]: [&DMatrix<f64>; 2],
         columns: &[DVectorView<'_, f64>],
         residual: &DVector<f64>,
     ) -> Self {
-        let count = kept + columns.len() + 1;
+        let (own, count) = (kept.ncols(), kept.ncols() + columns.len() + 1);
         let mut more = self.clone();
         more.gx.resize_horizontally_mut(count, 0.0);
         more.xx.resize_mut(count, count, 0.0);
         let residual = residual.column(0);
         let of = |j: usize| match j {
-            _ if j < kept => strike.values.column(j),
-            _ if j + 1 < count => columns[j - kept],
+            _ if j < own => kept.column(j),
+            _ if j + 1 < count => columns[j - own],
             _ => residual,
         };
-        for j in kept..count {
+        for j in own..count {
             let column = of(j);
             for i in 0..NUISANCES {
-                more.gx[(i, j)] = strike.nuisances.column(i).dot(&column);
+                more.gx[(i, j)] = g.column(i).dot(&column);
             }
             for i in 0..=j {
                 let dot = of(i).dot(&column);
@@ -75,19 +79,15 @@ impl Products {
         more
     }
 
-    /// With the residual that the strike has now.
-    pub(crate) fn with_residual(&self, strike: &Whitened) -> Self {
-        self.extended(strike, strike.values.ncols(), &[], &strike.residual)
-    }
-
-    /// With columns of β beside the strike's own, and another residual.
+    /// With columns of β beside the strike's own (`g` and `x` as they were), and another residual.
     pub(crate) fn beside(
         &self,
-        strike: &Whitened,
+        g: &DMatrix<f64>,
+        x: &DMatrix<f64>,
         columns: &[DVectorView<'_, f64>],
         residual: &DVector<f64>,
     ) -> Self {
-        self.extended(strike, strike.values.ncols(), columns, residual)
+        self.extended([g, x], columns, residual)
     }
 
     /// With so many columns of nothing beside the strike's own.

@@ -4,8 +4,7 @@
 use nalgebra::{DMatrix, DVector, Matrix3, SMatrix, SVector, Vector3};
 
 use super::{
-    components::{ESTIMATED, FRICTION, LEAST, NUISANCES, VarianceComponents},
-    marginal::{Marginal, Prior},
+    components::{ESTIMATED, FRICTION, NUISANCES, VarianceComponents},
     products::Products,
 };
 use crate::wander::{PATHS, Path};
@@ -15,9 +14,6 @@ const OUT: [usize; 3] = [2, 3, 4];
 /// Place of friction among the nuisances that stay.
 pub(super) const OWN_FRICTION: usize = 2;
 const _: () = assert!(ESTIMATED[OWN_FRICTION] == FRICTION);
-
-/// Factors of the wander's standard deviation that are tried at each iteration: expectation and maximisation would creep.
-const WANDERS: [f64; 5] = [0.5, 0.8, 1.0, 1.25, 2.0];
 
 /// One strike's clock and resting place, integrated out.
 pub(super) struct Out {
@@ -74,18 +70,16 @@ impl<'s> Reduced<'s> {
             let taken = inverse * between;
             let mut own = part(ESTIMATED, ESTIMATED) - between.tr_mul(&taken);
             own.fill_lower_triangle_with_upper_triangle();
-            let first = reduced.cross.len();
             let mut seen = Vec::with_capacity(columns);
             for column in strike.gx.column_iter() {
                 let of = |places: [usize; 3]| Vector3::from(places.map(|k| column[k]));
                 seen.push(of(OUT));
                 reduced.cross.push(of(ESTIMATED) - taken.tr_mul(&of(OUT)));
             }
-            debug_assert_eq!(reduced.cross.len(), first + columns);
             for j in 0..columns {
                 let shrunk = inverse * seen[j];
-                for i in 0..=j {
-                    reduced.pooled[(i, j)] += strike.xx[(i, j)] - seen[i].dot(&shrunk);
+                for (i, other) in seen[..=j].iter().enumerate() {
+                    reduced.pooled[(i, j)] += strike.xx[(i, j)] - other.dot(&shrunk);
                 }
             }
             reduced.rows += strike.rows;
@@ -186,38 +180,5 @@ impl Sums {
         explained.fill_lower_triangle_with_upper_triangle();
         sums.all = (&reduced.pooled - explained) * precision;
         sums
-    }
-
-    /// The wander, near to this one, under which all is likeliest.
-    pub(super) fn likeliest(
-        &self,
-        from: &VarianceComponents,
-        prior: &Prior,
-    ) -> Option<(f64, Marginal)> {
-        let mut tried = WANDERS.map(|factor| from.bounded_wander(from.wander * factor));
-        tried.sort_by(f64::total_cmp);
-        let mut best: Option<(f64, Marginal)> = None;
-        for (i, wander) in tried.iter().enumerate() {
-            if i > 0 && tried[i - 1] == *wander {
-                continue;
-            }
-            let Some(marginal) = Marginal::new(self, *wander, prior) else {
-                continue;
-            };
-            if best
-                .as_ref()
-                .is_none_or(|(_, best)| marginal.likelihood >= best.likelihood)
-            {
-                best = Some((*wander, marginal));
-            }
-        }
-        best
-    }
-}
-
-impl VarianceComponents {
-    /// A standard deviation of the wander within what it may be.
-    fn bounded_wander(&self, wander: f64) -> f64 {
-        wander.clamp(LEAST, self.greatest_wander)
     }
 }

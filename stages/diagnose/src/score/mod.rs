@@ -13,7 +13,7 @@ mod strike;
 
 pub(crate) use columns::{ColumnScores, RandomColumns, Score, StrikeColumns};
 pub(crate) use deviations::Deviations;
-pub(crate) use replicates::Replicates;
+pub(crate) use replicates::{DRAWN, FLIPPED, Replicates};
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -26,7 +26,6 @@ use self::{
     strike::StrikeAtFit,
 };
 use crate::{
-    evidence::DRAWN,
     fit::{Fitted, HELD, prior},
     mixed::{self, Estimated, Prior},
     model::CLOCK,
@@ -226,7 +225,12 @@ impl<'f, 'a> ScoreTest<'f, 'a> {
                     residual -= columns.column(k);
                 }
                 let free: Vec<_> = free.iter().map(|k| columns.column(*k)).collect();
-                products.beside(at.whitened, &free, &residual)
+                products.beside(
+                    &at.whitened.nuisances,
+                    &at.whitened.values,
+                    &free,
+                    &residual,
+                )
             })
             .collect();
         let mut own = prior(&self.fitted.model);

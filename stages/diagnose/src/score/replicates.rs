@@ -7,6 +7,10 @@ use rand_distr::{ChiSquared, Distribution, StandardNormal};
 
 use super::columns::RandomColumns;
 
+/// Residuals drawn, and flips. With 299 drawn, a probability below 1 % is at most one of them beyond.
+pub(crate) const DRAWN: usize = 299;
+pub(crate) const FLIPPED: usize = 499;
+
 /// How many residuals are drawn, and how many times signs are flipped.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Replicates {
