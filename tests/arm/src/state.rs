@@ -310,7 +310,12 @@ impl State {
                 self.events.push((Instant::now(), Event::Lifeless));
                 self.halt();
             }
-            (true, true) if !self.is_made(Fault::NeverReady) => self.registers[1] = life,
+            // It takes a moment to begin.
+            (true, true)
+                if !self.is_made(Fault::NeverReady) && script.begun.elapsed() > 2 * REPLACED =>
+            {
+                self.registers[1] = life;
+            }
             _ => {}
         }
     }

@@ -325,7 +325,7 @@ impl<D: Arm> Guarded<D> {
             self.is_nobodys()?;
             match last.report.condition {
                 Condition::Ready => break,
-                Condition::Moving => {
+                Condition::Moving if norm(last.report.velocity) > SLOW => {
                     return Err(
                         "the arm moves, and no line was sent: another program drives it".into(),
                     );
