@@ -4,12 +4,12 @@
 use judge::{Candidate, HeldOut, Model, stop_errors};
 use serde::{Deserialize, Serialize};
 use stage::Run;
-use values::{Point, Split, Strike};
+use sysid::Fit;
+use values::{Point, Split, StopErrors, Strike};
 use world::World;
 
 use crate::Error;
 use crate::growth::latest;
-use crate::results::Worlds;
 
 /// Fewer held-out strikes judge nothing.
 const LEAST: usize = 8;
@@ -49,7 +49,8 @@ pub struct FirstVersion {
 pub fn judge(
     run: &Run,
     strikes: &[Strike],
-    worlds: &Worlds,
+    fit: &Fit,
+    floor: Option<StopErrors>,
     candidate: &Candidate,
 ) -> Result<FirstVersion, Error> {
     let held_out = strikes.iter().filter(|strike| strike.split != Split::Train);
@@ -70,13 +71,11 @@ pub fn judge(
         }
     }
     let [error, plain, nominal] = sums.map(|sum| (count > 0).then(|| sum / count as f64));
-    let fit = &worlds.fit;
     let is_unbounded = |name: &&String| {
         let estimate = fit.world.parameters.get(*name);
         let ends = estimate.and_then(|estimate| estimate.low.zip(estimate.high));
         !ends.is_some_and(|(low, high)| low.is_finite() && high.is_finite())
     };
-    let floor = worlds.evaluation.as_ref().and_then(|e| e.noise_floor);
     Ok(FirstVersion {
         passed: false,
         strikes: strikes.len(),

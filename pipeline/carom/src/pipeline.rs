@@ -147,7 +147,8 @@ fn beyond_worlds(
     let mut models = models(rig, worlds).into_iter();
     let candidate = models.find(|candidate| candidate.name == used);
     let candidate = candidate.ok_or_else(|| Error::failed("publish: no model was learnt"))?;
-    let gate = first_version::judge(run, strikes, worlds, &candidate)?;
+    let floor = contents.provenance.noise_floor;
+    let gate = first_version::judge(run, strikes, &worlds.fit, floor, &candidate)?;
     worlds.version = Some(NewVersion { contents, gate });
     Ok(())
 }

@@ -1,11 +1,8 @@
-//! Where a model says a logged strike stops.
+//! Strikes that judge, and what a model says of where one stops.
 
 use serde::{Deserialize, Serialize};
-use store::Networks;
 use values::{Command, Conditions, Point, Strike};
 use world::{Worker, WorldError};
-
-use crate::inverse;
 
 /// How a prediction ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -60,36 +57,6 @@ impl From<&Strike> for HeldOut {
             command: strike.command,
             conditions: strike.conditions.clone(),
         }
-    }
-}
-
-/// The stop, or the place at the track's end, that a model predicts for the command that was sent: the worker's world alone, in which a launch map already acts, or with
-/// networks.
-pub fn predict(
-    worker: &mut Worker<'_>,
-    networks: Option<&Networks>,
-    strike: &HeldOut,
-) -> Predicted {
-    let HeldOut {
-        initial,
-        command,
-        conditions,
-        ends,
-        ..
-    } = strike;
-    // Networks know of stops alone.
-    if let (Some(networks), None) = (networks, ends) {
-        return inverse::meant_by(worker, networks, *initial, *command, conditions);
-    }
-    let place = last_place(worker, strike, *command);
-    let status = match place {
-        Ok(_) => PredictionStatus::Simulated,
-        Err(_) => PredictionStatus::Diverged,
-    };
-    Predicted {
-        stop: place.ok(),
-        evaluations: 1,
-        status,
     }
 }
 

@@ -1,4 +1,5 @@
-//! The path for which solve + residual would have sent a command.
+//! Where a model says that a strike stops: in a world, forwards; with networks, on the path for which solve + residual would have sent the
+//! command.
 //!
 //! A robot that follows the model solves the world for (v_sim, θ_sim) and sends v = v_sim + Δv(path, v_sim, θ_sim),
 //! θ likewise. What path did it mean, if it sent (v, θ)? Each candidate (v_sim, θ_sim) has one path, its simulated
@@ -10,7 +11,8 @@ use store::Networks;
 use values::{Command, Conditions, Point, wrap_angle};
 use world::Worker;
 
-use crate::{Predicted, PredictionStatus};
+use crate::held_out::last_place;
+use crate::{HeldOut, Predicted, PredictionStatus};
 
 /// Most simulations; a residual worth its name takes two or three.
 const SIMULATIONS: u32 = 8;
@@ -28,9 +30,39 @@ const LEAST_DETERMINANT: f64 = 0.05;
 /// Speeds in m/s that a simulation is given; the solve's own bounds.
 const SPEED: (f64, f64) = (0.05, 4.0);
 
+/// The stop, or the place at the track's end, that a model predicts for the command that was sent: the worker's world alone, in
+/// which a launch map already acts, or with networks.
+pub fn predict(
+    worker: &mut Worker<'_>,
+    networks: Option<&Networks>,
+    strike: &HeldOut,
+) -> Predicted {
+    let HeldOut {
+        initial,
+        command,
+        conditions,
+        ends,
+        ..
+    } = strike;
+    // Networks know of stops alone.
+    if let (Some(networks), None) = (networks, ends) {
+        return meant_by(worker, networks, *initial, *command, conditions);
+    }
+    let place = last_place(worker, strike, *command);
+    let status = match place {
+        Ok(_) => PredictionStatus::Simulated,
+        Err(_) => PredictionStatus::Diverged,
+    };
+    Predicted {
+        stop: place.ok(),
+        evaluations: 1,
+        status,
+    }
+}
+
 /// Finds the path for which solve + residual would have sent `wanted` to an object at `initial` under the same
 /// conditions. Never fails: what cannot be met is a status, with the nearest path found.
-pub(crate) fn meant_by(
+fn meant_by(
     worker: &mut Worker<'_>,
     networks: &Networks,
     initial: Point,

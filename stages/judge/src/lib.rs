@@ -19,7 +19,8 @@ pub use error::JudgeError;
 pub use evaluate::{
     Evaluation, NewSessions, Prediction, evaluate, stop_errors, unseen_stop_errors,
 };
-pub use held_out::{HeldOut, Predicted, PredictionStatus, predict};
+pub use held_out::{HeldOut, Predicted, PredictionStatus};
+pub use inverse::predict;
 pub use items::{Observe, Predict, Repeat};
 pub use misses::{Misses, misses};
 pub use model::{Candidate, Model};
