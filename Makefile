@@ -8,6 +8,7 @@ BIN := target/debug
 
 setup:
 	@sh artifacts/world/native/install.sh .native
+	@sh artifacts/world/native/moved.sh target
 
 build: setup
 	cargo build --workspace --locked

@@ -18,7 +18,7 @@ safety limit), 75 busy: another run works in the folder.";
 /// From strike logs to a robot that strikes: identifies a simulator from logs, learns what it still gets wrong, and
 /// publishes both as a version that the `strike` executor loads.
 #[derive(Debug, Parser)]
-#[command(name = "carom", version, after_help = EXIT_CODES, after_long_help = format!("{}\n\n{EXIT_CODES}", examples(&[
+#[command(name = "carom", version = strike::BUILD, after_help = EXIT_CODES, after_long_help = format!("{}\n\n{EXIT_CODES}", examples(&[
     "carom demo --strikes 500 --seed 1 --out artifacts/demo/rig",
     "carom run artifacts/demo/rig/logs --rig artifacts/demo/rig/rig.toml --out artifacts/demo",
     "carom trial --artifacts artifacts/demo --robot sim",

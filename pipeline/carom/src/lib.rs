@@ -18,6 +18,7 @@ mod noise;
 mod output;
 mod outputs;
 mod pipeline;
+mod proposal;
 mod publishing;
 mod reading;
 mod report;

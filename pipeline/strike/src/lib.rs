@@ -30,6 +30,9 @@ mod testing;
 mod trust;
 mod watched;
 
+/// The program's version and, where it was built from a checkout, the commit.
+pub const BUILD: &str = env!("CAROM_BUILD");
+
 pub use command::CommandPlanner;
 pub use config::{Config, ConfigError};
 pub use count::take_number;
@@ -37,7 +40,7 @@ pub use epoch::Epoch;
 pub use error::PlannerError;
 pub use live::{Live, LiveError, Resting, ServerMessage, read_messages};
 pub use log::{Destination, LogError, OpenLog, WrittenLog, highest};
-pub use logs::write::{Received, Samples};
+pub use logs::write::{Lineage, Received, Samples};
 pub use plan::{Adapted, Details, FEW, Plan};
 pub use planner::Planner;
 pub use recent::{Recent, SESSION_GAP};

@@ -4,6 +4,7 @@ use std::ops::Deref;
 use std::sync::Arc;
 use std::time::{Duration, Instant, SystemTime};
 
+use logs::write::Lineage;
 use serde::Serialize;
 use store::Model;
 use values::{Command, Point, Rig};
@@ -12,7 +13,7 @@ use world::{Filter, Shift};
 use crate::epoch::Epoch;
 use crate::limits::{self, BrokenLimit};
 use crate::stroke::Stroke;
-use crate::{Reason, clearance};
+use crate::{BUILD, Reason, clearance};
 
 /// A mean of fewer strikes than this says little: at ten it is known to a fifth or so.
 pub const FEW: usize = 10;
@@ -105,6 +106,25 @@ impl Adapted {
             shift: table.mean(),
             deviations: table.deviations(),
         })
+    }
+}
+
+impl Plan {
+    /// Where a strike of this plan comes from, for its log: the program, the version and model that planned it, the target, the plan itself
+    /// and the miss that it promises (m), and the robot's name.
+    pub fn lineage(&self, robot: &str) -> Lineage {
+        let promised = self.expected_miss.map(|miss| miss.to_string());
+        [
+            ("program", format!("carom {BUILD}")),
+            ("version", self.artifact.clone()),
+            ("model", self.model.name().into()),
+            ("target", format!("[{}, {}]", self.to.x, self.to.y)),
+            ("plan", serde_json::to_string(self).unwrap_or_default()),
+            ("promised_miss", promised.unwrap_or_default()),
+            ("robot", robot.into()),
+        ]
+        .map(|(name, value)| (name.to_owned(), value))
+        .into()
     }
 }
 

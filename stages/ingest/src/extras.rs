@@ -10,6 +10,7 @@ use values::{Rig, Strike};
 
 use crate::arm::{LaunchContext, State, delay, delivered};
 use crate::order::Stamped;
+use crate::seen::TouchDelay;
 use crate::yaw::{YawSample, yaw};
 
 /// At most this many strikes wait (some 3 MB).
@@ -55,7 +56,7 @@ pub(crate) struct Extras {
     /// Strikes that went on before the states or poses of their time came.
     early: u64,
     /// Seconds from the tip's touching the object to its first motion.
-    delays: Vec<f64>,
+    delays: Vec<TouchDelay>,
 }
 
 /// The last samples of a topic that may be absent.
@@ -156,7 +157,7 @@ impl Extras {
     }
 
     /// What was seen of the delay between the arm's clock and the camera's.
-    pub(crate) fn take_delays(&mut self) -> Vec<f64> {
+    pub(crate) fn take_delays(&mut self) -> Vec<TouchDelay> {
         std::mem::take(&mut self.delays)
     }
 
@@ -178,10 +179,6 @@ impl Extras {
         let turns = self.turns.between(from, until);
         let states = self.states.between(from, until);
         let strike = &mut waiting.strike;
-        // On an object that moved, what was delivered is the command.
-        if strike.conditions.moving.is_some() {
-            return keep(waiting.strike);
-        }
         strike.track.yaw = yaw(&turns, waiting.first_motion, &strike.track.t);
         let context = LaunchContext {
             commands: &waiting.commands,

@@ -29,8 +29,20 @@ pub struct Seen {
     /// Where it was turned round, by something else than the tip.
     #[serde(default)]
     pub bounces: Vec<Bounce>,
-    /// Seconds from the tip's touching the object, by its measured place, to the object's first motion, one a strike.
-    pub delays: Vec<f64>,
+    /// From the tip's touching the object, by its measured place, to the object's first motion, one a strike.
+    pub delays: Vec<TouchDelay>,
+    /// Whether no command is logged, and what the arm did stands for it.
+    #[serde(default)]
+    pub is_by_state: bool,
+}
+
+/// How long after the tip's touch, by its measured place, an object was seen to move.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TouchDelay {
+    /// In s.
+    pub seconds: f64,
+    /// Speed of the tip, in m/s.
+    pub speed: f64,
 }
 
 /// One rise and fall of the command.

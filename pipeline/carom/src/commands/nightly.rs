@@ -53,7 +53,7 @@ pub struct NightlyArgs {
     #[arg(long, value_name = "FILE", requires = "logs")]
     pub rig: Option<PathBuf>,
     /// Folder of the run.
-    #[arg(long, value_name = "DIR", default_value = "artifacts/demo")]
+    #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
     /// Seed of the split into training and held-out strikes, and of training; goes with LOGS.
     #[arg(long, default_value_t = 0, requires = "logs")]

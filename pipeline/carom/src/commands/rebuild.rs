@@ -25,7 +25,7 @@ pub struct RebuildArgs {
     /// Version to compute again.
     pub version: String,
     /// Folder of the run that published it.
-    #[arg(long, value_name = "DIR", default_value = "artifacts/demo")]
+    #[arg(long, value_name = "DIR")]
     pub artifacts: PathBuf,
 }
 

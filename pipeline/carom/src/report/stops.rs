@@ -159,7 +159,7 @@ pub fn trial_section(trial: &Trial) -> Result<Markup, PageError> {
                         (errors_table(&rows(&new.models, trial), "refused"))
                     }
                     p.note {
-                        "Version " (trial.artifact) " struck the embedded rig (" (trial.robot) "). "
+                        "Version " (trial.artifact) " struck " (trial.robot) ". "
                         (trial.drawn) " random targets were drawn; those that the default model refused to strike at are not struck at "
                         "by any model. Every model met the same launches. The floor is the scatter of repeats of one command."
                     }

@@ -41,7 +41,7 @@ pub struct Args {
     /// Folder of a run, or a copy of its `versions/` and `latest`
     #[arg(long, value_name = "DIR")]
     pub artifacts: PathBuf,
-    /// Version to use in place of the latest
+    /// Version to use in place of the latest (`strike --version` alone prints this program's own, and the commit that it was built from)
     #[arg(long, value_name = "vNNNN")]
     pub version: Option<String>,
     /// This robot's own rig file. Refuses unless the artifact was made for the same object and striker. Its table and arm's limits

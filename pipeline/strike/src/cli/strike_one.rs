@@ -7,8 +7,9 @@ use strike::arm::{Arm, ports_of};
 use strike::ur::Ur;
 use strike::xarm::XArm;
 use strike::{
-    Choice, Destination, DryRun, Guarded, OpenLog, Plan, Planner, Reason, Received, Refusal, Robot,
-    RobotError, Samples, SimRobot, TruthSource, catch_signals, execute, take_number, tell,
+    Choice, Destination, DryRun, Guarded, Lineage, OpenLog, Plan, Planner, Reason, Received,
+    Refusal, Robot, RobotError, Samples, SimRobot, TruthSource, catch_signals, execute,
+    take_number, tell,
 };
 use values::{Point, Topics};
 
@@ -19,8 +20,13 @@ use super::{Args, Failure, REJECTED, point};
 /// Bytes of a strike's log without a camera's messages, at the most.
 const ROOM: u64 = 8 << 20;
 
-/// Plans a strike at `to`, makes it, and reports the result.
-pub fn strike_one(args: &Args, planner: &Planner, to: Point) -> Result<ExitCode, Failure> {
+/// Plans a strike at `to`, makes it, and reports the result. `manifest` is the hash of the version's.
+pub fn strike_one(
+    args: &Args,
+    planner: &Planner,
+    manifest: &str,
+    to: Point,
+) -> Result<ExitCode, Failure> {
     let watching = Watching::open(args, planner.rig())?;
     let (from, yaw) = match (&args.from, &watching) {
         (_, Some(watching)) => {
@@ -37,20 +43,29 @@ pub fn strike_one(args: &Args, planner: &Planner, to: Point) -> Result<ExitCode,
         show::plan(&plan, args.from.is_none() && watching.is_none())?;
     }
     let topics = &planner.rig().topics;
+    let about = |robot: &str| {
+        let mut lineage = plan.lineage(robot);
+        lineage.insert("manifest".into(), manifest.into());
+        let session = args.session.clone().unwrap_or_default();
+        lineage.insert("session".into(), session);
+        lineage
+    };
     let answer = match &args.robot {
         Choice::Sim(sim) => {
             let (mut robot, log) = open_sim(args, planner, sim)?;
-            strike_with(&mut robot, &plan, Some(log), None, topics)?
+            strike_with(&mut robot, &plan, Some((log, about("sim"))), None, topics)?
         }
         Choice::XArm(host) => {
             let name = format!("xarm:{host}");
             let (mut robot, log) = open_arm::<XArm>(args, planner, (&name, host), &watching)?;
-            strike_with(&mut robot, &plan, Some(log), watching.as_ref(), topics)?
+            let log = Some((log, about(&name)));
+            strike_with(&mut robot, &plan, log, watching.as_ref(), topics)?
         }
         Choice::Ur(host) => {
             let name = format!("ur:{host}");
             let (mut robot, log) = open_arm::<Ur>(args, planner, (&name, host), &watching)?;
-            strike_with(&mut robot, &plan, Some(log), watching.as_ref(), topics)?
+            let log = Some((log, about(&name)));
+            strike_with(&mut robot, &plan, log, watching.as_ref(), topics)?
         }
         Choice::DryRun => strike_with(&mut DryRun, &plan, None, None, topics)?,
     };
@@ -139,7 +154,7 @@ fn destination(args: &Args) -> Destination {
 fn strike_with(
     robot: &mut dyn Robot,
     plan: &Plan,
-    log: Option<OpenLog>,
+    log: Option<(OpenLog, Lineage)>,
     watching: Option<&Watching>,
     topics: &Topics,
 ) -> Result<Answer, Failure> {
@@ -179,12 +194,15 @@ fn strike_with(
 /// Writes what was recorded, and puts its path into the answer, or why it could not be written.
 fn keep(
     answer: &mut Answer,
-    log: Option<OpenLog>,
+    log: Option<(OpenLog, Lineage)>,
     (samples, received): (&Samples, &[Received]),
     topics: &Topics,
 ) {
-    let Some(log) = log else { return };
-    match log.write_with(samples, received, topics) {
+    let Some((log, mut lineage)) = log else {
+        return;
+    };
+    lineage.insert("robot_answered".into(), answer.robot_answered());
+    match log.about(lineage).write_with(samples, received, topics) {
         Ok(kept) => {
             answer.log = Some(kept.path);
             answer.log_moved = kept.moved.map(|why| why.to_string());

@@ -95,6 +95,13 @@ pub fn collect(
             warning,
         }) = recorded
         {
+            let answered = failed.as_ref().map_or("struck".into(), ToString::to_string);
+            let mut lineage = plan.lineage(match station.is_by_hand() {
+                true => "arm",
+                false => "sim",
+            });
+            lineage.insert("robot_answered".into(), answered);
+            let log = log.about(lineage);
             let kept = log.write_with(&samples, &received, &rig.topics)?;
             if let Some(error) = kept.moved {
                 return Err(error.into());
