@@ -248,7 +248,7 @@ fn a_log_without_commands_is_read_by_the_arms_state() {
 fn touching(truths: &[Truth], aside: f64, late: f64) -> Samples {
     let mut samples = with_states(truths, 250.0, 1.0, aside);
     let rig = common::rig();
-    let reach = rig.object.widest() + rig.striker.radius;
+    let reach = rig.object.solid.reach() + rig.striker.radius;
     let share = |s: f64| {
         let (rise, plateau) = (s.clamp(0.0, 0.15), (s - 0.15).clamp(0.0, 0.1));
         let fall = (s - 0.25).clamp(0.0, 0.15);
