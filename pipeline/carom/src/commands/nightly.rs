@@ -565,12 +565,12 @@ fn first(results: &Results, contents: &Contents, night: &mut Night) -> Result<bo
     let executor = plan_paths(&loaded(contents)?, &results.strikes);
     night.why.push(executor.sentence());
     let mut passed = executor.passed;
-    if let Some(gate) = results.version().map(|version| &version.gate) {
+    let gate = results.version().map(|version| &version.gate);
+    if let Some(gate) = gate {
         night.why.extend(gate.sentences());
         passed &= gate.passed;
     }
-    let is_waiting = results.first_version.as_ref();
-    let is_waiting = is_waiting.is_some_and(FirstVersion::is_waiting);
+    let is_waiting = gate.is_some_and(FirstVersion::is_waiting);
     night.status = if passed {
         Status::Promoted
     } else if is_waiting {
