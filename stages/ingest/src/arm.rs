@@ -5,11 +5,11 @@
 //! as far as it stands out of their noise, is added.
 
 use logs::Sample;
+use serde::{Deserialize, Serialize};
 use values::{Command, Delivered, Point, Rig, Track};
 
 use crate::order::Stamped;
 use crate::robust::median;
-use crate::seen::TouchDelay;
 use crate::time::since;
 
 /// One measured state of the tip.
@@ -37,6 +37,15 @@ impl Stamped for State {
     fn stamp(&self) -> i64 {
         self.stamp
     }
+}
+
+/// How long after the tip's touch, by its measured place, an object was seen to move.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TouchDelay {
+    /// In s.
+    pub seconds: f64,
+    /// Speed of the tip, in m/s.
+    pub speed: f64,
 }
 
 /// What is known of a strike when the arm is asked.

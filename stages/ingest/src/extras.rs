@@ -8,9 +8,8 @@ use std::collections::VecDeque;
 use logs::Sample;
 use values::{Rig, Strike};
 
-use crate::arm::{LaunchContext, State, delay, delivered};
+use crate::arm::{LaunchContext, State, TouchDelay, delay, delivered};
 use crate::order::Stamped;
-use crate::seen::TouchDelay;
 use crate::yaw::{YawSample, yaw};
 
 /// At most this many strikes wait (some 3 MB).

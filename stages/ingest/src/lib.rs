@@ -37,13 +37,14 @@ mod time;
 mod touched;
 mod yaw;
 
+pub use arm::TouchDelay;
 pub use assemble::assemble;
 pub use bounces::Bounce;
 pub use error::IngestError;
 pub use fences::{FoundFence, fences};
 pub use log::ingest_log;
 pub use outcome::{LogFile, LogOutcome, StrikeSummary};
-pub use seen::{CommandSeen, MotionSeen, Seen, TouchDelay};
+pub use seen::{CommandSeen, MotionSeen, Seen};
 pub use settings::Ingest;
 pub use strikes::Strikes;
 pub use yaw::yaw_of;

@@ -7,6 +7,7 @@ use logs::Sample;
 use serde::{Deserialize, Serialize};
 use values::{Point, Rig};
 
+use crate::arm::TouchDelay;
 use crate::bounces::Bounce;
 use crate::episode::{Episode, is_finite, speed};
 use crate::plateau::plateau;
@@ -34,15 +35,6 @@ pub struct Seen {
     /// Whether no command is logged, and what the arm did stands for it.
     #[serde(default)]
     pub is_by_state: bool,
-}
-
-/// How long after the tip's touch, by its measured place, an object was seen to move.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct TouchDelay {
-    /// In s.
-    pub seconds: f64,
-    /// Speed of the tip, in m/s.
-    pub speed: f64,
 }
 
 /// One rise and fall of the command.

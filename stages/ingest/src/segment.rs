@@ -8,7 +8,7 @@ use std::collections::VecDeque;
 use logs::Sample;
 use values::{Conditions, Point, Reject, RejectReason, Rig, Strike, split_of};
 
-use crate::arm::{State, touch_delay};
+use crate::arm::{State, TouchDelay, touch_delay};
 use crate::bounces::{Breaks, Flight, Touch};
 use crate::counts::Counts;
 use crate::end_of_data::EndOfData;
@@ -20,7 +20,7 @@ use crate::outcome::StrikeSummary;
 use crate::plateau::{at_contact, plateau};
 use crate::queue::Queue;
 use crate::rejection::Rejection;
-use crate::seen::{CommandSeen, MotionSeen, Seen, TouchDelay, Watch};
+use crate::seen::{CommandSeen, MotionSeen, Seen, Watch};
 use crate::slide::{self, Frames};
 use crate::time::seconds;
 use crate::touched::{self, TouchedStrike};
