@@ -34,7 +34,8 @@ pub const SPEC: EffectSpec = EffectSpec {
     family: Family::ForceByPlace,
     equivalent: &[],
     contains: &["table_tilt", "table_bowl"],
-    naming: Naming::LastResort,
+    // A magnet, or a lens that no form of the library has, pulls and shows alike: where it stands best, it is stated and nothing is named.
+    naming: Naming::Never,
     source: "weight on a surface of any shape, its slope small; Gaussian radial basis with a ridge",
     starts: |experiment| NODES.starts(experiment, 0.0005),
     build: |values: &Values, _: &Rig| Box::new(TableMap(NODES.field(values))),

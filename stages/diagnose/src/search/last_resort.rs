@@ -101,11 +101,11 @@ fn held_beside(selection: &Selection<'_>, candidate: &Candidate) -> Vec<&'static
         .collect()
 }
 
-/// Whether a candidate stands in the place of such an effect: of one of its kind; a surface of any shape, for which patches and edges of friction may
-/// have been taken, of those too.
+/// Whether a candidate stands in the place of such an effect: of one of its kind; a surface of any shape, for which patches and edges of friction or a
+/// lens may have been taken, of those too: beside a lens it would take what the lens's form leaves.
 fn takes_place_of(candidate: &str, held: &str) -> bool {
     match (kind(candidate), kind(held)) {
-        (Some(Family::ForceByPlace), Some(Family::FrictionByPlace)) => true,
+        (Some(Family::ForceByPlace), Some(Family::FrictionByPlace | Family::SeenByPlace)) => true,
         (candidate, held) => candidate == held,
     }
 }
