@@ -136,6 +136,8 @@ impl UnitForces {
 mod tests {
     use std::f64::consts::FRAC_PI_2;
 
+    use values::Shape;
+
     use super::*;
 
     #[test]

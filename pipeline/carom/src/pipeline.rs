@@ -99,7 +99,7 @@ fn beyond_worlds(
         )?)
     };
     let all = results.strikes.len();
-    if results.strikes.iter().any(Strike::has_stop) {
+    if Strike::most_rest(&results.strikes) {
         results.strikes.retain(Strike::has_stop);
     } else {
         if last >= Step::Evaluate {

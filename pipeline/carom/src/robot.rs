@@ -182,7 +182,7 @@ impl OwnWorld {
             seed,
             index: StrikeIndex {
                 session: 0,
-                order: strikes.map_or(0, |strikes| strikes.count as usize),
+                order: strikes.map_or(0, |strikes| strikes.count),
             },
         })
     }

@@ -11,18 +11,18 @@ use crate::{
     question::Variation,
 };
 
-/// Measured less simulated stops, in m; `None` where a strike does not rest, or not in that world. Where none rests, the ends of tracks.
+/// Measured less simulated stops, in m; `None` where a strike does not rest, or not in that world. Where most do not rest, the ends of tracks.
 pub(crate) fn stop_residuals(
     rig: &Rig,
     world: &World,
     strikes: &[&Strike],
 ) -> Result<Vec<Option<Point>>, WorldError> {
-    let none_rests = !strikes.iter().any(|strike| strike.has_stop());
+    let by_stops = Strike::most_rest(strikes.iter().copied());
     Ok(Simulator::new(rig, world)?.map(strikes, |worker, strike| {
         let (initial, command, conditions) = (strike.initial, strike.command, &strike.conditions);
         let last = match strike.ends() {
             None => worker.strike(initial, command, conditions).ok()?.stop,
-            Some(ends) if none_rests => {
+            Some(ends) if !by_stops => {
                 let simulated = worker.strike_until(initial, command, conditions, ends);
                 simulated.ok()?.at(ends)
             }

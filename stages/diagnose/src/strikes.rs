@@ -123,9 +123,9 @@ impl<'a> PreparedStrikes<'a> {
         }
     }
 
-    /// Whether a strike's last place judges a model: its stop; where none of all comes to rest, the end of its track.
+    /// Whether a strike's last place judges a model: its stop; where most do not come to rest, the end of its track.
     pub(crate) fn judges(&self, i: usize) -> bool {
-        self.strikes[i].has_stop() || !self.strikes.iter().any(|strike| strike.has_stop())
+        self.strikes[i].has_stop() || !Strike::most_rest(self.strikes.iter().copied())
     }
 
     /// Frames that are left out, over all strikes.

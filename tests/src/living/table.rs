@@ -115,7 +115,7 @@ fn measure_case(
     let mut outcomes = Vec::new();
     for recent in RECENT {
         // Each target is the next strike after those that were seen, whichever number of these: it meets the same launch.
-        for place in most..count {
+        for (place, &pair) in targets.iter().enumerate().skip(most) {
             let seen: Vec<Struck> = (place - recent..place)
                 .enumerate()
                 .map(|(order, place)| match &bad {
@@ -137,7 +137,6 @@ fn measure_case(
                 if recent == 0 && method != Method::Filter {
                     continue;
                 }
-                let pair = targets[place];
                 let planned = command(method, (&usual, &adapted), &seen, pair);
                 let Some((command, promise)) = planned else {
                     continue;

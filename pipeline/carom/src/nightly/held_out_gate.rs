@@ -239,7 +239,7 @@ mod tests {
             let session = self.sessions * normal();
             self.nights += 1;
             for strike in 0..25 {
-                let is_held_out = (self.nights * 25 + strike) % 10 == 0;
+                let is_held_out = (self.nights * 25 + strike).is_multiple_of(10);
                 let at = [(); 6].map(|()| normal());
                 self.strikes
                     .push((at, session + normal(), self.nights, is_held_out));
