@@ -64,6 +64,8 @@ const ACROSS: f64 = 8.0;
 /// A blob of less than this share of the object's picture is no object; of more than the other, not the object alone.
 const LEAST_AREA: f64 = 0.2;
 const MOST_AREA: f64 = 2.0;
+/// A blob of this share may be the object, a part of it hidden.
+const LIKE_IT: f64 = 0.4;
 /// Yaws (rad) from which a box is fitted where one along the table's axes does not do.
 const YAWS: [f64; 5] = [
     FRAC_PI_6 / 2.0,
@@ -137,6 +139,8 @@ impl Tracker {
     /// All that may be the object is fitted: it is what has its shape. Where nothing has, the reason is the largest's.
     fn likeliest(&self, scene: &Scene<'_>) -> Looked {
         let mut best: Option<Looked> = None;
+        // Blobs as large as the object that were not found to be it: one of them may be, and what was found another.
+        let mut like_it = 0;
         for (blob, pose) in self.candidates(scene) {
             let area = self.area(pose);
             let mut found = self.fit(scene, pose);
@@ -144,19 +148,25 @@ impl Tracker {
                 found.observation.centre = Err(Reason::Occluded);
             }
             let is_object = found.observation.centre.is_ok();
+            if !is_object && (LIKE_IT * area..MOST_AREA * area).contains(&blob.area) {
+                like_it += 1;
+            }
             match &mut best {
                 Some(best) if is_object && best.observation.centre.is_ok() => {
                     best.observation.centre = Err(Reason::TwoObjects);
                     return best.clone();
                 }
-                // What may be the object, hidden in part, beside another that is none.
                 Some(best) if best.observation.centre.is_ok() => {}
                 Some(best) if is_object => *best = found,
                 Some(_) => {}
                 None => best = Some(found),
             }
         }
-        best.unwrap_or_else(|| Looked::none(Reason::NoObject))
+        let mut best = best.unwrap_or_else(|| Looked::none(Reason::NoObject));
+        if best.observation.centre.is_ok() && like_it > 0 {
+            best.observation.centre = Err(Reason::TwoObjects);
+        }
+        best
     }
 
     /// Blobs that may be the object, on the table: the largest first. Where none is on the table, the largest beside it.
