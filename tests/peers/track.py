@@ -33,6 +33,7 @@ KINDS = 10  # of scenes that should not be trusted
 WRONG = 3.0  # mm
 FIRST = 500_000  # of the scenes that judge; those up to 1,000 were looked at while the marks were made
 SEED = 31  # of the demo's strikes
+BENCHES = 71  # seed of the benches that judge
 TARGETS = 400  # of the trials of both published models
 STRIKES = int(os.environ.get("STRIKES", "500"))  # fewer where time is short: the page says how many
 HEAD = """# Tracking from images, beside OpenCV
@@ -45,6 +46,9 @@ ABOUT = {
     "speed": "Median, and least to greatest of the runs. Two processes that share nothing show what the machine itself gives to two threads.",
     "accuracy": "1280 × 720, 1.2 mm a pixel. Of flat discs the rms of a coordinate against the centroid of what is seen; of the tall object the "
     "distance of its centre on the table.",
+    "benches": "Logs of whole strikes, 30 frames a second, from a renderer of polygons (`tests/peers/benches.py`) that shares no code with the other one nor "
+    "with the tracker: wood, cloth, lines, print, an arm that hides half of it at the impact, cables, JPEG 50, few pixels, blur. z² is the squared error "
+    "of a coordinate over the variance that is said of it. The last ones are set up wrong: what is not told there is not noticed.",
     "hostile": f"640 × 480, 2.4 mm a pixel, objects 40 mm tall and a ball: no object, a hand alone, two objects, two that touch, the border, a hand "
     f"and a grey arm over it, an arm of its colour, glare, the edge of a hard shadow. A centre that is given and farther than {WRONG:.0f} mm from the "
     f"object is wrong. Scenes {FIRST} and on, which took no part in making the marks. OpenCV's methods give a centre whenever something has the colour.",
@@ -59,6 +63,7 @@ HEADS = {
     "speed": ("what", "carom", "peer", "ratio", "to reach", "reached"),
     "accuracy": ("case", "carom", "OpenCV hsv", "OpenCV grabcut", "to reach", "reached"),
     "hostile": ("what", "carom", "OpenCV hsv", "OpenCV grabcut", "to reach", "reached"),
+    "benches": ("bench", "strikes kept", "frames with a centre", "wrong (> 3 mm), not marked", "mm: rms, at worst", "mean z²", "told"),
     "strikes": ("what", "from images", "from centroids", "ratio", "to reach", "reached"),
     "memory": ("what", "carom", "to reach", "reached"),
     "boards": ("what", "carom", "OpenCV", "true"),
@@ -66,6 +71,7 @@ HEADS = {
 TITLES = {
     "speed": "Frames a second",
     "accuracy": "Accuracy",
+    "benches": "Ordinary benches",
     "hostile": "Scenes that should not be trusted",
     "strikes": "Strikes from images",
     "memory": "Memory",
@@ -202,6 +208,40 @@ def hostile(small):
     ]
 
 
+def benches(small):
+    """Of every bench: strikes and frames kept, centres that are wrong and not marked, how far off, and whether deviations are what they say."""
+    folder, out = f"{OUT}/benches_{BENCHES}_{2 if small else 4}", f"{OUT}/bench_tracked.mcap"
+    known = peer("benches", folder, BENCHES, 2 if small else 4, *(("clean", "half", "pushed") if small else ()))
+    lines, sums, squares, ends = [], [0] * 5, [], ([], [])
+    for name in known["frames"]:
+        answer = run(FRAMES, "strikes", f"{folder}/{name}/log.mcap", f"{folder}/{name}/rig.toml", out)
+        truth = json.loads((ROOT / folder / name / "truth.json").read_text())
+        pairs = [(seen, frame) for seen, frame in zip(answer["frames"], truth["frames"]) if seen["x"] is not None]
+        far = [[1e3 * (seen[axis] - frame["at"][i]) for i, axis in enumerate("xy")] for seen, frame in pairs]
+        off = [(x * x + y * y) ** 0.5 for x, y in far]
+        z2 = [0.5e-6 * mm * mm / seen["deviation"] ** 2 for mm, (seen, _) in zip(off, pairs)]
+        wrong, frames = sum(mm > WRONG for mm in off), len(truth["frames"])
+        kept, of = len(answer["strikes"]), truth["strikes"]
+        rms = f"{(sum(mm * mm for mm in off) / len(off)) ** 0.5:.2f}, {max(off):.2f}" if off else "-"
+        told = "; ".join(note.split(":")[0] for note in answer["outcome"]["notes"])
+        lines.append((name, f"{kept} of {of}", f"{len(pairs)} of {frames}", str(wrong), rms, f"{statistics.mean(z2):.2f}" if z2 else "-", told))
+        if name in known["ordinary"]:
+            sums = [a + b for a, b in zip(sums, (kept, of, len(pairs), frames, wrong))]
+            squares += z2
+            for strike in answer["strikes"]:
+                own = min(range(of), key=lambda k: abs(min(f["stamp"] for f in truth["frames"] if f["strike"] == k) * 1e-9 + 0.75 - strike["t"]))
+                shots = [frame["at"] for frame in truth["frames"] if frame["strike"] == own]
+                for end, place, at in zip(ends, (strike["start"], strike["stop"]), (shots[0], shots[-1])):
+                    end.append(1e6 * sum((place[i] - at[i]) ** 2 for i in (0, 1)))
+    share = 100 * sums[0] / sums[1], 100 * sums[2] / sums[3]
+    rms = [(sum(end) / max(len(end), 1)) ** 0.5 for end in ends]
+    met = yes(min(share) >= 97 and sums[4] == 0)
+    whole = f"{sums[0]} of {sums[1]}, {share[0]:.1f} %", f"{sums[2]} of {sums[3]}, {share[1]:.1f} %"
+    said = f"start {rms[0]:.2f}, stop {rms[1]:.2f}"
+    lines.insert(0, ("**all ordinary ones**", *whole, str(sums[4]), said, f"{statistics.mean(squares):.2f}", f"≥ 97 %, 0 wrong: {met}"))
+    return lines
+
+
 def strikes(small):
     count = 40 if small else STRIKES
     kept, stop = {}, {}
@@ -271,7 +311,7 @@ def boards(small):
     ]
 
 
-PARTS = {"speed": speed, "accuracy": accuracy, "hostile": hostile, "strikes": strikes, "memory": memory, "boards": boards}
+PARTS = {"speed": speed, "accuracy": accuracy, "benches": benches, "hostile": hostile, "strikes": strikes, "memory": memory, "boards": boards}
 
 
 def output(*command):

@@ -7,14 +7,18 @@ use std::time::Instant;
 
 use anyhow::{Context, bail};
 use clap::{Parser, Subcommand, ValueEnum};
+use logs::read::{RawMessage, read_raw};
 use logs::write::CopyWriter;
+use logs::{Limits, LogError};
 use rayon::prelude::*;
 use render::case::{self, Case};
 use render::hostile::{KINDS, Kind};
 use render::{Moment, Optics, Renderer, Scene};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
-use track::{Decoder, ImageMessage, Observation, Payload, Tracker};
+use track::{
+    Decoder, FrameReport, ImageMessage, Observation, Payload, QUALITY_TOPIC, Tracker, track_log,
+};
 use values::{Rig, Shape};
 
 #[derive(Debug, Parser)]
@@ -46,6 +50,12 @@ enum Part {
         log: PathBuf,
         rig: PathBuf,
         bytes: u64,
+    },
+    /// Tracks a log and takes the strikes from it: what is said of every frame, and the strikes that are kept.
+    Strikes {
+        log: PathBuf,
+        rig: PathBuf,
+        out: PathBuf,
     },
     /// Finds the object in a folder's frames, so many times over.
     Track {
@@ -102,6 +112,7 @@ fn main() -> anyhow::Result<()> {
             rig,
             bytes,
         } => write_log(&dir, &log, &rig, bytes)?,
+        Part::Strikes { log, rig, out } => strikes(&log, &rig, &out)?,
         Part::Track {
             dir,
             threads,
@@ -237,6 +248,27 @@ fn write_log(dir: &Path, log: &Path, rig_file: &Path, bytes: u64) -> anyhow::Res
     writer.finish()?;
     fs::write(rig_file, rig.to_toml())?;
     Ok(json!({ "bytes": written }))
+}
+
+fn strikes(log: &Path, rig: &Path, out: &Path) -> anyhow::Result<Value> {
+    let rig = Rig::load(rig)?;
+    let outcome = track_log(log, &rig, out, None)?;
+    let mut reports = Vec::new();
+    read_raw(out, Limits::default(), &mut |message: RawMessage<'_>| {
+        if message.channel.topic == QUALITY_TOPIC {
+            reports.extend(serde_json::from_slice::<FrameReport>(message.data));
+        }
+        Ok::<_, LogError>(())
+    })?;
+    let found = ingest::ingest_log(out, &rig, &ingest::Ingest { seed: 0 })?;
+    let kept = found.strikes.iter().map(|strike| {
+        json!({ "t": strike.t_start, "start": [strike.initial.x, strike.initial.y], "stop": [strike.stop.x, strike.stop.y] })
+    });
+    let rejects = found.rejects.iter();
+    let rejects = rejects.map(|reject| json!({ "t": reject.t_start, "why": reject.detail }));
+    Ok(json!({
+        "outcome": outcome, "frames": reports, "strikes": kept.collect::<Vec<_>>(), "rejects": rejects.collect::<Vec<_>>(),
+    }))
 }
 
 fn track(dir: &Path, threads: usize, rounds: usize) -> anyhow::Result<Value> {

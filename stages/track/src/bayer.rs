@@ -2,10 +2,11 @@
 
 use crate::{Image, ImageError};
 
-/// Fills an image from a mosaic whose red pixels lie at `red` (column, row) of each square of four; the rows have been checked.
+/// Fills an image from a mosaic whose red pixels lie at `red` (column, row) of each square of four; the rows have been checked. A row has
+/// `step` bytes, a pixel `bytes`, of which the first counts.
 pub(crate) fn demosaic(
     image: &mut Image,
-    step: usize,
+    [step, bytes]: [usize; 2],
     red: [usize; 2],
     data: &[u8],
 ) -> Result<(), ImageError> {
@@ -25,7 +26,7 @@ pub(crate) fn demosaic(
     for row in 0..height {
         let rows = [-1, 0, 1].map(|by| mirrored(row, by, height) * step);
         for column in 0..width {
-            let columns = [-1, 0, 1].map(|by| mirrored(column, by, width));
+            let columns = [-1, 0, 1].map(|by| mirrored(column, by, width) * bytes);
             let value = |dx: usize, dy: usize| u16::from(data[rows[dy] + columns[dx]]);
             let own = value(1, 1);
             let across = (value(0, 1) + value(2, 1)).div_ceil(2);
@@ -70,7 +71,7 @@ mod tests {
                     mosaic[row * width + column] = colour[channel];
                 }
             }
-            demosaic(&mut image, width, red, &mosaic).expect("decodes");
+            demosaic(&mut image, [width, 1], red, &mosaic).expect("decodes");
             assert!(image.rgb.chunks(3).all(|pixel| pixel == colour), "{red:?}");
         }
     }

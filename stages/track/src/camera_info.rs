@@ -29,7 +29,7 @@ impl CameraInfo {
             if !is_info(&message.channel.schema) || others.iter().any(|(known, _)| known == topic) {
                 return Ok(());
             }
-            let parsed = parse(&message);
+            let parsed = parse(&message, is_rectified(images));
             if is_beside(topic, images) {
                 return Err(Stop::Found(topic.clone(), parsed));
             }
@@ -83,10 +83,23 @@ pub(crate) struct CameraMessage {
     model: String,
     distortion: Vec<f64>,
     matrix: Vec<f64>,
+    /// The projection of rectified images, row by row; nothing where the message ends before.
+    projection: Vec<f64>,
 }
 
-fn parse(message: &RawMessage<'_>) -> Result<CameraInfo, String> {
-    CameraMessage::of(message)?.checked()
+fn parse(message: &RawMessage<'_>, is_rectified: bool) -> Result<CameraInfo, String> {
+    let message = CameraMessage::of(message)?;
+    let message = if is_rectified {
+        message.rectified()?
+    } else {
+        message
+    };
+    message.checked()
+}
+
+/// Whether the images of a topic are rectified, as ROS names it: `image_rect`, `image_rect_color`, `image_rect_raw`. They have no lens left.
+fn is_rectified(images: &str) -> bool {
+    images.split('/').any(|part| part.starts_with("image_rect"))
 }
 
 /// Coefficients of a distortion at the most: what no model exceeds.
@@ -107,11 +120,14 @@ fn ros(mut wire: Wire<'_>) -> Result<CameraMessage, ImageError> {
             .map(|_| wire.f64())
             .collect::<Result<Vec<_>, _>>()
     };
+    let (distortion, matrix) = (numbers(count)?, numbers(9)?);
+    let projection = numbers(9).and_then(|_rotation| numbers(12));
     Ok(CameraMessage {
         size: [width, height],
         model,
-        distortion: numbers(count)?,
-        matrix: numbers(9)?,
+        distortion,
+        matrix,
+        projection: projection.unwrap_or_default(),
     })
 }
 
@@ -122,6 +138,7 @@ fn foxglove(data: &[u8]) -> Result<CameraMessage, ImageError> {
     const MODEL: u64 = 4;
     const DISTORTION: u64 = 5;
     const MATRIX: u64 = 6;
+    const PROJECTION: u64 = 8;
     let mut camera = CameraMessage::default();
     let doubles = |bytes: &[u8], to: &mut Vec<f64>| {
         // Packed or one by one.
@@ -137,6 +154,7 @@ fn foxglove(data: &[u8]) -> Result<CameraMessage, ImageError> {
             }
             (DISTORTION, Value::Bytes(bytes)) => doubles(bytes, &mut camera.distortion),
             (MATRIX, Value::Bytes(bytes)) => doubles(bytes, &mut camera.matrix),
+            (PROJECTION, Value::Bytes(bytes)) => doubles(bytes, &mut camera.projection),
             _ => {}
         }
         Ok(())
@@ -167,6 +185,11 @@ impl CameraMessage {
             return None;
         }
         let found = Self::of(message).ok()?;
+        let found = if is_rectified(images) {
+            found.rectified().ok()?
+        } else {
+            found
+        };
         let is_calibrated = found.matrix.first().is_some_and(|focal| *focal > 0.0);
         is_calibrated.then_some(found)
     }
@@ -214,6 +237,22 @@ impl CameraMessage {
             ));
         }
         found
+    }
+
+    /// What holds for rectified images: the projection's matrix, and no distortion.
+    fn rectified(self) -> Result<Self, String> {
+        let [fx, skew, cx, _, _, fy, cy, ..] = self.projection[..] else {
+            return Err("the images are rectified, and it has no projection matrix (P)".into());
+        };
+        if fx <= 0.0 || fy <= 0.0 {
+            return Err("the images are rectified, and its projection matrix (P) is zero".into());
+        }
+        Ok(Self {
+            model: "plumb_bob".into(),
+            distortion: Vec::new(),
+            matrix: vec![fx, skew, cx, 0.0, fy, cy, 0.0, 0.0, 1.0],
+            ..self
+        })
     }
 
     /// Whether its model is plumb_bob, or another whose further coefficients are zero.
@@ -271,6 +310,9 @@ mod tests {
             model: model.into(),
             distortion: distortion.to_vec(),
             matrix: vec![600.0, 0.0, 320.0, 0.0, 610.0, 240.0, 0.0, 0.0, 1.0],
+            projection: vec![
+                580.0, 0.0, 310.0, 0.0, 0.0, 590.0, 230.0, 0.0, 0.0, 0.0, 1.0, 0.0,
+            ],
         }
     }
 
@@ -293,6 +335,18 @@ mod tests {
         let mut zero = message("", &[]);
         zero.matrix[0] = 0.0;
         assert!(zero.checked().expect_err("zero").contains("calibrate"));
+    }
+
+    #[test]
+    fn rectified_images_have_the_projection_and_no_lens() {
+        assert!(is_rectified("/left/image_rect_color/compressed"));
+        assert!(!is_rectified("/left/image_raw/compressed"));
+        let info = message("rational_polynomial", &[0.1; 8]).rectified();
+        let info = info
+            .and_then(CameraMessage::checked)
+            .expect("has a projection");
+        assert_eq!(info.lens.matrix, [580.0, 590.0, 310.0, 230.0]);
+        assert_eq!(info.lens.distortion, [0.0; 5]);
     }
 
     #[test]

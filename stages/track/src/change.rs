@@ -1,8 +1,9 @@
-//! The change of a pose that lays an outline on the edges seen: least squares with Tukey's weights, and how far a part of the outline
-//! decides it.
+//! The change of a pose that lays an outline on the edges seen: least squares with Tukey's weights, how well the edges determine it, and
+//! how far a part of the outline decides it.
+
+use nalgebra::{Matrix3, Matrix4, Matrix4x3, Vector3, Vector4};
 
 use crate::edges::{Edge, Ray};
-use crate::linear::solve;
 
 /// A change of x, y (m), yaw (rad) and of the outline's size (px).
 #[derive(Clone, Copy, Debug)]
@@ -10,10 +11,22 @@ pub(crate) struct Change {
     pub(crate) parts: [f64; 4],
     /// What edges scatter by, in px.
     scale: f64,
+    /// The inverse of what the edges say of the parts, where each scatters by 1 px.
+    inverse: Matrix4<f64>,
+}
+
+/// What is known of an outline beside its edges.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Prior {
+    /// Whether the picture turns with the object.
+    pub(crate) turns: bool,
+    /// How much larger than it is the object is seen (px), and how well that is known (standard deviation, px): blur and sharpening move
+    /// all edges alike. Where half of an outline is hidden, this separates its size from its place.
+    pub(crate) larger: [f64; 2],
 }
 
 /// Fewest edges.
-const FEWEST_EDGES: usize = 16;
+const FEWEST_EDGES: usize = 12;
 /// Rounds of weights.
 const ROUNDS: usize = 4;
 /// The same where a part is left out: the rest is near.
@@ -23,18 +36,20 @@ const TUKEY: f64 = 4.7;
 const LEAST_SCALE: f64 = 0.08;
 /// A deviation of a normal distribution, of the median of its absolute values.
 const DEVIATION: f64 = 1.4826;
-/// Parts of an outline, of which so many in a row are left out.
+/// Parts of what is seen of an outline, of which so many in a row are left out.
 const PARTS: usize = 9;
 const LEFT_OUT: usize = 3;
+/// Neighbouring rays see the same pixels: so many say what one would say alone.
+const ALIKE: f64 = 2.0;
 
 impl Change {
     /// The change that lies best on the edges; none where they are too few.
-    pub(crate) fn least(rays: &[Ray], found: &[Edge], turns: bool) -> Option<Self> {
-        let known: Vec<Known<'_>> = known(rays, found, |_| true).collect();
-        Self::of(&known, turns, ROUNDS)
+    pub(crate) fn least(rays: &[Ray], found: &[Edge], prior: &Prior) -> Option<Self> {
+        let known: Vec<Known<'_>> = known(rays, found).collect();
+        Self::of(&known, prior, ROUNDS)
     }
 
-    fn of(known: &[Known<'_>], turns: bool, rounds: usize) -> Option<Self> {
+    fn of(known: &[Known<'_>], prior: &Prior, rounds: usize) -> Option<Self> {
         if known.len() < FEWEST_EDGES {
             return None;
         }
@@ -42,24 +57,36 @@ impl Change {
         let mut change = Self {
             parts: [0.0; 4],
             scale: f64::INFINITY,
+            inverse: Matrix4::zeros(),
         };
         let mut left: Vec<f64> = Vec::with_capacity(known.len());
         for _ in 0..rounds {
-            let mut normal = [[0.0; 5]; 4];
+            let (mut normal, mut right) = (Matrix4::<f64>::zeros(), Vector4::<f64>::zeros());
             for &(ray, edge) in known {
                 let weight = change.weight(ray, edge);
-                let yaw = if turns { ray.moves[2] } else { 0.0 };
-                let row = [ray.moves[0], ray.moves[1], yaw, 1.0, edge];
-                for i in 0..4 {
-                    for j in 0..5 {
-                        normal[i][j] += weight * row[i] * row[j];
-                    }
-                }
+                let yaw = if prior.turns { ray.moves[2] } else { 0.0 };
+                let row = Vector4::new(ray.moves[0], ray.moves[1], yaw, 1.0);
+                normal += weight * row * row.transpose();
+                right += weight * edge * row;
             }
-            if !turns {
-                normal[2][2] = 1.0;
+            if !prior.turns {
+                normal[(2, 2)] = 1.0;
             }
-            change.parts = solve(normal)?;
+            let [larger, deviation] = prior.larger;
+            let scale = if change.scale.is_finite() {
+                change.scale
+            } else {
+                1.0
+            };
+            let trust = ALIKE * (scale / deviation).powi(2);
+            normal[(3, 3)] += trust;
+            right[3] += trust * larger;
+            // Positions in m and sizes in px: scaled to ones on the diagonal, so that singular is singular in any unit.
+            let scales = normal.diagonal().map(|square| 1.0 / square.sqrt());
+            let scaled = Matrix4::from_fn(|i, j| normal[(i, j)] * scales[i] * scales[j]);
+            let inverse = scaled.cholesky()?.inverse();
+            change.inverse = Matrix4::from_fn(|i, j| inverse[(i, j)] * scales[i] * scales[j]);
+            change.parts = (change.inverse * right).into();
             left.clear();
             left.extend(
                 known
@@ -81,16 +108,54 @@ impl Change {
             .collect()
     }
 
-    /// How far (m) the centre moves at the most when any third of the outline is left out, as a jackknife of blocks does. What covers,
-    /// cuts or blinds one side moves the edges of that side together: alike enough to agree with an outline that is moved towards them.
-    /// None where the rest does not determine the centre.
-    pub(crate) fn pull(&self, rays: &[Ray], found: &[Edge], turns: bool) -> Option<f64> {
-        let part = |index: usize| index * PARTS / rays.len();
+    /// Standard deviation of a coordinate of the centre, in m, as far as the scatter of the edges tells.
+    pub(crate) fn deviation(&self) -> f64 {
+        let square = 0.5 * (self.inverse[(0, 0)] + self.inverse[(1, 1)]);
+        self.scale * (ALIKE * square).sqrt()
+    }
+
+    /// What the edges say of the brightness of the object's side, beyond the one that they were found with (a + b·cos + c·sin of the
+    /// direction that it faces): a side taken for brighter than it is puts each edge out by its width. The place of the object and its
+    /// size are left open, so that sums of several images add up.
+    pub(crate) fn side(&self, rays: &[Ray], found: &[Edge], prior: &Prior) -> BandSums {
+        let (mut normal, mut right) = (Matrix4::<f64>::zeros(), Vector4::<f64>::zeros());
+        let (mut mixed, mut band) = (Matrix4x3::<f64>::zeros(), BandSums::default());
+        for (ray, edge) in known(rays, found) {
+            let weight = self.weight(ray, edge) / (ALIKE * self.scale * self.scale);
+            let yaw = if prior.turns { ray.moves[2] } else { 0.0 };
+            let row = Vector4::new(ray.moves[0], ray.moves[1], yaw, 1.0);
+            let of_band = ray.band * Vector3::new(1.0, ray.normal[0], ray.normal[1]);
+            let left = self.left(ray, edge);
+            normal += weight * row * row.transpose();
+            right += weight * left * row;
+            mixed += weight * row * of_band.transpose();
+            band.normal += weight * of_band * of_band.transpose();
+            band.right += weight * left * of_band;
+        }
+        if !prior.turns {
+            normal[(2, 2)] = 1.0;
+        }
+        let Some(inverse) = normal.try_inverse() else {
+            return BandSums::default();
+        };
+        BandSums {
+            normal: band.normal - mixed.transpose() * inverse * mixed,
+            right: band.right - mixed.transpose() * inverse * right,
+        }
+    }
+
+    /// How far (m) the centre moves at the most when any third of what is seen of the outline is left out, as a jackknife of blocks does.
+    /// What covers, cuts or blinds one side moves the edges of that side together: alike enough to agree with an outline that is moved
+    /// towards them. None where the rest does not determine the centre.
+    pub(crate) fn pull(&self, rays: &[Ray], found: &[Edge], prior: &Prior) -> Option<f64> {
+        let all: Vec<Known<'_>> = known(rays, found).collect();
+        let part = |index: usize| index * PARTS / all.len();
         let mut most = 0.0f64;
         for first in 0..PARTS {
             let is_kept = |index: usize| (part(index) + PARTS - first) % PARTS >= LEFT_OUT;
-            let rest: Vec<Known<'_>> = known(rays, found, is_kept).collect();
-            let without = Self::of(&rest, turns, ROUNDS_OF_PART)?;
+            let rest = all.iter().enumerate().filter(|(index, _)| is_kept(*index));
+            let rest: Vec<Known<'_>> = rest.map(|(_, known)| *known).collect();
+            let without = Self::of(&rest, prior, ROUNDS_OF_PART)?;
             let moved = [0, 1].map(|i| without.parts[i] - self.parts[i]);
             most = most.max(moved[0].hypot(moved[1]));
         }
@@ -112,15 +177,37 @@ impl Change {
     }
 }
 
+/// What images say of the brightness of the object's side by where its edges lie: sums of a least-squares fit.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct BandSums {
+    normal: Matrix3<f64>,
+    right: Vector3<f64>,
+}
+
+impl BandSums {
+    /// What the side's brightness may differ by from what its pixels show, of the upper face's (standard deviation).
+    const LIKELY: f64 = 0.25;
+
+    pub(crate) fn plus(&self, other: &Self) -> Self {
+        Self {
+            normal: self.normal + other.normal,
+            right: self.right + other.right,
+        }
+    }
+
+    /// The side's brightness less the one that the edges were found with.
+    pub(crate) fn fit(&self) -> [f64; 3] {
+        let prior = Matrix3::identity() / (Self::LIKELY * Self::LIKELY);
+        let solved = (self.normal + prior).cholesky();
+        solved.map_or([0.0; 3], |normal| normal.solve(&self.right).into())
+    }
+}
+
 /// A ray and where its edge is, in px.
 type Known<'a> = (&'a Ray, f64);
 
-/// The rays with an edge, of those whose number is kept.
-fn known<'a>(
-    rays: &'a [Ray],
-    found: &'a [Edge],
-    is_kept: impl Fn(usize) -> bool,
-) -> impl Iterator<Item = Known<'a>> {
-    let pairs = rays.iter().zip(found).enumerate();
-    pairs.filter_map(move |(index, (ray, edge))| Some((ray, (*edge)?)).filter(|_| is_kept(index)))
+/// The rays with an edge.
+fn known<'a>(rays: &'a [Ray], found: &'a [Edge]) -> impl Iterator<Item = Known<'a>> {
+    let pairs = rays.iter().zip(found);
+    pairs.filter_map(|(ray, edge)| Some((ray, (*edge)?)))
 }

@@ -116,6 +116,11 @@ impl Contrast {
         })
     }
 
+    /// Its value for light.
+    pub(crate) fn of(&self, light: [f32; 3]) -> f32 {
+        self.offset + (0..3).map(|i| self.weights[i] * light[i]).sum::<f32>()
+    }
+
     /// Its values over a part of an image.
     pub(crate) fn map(&self, image: &Image, light: &[f32; 256], part: Part) -> Map {
         let tables: [[f32; 256]; 3] = [0, 1, 2].map(|i| light.map(|light| light * self.weights[i]));
@@ -203,9 +208,7 @@ mod tests {
     fn a_shadow_of_the_table_is_table() {
         let (object, table) = ([0.6, 0.05, 0.05], [0.4, 0.4, 0.38]);
         let contrast = Contrast::between(object, table, false).expect("they differ");
-        let value = |light: [f32; 3]| {
-            contrast.offset + (0..3).map(|i| contrast.weights[i] * light[i]).sum::<f32>()
-        };
+        let value = |light: [f32; 3]| contrast.of(light);
         assert!((value(object) - 1.0).abs() < 1e-5);
         assert!(value(table).abs() < 1e-5);
         assert!(value(table.map(|part| part * 0.4)).abs() < 1e-5);

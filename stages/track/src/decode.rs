@@ -35,10 +35,18 @@ impl Decoder {
                 height,
                 step,
                 encoding,
+                is_big_endian,
                 data,
             } => {
                 let size = checked_size(width.into(), height.into())?;
-                raw(&mut self.image, size, step as usize, encoding, data)?;
+                let greater = usize::from(!is_big_endian);
+                raw(
+                    &mut self.image,
+                    size,
+                    step as usize,
+                    (encoding, greater),
+                    data,
+                )?;
             }
             Payload::Compressed(data) => self.compressed(data)?,
             Payload::Video(format, data) => self.video.decode(format, data, &mut self.image)?,
@@ -51,6 +59,8 @@ impl Decoder {
             jpeg(&mut self.image, &mut self.scans, data)
         } else if data.starts_with(b"\x89PNG") {
             png(&mut self.image, &mut self.scratch, data)
+        } else if data.starts_with(b"RIFF") && data.get(8..12) == Some(b"WEBP") {
+            webp(&mut self.image, &mut self.scratch, data)
         } else {
             Err(ImageError::Unknown)
         }
@@ -105,7 +115,30 @@ fn png(image: &mut Image, scratch: &mut Vec<u8>, data: &[u8]) -> Result<(), Imag
     let frame = reader.next_frame(scratch).map_err(wrong)?;
     let channels = frame.color_type.samples();
     let encoding = ["mono8", "mono8_alpha", "rgb8", "rgba8"][channels.clamp(1, 4) - 1];
-    raw(image, pixels, frame.line_size, encoding, scratch)
+    raw(image, pixels, frame.line_size, (encoding, 0), scratch)
+}
+
+fn webp(image: &mut Image, scratch: &mut Vec<u8>, data: &[u8]) -> Result<(), ImageError> {
+    let wrong = |error| {
+        let why = match error {
+            image_webp::DecodingError::IoError(_) => CUT,
+            _ => DAMAGED,
+        };
+        ImageError::Compressed("WebP", why.into())
+    };
+    let mut decoder = image_webp::WebPDecoder::new(Cursor::new(data)).map_err(wrong)?;
+    decoder.set_memory_limit(4 * LARGEST_IMAGE);
+    let (width, height) = decoder.dimensions();
+    let pixels = checked_size(width.into(), height.into())?;
+    let size = decoder.output_buffer_size().unwrap_or_default();
+    scratch.resize(size, 0);
+    decoder.read_image(scratch).map_err(wrong)?;
+    let (encoding, bytes) = if decoder.has_alpha() {
+        ("rgba8", 4)
+    } else {
+        ("rgb8", 3)
+    };
+    raw(image, pixels, bytes * pixels[0], (encoding, 0), scratch)
 }
 
 /// What a PNG may take.
@@ -113,21 +146,28 @@ const LIMITS: png::Limits = png::Limits {
     bytes: 4 * LARGEST_IMAGE,
 };
 
-/// Copies rows of a known pixel format. Memory is taken once they are known to be there.
+/// Copies rows of a known pixel format; of numbers of two bytes the greater byte, which is the first or the second. Memory is taken once the
+/// rows are known to be there.
 fn raw(
     image: &mut Image,
     [width, height]: [usize; 2],
     step: usize,
-    encoding: &str,
+    (encoding, greater): (&str, usize),
     data: &[u8],
 ) -> Result<(), ImageError> {
-    let format = Format::of(encoding)?;
+    let format = Format::of(encoding, greater)?;
     let pixel = format.bytes();
+    // A plane of colours of half the height follows that of brightness.
+    let rows = match format {
+        Format::Planes { .. } => height + height.div_ceil(2),
+        _ => height,
+    };
     let needed = width * pixel;
     let last = step
-        .checked_mul(height - 1)
+        .checked_mul(rows - 1)
         .and_then(|b| b.checked_add(needed));
-    if step < needed || last.is_none_or(|last| last > data.len()) {
+    let is_odd = matches!(format, Format::Pairs { .. } | Format::Planes { .. }) && width % 2 == 1;
+    if step < needed || is_odd || last.is_none_or(|last| last > data.len()) {
         return Err(ImageError::Rows {
             width,
             height,
@@ -137,12 +177,13 @@ fn raw(
         });
     }
     image.resize(width as u64, height as u64)?;
-    image.grey = matches!(format, Format::Mono(_));
-    if let Format::Bayer { red } = format {
-        return crate::bayer::demosaic(image, step, red, data);
+    image.grey = matches!(format, Format::Mono(..));
+    if let Format::Bayer { red, bytes } = format {
+        let first = &data[if bytes == 2 { greater } else { 0 }..];
+        return crate::bayer::demosaic(image, [step, bytes], red, first);
     }
     let rows = data.chunks(step).zip(image.rgb.chunks_exact_mut(3 * width));
-    for (from, to) in rows {
+    for (row, (from, to)) in rows.enumerate() {
         let from = &from[..needed];
         match format {
             Format::Colour([0, 1, 2], 3) => to.copy_from_slice(from),
@@ -151,9 +192,23 @@ fn raw(
                     to.copy_from_slice(&order.map(|channel| from[channel]));
                 }
             }
-            Format::Mono(bytes) => {
+            Format::Mono(at, bytes) => {
                 for (from, to) in from.chunks_exact(bytes).zip(to.chunks_exact_mut(3)) {
-                    to.fill(from[0]);
+                    to.fill(from[at]);
+                }
+            }
+            Format::Pairs { luma, chroma } => {
+                for (from, to) in from.chunks_exact(4).zip(to.chunks_exact_mut(6)) {
+                    for (at, to) in luma.iter().zip(to.chunks_exact_mut(3)) {
+                        to.copy_from_slice(&rgb_of([from[*at], from[chroma[0]], from[chroma[1]]]));
+                    }
+                }
+            }
+            Format::Planes { chroma } => {
+                let colours = &data[(height + row / 2) * step..];
+                for (column, (from, to)) in from.iter().zip(to.chunks_exact_mut(3)).enumerate() {
+                    let pair = &colours[column & !1..];
+                    to.copy_from_slice(&rgb_of([*from, pair[chroma[0]], pair[chroma[1]]]));
                 }
             }
             Format::Bayer { .. } => {}
@@ -162,38 +217,84 @@ fn raw(
     Ok(())
 }
 
+/// Red, green and blue of a brightness and two colour differences, 8 bits of the range that cameras use (ITU-R BT.601, luma 16 to 235).
+fn rgb_of(yuv: [u8; 3]) -> [u8; 3] {
+    let [y, u, v] = yuv.map(f32::from);
+    let (y, u, v) = (1.164 * (y - 16.0), u - 128.0, v - 128.0);
+    [y + 1.596 * v, y - 0.392 * u - 0.813 * v, y + 2.017 * u].map(|part| part.round() as u8)
+}
+
 /// A pixel format of `sensor_msgs/image_encodings.hpp`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Format {
     /// Where red, green and blue lie in a pixel, and its bytes.
     Colour([usize; 3], usize),
-    /// Grey first, and the pixel's bytes.
-    Mono(usize),
-    /// A mosaic; column and row of its red pixel in each square of four.
-    Bayer { red: [usize; 2] },
+    /// Where the grey lies in a pixel, and its bytes.
+    Mono(usize, usize),
+    /// A mosaic; column and row of its red pixel in each square of four, and a pixel's bytes.
+    Bayer { red: [usize; 2], bytes: usize },
+    /// Two pixels in four bytes: where their brightness lies, and the two colour differences that they share.
+    Pairs {
+        luma: [usize; 2],
+        chroma: [usize; 2],
+    },
+    /// A plane of brightness, and one of the two colour differences by turns, each for four pixels: which comes first.
+    Planes { chroma: [usize; 2] },
 }
 
 impl Format {
-    fn of(encoding: &str) -> Result<Self, ImageError> {
+    /// A format by its name; `greater` is where the greater of a number's two bytes lies.
+    fn of(encoding: &str, greater: usize) -> Result<Self, ImageError> {
+        let of_two = |order: [usize; 3]| order.map(|at| 2 * at + greater);
         Ok(match encoding {
             "rgb8" | "8UC3" => Self::Colour([0, 1, 2], 3),
             "bgr8" => Self::Colour([2, 1, 0], 3),
             "rgba8" => Self::Colour([0, 1, 2], 4),
             "bgra8" => Self::Colour([2, 1, 0], 4),
-            "mono8" | "8UC1" => Self::Mono(1),
-            "mono8_alpha" => Self::Mono(2),
-            "bayer_rggb8" => Self::Bayer { red: [0, 0] },
-            "bayer_grbg8" => Self::Bayer { red: [1, 0] },
-            "bayer_gbrg8" => Self::Bayer { red: [0, 1] },
-            "bayer_bggr8" => Self::Bayer { red: [1, 1] },
-            other => return Err(ImageError::Encoding(other.into())),
+            "rgb16" => Self::Colour(of_two([0, 1, 2]), 6),
+            "bgr16" => Self::Colour(of_two([2, 1, 0]), 6),
+            "rgba16" => Self::Colour(of_two([0, 1, 2]), 8),
+            "bgra16" => Self::Colour(of_two([2, 1, 0]), 8),
+            "mono8" | "8UC1" => Self::Mono(0, 1),
+            "mono16" | "16UC1" => Self::Mono(greater, 2),
+            "mono8_alpha" => Self::Mono(0, 2),
+            "yuv422" | "uyvy" => Self::Pairs {
+                luma: [1, 3],
+                chroma: [0, 2],
+            },
+            "yuv422_yuy2" | "yuyv" => Self::Pairs {
+                luma: [0, 2],
+                chroma: [1, 3],
+            },
+            "nv12" => Self::Planes { chroma: [0, 1] },
+            "nv21" => Self::Planes { chroma: [1, 0] },
+            other => {
+                let mosaic = other
+                    .strip_prefix("bayer_")
+                    .and_then(|rest| rest.split_at_checked(4));
+                let red = match mosaic {
+                    Some(("rggb", _)) => [0, 0],
+                    Some(("grbg", _)) => [1, 0],
+                    Some(("gbrg", _)) => [0, 1],
+                    Some(("bggr", _)) => [1, 1],
+                    _ => return Err(ImageError::Encoding(other.into())),
+                };
+                let bytes = match mosaic {
+                    Some((_, "8")) => 1,
+                    Some((_, "16")) => 2,
+                    _ => return Err(ImageError::Encoding(other.into())),
+                };
+                Self::Bayer { red, bytes }
+            }
         })
     }
 
+    /// Bytes of a pixel in a row.
     fn bytes(self) -> usize {
         match self {
-            Self::Colour(_, bytes) | Self::Mono(bytes) => bytes,
-            Self::Bayer { .. } => 1,
+            Self::Colour(_, bytes) | Self::Mono(_, bytes) | Self::Bayer { bytes, .. } => bytes,
+            Self::Pairs { .. } => 2,
+            Self::Planes { .. } => 1,
         }
     }
 }

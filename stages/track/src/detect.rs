@@ -1,6 +1,7 @@
 //! Where the object may be: blobs of its colour on a coarse grid of pixels.
 
 use crate::Image;
+use crate::background::Background;
 use crate::colour::Range;
 
 /// Pixels of the object's colour that touch.
@@ -12,8 +13,14 @@ pub(crate) struct Blob {
     pub(crate) centre: [f64; 2],
 }
 
-/// Finds the blobs among every `stride`-th pixel of every `stride`-th row, the largest first. Those of one grid point are noise.
-pub(crate) fn blobs(image: &Image, range: &Range, stride: usize) -> Vec<Blob> {
+/// Finds the blobs among every `stride`-th pixel of every `stride`-th row, the largest first. Those of one grid point are noise,
+/// and what has always had the object's colour is not the object.
+pub(crate) fn blobs(
+    image: &Image,
+    range: &Range,
+    stride: usize,
+    background: Option<&Background>,
+) -> Vec<Blob> {
     let half = stride / 2;
     let columns = (image.width - half.min(image.width)).div_ceil(stride);
     let rows = (image.height - half.min(image.height)).div_ceil(stride);
@@ -23,8 +30,9 @@ pub(crate) fn blobs(image: &Image, range: &Range, stride: usize) -> Vec<Blob> {
         let begin = runs.len();
         let mut open = None;
         for column in 0..columns {
-            let pixel = image.pixel(half + column * stride, half + row * stride);
-            let is_in = range.contains(pixel, image.grey);
+            let (x, y) = (half + column * stride, half + row * stride);
+            let is_in = range.contains(image.pixel(x, y), image.grey)
+                && !background.is_some_and(|background| background.is_coloured(x, y));
             match (is_in, open) {
                 (true, None) => open = Some(column),
                 (false, Some(from)) => {
@@ -141,7 +149,7 @@ mod tests {
         });
         let range = Range::of(&Colour::demo());
         for stride in [1, 2, 3] {
-            let blobs = blobs(&image, &range, stride);
+            let blobs = blobs(&image, &range, stride, None);
             assert_eq!(blobs.len(), 2, "stride {stride}");
             let near = |blob: &Blob, x: f64, y: f64| {
                 (blob.centre[0] - x).abs() < 1.0 && (blob.centre[1] - y).abs() < 1.0

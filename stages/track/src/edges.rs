@@ -3,10 +3,15 @@
 //! Along a ray the contrast falls from the level of what is inside to that of the table. The area under it gives where the edge
 //! is, whatever blurs it: lens, motion and compression spread an edge to both sides alike. A tall object shows a side that may be
 //! darker than its upper face; between the two runs a second edge, a known width (`band`) further in.
+//!
+//! Where the rim has not the object's colour (print, a side in another colour, a deep shadow), the ray's own two colours take the place
+//! of object and table, if what is outside is table.
+
+use nalgebra::{Matrix3, Vector3};
 
 use crate::colour::Map;
-use crate::linear::solve;
 use crate::outline::{Outline, distance};
+use crate::table::Table;
 
 /// A ray across the outline.
 #[derive(Clone, Copy, Debug)]
@@ -69,25 +74,123 @@ const LEAST_STEP: f32 = 0.35;
 /// shows of that edge.
 const MOST_VALUE: f32 = 2.5;
 
+/// The least difference of a ray's own two colours, of the brighter one's light and of 1, and how far samples of an edge between them
+/// may lie beyond either, of that difference: what is more is no edge alone.
+const LEAST_OWN_SHARE: f32 = 0.35;
+const LEAST_OWN: f32 = 0.02;
+const MOST_OWN_SPREAD: f64 = 1.4;
+const MOST_BEYOND: f32 = 0.35;
+/// Limits of a profile: the least difference of its levels, and what its samples lie between.
+const MAIN: [f32; 3] = [LEAST_STEP, f32::NEG_INFINITY, MOST_VALUE];
+const OWN: [f32; 3] = [0.5, -MOST_BEYOND, 1.0 + MOST_BEYOND];
+
 /// Where an edge was found: its distance outwards from the ray's crossing, in px; none where there is none.
 pub(crate) type Edge = Option<f64>;
 
+/// What was found along the rays.
+pub(crate) struct Edges {
+    pub(crate) found: Vec<Edge>,
+    /// How bright this image shows the object's side.
+    pub(crate) side: SideSums,
+    /// How wide most of the edges are blurred at the most: the mean distance, in px, by which the profile misses a step.
+    pub(crate) spread: f64,
+}
+
 /// Finds the edge along every ray, within `window` px of the outline, of which the outer `level` px on both ends give the levels.
-pub(crate) fn edges(map: &Map, rays: &[Ray], window: f64, level: f64) -> Vec<Edge> {
+/// `known` is the brightness of the object's sides where the log's other images tell it; else this image tells. Where it is strict, an edge
+/// counts only if table is seen outside of it.
+pub(crate) fn edges(
+    map: &Map,
+    table: &Table<'_>,
+    rays: &[Ray],
+    [window, level]: [f64; 2],
+    (known, is_strict): (Option<&Side>, bool),
+) -> Edges {
     let profiles: Vec<_> = rays
         .iter()
-        .map(|ray| Profile::along(map, ray, window, level))
+        .map(|ray| {
+            let value =
+                |t: f64| map.at(ray.at[0] + t * ray.normal[0], ray.at[1] + t * ray.normal[1]);
+            Profile::along(value, ray, [window, level], MAIN)
+        })
         .collect();
-    let side = Side::fit(rays, &profiles);
-    let found = rays.iter().zip(&profiles);
-    found
-        .map(|(ray, profile)| profile.as_ref()?.edge(ray, window, &side))
-        .collect()
+    let mut sums = SideSums::default();
+    for (ray, profile) in rays.iter().zip(&profiles) {
+        if let Some(ratio) = profile.as_ref().and_then(|profile| profile.side) {
+            sums.add(ray, ratio.into());
+        }
+    }
+    let side = known.copied().unwrap_or_else(|| sums.fit());
+    let mut spreads = Vec::new();
+    let found = rays
+        .iter()
+        .zip(&profiles)
+        .map(|(ray, profile)| match profile {
+            Some(profile) => {
+                let is_table = |t: f64| table.is_at([0, 1].map(|i| ray.at[i] + t * ray.normal[i]));
+                if is_strict && !is_table(window) && !is_table(window - level) {
+                    return None;
+                }
+                let edge = profile.edge(ray, window, &side)?;
+                spreads.push(profile.spread(ray, window, edge, &side));
+                Some(edge)
+            }
+            None => {
+                let value = own_contrast(table, ray, [window, level])?;
+                let profile = Profile::along(value, ray, [window, level], OWN)?;
+                let edge = profile.edge(ray, window, &side)?;
+                // Two edges, of a print that ends near the rim, are wider than one.
+                (profile.spread(ray, window, edge, &side) < MOST_OWN_SPREAD).then_some(edge)
+            }
+        });
+    let found = found.collect();
+    spreads.sort_by(f64::total_cmp);
+    let most = (MOST_SPREADS * spreads.len() as f64) as usize;
+    Edges {
+        found,
+        side: sums,
+        spread: spreads.get(most).copied().unwrap_or(0.0),
+    }
+}
+
+/// Share of the edges that are blurred no more than is said: those across the movement are blurred less, glints more.
+const MOST_SPREADS: f64 = 0.85;
+
+/// How far a point of a ray has the colour of its inner end (1) and not that of its outer end (0), where those differ and the outer one is
+/// table.
+fn own_contrast<'a>(
+    table: &'a Table<'_>,
+    ray: &'a Ray,
+    [window, level]: [f64; 2],
+) -> Option<impl Fn(f64) -> Option<f32> + 'a> {
+    let light = move |t: f64| table.light_at([0, 1].map(|i| ray.at[i] + t * ray.normal[i]));
+    let mean = |from: f64, to: f64| -> Option<[f32; 3]> {
+        let (a, b, c) = (light(from)?, light(0.5 * (from + to))?, light(to)?);
+        Some([0, 1, 2].map(|i| (a[i] + b[i] + c[i]) / 3.0))
+    };
+    let from = -(ray.band + window);
+    let (inner, outer) = (mean(from, from + level)?, mean(window - level, window)?);
+    let dot = |a: [f32; 3], b: [f32; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+    let off = [0, 1, 2].map(|i| inner[i] - outer[i]);
+    let square = dot(off, off);
+    let bright = dot(inner, inner).max(dot(outer, outer)).sqrt();
+    let is_apart = square.sqrt() > LEAST_OWN.max(LEAST_OWN_SHARE * bright);
+    let is_table_outside = [window - level, window]
+        .iter()
+        .all(|t| table.is_at([0, 1].map(|i| ray.at[i] + t * ray.normal[i])));
+    (is_apart && is_table_outside).then_some({
+        move |t: f64| {
+            let at = light(t)?;
+            Some(dot([0, 1, 2].map(|i| at[i] - outer[i]), off) / square)
+        }
+    })
 }
 
 /// What the contrast does along one ray.
 struct Profile {
-    /// Its integral over the window, in px.
+    /// Where it begins, in px outwards from the ray's crossing.
+    from: f64,
+    /// Its integral from there on, in px.
     area: f32,
     /// Level at the inner end.
     inner: f32,
@@ -95,25 +198,35 @@ struct Profile {
     outer: f32,
     /// Level of the object's side over that of its upper face, where the side is wide.
     side: Option<f32>,
+    /// Its samples, from the inner end on.
+    values: Vec<f32>,
 }
 
 impl Profile {
-    /// From `band + window` px inside the outline to `window` px outside.
-    fn along(map: &Map, ray: &Ray, window: f64, level: f64) -> Option<Self> {
+    /// From `band + window` px inside the outline to `window` px outside; from nearer where a print ends the object's colour before. None
+    /// where the levels differ by less than the first of `limits`, or a sample lies outside the others.
+    fn along(
+        value: impl Fn(f64) -> Option<f32>,
+        ray: &Ray,
+        [window, level]: [f64; 2],
+        [least_step, lowest, highest]: [f32; 3],
+    ) -> Option<Self> {
         let from = -(ray.band + window);
         let count = ((window - from) / STEP).round().max(1.0);
         let step = (window - from) / count;
-        let (mut area, mut inner, mut outer, mut side) = (0.0, (0.0, 0.0), (0.0, 0.0), (0.0, 0.0));
-        let mut most = 0.0f32;
+        let mut values = Vec::with_capacity(count as usize);
+        let (mut inner, mut outer, mut side) = ((0.0, 0.0), (0.0, 0.0), (0.0, 0.0));
         let add = |sum: &mut (f32, f32), value: f32| {
             sum.0 += value;
             sum.1 += 1.0;
         };
         for k in 0..count as usize {
             let t = from + (k as f64 + 0.5) * step;
-            let value = map.at(ray.at[0] + t * ray.normal[0], ray.at[1] + t * ray.normal[1])?;
-            area += value;
-            most = most.max(value);
+            let value = value(t)?;
+            if !(lowest..highest).contains(&value) {
+                return None;
+            }
+            values.push(value);
             if t < from + level {
                 add(&mut inner, value);
             } else if t > window - level {
@@ -123,59 +236,127 @@ impl Profile {
             }
         }
         let mean = |(sum, count): (f32, f32)| sum / count;
-        let (inner, outer) = (mean(inner), mean(outer));
-        let is_edge = inner - outer > LEAST_STEP && most < MOST_VALUE;
-        is_edge.then(|| Self {
-            area: area * step as f32,
-            inner,
-            outer,
-            side: (side.1 > 0.0).then(|| mean(side) / inner),
-        })
+        let mut profile = Self {
+            from,
+            area: 0.0,
+            inner: mean(inner),
+            outer: mean(outer),
+            side: (side.1 > 0.0).then(|| mean(side) / mean(inner)),
+            values,
+        };
+        profile.begin_behind_print(step)?;
+        profile.area = profile.values.iter().sum::<f32>() * step as f32;
+        (profile.inner - profile.outer > least_step).then_some(profile)
+    }
+
+    /// Where the object's colour is stronger nearer to the rim than at the inner end, a print lies there: the profile begins where that
+    /// colour does. None where too little is left.
+    fn begin_behind_print(&mut self, step: f64) -> Option<()> {
+        /// How much stronger, and which share of the strongest is that colour.
+        const STRONGER: f32 = 1.2;
+        const SAME: f32 = 0.85;
+        let three = |k: usize| (self.values[k - 1] + self.values[k] + self.values[k + 1]) / 3.0;
+        let last = self.values.len().checked_sub(2)?;
+        let most = (1..=last).map(three).fold(0.0, f32::max);
+        if most < STRONGER * self.inner {
+            return Some(());
+        }
+        let begin = (1..=last).rev().find(|k| three(*k) > SAME * most)?;
+        let begin = begin.saturating_sub(1).max(1);
+        self.inner = three(begin);
+        self.from += begin as f64 * step;
+        self.side = None;
+        self.values.drain(..begin);
+        (self.from < -1.0).then_some(())
     }
 
     /// With the edge at d, the upper face at `inner` up to d − band, the side up to d and the table at `outer` beyond, the area
-    /// is inner·(d + window) + side·band + outer·(window − d): solved for d.
+    /// is inner·(d − band − from) + side·band + outer·(window − d): solved for d. A profile that begins on the side has no more of it.
     fn edge(&self, ray: &Ray, window: f64, side: &Side) -> Edge {
         let [area, inner, outer] = [self.area, self.inner, self.outer].map(f64::from);
-        let band = inner * side.ratio(ray) * ray.band;
-        let d = (area - band - (inner + outer) * window) / (inner - outer);
+        let band = self.band(ray);
+        let ratio = if band > 0.0 { side.ratio(ray) } else { 1.0 };
+        let d = (area + inner * self.from + inner * (1.0 - ratio) * band - outer * window)
+            / (inner - outer);
         (d.abs() < window).then_some(d)
+    }
+
+    /// Width of the side along the ray, as far as the profile has its edge.
+    fn band(&self, ray: &Ray) -> f64 {
+        if self.from < -ray.band - 0.5 {
+            ray.band
+        } else {
+            0.0
+        }
+    }
+
+    /// Mean distance, in px, by which the profile misses a step at `edge`.
+    fn spread(&self, ray: &Ray, window: f64, edge: f64, side: &Side) -> f64 {
+        let (from, band) = (self.from, self.band(ray));
+        let step = (window - from) / self.values.len() as f64;
+        let rim = self.inner * side.ratio(ray) as f32;
+        let missed = self.values.iter().enumerate().map(|(k, value)| {
+            let t = from + (k as f64 + 0.5) * step;
+            let level = if t > edge {
+                self.outer
+            } else if t > edge - band {
+                rim
+            } else {
+                self.inner
+            };
+            f64::from((value - level).abs())
+        });
+        missed.sum::<f64>() * step / f64::from(self.inner - self.outer)
     }
 }
 
-/// How bright the side is, of the upper face: a + b·cos + c·sin of the direction that it faces.
-struct Side([f64; 3]);
+/// What images show of how bright the object's side is: sums of a least-squares fit.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct SideSums {
+    normal: Matrix3<f64>,
+    right: Vector3<f64>,
+    count: f64,
+}
 
-impl Side {
-    fn fit(rays: &[Ray], profiles: &[Option<Profile>]) -> Self {
-        let mut normal = [[0.0; 4]; 3];
-        let mut count = 0;
-        for (ray, profile) in rays.iter().zip(profiles) {
-            let Some(ratio) = profile.as_ref().and_then(|profile| profile.side) else {
-                continue;
-            };
-            count += 1;
-            let row = [1.0, ray.normal[0], ray.normal[1], f64::from(ratio)];
-            for i in 0..3 {
-                for j in 0..4 {
-                    normal[i][j] += row[i] * row[j];
-                }
-            }
-        }
-        if count < Self::FEWEST {
-            return Self([1.0, 0.0, 0.0]);
-        }
-        // What is seen in one direction says nothing of others: a ridge keeps them at the mean.
-        for (i, row) in normal.iter_mut().enumerate().skip(1) {
-            row[i] += Self::RIDGE * f64::from(count);
-        }
-        Self(solve(normal).unwrap_or([1.0, 0.0, 0.0]))
-    }
+/// How bright the object's side is, of its upper face: a + b·cos + c·sin of the direction that it faces in the image.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Side(pub(crate) [f64; 3]);
 
+impl SideSums {
     /// Rays from which a side's brightness is taken, at the least.
-    const FEWEST: u32 = 5;
+    const FEWEST: f64 = 5.0;
     const RIDGE: f64 = 0.02;
 
+    fn add(&mut self, ray: &Ray, ratio: f64) {
+        let row = Vector3::new(1.0, ray.normal[0], ray.normal[1]);
+        self.normal += row * row.transpose();
+        self.right += ratio * row;
+        self.count += 1.0;
+    }
+
+    pub(crate) fn plus(&self, other: &Self) -> Self {
+        Self {
+            normal: self.normal + other.normal,
+            right: self.right + other.right,
+            count: self.count + other.count,
+        }
+    }
+
+    pub(crate) fn fit(&self) -> Side {
+        if self.count < Self::FEWEST {
+            return Side([1.0, 0.0, 0.0]);
+        }
+        // What is seen in one direction says nothing of others: a ridge keeps them at the mean.
+        let mut normal = self.normal;
+        for i in [1, 2] {
+            normal[(i, i)] += Self::RIDGE * self.count;
+        }
+        let solved = normal.cholesky().map(|normal| normal.solve(&self.right));
+        Side(solved.map_or([1.0, 0.0, 0.0], Into::into))
+    }
+}
+
+impl Side {
     fn ratio(&self, ray: &Ray) -> f64 {
         let Self([a, b, c]) = self;
         (a + b * ray.normal[0] + c * ray.normal[1]).clamp(0.0, 2.0)

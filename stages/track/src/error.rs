@@ -33,10 +33,12 @@ pub enum ImageError {
         bytes: usize,
     },
     /// Its encoding is none that is decoded.
-    #[error("its encoding is `{0}`; JPEG, PNG, rgb8, bgr8, rgba8, bgra8, mono8, bayer_*8 are read")]
+    #[error(
+        "its encoding is `{0}`; JPEG, PNG, WebP, rgb, bgr, rgba, bgra, mono and bayer_* of 8 and 16 bits, yuv422, yuv422_yuy2, nv12 and nv21 are read"
+    )]
     Encoding(String),
-    /// Compressed data are neither JPEG nor PNG.
-    #[error("it is neither JPEG nor PNG")]
+    /// Compressed data are neither JPEG, PNG nor WebP.
+    #[error("it is neither JPEG, PNG nor WebP")]
     Unknown,
     /// It is a part of a video of another format than H.264.
     #[error(

@@ -1,10 +1,13 @@
 //! The pose at which the outline lies on the edges seen, step by step.
 
-use crate::change::Change;
+use crate::background::Alignment;
+use crate::change::{BandSums, Change, Prior};
 use crate::colour::{Contrast, Map, Part, Range};
-use crate::edges::{Edge, Ray, edges, rays};
+use crate::edges::{Edge, Edges, Ray, SideSums, edges, rays};
+use crate::learn::Learned;
 use crate::outline::{Outline, Pose, Solid};
 use crate::size::GLARE;
+use crate::table::Table;
 use crate::{CameraModel, Image};
 
 /// What a fit is made with.
@@ -17,11 +20,16 @@ pub(crate) struct Scene<'a> {
     pub(crate) light: &'a [f32; 256],
     /// How far a point of the object moves within an exposure at the most, in m.
     pub(crate) blur: f64,
+    /// What the log's other images show, and how their background lies in this one.
+    pub(crate) learned: &'a Learned,
+    pub(crate) alignment: Alignment,
+    /// Whether an edge counts only where table is seen outside of it: what hides a part may have the table's hue.
+    pub(crate) is_strict: bool,
 }
 
 /// The outline that lies best on the edges.
-#[derive(Clone, Debug)]
-pub(crate) struct Fit {
+#[derive(Clone)]
+pub(crate) struct Fit<'a> {
     pub(crate) pose: Pose,
     pub(crate) outline: Outline,
     pub(crate) rays: Vec<Ray>,
@@ -29,11 +37,22 @@ pub(crate) struct Fit {
     pub(crate) residuals: Vec<Edge>,
     /// How far a third of the outline moves the centre by itself, in m.
     pub(crate) pull: f64,
-    /// How much larger than the outline the object is seen, in px.
+    /// Standard deviation of a coordinate of the centre that the scatter of the edges makes, in m.
+    pub(crate) deviation: f64,
+    /// How bright this image shows the object's side.
+    pub(crate) side: SideSums,
+    /// What its edges say of that.
+    pub(crate) band: BandSums,
+    /// Mean distance, in px, by which most edges miss a step at the most.
+    spread: f64,
+    /// How much larger than the outline the object is seen, beyond what the log's other images let expect, in px.
     pub(crate) larger: f64,
+    /// The same with that.
+    pub(crate) seen_larger: f64,
     pub(crate) map: Map,
     /// Light of the object's middle.
     pub(crate) object: [f32; 3],
+    pub(crate) table: Table<'a>,
     /// Whether the table around is so bright that glare cannot be distinguished from it.
     pub(crate) is_table_bright: bool,
     /// Half width of the search across the outline, in px.
@@ -69,10 +88,32 @@ const BRIGHT: f32 = 0.8;
 /// Fewest pixels of the object, and of the table, for their colours.
 const FEWEST_PIXELS: usize = 16;
 
-/// Fits the outline from a first guess on.
-pub(crate) fn fit(scene: &Scene<'_>, start: Pose) -> Result<Fit, NoFit> {
+/// Fits the outline from a first guess on: as if nothing moved, and where edges are wider than that, or none are found, as if it did.
+pub(crate) fn fit<'a>(scene: &Scene<'a>, start: Pose) -> Result<Fit<'a>, NoFit> {
+    let still = fit_blurred(scene, start, 0.0);
+    let blur = match &still {
+        Ok(fit) if fit.spread > SPREAD => 2.0 * fit.spread - CLEAR,
+        Err(NoFit::NoEdges) if scene.blur > 0.0 => {
+            let [fx, fy, ..] = scene.camera.lens.matrix;
+            0.5 * scene.blur * fx.max(fy) / scene.camera.position[2]
+        }
+        _ => return still,
+    };
+    let start = still.as_ref().map_or(start, |fit| fit.pose);
+    fit_blurred(scene, start, blur).or(still)
+}
+
+/// Edges that miss a step by more px than that are blurred by movement: by a box four times as wide.
+const SPREAD: f64 = 1.25;
+
+/// The same with edges that movement blurs by so many px to both sides.
+fn fit_blurred<'a>(scene: &Scene<'a>, start: Pose, blur: f64) -> Result<Fit<'a>, NoFit> {
     let mut pose = start;
-    let mut colours: Option<Colours> = None;
+    let mut colours: Option<Colours<'_>> = None;
+    let mut prior = Prior {
+        turns: false,
+        larger: scene.learned.larger,
+    };
     let mut mapped = start;
     for step in 0..STEPS {
         let outline = Outline::seen(scene.camera, scene.solid, pose).ok_or(NoFit::Border)?;
@@ -81,11 +122,11 @@ pub(crate) fn fit(scene: &Scene<'_>, start: Pose) -> Result<Fit, NoFit> {
             .first()
             .map_or(1.0, |vertex| vertex.moves[0][0].hypot(vertex.moves[0][1]));
         let narrow = scale * scene.solid.half_width();
-        let window = LEVEL + CLEAR + 0.5 * scale * scene.blur;
+        let window = LEVEL + CLEAR + blur;
         let first = if step == 0 { FIRST } else { 0.0 };
         let window = (window + first).min(0.8 * narrow).max(2.0);
         let level = LEVEL.min(0.5 * window);
-        if leaves(scene.image, &outline) {
+        if leaves(scene, &rays(&outline, SPACING)) {
             return Err(NoFit::Border);
         }
         let rays = rays(&outline, SPACING);
@@ -97,9 +138,21 @@ pub(crate) fn fit(scene: &Scene<'_>, start: Pose) -> Result<Fit, NoFit> {
                 colours_around(scene, &outline, &rays, window)?
             }
         };
-        let found = edges(&seen.map, &rays, window, level);
-        let turns = scene.solid.turns() && step > 0;
-        let change = Change::least(&rays, &found, turns).ok_or(NoFit::NoEdges)?;
+        let ends = [window, level];
+        let known = scene.learned.side.as_ref();
+        let Edges {
+            found,
+            side,
+            spread,
+        } = edges(
+            &seen.map,
+            &seen.table,
+            &rays,
+            ends,
+            (known, scene.is_strict),
+        );
+        prior.turns = scene.solid.turns() && step > 0;
+        let change = Change::least(&rays, &found, &prior).ok_or(NoFit::NoEdges)?;
         let [x, y, yaw, larger] = change.parts;
         let moved = scale * (x.hypot(y) + scene.solid.reach() * yaw.abs());
         if !moved.is_finite() {
@@ -113,11 +166,17 @@ pub(crate) fn fit(scene: &Scene<'_>, start: Pose) -> Result<Fit, NoFit> {
                 pose,
                 outline,
                 residuals: change.residuals(&rays, &found),
-                pull: change.pull(&rays, &found, turns).ok_or(NoFit::NoEdges)?,
+                pull: change.pull(&rays, &found, &prior).ok_or(NoFit::NoEdges)?,
+                deviation: change.deviation(),
+                band: change.side(&rays, &found, &prior),
+                side,
+                spread,
                 rays,
-                larger,
+                larger: larger - scene.learned.larger[0],
+                seen_larger: larger,
                 map: seen.map,
                 object: seen.object,
+                table: seen.table,
                 is_table_bright: seen.is_table_bright,
                 window,
                 clear: window - level,
@@ -128,29 +187,86 @@ pub(crate) fn fit(scene: &Scene<'_>, start: Pose) -> Result<Fit, NoFit> {
     Err(NoFit::NoEdges)
 }
 
-/// Whether an outline comes nearer than this to the image's border (px): its edge cannot be seen then.
-fn leaves(image: &Image, outline: &Outline) -> bool {
+/// A pose near a first guess at which the object's colour fills the outline and ends there: where a part of the object is hidden or of
+/// another colour, the middle of what has its colour is not its middle.
+pub(crate) fn nearby(scene: &Scene<'_>, start: Pose) -> Option<Pose> {
+    let outline = Outline::seen(scene.camera, scene.solid, start)?;
+    let rays = rays(&outline, SEARCH_SPACING);
+    let scale = outline.vertices.first()?.moves;
+    let across = scale[0][0].hypot(scale[0][1]) * scene.solid.half_width();
+    let is_object = |ray: &Ray, far: f64, off: [f64; 2]| {
+        let [x, y] = [0, 1].map(|i| (ray.at[i] + off[i] + far * ray.normal[i]).round());
+        let (width, height) = (scene.image.width as f64, scene.image.height as f64);
+        let is_in = x >= 0.0 && y >= 0.0 && x < width && y < height;
+        is_in && {
+            let pixel = scene.image.pixel(x as usize, y as usize);
+            scene.range.contains(pixel, scene.image.grey)
+        }
+    };
+    let score = |off: [f64; 2]| -> i32 {
+        let one = |ray: &Ray| {
+            let (inside, outside) = (
+                is_object(ray, -SEARCH_EDGE, off),
+                is_object(ray, SEARCH_EDGE, off),
+            );
+            i32::from(inside) - 2 * i32::from(outside)
+        };
+        rays.iter().map(one).sum()
+    };
+    let step = (SEARCH_STEP * across).max(1.0);
+    let reach = (across / step).ceil() as i32;
+    let offs = (-reach..=reach).flat_map(|i| (-reach..=reach).map(move |j| [i, j]));
+    // Of several alike the nearest.
+    let [i, j] = offs.max_by_key(|[i, j]| {
+        let off = [f64::from(*i) * step, f64::from(*j) * step];
+        (score(off), -(i * i + j * j))
+    })?;
+    let off = [f64::from(i) * step, f64::from(j) * step];
+    let middle = [start.x, start.y, scene.solid.middle()];
+    let pixel = scene.camera.pixel(middle)?;
+    let at = [pixel[0] + off[0], pixel[1] + off[1]];
+    let at = scene.camera.point(at, scene.solid.middle())?;
+    Some(Pose {
+        x: at.x,
+        y: at.y,
+        yaw: start.yaw,
+    })
+}
+
+/// Distance of the rays of a search (px); how far to both sides of the outline it looks (px); its steps, of the object's half width.
+const SEARCH_SPACING: f64 = 2.5;
+const SEARCH_EDGE: f64 = 2.0;
+const SEARCH_STEP: f64 = 0.12;
+
+/// Whether much of an outline comes nearer than this to the image's border (px): its edge cannot be seen there. What is left of a circle
+/// tells where it is, what is left of a box may be one that is turned otherwise.
+fn leaves(scene: &Scene<'_>, rays: &[Ray]) -> bool {
     const MARGIN: f64 = 2.0;
-    let [low, high] = outline.bounds();
-    let is_within =
-        |i: usize, size: usize| low[i] >= MARGIN && high[i] <= size as f64 - 1.0 - MARGIN;
-    !(is_within(0, image.width) && is_within(1, image.height))
+    const MOST: f64 = 0.35;
+    let (image, turns) = (scene.image, scene.solid.turns());
+    let most = if turns { 0.0 } else { MOST };
+    let is_within = |at: f64, size: usize| at >= MARGIN && at <= size as f64 - 1.0 - MARGIN;
+    let is_out =
+        |ray: &&Ray| !(is_within(ray.at[0], image.width) && is_within(ray.at[1], image.height));
+    let out = rays.iter().filter(is_out).count();
+    out as f64 > most * rays.len() as f64
 }
 
 /// What is known of the colours around an outline.
-struct Colours {
+struct Colours<'a> {
     map: Map,
+    table: Table<'a>,
     object: [f32; 3],
     is_table_bright: bool,
 }
 
 /// The colours of object and table around an outline, and how far each pixel there is object.
-fn colours_around(
-    scene: &Scene<'_>,
+fn colours_around<'a>(
+    scene: &Scene<'a>,
     outline: &Outline,
     rays: &[Ray],
     window: f64,
-) -> Result<Colours, NoFit> {
+) -> Result<Colours<'a>, NoFit> {
     let image = scene.image;
     let (_, centre) = outline.moments();
     let pixel = |at: [f64; 2]| {
@@ -160,7 +276,7 @@ fn colours_around(
     };
     let (mut object, mut table) = (Vec::new(), Vec::new());
     for ray in rays {
-        for share in [0.2, 0.4, 0.6] {
+        for share in [0.2, 0.4, 0.6, 0.8] {
             let at = [0, 1].map(|i| centre[i] + share * (ray.at[i] - centre[i]));
             object.extend(pixel(at).filter(|rgb| scene.range.contains(*rgb, image.grey)));
         }
@@ -182,9 +298,20 @@ fn colours_around(
     if part.width < 2 || part.height < 2 {
         return Err(NoFit::Border);
     }
+    let background = scene.learned.background.as_ref();
     let bright = BRIGHT * scene.light[usize::from(GLARE)];
+    let mut map = contrast.map(image, scene.light, part);
+    if let Some(background) = background {
+        background.take_from(&mut map, &contrast, scene.light, &scene.alignment);
+    }
     Ok(Colours {
-        map: contrast.map(image, scene.light, part),
+        map,
+        table: Table {
+            image,
+            light: scene.light,
+            median: table,
+            background: background.map(|known| (known, scene.alignment)),
+        },
         object,
         is_table_bright: table.iter().all(|light| *light >= bright),
     })

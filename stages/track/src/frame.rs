@@ -5,6 +5,7 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 use logs::read::RawChannel;
 
 use crate::draw::drawn;
+use crate::learn::Learned;
 use crate::{Decoder, ImageMessage, Observation, Reason, Tracker};
 
 /// One image message after tracking.
@@ -24,7 +25,7 @@ pub(crate) struct TrackedFrame {
 
 /// Decodes a message and finds the object in it.
 pub(crate) fn track_frame(
-    tracker: &Tracker,
+    (tracker, learned): (&Tracker, &Learned),
     decoder: &mut Decoder,
     channel: &RawChannel,
     (log_time, data): (u64, &[u8]),
@@ -41,7 +42,7 @@ pub(crate) fn track_frame(
     });
     match parsed.and_then(|message| decoder.decode(&message)) {
         Ok(image) => {
-            let observation = tracker.observe(image);
+            let observation = tracker.look(image, learned).observation;
             let middle = 0.5 * image.height as f64;
             let row = observation.pixel.map_or(middle, |[_, row]| row);
             let delay = tracker.camera().delay(row, image.height);

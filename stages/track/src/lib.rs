@@ -8,12 +8,14 @@
 //! - [`Decoder`] decodes one message of an image topic; sizes that lie cost no memory.
 //! - [`Tracker`] looks at one image after another: `detect` finds where the object may be, `fit` moves the
 //!   projected outline of the known shape until it lies on the edges seen, `trust` decides whether to believe it.
-//! - [`track_log`] reads a log and writes another with the centroids.
+//! - [`track_log`] reads a log and writes another with the centroids: first some of its images together (`learn`: the table without the
+//!   object, its sides, its size), then each by itself with that.
 //! - [`LensFit`] finds a lens from images of a [`Board`], [`Calibration`] a camera from points of the table, [`Tuned`] the object's colour range from an image.
 //!
 //! What is measured is the object's centre on the table, not the centroid of its picture: the outline is that of the shape at its
 //! height, seen through the camera's lens from its pose. Stamps are moved to the middle of the exposure of the object's rows.
 
+mod background;
 mod bayer;
 mod board;
 mod calibrate;
@@ -34,12 +36,13 @@ mod homography;
 mod huffman;
 mod image;
 mod jpeg;
+mod learn;
 mod lens;
-mod linear;
 mod log;
 mod message;
 mod message_queue;
 mod minimise;
+mod notes;
 mod outline;
 mod protobuf;
 mod report;
@@ -49,6 +52,7 @@ mod sequence;
 mod size;
 mod stamps;
 mod standard_codes;
+mod table;
 mod tracker;
 mod trust;
 mod tune;

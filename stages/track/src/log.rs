@@ -10,14 +10,21 @@ use values::{ImageTopic, Rig};
 
 use crate::camera_info::{CameraInfo, CameraMessage};
 use crate::frame::TrackedFrame;
+use crate::learn::Learned;
 use crate::message_queue::{FrameTracker, MessageQueue, Processed};
+use crate::notes::Notes;
 use crate::report::QUALITY_SCHEMA;
 use crate::sequence::{Sequence, SequenceFrame};
 use crate::view::{LogFile, View};
-use crate::{FrameReport, QUALITY_TOPIC, Reason, TrackError, TrackOutcome, Tracker, is_image};
+use crate::{
+    FrameReport, Observation, QUALITY_TOPIC, Reason, TrackError, TrackOutcome, Tracker, is_image,
+};
 
 /// The least that an object moves, in m, not to be at rest in two images.
 const STILL: f64 = 0.001;
+
+/// Bytes of messages that wait at the most for a frame to be decided.
+const MOST_HELD_BYTES: usize = 24 << 20;
 
 /// Reads a log, finds the object in every image of the rig's image topic, and writes a log with all other messages, the
 /// centroids and what is said of every frame. A topic of centroids that the log has already is left out. With `view`, another log
@@ -73,7 +80,8 @@ fn track_into(
         .size
         .map(|size| size.map(|pixels| pixels as usize));
     let size = info.map_or(of_rig, |info| Some(info.size));
-    let frames = FrameTracker::new(&tracker, view.is_some());
+    let learned = Learned::of_log(log, &topic.name, &tracker)?;
+    let frames = FrameTracker::new(&tracker, &learned, view.is_some());
     let (summary, mut outcome) = rayon::scope_fifo(|scope| {
         let mut tracking = Tracking {
             tracker: &tracker,
@@ -83,8 +91,10 @@ fn track_into(
             queue: MessageQueue::new(scope, &frames),
             sequence: Sequence::new(STILL.max(3.0 * rig.camera.noise)),
             held: Vec::new(),
+            held_bytes: 0,
             outcome: TrackOutcome::default(),
             why: None,
+            notes: Notes::default(),
             size,
             info: None,
             view,
@@ -122,17 +132,27 @@ fn track_into(
     Ok(outcome)
 }
 
+/// What is said of a frame beside its centre.
+#[derive(Clone, Copy, Debug)]
+struct Seen {
+    quality: f64,
+    deviation: f64,
+    shift: [f64; 2],
+}
+
 struct Tracking<'a, 's, 'scope> {
     tracker: &'a Tracker,
     topic: &'a ImageTopic,
     centroid: &'a str,
     writer: CopyWriter<LogFile<'a>>,
     queue: MessageQueue<'s, 'scope>,
-    sequence: Sequence<(u64, f64)>,
+    sequence: Sequence<(u64, Seen)>,
     /// The messages that came after each frame that is held back, which wait until it is decided.
     held: Vec<Vec<Received>>,
+    held_bytes: usize,
     outcome: TrackOutcome,
     why: Option<String>,
+    notes: Notes,
     /// Width and height that all images have: the camera's matrix holds for no other.
     size: Option<[usize; 2]>,
     /// What the log says of the camera.
@@ -179,8 +199,14 @@ impl Tracking<'_, '_, '_> {
             // Behind a frame that waits, all wait.
             Processed::Message(message) => match self.held.last_mut() {
                 Some(after) => {
+                    self.held_bytes += message.data.len();
                     after.push(message);
-                    Ok(())
+                    if self.held_bytes < MOST_HELD_BYTES {
+                        return Ok(());
+                    }
+                    let mut decided = Vec::new();
+                    self.sequence.give_up(&mut |frame| decided.push(frame));
+                    self.write(decided)
                 }
                 None => self.copy(&message),
             },
@@ -198,13 +224,23 @@ impl Tracking<'_, '_, '_> {
             let number = self.outcome.frames;
             self.why = Some(format!("image {number}, of {seconds:.3} s: {why}"));
         }
-        let quality = tracked.observation.quality;
+        let Observation {
+            quality,
+            deviation,
+            shift,
+            ..
+        } = tracked.observation;
+        let seen = Seen {
+            quality,
+            deviation,
+            shift,
+        };
         self.held.push(Vec::new());
         let frame = SequenceFrame {
             stamp: tracked.stamp,
             hash: tracked.hash,
             centre: tracked.observation.centre,
-            with: (log_time, quality),
+            with: (log_time, seen),
         };
         let mut decided = Vec::new();
         self.sequence.push(frame, &mut |frame| decided.push(frame));
@@ -230,17 +266,20 @@ impl Tracking<'_, '_, '_> {
     }
 
     /// Writes frames that are decided, each with what waited behind it.
-    fn write(&mut self, decided: Vec<SequenceFrame<(u64, f64)>>) -> Result<(), TrackError> {
+    fn write(&mut self, decided: Vec<SequenceFrame<(u64, Seen)>>) -> Result<(), TrackError> {
         let waiting: Vec<_> = self.held.drain(..decided.len()).collect();
         for (frame, after) in decided.into_iter().zip(waiting) {
             let point = frame.centre.ok();
-            let (log_time, quality) = frame.with;
+            let (log_time, seen) = frame.with;
+            self.notes.add(frame.stamp, point, seen.shift);
             let reason = frame.centre.err();
             let report = FrameReport {
                 stamp: frame.stamp,
                 x: point.map(|point| point.x),
                 y: point.map(|point| point.y),
-                quality,
+                deviation: point.map(|_| seen.deviation),
+                shift: seen.shift,
+                quality: seen.quality,
                 reason,
             };
             if let (Some(point), Ok(stamp)) = (point, u64::try_from(frame.stamp)) {
@@ -257,6 +296,7 @@ impl Tracking<'_, '_, '_> {
             self.writer
                 .add(QUALITY_TOPIC, schema, "json", log_time, &data)?;
             for message in after {
+                self.held_bytes -= message.data.len();
                 self.copy(&message)?;
             }
         }
@@ -287,6 +327,7 @@ impl Tracking<'_, '_, '_> {
             let lens = &self.tracker.camera().lens;
             outcome.notes.extend(info.contradictions(lens, self.size));
         }
+        outcome.notes.extend(self.notes.said(self.tracker.camera()));
         outcome.notes.extend(self.why);
         Ok(outcome)
     }

@@ -20,6 +20,8 @@ pub enum Payload<'a> {
         step: u32,
         /// ROS's name of the pixel format.
         encoding: &'a str,
+        /// Whether numbers of two bytes have the greater one first.
+        is_big_endian: bool,
         /// The bytes.
         data: &'a [u8],
     },
@@ -54,6 +56,7 @@ enum Kind {
     FoxgloveRaw,
     FoxgloveCompressed,
     FoxgloveVideo,
+    RosVideo,
 }
 
 fn kind(schema: &str) -> Option<Kind> {
@@ -63,13 +66,14 @@ fn kind(schema: &str) -> Option<Kind> {
         "foxglove.RawImage" => Kind::FoxgloveRaw,
         "foxglove.CompressedImage" => Kind::FoxgloveCompressed,
         "foxglove.CompressedVideo" => Kind::FoxgloveVideo,
+        "foxglove_msgs/msg/CompressedVideo" => Kind::RosVideo,
         _ => return None,
     })
 }
 
 /// Whether messages of this type are images of a video, each of which builds on those before it.
 pub(crate) fn is_video(schema: &str) -> bool {
-    kind(schema) == Some(Kind::FoxgloveVideo)
+    matches!(kind(schema), Some(Kind::FoxgloveVideo | Kind::RosVideo))
 }
 
 /// Whether messages of this type hold images that are read.
@@ -82,7 +86,9 @@ impl<'a> ImageMessage<'a> {
     pub fn parse(schema: &str, encoding: &str, data: &'a [u8]) -> Result<Self, ImageError> {
         let kind = kind(schema).ok_or(ImageError::Message("its type is no image"))?;
         match (kind, encoding) {
-            (Kind::RosRaw | Kind::RosCompressed, "cdr") => ros(kind, Wire::cdr(data)?),
+            (Kind::RosRaw | Kind::RosCompressed | Kind::RosVideo, "cdr") => {
+                ros(kind, Wire::cdr(data)?)
+            }
             (Kind::RosRaw | Kind::RosCompressed, "ros1") => ros(kind, Wire::ros1(data)?),
             (Kind::FoxgloveRaw | Kind::FoxgloveCompressed | Kind::FoxgloveVideo, "protobuf") => {
                 foxglove(kind, data)
@@ -98,14 +104,18 @@ fn ros<'a>(kind: Kind, mut wire: Wire<'a>) -> Result<ImageMessage<'a>, ImageErro
     let seconds = i64::from(wire.u32()?.cast_signed());
     let stamp = seconds * 1_000_000_000 + i64::from(wire.u32()?);
     wire.text()?; // frame_id
-    let payload = if kind == Kind::RosRaw {
+    let payload = if kind == Kind::RosVideo {
+        let data = wire.bytes()?;
+        Payload::Video(wire.text()?, data)
+    } else if kind == Kind::RosRaw {
         let (height, width) = (wire.u32()?, wire.u32()?);
         let encoding = wire.text()?;
-        wire.take(1)?; // is_bigendian
+        let is_big_endian = wire.take(1)? != [0];
         Payload::Raw {
             width,
             height,
             encoding,
+            is_big_endian,
             step: wire.u32()?,
             data: wire.bytes()?,
         }
@@ -158,6 +168,7 @@ fn foxglove(kind: Kind, data: &[u8]) -> Result<ImageMessage<'_>, ImageError> {
             height,
             step,
             encoding: text,
+            is_big_endian: false,
             data: bytes,
         },
         Kind::FoxgloveVideo => Payload::Video(text, bytes),

@@ -10,6 +10,7 @@ use logs::write::Received;
 use rayon::{ScopeFifo, Yield};
 
 use crate::frame::{TrackedFrame, track_frame};
+use crate::learn::Learned;
 use crate::message::is_video;
 use crate::{Decoder, Tracker};
 
@@ -21,6 +22,7 @@ const MOST_IMAGES: usize = 32;
 /// Tracks images, each by itself, on any thread.
 pub(crate) struct FrameTracker<'a> {
     tracker: &'a Tracker,
+    learned: &'a Learned,
     /// Whether what was found is drawn.
     is_drawn: bool,
     /// Those that no thread uses now; each keeps its memory from image to image.
@@ -28,9 +30,10 @@ pub(crate) struct FrameTracker<'a> {
 }
 
 impl<'a> FrameTracker<'a> {
-    pub(crate) fn new(tracker: &'a Tracker, is_drawn: bool) -> Self {
+    pub(crate) fn new(tracker: &'a Tracker, learned: &'a Learned, is_drawn: bool) -> Self {
         Self {
             tracker,
+            learned,
             is_drawn,
             decoders: Mutex::default(),
         }
@@ -39,7 +42,7 @@ impl<'a> FrameTracker<'a> {
     fn track(&self, decoder: &mut Decoder, image: &Received) -> TrackedFrame {
         let message = (image.log_time, image.data.as_slice());
         track_frame(
-            self.tracker,
+            (self.tracker, self.learned),
             decoder,
             &image.channel,
             message,

@@ -50,6 +50,10 @@ pub struct FrameReport {
     pub x: Option<f64>,
     /// Its second coordinate.
     pub y: Option<f64>,
+    /// Standard deviation of each coordinate in m, where it is trusted.
+    pub deviation: Option<f64>,
+    /// How far the table is seen from where it was in the log's other images, in px: the camera was pushed. The centre is corrected by it.
+    pub shift: [f64; 2],
     /// Share of outline and inside that agree with the object, 0 to 1.
     pub quality: f64,
     /// Why it is not trusted.
@@ -57,4 +61,4 @@ pub struct FrameReport {
 }
 
 /// Its JSON schema.
-pub(crate) const QUALITY_SCHEMA: &str = r#"{"type":"object","properties":{"stamp":{"type":"integer"},"x":{"type":["number","null"]},"y":{"type":["number","null"]},"quality":{"type":"number"},"reason":{"type":["string","null"]}}}"#;
+pub(crate) const QUALITY_SCHEMA: &str = r#"{"type":"object","properties":{"stamp":{"type":"integer"},"x":{"type":["number","null"]},"y":{"type":["number","null"]},"deviation":{"type":["number","null"]},"shift":{"type":"array","items":{"type":"number"}},"quality":{"type":"number"},"reason":{"type":["string","null"]}}}"#;

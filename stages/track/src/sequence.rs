@@ -62,6 +62,14 @@ impl<T> Sequence<T> {
         });
     }
 
+    /// Gives what is held back, though nothing has shown whether it is right: there is no more room for what waits behind it. Frames that
+    /// repeat may be stale, and are marked.
+    pub(crate) fn give_up(&mut self, out: &mut dyn FnMut(SequenceFrame<T>)) {
+        let Self { stamps, repeats } = self;
+        stamps.finish(&mut |frame, is_stale| repeats.push(marked(frame, is_stale), out));
+        repeats.release(true, out);
+    }
+
     /// Gives what is still held back, at the end.
     pub(crate) fn finish(&mut self, out: &mut dyn FnMut(SequenceFrame<T>)) {
         let Self { stamps, repeats } = self;

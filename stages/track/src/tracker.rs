@@ -4,11 +4,15 @@ use std::f64::consts::{FRAC_PI_4, FRAC_PI_6};
 
 use values::{Interval, Point, Rig};
 
+use crate::background::{Background, Pilot};
+use crate::change::BandSums;
 use crate::colour::{Range, light_of_bytes};
 use crate::detect::{Blob, blobs};
-use crate::fit::{Fit, NoFit, Scene, fit};
+use crate::edges::SideSums;
+use crate::fit::{Fit, NoFit, Scene, fit, nearby};
+use crate::learn::Learned;
 use crate::outline::{Outline, Pose, Solid};
-use crate::trust::judge;
+use crate::trust::{Judgement, judge};
 use crate::{CameraModel, Image, Reason, SetupError};
 
 /// What was found in one image.
@@ -16,6 +20,10 @@ use crate::{CameraModel, Image, Reason, SetupError};
 pub struct Observation {
     /// The object's centre on the table in m, or why it is not given.
     pub centre: Result<Point, Reason>,
+    /// Standard deviation of a coordinate of the centre, in m.
+    pub deviation: f64,
+    /// How far the table is seen from where it was in the log's other images, in px.
+    pub shift: [f64; 2],
     /// Share of the outline and of the inside that agree with the object, 0 to 1.
     pub quality: f64,
     /// Yaw in rad, for a box: of the face that is nearest to the table's axes.
@@ -24,6 +32,17 @@ pub struct Observation {
     pub pixel: Option<[f64; 2]>,
     /// Corners of the outline in px, also of one that is not believed.
     pub outline: Vec<[f64; 2]>,
+}
+
+/// What was found in one image, and what it teaches of others.
+#[derive(Clone, Debug)]
+pub(crate) struct Looked {
+    pub(crate) observation: Observation,
+    /// How bright the object's side is seen.
+    pub(crate) side: SideSums,
+    pub(crate) band: BandSums,
+    /// How much larger than it is the object is seen, in px.
+    pub(crate) larger: f64,
 }
 
 /// Finds the object in images, each by itself: the same image gives the same answer.
@@ -43,8 +62,10 @@ const FASTEST: f64 = 2.0;
 /// Pixels of the coarse grid across the object.
 const ACROSS: f64 = 8.0;
 /// A blob of less than this share of the object's picture is no object; of more than the other, not the object alone.
-const LEAST_AREA: f64 = 0.25;
+const LEAST_AREA: f64 = 0.2;
 const MOST_AREA: f64 = 2.0;
+/// A blob of this share may be the object, a part of it hidden.
+const LIKE_IT: f64 = 0.4;
 /// Yaws (rad) from which a box is fitted where one along the table's axes does not do.
 const YAWS: [f64; 5] = [
     FRAC_PI_6 / 2.0,
@@ -80,27 +101,81 @@ impl Tracker {
         &self.camera
     }
 
-    /// Finds the object in an image.
+    /// Finds the object in an image, of which nothing else is known.
     pub fn observe(&self, image: &Image) -> Observation {
-        let candidates = self.candidates(image);
-        let Some((blob, pose)) = candidates.first().copied() else {
-            return Observation::none(Reason::NoObject);
+        self.look(image, &Learned::default()).observation
+    }
+
+    /// The table without the object, as these images show it.
+    pub(crate) fn background(&self, pilots: &[Pilot]) -> Option<Background> {
+        Background::of(pilots, &self.range)
+    }
+
+    /// Finds the object in an image of a log that taught something.
+    pub(crate) fn look(&self, image: &Image, learned: &Learned) -> Looked {
+        let Some(alignment) = learned.align(image) else {
+            return Looked::none(Reason::Moved);
         };
-        let mut found = self.fit(image, pose);
-        if candidates.len() > 1 {
-            found.centre = Err(Reason::TwoObjects);
-        } else if blob.area > MOST_AREA * self.area(pose) && found.centre.is_ok() {
-            found.centre = Err(Reason::Occluded);
+        // Where the table has moved in the image, the object's picture has moved with it.
+        let mut camera = self.camera;
+        camera.lens.matrix[2] += alignment.shift[0];
+        camera.lens.matrix[3] += alignment.shift[1];
+        let scene = Scene {
+            image,
+            camera: &camera,
+            solid: &self.solid,
+            range: &self.range,
+            light: &self.light,
+            blur: self.blur,
+            learned,
+            alignment,
+            is_strict: false,
+        };
+        let mut looked = self.likeliest(&scene);
+        looked.observation.shift = alignment.shift;
+        looked
+    }
+
+    /// All that may be the object is fitted: it is what has its shape. Where nothing has, the reason is the largest's.
+    fn likeliest(&self, scene: &Scene<'_>) -> Looked {
+        let mut best: Option<Looked> = None;
+        // Blobs as large as the object that were not found to be it: one of them may be, and what was found another.
+        let mut like_it = 0;
+        for (blob, pose) in self.candidates(scene) {
+            let area = self.area(pose);
+            let mut found = self.fit(scene, pose);
+            if blob.area > MOST_AREA * area && found.observation.centre.is_ok() {
+                found.observation.centre = Err(Reason::Occluded);
+            }
+            let is_object = found.observation.centre.is_ok();
+            if !is_object && (LIKE_IT * area..MOST_AREA * area).contains(&blob.area) {
+                like_it += 1;
+            }
+            match &mut best {
+                Some(best) if is_object && best.observation.centre.is_ok() => {
+                    best.observation.centre = Err(Reason::TwoObjects);
+                    return best.clone();
+                }
+                Some(best) if best.observation.centre.is_ok() => {}
+                Some(best) if is_object => *best = found,
+                Some(_) => {}
+                None => best = Some(found),
+            }
         }
-        found
+        let mut best = best.unwrap_or_else(|| Looked::none(Reason::NoObject));
+        if best.observation.centre.is_ok() && like_it > 0 {
+            best.observation.centre = Err(Reason::TwoObjects);
+        }
+        best
     }
 
     /// Blobs that may be the object, on the table: the largest first. Where none is on the table, the largest beside it.
-    fn candidates(&self, image: &Image) -> Vec<(Blob, Pose)> {
+    fn candidates(&self, scene: &Scene<'_>) -> Vec<(Blob, Pose)> {
         let stride = self.stride();
         let (mut on, mut beside) = (Vec::new(), None);
-        for blob in blobs(image, &self.range, stride) {
-            let Some(at) = self.camera.point(blob.centre, self.solid.middle()) else {
+        let background = scene.learned.background.as_ref();
+        for blob in blobs(scene.image, &self.range, stride, background) {
+            let Some(at) = scene.camera.point(blob.centre, self.solid.middle()) else {
                 continue;
             };
             let pose = Pose {
@@ -141,43 +216,55 @@ impl Tracker {
         (across / ACROSS).clamp(1.0, 6.0) as usize
     }
 
-    fn fit(&self, image: &Image, start: Pose) -> Observation {
-        let scene = Scene {
-            image,
-            camera: &self.camera,
-            solid: &self.solid,
-            range: &self.range,
-            light: &self.light,
-            blur: self.blur,
+    fn fit(&self, scene: &Scene<'_>, start: Pose) -> Looked {
+        let mut best = self.judged(scene, start);
+        if is_found(&best) {
+            return best;
+        }
+        let mut take = |other: Looked| {
+            let key = |looked: &Looked| (is_found(looked), looked.observation.quality);
+            if key(&other) > key(&best) {
+                best = other;
+            }
         };
-        let mut best = self.judged(&scene, start);
-        if self.solid.turns() && best.centre.is_err() {
-            for turn in YAWS {
-                let yaw = start.yaw + turn;
-                let other = self.judged(&scene, Pose { yaw, ..start });
-                let is_better =
-                    (other.centre.is_ok(), other.quality) > (best.centre.is_ok(), best.quality);
-                if is_better {
-                    best = other;
-                }
+        let turns: &[f64] = if self.solid.turns() { &YAWS } else { &[] };
+        for turn in turns {
+            let yaw = start.yaw + turn;
+            take(self.judged(scene, Pose { yaw, ..start }));
+        }
+        let strict = Scene {
+            is_strict: true,
+            ..*scene
+        };
+        take(self.judged(&strict, start));
+        for turn in turns.iter().chain([&0.0]) {
+            let yaw = start.yaw + turn;
+            if let Some(near) = nearby(scene, Pose { yaw, ..start }) {
+                take(self.judged(scene, near));
+                take(self.judged(&strict, near));
             }
         }
         best
     }
 
-    fn judged(&self, scene: &Scene<'_>, start: Pose) -> Observation {
+    fn judged(&self, scene: &Scene<'_>, start: Pose) -> Looked {
         match fit(scene, start) {
-            Err(no_fit) => Observation::none(self.without_fit(scene, start, no_fit)),
+            Err(no_fit) => Looked::none(self.without_fit(scene, start, no_fit)),
             Ok(fit) => {
                 let judged = judge(scene.image, &self.light, &self.range, &self.solid, &fit);
-                Observation::of(&fit, judged)
+                Looked {
+                    side: fit.side,
+                    band: fit.band,
+                    larger: fit.seen_larger,
+                    observation: Observation::of(&fit, &judged),
+                }
             }
         }
     }
 
     /// A blob at the border may have its centroid well within.
     fn without_fit(&self, scene: &Scene<'_>, start: Pose, no_fit: NoFit) -> Reason {
-        let pixel = self.camera.pixel([start.x, start.y, self.solid.middle()]);
+        let pixel = scene.camera.pixel([start.x, start.y, self.solid.middle()]);
         let Some([x, y]) = pixel else {
             return Reason::Border;
         };
@@ -192,11 +279,28 @@ impl Tracker {
     }
 }
 
+fn is_found(looked: &Looked) -> bool {
+    looked.observation.centre.is_ok()
+}
+
+impl Looked {
+    fn none(reason: Reason) -> Self {
+        Self {
+            observation: Observation::none(reason),
+            side: SideSums::default(),
+            band: BandSums::default(),
+            larger: 0.0,
+        }
+    }
+}
+
 impl Observation {
     /// Nothing was found, or nothing looked at.
     pub fn none(reason: Reason) -> Self {
         Self {
             centre: Err(reason),
+            deviation: 0.0,
+            shift: [0.0; 2],
             quality: 0.0,
             yaw: 0.0,
             pixel: None,
@@ -204,14 +308,13 @@ impl Observation {
         }
     }
 
-    fn of(fit: &Fit, judged: Result<f64, (Reason, f64)>) -> Self {
-        let (centre, quality) = match judged {
-            Ok(quality) => (Ok(Point::new(fit.pose.x, fit.pose.y)), quality),
-            Err((reason, quality)) => (Err(reason), quality),
-        };
+    fn of(fit: &Fit<'_>, judged: &Judgement) -> Self {
+        let centre = Point::new(fit.pose.x, fit.pose.y);
         Self {
-            centre,
-            quality,
+            centre: judged.against.map_or(Ok(centre), Err),
+            deviation: judged.deviation,
+            shift: [0.0; 2],
+            quality: judged.quality,
             yaw: fit.pose.yaw,
             pixel: Some(fit.outline.moments().1),
             outline: fit

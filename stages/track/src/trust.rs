@@ -27,6 +27,8 @@ pub enum Reason {
     Shaded,
     /// What is seen has not the object's shape or size.
     Shape,
+    /// The table is not where it was in the log's other images: the camera was pushed, or something large lies before it.
+    Moved,
     /// The image was seen before, while the object moved.
     Repeated,
     /// The stamp is not after the one before, ahead of those behind, or before 1970.
@@ -46,6 +48,7 @@ impl Reason {
             Self::Saturated => "saturated",
             Self::Shaded => "shaded",
             Self::Shape => "shape",
+            Self::Moved => "moved",
             Self::Repeated => "repeated",
             Self::Stale => "stale",
             Self::Undecodable => "undecodable",
@@ -66,13 +69,21 @@ impl From<NoFit> for Reason {
 /// An edge that lies within this of the outline (px), or this share of the object's half width, agrees with it.
 const AGREES: f64 = 0.8;
 const AGREES_SHARE: f64 = 0.03;
-/// Least share of the outline that must agree, and of the inside that must have the object's colour. A hand that hides more leaves an
-/// outline that could lie elsewhere.
-const LEAST_OUTLINE: f64 = 0.80;
+/// Least share of the outline that must be seen: of less, an outline that lies elsewhere could agree as well.
+const LEAST_OUTLINE: f64 = 0.50;
+/// Where this share of the outline is seen, all inside is the object's, print and labels too; where less, so much of what the outline
+/// encloses beside the part that is seen must have its colour.
+const WHOLE_OUTLINE: f64 = 0.80;
 const LEAST_INSIDE: f64 = 0.75;
+/// Most of the outline that may speak against it, inside of which bare table is seen. Something that hides a part and looks like the table
+/// is let pass where the rest decides by itself.
+const MOST_AGAINST: f64 = 0.08;
+const MOST_ALIKE: f64 = 0.35;
 /// The object is seen as large as it is to this share of its half width, or to this many px.
 const SIZE_SHARE: f64 = 0.08;
 const SIZE: f64 = 1.2;
+/// Where a part is hidden, an outline that lies elsewhere is one of another size.
+const SIZE_IN_PART: f64 = 0.4;
 /// The inside's contrast lies within this range of its middle's: what is outside has another colour or is too dark.
 const INSIDE: std::ops::Range<f32> = 0.35..2.5;
 /// A pixel with less than this share of the object's light is dark.
@@ -80,10 +91,18 @@ const DARK: f32 = 0.25;
 
 /// A centre that is off by more than this (m) is wrong.
 const WRONG: f64 = 0.003;
-/// A third of the outline may move the centre by half of that: what misleads one third hardly misleads the others alike. Where a hard shadow
-/// lies around, which may, each third may move it by its third.
-const MOST_PULL: f64 = WRONG / 2.0;
+/// A third of the outline may move the centre by most of that: what misleads one third hardly misleads the others alike. Where a hard shadow lies
+/// around, which may, each third may move it by its third.
+const MOST_PULL: f64 = 0.8 * WRONG;
+/// Of one image alone, or where a part is hidden.
+const MOST_PULL_IN_PART: f64 = WRONG / 2.0;
 const MOST_PULL_IN_SHADOW: f64 = WRONG / 3.0;
+/// A coordinate that is not known to this (standard deviation, m) may be wrong; where a part is hidden, already to this.
+const MOST_DEVIATION: f64 = WRONG / 4.0;
+const MOST_DEVIATION_IN_PART: f64 = WRONG / 6.0;
+/// What the scatter of edges does not show of a centre's error: of the object's side, of compression; in m and in px.
+const UNSEEN: f64 = 0.0001;
+const UNSEEN_PX: f64 = 0.08;
 
 /// Most of what is seen just outside the outline that may have the object's colour, or glare: dust and noise.
 const MOST_OUTSIDE: f64 = 0.05;
@@ -93,14 +112,24 @@ const BRIGHT_SHARE: f64 = 0.9;
 /// Most of a face under a hard shadow's edge that may be lit otherwise than the rest: noise.
 const MOST_ODD: f64 = 0.03;
 
-/// How much of a fit agrees, 0 to 1, or why it is not believed.
+/// What is thought of a fit.
+pub(crate) struct Judgement {
+    /// Share of outline and inside that agree with the object, 0 to 1.
+    pub(crate) quality: f64,
+    /// Standard deviation of a coordinate of the centre, in m.
+    pub(crate) deviation: f64,
+    /// Why it is not believed.
+    pub(crate) against: Option<Reason>,
+}
+
+/// How much of a fit agrees, and whether it is believed.
 pub(crate) fn judge(
     image: &Image,
     light: &[f32; 256],
     range: &Range,
     solid: &Solid,
-    fit: &Fit,
-) -> Result<f64, (Reason, f64)> {
+    fit: &Fit<'_>,
+) -> Judgement {
     let scale = fit
         .outline
         .vertices
@@ -108,35 +137,74 @@ pub(crate) fn judge(
         .map_or(1.0, |vertex| vertex.moves[0][0].hypot(vertex.moves[0][1]));
     let half_width = scale * solid.half_width();
     let tolerance = AGREES.max(AGREES_SHARE * half_width);
-    let agrees = |left: &&Option<f64>| left.is_some_and(|left| left.abs() < tolerance);
-    let count = fit.residuals.iter().filter(agrees).count();
-    let outline = count as f64 / fit.residuals.len().max(1) as f64;
+    let agrees = |left: &Option<f64>| left.is_some_and(|left| left.abs() < tolerance);
+    let rays = fit.rays.len().max(1) as f64;
+    let count = fit.residuals.iter().filter(|left| agrees(left)).count();
+    let outline = count as f64 / rays;
+    // Beside what agrees, what is inside must not be table, nor what is outside object.
+    let against = fit.rays.iter().zip(&fit.residuals).filter(|(ray, left)| {
+        let at = |far: f64| [0, 1].map(|i| ray.at[i] + far * ray.normal[i]);
+        let inset = (ray.band + fit.clear + 0.5).min(half_width);
+        !agrees(left)
+            && (fit.table.is_bare_at(at(-inset)) && fit.table.is_bare_at(at(-inset - 1.0)))
+    });
+    let against = against.count() as f64 / rays;
 
-    let inside = Inside::count(image, light, fit);
-    let quality = outline * inside.share;
-    if inside.share < LEAST_INSIDE {
-        return Err((inside.reason, quality));
+    let inside = Inside::count(image, light, fit, &|left| agrees(left));
+    let deviation = (fit.deviation.powi(2) + UNSEEN.powi(2) + (UNSEEN_PX / scale).powi(2)).sqrt();
+    let judged = |against: Option<Reason>| Judgement {
+        quality: outline * inside.share,
+        deviation,
+        against,
+    };
+    let is_whole = outline >= WHOLE_OUTLINE;
+    let least_inside = if is_whole { 0.0 } else { LEAST_INSIDE };
+    let decides =
+        outline >= 0.6 && fit.pull < MOST_PULL_IN_PART && deviation < MOST_DEVIATION_IN_PART;
+    let most_against = if decides && fit.table.background.is_some() {
+        MOST_ALIKE
+    } else {
+        MOST_AGAINST
+    };
+    if outline < LEAST_OUTLINE || inside.beside < least_inside || against > most_against {
+        return judged(Some(inside.reason));
     }
-    if outline < LEAST_OUTLINE {
-        return Err((Reason::Occluded, quality));
-    }
-    let is_half_dark = is_table_half_dark(image, light, fit);
+    // A log's other images tell how large the object is seen, and a shadow moves all of one side; of one image alone nothing does.
+    let is_known = fit.table.background.is_some();
+    let is_sized =
+        (is_known && (is_whole || decides)) || (is_whole && fit.larger.abs() < SIZE_IN_PART);
+    let is_half_dark = !is_sized && is_table_half_dark(image, light, fit);
     if is_half_dark && is_face_half_dark(fit) {
-        return Err((Reason::Shaded, quality));
+        return judged(Some(Reason::Shaded));
     }
     let outside = Outside::count(image, light, range, fit);
-    let most_pull = if is_half_dark {
-        MOST_PULL_IN_SHADOW
-    } else {
-        MOST_PULL
+    let most_pull = match (is_half_dark, is_whole) {
+        (true, _) => MOST_PULL_IN_SHADOW,
+        (false, true) if is_known => MOST_PULL,
+        (false, _) => MOST_PULL_IN_PART,
     };
-    if outside.is_much() || fit.pull > most_pull {
-        return Err((outside.reason(), quality));
+    let most_deviation = if is_whole {
+        MOST_DEVIATION
+    } else {
+        MOST_DEVIATION_IN_PART
+    };
+    if outside.is_much() || fit.pull > most_pull || deviation > most_deviation {
+        return judged(Some(outside.reason()));
     }
-    if fit.larger.abs() > SIZE.max(SIZE_SHARE * half_width) {
-        return Err((Reason::Shape, quality));
+    let most_size = match (is_whole, is_known) {
+        (true, true) => SIZE.max(SIZE_SHARE * half_width),
+        // Of one image alone, nothing tells how much blur and sharpening make of it.
+        (true, false) => 0.5 * SIZE.max(SIZE_SHARE * half_width),
+        (false, _) => SIZE_IN_PART,
+    };
+    if fit.larger.abs() > most_size {
+        return judged(Some(if is_whole {
+            Reason::Shape
+        } else {
+            Reason::Occluded
+        }));
     }
-    Ok(quality)
+    judged(None)
 }
 
 /// The pixel so far (px) outwards along a ray.
@@ -152,7 +220,7 @@ fn is_glare(rgb: [u8; 3]) -> bool {
 
 /// Whether a part of the table around the object has too little light, of the rest, for an edge to be seen there: a hard shadow, which may be
 /// the object's own.
-fn is_table_half_dark(image: &Image, light: &[f32; 256], fit: &Fit) -> bool {
+fn is_table_half_dark(image: &Image, light: &[f32; 256], fit: &Fit<'_>) -> bool {
     let light_of = |ray: &Ray, far: f64| {
         let rgb = pixel(image, ray, far)?;
         Some(rgb.iter().map(|byte| light[usize::from(*byte)]).sum())
@@ -170,7 +238,7 @@ fn is_table_half_dark(image: &Image, light: &[f32; 256], fit: &Fit) -> bool {
 }
 
 /// Whether the edge of a hard shadow runs over the object's face: the object's own shadow, however deep, does not.
-fn is_face_half_dark(fit: &Fit) -> bool {
+fn is_face_half_dark(fit: &Fit<'_>) -> bool {
     let inside = |ray: &Ray| {
         let inset = ray.band + fit.clear;
         [0.0, 1.0, 2.0].map(|further| {
@@ -193,7 +261,7 @@ struct Outside {
 }
 
 impl Outside {
-    fn count(image: &Image, light: &[f32; 256], range: &Range, fit: &Fit) -> Self {
+    fn count(image: &Image, light: &[f32; 256], range: &Range, fit: &Fit<'_>) -> Self {
         let mut count = Self {
             glare: 0,
             dark: 0,
@@ -204,14 +272,22 @@ impl Outside {
         for ray in &fit.rays {
             for beyond in [0.5, 1.5, 2.5] {
                 // No blur between object and table is as bright as glare: it is looked for at the outline itself.
+                let at = |far: f64| [0, 1].map(|i| ray.at[i] + far * ray.normal[i]);
+                // What was there without the object is no part of it.
+                let is_known =
+                    |far: f64| fit.table.background.is_some() && fit.table.is_bare_at(at(far));
                 let near = pixel(image, ray, beyond);
-                if near.is_some_and(is_glare) && !fit.is_table_bright {
+                let is_glare = near.is_some_and(is_glare) && !fit.is_table_bright;
+                if is_glare && !is_known(beyond) && !is_known(fit.clear + beyond) {
                     count.glare += 1;
                 }
                 let Some(rgb) = pixel(image, ray, fit.clear + beyond) else {
                     continue;
                 };
                 count.all += 1;
+                if is_known(fit.clear + beyond) {
+                    continue;
+                }
                 let seen: f32 = rgb.iter().map(|byte| light[usize::from(*byte)]).sum();
                 if range.contains(rgb, image.grey) {
                     if seen < DARK * total {
@@ -245,18 +321,26 @@ impl Outside {
 struct Inside {
     /// Share that has the object's colour.
     share: f64,
+    /// The same beside the part of the outline that agrees, near to it.
+    beside: f64,
     /// What most of the rest is.
     reason: Reason,
 }
 
 impl Inside {
-    fn count(image: &Image, light: &[f32; 256], fit: &Fit) -> Self {
+    fn count(
+        image: &Image,
+        light: &[f32; 256],
+        fit: &Fit<'_>,
+        agrees: &dyn Fn(&Option<f64>) -> bool,
+    ) -> Self {
         /// Rings between the middle and the outline.
         const RINGS: usize = 5;
         let (_, centre) = fit.outline.moments();
         let (mut object, mut glare, mut dark, mut other) = (0usize, 0usize, 0usize, 0usize);
+        let (mut beside, mut of) = (0usize, 0usize);
         let total: f32 = fit.object.iter().sum();
-        for ray in &fit.rays {
+        for (ray, left) in fit.rays.iter().zip(&fit.residuals) {
             // As far in as the side and the blurred edge leave.
             let inset = (ray.band + fit.window).min(0.5 * crate::outline::distance(ray.at, centre));
             let rim = [0, 1].map(|i| ray.at[i] - inset * ray.normal[i]);
@@ -269,7 +353,12 @@ impl Inside {
                 };
                 let rgb = image.pixel(at[0].round() as usize, at[1].round() as usize);
                 let seen: f32 = rgb.iter().map(|byte| light[usize::from(*byte)]).sum();
-                if INSIDE.contains(&value) {
+                let is_object = INSIDE.contains(&value);
+                if ring + 1 == RINGS && agrees(left) {
+                    of += 1;
+                    beside += usize::from(is_object);
+                }
+                if is_object {
                     object += 1;
                 } else if is_glare(rgb) {
                     glare += 1;
@@ -290,6 +379,7 @@ impl Inside {
         };
         Self {
             share: object as f64 / all as f64,
+            beside: beside as f64 / of.max(1) as f64,
             reason,
         }
     }

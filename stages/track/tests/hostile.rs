@@ -74,6 +74,9 @@ impl Tried {
                     let off = centre.distance(Point::new(at.x, at.y));
                     if off > WRONG {
                         wrong.push(format!("{name} {k}: {:.1} mm", 1e3 * off));
+                    } else {
+                        // What is found all the same needs no reason.
+                        named += 1;
                     }
                     "trusted"
                 }

@@ -40,6 +40,42 @@ fn reports(path: &Path) -> Vec<FrameReport> {
         .collect()
 }
 
+/// Brightness and colour differences of a pixel, ITU-R BT.601 of the range 16 to 235.
+fn yuv(picture: &Picture, pixel: usize) -> [u8; 3] {
+    let [r, g, b] = [0, 1, 2].map(|i| f64::from(picture.rgb[3 * pixel + i]));
+    [
+        16.0 + 0.257 * r + 0.504 * g + 0.098 * b,
+        128.0 - 0.148 * r - 0.291 * g + 0.439 * b,
+        128.0 + 0.439 * r - 0.368 * g - 0.071 * b,
+    ]
+    .map(|part| part.round() as u8)
+}
+
+/// Two pixels in four bytes, in some order of the two's brightness and the colour differences that they share.
+fn pairs(picture: &Picture, order: fn([u8; 2], [u8; 2]) -> [u8; 4]) -> Vec<u8> {
+    let pair = |k: usize| {
+        let ([y, u, v], [z, s, t]) = (yuv(picture, 2 * k), yuv(picture, 2 * k + 1));
+        let mean = |a: u8, b: u8| u8::midpoint(a, b);
+        order([y, z], [mean(u, s), mean(v, t)])
+    };
+    (0..picture.rgb.len() / 6).flat_map(pair).collect()
+}
+
+/// A plane of brightness, and one of colour differences of every fourth pixel.
+fn planes(picture: &Picture, order: fn([u8; 2]) -> [u8; 2]) -> Vec<u8> {
+    let luma = (0..picture.width * picture.height).map(|k| yuv(picture, k)[0]);
+    let mut data: Vec<u8> = luma.collect();
+    for row in (0..picture.height).step_by(2) {
+        for column in (0..picture.width).step_by(2) {
+            let at = |dx, dy| yuv(picture, (row + dy) * picture.width + column + dx);
+            let four = [at(0, 0), at(1, 0), at(0, 1), at(1, 1)];
+            let mean = |i: usize| (four.iter().map(|yuv| u32::from(yuv[i])).sum::<u32>() / 4) as u8;
+            data.extend(order([mean(1), mean(2)]));
+        }
+    }
+    data
+}
+
 #[test]
 fn every_encoding_gives_the_same_centres() {
     let (rig, dir) = (small(), tempfile::tempdir().unwrap());
@@ -55,7 +91,7 @@ fn every_encoding_gives_the_same_centres() {
     let size = |step| [320, 240, step];
     let ros = "sensor_msgs/msg/Image";
     let ros_compressed = "sensor_msgs/msg/CompressedImage";
-    let encodings: [(&str, &str, &str, Encode<'_>); 7] = [
+    let encodings: [(&str, &str, &str, Encode<'_>); 13] = [
         ("rgb8", ros, "cdr", &|p, at| {
             raw("rgb8", size(960), &p.rgb, at)
         }),
@@ -67,6 +103,38 @@ fn every_encoding_gives_the_same_centres() {
                 .map(|k| p.rgb[3 * k + [[0, 1], [1, 2]][k / 320 % 2][k % 2]])
                 .collect();
             raw("bayer_rggb8", size(320), &mosaic, at)
+        }),
+        ("rgb16", ros, "cdr", &|p, at| {
+            let twice: Vec<u8> = p.rgb.iter().flat_map(|byte| [7, *byte]).collect();
+            raw("rgb16", size(1920), &twice, at)
+        }),
+        ("bayer16", ros, "cdr", &|p, at| {
+            let mosaic =
+                (0..320 * 240).map(|k| p.rgb[3 * k + [[2, 1], [1, 0]][k / 320 % 2][k % 2]]);
+            let twice: Vec<u8> = mosaic.flat_map(|byte| [7, byte]).collect();
+            raw("bayer_bggr16", size(640), &twice, at)
+        }),
+        ("yuv422", ros, "cdr", &|p, at| {
+            raw(
+                "yuv422",
+                size(640),
+                &pairs(p, |[y, z], [u, v]| [u, y, v, z]),
+                at,
+            )
+        }),
+        ("yuv422_yuy2", ros, "cdr", &|p, at| {
+            raw(
+                "yuv422_yuy2",
+                size(640),
+                &pairs(p, |[y, z], [u, v]| [y, u, z, v]),
+                at,
+            )
+        }),
+        ("nv12", ros, "cdr", &|p, at| {
+            raw("nv12", size(320), &planes(p, |[u, v]| [u, v]), at)
+        }),
+        ("nv21", ros, "cdr", &|p, at| {
+            raw("nv21", size(320), &planes(p, |[u, v]| [v, u]), at)
         }),
         ("png", ros_compressed, "cdr", &|p, at| {
             compressed(&p.png().unwrap(), at)
@@ -306,7 +374,7 @@ fn hostile_images_are_typed_errors() {
             "no image",
             ros_compressed,
             compressed(b"hello", 0),
-            "neither JPEG nor PNG",
+            "neither JPEG, PNG nor WebP",
         ),
         ("empty", ros_compressed, Vec::new(), "ends at byte 0"),
         (
@@ -340,10 +408,16 @@ fn hostile_images_are_typed_errors() {
             "0 × 0",
         ),
         (
+            "an encoding that is not read",
+            ros,
+            raw("bayer_rggb12", rows, &picture.rgb, 0),
+            "bayer_rggb12",
+        ),
+        (
             "a lying encoding",
             ros,
             raw("rgb16", rows, &picture.rgb, 0),
-            "rgb16",
+            "pixels of 6 bytes",
         ),
     ] {
         let (log, out) = (dir.path().join("in.mcap"), dir.path().join("out.mcap"));

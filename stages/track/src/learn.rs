@@ -1,0 +1,183 @@
+//! What a log's own images teach before each is looked at: the table without the object, how bright the object's sides are, and how much
+//! larger than it is the object is seen.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use logs::read::{RawChannel, RawMessage, read_raw};
+use logs::{Limits, LogError};
+use rayon::prelude::*;
+
+use crate::background::{Alignment, Background, FEWEST_PILOTS, Pilot};
+use crate::change::BandSums;
+use crate::edges::{Side, SideSums};
+use crate::message::is_video;
+use crate::tracker::Looked;
+use crate::{Decoder, Image, ImageMessage, Tracker};
+
+/// What is known before an image is looked at.
+#[derive(Clone, Debug)]
+pub(crate) struct Learned {
+    pub(crate) background: Option<Background>,
+    /// The brightness of the object's sides, where images tell it.
+    pub(crate) side: Option<Side>,
+    /// How much larger the object is seen (px), and how well that is known (standard deviation, px).
+    pub(crate) larger: [f64; 2],
+}
+
+impl Default for Learned {
+    fn default() -> Self {
+        Self {
+            background: None,
+            side: None,
+            larger: [0.0, LARGER],
+        }
+    }
+}
+
+/// Blur and sharpening make an object so much larger or smaller (standard deviation, px).
+const LARGER: f64 = 0.4;
+/// How well a log's own images tell that, at the best.
+const LEAST_LARGER: f64 = 0.08;
+/// Images that are looked at, and bytes that their pixels and their messages take at the most.
+const PILOTS: usize = 20;
+const MOST_PIXEL_BYTES: usize = 44 << 20;
+const MOST_MESSAGE_BYTES: usize = 32 << 20;
+/// The object's picture with its shadow reaches so far beyond its outline, of its size.
+const AROUND: f64 = 0.5;
+
+/// One message that waits.
+struct Kept {
+    channel: Arc<RawChannel>,
+    data: Vec<u8>,
+}
+
+impl Learned {
+    /// What the images of a log's topic teach, some taken evenly over all of it. Images of a video build on one another: of one nothing is
+    /// learned.
+    ///
+    /// # Errors
+    /// The log cannot be read.
+    pub(crate) fn of_log(log: &Path, topic: &str, tracker: &Tracker) -> Result<Self, LogError> {
+        let (mut kept, mut every, mut number, mut bytes) = (Vec::<Kept>::new(), 1, 0usize, 0);
+        read_raw(log, Limits::default(), &mut |message: RawMessage<'_>| {
+            let channel = message.channel;
+            if channel.topic != topic || is_video(&channel.schema) {
+                return Ok::<_, LogError>(());
+            }
+            if number % every == 0 {
+                bytes += message.data.len();
+                kept.push(Kept {
+                    channel: Arc::clone(channel),
+                    data: message.data.to_vec(),
+                });
+            }
+            number += 1;
+            // Every second one goes where there are too many: those that stay are even over the log.
+            while kept.len() > 2 * PILOTS
+                || (bytes > MOST_MESSAGE_BYTES && kept.len() > FEWEST_PILOTS)
+            {
+                let mut is_even = false;
+                kept.retain(|_| {
+                    is_even = !is_even;
+                    is_even
+                });
+                bytes = kept.iter().map(|kept| kept.data.len()).sum();
+                every *= 2;
+            }
+            Ok(())
+        })?;
+        Ok(Self::of(&kept, tracker))
+    }
+
+    fn of(kept: &[Kept], tracker: &Tracker) -> Self {
+        let size = kept.iter().find_map(|kept| Some(decoded(kept)?.rgb.len()));
+        let Some(size) = size else {
+            return Self::default();
+        };
+        let most = (MOST_PIXEL_BYTES / size.max(1)).clamp(1, PILOTS);
+        let step = kept.len().div_ceil(most).max(1);
+        let some: Vec<&Kept> = kept.iter().step_by(step).collect();
+        let images: Vec<Image> = some.into_par_iter().filter_map(decoded).collect();
+        let look = |image: &Image, learned: &Self| tracker.look(image, learned);
+        let mut learned = Self::default();
+        let first: Vec<Looked> = images
+            .par_iter()
+            .map(|image| look(image, &learned))
+            .collect();
+        let found = |looked: &[Looked]| -> Vec<Looked> {
+            let found = looked
+                .iter()
+                .filter(|looked| looked.observation.centre.is_ok());
+            found.cloned().collect()
+        };
+        let outlines = first
+            .iter()
+            .map(|looked| bounds(&looked.observation.outline));
+        let pilots: Vec<Pilot> = images.into_iter().zip(outlines).collect();
+        learned.background = tracker.background(&pilots);
+        // How bright its pixels show the side, and then what the edges say of it, with the table known.
+        let sums = found(&first)
+            .iter()
+            .fold(SideSums::default(), |sums, looked| sums.plus(&looked.side));
+        let Side(mut side) = sums.fit();
+        learned.side = Some(Side(side));
+        let again: Vec<Looked> = pilots
+            .par_iter()
+            .map(|(image, _)| look(image, &learned))
+            .collect();
+        let again = found(&again);
+        if again.len() < FEWEST_PILOTS {
+            learned.side = None;
+            return learned;
+        }
+        let sums = again
+            .iter()
+            .fold(BandSums::default(), |sums, looked| sums.plus(&looked.band));
+        for (part, more) in side.iter_mut().zip(sums.fit()) {
+            *part += more;
+        }
+        learned.side = Some(Side(side));
+        let mut larger: Vec<f64> = again.iter().map(|looked| looked.larger).collect();
+        larger.sort_by(f64::total_cmp);
+        let at = |share: f64| larger[(share * (larger.len() - 1) as f64).round() as usize];
+        // Half of the distance between the quartiles, as a deviation.
+        let deviation = 0.5 * (at(0.75) - at(0.25)) / 0.6745;
+        learned.larger = [at(0.5), deviation.max(LEAST_LARGER)];
+        learned
+    }
+
+    /// How the background lies in an image; as it was where nothing is known of it; none where it is elsewhere.
+    pub(crate) fn align(&self, image: &Image) -> Option<Alignment> {
+        match &self.background {
+            Some(background) => background.align(image),
+            None => Some(Alignment {
+                shift: [0.0; 2],
+                light: 1.0,
+            }),
+        }
+    }
+}
+
+/// The part of an image (`[[x, y], [x, y]]`, px) that an object with this outline and its shadow take.
+fn bounds(outline: &[[f64; 2]]) -> [[f64; 2]; 2] {
+    let nowhere = [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]];
+    let [low, high] = outline.iter().fold(nowhere, |[low, high], at| {
+        [
+            [0, 1].map(|i| low[i].min(at[i])),
+            [0, 1].map(|i| high[i].max(at[i])),
+        ]
+    });
+    let around = [0, 1].map(|i| AROUND * (high[i] - low[i]).max(0.0));
+    [
+        [0, 1].map(|i| low[i] - around[i]),
+        [0, 1].map(|i| high[i] + around[i]),
+    ]
+}
+
+fn decoded(kept: &Kept) -> Option<Image> {
+    let Kept { channel, data } = kept;
+    let message = ImageMessage::parse(&channel.schema, &channel.encoding, data).ok()?;
+    let mut decoder = Decoder::default();
+    decoder.decode(&message).ok().cloned()
+}

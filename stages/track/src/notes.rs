@@ -1,0 +1,73 @@
+//! What a person should know of a log's frames together: that the camera was pushed, and what is not known of its timing.
+
+use values::Point;
+
+use crate::CameraModel;
+
+/// What was seen up to now.
+#[derive(Debug, Default)]
+pub(crate) struct Notes {
+    /// Frames in which the table is elsewhere, when the first of them was taken (ns), and how far at the most (px).
+    moved: u64,
+    first: i64,
+    farthest: f64,
+    /// The fastest that the object was between two frames, in m/s, and the last one's stamp and place.
+    fastest: f64,
+    last: Option<(i64, Point)>,
+}
+
+/// Frames that are no single one that was misjudged.
+const FEWEST_MOVED: u64 = 3;
+/// An object that is slower than this, in m/s, is hardly put elsewhere by a camera's timing.
+const SLOW: f64 = 0.1;
+/// Frames that are farther apart, in s, tell no speed, and an object that is put elsewhere by a hand is none that was struck.
+const APART: f64 = 0.1;
+const FASTEST: f64 = 3.0;
+
+impl Notes {
+    /// Adds a frame: its stamp (ns), the object's centre, and how far the table is seen from where it was (px).
+    pub(crate) fn add(&mut self, stamp: i64, centre: Option<Point>, [x, y]: [f64; 2]) {
+        let far = x.hypot(y);
+        if far > 0.0 {
+            if self.moved == 0 {
+                self.first = stamp;
+            }
+            self.moved += 1;
+            self.farthest = self.farthest.max(far);
+        }
+        let Some(centre) = centre else { return };
+        if let Some((last, place)) = self.last.replace((stamp, centre)) {
+            let seconds = 1e-9 * (stamp - last) as f64;
+            let speed = centre.distance(place) / seconds;
+            if (0.0..APART).contains(&seconds) && speed < FASTEST {
+                self.fastest = self.fastest.max(speed);
+            }
+        }
+    }
+
+    /// Each in a sentence.
+    pub(crate) fn said(&self, camera: &CameraModel) -> Vec<String> {
+        let mut said = Vec::new();
+        if self.moved >= FEWEST_MOVED {
+            let [fx, ..] = camera.lens.matrix;
+            let (frames, farthest) = (self.moved, self.farthest);
+            let (seconds, mm) = (
+                1e-9 * self.first as f64,
+                1e3 * farthest * camera.position[2] / fx,
+            );
+            said.push(format!(
+                "the camera was moved: from {seconds:.3} s on the table is seen up to {farthest:.1} px ({mm:.1} mm) from where it was before, in \
+                 {frames} frames; their centres are corrected by that, a new pose is better: `carom camera calibrate`"
+            ));
+        }
+        if camera.exposure == 0.0 && camera.readout == 0.0 && self.fastest > SLOW {
+            let speed = self.fastest;
+            said.push(format!(
+                "camera.exposure and camera.readout are not stated: at {speed:.1} m/s each millisecond of them puts a moving object {speed:.1} mm \
+                 off along its way; a webcam's shutter that rolls in 30 ms up to {:.0} mm",
+                30.0 * speed
+            ));
+        }
+        said
+    }
+}

@@ -1,0 +1,131 @@
+//! What a log's own images teach: the table without the object, so that what hides a part of it is known, and a camera that was pushed.
+
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+mod common;
+
+use std::path::Path;
+
+use common::messages::{SECOND, compressed, write};
+use common::{Case, rig, tall};
+use logs::read::{RawMessage, read_raw};
+use logs::{Limits, LogError};
+use render::{Cover, Moment, Optics, Renderer, Scene};
+use track::{FrameReport, QUALITY_TOPIC, TrackOutcome, track_log};
+use values::{Point, Rig, Shape};
+
+/// Where the object lies in each frame, and what is between it and the camera.
+type Frame = (Moment, Option<Cover>);
+
+/// Six places, five frames each.
+fn frames() -> Vec<Frame> {
+    let place = |k: usize| Moment {
+        x: 0.35 + 0.05 * (k / 5) as f64,
+        y: -0.2 + 0.08 * (k / 5) as f64,
+        yaw: 0.0,
+    };
+    (0..30).map(|k| (place(k), None)).collect()
+}
+
+fn lab() -> Rig {
+    let case = Case {
+        pixels: [640, 480],
+        ..Case::flat()
+    };
+    rig(&tall(Shape::Cylinder), &case)
+}
+
+/// Renders frames, those from `pushed` on by a camera that looks 2 px aside, and tracks their log.
+fn tracked(frames: &[Frame], pushed: usize) -> (TrackOutcome, Vec<FrameReport>) {
+    let rig = lab();
+    let mut aside = rig.clone();
+    let matrix = aside.camera.matrix.as_mut().unwrap();
+    matrix[2] += 2.0;
+    let scene = Scene::laboratory(&rig.object).unwrap();
+    let messages: Vec<Vec<u8>> = frames
+        .iter()
+        .enumerate()
+        .map(|(k, (at, cover))| {
+            let seen_by = if k < pushed { &rig } else { &aside };
+            let mut scene = scene.clone();
+            scene.covers.extend(*cover);
+            let optics = Optics::of(seen_by, [640, 480]).unwrap();
+            let shot = Renderer::new(optics, scene, 2.0, 4).render(&|_| *at, k as u64);
+            compressed(&shot.picture.jpeg(90).unwrap(), 33_000_000 * k as u32)
+        })
+        .collect();
+    let dir = tempfile::tempdir().unwrap();
+    let (log, out) = (dir.path().join("log.mcap"), dir.path().join("out.mcap"));
+    write(&log, "sensor_msgs/msg/CompressedImage", "cdr", &messages);
+    let outcome = track_log(&log, &rig, &out, None).unwrap();
+    (outcome, reports(&out))
+}
+
+fn reports(path: &Path) -> Vec<FrameReport> {
+    let mut reports = Vec::new();
+    read_raw(path, Limits::default(), &mut |message: RawMessage<'_>| {
+        if message.channel.topic == QUALITY_TOPIC {
+            reports.push(serde_json::from_slice(message.data).unwrap());
+        }
+        Ok::<_, LogError>(())
+    })
+    .unwrap();
+    reports
+}
+
+/// How far off a frame's centre is, in m; none where it has none.
+fn off(report: &FrameReport, at: &Moment) -> Option<f64> {
+    Some(Point::new(report.x?, report.y?).distance(Point::new(at.x, at.y)))
+}
+
+#[test]
+fn an_arm_that_hides_half_of_it_is_seen_past() {
+    let mut frames = frames();
+    for (at, cover) in &mut frames[12..15] {
+        // A grey arm from the robot's side, its round end over the middle.
+        *cover = Some(Cover {
+            from: [at.x - 0.04, at.y],
+            to: [at.x - 0.6, at.y],
+            radius: 0.04,
+            height: 0.05,
+            colour: [0.5; 3],
+        });
+    }
+    let (_, reports) = tracked(&frames, usize::MAX);
+    for (k, report) in reports.iter().enumerate() {
+        let off = off(report, &frames[k].0);
+        assert!(
+            off.is_some_and(|off| off < 0.0015),
+            "{k}: {off:?} {report:?}"
+        );
+    }
+}
+
+#[test]
+fn a_camera_that_was_pushed_is_told_and_its_centres_corrected() {
+    let frames = frames();
+    let (outcome, reports) = tracked(&frames, 20);
+    let note = outcome.notes.iter().find(|note| note.contains("moved"));
+    let note = note.unwrap_or_else(|| panic!("{:?}", outcome.notes));
+    assert!(note.contains(&format!("{SECOND}.660")), "{note}");
+    for (k, report) in reports.iter().enumerate() {
+        assert_eq!(report.shift != [0.0; 2], k >= 20, "{k}: {:?}", report.shift);
+        let off = off(report, &frames[k].0);
+        assert!(
+            off.is_some_and(|off| off < 0.0015),
+            "{k}: {off:?} {report:?}"
+        );
+    }
+}
+
+#[test]
+fn a_deviation_is_about_what_centres_are_off_by() {
+    let frames = frames();
+    let (outcome, reports) = tracked(&frames, usize::MAX);
+    assert_eq!(outcome.centroids, 30, "{outcome:?}");
+    let squares = reports.iter().zip(&frames).map(|(report, (at, _))| {
+        0.5 * (off(report, at).unwrap() / report.deviation.unwrap()).powi(2)
+    });
+    let mean = squares.sum::<f64>() / 30.0;
+    assert!((0.05..3.0).contains(&mean), "{mean}");
+}
