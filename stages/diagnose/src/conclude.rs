@@ -245,7 +245,7 @@ impl Case<'_, '_> {
             let statements = |all: &[AddedEffect]| -> Result<Vec<String>, WorldError> {
                 all.iter().map(effects::statement).collect()
             };
-            let cause = notes::never_named(&statements(&never_named)?.join(", and "));
+            let cause = statements(&never_named)?.join("; ");
             let note = notes::beside_never_named(&statements(&others)?, self.share());
             return Ok(unnamed(Verdict::Unexplained, Some(cause), Some(note)));
         }

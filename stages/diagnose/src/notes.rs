@@ -151,14 +151,7 @@ pub(crate) fn not_named(names: &[&str], why: &str) -> String {
     )
 }
 
-/// What is on the table, and what to do about it.
-pub(crate) fn never_named(statement: &str) -> String {
-    format!(
-        "{statement}, as glue, tape, a scratch or a smooth strip would do; look at the table there, and log again once it is clean"
-    )
-}
-
-/// What stands beside what is on the table, and the share of the gap's evidence that all hold together.
+/// What stands beside effects that are stated as the cause and never named, and the share of the gap's evidence that all hold together.
 pub(crate) fn beside_never_named(others: &[String], share: f64) -> String {
     let beside = match others {
         [] => String::new(),
@@ -168,7 +161,7 @@ pub(crate) fn beside_never_named(others: &[String], share: f64) -> String {
         ),
     };
     format!(
-        "the line holds {:.0} % of the gap's evidence{beside}",
+        "what is stated as the cause holds {:.0} % of the gap's evidence{beside}",
         100.0 * share
     )
 }

@@ -74,7 +74,7 @@ pub const SPEC: EffectSpec = EffectSpec {
         let (middle, length) = (place(values), values.get("length"));
         format!(
             "a line lies across the table through ({:.2}, {:.2}) m, towards {:.0}° from +x, {:.1} cm wide: a crossing costs as much as \
-             {:.1} cm of way {}",
+             {:.1} cm of way {}, as glue, tape, a scratch or a smooth strip would do; look at the table there, and log again once it is clean",
             middle.x,
             middle.y,
             (values.get("direction").to_degrees() + 90.0).rem_euclid(180.0),

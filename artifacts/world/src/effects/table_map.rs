@@ -47,7 +47,9 @@ pub const SPEC: EffectSpec = EffectSpec {
             .max_by(|a, b| a.1.norm().total_cmp(&b.1.norm()))
             .unwrap_or(none);
         format!(
-            "the table's height varies: steepest around ({:.2}, {:.2}) m, down by {:.1} mm per metre towards {} from +x",
+            "objects move as on a table whose height varies, steepest around ({:.2}, {:.2}) m, down by {:.1} mm per metre towards {} from +x; \
+             a magnet, or a lens of another form than was fitted, looks alike: measure the table's height there, look below it, calibrate the \
+             camera, and log again",
             place.x,
             place.y,
             1000.0 * down.norm(),

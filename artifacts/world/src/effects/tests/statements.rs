@@ -124,7 +124,8 @@ fn fitted_values_are_stated_in_a_sentence() {
         (
             "friction_line",
             &[("center_y", 0.1), ("offset", -0.1), ("length", 0.05)],
-            "a line lies across the table through (0.40, 0.10) m, towards 90° from +x, 6.0 cm wide: a crossing costs as much as 5.0 cm of way more",
+            "a line lies across the table through (0.40, 0.10) m, towards 90° from +x, 6.0 cm wide: a crossing costs as much as 5.0 cm of way more, \
+             as glue, tape, a scratch or a smooth strip would do; look at the table there, and log again once it is clean",
         ),
         (
             "camera_lean",
