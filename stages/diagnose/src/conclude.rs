@@ -35,6 +35,10 @@ const POWER: f64 = 0.84;
 /// Stop errors over what repeats scatter by, above which something else moves stops by as much as that.
 const GREAT: f64 = std::f64::consts::SQRT_2;
 
+/// The same, beyond which a single error counts no more: one normal error in ten million is longer, and a strike that went astray does not speak
+/// for the others.
+const LONGEST: f64 = 4.0;
+
 /// All that was found, before it is judged.
 pub(crate) struct Case<'c, 'a> {
     pub(crate) stage: &'c Diagnose,
@@ -277,8 +281,8 @@ impl Case<'_, '_> {
         let world = fitted_world()?;
         let after = gap::stop_residuals(rig, &world, strikes)?;
         let gap = gap_to(&after);
-        let stops = gap::typical(after.iter().copied().flatten());
         let accounted = floor.repeats.hypot(floor.wander).hypot(floor.sessions);
+        let stops = gap::clipped_rms(after.iter().copied().flatten(), LONGEST * accounted);
         let is_much_left = !self.left.is_astray && stops > GREAT * accounted;
         let finding = match is_much_left {
             true => self.remaining.findings.first(),

@@ -1,8 +1,6 @@
 //! The gap: stop errors in MuJoCo's world before and after, on strikes that took no part.
 
-use std::f64::consts::LN_2;
-
-use values::{Point, Rig, Split, Strike, median};
+use values::{Point, Rig, Split, Strike};
 use world::{Simulator, World, WorldError};
 
 use crate::{
@@ -42,10 +40,9 @@ pub(crate) fn rms(residuals: impl Iterator<Item = Point>) -> f64 {
     (sum / count.max(1) as f64).sqrt()
 }
 
-/// The same by the median, in m, which a few strikes that went astray do not move: of normal errors along two axes, the squares' is ln 2 of their mean.
-pub(crate) fn typical(residuals: impl Iterator<Item = Point>) -> f64 {
-    let squares = residuals.map(|r| r.dot(r)).collect();
-    median(squares).map_or(0.0, |median| (median / LN_2).sqrt())
+/// The same with no error longer than this, in m, so that a few strikes that went astray hardly move it.
+pub(crate) fn clipped_rms(residuals: impl Iterator<Item = Point>, longest: f64) -> f64 {
+    rms(residuals.map(|r| r * (longest / r.norm().max(longest))))
 }
 
 /// The strikes that rest in both worlds.
@@ -184,5 +181,12 @@ mod tests {
         let same = gap(&two, &two, Variation::default());
         assert_eq!((same.change, same.change_half_95), (0.0, Some(0.0)));
         assert_eq!(gap(&[], &[], Variation::default()).change, 0.0);
+    }
+
+    #[test]
+    fn an_error_that_went_astray_counts_as_the_longest() {
+        let errors = || [Point::new(3e-3, 4e-3), Point::new(-0.3, 0.4)].into_iter();
+        assert!((clipped_rms(errors(), 0.010) - 62.5e-6f64.sqrt()).abs() < 1e-9);
+        assert_eq!(clipped_rms(errors(), 1.0), rms(errors()));
     }
 }
