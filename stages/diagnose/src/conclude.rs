@@ -35,9 +35,9 @@ const POWER: f64 = 0.84;
 /// Stop errors over what repeats scatter by, above which something else moves stops by as much as that.
 const GREAT: f64 = std::f64::consts::SQRT_2;
 
-/// The same, beyond which a single error counts no more: one normal error in ten million is longer, and a strike that went astray does not speak
+/// The same, beyond which a single error counts no more: one normal error in eight thousand is longer, and a strike that went astray does not speak
 /// for the others.
-const LONGEST: f64 = 4.0;
+const LONGEST: f64 = 3.0;
 
 /// All that was found, before it is judged.
 pub(crate) struct Case<'c, 'a> {
