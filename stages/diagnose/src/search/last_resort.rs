@@ -17,10 +17,10 @@ use crate::{
     fit::Fitted,
     null::renewed,
     score::{Replicates, ScoreTest},
-    screen::{Chance, screen, screen_by},
+    screen::{Chance, Screened, screen, screen_by},
 };
 
-/// Values of a model beside which no rivals are asked.
+/// Values of a model beside which no rivals are asked, and that is fitted only where a linear step promises enough.
 const MANY: usize = 40;
 
 /// Asks each last resort whether it stands better than all effects of its kind together, which hold less than what explains a gap of what
@@ -144,8 +144,12 @@ fn in_place_of_its_kind(
     };
     let held = (fitted.likelihood() - reduced.likelihood() - by_chance).max(0.0);
     let screened = screen(prepared, &reduced, std::slice::from_ref(candidate))?;
-    // A fit of many values costs much: not where a linear step promises less than what is there.
-    if screened.iter().all(|screened| screened.gain() < held) {
+    // A fit of many values costs much: not where a linear step promises less than what is there. One of few values may gain more than its step.
+    let promises_less = |screened: &Screened| {
+        let start = screened.starts.first();
+        start.is_some_and(|start| start.model.free.len() > MANY) && screened.gain() < held
+    };
+    if screened.iter().all(promises_less) {
         return Ok(None);
     }
     let criteria = FitCriteria {
