@@ -155,6 +155,15 @@ pub enum Command {
     Report(report::ReportArgs),
 }
 
+/// What `--version` prints behind the name, of a build of this commit.
+pub fn about(commit: Option<&str>) -> String {
+    let formats = [
+        ("versions", store::SCHEMA_VERSION),
+        ("tables", tables::SCHEMA_VERSION),
+    ];
+    strike::about(commit, &formats)
+}
+
 /// Does what was asked.
 pub fn execute(cli: &Cli) -> Result<Output, Error> {
     let global = cli.global;

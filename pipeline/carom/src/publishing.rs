@@ -83,7 +83,7 @@ fn calibrated(of_world: &WorldResults) -> Calibrated {
 }
 
 /// The model that predicts best what it did not learn from, among the training strikes: held-out ones have no part in it.
-fn best_model(results: &Results) -> Model {
+pub fn best_model(results: &Results) -> Model {
     let worlds = [
         (&results.sysid, Model::Sysid, Model::SysidResidual),
         (&results.effect, Model::Effect, Model::EffectResidual),

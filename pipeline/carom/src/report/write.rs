@@ -2,9 +2,12 @@
 
 use std::path::Path;
 
+use store::Store;
+
 use super::input::ReportInput;
 use super::page::page;
 use super::provenance::provenance;
+use super::trend::versions;
 use crate::inputs::Inputs;
 use crate::results::Results;
 use crate::{Error, nightly, trial};
@@ -23,6 +26,7 @@ pub fn write(dir: &Path, inputs: &Inputs, results: &Results) -> Result<String, E
         trial: trial.as_ref(),
         provenance: &provenance,
         night: night.as_ref(),
+        versions: versions(&Store::open(dir)),
     };
     let page = page(&input).map_err(Error::failed)?;
     let path = dir.join(FILE);

@@ -2,14 +2,17 @@
 
 use std::process::ExitCode;
 
+#[cfg(feature = "sim")]
 use rig::SimChoice;
 use strike::arm::Arm;
 use strike::ur::{self, Ur};
 use strike::xarm::{self, XArm};
 use strike::{
     Choice, Destination, DryRun, Guarded, OpenLog, Plan, Planner, Reason, Received, Refusal, Robot,
-    RobotError, Samples, SimRobot, TruthSource, catch_signals, execute, take_number, tell,
+    RobotError, Samples, catch_signals, execute, tell,
 };
+#[cfg(feature = "sim")]
+use strike::{SimRobot, TruthSource, take_number};
 use values::{Point, Topics};
 
 use super::show::{self, Answer};
@@ -38,6 +41,7 @@ pub fn strike_one(args: &Args, planner: &Planner, to: Point) -> Result<ExitCode,
     }
     let topics = &planner.rig().topics;
     let answer = match &args.robot {
+        #[cfg(feature = "sim")]
         Choice::Sim(sim) => {
             let (mut robot, log) = open_sim(args, planner, sim)?;
             strike_with(&mut robot, &plan, Some(log), None, topics)?
@@ -75,6 +79,7 @@ pub fn strike_one(args: &Args, planner: &Planner, to: Point) -> Result<ExitCode,
 }
 
 /// The embedded rig, and the log of its strike. The log is opened first: a number that is taken is a strike that is made.
+#[cfg(feature = "sim")]
 fn open_sim(
     args: &Args,
     planner: &Planner,
