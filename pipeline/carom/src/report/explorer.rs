@@ -322,7 +322,8 @@ mod tests {
         let many: Vec<Strike> = (0..50_000).map(strike).collect();
         let listed = chosen(&many, MOST_LISTED);
         assert!(listed.len() <= MOST_LISTED && listed.len() > MOST_LISTED / 2);
-        assert_eq!(held_out(&listed), listed.len());
+        // What even steps through the held-out ones leave of the room is filled with others.
+        assert!(held_out(&listed) > listed.len() * 9 / 10);
     }
 
     #[test]
