@@ -1,6 +1,6 @@
 # Everything that carom needs beside rustup's stable Rust, Python 3 with pip and a C compiler is set up here,
 # under .native/. A second run of any target does nothing that is done.
-.PHONY: build install report run test lint blind kuka first-day curve bench fuzz arm loop living soak setup clean
+.PHONY: build install report run test lint blind kuka first-day curve bench pages fuzz arm loop living soak setup clean
 .DEFAULT_GOAL := build
 
 DEMO := artifacts/demo
@@ -11,6 +11,7 @@ export CAROM_COMMIT := $(shell git describe --always --dirty --abbrev=12 --exclu
 
 setup:
 	@sh artifacts/world/native/install.sh .native
+	@sh artifacts/world/native/moved.sh target
 
 build: setup
 	cargo build --workspace --locked
@@ -103,6 +104,10 @@ bench: build $(if $(filter track,$(PARTS)),$(OPENCV)/done) $(if $(filter-out tra
 	$(if $(filter track,$(PARTS)),$(OPENCV)/bin/python tests/peers/track.py $(if $(SMALL),--small) $(TRACK))
 	$(if $(filter-out track,$(PARTS))$(if $(PARTS),,all),$(PEERS)/bin/python tests/peers/bench.py $(if $(SMALL),--small) $(filter-out track,$(PARTS)))
 
+# Which pages are older than what they measure, by the history of the crates.
+pages:
+	@python3 tests/pages.py
+
 # Ten minutes of changed inputs for everything that is read from outside, side by side.
 FUZZ_SECONDS := 600
 FUZZ_SEED := 1
@@ -125,13 +130,15 @@ arm: build $(XARM)/done
 	$(XARM)/bin/python tests/peers/ur.py $(BIN)/arm-emulator
 	cargo build --locked --manifest-path tests/peers/foxglove_server/Cargo.toml --target-dir $(FOXGLOVE)
 	$(XARM)/bin/python tests/peers/watch.py $(BIN)/arm-watch $(FOXGLOVE)/debug/foxglove-server
-	$(XARM)/bin/python tests/peers/collect.py $(BIN)/arm-emulator $(BIN)/carom artifacts/runs/arm/collect
+	$(XARM)/bin/python tests/peers/collect.py xarm $(BIN)/arm-emulator $(BIN)/carom artifacts/runs/arm/collect
+	$(XARM)/bin/python tests/peers/collect.py ur $(BIN)/arm-emulator $(BIN)/carom artifacts/runs/arm/collect_ur
 	ARM_PAGE=$(CURDIR)/tests/ARM.md cargo test --workspace --locked --test arm -- --nocapture --test-threads 1
 
-# The paper's script on the emulated arm: collect 100 strikes, run, publish signed, strike 20 targets; half an hour, for the arm moves as
-# fast as one. It goes on where it was ended; the page is the one that is committed. The same ports as above are taken, and 8765.
+# The paper's script on the emulated arms of both makers: collect 100 strikes, run, publish signed, strike 20 targets; half an hour each,
+# for an arm moves as fast as one. It goes on where it was ended; the pages are those that are committed. The same ports as above are taken, and 8765.
 loop: build
-	$(BIN)/arm-loop artifacts/runs/loop $(BIN) tests/LOOP.md
+	$(BIN)/arm-loop xarm artifacts/runs/loop $(BIN) tests/LOOP.md
+	$(BIN)/arm-loop ur artifacts/runs/loop_ur $(BIN) tests/LOOP_UR.md
 
 # Tables that change, in the closed loop, beside peers, and the page that is committed: some two minutes a rig. It goes on where it was ended.
 RIGS := 30

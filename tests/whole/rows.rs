@@ -1,8 +1,8 @@
 //! A row that cannot be computed has its status, and the others are computed.
 
-use solve::{Path, Shared, Solve};
+use judge::{Model, Path, Solve};
 use stage::{ItemStage, Progress};
-use values::{Conditions, Point, Rig, Shape};
+use values::{Command, Conditions, Point, Rig, Shape};
 use world::SolveStatus::{Diverged, Solved, Unreachable};
 use world::{AddedEffect, Estimate, World};
 
@@ -23,17 +23,21 @@ fn a_path_on_which_nothing_rests_is_a_row_and_the_others_are_solved() {
         strike_id: x.to_string(),
         initial: Point::new(x, 0.0),
         target: Point::new(x + length, 0.01),
+        command: Command {
+            speed: 0.7,
+            angle: 0.0,
+        },
         conditions: Conditions::default(),
     });
     let items: Vec<&Path> = paths.iter().collect();
     let solutions = Solve::default()
-        .run_items(&Shared { rig, world }, &items, &Progress::hidden())
+        .run_items(&Model::of_world(&rig, &world), &items, &Progress::hidden())
         .expect("a row each");
-    let statuses: Vec<_> = solutions.iter().map(|row| row.status).collect();
+    let statuses: Vec<_> = solutions.iter().map(|row| row.solution.status).collect();
     assert_eq!(
         statuses,
         [Solved, Unreachable, Diverged, Solved],
         "{solutions:?}"
     );
-    assert!(solutions[2].miss.is_infinite());
+    assert!(solutions[2].solution.miss.is_infinite());
 }

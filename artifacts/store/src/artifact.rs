@@ -4,7 +4,7 @@ use values::Rig;
 use world::World;
 
 use crate::contents::models;
-use crate::{Calibrated, Manifest, Model, ResidualModel};
+use crate::{Calibrated, Contents, Manifest, Model, ResidualModel};
 
 /// A version, every part of which was checked when it was loaded.
 #[derive(Clone, Debug, PartialEq)]
@@ -19,6 +19,18 @@ pub struct Artifact {
     pub sysid: Calibrated,
     /// The identified world with the effects that the data named.
     pub effect: Option<Calibrated>,
+}
+
+impl From<Artifact> for Contents {
+    /// What a version was published from.
+    fn from(artifact: Artifact) -> Self {
+        Self {
+            rig: artifact.rig,
+            sysid: artifact.sysid,
+            effect: artifact.effect,
+            provenance: artifact.manifest.provenance,
+        }
+    }
 }
 
 impl Artifact {

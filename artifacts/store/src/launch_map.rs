@@ -276,13 +276,13 @@ pub fn features(centre: [f64; 2], half_width: [f64; 2], command: Command) -> [f6
 /// lengths (half widths): the kernel's spectral density.
 pub fn spectrum(amplitude: f64, lengths: [f64; 2]) -> Vec<f64> {
     let frequency = |wave: usize| (wave + 1) as f64 * FRAC_PI_2 / BOX;
-    let density = |length: f64, wave: usize| {
-        TAU.sqrt() * length * (-0.5 * (length * frequency(wave)).powi(2)).exp()
-    };
-    (0..WAVES)
-        .flat_map(|i| (0..WAVES).map(move |j| (i, j)))
-        .map(|(i, j)| amplitude * density(lengths[0], i) * density(lengths[1], j))
-        .collect()
+    let [first, second] = lengths.map(|length| {
+        std::array::from_fn::<f64, WAVES, _>(|wave| {
+            TAU.sqrt() * length * (-0.5 * (length * frequency(wave)).powi(2)).exp()
+        })
+    });
+    let of = |first: f64| second.map(|second| amplitude * first * second);
+    first.into_iter().flat_map(of).collect()
 }
 
 #[cfg(test)]

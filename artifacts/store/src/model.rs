@@ -42,6 +42,15 @@ impl Model {
         }
     }
 
+    /// The model of its world with what is left of that; the nominal world has none.
+    pub fn with_residual(self) -> Self {
+        match self {
+            Self::Sysid => Self::SysidResidual,
+            Self::Effect => Self::EffectResidual,
+            model => model,
+        }
+    }
+
     /// The model of that name.
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|model| model.name() == name)

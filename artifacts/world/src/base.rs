@@ -7,7 +7,7 @@
 
 use std::{f64::consts::TAU, sync::LazyLock};
 
-use values::{Object, Point, Rig, Shape};
+use values::{Object, Point, Rig, Solid};
 
 use crate::{World, WorldError};
 
@@ -33,22 +33,21 @@ impl Base {
 
     /// The base of an object that presses evenly.
     pub fn of(object: &Object) -> Self {
-        match object.shape {
-            Shape::Cylinder => Self {
-                arm: DISC.arm * object.radius.unwrap_or(0.0),
+        match object.solid {
+            Solid::Cylinder { radius, .. } => Self {
+                arm: DISC.arm * radius,
                 unit: Some(&DISC),
             },
             // An oblong is taken as the square of the same diagonal.
-            Shape::Box => {
-                let [x, y, _] = object.half_size.unwrap_or_default();
-                Self {
-                    arm: SQUARE.arm * x.hypot(y) / std::f64::consts::SQRT_2,
-                    unit: Some(&SQUARE),
-                }
-            }
+            Solid::Box {
+                half_size: [x, y, _],
+            } => Self {
+                arm: SQUARE.arm * x.hypot(y) / std::f64::consts::SQRT_2,
+                unit: Some(&SQUARE),
+            },
             // A ball touches the table at a point; a small patch keeps it from spinning for ever.
-            Shape::Sphere => Self {
-                arm: 0.05 * object.radius.unwrap_or(0.0),
+            Solid::Sphere { radius } => Self {
+                arm: 0.05 * radius,
                 unit: None,
             },
         }
@@ -137,6 +136,8 @@ impl UnitForces {
 mod tests {
     use std::f64::consts::FRAC_PI_2;
 
+    use values::Shape;
+
     use super::*;
 
     #[test]
@@ -147,10 +148,7 @@ mod tests {
             (Shape::Box, 0.765_196, 2.0 / 3.0, 1.762_747),
         ] {
             let rig = Rig::demo(shape);
-            let half = match shape {
-                Shape::Box => rig.object.half_size.expect("a box")[0],
-                _ => rig.object.radius.expect("round"),
-            };
+            let half = rig.object.solid.narrowest();
             let base = Base::of(&rig.object);
             assert!((base.arm / (half * arm) - 1.0).abs() < 2e-3, "{}", base.arm);
             // H = v + ω²⟨r²⟩/4v, and H = ω⟨r⟩ + v²⟨1/r⟩/4ω; force and torque are its slopes.

@@ -60,7 +60,7 @@ mod tests {
     /// Velocity of the centre, per unit of the tip's speed, that a rigid impact with Newton's restitution and Coulomb's friction leaves,
     /// and the spin (rad/m).
     fn rigid(rig: &Rig, angle: f64, restitution: f64, friction: f64) -> (Point, f64) {
-        let [x, y, _] = rig.object.half_size.expect("a box");
+        let [x, y] = rig.object.solid.half_sides().expect("a box");
         let gyration = (x * x + y * y) / 3.0;
         let lever = ((x + rig.striker.radius) * angle.tan(), -x);
         let (knn, knt, ktt) = (

@@ -6,7 +6,7 @@
 //! ellipsoid: the limit surface of planar sliding (Howe and Cutkosky 1996). A ball may turn freely.
 //! The cone is elliptic (MuJoCo's default pyramid is anisotropic), every contact an explicit pair (no mixing by maximum).
 
-use values::{Object, Rig, Shape, Tip};
+use values::{Object, Rig, Shape, Solid, Tip};
 
 use crate::{Base, GRAVITY, World, WorldError};
 
@@ -25,51 +25,39 @@ const IMPEDANCE_RATIO: f64 = 1e4;
 /// Density in kg/m³ and viscosity in Pa·s of air at 20 °C.
 const AIR: (f64, f64) = (1.2, 1.8e-5);
 
-/// Height of the object's centre above the table, in m.
-pub(crate) fn centre_height(object: &Object) -> f64 {
-    match object.shape {
-        Shape::Cylinder => object.half_height.unwrap_or(0.0),
-        Shape::Box => object.half_size.unwrap_or_default()[2],
-        Shape::Sphere => object.radius.unwrap_or(0.0),
-    }
-}
-
 /// Moments of inertia of the uniform shape, in kg·m².
 fn inertia(object: &Object) -> [f64; 3] {
     let m = object.mass;
-    match object.shape {
-        Shape::Cylinder => {
-            let (r, h) = (
-                object.radius.unwrap_or(0.0),
-                2.0 * object.half_height.unwrap_or(0.0),
-            );
+    match object.solid {
+        Solid::Cylinder {
+            radius: r,
+            half_height,
+        } => {
+            let h = 2.0 * half_height;
             let side = m * (3.0 * r * r + h * h) / 12.0;
             [side, side, 0.5 * m * r * r]
         }
-        Shape::Box => {
-            let [x, y, z] = object.half_size.unwrap_or_default();
-            [
-                m * (y * y + z * z) / 3.0,
-                m * (x * x + z * z) / 3.0,
-                m * (x * x + y * y) / 3.0,
-            ]
-        }
-        Shape::Sphere => [0.4 * m * object.radius.unwrap_or(0.0).powi(2); 3],
+        Solid::Box {
+            half_size: [x, y, z],
+        } => [
+            m * (y * y + z * z) / 3.0,
+            m * (x * x + z * z) / 3.0,
+            m * (x * x + y * y) / 3.0,
+        ],
+        Solid::Sphere { radius } => [0.4 * m * radius.powi(2); 3],
     }
 }
 
 fn body_geom(object: &Object) -> String {
-    match object.shape {
-        Shape::Cylinder => format!(
-            r#"type="cylinder" size="{} {}""#,
-            object.radius.unwrap_or(0.0),
-            object.half_height.unwrap_or(0.0)
-        ),
-        Shape::Box => {
-            let [x, y, z] = object.half_size.unwrap_or_default();
-            format!(r#"type="box" size="{x} {y} {z}""#)
-        }
-        Shape::Sphere => format!(r#"type="sphere" size="{}""#, object.radius.unwrap_or(0.0)),
+    match object.solid {
+        Solid::Cylinder {
+            radius,
+            half_height,
+        } => format!(r#"type="cylinder" size="{radius} {half_height}""#),
+        Solid::Box {
+            half_size: [x, y, z],
+        } => format!(r#"type="box" size="{x} {y} {z}""#),
+        Solid::Sphere { radius } => format!(r#"type="sphere" size="{radius}""#),
     }
 }
 
@@ -80,7 +68,7 @@ fn body_geom(object: &Object) -> String {
 /// A parameter that the world should hold and does not.
 pub fn mjcf(rig: &Rig, world: &World) -> Result<String, WorldError> {
     let value = |name: &str| world.value(name);
-    let height = centre_height(&rig.object);
+    let height = rig.object.solid.half_height();
     let [ix, iy, iz] = inertia(&rig.object);
     let (ix, iy, iz) = (
         ix * value("inertia_x")?,
@@ -88,7 +76,7 @@ pub fn mjcf(rig: &Rig, world: &World) -> Result<String, WorldError> {
         iz * value("inertia_z")?,
     );
     // MuJoCo wants each moment at most the sum of the others; scaled ones need not be those of a rigid body.
-    let joints = if rig.object.shape == Shape::Sphere {
+    let joints = if rig.object.shape() == Shape::Sphere {
         r#"<joint name="turn" type="ball"/>"#
     } else {
         r#"<joint name="turn" type="hinge" axis="0 0 1"/>"#
@@ -103,7 +91,7 @@ pub fn mjcf(rig: &Rig, world: &World) -> Result<String, WorldError> {
     );
     let (slide, rolling) = (value("friction")?, value("rolling_friction")?);
     let torsion = (slide * Base::new(rig, world)?.arm).max(LEAST_FRICTION);
-    let (foot, condim, foot_radius) = match rig.object.shape {
+    let (foot, condim, foot_radius) = match rig.object.shape() {
         Shape::Sphere => ("object", 6, 0.0),
         Shape::Cylinder | Shape::Box => ("foot", 4, FOOT),
     };
@@ -153,7 +141,7 @@ pub fn mjcf(rig: &Rig, world: &World) -> Result<String, WorldError> {
   </contact>
 </mujoco>"#,
         // A ball is its own foot.
-        object_height = if rig.object.shape == Shape::Sphere {
+        object_height = if rig.object.shape() == Shape::Sphere {
             height - SINK
         } else {
             height

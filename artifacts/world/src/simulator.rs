@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, OnceLock};
 
-use values::{Command, Conditions, Point, Rig, Shape};
+use values::{Command, Conditions, Point, Rig, Shape, Solid};
 
 use crate::{
     Base, Delivery, GRAVITY, Impact, Profile, Shift, World, WorldError,
@@ -173,9 +173,11 @@ impl Simulator {
 
     /// What of the object rubs on the table.
     pub(crate) fn table_contact(&self) -> TableContact {
-        match self.rig.object.shape {
-            Shape::Sphere => TableContact::Ball(self.rig.object.radius.unwrap_or(0.0)),
-            Shape::Cylinder | Shape::Box => TableContact::Flat(self.base, self.gyration),
+        match self.rig.object.solid {
+            Solid::Sphere { radius } => TableContact::Ball(radius),
+            Solid::Cylinder { .. } | Solid::Box { .. } => {
+                TableContact::Flat(self.base, self.gyration)
+            }
         }
     }
 
@@ -187,7 +189,7 @@ impl Simulator {
 
     /// What of a yaw (rad) counts for this object: nothing of a round one's, which rubs and is struck alike however it is turned.
     pub(crate) fn yaw_of(&self, yaw: f64) -> f64 {
-        match self.rig.object.shape {
+        match self.rig.object.shape() {
             Shape::Box => yaw,
             Shape::Cylinder | Shape::Sphere => 0.0,
         }
@@ -205,7 +207,7 @@ impl Simulator {
 
     /// The world's planar form; none for a ball, which rolls.
     pub(crate) fn planar(&self) -> Option<Planar<'_>> {
-        (self.rig.object.shape != Shape::Sphere).then(|| {
+        (self.rig.object.shape() != Shape::Sphere).then(|| {
             Planar::of(
                 [self.friction, self.restitution],
                 self.base,

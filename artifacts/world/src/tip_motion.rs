@@ -81,7 +81,7 @@ impl TipMotion {
     pub(crate) fn longest_step(sim: &Simulator, speed: f64, slowing: f64) -> f64 {
         let mut longest = sim.steps.slide;
         // A ball passes from sliding to rolling within a few milliseconds.
-        if sim.rig.object.shape == Shape::Sphere {
+        if sim.rig.object.shape() == Shape::Sphere {
             longest *= 0.25;
         }
         if !sim.effects.is_empty() {

@@ -2,7 +2,7 @@
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-use values::{Interval, Object, Point, Shape, Striker, Tip};
+use values::{Interval, Object, Point, Shape, Solid, Striker};
 
 /// Distance in metres, back along the line of approach, from the point of the line nearest the object's centre to the
 /// tip's centre at touch. `direction` is a unit vector; `offset` (m) shifts the line to the left of the object's centre.
@@ -13,17 +13,14 @@ pub(crate) fn standoff(
     direction: Point,
     offset: f64,
 ) -> Option<f64> {
-    match object.shape {
-        Shape::Cylinder => chord(object.radius? + striker.radius, offset),
-        Shape::Sphere => {
-            // A rod touches the ball at its equator; a ball-shaped tip travels at the height of the centre too.
-            let _: Tip = striker.tip;
-            chord(object.radius? + striker.radius, offset)
+    match object.solid {
+        // A rod touches a ball at its equator; a ball-shaped tip travels at the height of the centre too.
+        Solid::Cylinder { radius, .. } | Solid::Sphere { radius } => {
+            chord(radius + striker.radius, offset)
         }
-        Shape::Box => {
-            let [half_x, half_y, _] = object.half_size?;
-            rounded_box(half_x, half_y, striker.radius, direction, offset)
-        }
+        Solid::Box {
+            half_size: [half_x, half_y, _],
+        } => rounded_box(half_x, half_y, striker.radius, direction, offset),
     }
 }
 
@@ -77,10 +74,7 @@ pub(crate) fn face(
     offset: f64,
     bearing: f64,
 ) -> Option<Interval> {
-    if object.shape != Shape::Box {
-        return None;
-    }
-    let [half_x, half_y, _] = object.half_size?;
+    let [half_x, half_y] = object.solid.half_sides()?;
     let faces = [
         (half_x, half_y),
         (half_y, half_x),
@@ -125,17 +119,16 @@ pub(crate) fn nearest(
     tip: Point,
 ) -> Nearest {
     let away = (tip - centre).rotated(-yaw);
-    let arm = match object.shape {
-        Shape::Cylinder | Shape::Sphere => {
-            away * (object.radius.unwrap_or(0.0) / away.norm().max(1e-12))
+    let arm = match object.solid {
+        Solid::Cylinder { radius, .. } | Solid::Sphere { radius } => {
+            away * (radius / away.norm().max(1e-12))
         }
-        Shape::Box => {
-            let [x, y, _] = object.half_size.unwrap_or_default();
-            Point::new(away.x.clamp(-x, x), away.y.clamp(-y, y))
-        }
+        Solid::Box {
+            half_size: [x, y, _],
+        } => Point::new(away.x.clamp(-x, x), away.y.clamp(-y, y)),
     };
     let outwards = away - arm;
-    let outside = match object.shape {
+    let outside = match object.shape() {
         Shape::Cylinder | Shape::Sphere => away.norm() - arm.norm(),
         Shape::Box => outwards.norm(),
     };
@@ -154,7 +147,7 @@ mod tests {
     #[test]
     fn a_tip_touches_a_box_at_its_face() {
         let rig = Rig::demo(Shape::Box);
-        let [half_x, ..] = rig.object.half_size.expect("a box");
+        let [half_x, _] = rig.object.solid.half_sides().expect("a box");
         let head_on = standoff(&rig.object, &rig.striker, Point::new(1.0, 0.0), 0.0).expect("hits");
         assert!((head_on - half_x - rig.striker.radius).abs() < 1e-9);
         let angle: f64 = 0.4;
@@ -166,7 +159,7 @@ mod tests {
     #[test]
     fn a_box_is_struck_on_the_face_that_the_path_leaves_behind() {
         let rig = Rig::demo(Shape::Box);
-        let [half_x, half_y, _] = rig.object.half_size.expect("a box");
+        let [half_x, half_y] = rig.object.solid.half_sides().expect("a box");
         let face = |offset, bearing| {
             face(&rig.object, &rig.striker, offset, bearing).expect("a box has faces")
         };
@@ -193,7 +186,7 @@ mod tests {
     #[test]
     fn the_gap_of_a_turned_box_is_that_to_its_corner() {
         let rig = Rig::demo(Shape::Box);
-        let [half_x, half_y, _] = rig.object.half_size.expect("a box");
+        let [half_x, half_y] = rig.object.solid.half_sides().expect("a box");
         let centre = Point::new(0.4, 0.1);
         let yaw = std::f64::consts::FRAC_PI_4;
         let reach = half_x.hypot(half_y);

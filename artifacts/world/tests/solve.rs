@@ -147,7 +147,7 @@ fn nearest(
 #[test]
 fn what_is_reported_unreachable_no_strike_on_the_face_reaches_and_nothing_else_is() {
     let rig = Rig::demo(Shape::Box);
-    let [half_x, half_y, _] = rig.object.half_size.expect("a box");
+    let [half_x, half_y] = rig.object.solid.half_sides().expect("a box");
     // Half the tip's radius clear of the edge.
     let edge = ((half_y - 0.5 * rig.striker.radius) / (half_x + rig.striker.radius)).atan();
     // Where it holds the box less, the tip catches up with it near the corner, and any stop may follow.

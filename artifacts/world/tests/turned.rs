@@ -37,7 +37,7 @@ fn world(rig: &Rig, offset: f64) -> World {
 /// Velocity (of the tip's speed) and spin (rad/m) after an impact by Newton's restitution and Coulomb's friction, of a box that
 /// stands straight, and where it is met: on its face towards −x.
 fn rigid(rig: &Rig, angle: f64, offset: f64, restitution: f64, friction: f64) -> (Point, f64) {
-    let [x, y, _] = rig.object.half_size.expect("a box");
+    let [x, y] = rig.object.solid.half_sides().expect("a box");
     let gyration = (x * x + y * y) / 3.0;
     let met = offset / angle.cos() - (x + rig.striker.radius) * angle.tan();
     assert!(met.abs() < y, "the tip passes the face");

@@ -6,6 +6,7 @@
 mod cdr;
 mod copy;
 mod form;
+mod lineage;
 mod messages;
 mod samples;
 
@@ -26,6 +27,7 @@ use form::{Form, Kind, Numbers};
 pub(crate) use messages::known_definition;
 
 pub use copy::CopyWriter;
+pub use lineage::{Lineage, lineages};
 pub use samples::{Samples, Stamped, StateSample};
 
 /// A message that was received as it is.
@@ -215,6 +217,11 @@ impl<W: Write + Seek> RecordingWriter<W> {
             publish_time: message.log_time,
         };
         Ok(self.mcap.write_to_known_channel(&header, &message.data)?)
+    }
+
+    /// States where the log comes from.
+    pub fn lineage(&mut self, lineage: &Lineage) -> Result<(), WriteError> {
+        lineage::write(&mut self.mcap, lineage)
     }
 
     /// Writes the summary and hands the sink back; without it the log is truncated.

@@ -1,6 +1,6 @@
 //! Cases on which trackers are measured: what varies, and the camera and object that all have.
 
-use values::{Colour, ImageTopic, Object, Rig, Shape, StampMark};
+use values::{Colour, ImageTopic, Object, Rig, Shape, Solid, StampMark};
 
 use crate::{Moment, Scene, Shade};
 
@@ -67,7 +67,10 @@ impl Case {
 /// A flat disc of 60 mm.
 pub fn disc() -> Object {
     Object {
-        half_height: Some(0.0005),
+        solid: Solid::Cylinder {
+            radius: 0.030,
+            half_height: 0.0005,
+        },
         ..tall(Shape::Cylinder)
     }
 }

@@ -1,6 +1,6 @@
 //! What is before the camera.
 
-use values::{Object, Shape};
+use values::{Object, Solid};
 
 use crate::{Form, Moment};
 
@@ -73,17 +73,16 @@ pub struct Scene {
 impl Scene {
     /// A red object on a grey table, evenly lit, without shadow or noise; nothing if a size of the object is missing.
     pub fn plain(object: &Object) -> Option<Self> {
-        let form = match object.shape {
-            Shape::Cylinder => Form::Cylinder {
-                radius: object.radius?,
-                height: 2.0 * object.half_height?,
+        let form = match object.solid {
+            Solid::Cylinder {
+                radius,
+                half_height,
+            } => Form::Cylinder {
+                radius,
+                height: 2.0 * half_height,
             },
-            Shape::Sphere => Form::Sphere {
-                radius: object.radius?,
-            },
-            Shape::Box => Form::Box {
-                half: object.half_size?,
-            },
+            Solid::Sphere { radius } => Form::Sphere { radius },
+            Solid::Box { half_size } => Form::Box { half: half_size },
         };
         Some(Self {
             form,

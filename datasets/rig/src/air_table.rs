@@ -9,7 +9,7 @@ use std::path::Path;
 use logs::write::{RecordingWriter, Samples, Stamped, StateSample};
 use rand::RngExt;
 use rand_distr::{Distribution, StandardNormal};
-use values::{Point, Rig, Shape};
+use values::{Point, Rig, Shape, Solid};
 
 use crate::RigSimError;
 use crate::effects::GRAVITY;
@@ -53,8 +53,10 @@ impl AirTable {
     /// What its owner knows of it.
     pub fn rig() -> Rig {
         let mut rig = Rig::demo(Shape::Cylinder);
-        rig.object.radius = Some(PUCK);
-        rig.object.half_height = Some(0.004);
+        rig.object.solid = Solid::Cylinder {
+            radius: PUCK,
+            half_height: 0.004,
+        };
         rig.object.mass = 0.03;
         rig.striker.radius = MALLET;
         rig.table.x = [LOW.x, HIGH.x].into();

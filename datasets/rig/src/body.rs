@@ -1,6 +1,6 @@
 //! The object as the table feels it: mass moments and the elements of its base.
 
-use values::{Object, Point, Shape};
+use values::{Object, Point, Solid};
 
 use crate::RigSimError;
 
@@ -38,17 +38,19 @@ pub(crate) struct Body {
 }
 
 impl Body {
-    /// From the rig file; errors if a size is missing or not positive.
+    /// From the rig file; errors if a size is not positive.
     pub(crate) fn new(object: &Object) -> Result<Self, RigSimError> {
-        let positive = |size: Option<f64>, key: &str| match size {
-            Some(size) if size.is_finite() && size > 0.0 => Ok(size),
-            _ => Err(RigSimError::Object(format!(
+        let positive = |size: f64, key: &str| {
+            if size.is_finite() && size > 0.0 {
+                return Ok(size);
+            }
+            Err(RigSimError::Object(format!(
                 "[object] {key} must be a positive length in m"
-            ))),
+            )))
         };
-        let (outline, gyration, elements, ball) = match object.shape {
-            Shape::Cylinder => {
-                let radius = positive(object.radius, "radius")?;
+        let (outline, gyration, elements, ball) = match object.solid {
+            Solid::Cylinder { radius, .. } => {
+                let radius = positive(radius, "radius")?;
                 (
                     Outline::Disc(radius),
                     radius * radius / 2.0,
@@ -56,8 +58,8 @@ impl Body {
                     false,
                 )
             }
-            Shape::Sphere => {
-                let radius = positive(object.radius, "radius")?;
+            Solid::Sphere { radius } => {
+                let radius = positive(radius, "radius")?;
                 (
                     Outline::Disc(radius),
                     0.4 * radius * radius,
@@ -65,12 +67,10 @@ impl Body {
                     true,
                 )
             }
-            Shape::Box => {
-                let [x, y, _] = object.half_size.unwrap_or_default();
-                let (x, y) = (
-                    positive(Some(x), "half_size[0]")?,
-                    positive(Some(y), "half_size[1]")?,
-                );
+            Solid::Box {
+                half_size: [x, y, _],
+            } => {
+                let (x, y) = (positive(x, "half_size[0]")?, positive(y, "half_size[1]")?);
                 (
                     Outline::Rectangle(x, y),
                     (x * x + y * y) / 3.0,
@@ -139,12 +139,11 @@ mod tests {
     }
 
     #[test]
-    fn a_missing_size_is_named() {
+    fn a_size_that_is_no_length_is_named() {
         let object = Object {
-            shape: Shape::Box,
-            radius: None,
-            half_height: None,
-            half_size: None,
+            solid: Solid::Box {
+                half_size: [0.0, 0.03, 0.02],
+            },
             mass: 0.1,
             colour: None,
         };

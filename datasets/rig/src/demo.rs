@@ -125,6 +125,12 @@ pub fn write(settings: &Settings, out: &Path) -> Result<Written, RigSimError> {
             writer.write_turned(&recording.samples, &recording.yaws)?;
             truth.strikes.push(recording.truth);
         }
+        let lineage = [
+            ("program", "carom demo".to_owned()),
+            ("session", session_name(session)),
+            ("seed", truth.seed.to_string()),
+        ];
+        writer.lineage(&lineage.map(|(name, value)| (name.to_owned(), value)).into())?;
         writer.finish()?;
         if let Some(film) = &film {
             film.film(&truth, &plain, &path)?;

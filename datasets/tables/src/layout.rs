@@ -91,6 +91,10 @@ impl Column {
         }
     }
 
+    pub fn name(&self) -> &'static str {
+        self.name
+    }
+
     pub fn kind(&self) -> Kind {
         self.kind
     }

@@ -4,6 +4,7 @@
 //! column's metadata, and the version of the layout in the file's. The same rows give the same bytes. Files are
 //! written a row group at a time and are whole or absent; they are read back batch by batch.
 
+mod any;
 mod error;
 mod layout;
 mod read;
@@ -13,6 +14,7 @@ mod solutions;
 mod strikes;
 mod write;
 
+pub use any::{Reader, Value, read_all};
 pub use error::TableError;
 pub use layout::SCHEMA_VERSION;
 pub use rejects::{read_rejects, write_rejects};

@@ -139,6 +139,11 @@ impl Batch {
         0..self.batch.num_rows()
     }
 
+    /// A column of the layout that was checked.
+    pub fn column(&self, name: &str) -> &dyn Array {
+        self.batch[name].as_ref()
+    }
+
     /// A column of numbers of the layout that was checked.
     pub fn real(&self, name: &str) -> &[f64] {
         self.batch[name].as_primitive::<Float64Type>().values()

@@ -12,7 +12,7 @@ use crate::layout::{Table, count, real, text};
 use crate::read::read;
 use crate::write::{Cell, write};
 
-const REJECTS: Table<5> = Table {
+pub(crate) const REJECTS: Table<5> = Table {
     name: "rejects",
     columns: [
         text("log"),

@@ -10,7 +10,7 @@ use crate::read::read;
 use crate::strikes::split;
 use crate::write::{Cell, write};
 
-const RESIDUALS: Table<8> = Table {
+pub(crate) const RESIDUALS: Table<8> = Table {
     name: "residuals",
     columns: [
         text("strike_id"),

@@ -24,7 +24,7 @@ pub struct SolutionRow {
     pub status: String,
 }
 
-const SOLUTIONS: Table<6> = Table {
+pub(crate) const SOLUTIONS: Table<6> = Table {
     name: "solutions",
     columns: [
         text("strike_id"),

@@ -13,7 +13,7 @@ use crate::write::{Cell, write_with};
 
 /// The columns of the public interface, `order`, and what else is known of a strike where the arm's state or the object's yaw was
 /// logged: null where it was not. Where `end` is not `rest` there is no stop, and no path. `moving` is the velocity that the object had before, null where it rested. `contact` is on the track's clock; `pushed_again` is 1 where the arm reached the object again.
-const STRIKES: Table<24> = Table {
+pub(crate) const STRIKES: Table<24> = Table {
     name: "strikes",
     columns: [
         text("strike_id"),
@@ -43,7 +43,7 @@ const STRIKES: Table<24> = Table {
     ],
 };
 
-const TRACKS: Table<5> = Table {
+pub(crate) const TRACKS: Table<5> = Table {
     name: "tracks",
     columns: [
         text("strike_id"),

@@ -1,8 +1,15 @@
 //! Points and displacements on the table.
 
+use std::f64::consts::{PI, TAU};
 use std::ops::{Add, Mul, Sub};
 
 use serde::{Deserialize, Serialize};
+
+/// An angle in rad, turned into (−π, π].
+pub fn wrap_angle(angle: f64) -> f64 {
+    let turned = angle.rem_euclid(TAU);
+    if turned > PI { turned - TAU } else { turned }
+}
 
 /// A position or a displacement on the table, in metres; in files an array `[x, y]`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -88,5 +95,17 @@ impl From<[f64; 2]> for Point {
 impl From<Point> for [f64; 2] {
     fn from(point: Point) -> Self {
         [point.x, point.y]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_angle_is_turned_into_one_circle() {
+        assert_eq!([PI, -PI, 0.0].map(wrap_angle), [PI, PI, 0.0]);
+        assert!((wrap_angle(-0.3) + 0.3).abs() < 1e-12);
+        assert!((wrap_angle(7.0 - 6.0 * TAU) - (7.0 - TAU)).abs() < 1e-9);
     }
 }

@@ -16,15 +16,16 @@ mod stop_errors;
 mod strike;
 
 pub use delivery::{ArmScatter, arm_scatter, delivered_strikes};
-pub use geometry::Point;
+pub use geometry::{Point, wrap_angle};
 pub use interval::Interval;
 pub use median::median;
-pub use residual::Residual;
+pub use residual::{LaunchResidual, Residual};
 pub use rig::{
     Camera, Colour, CommandFrame, Fence, FieldTopic, Frames, ImageTopic, Object, Obstacle,
-    PoseTopic, Rig, RigError, Robot, Shape, StampMark, StateTopic, Striker, Table, Tip, Topics,
+    PoseTopic, Rig, RigError, Robot, Shape, Solid, StampMark, StateTopic, Striker, Table, Tip,
+    Topics,
 };
 pub use slide::free_slides;
-pub use split::{Split, split_of};
+pub use split::{Split, halvings, split_of};
 pub use stop_errors::StopErrors;
 pub use strike::{Command, Conditions, Delivered, End, Reject, RejectReason, Strike, Track, Yaw};

@@ -1,4 +1,4 @@
-//! What a world still gets wrong about one strike.
+//! What a world still gets wrong about one strike: about the command for its path, and about the launch that the arm delivered.
 
 use serde::{Deserialize, Serialize};
 
@@ -22,4 +22,14 @@ pub struct Residual {
     pub d_angle: f64,
     /// The part that the strike plays.
     pub split: Split,
+}
+
+/// What a strike's path needs of the arm beside what the world says that it delivered.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LaunchResidual {
+    /// Logarithm of the factor on the speed.
+    pub speed: f64,
+    /// Added to the angle, in rad, in (−π, π].
+    pub angle: f64,
 }

@@ -50,6 +50,20 @@ pub fn split_of(strike_id: &str, seed: u64) -> Split {
     }
 }
 
+/// How often a strike stays where strikes are halved by lot: 0 for half of all, 1 for a quarter, and so on. By its id alone: what it was
+/// made for, or when, has no part.
+pub fn halvings(strike_id: &str) -> u32 {
+    let digest = Sha256::new()
+        .chain_update("halvings")
+        .chain_update(strike_id)
+        .finalize();
+    let lot = digest
+        .iter()
+        .take(8)
+        .fold(0, |lot, byte| lot << 8 | u64::from(*byte));
+    lot.trailing_zeros()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -182,6 +182,16 @@ impl Strike {
         self.track.end == End::Rest
     }
 
+    /// Whether stops judge models of these strikes: most came to rest. Where most did not, as on an air table, the ends of tracks do.
+    pub fn most_rest<'a>(strikes: impl IntoIterator<Item = &'a Self>) -> bool {
+        let (mut rest, mut all) = (0, 0);
+        for strike in strikes {
+            all += 1;
+            rest += usize::from(strike.has_stop());
+        }
+        rest > 0 && 2 * rest >= all
+    }
+
     /// Seconds from the impact to the track's end, where that is no rest. An impact lies within the frame before the track's zero: in its
     /// middle, where it is not known better.
     pub fn ends(&self) -> Option<f64> {

@@ -5,8 +5,8 @@ use clap::{Parser, Subcommand};
 use crate::Error;
 use crate::args::{Global, LogsArgs, examples};
 use crate::commands::{
-    artifacts, camera, check, collect, dataset, demo, key, nightly, predict, rebuild, report, rig,
-    run, score, step, track, trial,
+    artifacts, camera, check, collect, dataset, demo, key, nightly, predict, query, rebuild,
+    report, rig, run, score, step, track, trial,
 };
 use crate::output::Output;
 use crate::pipeline::Step;
@@ -132,6 +132,12 @@ pub enum Command {
         "carom predict --from 0.3 -0.1 --speed 0.6 --angle -0.2 --json",
     ]))]
     Predict(predict::PredictArgs),
+    /// Ask the tables of a run in SQL: strikes, tracks, rejects, solutions, residuals, predictions.
+    #[command(after_help = examples(&[
+        "carom query artifacts/demo \"SELECT session, count(*) FROM strikes GROUP BY session\"",
+        "carom query artifacts/demo \"SELECT model, avg(error) FROM predictions GROUP BY model\" --json",
+    ]))]
+    Query(query::QueryArgs),
     /// Measure how well a version predicts these logs' strikes: has the rig drifted?
     #[command(after_help = examples(&[
         "carom score today.mcap --artifacts artifacts/demo",
@@ -155,13 +161,13 @@ pub enum Command {
     Report(report::ReportArgs),
 }
 
-/// What `--version` prints behind the name, of a build of this commit.
-pub fn about(commit: Option<&str>) -> String {
+/// What `--version` prints behind the name.
+pub fn about() -> String {
     let formats = [
         ("versions", store::SCHEMA_VERSION),
         ("tables", tables::SCHEMA_VERSION),
     ];
-    strike::about(commit, &formats)
+    strike::about(&formats)
 }
 
 /// Does what was asked.
@@ -187,6 +193,7 @@ pub fn execute(cli: &Cli) -> Result<Output, Error> {
         Command::Nightly(args) => nightly::run(args, global),
         Command::Trial(args) => trial::run(args, global),
         Command::Predict(args) => predict::run(args, global),
+        Command::Query(args) => query::run(args),
         Command::Score(args) => score::run(args, global),
         Command::Dataset(command) => dataset::run(command),
         Command::Rebuild(args) => rebuild::run(args, global),

@@ -291,7 +291,7 @@ fn commands(before: &Artifact, after: &Artifact) -> Option<Commands> {
             let (before, after) = (before.as_ref()?, after.as_ref()?);
             Some([
                 (after.speed - before.speed).abs(),
-                residual::wrap(after.angle - before.angle).abs(),
+                values::wrap_angle(after.angle - before.angle).abs(),
             ])
         })
         .collect();

@@ -1,13 +1,15 @@
 //! The gate that a version passes where none is in use that it could be compared with: enough strikes are held out to judge it, they are
 //! predicted better than by the plainest means, and intervals say something.
 
-use evaluate::{Candidate, Judge, Predict};
+use judge::{Candidate, HeldOut, Model, stop_errors};
 use serde::{Deserialize, Serialize};
 use stage::Run;
-use values::{Point, Rig, Split, Strike};
+use sysid::Fit;
+use values::{Point, Split, StopErrors, Strike};
 use world::World;
 
 use crate::Error;
+use crate::growth::latest;
 
 /// Fewer held-out strikes judge nothing.
 const LEAST: usize = 8;
@@ -43,38 +45,25 @@ pub struct FirstVersion {
     pub unbounded: Vec<String>,
 }
 
-/// Judges the model that a version would be used with.
+/// Judges the model that a version would be used with, by the latest strikes that it did not learn from.
 pub fn judge(
     run: &Run,
-    rig: &Rig,
     strikes: &[Strike],
-    fit: Option<&sysid::Fit>,
-    evaluation: Option<&evaluate::Evaluation>,
+    fit: &Fit,
+    floor: Option<StopErrors>,
     candidate: &Candidate,
 ) -> Result<FirstVersion, Error> {
-    let held_out: Vec<&Strike> = strikes
-        .iter()
-        .filter(|strike| strike.split != Split::Train)
-        .collect();
-    let judges: Vec<Judge> = held_out.iter().map(|strike| Judge::from(*strike)).collect();
-    let nominal = Candidate {
-        name: "nominal".into(),
-        world: World::nominal(rig),
-        residual: None,
-    };
-    let mut errors = Vec::new();
-    for candidate in [candidate, &nominal] {
-        let answers = run.items(&Predict, &evaluate::Model::of(rig, candidate), &judges)?;
-        let error = |(judge, answer): (&Judge, &evaluate::Predicted)| {
-            answer.stop.map(|stop| stop.distance(judge.stop))
-        };
-        errors.push(judges.iter().zip(&answers).map(error).collect::<Vec<_>>());
-    }
+    let held_out = strikes.iter().filter(|strike| strike.split != Split::Train);
+    let held_out: Vec<&Strike> = latest(held_out.collect());
+    let judges: Vec<HeldOut> = held_out.iter().copied().map(HeldOut::from).collect();
+    let rig = &candidate.model.rig;
+    let by_nominal = stop_errors(run, &Model::of_world(rig, &World::nominal(rig)), &judges)?;
+    let by_model = stop_errors(run, &candidate.model, &judges)?;
     let plain = Plain::of(strikes.iter().filter(|s| s.split == Split::Train));
     let mut sums = [0.0; 3];
     let mut count = 0;
     for (i, strike) in held_out.iter().enumerate() {
-        if let (Some(model), Some(nominal)) = (errors[0][i], errors[1][i]) {
+        if let (Some(model), Some(nominal)) = (by_model[i], by_nominal[i]) {
             sums[0] += model;
             sums[1] += plain.stop(strike).distance(strike.stop);
             sums[2] += nominal;
@@ -82,14 +71,11 @@ pub fn judge(
         }
     }
     let [error, plain, nominal] = sums.map(|sum| (count > 0).then(|| sum / count as f64));
-    let unbounded = fit.into_iter().flat_map(|fit| {
-        let is_unbounded = |name: &&String| {
-            let estimate = fit.world.parameters.get(*name);
-            let ends = estimate.and_then(|estimate| estimate.low.zip(estimate.high));
-            !ends.is_some_and(|(low, high)| low.is_finite() && high.is_finite())
-        };
-        fit.freed.iter().filter(is_unbounded).cloned()
-    });
+    let is_unbounded = |name: &&String| {
+        let estimate = fit.world.parameters.get(*name);
+        let ends = estimate.and_then(|estimate| estimate.low.zip(estimate.high));
+        !ends.is_some_and(|(low, high)| low.is_finite() && high.is_finite())
+    };
     Ok(FirstVersion {
         passed: false,
         strikes: strikes.len(),
@@ -98,10 +84,8 @@ pub fn judge(
         error,
         plain,
         nominal,
-        floor: evaluation
-            .and_then(|e| e.noise_floor)
-            .map(|floor| floor.mean),
-        unbounded: unbounded.collect(),
+        floor: floor.map(|floor| floor.mean),
+        unbounded: fit.freed.iter().filter(is_unbounded).cloned().collect(),
     }
     .decided())
 }
@@ -112,10 +96,15 @@ impl FirstVersion {
         self
     }
 
+    /// Whether there are yet too few strikes to judge by: more of the same mend that, and nobody need look.
+    pub fn is_waiting(&self) -> bool {
+        self.held_out < LEAST
+    }
+
     /// Why it does not pass, and what to log next; empty where it passes.
     pub fn doubts(&self) -> Vec<String> {
         let mut doubts = Vec::new();
-        if self.held_out < LEAST {
+        if self.is_waiting() {
             let more = (FOR_ONE * (LEAST - self.held_out)).max(ENOUGH.saturating_sub(self.strikes));
             doubts.push(format!(
                 "{} of {} strikes are held out to judge by, and a first version is judged by {LEAST} at the least: record {more} more, at other \

@@ -1,4 +1,6 @@
-//! Which of strikes that grow night by night are learnt from.
+//! Which of strikes that grow night by night are learnt from, and which judge.
+
+use values::{Strike, halvings};
 
 /// Up to twice as many strikes each one counts; beyond, they count in steps of one to two in this many.
 const FINE: usize = 50;
@@ -11,9 +13,65 @@ pub fn learning_count(count: usize) -> usize {
     count - count % step
 }
 
+/// No more strikes than these are solved and learnt from, so that time does not grow without end. What a map's 67 weights are uncertain by
+/// is then √(67/4000) of what a strike scatters by at the most, and adds less than 1 % to it.
+const MOST_LEARNT: usize = 8000;
+
+/// The places of the strikes that are solved and learnt from: all of up to [`MOST_LEARNT`], of more so few by lot, in their order. Each
+/// strike keeps its lot: what was chosen stays chosen until the strikes have doubled, and then half of it does.
+pub fn learnt(strikes: &[Strike]) -> Vec<usize> {
+    let shares = strikes.len().div_ceil(MOST_LEARNT).next_power_of_two();
+    let least = shares.trailing_zeros();
+    (0..strikes.len())
+        .filter(|place| least == 0 || halvings(&strikes[*place].id) >= least)
+        .collect()
+}
+
+/// The latest so many strikes judge a model: they give its mean error to a twentieth, and older ones say less of the table.
+const MOST_JUDGES: usize = 500;
+
+/// The latest of strikes that judge, in their order.
+pub fn latest<T>(mut strikes: Vec<T>) -> Vec<T> {
+    strikes.split_off(strikes.len().saturating_sub(MOST_JUDGES))
+}
+
 #[cfg(test)]
 mod tests {
+    use values::{Command, Conditions, Point, Split, Track};
+
     use super::*;
+
+    #[test]
+    fn of_very_many_strikes_a_share_is_learnt_from_that_hardly_changes_as_they_grow() {
+        let strike = |index: usize| Strike {
+            id: index.to_string(),
+            log: String::new(),
+            index: 0,
+            t_start: index as f64,
+            initial: Point::default(),
+            stop: Point::default(),
+            command: Command {
+                speed: 1.0,
+                angle: 0.0,
+            },
+            track: Track::default(),
+            split: Split::Train,
+            conditions: Conditions::default(),
+            delivered: None,
+        };
+        let strikes: Vec<Strike> = (0..5 * MOST_LEARNT).map(strike).collect();
+        let all = learnt(&strikes[..MOST_LEARNT]);
+        assert_eq!(all, (0..MOST_LEARNT).collect::<Vec<_>>());
+        let [few, more, many] = [3, 4, 5].map(|times| learnt(&strikes[..times * MOST_LEARNT]));
+        assert!(few.len() < 4 * MOST_LEARNT / 5, "{}", few.len());
+        assert!(more.starts_with(&few), "a strike that learnt is kept");
+        let kept = many.iter().filter(|place| more.contains(place)).count();
+        let older = many
+            .iter()
+            .filter(|place| **place < 4 * MOST_LEARNT)
+            .count();
+        assert_eq!(kept, older);
+    }
 
     #[test]
     fn every_strike_of_a_hundred_counts_and_of_more_all_but_two_in_a_hundred() {

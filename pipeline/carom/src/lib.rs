@@ -20,6 +20,7 @@ mod output;
 mod outputs;
 mod pipeline;
 mod program;
+mod proposal;
 mod publishing;
 mod reading;
 mod report;

@@ -1,33 +1,20 @@
-//! How repeats of one command scatter, for the noise floor.
-//!
-//! Identification explains the tracks by parameters, a mean turn and launch scatter: what these cannot absorb (a gain of
-//! the speed, a slope of the table) counts as scatter there, though it repeats. The residual model takes that away, so that what it
-//! leaves (on strikes that it did not learn from, where there are enough) is the better estimate.
+//! How repeats of one command scatter, for the noise floor: as far as the diagnosis measured, or as identified where there is none.
 
-use evaluate::Noise;
+use judge::Noise;
 use values::Rig;
 use world::World;
 
-use crate::results::WorldResults;
+use crate::results::Worlds;
 
 /// Seconds of rest over which ingestion averages a position, about.
 const REST: f64 = 0.3;
-/// Fewer strikes give no estimate of scatter.
-const LEAST_STRIKES: usize = 10;
 
-/// From what the residual model leaves of commands that it did not learn from, where these are enough; else as identified.
-pub fn noise(rig: &Rig, of_world: &WorldResults) -> Noise {
-    let identified = identified(rig, &of_world.world);
-    let learned = of_world.learned.as_ref();
-    let Some(learned) = learned.filter(|learned| learned.strikes >= LEAST_STRIKES) else {
-        return identified;
-    };
-    let [speed, angle] = learned.scatter;
+/// Beside the world that will be used.
+pub fn noise(rig: &Rig, worlds: &Worlds) -> Noise {
+    let gap = worlds.found().map(|found| &found.diagnosis.gap);
     Noise {
-        speed: speed.min(identified.speed),
-        angle: angle.min(identified.angle),
-        // The error of a measured position is in the two above: each path is measured.
-        position: 0.0,
+        measured: gap.map(|gap| gap.noise_floor),
+        ..identified(rig, &worlds.used().1.world)
     }
 }
 

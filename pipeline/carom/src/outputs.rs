@@ -8,9 +8,10 @@ use std::io::ErrorKind;
 use std::path::Path;
 
 use diagnose::Diagnosis;
+use judge::Solved;
 use serde::Serialize;
 use tables::SolutionRow;
-use values::Residual;
+use values::Strike;
 use world::World;
 
 use crate::Error;
@@ -24,24 +25,31 @@ pub const NEXT_STRIKES: &str = "next_strikes.json";
 pub fn write(dir: &Path, results: &Results, last: Step) -> Result<(), Error> {
     tables::stream_strikes(
         dir,
-        results.kept.iter().map(|read| read.map_err(Error::from)),
+        results
+            .read
+            .strikes
+            .iter()
+            .map(|read| read.map_err(Error::from)),
     )?;
-    tables::write_rejects(dir, &results.rejects).map_err(Error::failed)?;
-    if let Some((_, used)) = results.used() {
-        write_world(dir, "world.toml", Some(&used.world))?;
-        let plain = results.sysid.as_ref().filter(|_| results.effect.is_some());
-        write_world(dir, "world_sysid.toml", plain.map(|plain| &plain.world))?;
-    }
+    tables::write_rejects(dir, &results.read.rejects).map_err(Error::failed)?;
+    let Some(worlds) = &results.worlds else {
+        return Ok(());
+    };
+    let (_, used) = worlds.used();
+    write_world(dir, "world.toml", Some(&used.world))?;
+    let plain = worlds.effect.as_ref().map(|_| &worlds.sysid.world);
+    write_world(dir, "world_sysid.toml", plain)?;
     if last >= Step::Diagnose {
-        write_diagnosis(dir, results.found.as_ref().map(|found| &found.diagnosis))?;
+        write_diagnosis(dir, worlds.found().map(|found| &found.diagnosis))?;
     }
-    if last >= Step::Solve {
-        tables::write_solutions(dir, &solution_rows(results)).map_err(Error::failed)?;
+    if let Some(solved) = &used.solved {
+        let rows = solution_rows(&results.strikes, &solved.paths);
+        tables::write_solutions(dir, &rows).map_err(Error::failed)?;
+        if last >= Step::Residual {
+            tables::write_residuals(dir, &solved.residuals.rows).map_err(Error::failed)?;
+        }
     }
-    if last >= Step::Residual {
-        tables::write_residuals(dir, residual_rows(results)).map_err(Error::failed)?;
-    }
-    if let Some(evaluation) = &results.evaluation {
+    if let Some(evaluation) = &worlds.evaluation {
         write_json(&dir.join("evaluation.json"), evaluation)?;
     }
     Ok(())
@@ -86,11 +94,10 @@ pub fn write_json<T: Serialize + ?Sized>(path: &Path, value: &T) -> Result<(), E
     Ok(durable::write_bytes(path, text.as_bytes())?)
 }
 
-fn solution_rows(results: &Results) -> Vec<SolutionRow> {
-    let solutions = results.used().map_or(&[][..], |(_, used)| &used.solutions);
-    let rows = results.strikes.iter().zip(solutions);
-    rows.map(|(strike, solution)| SolutionRow {
-        strike_id: strike.id.clone(),
+fn solution_rows(strikes: &[Strike], solved: &[(usize, Solved)]) -> Vec<SolutionRow> {
+    let rows = solved.iter().map(|(place, path)| (*place, path.solution));
+    rows.map(|(place, solution)| SolutionRow {
+        strike_id: strikes[place].id.clone(),
         speed_sim: solution.command.speed,
         angle_sim: solution.command.angle,
         miss: solution.miss,
@@ -100,39 +107,18 @@ fn solution_rows(results: &Results) -> Vec<SolutionRow> {
     .collect()
 }
 
-fn residual_rows(results: &Results) -> &[Residual] {
-    let used = results.used();
-    used.map_or(&[], |(_, used)| &used.residuals.rows)
-}
-
 #[cfg(test)]
 mod tests {
-    use diagnose::Diagnosed;
-    use values::{Rig, Shape};
-
     use super::*;
     use crate::report::found_tilt;
-    use crate::results::WorldResults;
-
-    fn results(found: Option<Diagnosed>) -> Results {
-        let world = World::nominal(&Rig::demo(Shape::Cylinder));
-        Results {
-            sysid: Some(WorldResults::new(world)),
-            effect: found
-                .as_ref()
-                .and_then(|found| found.world.clone())
-                .map(WorldResults::new),
-            found,
-            ..Results::default()
-        }
-    }
+    use crate::results::testing::diagnosed;
 
     #[test]
     fn a_named_effect_is_in_the_world_with_the_plain_one_beside_it() {
         let dir = tempfile::tempdir().expect("folder");
         let world = |name: &str| World::load(&dir.path().join(name)).expect(name);
         let found = found_tilt();
-        write(dir.path(), &results(Some(found.clone())), Step::Diagnose).expect("written");
+        write(dir.path(), &diagnosed(Some(found.clone())), Step::Diagnose).expect("written");
         assert_eq!(Some(world("world.toml")), found.world);
         assert!(world("world_sysid.toml").effects.is_empty());
         let text = |name: &str| fs::read_to_string(dir.path().join(name)).expect(name);
@@ -147,7 +133,7 @@ mod tests {
         }
 
         // What is not found any more does not stay.
-        write(dir.path(), &results(None), Step::Diagnose).expect("written");
+        write(dir.path(), &diagnosed(None), Step::Diagnose).expect("written");
         assert!(world("world.toml").effects.is_empty());
         for name in ["world_sysid.toml", "diagnosis.json", NEXT_STRIKES] {
             assert!(!dir.path().join(name).exists(), "{name}");

@@ -10,8 +10,9 @@ use crate::error::Outcome;
 
 /// Runs a command line whose first word is the program's name, prints what comes of it, and gives the exit code. `commit` is what
 /// it was built from.
-pub fn program(words: impl IntoIterator<Item = OsString>, commit: Option<&str>) -> u8 {
-    let parser = Cli::command().version(&*about(commit).leak());
+pub fn program(words: impl IntoIterator<Item = OsString>, commit: Option<&'static str>) -> u8 {
+    strike::built_from(commit);
+    let parser = Cli::command().version(&*about().leak());
     let parsed = parser
         .try_get_matches_from(words)
         .and_then(|asked| Cli::from_arg_matches(&asked));

@@ -3,17 +3,19 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use evaluate::Evaluation;
 use ingest::LogFile;
-use publish::Publish;
-use stage::Run;
-use store::{ArtifactError, Calibrated, Contents, InputFile, Model, Store, TrainingExtent};
+use judge::Evaluation;
+use stage::{Record, Run};
+use store::{
+    ArtifactError, Calibrated, Contents, InputFile, Logged, Model, Provenance, StageRecord, Store,
+    TrainedRegion,
+};
 use train::Learned;
-use values::StopErrors;
+use values::{Split, StopErrors, Strike};
 
 use crate::Error;
 use crate::inputs::Inputs;
-use crate::results::{Results, WorldResults};
+use crate::results::{Results, WorldResults, Worlds};
 use crate::varying::varies;
 
 /// Versions of what computes below the stages: part of every key, so that another engine's answers are not used.
@@ -25,36 +27,76 @@ pub fn engine() -> String {
     )
 }
 
-/// What a version of these results holds.
-pub fn contents(run: &Run, inputs: &Inputs, results: &Results) -> Result<Contents, Error> {
-    let (Some(sysid), Some(evaluation)) = (&results.sysid, &results.evaluation) else {
-        return Err(Error::failed(
-            "publish: identification or evaluation is missing",
-        ));
+/// What a version of these results holds. The record holds neither time nor place, and logs in the order of their names, so that the same
+/// inputs give the same version whatever way they were named.
+pub fn contents(
+    run: &Run,
+    inputs: &Inputs,
+    results: &Results,
+    worlds: &Worlds,
+) -> Result<Contents, Error> {
+    let evaluation = worlds.evaluation.as_ref();
+    let evaluation = evaluation.ok_or_else(|| Error::failed("publish: no model was evaluated"))?;
+    let varies = varies(run, &inputs.rig, results, worlds)?;
+    let calibrated = |of_world: &WorldResults| Calibrated {
+        world: of_world.world.clone(),
+        residual: of_world.residual().cloned(),
     };
-    let stage = Publish {
-        default_model: None,
-        without_effects: inputs.without_effects,
-        seeds: [SPLIT_SEED, "train"]
-            .map(|name| (name.to_string(), inputs.seed))
-            .into(),
-    };
-    Ok(run.stage(
-        &stage,
-        &publish::Input {
-            rig: inputs.rig.clone(),
-            strikes: results.strikes.clone(),
-            sysid: calibrated(sysid),
-            effect: results.effect.as_ref().map(calibrated),
-            metrics: metrics(evaluation, results),
+    let explained = worlds.each().filter_map(|(name, of_world)| {
+        let explained = of_world.learned.as_ref()?.explained?;
+        Some((name.with_residual(), explained))
+    });
+    Ok(Contents {
+        rig: inputs.rig.clone(),
+        sysid: calibrated(&worlds.sysid),
+        effect: worlds.effect.as_ref().map(calibrated),
+        provenance: Provenance {
+            default_model: best_model(worlds),
+            metrics: metrics(evaluation, worlds),
             noise_floor: evaluation.noise_floor,
-            best: best_model(results),
-            explained: explained(results),
-            varies: varies(run, &inputs.rig, results)?,
-            logs: input_files(&results.logs)?,
-            stages: publish::stage_records(run.records()),
+            explained: explained.collect(),
+            varies,
+            trained_region: trained_region(&results.strikes)?,
+            strikes: Some(logged(&results.strikes)),
+            moved: None,
+            without_effects: inputs.without_effects,
+            seeds: [SPLIT_SEED, "train"]
+                .map(|name| (name.to_string(), inputs.seed))
+                .into(),
+            inputs: input_files(&results.read.logs)?,
+            stages: run.records().into_iter().map(stage_record).collect(),
         },
-    )?)
+    })
+}
+
+/// How a stage was run, as a manifest keeps it.
+fn stage_record(record: Record) -> StageRecord {
+    StageRecord {
+        name: record.name.into(),
+        version: record.version,
+        settings: record.settings,
+    }
+}
+
+/// The strikes that learn bound the trained region.
+fn trained_region(strikes: &[Strike]) -> Result<TrainedRegion, Error> {
+    let learnt_from = strikes.iter().filter(|strike| strike.split == Split::Train);
+    let region = TrainedRegion::of(learnt_from.map(|strike| (strike.initial, strike.stop)));
+    region.ok_or_else(|| {
+        Error::failed(format!(
+            "bound the trained region: none of {} strikes is for training; log more strikes",
+            strikes.len()
+        ))
+    })
+}
+
+/// How many strikes there are, and the last one's stamp.
+pub fn logged(strikes: &[Strike]) -> Logged {
+    let stamps = strikes.iter().map(|strike| strike.t_start);
+    Logged {
+        count: strikes.len(),
+        last: stamps.reduce(f64::max).unwrap_or(0.0),
+    }
 }
 
 /// Publishes what the results hold for that, if they do, and gives the version's name; a candidate is kept and not put to use. Contents
@@ -64,52 +106,29 @@ pub fn publish(
     results: &Results,
     is_candidate: bool,
 ) -> Result<Option<String>, Error> {
-    let contents = results.contents.as_ref();
-    let version = contents.map(|contents| match is_candidate {
-        true => store.keep_candidate(contents),
-        false => store.publish(contents),
+    let version = results.version().map(|version| match is_candidate {
+        true => store.keep_candidate(&version.contents),
+        false => store.publish(&version.contents),
     });
     version.transpose().map_err(store_error)
 }
 
-fn calibrated(of_world: &WorldResults) -> Calibrated {
-    Calibrated {
-        world: of_world.world.clone(),
-        residual: of_world
-            .learned
-            .as_ref()
-            .and_then(|learned| learned.model.clone()),
-    }
-}
-
 /// The model that predicts best what it did not learn from, among the training strikes: held-out ones have no part in it.
-pub fn best_model(results: &Results) -> Model {
-    let worlds = [
-        (&results.sysid, Model::Sysid, Model::SysidResidual),
-        (&results.effect, Model::Effect, Model::EffectResidual),
-    ];
-    let (models, learned): (Vec<Model>, Vec<&Learned>) = worlds
-        .into_iter()
-        .filter_map(|(of_world, plain, residual)| {
-            let learned = of_world.as_ref()?.learned.as_ref()?;
-            let has_residual = learned.model.is_some();
-            Some((if has_residual { residual } else { plain }, learned))
-        })
-        .unzip();
-    train::best(&learned).map_or(Model::Sysid, |place| models[place])
-}
-
-/// What the training of each residual explains.
-fn explained(results: &Results) -> BTreeMap<Model, TrainingExtent> {
-    let worlds = [
-        (&results.sysid, Model::SysidResidual),
-        (&results.effect, Model::EffectResidual),
-    ];
-    let explained = worlds.into_iter().filter_map(|(of_world, model)| {
-        let explained = of_world.as_ref()?.learned.as_ref()?.explained?;
-        Some((model, explained))
+pub fn best_model(worlds: &Worlds) -> Model {
+    let learned = worlds.each().filter_map(|(name, of_world)| {
+        let learned = of_world.learned.as_ref()?;
+        let has_residual = learned.model.is_some();
+        Some((
+            if has_residual {
+                name.with_residual()
+            } else {
+                name
+            },
+            learned,
+        ))
     });
-    explained.collect()
+    let (models, learned): (Vec<Model>, Vec<&Learned>) = learned.unzip();
+    train::best(&learned).map_or(Model::Sysid, |place| models[place])
 }
 
 /// Under which name a manifest records the seed of a run.
@@ -125,22 +144,16 @@ pub fn store_error(error: ArtifactError) -> Error {
 }
 
 /// Of the models that the version holds: a residual that adds nothing is none of them.
-fn metrics(evaluation: &Evaluation, results: &Results) -> BTreeMap<Model, StopErrors> {
-    let is_held = |model: &Model| {
-        let of_world = match model {
-            Model::SysidResidual => &results.sysid,
-            Model::EffectResidual => &results.effect,
-            _ => return true,
-        };
-        let learned = of_world
-            .as_ref()
-            .and_then(|of_world| of_world.learned.as_ref());
-        learned.is_some_and(|learned| learned.model.is_some())
-    };
+fn metrics(evaluation: &Evaluation, worlds: &Worlds) -> BTreeMap<Model, StopErrors> {
+    let without: Vec<Model> = worlds
+        .each()
+        .filter(|(_, of_world)| of_world.residual().is_none())
+        .map(|(name, _)| name.with_residual())
+        .collect();
     let models = evaluation.models.iter();
     models
         .filter_map(|(name, errors)| Some((Model::from_name(name)?, *errors)))
-        .filter(|(model, _)| is_held(model))
+        .filter(|(model, _)| !without.contains(model))
         .collect()
 }
 

@@ -1,65 +1,45 @@
 //! What came of a pipeline's steps.
 
-use check::Check;
 use diagnose::Diagnosed;
-use evaluate::Evaluation;
-use ingest::{LogFile, Strikes};
-use residual::{LaunchResidual, ResidualTable};
-use store::{Contents, Model};
+use judge::{Evaluation, ResidualTable, Solved, residuals};
+use store::{Contents, Model, ResidualModel};
 use sysid::Fit;
-use train::{CurvePoint, Learned};
-use values::{Reject, Rig, Strike};
-use world::{Solution, World};
+use train::{Example, Learned, examples};
+use values::{Rig, Strike};
+use world::World;
 
 use crate::error::Outcome;
 use crate::first_version::FirstVersion;
-use crate::left_out::LeftOut;
+use crate::reading::Read;
 
 /// What came of the steps that were gone.
-#[derive(Clone, Debug, Default)]
 pub struct Results {
-    /// Strikes kept, in order of time, as they lie in the cache.
-    pub kept: Strikes,
-    /// The same, read; from sysid on.
+    /// What the logs held.
+    pub read: Read,
+    /// The strikes kept, in order of time; none where reading was all that was asked for. From solving on those that came to rest.
     pub strikes: Vec<Strike>,
-    /// Strikes kept whose track ends before rest; from solving on `strikes` holds the others.
+    /// Strikes kept whose track ends before rest, and that `strikes` no longer holds.
     pub without_stop: usize,
-    /// Strikes seen and not kept.
-    pub rejects: Vec<Reject>,
-    /// The logs that were read, by name and hash.
-    pub logs: Vec<LogFile>,
-    /// Logs that could not be read.
-    pub left_out: Vec<LeftOut>,
-    /// Names of logs that are cut off or damaged.
-    pub damaged: Vec<String>,
-    /// Warnings about the logs.
-    pub log_notes: Vec<String>,
-    /// Whether the logs mean what the rig file says; where a model of them would be meaningless, no further step was gone.
-    pub check: Check,
-    /// The rig file, with the fences that were found.
-    pub rig: Option<Rig>,
-    /// From [`Step::Sysid`](crate::pipeline::Step) on.
-    pub fit: Option<Fit>,
-    /// The identified world; from sysid on.
-    pub sysid: Option<WorldResults>,
-    /// What simulation and strikes disagree in; from diagnosis on.
-    pub found: Option<Diagnosed>,
-    /// Why there is no diagnosis, where one was tried.
-    pub no_diagnosis: Option<String>,
+    /// What the strikes say; none where reading was all that was asked for, or where a model of the logs would be meaningless.
+    pub worlds: Option<Worlds>,
+}
+
+/// What strikes say of the world that they were made in.
+pub struct Worlds {
+    /// How it was identified.
+    pub fit: Fit,
+    /// The identified world.
+    pub sysid: WorldResults,
+    /// What simulation and strikes disagree in, or why there is no diagnosis; none where none was asked for.
+    pub diagnosis: Option<Result<Diagnosed, String>>,
     /// The identified world with the effects named; none where none is named, or they are to be left out.
     pub effect: Option<WorldResults>,
-    /// Networks by the number of strikes learnt from, in the world that will be used; from training on.
-    pub curve: Vec<CurvePoint>,
-    /// From evaluation on.
+    /// Stop errors on held-out strikes; none where they were not asked for.
     pub evaluation: Option<Evaluation>,
-    /// Mean stop error in m by the number of strikes learnt from; from evaluation on.
-    pub curve_errors: Vec<(usize, f64)>,
-    /// The gate of a version where none is in use; from publishing on.
-    pub first_version: Option<FirstVersion>,
-    /// What is to be published; from publishing on.
-    pub contents: Option<Contents>,
-    /// The version published, which is in use unless a rollback took it out; once it is published.
-    pub version: Option<String>,
+    /// How the error falls with the strikes learnt from, in the world that will be used; empty where nothing was evaluated.
+    pub curve: Vec<CurvePoint>,
+    /// What is to be published; none where that was not asked for.
+    pub version: Option<NewVersion>,
 }
 
 /// A world, and what was learnt on top of it.
@@ -67,14 +47,60 @@ pub struct Results {
 pub struct WorldResults {
     /// The world.
     pub world: World,
-    /// Every path solved backwards in it, one a strike; from solving on.
-    pub solutions: Vec<Solution>,
-    /// What it still gets wrong; from the residual on.
-    pub residuals: ResidualTable,
-    /// The launch that each strike shows beside that world's, one a strike; from the residual on.
-    pub launches: Vec<Option<LaunchResidual>>,
-    /// What is added to its commands; from training on.
+    /// What each strike's path needs in it; none where nothing was solved.
+    pub solved: Option<SolvedWorld>,
+    /// What is added to its commands; none where nothing was learnt.
     pub learned: Option<Learned>,
+}
+
+/// Every path solved backwards in a world.
+#[derive(Clone, Debug)]
+pub struct SolvedWorld {
+    /// A strike's place among all, and what it needs; in their order. Of very many strikes these are some (`growth::learnt`).
+    pub paths: Vec<(usize, Solved)>,
+    /// What the world still gets wrong.
+    pub residuals: ResidualTable,
+}
+
+/// What was learnt from the earliest strikes.
+#[derive(Clone, Debug)]
+pub struct CurvePoint {
+    /// Number of strikes made, of all splits.
+    pub strikes: usize,
+    /// What came of them.
+    pub learned: Learned,
+    /// Mean stop error in m on held-out strikes; none where none is predicted.
+    pub error: Option<f64>,
+}
+
+impl CurvePoint {
+    /// Mean distance in m by which what was learnt misses stops of commands that it did not learn from.
+    pub fn held_out_commands(&self) -> Option<f64> {
+        let mut scores = self.learned.scores.iter();
+        let chosen = scores.find(|score| score.kind == self.learned.kind)?;
+        Some(chosen.by_setting)
+    }
+}
+
+/// A version to be published.
+pub struct NewVersion {
+    /// What it holds.
+    pub contents: Contents,
+    /// The gate that it passes where no version is in use.
+    pub gate: FirstVersion,
+}
+
+impl SolvedWorld {
+    /// From what the paths of strikes at these places need.
+    pub fn of(strikes: &[Strike], paths: Vec<(usize, Solved)>) -> Self {
+        let solutions = paths.iter();
+        Self {
+            residuals: residuals(
+                solutions.map(|(place, solved)| (&strikes[*place], &solved.solution)),
+            ),
+            paths,
+        }
+    }
 }
 
 impl WorldResults {
@@ -82,20 +108,85 @@ impl WorldResults {
     pub fn new(world: World) -> Self {
         Self {
             world,
-            solutions: Vec::new(),
-            residuals: ResidualTable::default(),
-            launches: Vec::new(),
+            solved: None,
             learned: None,
         }
+    }
+
+    /// What can be learnt from these strikes, the first of all.
+    pub fn examples(&self, strikes: &[Strike]) -> Vec<Example> {
+        let solved = self.solved.as_ref();
+        solved.map_or_else(Vec::new, |solved| {
+            let paths = solved.paths.iter();
+            let launches =
+                paths.filter_map(|(place, path)| Some((strikes.get(*place)?, path.launch)));
+            examples(launches, &solved.residuals.rows)
+        })
+    }
+
+    /// The world, and what is added to it.
+    pub fn model(&self, rig: &Rig, residual: Option<&ResidualModel>) -> judge::Model {
+        judge::Model {
+            residual: residual.cloned(),
+            ..judge::Model::of_world(rig, &self.world)
+        }
+    }
+
+    /// What was learnt to add, where anything is added.
+    pub fn residual(&self) -> Option<&ResidualModel> {
+        self.learned.as_ref()?.model.as_ref()
+    }
+}
+
+impl Worlds {
+    /// Of an identified world, and nothing more.
+    pub fn new(fit: Fit) -> Self {
+        Self {
+            sysid: WorldResults::new(fit.world.clone()),
+            fit,
+            diagnosis: None,
+            effect: None,
+            evaluation: None,
+            curve: Vec::new(),
+            version: None,
+        }
+    }
+
+    /// The worlds with the names of their models, the plainer first.
+    pub fn each(&self) -> impl Iterator<Item = (Model, &WorldResults)> {
+        let effect = self.effect.iter().map(|effect| (Model::Effect, effect));
+        std::iter::once((Model::Sysid, &self.sysid)).chain(effect)
+    }
+
+    /// The same, to be changed.
+    pub fn each_mut(&mut self) -> impl Iterator<Item = &mut WorldResults> {
+        std::iter::once(&mut self.sysid).chain(&mut self.effect)
+    }
+
+    /// The world that will be used, with the name of its model: the one with effects where they are named.
+    pub fn used(&self) -> (Model, &WorldResults) {
+        let effect = self.effect.as_ref().map(|effect| (Model::Effect, effect));
+        effect.unwrap_or((Model::Sysid, &self.sysid))
+    }
+
+    /// The diagnosis, where there is one.
+    pub fn found(&self) -> Option<&Diagnosed> {
+        self.diagnosis.as_ref()?.as_ref().ok()
+    }
+
+    /// Why there is no diagnosis, where one was tried.
+    pub fn no_diagnosis(&self) -> Option<&str> {
+        self.diagnosis.as_ref()?.as_ref().err().map(String::as_str)
     }
 }
 
 impl Results {
     /// How the program ends, by what was read.
     pub fn outcome(&self) -> Outcome {
-        if self.check.is_meaningless() || self.has_no_stop() {
+        let read = &self.read;
+        if read.check.is_meaningless() || self.has_no_stop() {
             Outcome::Refused
-        } else if self.rejects.is_empty() && self.damaged.is_empty() && self.left_out.is_empty() {
+        } else if read.rejects.is_empty() && read.damaged.is_empty() && read.left_out.is_empty() {
             Outcome::Done
         } else {
             Outcome::Rejected
@@ -109,26 +200,31 @@ impl Results {
 
     /// What to look at on the rig before these results are used.
     pub fn warnings(&self) -> Vec<String> {
-        let of_fit = self.fit.iter().flat_map(|fit| fit.warnings.clone());
-        let worse = self.evaluation.as_ref().and_then(worse_than_nominal);
-        let unjudged = self.evaluation.as_ref().and_then(unjudged);
-        let cause = self
-            .found
-            .as_ref()
-            .and_then(|found| found.diagnosis.cause.clone());
-        let without_stop = without_stop(self.without_stop, self.strikes.len());
+        let of_fit = self.worlds.iter().flat_map(|worlds| &worlds.fit.warnings);
+        let cause = self.found().and_then(|found| found.diagnosis.cause.clone());
+        let evaluation = self.evaluation();
         of_fit
-            .chain(without_stop)
+            .cloned()
+            .chain(without_stop(self.without_stop, self.strikes.len()))
             .chain(cause)
-            .chain(worse)
-            .chain(unjudged)
+            .chain(evaluation.and_then(worse_than_nominal))
+            .chain(evaluation.and_then(unjudged))
             .collect()
     }
 
-    /// The world that will be used, with the name of its model: the one with effects where they are named.
-    pub fn used(&self) -> Option<(&'static str, &WorldResults)> {
-        let effect = self.effect.as_ref().map(|of_world| ("effect", of_world));
-        effect.or_else(|| self.sysid.as_ref().map(|of_world| ("sysid", of_world)))
+    /// The diagnosis, where there is one.
+    pub fn found(&self) -> Option<&Diagnosed> {
+        self.worlds.as_ref()?.found()
+    }
+
+    /// Stop errors on held-out strikes, where there are any.
+    pub fn evaluation(&self) -> Option<&Evaluation> {
+        self.worlds.as_ref()?.evaluation.as_ref()
+    }
+
+    /// What is to be published, where there is anything.
+    pub fn version(&self) -> Option<&NewVersion> {
+        self.worlds.as_ref()?.version.as_ref()
     }
 }
 
@@ -164,6 +260,50 @@ pub fn worse_than_nominal(evaluation: &Evaluation) -> Option<String> {
             identified.n
         )
     })
+}
+
+/// Results made by hand.
+#[cfg(test)]
+pub mod testing {
+    use values::Shape;
+
+    use super::*;
+
+    /// Of no strikes, with a diagnosis that names the effects of its world.
+    pub fn diagnosed(found: Option<Diagnosed>) -> Results {
+        let rig = Rig::demo(Shape::Cylinder);
+        let fit = Fit {
+            world: World::nominal(&rig),
+            freed: Vec::new(),
+            strikes: 0,
+            rms_before: 0.0,
+            rms_after: 0.0,
+            iterations: 0,
+            simulations: 0,
+            warnings: Vec::new(),
+            notes: Vec::new(),
+        };
+        let effect = found.as_ref().and_then(|found| found.world.clone());
+        Results {
+            read: Read {
+                strikes: Default::default(),
+                rejects: Vec::new(),
+                logs: Vec::new(),
+                left_out: Vec::new(),
+                damaged: Vec::new(),
+                notes: Vec::new(),
+                check: Default::default(),
+                rig,
+            },
+            strikes: Vec::new(),
+            without_stop: 0,
+            worlds: Some(Worlds {
+                effect: effect.map(WorldResults::new),
+                diagnosis: found.map(Ok),
+                ..Worlds::new(fit)
+            }),
+        }
+    }
 }
 
 #[cfg(test)]

@@ -13,6 +13,7 @@ use crate::error::Outcome;
 use crate::inputs::Inputs;
 use crate::output::Output;
 use crate::pipeline::{Step, pipeline};
+use crate::results::Worlds;
 use crate::{Error, outputs, publishing, report, summary};
 
 /// A run in a folder; the programs below the stages are part of every key.
@@ -33,17 +34,18 @@ pub fn advance(
     global: Global,
 ) -> Result<Output, Error> {
     let dir = run.dir();
-    let mut results = pipeline(run, inputs, last).map_err(|error| explained(error, run, inputs))?;
+    let results = pipeline(run, inputs, last).map_err(|error| explained(error, run, inputs))?;
     outputs::write(dir, &results, last)?;
     let latest_before = store.latest().ok();
     let is_candidate = latest_before.is_none()
         && results
-            .first_version
-            .as_ref()
-            .is_some_and(|gate| !gate.passed);
-    results.version = publishing::publish(store, &results, is_candidate)?;
+            .version()
+            .is_some_and(|version| !version.gate.passed);
+    let version = publishing::publish(store, &results, is_candidate)?;
     let report = match last {
-        Step::Diagnose | Step::Publish => Some(report::write(dir, inputs, &results)?),
+        Step::Diagnose | Step::Publish => {
+            Some(report::write(dir, inputs, &results, version.as_deref())?)
+        }
         _ => None,
     };
     let summary = run.summary();
@@ -54,7 +56,7 @@ pub fn advance(
         summary::overview(&results)
     };
     text += &summary::findings(
-        &results.check,
+        &results.read.check,
         &inputs.rig,
         if global.verbose {
             Severity::Told
@@ -62,14 +64,16 @@ pub fn advance(
             Severity::Doubtful
         },
     );
-    if results.check.is_meaningless() && last > Step::Ingest {
+    if results.read.check.is_meaningless() && last > Step::Ingest {
         text += "refused    a model of these logs would be meaningless: nothing is fitted, nothing is published\n";
     }
     let latest = store.latest().ok();
-    if let Some(version) = &results.version {
+    let gate = results.version().map(|version| &version.gate);
+    let fit = results.worlds.as_ref().map(|worlds| &worlds.fit);
+    if let Some(version) = &version {
         text += &format!("\nversion    {version} in {}\n", dir.display());
         if is_candidate {
-            text += &summary::candidate(version, results.first_version.as_ref());
+            text += &summary::candidate(version, gate);
         } else {
             text += &summary::rolled_back(version, latest.as_deref());
         }
@@ -83,7 +87,7 @@ pub fn advance(
             dir.display()
         );
     }
-    let errors = results.evaluation.as_ref().map(|evaluation| {
+    let errors = results.evaluation().map(|evaluation| {
         json!({
             "models": evaluation.models,
             "noise_floor": evaluation.noise_floor,
@@ -91,20 +95,20 @@ pub fn advance(
         })
     });
     let json = json!({
-        "strikes": results.kept.len(),
-        "rejects": results.rejects,
-        "left_out": results.left_out,
-        "log_notes": results.log_notes,
-        "findings": summary::findings_json(&results.check, &inputs.rig),
-        "first_version": results.first_version,
+        "strikes": results.read.strikes.len(),
+        "rejects": results.read.rejects,
+        "left_out": results.read.left_out,
+        "log_notes": results.read.notes,
+        "findings": summary::findings_json(&results.read.check, &inputs.rig),
+        "first_version": gate,
         "stages": summary.stages,
-        "parameters": results.fit.as_ref().map(|fit| &fit.world.parameters),
+        "parameters": fit.map(|fit| &fit.world.parameters),
         "warnings": results.warnings(),
-        "notes": results.fit.as_ref().map(|fit| &fit.notes),
-        "diagnosis": results.found.as_ref().map(|found| &found.diagnosis),
-        "no_diagnosis": results.no_diagnosis,
+        "notes": fit.map(|fit| &fit.notes),
+        "diagnosis": results.found().map(|found| &found.diagnosis),
+        "no_diagnosis": results.worlds.as_ref().and_then(Worlds::no_diagnosis),
         "stop_error": errors,
-        "version": results.version,
+        "version": version,
         "latest": latest,
         "report": report,
     });
@@ -119,19 +123,24 @@ pub fn advance(
     })
 }
 
-/// Where too few strikes learn, how many were kept at all: a person counts those.
-pub fn explained(error: Error, run: &Run, inputs: &Inputs) -> Error {
-    let Error::Input(source) = &error else {
-        return error;
+/// Whether too few strikes learn.
+pub fn is_too_few(error: &Error) -> bool {
+    let Error::Input(source) = error else {
+        return false;
     };
     let too_few = source.downcast_ref::<SysidError>();
-    if !matches!(too_few, Some(SysidError::TooFewStrikes { .. })) {
+    matches!(too_few, Some(SysidError::TooFewStrikes { .. }))
+}
+
+/// Where too few strikes learn, how many were kept at all: a person counts those.
+pub fn explained(error: Error, run: &Run, inputs: &Inputs) -> Error {
+    if !is_too_few(&error) {
         return error;
     }
     match pipeline(run, inputs, Step::Ingest) {
         Ok(results) => Error::input(format!(
             "{error} ({} were kept; of many strikes 81 % are learnt from, the others are held out: 100 are a good start)",
-            results.kept.len()
+            results.read.strikes.len()
         )),
         Err(_) => error,
     }
@@ -145,5 +154,5 @@ pub fn refresh_report(dir: &Path, global: Global) -> Result<(), Error> {
     let inputs = Inputs::kept(dir)?;
     let run = open(dir, global)?;
     let results = pipeline(&run, &inputs, Step::Evaluate)?;
-    report::write(dir, &inputs, &results).map(drop)
+    report::write(dir, &inputs, &results, None).map(drop)
 }

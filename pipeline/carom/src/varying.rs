@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use evaluate::{Candidate, Observe};
+use judge::Observe;
 use stage::Run;
 use store::Model;
 use strike::SESSION_GAP;
@@ -10,7 +10,7 @@ use values::{Rig, Split, Strike};
 use world::{Session, Varies};
 
 use crate::Error;
-use crate::results::Results;
+use crate::results::{Results, Worlds};
 
 /// The latest so many strikes say how a table varies: enough to know scatter to a twentieth.
 const MOST: usize = 240;
@@ -18,37 +18,23 @@ const MOST: usize = 240;
 const LEAST_OF_A_LOG: usize = 3;
 
 /// Beside every model of the results that learnt from strikes.
-pub fn varies(run: &Run, rig: &Rig, results: &Results) -> Result<BTreeMap<Model, Varies>, Error> {
+pub fn varies(
+    run: &Run,
+    rig: &Rig,
+    results: &Results,
+    worlds: &Worlds,
+) -> Result<BTreeMap<Model, Varies>, Error> {
     let learnt_from = |strike: &&Strike| strike.split != Split::Test;
-    let strikes: Vec<Strike> = results
-        .strikes
-        .iter()
-        .filter(learnt_from)
-        .cloned()
-        .collect();
-    let latest = &strikes[strikes.len().saturating_sub(MOST)..];
-    let sessions = sessions(latest);
-    let worlds = [
-        (&results.sysid, Model::Sysid, Model::SysidResidual),
-        (&results.effect, Model::Effect, Model::EffectResidual),
-    ];
+    let learnt_from: Vec<&Strike> = results.strikes.iter().filter(learnt_from).collect();
+    let latest = &learnt_from[learnt_from.len().saturating_sub(MOST)..];
+    let latest: Vec<Strike> = latest.iter().map(|strike| (*strike).clone()).collect();
+    let sessions = sessions(&latest);
     let mut varies = BTreeMap::new();
-    for (of_world, plain, corrected) in worlds {
-        let Some(of_world) = of_world else { continue };
-        let learned = of_world.learned.as_ref();
-        let residual = learned.and_then(|learned| learned.model.as_ref());
-        let models = [(plain, None), (corrected, residual)];
-        for (model, residual) in models {
-            if model == corrected && residual.is_none() {
-                continue;
-            }
-            let candidate = Candidate {
-                name: model.to_string(),
-                world: of_world.world.clone(),
-                residual: residual.cloned(),
-            };
-            let shared = evaluate::Model::of(rig, &candidate);
-            let seen = run.items(&Observe, &shared, latest)?;
+    for (name, of_world) in worlds.each() {
+        let plain = std::iter::once((name, None));
+        let residual = of_world.residual();
+        for (name, residual) in plain.chain(residual.map(|r| (name.with_residual(), Some(r)))) {
+            let seen = run.items(&Observe, &of_world.model(rig, residual), &latest)?;
             let mut of_sessions =
                 vec![Session::default(); sessions.iter().max().map_or(0, |last| last + 1)];
             for ((strike, seen), session) in latest.iter().zip(seen).zip(&sessions) {
@@ -58,7 +44,7 @@ pub fn varies(run: &Run, rig: &Rig, results: &Results) -> Result<BTreeMap<Model,
                         .push((strike.conditions.order, seen));
                 }
             }
-            varies.insert(model, Varies::of(&of_world.world, &of_sessions));
+            varies.insert(name, Varies::of(&of_world.world, &of_sessions));
         }
     }
     Ok(varies)

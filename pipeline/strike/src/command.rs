@@ -1,7 +1,7 @@
 //! From a command to a plan: for strikes that gather data, whose stops are only predicted.
 
 use std::sync::Arc;
-use std::time::Duration;
+use std::time::{Duration, SystemTime};
 
 use store::{Artifact, Model};
 use values::{Command, Conditions, Point, Rig};
@@ -21,6 +21,7 @@ pub struct CommandPlanner {
     rig: Arc<Rig>,
     simulator: Simulator,
     good_for: Duration,
+    clock: fn() -> SystemTime,
 }
 
 impl CommandPlanner {
@@ -56,12 +57,18 @@ impl CommandPlanner {
             rig: Arc::new(rig.clone()),
             simulator: Simulator::new(rig, world).map_err(failed)?,
             good_for: GOOD_FOR,
+            clock: SystemTime::now,
         })
     }
 
     /// The same, whose plans may be executed for so long after they were made; 5 s unless given.
     pub fn good_for(self, good_for: Duration) -> Self {
         Self { good_for, ..self }
+    }
+
+    /// The same, whose strikes are stamped by another clock of the day than this computer's.
+    pub fn by_clock(self, clock: fn() -> SystemTime) -> Self {
+        Self { clock, ..self }
     }
 
     /// The rig that it plans for.
@@ -117,6 +124,7 @@ impl CommandPlanner {
         }
         let maker = (self.version.clone(), self.model);
         let details = Details::unaided(maker, (from, object.stop), command, &stroke, rig);
-        Ok(Plan::new(details, stroke, rig.clone(), self.good_for))
+        let plan = Plan::new(details, stroke, rig.clone(), self.good_for);
+        Ok(plan.by_clock(self.clock))
     }
 }

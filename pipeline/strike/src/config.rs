@@ -64,17 +64,20 @@ impl Config {
         })
     }
 
-    /// The configuration `strike.toml` beside a program, empty where there is none.
+    /// The configuration `strike.toml` beside a program; of one that is called through a link, beside the link, or else beside what it leads
+    /// to. Empty where there is none.
     pub fn beside(program: &Path) -> Result<Self, ConfigError> {
-        let path = program.with_file_name("strike.toml");
-        match Self::load(&path) {
-            Err(ConfigError::Unreadable { source, .. })
-                if source.kind() == io::ErrorKind::NotFound =>
-            {
-                Ok(Self::default())
+        let beside = |program: &Path| program.with_file_name("strike.toml");
+        let mut places = vec![beside(program)];
+        places.extend(program.canonicalize().ok().map(|real| beside(&real)));
+        for path in places {
+            match Self::load(&path) {
+                Err(ConfigError::Unreadable { source, .. })
+                    if source.kind() == io::ErrorKind::NotFound => {}
+                loaded => return loaded,
             }
-            loaded => loaded,
         }
+        Ok(Self::default())
     }
 }
 
@@ -92,6 +95,22 @@ mod tests {
         let config = Config::beside(&program).expect("read");
         assert_eq!(config.key, Some(dir.path().join("carom.pub")));
         assert_eq!(config.rig, Some("/etc/rig.toml".into()));
+        // Through a link from elsewhere, too; beside the link it counts first.
+        fs::write(&program, "").expect("writes");
+        let bin = dir.path().join("bin");
+        fs::create_dir(&bin).expect("folder");
+        let link = bin.join("strike");
+        std::os::unix::fs::symlink(&program, &link).expect("links");
+        let rig = |config: Config| config.rig;
+        assert_eq!(
+            rig(Config::beside(&link).expect("read")),
+            Some("/etc/rig.toml".into())
+        );
+        fs::write(bin.join("strike.toml"), "rig = \"own.toml\"\n").expect("writes");
+        assert_eq!(
+            rig(Config::beside(&link).expect("read")),
+            Some(bin.join("own.toml"))
+        );
         fs::write(&path, "kye = \"carom.pub\"\n").expect("writes");
         let error = Config::beside(&program).expect_err("unknown").to_string();
         assert!(error.contains("kye") && error.contains("`key`"), "{error}");

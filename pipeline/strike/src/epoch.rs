@@ -10,15 +10,22 @@ const SET: f64 = 0.005;
 pub struct Epoch {
     day: u64,
     at: Instant,
+    clock: fn() -> SystemTime,
 }
 
 impl Epoch {
     /// As both stand now.
     pub fn now() -> Self {
-        let day = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH);
+        Self::by(SystemTime::now)
+    }
+
+    /// The same by another clock of the day.
+    pub(crate) fn by(clock: fn() -> SystemTime) -> Self {
+        let day = clock().duration_since(SystemTime::UNIX_EPOCH);
         Self {
             day: day.map_or(0, |since| since.as_nanos() as u64),
             at: Instant::now(),
+            clock,
         }
     }
 
@@ -31,14 +38,15 @@ impl Epoch {
         }
     }
 
-    /// What a person is told where the clock of the day was set since then, by more than a slow adjustment.
+    /// What a person is told where the clock of the day was set since then, by more than a slow adjustment, or went on while this computer
+    /// slept.
     pub fn was_set(&self) -> Option<String> {
-        let now = Self::now();
+        let now = Self::by(self.clock);
         let by = (i128::from(now.day) - i128::from(self.stamp(now.at))) as f64 * 1e-9;
         (by.abs() > SET).then(|| {
             format!(
-                "this computer's clock was set by {by:+.3} s during the strike: a camera that stamps by it does not fit the arm's stamps; \
-                 leave this strike out"
+                "this computer's clock was set by {by:+.3} s since the strike was planned: what a camera stamps by it does not fit the \
+                 arm's stamps"
             )
         })
     }

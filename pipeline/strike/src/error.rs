@@ -28,7 +28,7 @@ pub enum PlannerError {
     },
     /// Recent strikes show another table than the version believes possible.
     #[error(
-        "plan for this table: {strikes} recent strikes show {shift}, more than version {version} believes possible: the table has \
+        "plan for this table: {strikes} recent strikes show {shown}, more than version {version} believes possible: the table has \
          changed; look at object, surface and tip, then collect some strikes with `carom collect` and run `carom nightly`"
     )]
     TableChanged {
@@ -37,7 +37,7 @@ pub enum PlannerError {
         /// Strikes that say so.
         strikes: usize,
         /// What they show.
-        shift: String,
+        shown: String,
     },
     /// The world of the artifact cannot be simulated.
     #[error("compile the world of version {version}: {source}; publish the version again")]

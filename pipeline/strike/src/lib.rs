@@ -31,7 +31,7 @@ mod testing;
 mod trust;
 mod watched;
 
-pub use about::about;
+pub use about::{about, built_from};
 pub use command::CommandPlanner;
 pub use config::{Config, ConfigError};
 pub use count::take_number;
@@ -39,7 +39,7 @@ pub use epoch::Epoch;
 pub use error::PlannerError;
 pub use live::{Live, LiveError, Resting, ServerMessage, read_messages};
 pub use log::{Destination, LogError, OpenLog, WrittenLog, highest};
-pub use logs::write::{Received, Samples};
+pub use logs::write::{Lineage, Received, Samples};
 pub use plan::{Adapted, Details, FEW, Plan};
 pub use planner::Planner;
 pub use recent::{Recent, SESSION_GAP};

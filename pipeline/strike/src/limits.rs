@@ -313,16 +313,11 @@ pub(crate) fn second_push(
 /// Distance in m of tip's and object's centre beyond which they cannot touch, and by how much (m) the object's footprint reaches
 /// beyond its centre however it is turned.
 pub(crate) fn sizes(rig: &Rig) -> (f64, f64) {
-    let object = &rig.object;
-    let reach = match object.shape {
-        Shape::Cylinder | Shape::Sphere => object.radius.unwrap_or(0.0),
-        Shape::Box => object.half_size.map_or(0.0, |[x, y, _]| x.hypot(y)),
-    };
-    // A ball rests on a point.
-    let footprint = if object.shape == Shape::Sphere {
-        0.0
-    } else {
-        reach
+    let reach = rig.object.solid.reach();
+    let footprint = match rig.object.shape() {
+        // A ball rests on a point.
+        Shape::Sphere => 0.0,
+        Shape::Cylinder | Shape::Box => reach,
     };
     (reach + rig.striker.radius, footprint)
 }
@@ -336,7 +331,7 @@ pub(crate) fn turn(rig: &Rig, yaw: f64) -> Result<Option<f64>, BrokenLimit> {
             format!("`yaw` is {yaw}; it must be a finite number, in rad"),
         ));
     }
-    let Some([x, y, _]) = rig.object.half_size else {
+    let Some([x, y]) = rig.object.solid.half_sides() else {
         return Ok(None);
     };
     // A square box looks the same after a quarter of a turn, another after half a turn.

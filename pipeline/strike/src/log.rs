@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::{env, fs};
 
 use durable::Aside;
-use logs::write::{Received, RecordingWriter, Samples, WriteError};
+use logs::write::{Lineage, Received, RecordingWriter, Samples, WriteError};
 use values::Topics;
 
 /// Where a log goes.
@@ -44,6 +44,7 @@ pub struct WrittenLog {
 pub struct OpenLog {
     destination: Destination,
     aside: Aside,
+    lineage: Lineage,
 }
 
 impl OpenLog {
@@ -55,7 +56,17 @@ impl OpenLog {
             return Err(LogError::Exists(path.clone()));
         }
         let aside = Aside::create(destination.folder(), ASIDE)?;
-        Ok(Self { destination, aside })
+        Ok(Self {
+            destination,
+            aside,
+            lineage: Lineage::new(),
+        })
+    }
+
+    /// States where the strike comes from; it is written into the log.
+    pub fn about(mut self, lineage: Lineage) -> Self {
+        self.lineage = lineage;
+        self
     }
 
     /// Takes so many bytes of the disk now, so that a disk that fills up while the arm strikes loses nothing.
@@ -78,8 +89,12 @@ impl OpenLog {
         received: &[Received],
         topics: &Topics,
     ) -> Result<WrittenLog, LogError> {
-        let Self { destination, aside } = self;
-        let recorded = (samples, received);
+        let Self {
+            destination,
+            aside,
+            lineage,
+        } = self;
+        let recorded = (samples, received, &lineage);
         match write(aside, &destination, recorded, topics) {
             Ok(kept) => Ok(kept),
             Err(moved) => {
@@ -115,7 +130,7 @@ impl Destination {
 fn write(
     mut aside: Aside,
     destination: &Destination,
-    (samples, received): (&Samples, &[Received]),
+    (samples, received, lineage): (&Samples, &[Received], &Lineage),
     topics: &Topics,
 ) -> Result<WrittenLog, LogError> {
     aside.fill(|file| -> Result<(), LogError> {
@@ -125,6 +140,9 @@ fn write(
             RecordingWriter::beside_received(file, topics)?
         };
         writer.write_with(samples, received)?;
+        if !lineage.is_empty() {
+            writer.lineage(lineage)?;
+        }
         writer.finish()?;
         Ok(())
     })?;

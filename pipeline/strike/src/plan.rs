@@ -2,13 +2,15 @@
 
 use std::ops::Deref;
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::{Duration, Instant, SystemTime};
 
+use logs::write::Lineage;
 use serde::Serialize;
 use store::Model;
 use values::{Command, Point, Rig};
 use world::{Filter, Shift};
 
+use crate::about::program;
 use crate::epoch::Epoch;
 use crate::limits::{self, BrokenLimit};
 use crate::stroke::Stroke;
@@ -108,6 +110,25 @@ impl Adapted {
     }
 }
 
+impl Plan {
+    /// Where a strike of this plan comes from, for its log: the program, the version and model that planned it, the target, the plan itself
+    /// and the miss that it promises (m), and the robot's name.
+    pub fn lineage(&self, robot: &str) -> Lineage {
+        let promised = self.expected_miss.map(|miss| miss.to_string());
+        [
+            ("program", program()),
+            ("version", self.artifact.clone()),
+            ("model", self.model.name().into()),
+            ("target", format!("[{}, {}]", self.to.x, self.to.y)),
+            ("plan", serde_json::to_string(self).unwrap_or_default()),
+            ("promised_miss", promised.unwrap_or_default()),
+            ("robot", robot.into()),
+        ]
+        .map(|(name, value)| (name.to_owned(), value))
+        .into()
+    }
+}
+
 impl Details {
     /// Of a command that nothing is added to, and of which nothing is known from held-out strikes.
     pub(crate) fn unaided(
@@ -170,6 +191,12 @@ impl Plan {
         }
     }
 
+    /// The same by another clock of the day.
+    pub(crate) fn by_clock(self, clock: fn() -> SystemTime) -> Self {
+        let epoch = Epoch::by(clock);
+        Self { epoch, ..self }
+    }
+
     /// The command that the robot is sent.
     pub fn command(&self) -> Command {
         Command {
@@ -205,6 +232,9 @@ impl Plan {
                     self.good_for.as_secs_f64()
                 ),
             ));
+        }
+        if let Some(set) = self.epoch.was_set() {
+            return Err((Reason::PlanExpired, format!("{set}; plan again")));
         }
         let simulated = Command {
             speed: self.speed_sim,

@@ -12,7 +12,7 @@ use crate::correction::{Correction, solved};
 use crate::limits::{self, BrokenLimit};
 use crate::plan::{Adapted, Details, GOOD_FOR};
 use crate::recent::{Acting, Recent};
-use crate::{Plan, PlannerError, Refusal, motion};
+use crate::{Plan, PlannerError, Reason, Refusal, motion};
 
 /// How a start is named that was chosen here.
 const CHOSEN_START: &str = "the start in the middle of the trained paths (no --from was given)";
@@ -151,7 +151,12 @@ impl Planner {
             .map_err(|changed| PlannerError::TableChanged {
                 version: self.version.clone(),
                 strikes: changed.strikes,
-                shift: changed.shift.to_string(),
+                shown: match changed.odd {
+                    Some(odd) => {
+                        format!("{odd} that fit neither the others nor a table that moves")
+                    }
+                    None => changed.shift.to_string(),
+                },
             })
     }
 
@@ -183,23 +188,50 @@ impl Planner {
         &self.rig
     }
 
-    /// Where an object lies whose path to `to` (m) is the middle of the trained paths, to a tenth of a millimetre: for a
-    /// try without a camera. Refuses a target that no start would mend.
+    /// Where an object lies whose path to `to` (m) is as near to the middle of the trained paths as trained starts allow, to a tenth of a
+    /// millimetre: for a try without a camera. Refuses a target that no start would mend.
     pub fn usual_start(&self, to: Point) -> Result<Point, Refusal> {
-        let middle = |interval: Interval| 0.5 * (interval.low + interval.high);
-        let start = to - Point::polar(middle(self.region.distance), middle(self.region.bearing));
-        let round = |coordinate: f64| (coordinate * 1e4).round() / 1e4;
-        let start = Point::new(round(start.x), round(start.y));
+        /// Parts of the ranges of trained lengths and bearings that are tried, from their middles on.
+        const PARTS: i32 = 20;
+        let refuse = |(refused, detail)| Refusal {
+            from: None,
+            to: Some(to),
+            refused,
+            detail,
+        };
         limits::point(&self.rig, "to", to)
             .and_then(|()| limits::trained_stop(&self.region, to))
-            .and_then(|()| limits::point(&self.rig, CHOSEN_START, start))
-            .map_err(|(refused, detail)| Refusal {
-                from: None,
-                to: Some(to),
-                refused,
-                detail,
-            })?;
-        Ok(start)
+            .map_err(refuse)?;
+        let at = |interval: Interval, part: i32| {
+            interval.low + (interval.high - interval.low) * f64::from(part) / f64::from(PARTS)
+        };
+        let round = |coordinate: f64| (coordinate * 1e4).round() / 1e4;
+        let mut parts: Vec<(i32, i32)> = (0..=PARTS)
+            .flat_map(|length| (0..=PARTS).map(move |bearing| (length, bearing)))
+            .collect();
+        let aside = |part: i32| (part - PARTS / 2).pow(2);
+        parts.sort_by_key(|(length, bearing)| aside(*length) + aside(*bearing));
+        let mut broken = None;
+        for (length, bearing) in parts {
+            let (length, bearing) = (
+                at(self.region.distance, length),
+                at(self.region.bearing, bearing),
+            );
+            let start = to - Point::polar(length, bearing);
+            let start = Point::new(round(start.x), round(start.y));
+            let checked = limits::point(&self.rig, CHOSEN_START, start)
+                .and_then(|()| limits::trained(&self.region, start, to));
+            match checked {
+                Ok(()) => return Ok(start),
+                Err(limit) => {
+                    broken.get_or_insert(limit);
+                }
+            }
+        }
+        // What the middle one breaks.
+        Err(refuse(
+            broken.unwrap_or((Reason::Unreachable, String::new())),
+        ))
     }
 
     /// The strike that brings an object at rest at `from` to rest at `to` (m), or why it is not made: no value is ever

@@ -29,7 +29,7 @@ pub struct Seen {
     pub rest: Result<Resting, LiveError>,
     /// All messages, in order of time.
     pub received: Vec<Received>,
-    /// What was left out of them, for want of memory.
+    /// What was left out of them, for want of memory or of one clock.
     pub left_out: Option<String>,
 }
 
@@ -63,7 +63,12 @@ impl Watched {
         let begun = *self.begun.lock().unwrap_or_else(PoisonError::into_inner);
         let patience = if is_struck { AFTER } else { AFTER_FAILURE };
         let rest = self.live.wait_for_stop(begun?, patience, is_over);
-        let (received, left_out) = self.live.recorded(plan.epoch());
+        let (mut received, mut left_out) = self.live.recorded(plan.epoch());
+        // Stamps of two clocks in one log would be a strike that never was.
+        if let Some(set) = plan.epoch().was_set() {
+            received.clear();
+            left_out = Some(format!("{set}: they are left out of its log"));
+        }
         Some(Seen {
             rest,
             received,

@@ -46,8 +46,8 @@ pub struct Measured {
     pub speed_ratio: Option<f64>,
     /// Seconds from a command's rise to the object's first motion.
     pub rise_to_motion: Option<f64>,
-    /// Seconds from the tip's touching the object, by the measured state, to the object's first motion: the delay between both clocks.
-    pub encoder_to_camera: Option<f64>,
+    /// From the tip's touching the object, by the measured state, to the object's first motion.
+    pub encoder_to_camera: Option<Delay>,
     /// Standard deviation of a resting centroid's coordinate, in m.
     pub noise_at_rest: Option<f64>,
     /// Part of the frames in which the tracker saw nothing.
@@ -55,6 +55,32 @@ pub struct Measured {
     /// What the strikes cover.
     pub coverage: Coverage,
 }
+
+/// How far the camera's stamps lie behind the arm's, and how far off the reach of tip and object is: what shifts every touch by one time, and
+/// what shifts it by one length. Values with their standard errors.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Delay {
+    /// In s; with the reach as stated, where speeds do not tell both.
+    pub seconds: [f64; 2],
+    /// By how much both radii together are longer than stated, in m; none where speeds do not tell.
+    pub reach: Option<[f64; 2]>,
+    /// Strikes that show it.
+    pub strikes: usize,
+}
+
+impl Delay {
+    /// Whether it is surely there, and more than a touch's moment is known to.
+    pub fn is_sure(&self) -> bool {
+        let [seconds, error] = self.seconds;
+        seconds.abs() > (SURE * error).max(LEAST)
+    }
+}
+
+/// Standard errors from which a delay is told, and the least one, in s; from the next one on a model may suffer from it: a strike's clock is
+/// fitted up to a frame.
+const SURE: f64 = 3.0;
+const LEAST: f64 = 0.003;
+const LONG: f64 = 0.01;
 
 /// How grave a finding is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -141,14 +167,24 @@ pub enum Finding {
         moved: usize,
         motions: usize,
     },
+    /// Objects are struck when nothing is commanded, and after most commands nothing moves.
+    OtherTimes {
+        log: String,
+        commands: usize,
+        followed: usize,
+        struck: usize,
+    },
+    /// The camera's stamps lie behind the arm's by the tip's measured place, or before them.
+    EncoderDelay { delay: Delay },
     /// Objects leave at speeds that no impact gives.
     Scale {
         ratio: f64,
         strikes: usize,
         topic: String,
     },
-    /// Most commands lie outside the limits that the rig file states.
+    /// Most commands lie outside the limits that the rig file states; `commanded` is false where what the arm did stands for them.
     OutsideLimits {
+        commanded: bool,
         limit: Limit,
         outside: usize,
         strikes: usize,
@@ -195,9 +231,19 @@ impl Finding {
             | Self::Unrelated { .. }
             | Self::ClockOffset { .. }
             | Self::NothingMoves { .. }
+            | Self::OtherTimes { .. }
             | Self::Scale { .. }
-            | Self::OutsideLimits { .. } => Severity::Meaningless,
+            | Self::OutsideLimits {
+                commanded: true, ..
+            }
+            | Self::MostlyRejected {
+                reason: RejectReason::UnitsImplausible,
+                ..
+            } => Severity::Meaningless,
+            Self::EncoderDelay { delay } if delay.seconds[0].abs() <= LONG => Severity::Told,
             Self::Turned { .. }
+            | Self::EncoderDelay { .. }
+            | Self::OutsideLimits { .. }
             | Self::ClockDrift { .. }
             | Self::MostlyRejected { .. }
             | Self::Noise { .. }

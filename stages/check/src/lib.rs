@@ -15,10 +15,10 @@ mod frames;
 mod pairs;
 mod statistics;
 
-pub use finding::{Check, Coverage, Finding, Limit, LogRead, Measured, Severity};
+pub use finding::{Check, Coverage, Delay, Finding, Limit, LogRead, Measured, Severity};
 
 use ingest::FoundFence;
-use values::{CommandFrame, Rig};
+use values::{CommandFrame, Reject, RejectReason, Rig};
 
 use crate::pairs::{FEWEST, Pair, Pairs};
 use crate::statistics::median;
@@ -48,7 +48,8 @@ pub fn check(rig: &Rig, logs: &[LogRead<'_>], fences: &[FoundFence]) -> Check {
     findings.extend(base_turns(rig, &all));
     findings.extend(clocks(logs, &paired));
     findings.extend(speeds(rig, &all));
-    findings.extend(limits(rig, &all));
+    let commanded = logs.iter().any(|log| !log.seen.is_by_state);
+    findings.extend(limits(rig, &all, commanded));
     findings.extend(rejected(logs));
     findings.extend(fences.iter().map(|found| Finding::Fence {
         fence: found.fence,
@@ -65,7 +66,9 @@ pub fn check(rig: &Rig, logs: &[LogRead<'_>], fences: &[FoundFence]) -> Check {
     let coverage = Coverage::of(&all);
     findings.extend(coverage.findings());
     let noises = logs.iter().filter_map(|log| log.seen.noise_at_rest());
-    let delays = logs.iter().flat_map(|log| log.seen.delays.iter().copied());
+    let delay = encoder_to_camera(logs);
+    let is_sure = delay.filter(Delay::is_sure);
+    findings.extend(is_sure.map(|delay| Finding::EncoderDelay { delay }));
     Check {
         measured: Measured {
             paired: all.len(),
@@ -76,7 +79,7 @@ pub fn check(rig: &Rig, logs: &[LogRead<'_>], fences: &[FoundFence]) -> Check {
                     .map(Pair::speed_ratio),
             ),
             rise_to_motion: median(all.iter().map(|pair| pair.lag)),
-            encoder_to_camera: median(delays),
+            encoder_to_camera: delay,
             noise_at_rest: median(noises),
             frames_lost: share,
             coverage,
@@ -111,8 +114,12 @@ fn clocks(logs: &[LogRead<'_>], paired: &[Pairs]) -> Vec<Finding> {
             });
             continue;
         }
+        findings.extend(other_times(log, of));
         let commands = log.seen.commands.len();
-        if commands >= FEWEST && 4 * of.pairs.len() < commands {
+        // In another unit nothing is seen to move.
+        let in_unit = |reject: &&&Reject| reject.reason == RejectReason::UnitsImplausible;
+        let in_another_unit = log.rejects.iter().filter(in_unit).count();
+        if commands >= FEWEST && 4 * of.pairs.len() < commands && 2 * in_another_unit < commands {
             findings.push(Finding::NothingMoves {
                 log: log.name.into(),
                 commands,
@@ -137,6 +144,65 @@ fn clocks(logs: &[LogRead<'_>], paired: &[Pairs]) -> Vec<Finding> {
     findings
 }
 
+/// Commands of one session beside a camera of another: a strike's command begins a motion, and a strike's motion was commanded.
+fn other_times(log: &LogRead<'_>, of: &Pairs) -> Option<Finding> {
+    /// What leaves slower than this part of the slowest command may be a hand's doing.
+    const STRUCK: f64 = 0.5;
+    let commands = &log.seen.commands;
+    let slowest = commands
+        .iter()
+        .map(|c| c.speed)
+        .fold(f64::INFINITY, f64::min);
+    let followed = of.pairs.len();
+    let is_paired = |start: f64| of.pairs.iter().any(|pair| pair.motion.start == start);
+    let motions = log.seen.motions.iter();
+    let struck = motions
+        .filter(|m| m.velocity.norm() > STRUCK * slowest && !is_paired(m.start))
+        .count();
+    let is_apart = commands.len() >= FEWEST
+        && 4 * followed >= commands.len()
+        && 2 * followed < commands.len()
+        && 2 * struck >= commands.len();
+    is_apart.then(|| Finding::OtherTimes {
+        log: log.name.into(),
+        commands: commands.len(),
+        followed,
+        struck,
+    })
+}
+
+/// The delay between the camera and the arm's encoders, by touches at several speeds.
+fn encoder_to_camera(logs: &[LogRead<'_>]) -> Option<Delay> {
+    /// A length that is known worse than this, in m, is not told from a delay.
+    const LENGTH: f64 = 0.0015;
+    let touches: Vec<(f64, f64)> = logs
+        .iter()
+        .flat_map(|log| &log.seen.delays)
+        .filter(|touch| touch.speed > 0.0 && touch.seconds.is_finite())
+        .map(|touch| (1.0 / touch.speed, touch.seconds))
+        .collect();
+    let strikes = touches.len();
+    if strikes < FEWEST {
+        return None;
+    }
+    let line = statistics::line(&touches).filter(|line| line.slope_error < LENGTH);
+    if let Some(line) = line {
+        return Some(Delay {
+            seconds: [line.at_zero, line.at_zero_error],
+            // Behind a reach that is longer than stated the object moves before the touch.
+            reach: Some([-line.slope, line.slope_error]),
+            strikes,
+        });
+    }
+    let middle = median(touches.iter().map(|touch| touch.1))?;
+    let spread = 1.4826 * median(touches.iter().map(|touch| (touch.1 - middle).abs()))?;
+    Some(Delay {
+        seconds: [middle, 1.2533 * spread / (strikes as f64).sqrt()],
+        reach: None,
+        strikes,
+    })
+}
+
 /// No impact launches an object faster than this many times the tip: (1 + e)·M/(M + m) is at most 2, and the first frames are noisy.
 const FASTEST: f64 = 2.3;
 /// Nor does one that counts launch it slower than this.
@@ -154,7 +220,7 @@ fn speeds(rig: &Rig, pairs: &[Pair]) -> Option<Finding> {
 }
 
 /// Whether most commands lie outside what the rig file says that this arm may be commanded.
-fn limits(rig: &Rig, pairs: &[Pair]) -> Vec<Finding> {
+fn limits(rig: &Rig, pairs: &[Pair], commanded: bool) -> Vec<Finding> {
     let of = |limit: Limit, value: fn(&Pair) -> f64, low: f64, high: f64, slack: f64| {
         let values: Vec<f64> = pairs.iter().map(value).collect();
         let is_outside = |value: &&f64| !(low - slack..=high + slack).contains(*value);
@@ -165,6 +231,7 @@ fn limits(rig: &Rig, pairs: &[Pair]) -> Vec<Finding> {
                 (least.min(*v), most.max(*v))
             });
         (pairs.len() >= FEWEST && 2 * outside > pairs.len()).then_some(Finding::OutsideLimits {
+            commanded,
             limit,
             outside,
             strikes: pairs.len(),

@@ -44,7 +44,12 @@ pub struct Pairs {
     pub uncertainty: f64,
 }
 
-/// Pairs by the clocks as they are; where at least twice as many come at another delay, by that one.
+/// Objects that leave in a spread (rad) that is wider than this, and this many times as wide as at another delay, were not struck then.
+const DISORDER: f64 = 0.17;
+const ORDER: f64 = 3.0;
+
+/// Pairs by the clocks as they are; where at least twice as many come at another delay, or more, and in good order where these are in none (a
+/// hand moves objects too), by that one.
 pub fn pairs(seen: &Seen) -> Pairs {
     let plain = matched(seen, 0.0, |command| {
         (command.rise + FROM_RISE, command.fall + AFTER_FALL)
@@ -61,7 +66,12 @@ pub fn pairs(seen: &Seen) -> Pairs {
                 (c.rise - 0.5 * WINDOW, c.rise + 0.5 * WINDOW)
             })
         })
-        .filter(|shifted| shifted.len() >= least && shifted.len() > 2 * plain.len());
+        .filter(|shifted| {
+            let (disorder, order) = (disorder(&plain), disorder(shifted));
+            let is_in_order = disorder > DISORDER && disorder > ORDER * order;
+            let is_more = shifted.len() > 2 * plain.len();
+            shifted.len() >= least && (is_more || shifted.len() > plain.len() && is_in_order)
+        });
     let Some(shifted) = shifted else {
         return Pairs {
             pairs: plain,
@@ -100,6 +110,17 @@ fn matched(seen: &Seen, shift: f64, time: impl Fn(&CommandSeen) -> (f64, f64)) -
     pairs
 }
 
+/// How widely departure headings spread about the commanded ones, or about those mirrored, in rad.
+fn disorder(pairs: &[Pair]) -> f64 {
+    let spread = |sign: f64| {
+        let turns = pairs
+            .iter()
+            .map(|pair| wrapped(pair.heading() - sign * pair.command.angle));
+        middle(&turns.collect::<Vec<f64>>()).map_or(f64::INFINITY, |(_, spread)| spread)
+    };
+    spread(1.0).min(spread(-1.0))
+}
+
 /// The delay at which most motions follow their commands. Strikes that come as regularly as a clock fit at several: then the one at which
 /// objects leave as commanded, else the smallest.
 fn best_shift(seen: &Seen) -> Option<f64> {
@@ -125,20 +146,13 @@ fn best_shift(seen: &Seen) -> Option<f64> {
             }
         }
     }
-    let disorder = |shift: f64| {
+    // Alike to a degree, they are equally good.
+    let rank = |shift: f64| {
         let pairs = matched(seen, shift, |c| {
             (c.rise - 0.5 * WINDOW, c.rise + 0.5 * WINDOW)
         });
-        let spread = |sign: f64| {
-            let turns = pairs
-                .iter()
-                .map(|p| wrapped(p.heading() - sign * p.command.angle));
-            middle(&turns.collect::<Vec<f64>>()).map_or(f64::INFINITY, |(_, spread)| spread)
-        };
-        spread(1.0).min(spread(-1.0))
+        ((disorder(&pairs) / 0.02).round(), shift.abs())
     };
-    // Alike to a degree, they are equally good.
-    let rank = |shift: f64| ((disorder(shift) / 0.02).round(), shift.abs());
     candidates.into_iter().min_by(|a, b| {
         let (a, b) = (rank(*a), rank(*b));
         a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1))

@@ -1,9 +1,9 @@
 //! From evidence to a verdict, a world and its gap.
 
-use values::{Point, Strike};
+use values::{Point, Shape, Strike};
 use world::{
     World, WorldError,
-    effects::{self, AddedEffect, Naming, Parameters, effect},
+    effects::{self, AddedEffect, EffectSpec, Naming, Parameters, effect},
 };
 
 use crate::{
@@ -12,7 +12,7 @@ use crate::{
         Detectable, Diagnosis, Gap, NamedEffect, NextStrike, Noise, Parameter, Ranked, SmoothMap,
         Verdict,
     },
-    evidence::{DRAWN, PValue},
+    evidence::PValue,
     fit::Fitted,
     fitted_world::{fitted_world, scatter},
     gap,
@@ -22,6 +22,7 @@ use crate::{
     notes,
     question::{self, Answer},
     remaining_gain::RemainingGain,
+    score::DRAWN,
     screen::{Chance, Screened},
     search::{CandidateFit, SelectedEffect, Selection},
     smooth::Dependence,
@@ -31,7 +32,7 @@ use crate::{
 /// Standard errors by which an effect must exceed what chance gains, to be found in four cases of five.
 const POWER: f64 = 0.84;
 
-/// Root mean square of stop errors over what repeats scatter by, above which something else moves stops by as much as that.
+/// Stop errors over what repeats scatter by, above which something else moves stops by as much as that.
 const GREAT: f64 = std::f64::consts::SQRT_2;
 
 /// All that was found, before it is judged.
@@ -212,7 +213,13 @@ impl Case<'_, '_> {
         }
         // A score that no effect takes, of strikes that depend on nothing that was commanded, on no order and no place, is noise of another
         // form than the one that was drawn.
-        let is_gap = self.asked.is_gap();
+        // Where no command was repeated, what no question finds is taken for scatter, so that stops alone cannot say that there is no gap: tracks that
+        // leave the world's by far more than the camera's noise do. A box may tip on its way.
+        let are_tracks_other = rig.object.shape() != Shape::Box
+            && !question::has_repeats(prepared)
+            && self.p_value.is_real()
+            && null.estimated.components.camera > self.stage.thresholds.astray * rig.camera.noise;
+        let is_gap = self.asked.is_gap() || are_tracks_other;
         let is_tried = !self.gains.likelihood.is_empty() || !self.selection.effects.is_empty();
         if !(is_gap || self.p_value.is_real() && is_tried) {
             return Ok(unnamed(Verdict::Consistent, None, None));
@@ -247,16 +254,20 @@ impl Case<'_, '_> {
                 .then(|| notes::not_named(&self.names(), "too much of the gap is left beside"));
             return Ok(unnamed(unexplained, None, note));
         }
-        let is_by_session = |name: &&str| {
-            effect(name).is_ok_and(|spec| matches!(spec.parameters, Parameters::BySession { .. }))
+        let any_is = |of: fn(&EffectSpec) -> bool| {
+            let mut specs = self.names().into_iter().flat_map(effect);
+            specs.any(of)
         };
+        let is_by_session = any_is(|spec| matches!(spec.parameters, Parameters::BySession { .. }));
         if let Some(finding) = self
             .asked
-            .steps_in_session()
-            .filter(|_| self.names().iter().any(is_by_session))
+            .contradicts(is_by_session)
+            .filter(|_| any_is(|spec| spec.family.is_by_order()))
         {
-            let note =
-                notes::not_named(&self.names(), "what changes does so within a session, too");
+            let note = notes::not_named(
+                &self.names(),
+                "what changes with the order of strikes does so in another form",
+            );
             return Ok(unnamed(
                 Verdict::Unexplained,
                 Some(words::finding(finding)),
@@ -266,14 +277,21 @@ impl Case<'_, '_> {
         let world = fitted_world()?;
         let after = gap::stop_residuals(rig, &world, strikes)?;
         let gap = gap_to(&after);
-        if let Some(finding) = self.remaining.great_beside(&self.asked) {
+        let stops = gap::typical(after.iter().copied().flatten());
+        let accounted = floor.repeats.hypot(floor.wander).hypot(floor.sessions);
+        let is_much_left = !self.left.is_astray && stops > GREAT * accounted;
+        let finding = match is_much_left {
+            true => self.remaining.findings.first(),
+            false => self.remaining.great_beside(&self.asked),
+        };
+        if is_much_left || finding.is_some() {
             let note = notes::not_named(
                 &self.names(),
-                "beside it the same question finds a gap as large as what repeats scatter by",
+                "beside it stops are off by as much again as repeats scatter by",
             );
             return Ok(unnamed(
                 Verdict::Unexplained,
-                Some(words::finding(finding)),
+                finding.map(words::finding),
                 Some(note),
             ));
         }

@@ -9,14 +9,11 @@ use std::collections::BTreeMap;
 use statrs::statistics::{Data, OrderStatistics};
 
 use crate::{
-    score::Replicates,
+    score::{DRAWN, FLIPPED, Replicates},
     screen::{Chance, Screened},
     smooth::{Dependence, covariate::Covariate},
 };
 
-/// Residuals drawn, and flips. With 299 drawn, a probability below 1 % is at most one of them beyond.
-pub(crate) const DRAWN: usize = 299;
-pub(crate) const FLIPPED: usize = 499;
 /// A gap is real below this probability by drawn residuals, if it is below the other by flipped signs.
 pub(crate) const REAL: f64 = 0.01;
 pub(crate) const CONFIRMED: f64 = 0.05;
@@ -29,6 +26,14 @@ pub(crate) fn replicates(seed: u64) -> Replicates {
         drawn: DRAWN,
         flipped: FLIPPED,
         seed,
+    }
+}
+
+/// Flips alone.
+pub(crate) fn flips(seed: u64) -> Replicates {
+    Replicates {
+        drawn: 0,
+        ..replicates(seed)
     }
 }
 
@@ -90,7 +95,10 @@ impl PValue {
 }
 
 /// The alarm over a set of statistics.
+#[derive(Clone)]
 pub(crate) struct Alarm {
+    /// Of each look, by drawn residuals.
+    quantiles: BTreeMap<String, f64>,
     /// Of each look: its name, and its gain beyond its quantile.
     excess: Vec<(String, f64)>,
     /// The most over all statistics in each replicate.
@@ -99,34 +107,54 @@ pub(crate) struct Alarm {
 }
 
 impl Alarm {
-    /// Of all statistics together.
+    /// Of all statistics together, in replicates that are drawn, then flipped.
     pub(crate) fn new(statistics: &[Statistic<'_>]) -> Self {
-        let quantiles: Vec<f64> = statistics
-            .iter()
-            .map(|statistic| quantile(statistic.by_chance))
+        let each = statistics.iter();
+        let quantiles = each
+            .map(|s| (s.name.to_string(), quantile(s.by_chance)))
             .collect();
+        let mut alarm = Self {
+            quantiles,
+            excess: Vec::new(),
+            drawn: Vec::new(),
+            flipped: Vec::new(),
+        };
+        let most = alarm.most(statistics);
+        let (drawn, flipped) = most.split_at(DRAWN.min(most.len()));
+        (alarm.drawn, alarm.flipped) = (drawn.to_vec(), flipped.to_vec());
+        alarm.excess = alarm.beyond(statistics);
+        alarm
+    }
+
+    /// Of the same looks beside another model, in replicates that are flipped. What residuals that are drawn gain depends on where fits may
+    /// begin, and not on the model.
+    pub(crate) fn beside(&self, statistics: &[Statistic<'_>]) -> Self {
+        Self {
+            excess: self.beyond(statistics),
+            flipped: self.most(statistics),
+            ..self.clone()
+        }
+    }
+
+    fn quantile(&self, name: &str) -> f64 {
+        self.quantiles.get(name).copied().unwrap_or(f64::INFINITY)
+    }
+
+    fn beyond(&self, statistics: &[Statistic<'_>]) -> Vec<(String, f64)> {
+        let each = statistics.iter();
+        each.map(|s| (s.name.to_string(), s.gain - self.quantile(s.name)))
+            .collect()
+    }
+
+    /// The most over all statistics in each replicate.
+    fn most(&self, statistics: &[Statistic<'_>]) -> Vec<f64> {
+        let replicates = statistics.first().map_or(0, |s| s.by_chance.len());
         let most = |k: usize| {
-            statistics
-                .iter()
-                .zip(&quantiles)
-                .map(|(statistic, quantile)| statistic.by_chance[k] - quantile)
+            let each = statistics.iter();
+            each.map(|s| s.by_chance[k] - self.quantile(s.name))
                 .fold(f64::NEG_INFINITY, f64::max)
         };
-        let replicates = statistics
-            .first()
-            .map_or(0, |statistic| statistic.by_chance.len());
-        let drawn = DRAWN.min(replicates);
-        Self {
-            excess: statistics
-                .iter()
-                .zip(&quantiles)
-                .map(|(statistic, quantile)| {
-                    (statistic.name.to_string(), statistic.gain - quantile)
-                })
-                .collect(),
-            drawn: (0..drawn).map(most).collect(),
-            flipped: (drawn..replicates).map(most).collect(),
-        }
+        (0..replicates).map(most).collect()
     }
 
     fn of_excess(&self, excess: f64) -> PValue {
@@ -180,11 +208,12 @@ mod tests {
 
     fn alarm(gain: f64) -> Alarm {
         let chance: Vec<Vec<f64>> = (0..20).map(gains).collect();
+        let names: Vec<String> = (0..20).map(|i| format!("other {i}")).collect();
         let statistics: Vec<Statistic<'_>> = chance
             .iter()
             .enumerate()
             .map(|(i, by_chance)| Statistic {
-                name: if i == 7 { "patch" } else { "other" },
+                name: if i == 7 { "patch" } else { &names[i] },
                 gain: if i == 7 { gain } else { 0.5 },
                 by_chance,
             })

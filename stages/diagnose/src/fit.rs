@@ -13,9 +13,8 @@ use crate::{
     strikes::{Nuisances, PreparedStrikes},
 };
 
-/// Iterations at the most, and those after which a hopeless fit shows.
+/// Iterations at the most.
 pub(crate) const ITERATIONS: usize = 12;
-pub(crate) const TRIAL_ITERATIONS: usize = 3;
 /// The fit ends when no value moves by more than this share of its standard error.
 const SETTLED: f64 = 0.05;
 /// Standard errors within which 95 % lie.
@@ -28,6 +27,11 @@ const DAMPING: (f64, f64, f64) = (0.1, 10.0, 1e4);
 /// Longest step of friction (relative), of the launch speed (as a logarithm) and of a strike's own speed (logarithm), angle (rad)
 /// and friction (logarithm): derivatives do not reach further.
 const LONGEST: f64 = 0.15;
+
+/// Standard errors from where derivatives were taken within which they are kept.
+const KEPT: f64 = 2.0;
+/// And steps of the differences by which they were taken.
+const REACH: f64 = 10.0;
 
 /// A fitted model.
 #[derive(Clone, Debug)]
@@ -43,6 +47,16 @@ impl Fitted {
     /// Log-likelihood, and that of the sizes it takes for wrong.
     pub(crate) fn likelihood(&self) -> f64 {
         self.estimated.likelihood_here + self.model.log_prior()
+    }
+
+    /// As some of the strikes see it.
+    pub(crate) fn only(&self, places: &[usize]) -> Self {
+        Self {
+            model: self.model.clone(),
+            estimated: self.estimated.clone(),
+            nuisances: places.iter().map(|i| self.nuisances[*i]).collect(),
+            linearisation: Arc::new(self.linearisation.only(places)),
+        }
     }
 
     /// Forgets the columns that it was fitted from, which take most of its memory: it is then to compare with, not to fit on from.
@@ -65,6 +79,18 @@ impl Fitted {
             let from = self.model.values[i];
             let to = (from + self.estimated.beta[i]).clamp(free.low, free.high);
             (to - from).abs() < SETTLED * covariance[(i, i)].max(0.0).sqrt()
+        })
+    }
+
+    /// Whether derivatives are kept at other values of the model: none lies farther from where they were taken than some standard errors.
+    fn holds_at(&self, model: &Model) -> bool {
+        let about = &self.linearisation.about;
+        self.covariance().is_some_and(|covariance| {
+            let each = model.values.iter().zip(about).zip(&model.free);
+            each.enumerate().all(|(i, ((to, from), free))| {
+                let error = covariance[(i, i)].max(0.0).sqrt();
+                (to - from).abs() < (KEPT * error).min(REACH * free.step)
+            })
         })
     }
 
@@ -144,34 +170,41 @@ impl Fitted {
 }
 
 impl PreparedStrikes<'_> {
-    /// A model where it stands, with the step that a fit would take from there; `None` where a strike does not come to rest.
+    /// A model where it stands, with the step that a fit would take from there; `None` where a strike does not come to rest, or strikes do
+    /// not determine it.
     fn stands(
         &self,
         model: Model,
         nuisances: Vec<Nuisances>,
         components: &VarianceComponents,
         damping: f64,
+        near: Option<&Linearisation>,
     ) -> Result<Option<Fitted>, WorldError> {
-        let raw = Linearised::all(self, &model, &nuisances)?;
-        Ok(raw.and_then(|raw| self.weighed(model, Arc::new(raw), nuisances, components, damping)))
+        let linearisation = self.linearised(&model, &nuisances, near)?;
+        Ok(linearisation.and_then(|found| weighed(model, found, nuisances, components, damping)))
     }
 
-    /// What strikes linearised about a model say of it; `None` where they do not determine it.
-    fn weighed(
+    /// Strikes about another model, near the own launches that they have in a fitted one.
+    pub(crate) fn about_fitted(
         &self,
-        model: Model,
-        raw: Arc<Vec<Linearised>>,
-        nuisances: Vec<Nuisances>,
-        components: &VarianceComponents,
-        damping: f64,
-    ) -> Option<Fitted> {
-        let linearisation = Linearisation::new(self, raw);
-        Some(Fitted {
-            estimated: held(&model, &linearisation.products, components, damping)?,
-            model,
-            nuisances,
-            linearisation: Arc::new(linearisation),
-        })
+        fitted: &Fitted,
+        model: &Model,
+    ) -> Result<Option<Linearisation>, WorldError> {
+        let near = fitted.holds_at(model).then(|| &*fitted.linearisation);
+        self.linearised(model, &fitted.nuisances, near)
+    }
+
+    fn linearised(
+        &self,
+        model: &Model,
+        nuisances: &[Nuisances],
+        near: Option<&Linearisation>,
+    ) -> Result<Option<Linearisation>, WorldError> {
+        if let Some(near) = near {
+            return near.near(self, model, nuisances);
+        }
+        let raw = Linearised::all(self, model, nuisances)?;
+        Ok(raw.map(|raw| Linearisation::new(self, raw.into(), model.values.clone())))
     }
 
     /// A fit under the noise and with the frames that these strikes have now; it goes on from where it was left.
@@ -181,9 +214,10 @@ impl PreparedStrikes<'_> {
         iterations: usize,
     ) -> Result<Option<Fitted>, WorldError> {
         let components = fitted.estimated.components.under(self.noise);
-        let raw = Arc::clone(&fitted.linearisation.raw);
+        let from = &fitted.linearisation;
+        let linearisation = Linearisation::new(self, Arc::clone(&from.raw), from.about.clone());
         let (model, nuisances) = (fitted.model.clone(), fitted.nuisances.clone());
-        self.weighed(model, raw, nuisances, &components, 0.0)
+        weighed(model, linearisation, nuisances, &components, 0.0)
             .map(|first| self.proceed(first, iterations))
             .transpose()
     }
@@ -196,7 +230,7 @@ impl PreparedStrikes<'_> {
         nuisances: &[Nuisances],
         iterations: usize,
     ) -> Result<Option<Fitted>, WorldError> {
-        self.stands(model.clone(), nuisances.to_vec(), components, 0.0)?
+        self.stands(model.clone(), nuisances.to_vec(), components, 0.0, None)?
             .map(|first| self.proceed(first, iterations - 1))
             .transpose()
     }
@@ -209,19 +243,6 @@ impl PreparedStrikes<'_> {
     ) -> Result<Option<Fitted>, WorldError> {
         let components = &from.estimated.components;
         self.fit(model, components, &from.nuisances, ITERATIONS)
-    }
-
-    /// Fits on from where a fit was left, its last step perhaps damped.
-    pub(crate) fn further(
-        &self,
-        mut left: Fitted,
-        iterations: usize,
-    ) -> Result<Fitted, WorldError> {
-        let components = left.estimated.components;
-        if let Some(whole) = held(&left.model, &left.linearisation.products, &components, 0.0) {
-            left.estimated = whole;
-        }
-        self.proceed(left, iterations)
     }
 
     /// So many good steps at the most.
@@ -239,13 +260,22 @@ impl PreparedStrikes<'_> {
             shorten(&mut nuisances, &best.nuisances);
             centre(&mut model, &mut nuisances);
             let components = best.estimated.components;
-            let found = self.stands(model, nuisances, &components, damping)?;
+            let near = best.holds_at(&model).then(|| &*best.linearisation);
+            let found = self.stands(model, nuisances, &components, damping, near)?;
             match found.filter(|found| found.likelihood() > best.likelihood() - LOSS) {
                 Some(found) => {
                     best = found;
                     is_settled = best.is_settled();
                     damping *= DAMPING.0;
                     accepted += 1;
+                }
+                // Derivatives that were taken elsewhere mislead.
+                None if best.linearisation.about != best.model.values => {
+                    let (model, nuisances) = (best.model.clone(), best.nuisances.clone());
+                    match self.stands(model, nuisances, &components, 0.0, None)? {
+                        Some(again) => best = again,
+                        None => break,
+                    }
                 }
                 // The columns mislead so far away: nearer, and the scatter with it.
                 None => {
@@ -260,6 +290,22 @@ impl PreparedStrikes<'_> {
         }
         Ok(best)
     }
+}
+
+/// What strikes linearised about a model say of it; `None` where they do not determine it.
+fn weighed(
+    model: Model,
+    linearisation: Linearisation,
+    nuisances: Vec<Nuisances>,
+    components: &VarianceComponents,
+    damping: f64,
+) -> Option<Fitted> {
+    Some(Fitted {
+        estimated: held(&model, &linearisation.products, components, damping)?,
+        model,
+        nuisances,
+        linearisation: Arc::new(linearisation),
+    })
 }
 
 /// A Gaussian about where each value began, wide enough to move none that the data determine.

@@ -1,6 +1,8 @@
 //! The gap: stop errors in MuJoCo's world before and after, on strikes that took no part.
 
-use values::{Point, Rig, Split, Strike};
+use std::f64::consts::LN_2;
+
+use values::{Point, Rig, Split, Strike, median};
 use world::{Simulator, World, WorldError};
 
 use crate::{
@@ -9,18 +11,18 @@ use crate::{
     question::Variation,
 };
 
-/// Measured less simulated stops, in m; `None` where a strike does not rest, or not in that world. Where none rests, the ends of tracks.
+/// Measured less simulated stops, in m; `None` where a strike does not rest, or not in that world. Where most do not rest, the ends of tracks.
 pub(crate) fn stop_residuals(
     rig: &Rig,
     world: &World,
     strikes: &[&Strike],
 ) -> Result<Vec<Option<Point>>, WorldError> {
-    let none_rests = !strikes.iter().any(|strike| strike.has_stop());
+    let by_stops = Strike::most_rest(strikes.iter().copied());
     Ok(Simulator::new(rig, world)?.map(strikes, |worker, strike| {
         let (initial, command, conditions) = (strike.initial, strike.command, &strike.conditions);
         let last = match strike.ends() {
             None => worker.strike(initial, command, conditions).ok()?.stop,
-            Some(ends) if none_rests => {
+            Some(ends) if !by_stops => {
                 let simulated = worker.strike_until(initial, command, conditions, ends);
                 simulated.ok()?.at(ends)
             }
@@ -38,6 +40,12 @@ pub(crate) fn rms(residuals: impl Iterator<Item = Point>) -> f64 {
         count += 1;
     }
     (sum / count.max(1) as f64).sqrt()
+}
+
+/// The same by the median, in m, which a few strikes that went astray do not move: of normal errors along two axes, the squares' is ln 2 of their mean.
+pub(crate) fn typical(residuals: impl Iterator<Item = Point>) -> f64 {
+    let squares = residuals.map(|r| r.dot(r)).collect();
+    median(squares).map_or(0.0, |median| (median / LN_2).sqrt())
 }
 
 /// The strikes that rest in both worlds.

@@ -11,7 +11,6 @@ use world::WorldError;
 
 use crate::{
     fit::Fitted,
-    linearisation::{Linearisation, Linearised},
     mixed::{FRICTION, posterior},
     model::CLOCK,
     strikes::{Nuisances, PreparedStrikes},
@@ -92,20 +91,12 @@ fn predictive(
     learns: &[usize],
 ) -> Result<Option<Vec<Predicted>>, WorldError> {
     let part = prepared.only(learns);
-    let nuisances: Vec<_> = learns.iter().map(|i| from.nuisances[*i]).collect();
-    let Some(fitted) = part.fit(
-        &from.model,
-        &from.estimated.components,
-        &nuisances,
-        ITERATIONS,
-    )?
-    else {
+    let Some(fitted) = part.refit(&from.only(learns), ITERATIONS)? else {
         return Ok(None);
     };
-    let Some(raw) = Linearised::all(prepared, &fitted.model, &from.nuisances)? else {
+    let Some(all) = prepared.about_fitted(from, &fitted.model)? else {
         return Ok(None);
     };
-    let all = Linearisation::new(prepared, raw.into());
     let components = &fitted.estimated.components;
     let precision = components.camera.powi(-2);
     let wander = &fitted.estimated.wander;

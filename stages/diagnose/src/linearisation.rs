@@ -1,44 +1,73 @@
 //! Strikes as linear functions of a model's values and of each strike's nuisances, about a point.
 
-use std::sync::Arc;
+use std::{ops::Deref, sync::Arc};
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
+use values::Point;
 use world::{
-    WorldError,
-    planar::{self, Job, Planar},
+    Release, WorldError,
+    effects::{Acts, Effect},
+    planar::{self, Frames, Job, Planar},
 };
 
 use crate::{
-    mixed::{NUISANCES, Products},
-    model::{CLOCK, Model},
+    mixed::{ANGLE, FRICTION, NUISANCES, Products, SPEED},
+    model::{self, CLOCK, Model},
     noise::{FrameNoise, Whitening},
     strikes::{Nuisances, PreparedStrikes, measured, stack},
     wander::Path,
 };
 
 /// Steps of the differences by a strike's own speed (relative), angle (rad) and friction (relative).
-const STEPS: (f64, f64, f64) = (0.004, 0.004, 0.01);
+const STEPS: [(usize, f64); 3] = [(SPEED, 0.004), (ANGLE, 0.004), (FRICTION, 0.01)];
+/// Step of the differences by spin: in rad/s, or as a share of it.
+const SPIN: (f64, f64) = (0.1, 0.05);
+/// Moves of a strike's own speed, angle and friction beyond which its derivatives are taken anew.
+const NEAR: f64 = 0.02;
 
-/// One strike about a model: coordinates in m, all x, then all y.
+/// A strike's columns: coordinates in m, all x, then all y.
+#[derive(Clone, Debug)]
+pub(crate) struct Derivatives {
+    /// By the nuisances.
+    pub(crate) nuisances: DMatrix<f64>,
+    /// By the model's values.
+    pub(crate) values: DMatrix<f64>,
+}
+
+/// One strike about a model.
 #[derive(Clone, Debug)]
 pub(crate) struct Linearised {
+    derivatives: Arc<Derivatives>,
     /// Simulated frames.
     pub(crate) simulated: DVector<f64>,
-    /// Derivatives by the nuisances.
-    pub(crate) nuisances: DMatrix<f64>,
-    /// Derivatives by the model's values.
-    pub(crate) values: DMatrix<f64>,
     /// Measured less simulated, as if the nuisances were none.
     pub(crate) residual: DVector<f64>,
+    /// The nuisances at which the derivatives were taken.
+    about: Nuisances,
 }
 
 /// The same with independent errors: see [`Whitening`].
 #[derive(Clone, Debug)]
 pub(crate) struct Whitened {
-    pub(crate) nuisances: DMatrix<f64>,
-    pub(crate) values: DMatrix<f64>,
+    derivatives: Arc<Derivatives>,
     pub(crate) residual: DVector<f64>,
+}
+
+impl Deref for Linearised {
+    type Target = Derivatives;
+
+    fn deref(&self) -> &Derivatives {
+        &self.derivatives
+    }
+}
+
+impl Deref for Whitened {
+    type Target = Derivatives;
+
+    fn deref(&self) -> &Derivatives {
+        &self.derivatives
+    }
 }
 
 /// All strikes about a model.
@@ -48,11 +77,17 @@ pub(crate) struct Linearisation {
     pub(crate) raw: Arc<Vec<Linearised>>,
     pub(crate) whitened: Vec<Whitened>,
     pub(crate) products: Vec<Products>,
+    /// The model's values at which derivatives were taken.
+    pub(crate) about: Vec<f64>,
 }
 
 impl Linearisation {
-    /// Of strikes under their noise.
-    pub(crate) fn new(prepared: &PreparedStrikes<'_>, raw: Arc<Vec<Linearised>>) -> Self {
+    /// Of strikes under their noise; derivatives were taken about these values of the model.
+    pub(crate) fn new(
+        prepared: &PreparedStrikes<'_>,
+        raw: Arc<Vec<Linearised>>,
+        about: Vec<f64>,
+    ) -> Self {
         let (whitened, products) = raw
             .par_iter()
             .zip(&prepared.whitenings)
@@ -67,7 +102,68 @@ impl Linearisation {
             raw,
             whitened,
             products,
+            about,
         }
+    }
+
+    /// Of some of the strikes, to be weighed.
+    pub(crate) fn only(&self, places: &[usize]) -> Self {
+        let raw: Vec<_> = places.iter().map(|i| self.raw[*i].clone()).collect();
+        Self {
+            raw: Arc::new(raw),
+            about: self.about.clone(),
+            ..Self::default()
+        }
+    }
+
+    /// About another point near this one: derivatives are kept but of strikes that moved far.
+    pub(crate) fn near(
+        &self,
+        prepared: &PreparedStrikes<'_>,
+        model: &Model,
+        nuisances: &[Nuisances],
+    ) -> Result<Option<Self>, WorldError> {
+        let effects = Effects::of(prepared, model)?;
+        let worlds = Worlds::new(prepared, model, &effects);
+        let found: Option<Vec<_>> = (0..prepared.strikes.len())
+            .into_par_iter()
+            .map(|i| {
+                let (old, b) = (&self.raw[i], &nuisances[i]);
+                let (whitening, path) = (&prepared.whitenings[i], &prepared.paths[i]);
+                let is_near = STEPS
+                    .iter()
+                    .all(|(place, _)| (b[*place] - old.about[*place]).abs() < NEAR);
+                if !is_near {
+                    let raw = worlds.linearised(i, b)?;
+                    let whitened = raw.whitened(whitening);
+                    let products = whitened.products(whitening, path);
+                    return Some((raw, (whitened, products)));
+                }
+                let frames = prepared.simulate(&worlds.here, i, worlds.clock, b)?;
+                let raw = old.moved(prepared, i, &frames, b);
+                let whitened = Whitened {
+                    derivatives: Arc::clone(&self.whitened[i].derivatives),
+                    residual: whitening.column(&raw.residual),
+                };
+                let products = self.products[i].beside(
+                    &whitened.nuisances,
+                    &whitened.values,
+                    &[],
+                    &whitened.residual,
+                );
+                Some((raw, (whitened, products)))
+            })
+            .collect();
+        Ok(found.map(|found| {
+            let (raw, weighed): (Vec<_>, Vec<_>) = found.into_iter().unzip();
+            let (whitened, products) = weighed.into_iter().unzip();
+            Self {
+                raw: Arc::new(raw),
+                whitened,
+                products,
+                about: self.about.clone(),
+            }
+        }))
     }
 }
 
@@ -87,16 +183,22 @@ pub(crate) fn products_under(
         .collect()
 }
 
-impl Linearised {
-    /// Every strike about a model; `None` where one does not come to rest.
-    pub(crate) fn all(
-        prepared: &PreparedStrikes<'_>,
-        model: &Model,
-        nuisances: &[Nuisances],
-    ) -> Result<Option<Vec<Self>>, WorldError> {
-        // A world a step beside, for each value; the clock's column comes with the frames.
-        let mut beside = Vec::new();
-        for (place, free) in model.free.iter().enumerate() {
+/// The effects of a model, and those of a model a step beside for each value.
+struct Effects {
+    here: Vec<Box<dyn Effect>>,
+    beside: Vec<Stepped>,
+}
+
+/// A model's values, one of them a step away, and its effects there.
+struct Stepped {
+    values: Vec<f64>,
+    effects: Vec<Box<dyn Effect>>,
+    step: f64,
+}
+
+impl Effects {
+    fn of(prepared: &PreparedStrikes<'_>, model: &Model) -> Result<Self, WorldError> {
+        let beside = model.free.iter().enumerate().map(|(place, free)| {
             let mut values = model.values.clone();
             let step = if values[place] + free.step > free.high {
                 -free.step
@@ -104,79 +206,220 @@ impl Linearised {
                 free.step
             };
             values[place] += step;
-            let effects = model.effects(prepared.rig, &values)?;
-            beside.push((values, effects, step));
+            Ok(Stepped {
+                effects: model.effects(prepared.rig, &values)?,
+                values,
+                step,
+            })
+        });
+        Ok(Self {
+            beside: beside.collect::<Result<_, WorldError>>()?,
+            here: model.effects(prepared.rig, &model.values)?,
+        })
+    }
+}
+
+/// How the derivative by one of a model's values comes about.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Source {
+    /// From the rates of the frames.
+    Clock,
+    /// From how the object leaves the tip, and the derivatives by that.
+    Launch,
+    /// From friction that is the same all through a slide, and the derivative by that; from another slide, where a force is so.
+    Even,
+    /// From another slide.
+    Slide,
+}
+
+/// A model's world, and those a step beside for each of its values.
+struct Worlds<'w, 'a> {
+    prepared: &'w PreparedStrikes<'a>,
+    here: Planar<'w>,
+    beside: Vec<(Planar<'w>, Source, f64)>,
+    clock: f64,
+}
+
+impl<'w, 'a> Worlds<'w, 'a> {
+    fn new(prepared: &'w PreparedStrikes<'a>, model: &Model, effects: &'w Effects) -> Self {
+        let source = |place: usize| match (&model.free[place].of, place) {
+            (_, CLOCK) => Source::Clock,
+            (None, model::FRICTION) => Source::Even,
+            (None, _) => Source::Launch,
+            (Some((part, _)), _) => match effects.here[*part].acts() {
+                Acts::Launch => Source::Launch,
+                Acts::Strike => Source::Even,
+                Acts::Slide | Acts::Camera => Source::Slide,
+            },
+        };
+        let beside = effects.beside.iter().enumerate();
+        Self {
+            prepared,
+            here: prepared.planar(&model.values, &effects.here),
+            beside: beside
+                .map(|(place, at)| {
+                    (
+                        prepared.planar(&at.values, &at.effects),
+                        source(place),
+                        at.step,
+                    )
+                })
+                .collect(),
+            clock: model.values[CLOCK],
         }
-        let effects = model.effects(prepared.rig, &model.values)?;
-        let here = prepared.planar(&model.values, &effects);
-        let worlds: Vec<(Planar<'_>, f64)> = beside
-            .iter()
-            .enumerate()
-            .filter(|(place, _)| *place != CLOCK)
-            .map(|(_, (values, effects, step))| (prepared.planar(values, effects), *step))
-            .collect();
-        let clock = model.values[CLOCK];
-        Ok((0..prepared.strikes.len())
-            .into_par_iter()
-            .map(|i| Self::one(prepared, i, &here, &worlds, clock, &nuisances[i]))
-            .collect())
     }
 
-    /// `beside`: for each value but the clock, the world a step beside.
-    fn one(
-        prepared: &PreparedStrikes<'_>,
-        i: usize,
-        here: &Planar<'_>,
-        beside: &[(Planar<'_>, f64)],
-        clock: f64,
-        b: &Nuisances,
-    ) -> Option<Self> {
-        let moved = |place: usize, step: f64| {
+    /// One strike; `None` where it does not come to rest.
+    fn linearised(&self, i: usize, b: &Nuisances) -> Option<Linearised> {
+        let prepared = self.prepared;
+        let (input, launch) = (prepared.strikes[i].into(), &prepared.launches[i]);
+        let conditions = &prepared.strikes[i].conditions;
+        let (dry, force) = self.here.even(conditions);
+        let release = self.here.release(&input, launch);
+        let sources: Vec<Beside> = self
+            .beside
+            .iter()
+            .map(|(planar, source, step)| match source {
+                Source::Clock => Beside::Clock,
+                Source::Launch => Beside::Launch(Launched::between(
+                    &release,
+                    &planar.release(&input, launch),
+                    *step,
+                )),
+                Source::Even => match planar.even(conditions) {
+                    (other, same) if same == force => Beside::Friction((other / dry).ln() / step),
+                    _ => Beside::Slide,
+                },
+                Source::Slide => Beside::Slide,
+            })
+            .collect();
+        let slides = || {
+            let each = self.beside.iter().zip(&sources);
+            each.filter(|(_, source)| matches!(source, Beside::Slide))
+        };
+        let mut jobs: Vec<Job<'_>> = vec![prepared.job(&self.here, i, self.clock, b)];
+        for (place, step) in STEPS {
             let mut moved = *b;
             moved[place] += step;
-            prepared.job(here, i, clock, &moved)
-        };
-        let (speed, angle, friction) = STEPS;
-        let mut jobs: Vec<Job<'_>> = vec![
-            prepared.job(here, i, clock, b),
-            moved(0, speed),
-            moved(1, angle),
-            moved(5, friction),
-        ];
-        jobs.extend(
-            beside
-                .iter()
-                .map(|(planar, _)| prepared.job(planar, i, clock, b)),
-        );
+            jobs.push(prepared.job(&self.here, i, self.clock, &moved));
+        }
+        jobs.extend(slides().map(|((planar, ..), _)| prepared.job(planar, i, self.clock, b)));
         let mut found = planar::strikes(&jobs).into_iter();
         let frames = found.next()??;
         let simulated = stack(&frames.at);
         let n = frames.at.len();
-        let delay = stack(&frames.rate);
+        let rate = stack(&frames.rate);
         let mut slope = |step: f64| Some((stack(&found.next()??.at) - &simulated) / step);
         let mut nuisances = DMatrix::zeros(2 * n, NUISANCES);
-        nuisances.set_column(0, &slope(speed)?);
-        nuisances.set_column(1, &slope(angle)?);
-        nuisances.set_column(5, &slope(friction)?);
-        nuisances.set_column(2, &delay);
+        for (place, step) in STEPS {
+            nuisances.set_column(place, &slope(step)?);
+        }
+        nuisances.set_column(2, &rate);
         nuisances.view_mut((0, 3), (n, 1)).fill(1.0);
         nuisances.view_mut((n, 4), (n, 1)).fill(1.0);
-        let mut values = DMatrix::zeros(2 * n, beside.len() + 1);
-        let mut steps = beside.iter().map(|(_, step)| *step);
-        for place in 0..=beside.len() {
-            let column = match place {
-                CLOCK => delay.clone(),
-                _ => slope(steps.next()?)?,
-            };
-            values.set_column(place, &column);
+        let is_spun = |source: &Beside| matches!(source, Beside::Launch(l) if l.spin != 0.0);
+        let spin = match sources.iter().any(is_spun) {
+            true => {
+                let step = SPIN.0.max(SPIN.1 * release.spin.abs());
+                let spun = Release {
+                    spin: release.spin + step,
+                    ..release
+                };
+                let frames = prepared.slide(&self.here, i, spun, self.clock, b)?;
+                Some((stack(&frames.at) - &simulated) / step)
+            }
+            false => None,
+        };
+        let mut values = DMatrix::zeros(2 * n, sources.len());
+        for (place, (source, (.., step))) in sources.iter().zip(&self.beside).enumerate() {
+            let mut column = values.column_mut(place);
+            match source {
+                Beside::Clock => column.copy_from(&rate),
+                Beside::Friction(share) => {
+                    column.axpy(*share, &nuisances.column(FRICTION), 0.0);
+                }
+                Beside::Launch(launched) => {
+                    column.axpy(launched.speed, &nuisances.column(SPEED), 0.0);
+                    column.axpy(launched.angle, &nuisances.column(ANGLE), 1.0);
+                    column.axpy(-launched.time, &rate, 1.0);
+                    if let Some(spin) = &spin {
+                        column.axpy(launched.spin, spin, 1.0);
+                    }
+                    column.rows_mut(0, n).add_scalar_mut(launched.position.x);
+                    column.rows_mut(n, n).add_scalar_mut(launched.position.y);
+                }
+                Beside::Slide => column.copy_from(&slope(*step)?),
+            }
         }
-        let residual = measured(prepared.strikes[i]) - &simulated + &nuisances * b;
-        Some(Self {
+        let derivatives = Arc::new(Derivatives { nuisances, values });
+        Some(Linearised {
+            residual: measured(prepared.strikes[i]) - &simulated + &derivatives.nuisances * b,
+            derivatives,
             simulated,
-            nuisances,
-            values,
-            residual,
+            about: *b,
         })
+    }
+}
+
+/// How one strike's derivative by a value comes about.
+enum Beside {
+    Clock,
+    Launch(Launched),
+    /// Change of the logarithm of its friction.
+    Friction(f64),
+    Slide,
+}
+
+/// How a release changes by one of a model's values.
+struct Launched {
+    /// Of the logarithm of its speed, and its angle.
+    speed: f64,
+    angle: f64,
+    /// What that leaves of its time, position and spin.
+    time: f64,
+    position: Point,
+    spin: f64,
+}
+
+impl Launched {
+    fn between(from: &Release, to: &Release, step: f64) -> Self {
+        let (a, b) = (from.velocity, to.velocity);
+        let faster = b.norm() / a.norm();
+        let angle = (a.x * b.y - a.y * b.x).atan2(a.dot(b));
+        Self {
+            speed: faster.ln() / step,
+            angle: angle / step,
+            time: (to.time - from.time) / step,
+            position: (to.position - from.position.rotated(angle)) * step.recip(),
+            spin: (to.spin - from.spin * faster) / step,
+        }
+    }
+}
+
+impl Linearised {
+    /// Every strike about a model; `None` where one does not come to rest.
+    pub(crate) fn all(
+        prepared: &PreparedStrikes<'_>,
+        model: &Model,
+        nuisances: &[Nuisances],
+    ) -> Result<Option<Vec<Self>>, WorldError> {
+        let effects = Effects::of(prepared, model)?;
+        let worlds = Worlds::new(prepared, model, &effects);
+        Ok((0..prepared.strikes.len())
+            .into_par_iter()
+            .map(|i| worlds.linearised(i, &nuisances[i]))
+            .collect())
+    }
+
+    /// With the same derivatives about another track.
+    fn moved(&self, prepared: &PreparedStrikes<'_>, i: usize, to: &Frames, b: &Nuisances) -> Self {
+        let simulated = stack(&to.at);
+        Self {
+            residual: measured(prepared.strikes[i]) - &simulated + &self.nuisances * b,
+            derivatives: Arc::clone(&self.derivatives),
+            simulated,
+            about: self.about,
+        }
     }
 
     /// Speed of the simulated object at each frame, in m/s.
@@ -190,8 +433,10 @@ impl Linearised {
     /// With independent errors.
     pub(crate) fn whitened(&self, whitening: &Whitening) -> Whitened {
         Whitened {
-            nuisances: whitening.columns(&self.nuisances),
-            values: whitening.columns(&self.values),
+            derivatives: Arc::new(Derivatives {
+                nuisances: whitening.columns(&self.nuisances),
+                values: whitening.columns(&self.values),
+            }),
             residual: whitening.column(&self.residual),
         }
     }
@@ -200,10 +445,119 @@ impl Linearised {
 impl Whitened {
     /// All that a fit needs of a strike.
     pub(crate) fn products(&self, whitening: &Whitening, path: &Path) -> Products {
-        let p = self.values.ncols();
-        let mut x = DMatrix::zeros(self.values.nrows(), p + 1);
-        x.columns_mut(0, p).copy_from(&self.values);
-        x.set_column(p, &self.residual);
-        Products::new(&self.nuisances, &x, whitening, path)
+        Products::new(
+            &self.nuisances,
+            &self.values,
+            &self.residual,
+            whitening,
+            path,
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+
+    use values::{Command, Conditions, End, Rig, Shape, Split, Strike, Track};
+    use world::{World, launch::launches};
+
+    use super::*;
+    use crate::{Thresholds, model::Part};
+
+    fn strike(i: u32) -> Strike {
+        let times: Vec<f64> = (1..=60).map(|k| f64::from(k) / 60.0).collect();
+        Strike {
+            id: i.to_string(),
+            log: "a.mcap".into(),
+            index: 0,
+            t_start: 0.0,
+            initial: Point::new(0.3, 0.02 * f64::from(i)),
+            stop: Point::new(0.9, 0.1),
+            command: Command {
+                speed: 0.6 + 0.1 * f64::from(i),
+                angle: 0.05 * f64::from(i),
+            },
+            track: Track {
+                x: vec![0.0; times.len()],
+                y: vec![0.0; times.len()],
+                t: times,
+                yaw: None,
+                end: End::Rest,
+            },
+            split: Split::Train,
+            conditions: Conditions {
+                order: f64::from(i),
+                ..Conditions::default()
+            },
+            delivered: None,
+        }
+    }
+
+    fn part(name: &'static str, parameters: &[(&str, f64)], free: &[&str]) -> Part {
+        let parameters = parameters.iter();
+        Part {
+            name,
+            parameters: parameters.map(|(n, v)| (n.to_string(), *v)).collect(),
+            free: free.iter().map(|name| name.to_string()).collect(),
+            strengths: Vec::new(),
+            within: BTreeMap::new(),
+            shrinks_to: None,
+        }
+    }
+
+    #[test]
+    fn derivatives_are_those_of_whole_slides() {
+        for shape in [Shape::Cylinder, Shape::Box] {
+            let rig = Rig::demo(shape);
+            let world = World::nominal(&rig);
+            let strikes: Vec<Strike> = (0..4).map(strike).collect();
+            let launches: Vec<_> = launches(&rig, &world, strikes.iter().map(Strike::commanded))
+                .expect("a world")
+                .into_iter()
+                .map(|launch| launch.expect("it leaves the tip"))
+                .collect();
+            let thresholds = Thresholds::default();
+            let prepared =
+                PreparedStrikes::new(&rig, strikes.iter().collect(), launches, &thresholds);
+            let model = Model::plain(0.25, 0.5, &rig, &thresholds)
+                .with(part("striker_speed_error", &[("slope", 1.1)], &["slope"]))
+                .with(part(
+                    "off_centre_contact",
+                    &[("offset", 0.002)],
+                    &["offset"],
+                ))
+                .with(part("friction_drift", &[("rate", 0.01)], &["rate"]))
+                .with(part(
+                    "table_tilt",
+                    &[("tilt_x", 0.004)],
+                    &["tilt_x", "tilt_y"],
+                ))
+                .with(part("viscous_drag", &[("rate", 0.2)], &["rate"]));
+            let none = vec![Nuisances::zeros(); strikes.len()];
+            let all = Linearised::all(&prepared, &model, &none)
+                .expect("a model")
+                .expect("objects come to rest");
+            let track = |values: &[f64], i: usize| {
+                let effects = model.effects(&rig, values).expect("effects");
+                let planar = prepared.planar(values, &effects);
+                let frames = prepared.simulate(&planar, i, values[CLOCK], &none[i]);
+                stack(&frames.expect("it comes to rest").at)
+            };
+            for (i, linearised) in all.iter().enumerate() {
+                for (place, free) in model.free.iter().enumerate() {
+                    let at = |step: f64| {
+                        let mut values = model.values.clone();
+                        values[place] += step;
+                        track(&values, i)
+                    };
+                    let step = 0.2 * free.step;
+                    let whole = (at(step) - at(-step)) / (2.0 * step);
+                    let found = linearised.values.column(place);
+                    let off = (found - &whole).norm() / whole.norm().max(1e-3);
+                    assert!(off < 0.03, "{shape:?} {:?} of strike {i}: {off}", free.of);
+                }
+            }
+        }
     }
 }

@@ -41,7 +41,7 @@ pub(crate) fn maps(
             continue;
         };
         let scores = test.scores(bumps.count(), &bumps.moved);
-        let ridge = Ridge::new(&scores, bumps.scale);
+        let ridge = Ridge::new(&scores, bumps.scale, &DMatrix::zeros(0, 0));
         let Some([before, after]) = judged(prepared, fitted, &bumps, ridge.variance) else {
             continue;
         };
@@ -160,7 +160,7 @@ fn normal(
     let g = &whitened.nuisances;
     let weighed = (&all - g * (posterior(g, components) * g.tr_mul(&all))) * precision;
     Normal {
-        information: all.tr_mul(&weighed),
+        information: all.transpose() * &weighed,
         score: weighed.tr_mul(&whitened.residual),
         stop: Point::new(raw.residual[last[0]], raw.residual[last[1]]),
         slopes,

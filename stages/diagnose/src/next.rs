@@ -20,8 +20,8 @@ use crate::{
 
 /// Speeds, angles and places along each side from which strikes are chosen, the ends of each range among them.
 const SPEEDS: usize = 5;
-const ANGLES: usize = 9;
-const PLACES: usize = 5;
+const ANGLES: usize = 7;
+const PLACES: usize = 3;
 /// Distance in m that stops keep from the table's edge.
 const MARGIN: f64 = 0.03;
 /// Frames of a proposed strike.

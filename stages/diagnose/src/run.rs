@@ -36,13 +36,13 @@ use crate::{
 
 impl Stage for Diagnose {
     const NAME: &'static str = "diagnose";
-    const VERSION: u32 = 31;
+    const VERSION: u32 = 32;
     type Input = Input;
     type Output = Diagnosed;
     type Error = DiagnoseError;
 
     fn run(&self, input: &Input, progress: &Progress) -> Result<Diagnosed, DiagnoseError> {
-        if input.rig.object.shape == Shape::Sphere {
+        if input.rig.object.shape() == Shape::Sphere {
             return Err(DiagnoseError::Rolls);
         }
         match Arm::of(input)? {
@@ -108,6 +108,7 @@ impl Diagnose {
         let mut screened = screen_by(&prepared, &null, &test, &candidates, replicates)?;
         let before = dependences_of(&prepared, &null, &test)?;
         let mut chance = evidence::chance(&screened);
+        let alarm = Alarm::new(&Statistic::all(&screened, &[]));
         let p_value = Alarm::new(&Statistic::all(&screened, &before)).p_value();
         let is_sought = p_value.is_real() && !usable.are_pushed_again;
         let mut last_resorts = if is_sought {
@@ -122,7 +123,8 @@ impl Diagnose {
         progress.set_message("which effects");
         let limits = Limits {
             effects: if is_sought { self.most_effects } else { 0 },
-            replicates,
+            flips: evidence::flips(self.seed),
+            alarm: &alarm,
         };
         let mut selection = search(&prepared, &null, &screened, &candidates, &chance, &limits)?;
         let is_astray = is_astray(&selection);
@@ -198,7 +200,7 @@ impl Diagnose {
             let after = dependences(
                 &selection.prepared,
                 &selection.fitted,
-                replicates(self.seed),
+                evidence::flips(self.seed),
             )?;
             let left = left(&selection, &after, is_astray);
             let weak = selection.weaker_than(left.beyond_form);
@@ -233,7 +235,7 @@ impl Diagnose {
             prepared, fitted, ..
         } = selection;
         let family = family_columns(prepared, fitted)?;
-        let test = ScoreTest::new(prepared, fitted, &family, replicates(self.seed));
+        let test = ScoreTest::new(prepared, fitted, &family, evidence::flips(self.seed));
         let beside = match &test {
             Some(test) => dependences_of(prepared, fitted, test)?,
             None => Vec::new(),
@@ -303,7 +305,7 @@ fn is_astray(selection: &Selection<'_>) -> bool {
         rig, thresholds, ..
     } = selection.prepared;
     let noise = selection.fitted.estimated.components.camera;
-    rig.object.shape == Shape::Box && noise > thresholds.astray * rig.camera.noise
+    rig.object.shape() == Shape::Box && noise > thresholds.astray * rig.camera.noise
 }
 
 /// What smooth dependences gain beside a model; where objects slide otherwise than the world says, those of whole strikes alone.

@@ -4,7 +4,7 @@
 use nalgebra::{DMatrix, DVector, SVector};
 use values::{Point, Rig, Strike};
 use world::{
-    Base, Impact, World, WorldError,
+    Base, Impact, Release, World, WorldError,
     effects::Effect,
     launch::{Launch, launches_about},
     planar::{self, Deviation, Frames, Job, Planar},
@@ -123,9 +123,9 @@ impl<'a> PreparedStrikes<'a> {
         }
     }
 
-    /// Whether a strike's last place judges a model: its stop; where none of all comes to rest, the end of its track.
+    /// Whether a strike's last place judges a model: its stop; where most do not come to rest, the end of its track.
     pub(crate) fn judges(&self, i: usize) -> bool {
-        self.strikes[i].has_stop() || !self.strikes.iter().any(|strike| strike.has_stop())
+        self.strikes[i].has_stop() || !Strike::most_rest(self.strikes.iter().copied())
     }
 
     /// Frames that are left out, over all strikes.
@@ -189,6 +189,18 @@ impl<'a> PreparedStrikes<'a> {
             &self.launches[i],
             &deviation(clock, b),
         )
+    }
+
+    /// The same of an object that leaves the tip in another way.
+    pub(crate) fn slide(
+        &self,
+        planar: &Planar<'_>,
+        i: usize,
+        release: Release,
+        clock: f64,
+        b: &Nuisances,
+    ) -> Option<Frames> {
+        planar.slide(&self.strikes[i].into(), release, &deviation(clock, b))
     }
 
     /// By how much the launch of one strike differs in other worlds, as its nuisances: a column for each world.

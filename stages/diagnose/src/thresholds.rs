@@ -17,10 +17,8 @@ pub struct Thresholds {
     pub explained_by_places: f64,
     /// The same with a smooth field, which takes every smooth form: what it leaves of its own kind, as at a line, is of no field.
     pub explained_by_field: f64,
-    /// Share of the best candidate's score, or of that of the effect in whose place it is tried, below which another is not fitted.
+    /// Share of the best candidate's linear gain, or of that of the effect in whose place it is tried, below which another is not fitted.
     pub fitted: f64,
-    /// The same of their evidence, below which another is not fitted to the end.
-    pub fitted_to_end: f64,
     /// Share of a rival's disadvantage that some further effect must promise to recover for pairs with it to be fitted.
     pub recovered: f64,
     /// Log-odds below which a rival is not excluded: a hundred to one.
@@ -67,8 +65,7 @@ impl Default for Thresholds {
             explained_by_place: 0.6,
             explained_by_places: 0.8,
             explained_by_field: 0.85,
-            fitted: 0.25,
-            fitted_to_end: 0.6,
+            fitted: 0.75,
             recovered: 0.5,
             excluded: 4.6,
             better: 0.5,

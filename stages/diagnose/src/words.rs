@@ -2,8 +2,9 @@
 
 use crate::{
     diagnosis::{GapDependence, NamedEffect, Verdict},
-    evidence::{Alarm, DRAWN, FLIPPED, PValue, Statistic},
+    evidence::{Alarm, PValue, Statistic},
     question::{Answer, Column, Finding, Form, What},
+    score::{DRAWN, FLIPPED},
     smooth::{Dependence, covariate::Covariate},
 };
 

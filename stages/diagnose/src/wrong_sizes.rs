@@ -4,7 +4,7 @@
 //! middle. Where r/h is wrong, each angle of launch is off by a share, as if the arm struck at another share of the commanded angle.
 //! A small share is taken for this and named as no effect of the arm; identification says which size the strikes want.
 
-use values::{Command, Conditions, Point, Rig, Shape};
+use values::{Command, Conditions, Point, Rig};
 use world::effects::{Acts, Effect};
 
 /// Share of its angle that a launch changes by for each unit of r/h, in MuJoCo's impacts.
@@ -13,11 +13,8 @@ const SHARE: f64 = 0.55;
 /// Derivative of the share by which launch angles are off, by the logarithm of r/h; none for a round object, which is met through its middle
 /// at any size.
 pub(crate) fn sensitivity(rig: &Rig) -> Option<f64> {
-    let half = rig
-        .object
-        .half_size
-        .filter(|_| rig.object.shape == Shape::Box)?;
-    Some(SHARE * rig.striker.radius / half[0])
+    let [half, _] = rig.object.solid.half_sides()?;
+    Some(SHARE * rig.striker.radius / half)
 }
 
 /// Launch angles that are off by a share, as another r/h makes them.
@@ -42,12 +39,16 @@ impl Effect for WrongSizes {
 mod tests {
     use world::{Impact, Simulator, World};
 
+    use values::{Shape, Solid};
+
     use super::*;
 
     /// Angle at which a box of this half side (m) leaves a tip of this radius (m), over the tip's own angle, in MuJoCo.
     fn launched(half: f64, radius: f64, angle: f64) -> f64 {
         let mut rig = Rig::demo(Shape::Box);
-        rig.object.half_size = Some([half, half, half]);
+        rig.object.solid = Solid::Box {
+            half_size: [half; 3],
+        };
         rig.striker.radius = radius;
         let world = World::nominal(&rig);
         let command = Command { speed: 0.8, angle };

@@ -9,6 +9,7 @@ mod table;
 
 use diagnose::{Diagnosis, Verdict};
 use table::{Hidden, Noise, Plan, Table};
+use values::Point;
 
 fn diagnosed(plan: Plan, hidden: Hidden, seed: u64) -> Diagnosis {
     let table = Table {
@@ -64,4 +65,25 @@ fn friction_that_steps_or_cycles_with_the_order_is_no_wander() {
         let by_order = found.r#where.iter().any(|w| w.covariate == "order");
         assert!(by_order, "{:?}", found.r#where);
     }
+}
+
+#[test]
+fn the_floor_is_what_repeats_of_one_command_scatter_by_where_they_stop() {
+    let table = Table {
+        plan: Plan::OneCommand,
+        noise: Noise::Ideal,
+        hidden: vec![Hidden::Nothing],
+        strikes: 100,
+        seed: 64,
+    };
+    let (_, strikes) = table.strike();
+    let paths: Vec<Point> = strikes.iter().map(|strike| strike.path()).collect();
+    let count = paths.len() as f64;
+    let mean = paths.iter().fold(Point::default(), |sum, p| sum + *p) * count.recip();
+    let squares: f64 = paths.iter().map(|p| (*p - mean).dot(*p - mean)).sum();
+    let scatter = (squares / (count - 1.0)).sqrt();
+    let found = table.diagnosed();
+    // Counted from a track's first frame, a slide is 15 % and more too short, and so is the floor.
+    let ratio = found.gap.noise_floor / scatter;
+    assert!((0.92..1.08).contains(&ratio), "{ratio}");
 }

@@ -14,8 +14,7 @@ fn diagnosed(hidden: &str, half_side: f64, radius: f64, seed: u64) -> Diagnosis 
     let settings = demo::Settings::new(Shape::Box, 120, seed, Some(hidden));
     let written = demo::write(&settings, folder.path()).expect("writes");
     let mut rig = Rig::load(&written.rig).expect("the rig file is accepted");
-    let half = rig.object.half_size.as_mut().expect("a box");
-    half.iter_mut().for_each(|half| *half *= half_side);
+    rig.object.solid = rig.object.solid.scaled(half_side);
     rig.striker.radius *= radius;
     let read = |log| ingest_log(log, &rig, &Ingest::default()).expect("the log is read");
     let (strikes, _) = assemble(written.logs.iter().map(|log| read(log)).collect());

@@ -5,6 +5,7 @@
 //! as far as it stands out of their noise, is added.
 
 use logs::Sample;
+use serde::{Deserialize, Serialize};
 use values::{Command, Delivered, Point, Rig, Track};
 
 use crate::order::Stamped;
@@ -21,10 +22,30 @@ pub(crate) struct State {
     pub(crate) position: Point,
 }
 
+impl State {
+    /// Its velocity, as a command.
+    pub(crate) fn as_command(&self) -> Sample {
+        Sample {
+            stamp: self.stamp,
+            x: self.velocity.x,
+            y: self.velocity.y,
+        }
+    }
+}
+
 impl Stamped for State {
     fn stamp(&self) -> i64 {
         self.stamp
     }
+}
+
+/// How long after the tip's touch, by its measured place, an object was seen to move.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TouchDelay {
+    /// In s.
+    pub seconds: f64,
+    /// Speed of the tip, in m/s.
+    pub speed: f64,
 }
 
 /// What is known of a strike when the arm is asked.
@@ -100,22 +121,45 @@ pub(crate) fn delivered(states: &[State], context: &LaunchContext<'_>) -> Option
     })
 }
 
-/// Seconds from the tip's touching the object, by its measured places, to the object's first motion; none where the places do not
-/// tell, and for a box, whose reach depends on how it lies.
-pub(crate) fn delay(states: &[State], context: &LaunchContext<'_>, rig: &Rig) -> Option<f64> {
-    let reach = rig.object.radius? + rig.striker.radius;
-    let far = |state: &State| state.position.distance(context.initial) - reach;
+/// How long after the tip's touch, by its measured places, the object moved; none where the places do not tell, and for a box, whose reach
+/// depends on how it lies.
+pub(crate) fn delay(
+    states: &[State],
+    context: &LaunchContext<'_>,
+    rig: &Rig,
+) -> Option<TouchDelay> {
+    touch_delay(
+        states,
+        context.initial,
+        (context.first_motion, contact(context)),
+        rig,
+    )
+}
+
+/// The same of an object at rest at `initial` (m) that began to move so many seconds after a stamp.
+pub(crate) fn touch_delay(
+    states: &[State],
+    initial: Point,
+    (stamp, moves): (i64, f64),
+    rig: &Rig,
+) -> Option<TouchDelay> {
+    let reach = rig.object.solid.radius()? + rig.striker.radius;
+    let far = |state: &State| state.position.distance(initial) - reach;
     let places: Vec<(f64, f64)> = states
         .iter()
         .filter(|state| state.position.is_finite())
-        .map(|state| (since(context.first_motion, state.stamp), far(state)))
+        .map(|state| (since(stamp, state.stamp), far(state)))
         .collect();
-    let pair = places
+    let [before, after] = places
         .windows(2)
-        .find(|pair| pair[0].1 > 0.0 && pair[1].1 <= 0.0)?;
-    let [before, after] = [pair[0], pair[1]];
-    let touch = before.0 + (after.0 - before.0) * before.1 / (before.1 - after.1);
-    Some(contact(context) - touch)
+        .find(|pair| pair[0].1 > 0.0 && pair[1].1 <= 0.0)
+        .map(|pair| [pair[0], pair[1]])?;
+    let speed = (before.1 - after.1) / (after.0 - before.0);
+    let touch = before.0 + before.1 / speed;
+    Some(TouchDelay {
+        seconds: moves - touch,
+        speed,
+    })
 }
 
 /// The moment of contact in s on the track's clock: where a line through the first frames' distances meets the resting place,

@@ -72,6 +72,13 @@ const SLOWEST: f64 = 0.06;
 const SLOPE_NOISE: f64 = 4.0;
 const BREAK: f64 = 0.1;
 const BREAK_NOISE: f64 = 7.0;
+/// No table brakes harder than this, in m/s², nor pushes farther aside than this part of it.
+const BRAKES: f64 = 10.0;
+const BRAKES_ASIDE: f64 = 0.3;
+/// A tip that touches approaches along the line of centres at this speed at least, in m/s, and what it pushes goes away from it within the
+/// angle of this cosine.
+const APPROACH: f64 = 0.05;
+const AWAY: f64 = 0.5;
 /// The tip has to do with it where it is so near (m) beside both radii, within this time (s).
 const NEAR_TIP: f64 = 0.03;
 const TIP_TIME: f64 = 0.05;
@@ -99,7 +106,7 @@ impl Breaks {
     pub(crate) fn new(rig: &Rig) -> Self {
         Self {
             noise: rig.camera.noise,
-            reach: rig.object.widest() + rig.striker.radius + NEAR_TIP,
+            reach: rig.object.solid.reach() + rig.striker.radius + NEAR_TIP,
             frames: VecDeque::new(),
             best: None,
             flight: Flight::default(),
@@ -180,7 +187,7 @@ impl Breaks {
         }
         let impulse = other.velocity - one.velocity;
         let noise = self.noise * one.slope_error.max(other.slope_error);
-        if impulse.norm() < BREAK.max(BREAK_NOISE * noise) {
+        if impulse.norm() < BREAK.max(BREAK_NOISE * noise) || one.brakes_to(&other, noise) {
             return None;
         }
         // Where both lines come nearest to one another, between the frames.
@@ -276,7 +283,20 @@ impl Breaks {
             .copied()
             .collect();
         let is_near = |tip: &State| tip.position.distance(begun.bounce.place) < self.reach;
-        near.iter().any(is_near).then(|| Touch::of(&near, begun))
+        if !near.iter().any(is_near) {
+            return None;
+        }
+        let touch = Touch::of(&near, begun);
+        let Bounce {
+            place,
+            before,
+            after,
+        } = begun.bounce;
+        let centres = place - touch.position;
+        let centres = centres * (1.0 / centres.norm().max(1e-12));
+        let impulse = after - before;
+        let approaches = (touch.velocity - before).dot(centres) >= APPROACH;
+        (approaches && impulse.dot(centres) >= AWAY * impulse.norm()).then_some(touch)
     }
 }
 
@@ -370,6 +390,19 @@ impl Straight {
             .sum();
         line.misfit = (squares / (2.0 * n - 4.0)).sqrt();
         (line.velocity.is_finite() && line.misfit.is_finite()).then_some(line)
+    }
+
+    /// Whether friction alone may have brought it from this velocity to the other line's: along its way, no faster than any table brakes, and
+    /// not turned round.
+    fn brakes_to(&self, other: &Self, noise: f64) -> bool {
+        let ahead = self.velocity * (1.0 / self.velocity.norm().max(1e-12));
+        let impulse = other.velocity - self.velocity;
+        let across = Point::new(-ahead.y, ahead.x);
+        let (along, across) = (impulse.dot(ahead), impulse.dot(across).abs());
+        along < 0.0
+            && other.velocity.dot(ahead) > -SLOPE_NOISE * noise
+            && across < (BRAKES_ASIDE * along.abs()).max(SLOPE_NOISE * noise)
+            && along.abs() <= BRAKES * (other.middle - self.middle)
     }
 
     fn at(&self, t: f64) -> Point {

@@ -8,7 +8,7 @@ use std::collections::VecDeque;
 use logs::Sample;
 use values::{Rig, Strike};
 
-use crate::arm::{LaunchContext, State, delay, delivered};
+use crate::arm::{LaunchContext, State, TouchDelay, delay, delivered};
 use crate::order::Stamped;
 use crate::yaw::{YawSample, yaw};
 
@@ -55,7 +55,7 @@ pub(crate) struct Extras {
     /// Strikes that went on before the states or poses of their time came.
     early: u64,
     /// Seconds from the tip's touching the object to its first motion.
-    delays: Vec<f64>,
+    delays: Vec<TouchDelay>,
 }
 
 /// The last samples of a topic that may be absent.
@@ -156,7 +156,7 @@ impl Extras {
     }
 
     /// What was seen of the delay between the arm's clock and the camera's.
-    pub(crate) fn take_delays(&mut self) -> Vec<f64> {
+    pub(crate) fn take_delays(&mut self) -> Vec<TouchDelay> {
         std::mem::take(&mut self.delays)
     }
 
@@ -178,10 +178,6 @@ impl Extras {
         let turns = self.turns.between(from, until);
         let states = self.states.between(from, until);
         let strike = &mut waiting.strike;
-        // On an object that moved, what was delivered is the command.
-        if strike.conditions.moving.is_some() {
-            return keep(waiting.strike);
-        }
         strike.track.yaw = yaw(&turns, waiting.first_motion, &strike.track.t);
         let context = LaunchContext {
             commands: &waiting.commands,

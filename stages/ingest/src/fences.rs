@@ -37,8 +37,8 @@ const GRID: f64 = 0.002;
 
 /// The fences that these logs show beside those that the rig file states.
 pub fn fences<'a>(rig: &Rig, logs: impl IntoIterator<Item = &'a Seen>) -> Vec<FoundFence> {
-    let reach = rig.object.widest();
-    let spread = reach - rig.object.narrowest();
+    let reach = rig.object.solid.reach();
+    let spread = reach - rig.object.solid.narrowest();
     let near = NEAR + NEAR_NOISE * rig.camera.noise + spread;
     let (mut bounces, mut motions) = (Vec::new(), 0);
     for seen in logs {
@@ -222,7 +222,7 @@ mod tests {
     #[test]
     fn many_bounces_on_one_line_are_a_fence_and_bounces_all_over_the_table_are_none() {
         let rig = Rig::demo(Shape::Cylinder);
-        let radius = rig.object.widest();
+        let radius = rig.object.solid.reach();
         let on_line = (0..20).map(|i| {
             let y = -0.2 + 0.02 * f64::from(i);
             let off = 0.001 * (f64::from(i) * 2.1).sin();

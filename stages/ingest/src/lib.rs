@@ -22,7 +22,6 @@ mod frames;
 mod identity;
 mod ingest;
 mod log;
-mod moving;
 mod order;
 mod outcome;
 mod plateau;
@@ -35,8 +34,10 @@ mod settings;
 mod slide;
 mod strikes;
 mod time;
+mod touched;
 mod yaw;
 
+pub use arm::TouchDelay;
 pub use assemble::assemble;
 pub use bounces::Bounce;
 pub use error::IngestError;

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use logs::read::Extent;
-use logs::{Event, Limits, LogError, Sample, Summary, TopicRequest};
+use logs::{Event, Limits, LogError, Summary, TopicRequest};
 use values::{
     CommandFrame, FieldTopic, Point, PoseTopic, Reject, RejectReason, Rig, StateTopic, Strike,
 };
@@ -160,11 +160,7 @@ fn read_by(
                 position: Point::new(more[0], more[1]),
             });
             if source == CommandSource::State {
-                segmenter.command(Sample {
-                    stamp: state.stamp,
-                    x: state.velocity.x,
-                    y: state.velocity.y,
-                });
+                segmenter.command(state.as_command());
             }
             segmenter.state(state);
         }

@@ -7,6 +7,7 @@ use logs::Sample;
 use serde::{Deserialize, Serialize};
 use values::{Point, Rig};
 
+use crate::arm::TouchDelay;
 use crate::bounces::Bounce;
 use crate::episode::{Episode, is_finite, speed};
 use crate::plateau::plateau;
@@ -29,8 +30,11 @@ pub struct Seen {
     /// Where it was turned round, by something else than the tip.
     #[serde(default)]
     pub bounces: Vec<Bounce>,
-    /// Seconds from the tip's touching the object, by its measured place, to the object's first motion, one a strike.
-    pub delays: Vec<f64>,
+    /// From the tip's touching the object, by its measured place, to the object's first motion, one a strike.
+    pub delays: Vec<TouchDelay>,
+    /// Whether no command is logged, and what the arm did stands for it.
+    #[serde(default)]
+    pub is_by_state: bool,
 }
 
 /// One rise and fall of the command.

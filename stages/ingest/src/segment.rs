@@ -6,16 +6,15 @@
 use std::collections::VecDeque;
 
 use logs::Sample;
-use values::{Conditions, Delivered, Reject, RejectReason, Rig, Strike, split_of};
+use values::{Conditions, Point, Reject, RejectReason, Rig, Strike, split_of};
 
-use crate::arm::State;
+use crate::arm::{State, TouchDelay, touch_delay};
 use crate::bounces::{Breaks, Flight, Touch};
 use crate::counts::Counts;
 use crate::end_of_data::EndOfData;
 use crate::episode::{Episode, Episodes};
 use crate::extras::{Extras, Waiting};
 use crate::identity::strike_id;
-use crate::moving;
 use crate::order::{ClockSetBack, Ordered};
 use crate::outcome::StrikeSummary;
 use crate::plateau::{at_contact, plateau};
@@ -24,6 +23,7 @@ use crate::rejection::Rejection;
 use crate::seen::{CommandSeen, MotionSeen, Seen, Watch};
 use crate::slide::{self, Frames};
 use crate::time::seconds;
+use crate::touched::{self, TouchedStrike};
 use crate::yaw::YawSample;
 
 /// Centroids are held this long before a strike, in ns.
@@ -32,6 +32,8 @@ const BEFORE: i64 = 3_000_000_000;
 const HORIZON: i64 = 20_000_000_000;
 /// At most this many centroids wait for commands to come (48 MB).
 const MOST_WAITING: usize = 2_000_000;
+/// A tip touches at the latest this long after its command fell back, in ns.
+const AFTER_FALL: i64 = 300_000_000;
 /// Held centroids are looked through this often.
 const TRIM_EVERY: u32 = 512;
 
@@ -62,6 +64,16 @@ pub(crate) enum CommandSource {
     State,
 }
 
+/// What one way of looking for strikes finds in a log without commands.
+#[derive(Default)]
+struct ByState {
+    strikes: Vec<Strike>,
+    rejects: Vec<Reject>,
+    commands: Vec<CommandSeen>,
+    motions: Vec<MotionSeen>,
+    delays: Vec<TouchDelay>,
+}
+
 /// Whether the tracker saw nothing: a place that is no number, or the zeros that some write then.
 fn is_lost(centroid: &Sample) -> bool {
     let is_zero = centroid.x == 0.0 && centroid.y == 0.0;
@@ -84,6 +96,13 @@ pub(crate) struct Segmenter<'a> {
     breaks: Breaks,
     /// Frames before the flight that comes next; none after a pause.
     before: Vec<Sample>,
+    /// Of a log without commands: strikes by the tip's touch, and motions of the arm at whose time the object began to move. If the tip is
+    /// where its state says, the former are the strikes, and the latter are what a hand did meanwhile.
+    touched: ByState,
+    untouched: ByState,
+    /// Of a log with commands: commands at which the object moved before, and touches of an object that moved.
+    restless: Vec<(Episode, Reject)>,
+    moved: Vec<(TouchedStrike, Touch, Vec<Sample>)>,
     reordered: ReorderBuffers,
     last_centroid: Option<i64>,
     last_command: Option<i64>,
@@ -115,6 +134,10 @@ impl<'a> Segmenter<'a> {
             watch: Watch::new(rig),
             breaks: Breaks::new(rig),
             before: Vec::new(),
+            touched: ByState::default(),
+            untouched: ByState::default(),
+            restless: Vec::new(),
+            moved: Vec::new(),
             reordered: ReorderBuffers::default(),
             last_centroid: None,
             last_command: None,
@@ -163,7 +186,7 @@ impl<'a> Segmenter<'a> {
             self.extras.forget_states();
             since.into_iter().for_each(|state| self.state(state));
         }
-        self.extras.advance(self.rig, self.keep);
+        self.hand_on();
     }
 
     /// Takes the next turn of the object.
@@ -176,7 +199,19 @@ impl<'a> Segmenter<'a> {
             self.extras.forget_turns();
             since.into_iter().for_each(|turn| self.turn(turn));
         }
-        self.extras.advance(self.rig, self.keep);
+        self.hand_on();
+    }
+
+    /// Strikes that need not wait any more go on; of a log without commands they are held until it is known which are strikes.
+    fn hand_on(&mut self) {
+        match self.source {
+            CommandSource::Topic => self.extras.advance(self.rig, self.keep),
+            CommandSource::State => {
+                let held = &mut self.untouched.strikes;
+                self.extras
+                    .advance(self.rig, &mut |strike| held.push(strike));
+            }
+        }
     }
 
     /// A state of the arm in its order.
@@ -315,11 +350,11 @@ impl<'a> Segmenter<'a> {
         self.shut(ending);
     }
 
-    /// What ended flights show: what turned the object round, and, where states alone tell of strikes, those on an object that moved.
+    /// What ended flights show: what turned the object round, and, where states alone tell of strikes, the tip's.
     fn fly(&mut self, at_end: bool) {
         for (flight, touch) in self.breaks.take(at_end) {
             match &touch {
-                Some(touch) => self.touched(&flight, touch),
+                Some(touch) => self.touch(&flight, touch),
                 None => self.found.seen.bounces.extend(flight.bounce()),
             }
             self.before = if flight.is_broken {
@@ -330,77 +365,145 @@ impl<'a> Segmenter<'a> {
         }
     }
 
-    /// A flight that the tip began.
-    fn touched(&mut self, flight: &Flight, touch: &Touch) {
+    /// A flight that the tip began: where states alone tell of strikes, it is one.
+    fn touch(&mut self, flight: &Flight, touch: &Touch) {
         let Some(begun) = flight.begun else { return };
-        if self.source != CommandSource::State
-            || moving::rested(&self.before, self.rig.camera.noise)
-        {
+        let found = touched::strike(flight, &self.before, &begun, touch, self.rig);
+        if self.source == CommandSource::Topic {
+            let moved = found.ok().filter(|found| found.moving.is_some());
+            let moved = moved.map(|found| (found, touch.clone(), flight.frames.clone()));
+            self.moved.extend(moved);
             return;
         }
         let index = self.episodes.place();
-        match moving::strike(flight, &begun, touch, self.rig) {
-            Ok(found) => {
-                let commands: Vec<Sample> = touch
-                    .states
-                    .iter()
-                    .map(|state| Sample {
-                        stamp: state.stamp,
-                        x: state.velocity.x,
-                        y: state.velocity.y,
-                    })
-                    .collect();
-                let id = strike_id(&commands, &flight.frames);
-                let (command, t_start) = (found.command, seconds(found.first));
-                self.found.seen.commands.push(CommandSeen {
-                    rise: t_start - found.gap,
-                    fall: t_start,
-                    speed: command.speed,
-                    angle: command.angle,
-                });
-                self.found.seen.motions.push(MotionSeen {
-                    start: t_start,
-                    from: found.initial,
-                    velocity: begun.bounce.after - found.moving,
-                });
-                let strike = Strike {
+        let found = match found {
+            Ok(found) => found,
+            Err(rejection) => {
+                self.touched.rejects.push(Reject {
                     log: self.log.into(),
                     index,
-                    t_start,
-                    initial: found.initial,
-                    stop: found.stop,
-                    command,
-                    track: found.track,
-                    split: split_of(&id, self.seed),
-                    conditions: Conditions {
-                        session: self.log.into(),
-                        moving: Some(found.moving),
-                        ..Conditions::default()
-                    },
-                    id,
-                    delivered: Some(Delivered {
-                        tip_speed: command.speed,
-                        tip_angle: command.angle,
-                        contact: -found.gap,
-                        pushed_again: false,
-                    }),
-                };
-                self.found.strikes.push(StrikeSummary::from(&strike));
-                self.extras.strike(Waiting {
-                    strike,
-                    commands,
-                    first_motion: found.first,
-                    gap: found.gap,
+                    t_start: seconds(begun.stamp),
+                    reason: rejection.reason,
+                    detail: rejection.detail,
                 });
-                self.extras.advance(self.rig, self.keep);
+                return;
             }
-            Err(rejection) => self.found.rejects.push(Reject {
+        };
+        let commands: Vec<Sample> = touch.states.iter().map(State::as_command).collect();
+        let id = strike_id(&commands, &flight.frames);
+        let (command, t_start) = (found.command, seconds(found.first));
+        let delivered = Some(found.delivered());
+        self.touched.commands.push(CommandSeen {
+            rise: t_start - found.gap,
+            fall: t_start,
+            speed: command.speed,
+            angle: command.angle,
+        });
+        if found.moving.is_none() {
+            let moment = (begun.stamp, 0.0);
+            let delay = touch_delay(&touch.states, found.initial, moment, self.rig);
+            self.touched.delays.extend(delay);
+        }
+        self.touched.motions.push(MotionSeen {
+            start: t_start,
+            from: found.initial,
+            velocity: found.launch,
+        });
+        self.touched.strikes.push(Strike {
+            log: self.log.into(),
+            index,
+            t_start,
+            initial: found.initial,
+            stop: found.stop,
+            command,
+            track: found.track,
+            split: split_of(&id, self.seed),
+            conditions: Conditions {
+                session: self.log.into(),
+                moving: found.moving,
+                ..Conditions::default()
+            },
+            id,
+            delivered,
+        });
+    }
+
+    /// Of a log with commands, a command at which the object moved before is a strike where the tip's state shows its touch. What was commanded
+    /// stands in the place of what the tip did, on the same line of centres.
+    fn strike_moved(&mut self) {
+        let moved = std::mem::take(&mut self.moved);
+        for (episode, reject) in std::mem::take(&mut self.restless) {
+            let within = episode.start()..=episode.end().saturating_add(AFTER_FALL);
+            let mut touches = moved
+                .iter()
+                .filter(|(found, ..)| within.contains(&found.first));
+            let (Some((found, touch, frames)), None) = (touches.next(), touches.next()) else {
+                self.found.rejects.push(reject);
+                continue;
+            };
+            let moving = found.moving.unwrap_or_default();
+            let command = plateau(&episode.commands, self.rig).and_then(|commanded| {
+                let touch = Touch {
+                    velocity: Point::polar(commanded.speed, commanded.angle),
+                    ..touch.clone()
+                };
+                touched::command(&touch, found.initial, moving, self.rig)
+            });
+            let Ok(command) = command else {
+                self.found.rejects.push(reject);
+                continue;
+            };
+            let id = strike_id(&episode.commands, frames);
+            let strike = Strike {
                 log: self.log.into(),
-                index,
-                t_start: seconds(begun.stamp),
-                reason: rejection.reason,
-                detail: rejection.detail,
-            }),
+                index: episode.index,
+                t_start: seconds(found.first),
+                initial: found.initial,
+                stop: found.stop,
+                command,
+                track: found.track.clone(),
+                split: split_of(&id, self.seed),
+                conditions: Conditions {
+                    session: self.log.into(),
+                    moving: Some(moving),
+                    ..Conditions::default()
+                },
+                id,
+                delivered: Some(found.delivered()),
+            };
+            self.found.strikes.push(StrikeSummary::from(&strike));
+            (self.keep)(strike);
+        }
+    }
+
+    /// Of a log without commands, what the tip touched is kept where its state shows it at most strikes; else what moved at its time.
+    fn choose(&mut self) {
+        /// So many touches for each motion that none explains.
+        const SHARE: usize = 4;
+        let (touched, untouched) = (
+            std::mem::take(&mut self.touched),
+            std::mem::take(&mut self.untouched),
+        );
+        let is_touched = SHARE * touched.strikes.len() >= untouched.strikes.len().max(1);
+        let ByState {
+            strikes,
+            rejects,
+            commands,
+            motions,
+            delays,
+        } = if is_touched {
+            self.counts.idle_motions += untouched.strikes.len() as u64;
+            touched
+        } else {
+            untouched
+        };
+        self.found.seen.commands.extend(commands);
+        self.found.seen.motions.extend(motions);
+        self.found.seen.delays.extend(delays);
+        self.found.rejects.extend(rejects);
+        for strike in strikes {
+            self.found.strikes.push(StrikeSummary::from(&strike));
+            (self.keep)(strike);
         }
     }
 
@@ -436,7 +539,17 @@ impl<'a> Segmenter<'a> {
             self.judge_first(next.unwrap_or(i64::MAX), next.is_some(), Some(&ending));
         }
         self.fly(true);
-        self.extras.close(self.rig, self.keep);
+        match self.source {
+            CommandSource::Topic => {
+                self.extras.close(self.rig, self.keep);
+                self.strike_moved();
+            }
+            CommandSource::State => {
+                let held = &mut self.untouched.strikes;
+                self.extras.close(self.rig, &mut |strike| held.push(strike));
+                self.choose();
+            }
+        }
         self.centroids.clear();
         self.watch = Watch::new(self.rig);
         self.breaks = Breaks::new(self.rig);
@@ -456,30 +569,35 @@ impl<'a> Segmenter<'a> {
             // What a tip did to an object that moved is known from its touch.
             matches!(
                 reason,
-                RejectReason::NoMotion | RejectReason::NoPlateau | RejectReason::NoRestBefore
+                RejectReason::NoMotion
+                    | RejectReason::NoPlateau
+                    | RejectReason::NoRestBefore
+                    | RejectReason::ClockSkew
             )
         };
-        let strikes = !judged.as_ref().is_err_and(is_idle);
-        if self.source == CommandSource::State && strikes {
+        let by_state = self.source == CommandSource::State;
+        if by_state {
             let seen = CommandSeen::of(&episode, self.rig);
-            self.found.seen.commands.extend(seen);
+            self.untouched.commands.extend(seen);
         }
         let judged = judged.and_then(|strike| {
             EndOfData::leaves_whole(ending, &episode, self.last_centroid).map(|()| strike)
         });
         match judged {
             Ok((strike, first_motion, gap)) => {
-                self.found.strikes.push(StrikeSummary::from(&strike));
+                if !by_state {
+                    self.found.strikes.push(StrikeSummary::from(&strike));
+                }
                 self.extras.strike(Waiting {
                     strike,
                     commands: episode.commands,
                     first_motion,
                     gap,
                 });
-                self.extras.advance(self.rig, self.keep);
+                self.hand_on();
             }
             // An arm that moves and meets nothing has struck nothing: no command says that it was to.
-            Err(rejection) if self.source == CommandSource::State && is_idle(&rejection) => {
+            Err(rejection) if by_state && is_idle(&rejection) => {
                 self.counts.idle_motions += 1;
             }
             Err(rejection) => {
@@ -488,13 +606,23 @@ impl<'a> Segmenter<'a> {
                 } else {
                     EndOfData::blame(ending, rejection)
                 };
-                self.found.rejects.push(Reject {
+                let reject = Reject {
                     log: self.log.into(),
                     index: episode.index,
                     t_start: seconds(episode.start()),
                     reason: rejection.reason,
                     detail: rejection.detail,
-                });
+                };
+                if by_state {
+                    self.untouched.rejects.push(reject);
+                } else if matches!(
+                    reject.reason,
+                    RejectReason::NoRestBefore | RejectReason::ClockSkew
+                ) {
+                    self.restless.push((episode, reject));
+                } else {
+                    self.found.rejects.push(reject);
+                }
             }
         }
         self.since_trim = TRIM_EVERY;
@@ -558,8 +686,10 @@ impl<'a> Segmenter<'a> {
         commands.sort_by(|one, other| one.rise.total_cmp(&other.rise));
         motions.sort_by(|one, other| one.start.total_cmp(&other.start));
         self.found.rejects.sort_by_key(|reject| reject.index);
-        self.found.seen.delays = self.extras.take_delays();
-        if self.source == CommandSource::State {
+        if self.source == CommandSource::Topic {
+            self.found.seen.delays = self.extras.take_delays();
+        } else {
+            self.found.seen.is_by_state = true;
             self.found.notes.push("no command is logged: strikes are found by the arm's measured state, and what it delivered stands for the command; no error of the arm can be named".into());
         }
         self.found.notes.extend(self.counts.notes());

@@ -18,7 +18,7 @@ mod tolerances;
 use values::{End, Point, RejectReason, Track};
 
 pub(crate) use self::contact::reaches_fence;
-pub(crate) use self::frames::Frames;
+pub(crate) use self::frames::{Frame, Frames, outliers};
 use self::motion::first_motion;
 pub(crate) use self::rest::is_rest;
 use self::rest::{initial, rest_after, rest_before};

@@ -14,6 +14,7 @@ use std::time::Instant;
 use common::{EPOCH, Folder, IMPACT, Truth, ingest, ingest_samples, session, truths};
 use logs::write::{Samples, Stamped, StateSample};
 use mcap::records::MessageHeader;
+use values::Point;
 
 /// A log of messages in JSON, in this order: topic, stamp and body.
 fn json_log(messages: &[(&str, u64, String)]) -> Vec<u8> {
@@ -240,6 +241,119 @@ fn a_log_without_commands_is_read_by_the_arms_state() {
                 .any(|note| note.contains("no command is logged"))
         );
     }
+}
+
+/// A session without commands whose tip meets each object so far aside (rad) of the line through its centre, and goes on in its direction. The
+/// measured place is that of `late` seconds ago.
+fn touching(truths: &[Truth], aside: f64, late: f64) -> Samples {
+    let mut samples = with_states(truths, 250.0, 1.0, aside);
+    let rig = common::rig();
+    let reach = rig.object.solid.reach() + rig.striker.radius;
+    let share = |s: f64| {
+        let (rise, plateau) = (s.clamp(0.0, 0.15), (s - 0.15).clamp(0.0, 0.1));
+        let fall = (s - 0.25).clamp(0.0, 0.15);
+        rise * rise / 0.3 + plateau + fall - fall * fall / 0.3
+    };
+    for state in &mut samples.states {
+        let t = (state.stamp - EPOCH) as f64 * 1e-9 - late;
+        let near = truths.iter().rev().find(|truth| truth.start - 1.0 <= t);
+        let truth = near.unwrap_or(&truths[0]);
+        let gone = truth.speed * (share(t - truth.start) - share(IMPACT));
+        let touch = truth.initial - Point::polar(reach, truth.angle);
+        let place = touch + Point::polar(gone, truth.angle + aside);
+        state.position = [place.x, place.y];
+    }
+    Samples {
+        commands: Vec::new(),
+        ..samples
+    }
+}
+
+#[test]
+fn without_commands_a_round_object_is_pushed_along_the_line_of_centres() {
+    let truths = truths(8);
+    for aside in [0.0, 0.4, -0.5] {
+        let outcome = ingest_samples(&touching(&truths, aside, 0.0));
+        assert_eq!(
+            (outcome.rejects.len(), outcome.strikes.len()),
+            (0, truths.len())
+        );
+        for (strike, truth) in outcome.strikes.iter().zip(&truths) {
+            let speed = truth.speed * f64::cos(aside);
+            let (command, stop) = (strike.command, truth.stop());
+            assert!(
+                (command.speed - speed).abs() < 0.03 * speed,
+                "{aside} {command:?}"
+            );
+            assert!(
+                (command.angle - truth.angle).abs() < 0.02,
+                "{aside} {command:?} {truth:?}"
+            );
+            assert_eq!(strike.conditions.moving, None);
+            assert!(strike.has_stop(), "{:?}", strike.track.end);
+            assert!(
+                strike.stop.distance(stop) < 0.003,
+                "{:?} {stop:?}",
+                strike.stop
+            );
+            assert!(strike.initial.distance(truth.initial) < 0.001);
+        }
+    }
+}
+
+#[test]
+fn how_far_the_encoder_lies_behind_the_camera_is_measured_at_touches() {
+    let truths = truths(8);
+    for late in [0.0, 0.008] {
+        let outcome = ingest_samples(&touching(&truths, 0.0, late));
+        let delays: Vec<f64> = outcome.seen.delays.iter().map(|d| d.seconds).collect();
+        assert_eq!(delays.len(), truths.len());
+        let mean = delays.iter().sum::<f64>() / delays.len() as f64;
+        assert!((mean + late).abs() < 0.003, "{late} {delays:?}");
+    }
+}
+
+/// A session in which a hand pushes each object towards the robot before it is struck: it moves at the impact.
+fn pushed(truths: &[Truth], moving: f64) -> Samples {
+    let mut samples = touching(truths, 0.0, 0.0);
+    samples.commands = session(truths).commands;
+    for centroid in &mut samples.centroids {
+        let t = (centroid.stamp - EPOCH) as f64 * 1e-9;
+        for truth in truths {
+            let before = truth.start + IMPACT - t;
+            if (0.0..1.2).contains(&before) {
+                centroid.x += moving * before;
+            }
+        }
+    }
+    samples
+}
+
+#[test]
+fn an_object_that_moves_is_struck_under_a_command_too_where_the_state_is_logged() {
+    let truths = truths(8);
+    let samples = pushed(&truths, 0.3);
+    let outcome = ingest_samples(&samples);
+    assert!(outcome.strikes.len() >= 7, "{:?}", outcome.rejects);
+    for strike in &outcome.strikes {
+        let moving = strike.conditions.moving.expect("it moved");
+        assert!(moving.distance(Point::new(-0.3, 0.0)) < 0.05, "{moving:?}");
+        let truth = &truths[strike.index as usize];
+        // The tip goes at it, and it comes to meet the tip.
+        let met = truth.speed + 0.3 * truth.angle.cos();
+        assert!(
+            (strike.command.speed - met).abs() < 0.04 * met,
+            "{:?}",
+            strike.command
+        );
+        assert!((strike.command.angle - truth.angle).abs() < 0.04);
+    }
+    // Without the state nothing tells what the tip met.
+    let plain = ingest_samples(&Samples {
+        states: Vec::new(),
+        ..samples
+    });
+    assert!(plain.rejects.len() >= 7 && plain.strikes.len() <= 1);
 }
 
 #[test]

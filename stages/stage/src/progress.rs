@@ -1,15 +1,15 @@
 //! How far long work has come, on stderr: a bar where a person looks, a line a stage where a file does.
 
+use std::collections::BTreeSet;
 use std::io::{self, IsTerminal, Write};
-use std::time::{Duration, Instant};
+use std::sync::{Mutex, PoisonError};
+use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
-/// A bar on stderr, two lines where stderr is no terminal, or nothing where none is wanted. Usable from any thread.
+/// A bar on stderr, one line a stage where stderr is no terminal, or nothing where none is wanted. Usable from any thread.
 pub struct Progress {
     bar: ProgressBar,
-    /// The stage that is shown in lines, and when it began.
-    lines: Option<(&'static str, Instant)>,
     /// Whether the runner counts over many batches, so that a stage cannot set the number of items.
     is_counted: bool,
 }
@@ -22,7 +22,6 @@ impl Progress {
     pub fn hidden() -> Self {
         Self {
             bar: ProgressBar::hidden(),
-            lines: None,
             is_counted: false,
         }
     }
@@ -30,10 +29,10 @@ impl Progress {
     /// Shows the stage's name and a spinner until the number of items is known.
     pub(crate) fn shown(stage: &'static str) -> Self {
         if !io::stderr().is_terminal() {
-            print_line(&format!("{stage} …"));
-            let mut progress = Self::hidden();
-            progress.lines = Some((stage, Instant::now()));
-            return progress;
+            if is_new(stage) {
+                print_line(&format!("{stage} …"));
+            }
+            return Self::hidden();
         }
         let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr());
         bar.set_style(style("{prefix:>10} {spinner} {elapsed} {msg}"));
@@ -41,7 +40,6 @@ impl Progress {
         bar.enable_steady_tick(TICK);
         Self {
             bar,
-            lines: None,
             is_counted: false,
         }
     }
@@ -82,13 +80,14 @@ impl Progress {
 impl Drop for Progress {
     fn drop(&mut self) {
         self.bar.finish_and_clear();
-        if let Some((stage, began)) = self.lines {
-            print_line(&format!(
-                "{stage} ended after {:.1} s",
-                began.elapsed().as_secs_f64()
-            ));
-        }
     }
+}
+
+/// Whether no line of this program has shown the stage yet.
+fn is_new(stage: &'static str) -> bool {
+    static SHOWN: Mutex<BTreeSet<&str>> = Mutex::new(BTreeSet::new());
+    let mut shown = SHOWN.lock().unwrap_or_else(PoisonError::into_inner);
+    shown.insert(stage)
 }
 
 /// A line on stderr; that nobody reads it stops no work.

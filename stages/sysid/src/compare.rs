@@ -48,7 +48,7 @@ impl<'a> StrikeSimulator<'a> {
         free: &[String],
     ) -> Result<Option<Self>, WorldError> {
         let is_known = free.iter().all(|name| PLANAR.contains(&name.as_str()));
-        if !is_known || rig.object.shape == Shape::Sphere || !world.effects.is_empty() {
+        if !is_known || rig.object.shape() == Shape::Sphere || !world.effects.is_empty() {
             return Ok(None);
         }
         let commanded = strikes.iter().map(|strike| strike.commanded());

@@ -137,7 +137,7 @@ impl Slopes {
         let mut by_nuisance = nuisances(lab, &place.world, &place.simulate(lab)?)?;
         let by_free = sensitivities(lab, &place.world, place.launch, free)?;
         own_derivatives(
-            lab.rig.object.shape,
+            lab.rig.object.shape(),
             &place.world,
             free,
             &by_free,

@@ -33,7 +33,7 @@ pub(crate) struct Identifiability {
 
 /// Parameters that may be freed without being asked for: those of the impact on a face, where the tip may slip.
 fn candidates(rig: &Rig) -> &'static [&'static str] {
-    match rig.object.shape {
+    match rig.object.shape() {
         Shape::Box => &["tip_friction"],
         Shape::Sphere => &["rolling_friction"],
         Shape::Cylinder => &[],
@@ -96,7 +96,7 @@ pub(crate) fn identifiability(
     let batch = lab.simulate(&fitted.world, fitted.launch)?;
     let mut launch = nuisances(&lab, &fitted.world, &batch)?;
     own_derivatives(
-        rig.object.shape,
+        rig.object.shape(),
         &fitted.world,
         &fitted.free,
         &by_free,

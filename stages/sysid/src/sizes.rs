@@ -71,7 +71,7 @@ pub(crate) fn contradicted(
     strikes: &[&Strike],
     is_measured: bool,
 ) -> Result<Sizes, WorldError> {
-    if rig.object.shape != Shape::Box {
+    if rig.object.shape() != Shape::Box {
         return Ok(Sizes::default());
     }
     let nominal = BySize::new(rig, fitted, strikes, 0.0)?;
@@ -135,7 +135,7 @@ fn sentence(rig: &Rig, change: f64, half: f64, arm: Option<&Wanted>) -> String {
             1e3 * number
         )
     };
-    let [x, y, _] = rig.object.half_size.unwrap_or_default();
+    let [x, y] = rig.object.solid.half_sides().unwrap_or_default();
     let sides = if x == y {
         size(x, -change)
     } else {
@@ -157,6 +157,8 @@ fn sentence(rig: &Rig, change: f64, half: f64, arm: Option<&Wanted>) -> String {
 
 #[cfg(test)]
 mod tests {
+    use values::Solid;
+
     use super::*;
 
     #[test]
@@ -169,7 +171,9 @@ mod tests {
             "{text}"
         );
         assert!(!text.contains("arm"), "{text}");
-        rig.object.half_size = Some([0.03, 0.044, 0.02]);
+        rig.object.solid = Solid::Box {
+            half_size: [0.03, 0.044, 0.02],
+        };
         let text = sentence(&rig, change, 0.04, None);
         assert!(
             text.contains("27.3 ± 1.1 mm for 30.0 mm and 40.0 ± 1.6 mm for 44.0 mm"),

@@ -17,7 +17,7 @@ const SHORT: f64 = 0.05;
 /// The tip's friction that the strikes' bearings need at least: a tip that slips along a face cannot send a box further aside than the
 /// arc tangent of its friction. None for a round object, and where no strike shows it.
 fn needed_grip(rig: &Rig, strikes: &[&Strike]) -> Option<f64> {
-    if rig.object.shape != values::Shape::Box {
+    if rig.object.shape() != values::Shape::Box {
         return None;
     }
     let mut aside: Vec<f64> = strikes
@@ -93,7 +93,7 @@ pub(crate) fn start(rig: &Rig, world: &World, strikes: &[&Strike], free: &[Strin
     let mut world = world.clone();
     for (name, value) in [("friction", friction), ("restitution", launch)] {
         // A ball rolls: its deceleration says nothing of sliding friction.
-        let usable = !(name == "friction" && rig.object.shape == values::Shape::Sphere);
+        let usable = !(name == "friction" && rig.object.shape() == values::Shape::Sphere);
         if let (true, Some(value), Ok(spec)) = (
             usable && free.iter().any(|n| n == name),
             value,

@@ -4,7 +4,7 @@ use ingest::{Ingest, assemble, ingest_log};
 use rig::{Hide, Truth};
 use stage::{Progress, Stage};
 use sysid::{Input, Sysid};
-use values::{Command, Conditions, Point, Rig, Shape, Split, Strike};
+use values::{Command, Conditions, Point, Rig, Shape, Solid, Split, Strike};
 use world::{Simulator, World};
 
 /// Strikes of the embedded rig with one shape; `hide` as for `carom demo --hide`.
@@ -56,10 +56,13 @@ fn note(rig: &Rig, strikes: &[Strike]) -> Option<String> {
 /// A rig file whose box is so many times as large as it is.
 fn with_sides(rig: &Rig, factor: f64) -> Rig {
     let mut rig = rig.clone();
-    rig.object.half_size = rig
-        .object
-        .half_size
-        .map(|[x, y, z]| [x * factor, y * factor, z]);
+    if let Solid::Box {
+        half_size: [x, y, _],
+    } = &mut rig.object.solid
+    {
+        *x *= factor;
+        *y *= factor;
+    }
     rig
 }
 
@@ -113,7 +116,7 @@ fn an_arm_whose_speed_saturates_is_no_other_size() {
 #[test]
 fn of_a_cylinders_sizes_nothing_is_said() {
     let (mut rig, strikes) = strikes(Shape::Cylinder, 60, 4000, "none");
-    rig.object.radius = rig.object.radius.map(|radius| 1.1 * radius);
+    rig.object.solid = rig.object.solid.scaled(1.1);
     assert_eq!(note(&rig, &strikes), None);
 }
 

@@ -4,7 +4,7 @@
 //! where straight lines are straight, and then seen through the lens. When the object moves a little, a point of the outline
 //! moves across it as the point of the object that is seen there: what the contour slides along the surface is along the outline.
 
-use values::{Object, Shape};
+use values::Object;
 
 use crate::CameraModel;
 
@@ -25,22 +25,18 @@ pub(crate) enum Solid {
 }
 
 impl Solid {
-    /// The solid of a rig's object; the rig has been checked, so that its sizes are there.
+    /// The solid of a rig's object.
     pub(crate) fn of(object: &Object) -> Self {
-        let radius = object.radius.unwrap_or_default();
-        match object.shape {
-            Shape::Cylinder => Self::Cylinder {
-                radius,
-                height: 2.0 * object.half_height.unwrap_or_default(),
+        let height = 2.0 * object.solid.half_height();
+        match object.solid {
+            values::Solid::Cylinder { radius, .. } => Self::Cylinder { radius, height },
+            values::Solid::Sphere { radius } => Self::Sphere { radius },
+            values::Solid::Box {
+                half_size: [x, y, _],
+            } => Self::Box {
+                half: [x, y],
+                height,
             },
-            Shape::Sphere => Self::Sphere { radius },
-            Shape::Box => {
-                let [x, y, z] = object.half_size.unwrap_or_default();
-                Self::Box {
-                    half: [x, y],
-                    height: 2.0 * z,
-                }
-            }
         }
     }
 

@@ -38,6 +38,8 @@ pub struct Score {
     /// Mean distance in m, whole sessions held out together, over commands among those of the other sessions; none where it was not
     /// measured.
     pub by_session: Option<f64>,
+    /// Strikes that judged it: all, unless it was given up by then.
+    pub strikes: usize,
 }
 
 /// A candidate, and what it leaves of each strike that it did not learn from.

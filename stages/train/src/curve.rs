@@ -1,18 +1,5 @@
 //! How the error falls with the number of strikes.
 
-use serde::{Deserialize, Serialize};
-
-use crate::Learned;
-
-/// What was learnt from the first strikes.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct CurvePoint {
-    /// Number of strikes made, of all splits.
-    pub strikes: usize,
-    /// What came of them.
-    pub learned: Learned,
-}
-
 /// Strikes at which a curve is drawn.
 const SIZES: [usize; 7] = [10, 20, 35, 50, 100, 200, 500];
 /// Numbers of the earliest strikes to learn from for a curve: 10 to 500, those that exceed `count` cut to it, once.

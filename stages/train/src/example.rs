@@ -2,9 +2,8 @@
 
 use std::collections::HashMap;
 
-use residual::{LaunchResidual, Residual};
 use serde::{Deserialize, Serialize};
-use values::{Command, Split, Strike};
+use values::{Command, LaunchResidual, Residual, Split, Strike};
 
 /// One strike to learn from.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -27,30 +26,28 @@ pub struct Example {
     pub residual: Option<Residual>,
 }
 
-/// The examples that strikes are, in one world: their launches in the same order, and the residuals of those that have one, found by
-/// the strike. One that was pushed twice has a launch, the one that would have led as far, and no residual: no one command sends an
+/// The examples that strikes are, in one world: each with its launch, and the residuals of those that have one, found by the strike. One that was pushed twice has a launch, the one that would have led as far, and no residual: no one command sends an
 /// object there.
-pub fn examples(
-    strikes: &[Strike],
-    launches: &[Option<LaunchResidual>],
+pub fn examples<'a>(
+    strikes: impl Iterator<Item = (&'a Strike, Option<LaunchResidual>)>,
     residuals: &[Residual],
 ) -> Vec<Example> {
     let by_strike: HashMap<&str, &Residual> = residuals
         .iter()
         .map(|row| (row.strike_id.as_str(), row))
         .collect();
-    let example = |(strike, launch): (&Strike, &Option<LaunchResidual>)| Example {
+    let example = |(strike, launch): (&Strike, Option<LaunchResidual>)| Example {
         strike_id: strike.id.clone(),
         command: strike.command,
         session: strike.conditions.session.clone(),
         distance: strike.path().norm(),
         split: strike.split,
         is_free: !strike.is_pushed_again(),
-        launch: *launch,
+        launch,
         residual: by_strike
             .get(strike.id.as_str())
             .filter(|_| !strike.is_pushed_again())
             .map(|row| (*row).clone()),
     };
-    strikes.iter().zip(launches).map(example).collect()
+    strikes.map(example).collect()
 }

@@ -1,16 +1,16 @@
 //! The training loop.
 
 use burn::{
+    module::Module,
     nn::loss::{MseLoss, Reduction},
     optim::{AdamConfig, GradientsParams},
     tensor::{Device, Tensor, TensorData},
 };
 use rand::{RngExt, SeedableRng, seq::SliceRandom};
 use rand_chacha::ChaCha8Rng;
-use residual::Residual;
 use serde::{Deserialize, Serialize};
 use store::network::Network;
-use values::Split;
+use values::{Residual, Split};
 
 use crate::{
     Settings, TrainError,
@@ -23,10 +23,12 @@ use crate::{
 const LEAST_TRAIN: usize = 10;
 /// With no row to stop by, nothing distinguishes learning from memorising.
 const LEAST_VALIDATION: usize = 1;
+/// More rows than these follow the schedule no better, and would take longer than what they end.
+const MOST_VALIDATION: usize = 400;
 /// Units that dropout may silence: the last hidden layer's.
 const DROPPED: usize = 32;
 
-/// One pass over the rows.
+/// So many steps ([`Settings::steps`]).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Epoch {
     /// Its number, from 1.
@@ -80,7 +82,9 @@ pub fn fit(
 ) -> Result<Trained, TrainError> {
     settings.check()?;
     let train = part(rows, Split::Train)?;
-    let validation = part(rows, Split::Validation)?;
+    let mut validation = part(rows, Split::Validation)?;
+    let every = validation.len().div_ceil(MOST_VALIDATION).max(1);
+    validation = validation.into_iter().step_by(every).collect();
     if train.len() < LEAST_TRAIN || validation.len() < LEAST_VALIDATION {
         return Err(TrainError::TooFewRows {
             train: train.len(),
@@ -92,6 +96,7 @@ pub fn fit(
 
     let scaling = Scalings::fit(&train);
     let mut trainer = Trainer::new(&train, &scaling, settings);
+    let followed = Scaled::of(&validation, &scaling);
     let mut schedule = Schedule::new(settings);
     let mut history = Vec::new();
     let mut best = None;
@@ -102,33 +107,35 @@ pub fn fit(
         };
         let rate = schedule.rate();
         let train_loss = trainer.epoch(rate, settings);
-        let Ok(network) = trainer.model.fold(&scaling.inputs, &scaling.targets) else {
-            return Err(diverged);
-        };
-        let mae = scaling.mae(&network, &validation);
-        if !(train_loss.is_finite() && mae.scaled.is_finite()) {
+        let validation_mae = trainer.mae(&followed);
+        if !(train_loss.is_finite() && validation_mae.is_finite()) {
             return Err(diverged);
         }
         history.push(Epoch {
             epoch,
             train_loss,
-            validation_mae: mae.scaled,
+            validation_mae,
             rate,
         });
         on_epoch(&history[epoch - 1]);
-        match schedule.epoch(mae.scaled) {
-            Verdict::Best => best = Some((epoch, network, mae)),
+        match schedule.epoch(validation_mae) {
+            Verdict::Best => {
+                let Ok(network) = trainer.model.fold(&scaling.inputs, &scaling.targets) else {
+                    return Err(diverged);
+                };
+                best = Some((epoch, network));
+            }
             Verdict::Continue => {}
             Verdict::Stop => break,
         }
     }
 
-    let (best_epoch, network, mae) = best.expect("the first epoch is the best so far");
+    let (best_epoch, network) = best.expect("the first epoch is the best so far");
     let test = part(rows, Split::Test)?;
     Ok(Trained {
         best_epoch,
         train_rows: train.len(),
-        validation: mae,
+        validation: scaling.mae(&network, &validation),
         test: (!test.is_empty()).then(|| scaling.mae(&network, &test)),
         network,
         history,
@@ -188,12 +195,30 @@ impl Scalings {
     }
 }
 
-/// Model, optimiser and the scaled rows.
+/// Rows in units of the deviations of those that learn.
+struct Scaled {
+    inputs: Vec<[f32; 4]>,
+    targets: Vec<[f32; 2]>,
+}
+
+impl Scaled {
+    fn of(pairs: &[Pair], scaling: &Scalings) -> Self {
+        let pair = |(inputs, targets): &Pair| {
+            let inputs = scaling.inputs.scale(inputs).map(|x| x as f32);
+            (inputs, scaling.targets.scale(targets).map(|x| x as f32))
+        };
+        let (inputs, targets) = pairs.iter().map(pair).unzip();
+        Self { inputs, targets }
+    }
+}
+
+/// Model, optimiser and the rows that learn.
 struct Trainer {
     model: Model,
     optimiser: burn::optim::ModuleOptimizer,
-    inputs: Vec<[f32; 4]>,
-    targets: Vec<[f32; 2]>,
+    rows: Scaled,
+    /// Rows of this pass that no step has seen yet, the next one last.
+    waiting: Vec<usize>,
     shuffles: ChaCha8Rng,
     dropouts: ChaCha8Rng,
     device: Device,
@@ -210,44 +235,62 @@ impl Trainer {
         Self {
             model: Model::new(&mut rng(0), &device),
             optimiser: AdamConfig::new().init(),
-            inputs: pairs
-                .iter()
-                .map(|(inputs, _)| scaling.inputs.scale(inputs).map(|x| x as f32))
-                .collect(),
-            targets: pairs
-                .iter()
-                .map(|(_, targets)| scaling.targets.scale(targets).map(|x| x as f32))
-                .collect(),
+            rows: Scaled::of(pairs, scaling),
+            waiting: Vec::new(),
             shuffles: rng(1),
             dropouts: rng(2),
             device,
         }
     }
 
-    /// One pass, or as many as make `least_steps` steps; the mean squared error over its batches.
+    /// So many steps; the mean squared error over their batches.
     fn epoch(&mut self, rate: f64, settings: &Settings) -> f64 {
-        let steps_a_pass = self.inputs.len().div_ceil(settings.batch);
-        let passes = settings.least_steps.div_ceil(steps_a_pass).max(1);
         let (mut loss, mut rows) = (0.0, 0);
-        for _ in 0..passes {
-            let mut order: Vec<usize> = (0..self.inputs.len()).collect();
-            order.shuffle(&mut self.shuffles);
-            for batch in batches(&order, settings.batch) {
-                loss += self.step(batch, rate, settings.dropout) * batch.len() as f64;
-                rows += batch.len();
-            }
+        for _ in 0..settings.steps {
+            let batch = self.batch(settings.batch);
+            loss += self.step(&batch, rate, settings.dropout) * batch.len() as f64;
+            rows += batch.len();
         }
         loss / rows as f64
+    }
+
+    /// The next rows of a pass in random order; passes follow one another, whatever epochs do. A single row that would be left over joins
+    /// the last batch, for batch norm needs two.
+    fn batch(&mut self, size: usize) -> Vec<usize> {
+        if self.waiting.is_empty() {
+            self.waiting = (0..self.rows.inputs.len()).collect();
+            self.waiting.shuffle(&mut self.shuffles);
+        }
+        let left = self.waiting.len().saturating_sub(size);
+        self.waiting.split_off(if left == 1 { 0 } else { left })
+    }
+
+    /// Mean absolute error of scaled targets, as the network answers that would be kept.
+    fn mae(&self, rows: &Scaled) -> f64 {
+        let numbers = |numbers: Vec<f32>, columns: usize| {
+            let shape = [rows.inputs.len(), columns];
+            Tensor::<2>::from_data(TensorData::new(numbers, shape), &Device::flex())
+        };
+        let inputs = numbers(rows.inputs.iter().copied().flatten().collect(), 4);
+        let targets = numbers(rows.targets.iter().copied().flatten().collect(), 2);
+        let answers = self.model.valid().forward(inputs, None);
+        (answers - targets).abs().mean().into_scalar::<f64>()
     }
 
     /// One step of Adam; the batch's mean squared error before it.
     fn step(&mut self, batch: &[usize], rate: f64, dropout: f64) -> f64 {
         let inputs = self.tensor(
-            batch.iter().flat_map(|&row| self.inputs[row]).collect(),
+            batch
+                .iter()
+                .flat_map(|&row| self.rows.inputs[row])
+                .collect(),
             batch.len(),
         );
         let targets = self.tensor(
-            batch.iter().flat_map(|&row| self.targets[row]).collect(),
+            batch
+                .iter()
+                .flat_map(|&row| self.rows.targets[row])
+                .collect(),
             batch.len(),
         );
         let mask = self.mask(batch.len(), dropout);
@@ -276,32 +319,29 @@ impl Trainer {
     }
 }
 
-/// Slices of `size`; a single row left over joins the last, for batch norm needs two.
-fn batches(order: &[usize], size: usize) -> impl Iterator<Item = &[usize]> {
-    let whole = if order.len() % size == 1 {
-        order.len() - size - 1
-    } else {
-        order.len()
-    };
-    let (even, rest) = order.split_at(whole);
-    even.chunks(size).chain((!rest.is_empty()).then_some(rest))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
-    fn no_batch_holds_a_single_row() {
-        let sizes = |count: usize| -> Vec<usize> {
-            batches(&(0..count).collect::<Vec<_>>(), 32)
-                .map(<[usize]>::len)
-                .collect()
-        };
-        assert_eq!(sizes(64), [32, 32]);
-        assert_eq!(sizes(66), [32, 32, 2]);
-        assert_eq!(sizes(65), [32, 33]);
-        assert_eq!(sizes(33), [33]);
-        assert_eq!(sizes(10), [10]);
+    fn no_batch_holds_a_single_row_and_a_pass_holds_each_once() {
+        for (count, sizes) in [
+            (64, vec![32, 32]),
+            (66, vec![32, 32, 2]),
+            (65, vec![32, 33]),
+            (33, vec![33]),
+            (10, vec![10]),
+        ] {
+            let pairs: Vec<Pair> = (0..count).map(|i| ([f64::from(i); 4], [0.0; 2])).collect();
+            let scaling = Scalings::fit(&pairs);
+            let mut trainer = Trainer::new(&pairs, &scaling, &Settings::default());
+            for _pass in 0..2 {
+                let batches: Vec<Vec<usize>> = sizes.iter().map(|_| trainer.batch(32)).collect();
+                assert_eq!(batches.iter().map(Vec::len).collect::<Vec<_>>(), sizes);
+                let mut seen: Vec<usize> = batches.concat();
+                seen.sort_unstable();
+                assert_eq!(seen, (0..count as usize).collect::<Vec<_>>());
+            }
+        }
     }
 }

@@ -1,5 +1,7 @@
 //! Which strikes are held out together: commands that are alike, and sessions.
 
+use std::collections::HashMap;
+
 use rand::{SeedableRng, seq::SliceRandom};
 use rand_chacha::ChaCha8Rng;
 use values::Command;
@@ -14,26 +16,39 @@ pub(crate) fn settings(commands: &[Command]) -> Vec<usize> {
         (a.speed - b.speed).abs() <= ALIKE.0 * a.speed.max(b.speed)
             && (a.angle - b.angle).abs() <= ALIKE.1
     };
-    let mut groups: Vec<usize> = (0..commands.len()).collect();
-    for (i, command) in commands.iter().enumerate() {
-        for j in 0..i {
-            if groups[i] != groups[j] && is_alike(command, &commands[j]) {
-                let (low, high) = (groups[i].min(groups[j]), groups[i].max(groups[j]));
-                for group in &mut groups[..=i] {
-                    if *group == high {
-                        *group = low;
-                    }
-                }
-            }
+    let mut by_speed: Vec<usize> = (0..commands.len()).collect();
+    by_speed.sort_by(|a, b| commands[*a].speed.total_cmp(&commands[*b].speed));
+    // Each command points to an earlier one of its group, the first to itself.
+    let mut earlier: Vec<usize> = (0..commands.len()).collect();
+    let first = |earlier: &[usize], mut of: usize| {
+        while earlier[of] != of {
+            of = earlier[of];
+        }
+        of
+    };
+    for (place, i) in by_speed.iter().enumerate() {
+        let slow = commands[*i].speed;
+        let near = by_speed[place + 1..].iter();
+        let near = near.take_while(|j| commands[**j].speed * (1.0 - ALIKE.0) <= slow);
+        for j in near.filter(|j| is_alike(&commands[*i], &commands[**j])) {
+            let (a, b) = (first(&earlier, *i), first(&earlier, *j));
+            earlier[a.max(b)] = a.min(b);
         }
     }
-    groups
+    // Whatever a command points to comes before it, and has its number by then.
+    for i in 0..earlier.len() {
+        earlier[i] = earlier[earlier[i]];
+    }
+    earlier
 }
 
 /// The group of each name.
 pub(crate) fn by_name(names: &[&str]) -> Vec<usize> {
-    let first = |name: &&str| names.iter().position(|other| other == name).unwrap_or(0);
-    names.iter().map(first).collect()
+    let mut first = HashMap::new();
+    let places = names.iter().enumerate();
+    places
+        .map(|(place, name)| *first.entry(*name).or_insert(place))
+        .collect()
 }
 
 /// The fold of each item, at most `most`, so that a group stays whole: groups are dealt in an order drawn from the seed.
@@ -70,6 +85,16 @@ mod tests {
             assert_eq!((folds[0], folds[1]), (folds[2], folds[4]));
             assert!(folds[0] != folds[1] && folds.iter().all(|fold| *fold < 3));
         }
+    }
+
+    #[test]
+    fn chains_of_commands_that_are_alike_are_one_group_however_they_are_ordered() {
+        // Steps of half of what counts as alike, from two ends to the middle.
+        let chain = [0, 6, 1, 5, 2, 4, 3].map(|step| Command {
+            speed: 1.0,
+            angle: 0.5 * ALIKE.1 * f64::from(step),
+        });
+        assert_eq!(settings(&chain), [0; 7]);
     }
 
     #[test]

@@ -6,10 +6,9 @@
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use nlopt::{Algorithm, Nlopt, Target};
-use residual::LaunchResidual;
 use store::LaunchMap;
 use store::launch_map::{FEATURES, LINEAR, Parts, SmoothMap, features, spectrum};
-use values::Command;
+use values::{Command, LaunchResidual};
 
 /// Hyperparameters, all as logarithms: deviation of the smooth part, its two lengths (half widths of the commands), deviation of the
 /// constant and the slopes, deviation from strike to strike.
@@ -28,6 +27,8 @@ const STARTS: [Hyper; 2] = [[0.05, 1.5, 1.5, 0.1, 0.05], [0.3, 0.6, 0.6, 0.2, 0.
 /// Evaluations of the posterior from each start, and from the hyperparameters of nearly the same strikes.
 const EVALUATIONS: u32 = 250;
 const WARM_EVALUATIONS: u32 = 80;
+/// A weight of which the strikes say so little beside its prior changes the posterior by as little: of 67 most, where the map is smooth.
+const UNTOLD: f64 = 1e-8;
 /// Below this half width commands hardly differ: m/s, rad.
 const NARROW: f64 = 1e-3;
 
@@ -65,12 +66,13 @@ pub(crate) fn fit_launch_map(launches: &[Launch], near: Option<[Hyper; 2]>) -> O
         .map(|launch| features(centre, half_width, launch.command))
         .collect();
     let design = DMatrix::from_fn(rows.len(), FEATURES, |i, j| rows[i][j]);
+    let gram = design.tr_mul(&design);
     let part = |of: fn(&LaunchResidual) -> f64, near: Option<Hyper>| {
         let targets = DVector::from_iterator(
             launches.len(),
             launches.iter().map(|launch| of(&launch.residual)),
         );
-        Regression::new(&design, &targets).fit(near)
+        Regression::new(&design, &gram, &targets).fit(near)
     };
     let (speed, by_speed) = part(|residual| residual.speed, near.map(|near| near[0]))?;
     let (angle, by_angle) = part(|residual| residual.angle, near.map(|near| near[1]))?;
@@ -86,15 +88,15 @@ pub(crate) fn fit_launch_map(launches: &[Launch], near: Option<[Hyper; 2]>) -> O
 }
 
 /// What the marginal likelihood needs of the strikes.
-struct Regression {
+struct Regression<'g> {
     /// ΦᵀΦ, Φᵀy, yᵀy.
-    gram: DMatrix<f64>,
+    gram: &'g DMatrix<f64>,
     projected: DVector<f64>,
     square: f64,
     rows: f64,
 }
 
-/// The weights' posterior under some hyperparameters, each weight in units of its prior deviation.
+/// The posterior of some weights under some hyperparameters, each weight in units of its prior deviation.
 struct Posterior {
     deviations: DVector<f64>,
     factor: Cholesky<f64, Dyn>,
@@ -102,10 +104,10 @@ struct Posterior {
     log_evidence: f64,
 }
 
-impl Regression {
-    fn new(design: &DMatrix<f64>, targets: &DVector<f64>) -> Self {
+impl<'g> Regression<'g> {
+    fn new(design: &DMatrix<f64>, gram: &'g DMatrix<f64>, targets: &DVector<f64>) -> Self {
         Self {
-            gram: design.tr_mul(design),
+            gram,
             projected: design.tr_mul(targets),
             square: targets.norm_squared(),
             rows: targets.len() as f64,
@@ -120,16 +122,24 @@ impl Regression {
         prior
     }
 
-    fn posterior(&self, hyper: &Hyper) -> Option<Posterior> {
+    /// Of the weights of which the strikes say at least this share of what the prior says; of all where it is zero.
+    fn posterior(&self, hyper: &Hyper, least: f64) -> Option<Posterior> {
         let noise = (2.0 * hyper[4]).exp();
-        let deviations =
-            DVector::from_iterator(FEATURES, Self::prior(hyper).into_iter().map(f64::sqrt));
-        let scaled = DMatrix::from_fn(FEATURES, FEATURES, |i, j| {
-            let unit = if i == j { 1.0 } else { 0.0 };
-            unit + deviations[i] * deviations[j] * self.gram[(i, j)] / noise
-        });
+        let prior = Self::prior(hyper);
+        let says = |i: &usize| prior[*i] * self.gram[(*i, *i)] / noise >= least;
+        let among: Vec<usize> = (0..FEATURES).filter(says).collect();
+        let count = among.len();
+        let deviations = DVector::from_iterator(count, among.iter().map(|i| prior[*i].sqrt()));
+        let mut scaled = DMatrix::identity(count, count);
+        for (b, j) in among.iter().enumerate() {
+            // The factor is made from the lower half alone.
+            for (a, i) in among.iter().enumerate().skip(b) {
+                scaled[(a, b)] += deviations[a] * deviations[b] * self.gram[(*i, *j)] / noise;
+            }
+        }
         let factor = Cholesky::new(scaled)?;
-        let pull = self.projected.component_mul(&deviations) / noise;
+        let projected = among.iter().map(|i| self.projected[*i]);
+        let pull = DVector::from_iterator(count, projected).component_mul(&deviations) / noise;
         let weights = factor.solve(&pull);
         let root: f64 = factor.l_dirty().diagonal().iter().map(|d| d.ln()).sum();
         let distance = self.square / noise - pull.dot(&weights);
@@ -148,7 +158,7 @@ impl Regression {
             .map(|i| ((hyper[i] - MEDIANS[i].ln()) / WIDTHS[i]).powi(2))
             .sum();
         let evidence = self
-            .posterior(hyper)
+            .posterior(hyper, UNTOLD)
             .map(|posterior| posterior.log_evidence);
         let evidence = evidence.filter(|evidence| evidence.is_finite());
         evidence.map_or(-1e12, |evidence| evidence - 0.5 * surprise)
@@ -192,7 +202,7 @@ impl Regression {
                     .0
             }
         };
-        let posterior = self.posterior(&hyper)?;
+        let posterior = self.posterior(&hyper, 0.0)?;
         let scale = &posterior.deviations;
         let inverse = posterior.factor.inverse();
         let covariance = (0..FEATURES * FEATURES)

@@ -10,7 +10,6 @@ use crate::example::Example;
 use crate::fit::Epoch;
 use crate::learned::Learned;
 use crate::learning_set::{LEAST_OF_SESSION, LearningSet};
-use crate::miss::Miss;
 use crate::settings::Settings;
 
 /// Chooses what is added to a world, and learns it. With too few strikes, nothing is.
@@ -51,18 +50,21 @@ pub fn learn(
         }
         scores.push(score);
     }
-    let mut training = None;
-    if let Some((networks, first)) = strikes.networks(settings, on_epoch)? {
-        scores.push(strikes.score(&networks));
-        training = Some(first);
-        if strikes.is_better(&networks, &best) {
+    let networked = match settings.networks {
+        true => strikes.networks(&best, settings, on_epoch)?,
+        false => None,
+    };
+    let training = networked.map(|networked| {
+        scores.push(networked.score);
+        let networks = networked.candidate;
+        if let Some(networks) = networks.filter(|networks| strikes.is_better(networks, &best)) {
             best = networks;
         }
-    }
+        networked.first
+    });
     Ok(Learned {
         kind: best.kind,
         explained: strikes.explained(&best),
-        scatter: Miss::scatter(&best.misses),
         misses: strikes.distances(&best),
         model: best.model,
         scores,

@@ -20,8 +20,6 @@ pub struct Learned {
     pub misses: Vec<(String, f64)>,
     /// What the training explains; none where nothing is added.
     pub explained: Option<TrainingExtent>,
-    /// Standard deviations of what is left of launches on held-out commands: relative speed, and angle in rad; robust.
-    pub scatter: [f64; 2],
     /// The first network's training; none where no network was tried.
     pub training: Option<Trained>,
     /// Number of strikes learnt from.

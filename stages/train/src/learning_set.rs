@@ -1,8 +1,7 @@
 //! The strikes that a model learns from, and how candidates compare on them.
 
-use residual::LaunchResidual;
 use store::{ResidualModel, TrainingExtent};
-use values::{Command, Interval, Split};
+use values::{Command, Interval, LaunchResidual, Split};
 
 use crate::candidate::{Candidate, Score};
 use crate::error::TrainError;
@@ -69,10 +68,11 @@ impl<'a> LearningSet<'a> {
             .map(|(row, _)| row.session.as_str())
             .collect();
         let groups = by_name(&names);
-        let size = |group: usize| groups.iter().filter(|other| **other == group).count();
+        let mut sizes = vec![0; groups.len()];
+        groups.iter().for_each(|group| sizes[*group] += 1);
         let folds = folds(&groups, SESSION_FOLDS, 0);
         let parts: Vec<Option<usize>> = (0..groups.len())
-            .map(|i| (size(groups[i]) >= LEAST_OF_SESSION).then_some(folds[i]))
+            .map(|i| (sizes[groups[i]] >= LEAST_OF_SESSION).then_some(folds[i]))
             .collect();
         let mut used: Vec<usize> = parts.iter().flatten().copied().collect();
         used.sort_unstable();
@@ -94,6 +94,7 @@ impl<'a> LearningSet<'a> {
             kind: candidate.kind,
             by_setting: self.mean_of(&candidate.misses, &self.all()).unwrap_or(0.0),
             by_session: None,
+            strikes: self.rows.len(),
         }
     }
 

@@ -31,7 +31,7 @@ mod stages;
 
 pub use best::best;
 pub use candidate::{Kind, Score};
-pub use curve::{CurvePoint, curve_sizes};
+pub use curve::curve_sizes;
 pub use error::TrainError;
 pub use example::{Example, examples};
 pub use fit::{Epoch, Mae, Trained, fit};

@@ -3,11 +3,7 @@
 //! Distance goes as speed squared and bearing as angle, so that a launch whose speed is off by a factor exp(s), and whose angle by a,
 //! stops |exp(2s + ia) − 1| of the path's length from where it should.
 
-use residual::{LaunchResidual, Residual, wrap};
-use values::Command;
-
-/// Standard deviation over median absolute deviation of a normal distribution.
-const NORMAL: f64 = 1.4826;
+use values::{Command, LaunchResidual, Residual, wrap_angle};
 
 /// What a prediction leaves of a strike's launch.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,7 +19,7 @@ impl Miss {
     pub(crate) fn of_launch(launch: &LaunchResidual, predicted: [f64; 2]) -> Self {
         Self {
             speed: predicted[0] - launch.speed,
-            angle: wrap(predicted[1] - launch.angle),
+            angle: wrap_angle(predicted[1] - launch.angle),
         }
     }
 
@@ -33,7 +29,7 @@ impl Miss {
         let speed = row.speed_sim + added[0];
         (speed > 0.0 && sent.speed > 0.0).then(|| Self {
             speed: (sent.speed / speed).ln(),
-            angle: wrap(sent.angle - row.angle_sim - added[1]),
+            angle: wrap_angle(sent.angle - row.angle_sim - added[1]),
         })
     }
 
@@ -41,17 +37,6 @@ impl Miss {
     pub(crate) fn share(&self) -> f64 {
         let factor = (2.0 * self.speed).exp();
         (factor * self.angle.cos() - 1.0).hypot(factor * self.angle.sin())
-    }
-
-    /// Robust standard deviations of relative speed and angle (rad) over all.
-    pub(crate) fn scatter(misses: &[Self]) -> [f64; 2] {
-        let of = |value: fn(&Self) -> f64| {
-            let values: Vec<f64> = misses.iter().map(value).collect();
-            let middle = quantile(values.clone(), 0.5).unwrap_or(0.0);
-            let away = values.iter().map(|value| (value - middle).abs()).collect();
-            NORMAL * quantile(away, 0.5).unwrap_or(0.0)
-        };
-        [of(|miss| miss.speed), of(|miss| miss.angle)]
     }
 }
 

@@ -1,11 +1,11 @@
-//! Networks as a candidate: each learnt without one part, and is judged by it.
+//! Networks as a candidate: each learnt without one part, and is judged by it. Where the first one loses beyond chance, the others are not
+//! trained.
 
 use rayon::prelude::*;
-use residual::Residual;
 use store::{Networks, ResidualModel};
-use values::Split;
+use values::{Residual, Split};
 
-use crate::candidate::{Candidate, Kind};
+use crate::candidate::{Candidate, Kind, Score};
 use crate::error::TrainError;
 use crate::fit::{Epoch, Trained, fit};
 use crate::groups::folds;
@@ -21,86 +21,110 @@ const NETWORKS: usize = 5;
 const VALIDATION: usize = 8;
 
 impl LearningSet<'_> {
-    /// Networks that each learnt without one part, and what each leaves of that; and the first one's training.
+    /// Networks that each learnt without one part, and what each leaves of that; and the first one's training. Where the first leaves
+    /// more of its part than `best` does, beyond chance, it is the only one.
     pub(crate) fn networks(
         &self,
+        best: &Candidate,
         settings: &Settings,
         on_epoch: &(dyn Fn(&Epoch) + Sync),
-    ) -> Result<Option<(Candidate, Trained)>, TrainError> {
-        if self
-            .rows
-            .iter()
-            .filter(|(row, _)| row.residual.is_some())
-            .count()
-            < LEAST_FOR_NETWORKS
-        {
+    ) -> Result<Option<Networked>, TrainError> {
+        let has_residual = |i: &usize| self.rows[*i].0.residual.is_some();
+        if self.all().iter().filter(|i| has_residual(i)).count() < LEAST_FOR_NETWORKS {
             return Ok(None);
         }
         let parts = folds(&self.groups, NETWORKS, settings.seed);
         let stops = folds(&self.groups, VALIDATION, settings.seed.wrapping_add(1));
-        let trained: Vec<Result<Trained, TrainError>> = (0..NETWORKS)
-            .into_par_iter()
-            .map(|part| {
-                let split = |i: usize| match (parts[i] == part, stops[i] == part) {
+        let train = |part: usize| {
+            let rows = self.rows.iter().enumerate().filter_map(|(i, (row, _))| {
+                let split = match (parts[i] == part, stops[i] == part) {
                     (true, _) => Split::Test,
                     (_, true) => Split::Validation,
                     _ => Split::Train,
                 };
-                let rows = self.rows.iter().enumerate().filter_map(|(i, (row, _))| {
-                    let residual = row.residual.clone()?;
-                    Some(Residual {
-                        split: split(i),
-                        ..residual
-                    })
-                });
-                let settings = Settings {
-                    seed: settings.seed.wrapping_add(part as u64),
-                    ..settings.clone()
-                };
-                fit(&rows.collect::<Vec<_>>(), &settings, &mut |epoch| {
-                    on_epoch(epoch)
-                })
-            })
-            .collect();
-        let trained = match trained.into_iter().collect::<Result<Vec<Trained>, _>>() {
-            Err(TrainError::TooFewRows { .. }) => return Ok(None),
-            trained => trained?,
-        };
-        let answers: Vec<Option<Answer>> = self
-            .rows
-            .iter()
-            .zip(&parts)
-            .map(|((row, _), part)| Answer::of(row.residual.as_ref()?, &trained[*part]))
-            .collect();
-        let share = Answer::best_share(answers.iter().flatten());
-        let misses = self
-            .rows
-            .iter()
-            .zip(&answers)
-            .map(|((row, launch), answer)| {
-                let miss = answer.as_ref().and_then(|answer| {
-                    Miss::of_command(row.command, row.residual.as_ref()?, answer.times(share))
-                });
-                miss.unwrap_or_else(|| Miss::of_launch(launch, [0.0; 2]))
+                let residual = row.residual.clone()?;
+                Some(Residual { split, ..residual })
             });
+            let settings = Settings {
+                seed: settings.seed.wrapping_add(part as u64),
+                ..settings.clone()
+            };
+            fit(&rows.collect::<Vec<_>>(), &settings, &mut |epoch| {
+                on_epoch(epoch)
+            })
+        };
+        let first = match train(0) {
+            Err(TrainError::TooFewRows { .. }) => return Ok(None),
+            first => first?,
+        };
+        let judged: Vec<usize> = self.all().into_iter().filter(|i| parts[*i] == 0).collect();
+        let (misses, _) = self.of_networks(std::slice::from_ref(&first), &parts);
+        if self.is_less(&best.misses, &misses, &judged) {
+            return Ok(Some(Networked {
+                score: Score {
+                    kind: Kind::Networks,
+                    by_setting: self.mean_of(&misses, &judged).unwrap_or(0.0),
+                    by_session: None,
+                    strikes: judged.len(),
+                },
+                candidate: None,
+                first,
+            }));
+        }
+        let others = (1..NETWORKS).into_par_iter().map(train);
+        let others = match others.collect::<Result<Vec<Trained>, _>>() {
+            Err(TrainError::TooFewRows { .. }) => return Ok(None),
+            others => others?,
+        };
+        let mut trained = vec![first];
+        trained.extend(others);
+        let (misses, share) = self.of_networks(&trained, &parts);
         let networks = trained.iter().map(|one| one.network.scaled(share));
-        let model = networks
-            .collect::<Result<Vec<_>, _>>()
-            .ok()
-            .and_then(|networks| Networks::new(networks).ok())
-            .map(ResidualModel::Networks);
+        let networks = networks.collect::<Result<Vec<_>, _>>().ok();
+        let Some(networks) = networks.and_then(|networks| Networks::new(networks).ok()) else {
+            return Ok(None);
+        };
         let candidate = Candidate {
             kind: Kind::Networks,
-            misses: misses.collect(),
-            model,
+            misses,
+            model: Some(ResidualModel::Networks(networks)),
             expected: Vec::new(),
             is_within: Vec::new(),
         };
-        let first = trained.into_iter().next();
-        Ok(first
-            .filter(|_| candidate.model.is_some())
-            .map(|first| (candidate, first)))
+        Ok(Some(Networked {
+            score: self.score(&candidate),
+            candidate: Some(candidate),
+            first: trained.swap_remove(0),
+        }))
     }
+
+    /// What each network leaves of its own part, all taken by the share that comes nearest to what was wanted; and that share. Strikes of
+    /// parts that have no network are missed as without any.
+    fn of_networks(&self, trained: &[Trained], parts: &[usize]) -> (Vec<Miss>, f64) {
+        let rows = self.rows.iter().zip(parts);
+        let answers: Vec<Option<Answer>> = rows
+            .map(|((row, _), part)| Answer::of(row.residual.as_ref()?, trained.get(*part)?))
+            .collect();
+        let share = Answer::best_share(answers.iter().flatten());
+        let rows = self.rows.iter().zip(&answers);
+        let misses = rows.map(|((row, launch), answer)| {
+            let miss = answer.as_ref().and_then(|answer| {
+                Miss::of_command(row.command, row.residual.as_ref()?, answer.times(share))
+            });
+            miss.unwrap_or_else(|| Miss::of_launch(launch, [0.0; 2]))
+        });
+        (misses.collect(), share)
+    }
+}
+
+/// What came of trying networks.
+pub(crate) struct Networked {
+    /// How well they predict.
+    pub(crate) score: Score,
+    /// All of them; none where the first was worse than what there is.
+    pub(crate) candidate: Option<Candidate>,
+    /// The first one's training.
+    pub(crate) first: Trained,
 }
 
 /// A network's answer for a strike that it did not learn from, in the units of the stop that it moves: relative speed, and rad.

@@ -1,6 +1,6 @@
 //! Standard scaling: zero mean and unit deviation on the rows that learn.
 
-use residual::Residual;
+use values::Residual;
 
 /// Below this deviation a column is constant, and is only shifted: its last digits are no information.
 const CONSTANT: f64 = 1e-9;

@@ -10,7 +10,7 @@ use crate::TrainError;
 pub struct Settings {
     /// Where initial weights, shuffles and dropout are drawn from.
     pub seed: u64,
-    /// Most passes.
+    /// Most epochs.
     pub epochs: usize,
     /// Rows a step.
     pub batch: usize,
@@ -24,9 +24,11 @@ pub struct Settings {
     pub stop_after: usize,
     /// Share of the last hidden layer's units that dropout silences in a step; the paper gives none.
     pub dropout: f64,
-    /// Least steps an epoch. Where the rows make fewer, an epoch passes over them several times: otherwise
-    /// `halve_after` and `stop_after`, which count epochs, would end the training of a small set before it began (50 rows: a third of the error is saved).
-    pub least_steps: usize,
+    /// Steps an epoch, whatever the rows: 13 are one pass over the paper's 400. `halve_after` and `stop_after` count epochs: they would end the
+    /// training of a small set before it began (50 rows: a third of the error is saved), and that of a large one never.
+    pub steps: usize,
+    /// Whether networks are among what is tried.
+    pub networks: bool,
 }
 
 impl Default for Settings {
@@ -40,7 +42,8 @@ impl Default for Settings {
             halve_after: 5,
             stop_after: 20,
             dropout: 0.05,
-            least_steps: 13,
+            steps: 13,
+            networks: true,
         }
     }
 }
@@ -57,6 +60,7 @@ impl Settings {
         };
         let positive = |rate: f64| rate > 0.0 && rate.is_finite();
         demand("epochs", self.epochs > 0, "at least 1")?;
+        demand("steps", self.steps > 0, "at least 1")?;
         demand("batch", self.batch > 1, "at least 2, for batch norm")?;
         demand("rate", positive(self.rate), "above 0")?;
         demand(

@@ -15,7 +15,7 @@ pub struct Train {
 
 impl ItemStage for Train {
     const NAME: &'static str = "train";
-    const VERSION: u32 = 5;
+    const VERSION: u32 = 6;
     /// What the strikes were solved in: answers of another are kept apart, and forgotten together.
     type Shared = str;
     type Item = Vec<Example>;

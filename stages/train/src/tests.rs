@@ -3,8 +3,7 @@
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal};
-use residual::Residual;
-use values::{Point, split_of};
+use values::{Point, Residual, split_of};
 use world::GRAVITY;
 
 use crate::{Settings, TrainError, Trained, fit};
@@ -144,7 +143,9 @@ fn training_stops_early_and_keeps_the_best_weights() {
         .min_by(|a, b| a.validation_mae.total_cmp(&b.validation_mae))
         .expect("epochs");
     assert_eq!(best.epoch, trained.best_epoch);
-    assert_eq!(best.validation_mae, trained.validation.scaled);
+    // Followed in burn, measured by the folded network.
+    let differs = best.validation_mae / trained.validation.scaled - 1.0;
+    assert!(differs.abs() < 1e-4, "{differs}");
     assert!(
         trained.history.len() < 500,
         "it went on for {} epochs",

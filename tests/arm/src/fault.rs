@@ -80,11 +80,23 @@ pub enum Fault {
     CannotMove,
     /// Another client sends a line.
     OtherLine,
+    /// Somebody turns the speed down to a half: the slider of a pendant, or reduced mode.
+    SlowedDown,
+    /// Another tool is set, 50 mm longer.
+    ToolChanged,
+    /// The arm is led by hand.
+    FreeDrive,
+    /// No sign of life of the computer comes to the controller any more.
+    Deaf,
+    /// The controller starts anew: connections are reset, the motors are off, and its clock begins at zero.
+    Rebooted,
+    /// Reports are held for 300 ms, and then come all at once.
+    Burst,
 }
 
 impl Fault {
     /// All of them.
-    pub const ALL: [Self; 32] = [
+    pub const ALL: [Self; 38] = [
         Self::Reset,
         Self::Gone,
         Self::HalfOpen,
@@ -117,5 +129,11 @@ impl Fault {
         Self::Turned,
         Self::CannotMove,
         Self::OtherLine,
+        Self::SlowedDown,
+        Self::ToolChanged,
+        Self::FreeDrive,
+        Self::Deaf,
+        Self::Rebooted,
+        Self::Burst,
     ];
 }

@@ -86,6 +86,12 @@ pub struct Reported {
     pub modes: [bool; 3],
     /// x high and low, y high and low, z high and low, in mm.
     pub fence: [i16; 6],
+    /// Whether a script runs.
+    pub is_running: bool,
+    /// Whether the arm is led by hand.
+    pub is_led: bool,
+    /// What scripts wrote: an answer, and the last sign of life that they read.
+    pub registers: [i32; 2],
 }
 
 fn put(frame: &mut [u8], at: usize, numbers: &[f64]) {

@@ -1,7 +1,6 @@
 //! `arm-emulator [ADDRESS]`: an xArm7's controller on the maker's ports of an address, 127.0.0.1 unless given, until it is
 //! interrupted. `arm-emulator ADDRESS TRUTH`: the same with a table before it, the embedded rig of a `truth.json`, whose object a
-//! hand puts back after each strike, and with its camera's topic at ws://ADDRESS:8765. `arm-emulator ur [ADDRESS]`: a Universal Robots
-//! controller.
+//! hand puts back after each strike, and with its camera's topic at ws://ADDRESS:8765. `arm-emulator ur …`: a Universal Robots controller.
 
 use std::error::Error;
 use std::net::IpAddr;
@@ -33,18 +32,18 @@ fn main() -> Result<(), Box<dyn Error>> {
         signal_hook::flag::register(signal, ends.clone())?;
     }
     let listening = Listening::Standard(address);
-    let emulator = match truth {
-        _ if is_ur => Emulator::start_ur(listening, Model::ur(), None)?,
-        None => Emulator::start(listening, Model::default(), None)?,
-        Some(path) => {
-            let truth = Truth::load(&path)?;
-            let topic = &truth.rig.topics.centroid.name;
-            let camera = Topic::serve((address, CAMERA_PORT).into(), topic)?;
-            let rate = truth.rig.camera.rate;
-            let table = Table::new(truth, FIRST, true)?;
-            Emulator::at_table(listening, Model::default(), table, (camera, rate))?
-        }
+    let mut emulator = if is_ur {
+        Emulator::start_ur(listening, Model::ur(), None)?
+    } else {
+        Emulator::start(listening, Model::default(), None)?
     };
+    if let Some(path) = truth {
+        let truth = Truth::load(&path)?;
+        let topic = &truth.rig.topics.centroid.name;
+        let camera = Topic::serve((address, CAMERA_PORT).into(), topic)?;
+        let rate = truth.rig.camera.rate;
+        emulator = emulator.with_table(Table::new(truth, FIRST, true)?, (camera, rate));
+    }
     println!("an arm listens on {address}");
     while !ends.load(Ordering::Relaxed) {
         std::thread::sleep(Duration::from_millis(50));

@@ -16,6 +16,8 @@ pub struct Motion {
     profile: Profile,
     /// Where and how fast it was when it was stopped: seconds, mm, mm/s.
     stopped: Option<(f64, f64, f64)>,
+    /// Since when, in s, it runs at half the speed.
+    slowed: f64,
 }
 
 /// A rectangle of speed under two moving averages.
@@ -82,14 +84,26 @@ impl Motion {
             length,
             profile: Profile::new(length, speed, acceleration, jerk),
             stopped: None,
+            slowed: f64::INFINITY,
         }
+    }
+
+    /// Runs at half the speed from now on.
+    pub fn slow_down(&mut self, t: f64) {
+        self.slowed = self.slowed.min(t);
+    }
+
+    /// Seconds of the line as it was planned, and the share of its speed.
+    fn planned(&self, t: f64) -> (f64, f64) {
+        let later = (t - self.slowed).max(0.0);
+        (t - 0.5 * later, if later > 0.0 { 0.5 } else { 1.0 })
     }
 
     /// Seconds that it lasts.
     pub fn duration(&self) -> f64 {
         match self.stopped {
             Some((at, _, speed)) => at + speed / BRAKE,
-            None => self.profile.duration(),
+            None => self.profile.duration() + (self.profile.duration() - self.slowed).max(0.0),
         }
     }
 
@@ -113,7 +127,9 @@ impl Motion {
         if t >= self.duration() {
             return (self.length, 0.0);
         }
-        self.profile.at(t)
+        let (planned, share) = self.planned(t);
+        let (distance, speed) = self.profile.at(planned);
+        (distance, share * speed)
     }
 
     /// Pose (mm, rad) and velocity (mm/s).

@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 
 use crate::foxglove::Topic;
 use crate::frames::{Reported, Request};
-use crate::shared::{Shared, is_cut, is_dead};
+use crate::shared::{Shared, is_cut, is_dead, is_held};
 use crate::state::{Event, Model, State};
 use crate::table::Table;
 use crate::{Fault, Step, ur};
@@ -100,14 +100,8 @@ impl Emulator {
     }
 
     /// The same with a table before the arm and a camera that publishes what it sees of it, at its rate in Hz.
-    pub fn at_table(
-        listening: Listening,
-        model: Model,
-        table: Table,
-        (camera, rate): (Topic, f64),
-    ) -> io::Result<Self> {
-        let emulator = Self::start(listening, model, None)?;
-        let shared = emulator.shared.clone();
+    pub fn with_table(self, table: Table, (camera, rate): (Topic, f64)) -> Self {
+        let shared = self.shared.clone();
         shared.lock().table = Some(table);
         thread::spawn(move || {
             let mut next = Instant::now();
@@ -124,7 +118,7 @@ impl Emulator {
                 }
             }
         });
-        Ok(emulator)
+        self
     }
 
     /// Looks at the table or changes it; none where there is none.
@@ -152,9 +146,21 @@ impl Emulator {
         self.shared.lock().ramp
     }
 
-    /// Another client stops the arm.
-    pub fn operator_stops(&self) {
-        self.shared.lock().halt();
+    /// Makes a fault now.
+    pub fn make(&self, fault: Fault) {
+        let mut state = self.shared.lock();
+        state.fault = Some((Step::Connect, fault));
+        state.make_fault();
+    }
+
+    /// Another program gives its signs of life from now on.
+    pub fn is_claimed(&self) {
+        self.shared.lock().is_claimed = true;
+    }
+
+    /// What is changed of the arm now.
+    pub fn change(&self, change: impl FnOnce(&mut Model)) {
+        change(&mut self.shared.lock().model);
     }
 
     /// Where the tip is, in mm and rad.
@@ -244,6 +250,7 @@ fn whole(waiting: &mut Vec<u8>) -> Option<Request> {
 fn realtime(shared: &Shared, mut stream: TcpStream) {
     let since = Instant::now();
     let mut next = Instant::now();
+    let mut held = Vec::new();
     while !shared.ends() && !is_cut(shared, since) {
         next += REALTIME;
         thread::sleep(next.saturating_duration_since(Instant::now()));
@@ -252,6 +259,11 @@ fn realtime(shared: &Shared, mut stream: TcpStream) {
             let made = state.made.map(|(_, fault)| fault);
             (state.shown().realtime(), made)
         };
+        if is_held(shared) {
+            held.extend(frame);
+            continue;
+        }
+        let frame = [std::mem::take(&mut held), frame].concat();
         let bytes = match made {
             Some(Fault::Silent) => continue,
             Some(Fault::HalfOpen) if is_dead(shared, since) => continue,

@@ -2,7 +2,7 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use crate::Fault;
 use crate::state::State;
@@ -26,11 +26,21 @@ impl Shared {
 /// Whether a connection that was made before the fault is cut by it.
 pub(crate) fn is_cut(shared: &Shared, since: Instant) -> bool {
     let made = shared.lock().made;
-    made.is_some_and(|(at, fault)| matches!(fault, Fault::Reset | Fault::Gone) && since <= at)
+    made.is_some_and(|(at, fault)| {
+        matches!(fault, Fault::Reset | Fault::Gone | Fault::Rebooted) && since <= at
+    })
 }
 
 /// Whether nothing goes through a connection that was made before the fault.
 pub(crate) fn is_dead(shared: &Shared, since: Instant) -> bool {
     let made = shared.lock().made;
     made.is_some_and(|(at, fault)| fault == Fault::HalfOpen && since <= at)
+}
+
+/// Whether reports are held, to come all at once.
+pub(crate) fn is_held(shared: &Shared) -> bool {
+    /// For so long.
+    const HELD: Duration = Duration::from_millis(300);
+    let made = shared.lock().made;
+    made.is_some_and(|(at, fault)| fault == Fault::Burst && at.elapsed() < HELD)
 }

@@ -38,6 +38,10 @@ pub struct Model {
     pub is_stopped: bool,
     /// Whether its motors are enabled at first.
     pub is_enabled: bool,
+    /// Whether its pendant has it: scripts are not taken.
+    pub is_local: bool,
+    /// Beyond this x, in mm, the controller says that it cannot move.
+    pub wall: f64,
 }
 
 impl Model {
@@ -72,6 +76,8 @@ impl Default for Model {
             fence: [0; 6],
             is_stopped: false,
             is_enabled: false,
+            is_local: false,
+            wall: f64::INFINITY,
         }
     }
 }
@@ -79,6 +85,10 @@ impl Default for Model {
 /// How late reports are, and a line begins.
 const LATE: Duration = Duration::from_millis(300);
 const DELAY: Duration = Duration::from_millis(1_500);
+/// No script is shown for so long where one replaces another.
+const REPLACED: Duration = Duration::from_millis(12);
+/// Signs of life may be missing for so long in a line, and where a script waits.
+const LIFELESS: [Duration; 2] = [Duration::from_millis(100), Duration::from_secs(1)];
 /// Stops that are lost.
 const LOST: u32 = 2;
 
@@ -89,6 +99,10 @@ pub enum Event {
     Request(Request),
     /// A line came that is to be moved, of whatever maker.
     Line,
+    /// A line came that is to be checked only: whence and whither, x in mm.
+    Checked(f64, f64),
+    /// Signs of life ceased, and the controller stopped by itself.
+    Lifeless,
     /// A stop came.
     Stop,
     /// An error was cleared.
@@ -102,6 +116,14 @@ const MOVING: u8 = 1;
 const READY: u8 = 2;
 const PAUSED: u8 = 3;
 const STOPPED: u8 = 4;
+
+/// A script that runs.
+#[derive(Clone, Copy, Debug)]
+struct Script {
+    begun: Instant,
+    /// It waits for signs of life after its lines.
+    waits: bool,
+}
 
 /// The controller.
 #[derive(Debug)]
@@ -118,7 +140,7 @@ pub(crate) struct State {
     motion: Option<(Instant, Motion)>,
     queue: VecDeque<[f64; 8]>,
     lines: u32,
-    fault: Option<(Step, Fault)>,
+    pub(crate) fault: Option<(Step, Fault)>,
     /// The fault that was made.
     pub(crate) made: Option<(Instant, Fault)>,
     pub(crate) events: Vec<(Instant, Event)>,
@@ -129,8 +151,15 @@ pub(crate) struct State {
     shown: VecDeque<(Instant, Reported)>,
     frozen: Option<Reported>,
     lost: u32,
-    /// What a script answered last.
-    pub(crate) answer: i32,
+    /// The script that runs.
+    script: Option<Script>,
+    /// What scripts wrote: an answer, and the last sign of life that they read.
+    registers: [i32; 2],
+    /// The last sign of life, and when it came; whether a program has claimed to give it.
+    life: (Instant, i32),
+    pub(crate) is_claimed: bool,
+    /// Where lines that are checked only have come to, in mm.
+    checked: Option<f64>,
     /// When the next line begins at the earliest.
     not_before: Option<Instant>,
     /// What lies before the arm, whose base is the origin of the table.
@@ -158,7 +187,11 @@ impl State {
             shown: VecDeque::new(),
             frozen: None,
             lost: 0,
-            answer: 0,
+            script: None,
+            registers: [0; 2],
+            life: (Instant::now(), 0),
+            is_claimed: false,
+            checked: None,
             not_before: None,
             table: None,
             model,
@@ -215,6 +248,23 @@ impl State {
                 let [x, y, z, roll, pitch, yaw] = self.pose;
                 let line = [x, y + 60.0, z, roll, pitch, yaw, 50.0, 500.0];
                 self.queue.push_back(line);
+                self.script = self.script.map(|script| Script {
+                    waits: false,
+                    ..script
+                });
+            }
+            Fault::SlowedDown => {
+                self.model.modes[0] = true;
+                if let Some((begun, motion)) = &mut self.motion {
+                    motion.slow_down(begun.elapsed().as_secs_f64());
+                }
+            }
+            Fault::ToolChanged => self.model.tool_offset[2] += 50.0,
+            Fault::FreeDrive => self.halt(),
+            Fault::Rebooted => {
+                self.begun = now;
+                self.enabled = false;
+                self.halt();
             }
             _ => {}
         }
@@ -222,6 +272,7 @@ impl State {
 
     pub(crate) fn halt(&mut self) {
         self.state = STOPPED;
+        self.script = None;
         self.queue.clear();
         if let Some((begun, motion)) = &mut self.motion {
             motion.stop(begun.elapsed().as_secs_f64());
@@ -231,6 +282,7 @@ impl State {
     /// Lets time pass up to now, for the arm and for what lies before it.
     pub(crate) fn pass(&mut self) {
         self.move_on();
+        self.run_on();
         let now = Instant::now();
         let (pose, velocity) = self
             .motion
@@ -241,6 +293,37 @@ impl State {
             let flat = |[x, y, _]: [f64; 3]| Point::new(x * 1e-3, y * 1e-3);
             let at = flat([pose[0], pose[1], pose[2]]);
             table.tip(at, pose[2], flat(velocity), now);
+        }
+    }
+
+    /// Lets the script that runs go on.
+    fn run_on(&mut self) {
+        let Some(script) = self.script else {
+            return;
+        };
+        let is_idle = self.motion.is_none() && self.queue.is_empty();
+        let (at, life) = self.life;
+        let [in_line, idle] = LIFELESS;
+        match (script.waits, is_idle) {
+            (false, true) => self.script = None,
+            (true, _) if at.elapsed() > if is_idle { idle } else { in_line } => {
+                self.events.push((Instant::now(), Event::Lifeless));
+                self.halt();
+            }
+            // It takes a moment to begin.
+            (true, true)
+                if !self.is_made(Fault::NeverReady) && script.begun.elapsed() > 2 * REPLACED =>
+            {
+                self.registers[1] = life;
+            }
+            _ => {}
+        }
+    }
+
+    /// A sign of life came.
+    pub(crate) fn is_told_of_life(&mut self, life: i32) {
+        if !self.is_made(Fault::Deaf) {
+            self.life = (Instant::now(), life);
         }
     }
 
@@ -338,6 +421,7 @@ impl State {
                 Fault::Jump => pose[0] -= 80.0,
                 Fault::Lag => clock -= (0.5 * later * 1e6) as u64,
                 Fault::NotANumber => velocity[0] = f64::NAN,
+                Fault::ToolChanged => pose[2] -= 50.0,
                 _ => {}
             }
         }
@@ -345,7 +429,11 @@ impl State {
         Reported {
             clock,
             state: self.state,
-            mode: self.mode,
+            mode: if self.is_made(Fault::FreeDrive) {
+                2
+            } else {
+                self.mode
+            },
             waiting,
             enabled: self.enabled,
             codes: self.codes,
@@ -359,6 +447,12 @@ impl State {
             world_offset: self.model.world_offset,
             modes: self.model.modes,
             fence: self.model.fence,
+            is_running: self
+                .script
+                .is_some_and(|script| script.begun.elapsed() > REPLACED)
+                || (self.script.is_none() && waiting > 0),
+            is_led: self.is_made(Fault::FreeDrive),
+            registers: self.registers,
         }
     }
 
@@ -408,17 +502,15 @@ impl State {
                 self.mode = first;
                 Vec::new()
             }
-            // Only checked: two bytes of waiting requests, and the code.
+            // Only checked, from where the arm is or from what was checked before: two bytes of waiting requests, and the code.
             21 if request.payload().get(42).is_some_and(|only| *only != 0) => {
-                vec![
-                    0,
-                    0,
-                    if self.is_made(Fault::CannotMove) {
-                        23
-                    } else {
-                        0
-                    },
-                ]
+                let only = request.payload()[42];
+                let from = self.checked.filter(|_| only != 1).unwrap_or(self.pose[0]);
+                let to = request.float(0);
+                self.checked = (only != 2).then_some(to);
+                self.events.push((Instant::now(), Event::Checked(from, to)));
+                let cannot = self.is_made(Fault::CannotMove) || from.max(to) > self.model.wall;
+                vec![0, 0, if cannot { 23 } else { 0 }]
             }
             21 => {
                 self.line_came();
@@ -491,6 +583,9 @@ impl State {
     /// A script of URScript, which replaces the one that runs.
     pub(crate) fn run(&mut self, text: &str) {
         self.pass();
+        if self.model.is_local {
+            return;
+        }
         let after = |name: &str| text.find(name).map(|at| numbers(&text[at + name.len()..]));
         if text.contains("stopl(") {
             self.events.push((Instant::now(), Event::Stop));
@@ -500,19 +595,35 @@ impl State {
             }
             self.stop_pose.get_or_insert(self.pose);
             self.halt();
-        } else if let Some(numbers) = after("write_output_integer_register(24") {
-            if self.is_next(Step::Enable) {
-                self.make_fault();
-            }
-            let number = numbers.first().copied().unwrap_or_default() as i32;
-            let sign = if self.is_made(Fault::CannotMove) {
-                -1
-            } else {
-                1
-            };
-            self.answer = sign * number;
+            return;
+        }
+        let waits = text.contains("while (True)");
+        self.script = Some(Script {
+            begun: Instant::now(),
+            waits,
+        });
+        if waits && text.contains("rtde_set_watchdog(") {
+            // It begins to count with the script.
+            self.life.0 = Instant::now();
+        }
+        if let Some(question) = after("write_output_integer_register(24") {
+            let cannot = self.is_made(Fault::CannotMove).then_some(4);
+            let wall = self.model.wall;
+            let beyond = text
+                .split("is_within_safety_limits(p")
+                .skip(1)
+                .find_map(|place| {
+                    let is_beyond = numbers(place).first().is_some_and(|x| x * 1e3 > wall);
+                    let (_, line) = place.split_once("wrong = ")?;
+                    is_beyond.then(|| numbers(line).first().map(|line| *line as i32))?
+                });
+            let question = question.first().copied().unwrap_or_default() as i32;
+            self.registers[0] = question + cannot.or(beyond).unwrap_or(0);
         } else if let Some([x, y, z, a, b, c, acceleration, speed]) =
-            after("movel(p").and_then(|numbers| <[f64; 8]>::try_from(numbers).ok())
+            after("movel(p").and_then(|numbers| {
+                let line = numbers.get(..8)?;
+                <[f64; 8]>::try_from(line).ok()
+            })
         {
             self.line_came();
             if self.codes[0] == 0 && self.mode == 0 && self.enabled {
@@ -525,6 +636,8 @@ impl State {
                     .push_back([x, y, z, a, b, c, speed, acceleration]);
                 self.pass();
             }
+        } else if self.is_next(Step::Enable) {
+            self.make_fault();
         }
     }
 

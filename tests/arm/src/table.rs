@@ -6,7 +6,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use rig::{RigSimError, Sim, StrikeIndex, StrikeOutcome, Truth};
-use values::{Command, Interval, Point, Rig, Shape};
+use values::{Command, Interval, Point, Rig};
 
 /// The tip meets the object below this height, in mm.
 const LOW: f64 = 45.0;
@@ -168,9 +168,5 @@ impl Table {
 
 /// Distance of tip's and object's centre at touch, of a round object.
 fn reach(rig: &Rig) -> f64 {
-    let radius = match rig.object.shape {
-        Shape::Cylinder | Shape::Sphere => rig.object.radius,
-        Shape::Box => rig.object.half_size.map(|[x, _, _]| x),
-    };
-    radius.unwrap_or_default() + rig.striker.radius
+    rig.object.solid.narrowest() + rig.striker.radius
 }

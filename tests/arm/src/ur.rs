@@ -3,12 +3,12 @@
 //! Poses of the arm are mm and, in place of roll, pitch and yaw, a rotation vector.
 
 use std::io::{self, Read, Write};
-use std::net::TcpStream;
+use std::net::{Shutdown, TcpStream};
 use std::thread;
 use std::time::{Duration, Instant};
 
 use crate::frames::Reported;
-use crate::shared::{Shared, is_cut, is_dead};
+use crate::shared::{Shared, is_cut, is_dead, is_held};
 use crate::{Fault, Step};
 
 /// What a script is looked for so often.
@@ -46,7 +46,7 @@ fn kind(name: &str) -> &'static str {
 }
 
 /// The bytes of a quantity.
-fn value(name: &str, shown: &Reported, answer: i32) -> Vec<u8> {
+fn value(name: &str, shown: &Reported) -> Vec<u8> {
     let doubles = |numbers: &[f64]| numbers.iter().flat_map(|v| v.to_be_bytes()).collect();
     let metres = |mut pose: [f64; 6]| {
         pose[..3].iter_mut().for_each(|length| *length *= 1e-3);
@@ -66,6 +66,7 @@ fn value(name: &str, shown: &Reported, answer: i32) -> Vec<u8> {
         "safety_mode" => {
             let mode = match (shown.codes[0], shown.mode) {
                 (0, 0) => 1i32,
+                (0, _) if shown.is_led => 1,
                 (0, _) => 5,
                 (2, _) => 7,
                 _ => 3,
@@ -75,12 +76,14 @@ fn value(name: &str, shown: &Reported, answer: i32) -> Vec<u8> {
         "runtime_state" => {
             let state = match shown.state {
                 3 => 4u32,
-                _ if shown.waiting > 0 => 2,
+                _ if shown.is_running => 2,
                 _ => 1,
             };
             state.to_be_bytes().into()
         }
-        "output_int_register_24" => answer.to_be_bytes().into(),
+        "robot_status_bits" => (u32::from(shown.is_led) << 2).to_be_bytes().into(),
+        "output_int_register_24" => shown.registers[0].to_be_bytes().into(),
+        "output_int_register_25" => shown.registers[1].to_be_bytes().into(),
         _ => match kind(name) {
             "DOUBLE" | "UINT64" => vec![0; 8],
             "INT32" | "UINT32" => vec![0; 4],
@@ -102,6 +105,7 @@ pub(crate) fn rtde(shared: &Shared, mut stream: TcpStream) {
     let since = Instant::now();
     let _ = stream.set_read_timeout(Some(TICK));
     let (mut waiting, mut recipes): (Vec<u8>, Vec<(f64, Vec<String>)>) = Default::default();
+    let mut claims = false;
     while !shared.ends() && !is_cut(shared, since) {
         let Some(came) = more(&mut stream) else {
             return;
@@ -119,6 +123,14 @@ pub(crate) fn rtde(shared: &Shared, mut stream: TcpStream) {
                     .iter()
                     .flat_map(|v| v.to_be_bytes())
                     .collect(),
+                // One program at a time gives signs of life.
+                b'I' => {
+                    let mut state = shared.lock();
+                    let is_free = !std::mem::replace(&mut state.is_claimed, true);
+                    claims |= is_free;
+                    let kind: &[u8] = if is_free { b"INT32" } else { b"IN_USE" };
+                    [&[1][..], kind].concat()
+                }
                 b'O' if body.len() > 8 => {
                     let rate = f64::from_be_bytes(body[..8].try_into().unwrap_or_default());
                     let names = String::from_utf8_lossy(&body[8..]).into_owned();
@@ -136,34 +148,59 @@ pub(crate) fn rtde(shared: &Shared, mut stream: TcpStream) {
             }
             if let (b'S', Some((rate, names))) = (kind_of, recipes.last()) {
                 let recipe = recipes.len() as u8;
-                return samples(shared, stream, since, (recipe, *rate, names));
+                let signs = stream.try_clone();
+                thread::scope(|scope| {
+                    if let (true, Ok(signs)) = (claims, signs) {
+                        scope.spawn(move || signs_of_life(shared, signs, since));
+                    }
+                    samples(shared, &stream, since, (recipe, *rate, names));
+                    let _ = stream.shutdown(Shutdown::Both);
+                });
+                return;
             }
         }
     }
 }
 
+/// Takes signs of life, until the connection is over; then another program may give them.
+fn signs_of_life(shared: &Shared, mut stream: TcpStream, since: Instant) {
+    let mut waiting = Vec::new();
+    while let (false, Some(came)) = (shared.ends(), more(&mut stream)) {
+        waiting.extend(came);
+        while waiting.len() >= 8 {
+            let sign: Vec<u8> = waiting.drain(..8).collect();
+            let life = i32::from_be_bytes([sign[4], sign[5], sign[6], sign[7]]);
+            if sign[2] == b'U' && !is_dead(shared, since) {
+                shared.lock().is_told_of_life(life);
+            }
+        }
+    }
+    shared.lock().is_claimed = false;
+}
+
 /// The stream of samples, until it is ended.
 fn samples(
     shared: &Shared,
-    mut stream: TcpStream,
+    mut stream: &TcpStream,
     since: Instant,
     (recipe, rate, names): (u8, f64, &[String]),
 ) {
     let mut next = Instant::now();
+    let mut held = Vec::new();
     while !shared.ends() && !is_cut(shared, since) {
         next += Duration::from_secs_f64(1.0 / rate);
         thread::sleep(next.saturating_duration_since(Instant::now()));
-        let (shown, answer, made) = {
+        let (shown, made) = {
             let mut state = shared.lock();
             let made = state.made.map(|(_, fault)| fault);
-            (state.shown(), state.answer, made)
+            (state.shown(), made)
         };
         if made == Some(Fault::Silent) || is_dead(shared, since) {
             continue;
         }
         let mut body = vec![recipe];
         for name in names {
-            body.extend(value(name, &shown, answer));
+            body.extend(value(name, &shown));
         }
         let bytes = match made {
             Some(Fault::Garbage) => vec![0xff; body.len() + 3],
@@ -171,8 +208,12 @@ fn samples(
                 let _ = stream.write_all(&package(b'U', &body)[..20]);
                 return;
             }
-            _ => package(b'U', &body),
+            _ => [std::mem::take(&mut held), package(b'U', &body)].concat(),
         };
+        if is_held(shared) {
+            held = bytes;
+            continue;
+        }
         if stream.write_all(&bytes).is_err() {
             return;
         }
@@ -248,7 +289,7 @@ pub(crate) fn dashboard(shared: &Shared, mut stream: TcpStream) {
                     "PolyscopeVersion" => "URSoftware 5.11.1.108318 (Jan 01 2022)".into(),
                     "get serial number" => state.serial().replace(char::is_alphabetic, ""),
                     "get robot model" => "UR5".into(),
-                    "is in remote control" => "true".into(),
+                    "is in remote control" => (!state.model.is_local).to_string(),
                     "robotmode" => {
                         let mode = if shown.enabled {
                             "RUNNING"
@@ -259,7 +300,7 @@ pub(crate) fn dashboard(shared: &Shared, mut stream: TcpStream) {
                     }
                     "safetymode" => "Safetymode: NORMAL".into(),
                     "safetystatus" => "Safetystatus: NORMAL".into(),
-                    "running" => format!("Program running: {}", shown.waiting > 0),
+                    "running" => format!("Program running: {}", shown.is_running),
                     "programState" => "STOPPED carom.urp".into(),
                     "stop" => {
                         state.halt();

@@ -9,16 +9,15 @@ use std::time::Instant;
 use clap::{Parser, Subcommand};
 use diagnose::Diagnose;
 use ingest::{Ingest, assemble, ingest_log};
+use judge::{Model, Solve, residuals};
 use rayon::prelude::*;
-use residual::Residual;
 use rig::{RecordingWriter, Sim};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
-use solve::{Shared, Solve};
 use stage::{ItemStage, Progress, Stage};
 use sysid::Sysid;
 use train::Settings;
-use values::{Command, Point, Rig, Split, Strike};
+use values::{Command, Point, Residual, Rig, Split, Strike};
 use world::{Simulator, SolveStatus, Steps, World, contact_solref};
 
 #[derive(Debug, Parser)]
@@ -112,20 +111,17 @@ fn prepare(dir: &Path, rig: &Rig, logs: &[PathBuf]) -> anyhow::Result<Value> {
     };
     let world = Sysid::default().run(&given, &Progress::hidden())?.world;
     let strikes = given.strikes;
-    let paths: Vec<solve::Path> = strikes.iter().map(Into::into).collect();
-    let shared = Shared {
-        rig: rig.clone(),
-        world: world.clone(),
-    };
-    let solutions = Solve::default().run_items(
-        &shared,
+    let paths: Vec<judge::Path> = strikes.iter().map(Into::into).collect();
+    let solved = Solve::default().run_items(
+        &Model::of_world(rig, &world),
         &paths.iter().collect::<Vec<_>>(),
         &Progress::hidden(),
     )?;
+    let solutions = solved.iter().map(|path| &path.solution);
     let steps = Steps::default();
     let value = |name: &str| world.value(name);
     let input = Input {
-        residuals: residual::residuals(&strikes, &solutions)?.rows,
+        residuals: residuals(strikes.iter().zip(solutions)).rows,
         parameters: world
             .values()
             .map(|(name, value)| (name.into(), value))
@@ -190,15 +186,13 @@ fn step(input: &Input, seconds: f64) -> anyhow::Result<Value> {
 }
 
 fn solve(input: &Input) -> anyhow::Result<Value> {
-    let shared = Shared {
-        rig: input.rig.clone(),
-        world: input.world.clone(),
-    };
-    let paths: Vec<solve::Path> = input.strikes.iter().map(Into::into).collect();
-    let paths: Vec<&solve::Path> = paths.iter().collect();
+    let model = Model::of_world(&input.rig, &input.world);
+    let paths: Vec<judge::Path> = input.strikes.iter().map(Into::into).collect();
+    let paths: Vec<&judge::Path> = paths.iter().collect();
     let begun = Instant::now();
-    let solutions = Solve::default().run_items(&shared, &paths, &Progress::hidden())?;
+    let solved = Solve::default().run_items(&model, &paths, &Progress::hidden())?;
     let seconds = begun.elapsed().as_secs_f64();
+    let solutions: Vec<_> = solved.iter().map(|path| path.solution).collect();
     let solved: Vec<f64> = solutions
         .iter()
         .filter(|solution| solution.status == SolveStatus::Solved)
@@ -211,7 +205,7 @@ fn solve(input: &Input) -> anyhow::Result<Value> {
         slide: 0.5 * slide,
     };
     let halved = Simulator::with_steps(&input.rig, &input.world, halved)?;
-    let checked = |(path, solution): (&&solve::Path, &world::Solution)| {
+    let checked = |(path, solution): (&&judge::Path, &world::Solution)| {
         let struck = halved
             .worker()
             .strike(path.initial, solution.command, &path.conditions);

@@ -3,9 +3,7 @@
 use std::collections::BTreeMap;
 
 use diagnose::Diagnose;
-use evaluate::{Judge, predict};
-use residual::{LaunchItem, Launches, Residuals};
-use solve::Solve;
+use judge::{HeldOut, Model, Path, Solve, predict, residuals};
 use stage::{ItemStage, Progress, Stage};
 use store::ResidualModel;
 use sysid::Sysid;
@@ -86,7 +84,7 @@ pub fn judge(rig: &Rig, strikes: &[Strike], fold: &Fold) -> anyhow::Result<Judge
         None => None,
     };
 
-    let judges: Vec<Judge> = held_out.iter().map(Judge::from).collect();
+    let judges: Vec<HeldOut> = held_out.iter().map(HeldOut::from).collect();
     let errors =
         |world: &World, residual: Option<&ResidualModel>| errors(rig, world, residual, &judges);
     let mut all = BTreeMap::new();
@@ -127,22 +125,15 @@ fn learned(
     settings: &Settings,
 ) -> anyhow::Result<Learned> {
     let progress = Progress::hidden();
-    let paths: Vec<solve::Path> = strikes.iter().map(solve::Path::from).collect();
-    let shared = solve::Shared {
-        rig: rig.clone(),
-        world: world.clone(),
-    };
-    let solutions =
-        Solve::default().run_items(&shared, &paths.iter().collect::<Vec<_>>(), &progress)?;
-    let residuals = Residuals::default().run(&(strikes.to_vec(), solutions), &progress)?;
-    let launched: Vec<LaunchItem> = strikes.iter().map(LaunchItem::from).collect();
-    let shared = residual::Shared {
-        rig: rig.clone(),
-        world: world.clone(),
-    };
-    let launches =
-        Launches {}.run_items(&shared, &launched.iter().collect::<Vec<_>>(), &progress)?;
-    let examples = examples(strikes, &launches, &residuals.rows);
+    let paths: Vec<Path> = strikes.iter().map(Path::from).collect();
+    let solved = Solve::default().run_items(
+        &Model::of_world(rig, world),
+        &paths.iter().collect::<Vec<_>>(),
+        &progress,
+    )?;
+    let residuals = residuals(strikes.iter().zip(solved.iter().map(|path| &path.solution)));
+    let launches = solved.iter().map(|path| path.launch);
+    let examples = examples(strikes.iter().zip(launches), &residuals.rows);
     Ok(learn(&examples, settings, &|_| {})?)
 }
 
@@ -150,12 +141,12 @@ fn errors(
     rig: &Rig,
     world: &World,
     residual: Option<&ResidualModel>,
-    judges: &[Judge],
+    judges: &[HeldOut],
 ) -> anyhow::Result<Vec<Option<f64>>> {
     let simulator = ResidualModel::simulator(rig, world, residual)?;
     let mut worker = simulator.worker();
     let networks = residual.and_then(ResidualModel::networks);
-    let error = |judge: &Judge| {
+    let error = |judge: &HeldOut| {
         let predicted = predict(&mut worker, networks, judge);
         predicted.stop.map(|stop| stop.distance(judge.stop))
     };

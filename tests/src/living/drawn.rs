@@ -100,6 +100,14 @@ impl LivingRig {
         Ok(truth)
     }
 
+    /// The same without wander: what repeats scatter by.
+    pub fn repeating(&self, case: Case) -> anyhow::Result<Truth> {
+        match case {
+            Case::Wander => Ok(self.truth.clone()),
+            _ => self.after(case),
+        }
+    }
+
     /// As it is in a bad strike.
     pub fn bad(&self, case: Case) -> anyhow::Result<Truth> {
         let mut truth = self.after(case)?;

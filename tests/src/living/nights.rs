@@ -20,8 +20,9 @@ const NIGHTS: usize = 10;
 const STRIKES: usize = 25;
 /// The night before which friction changes for good, by this share.
 const CHANGED: (usize, f64) = (6, 0.12);
-/// Targets after each night.
-const TARGETS: usize = 24;
+/// Targets after each night, and how often each is struck.
+const TARGETS: usize = 40;
+const REPEATS: usize = 8;
 
 /// What came of one night.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -42,6 +43,8 @@ pub struct NightOutcome {
     pub ratio: Option<f64>,
     /// What was found changed.
     pub change: Option<String>,
+    /// Why it ended so, a sentence each.
+    pub why: Vec<String>,
 }
 
 /// The nights of one rig.
@@ -90,6 +93,7 @@ pub fn nights(number: u64, changes: bool, dir: &Path) -> anyhow::Result<Vec<Nigh
             learnt: known.map_or(0, |known| known.count),
             ratio: artifact.as_ref().map(ratio).transpose()?,
             change: said.json["change"]["what"].as_str().map(String::from),
+            why: serde_json::from_value(said.json["why"].clone())?,
         });
         println!("{:?}", outcomes[outcomes.len() - 1]);
     }
@@ -137,11 +141,13 @@ fn ratio(
         let Ok(plan) = planner.plan(from, to) else {
             continue;
         };
-        let stops = [(); 3].map(|()| sim.strike(from, plan.command()).stop);
-        misses.push(stops[0].distance(to));
-        let mean = (stops[0] + stops[1] + stops[2]) * (1.0 / 3.0);
-        distances.extend(stops.map(|stop| 1.5f64.sqrt() * stop.distance(mean)));
-        if misses.len() == TARGETS {
+        let stops = [(); REPEATS].map(|()| sim.strike(from, plan.command()).stop);
+        let repeats = REPEATS as f64;
+        misses.extend(stops.map(|stop| stop.distance(to)));
+        let sum = stops.iter().fold(Point::default(), |sum, stop| sum + *stop);
+        let widening = (repeats / (repeats - 1.0)).sqrt();
+        distances.extend(stops.map(|stop| widening * stop.distance(sum * (1.0 / repeats))));
+        if misses.len() == TARGETS * REPEATS {
             break;
         }
     }
@@ -153,7 +159,7 @@ fn ratio(
 /// The page's table.
 pub fn table(outcomes: &[NightOutcome]) -> String {
     let mut text = String::from(
-        "## Nights\n\nNights of 25 strikes with `carom nightly`; misses at 24 targets with the version in use after each night, over the repeat \
+        "## Nights\n\nNights of 25 strikes with `carom nightly`; misses at 40 targets, each struck eight times, with the version in use after each night, over the repeat \
          scatter. In the second table friction is 12 % higher from the seventh night on.\n",
     );
     for changes in [false, true] {

@@ -24,6 +24,8 @@ pub struct Outcome {
     pub promise: Option<f64>,
     /// Mean distance of repeats of one command from their mean, on the same table, in m.
     pub floor: f64,
+    /// Whether the version says, after the recent strikes, that the table has changed beyond belief; of the peers never.
+    pub says_changed: bool,
 }
 
 /// How a strike is planned.
@@ -40,4 +42,15 @@ pub enum Method {
     NewtonLast,
     /// The same by the mean of the recent strikes' errors.
     NewtonMean,
+}
+
+impl Method {
+    /// In the page's order.
+    pub const ALL: [Self; 5] = [
+        Self::Filter,
+        Self::None,
+        Self::LastError,
+        Self::NewtonLast,
+        Self::NewtonMean,
+    ];
 }

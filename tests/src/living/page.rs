@@ -1,5 +1,6 @@
 //! `tests/LIVING.md`, from outcomes alone.
 
+use std::collections::BTreeMap;
 use std::fmt::Write;
 
 use super::{Case, Method, Outcome, RECENT};
@@ -14,9 +15,10 @@ pub fn page(outcomes: &[Outcome]) -> String {
     };
     let mut text = format!(
         "# A table that changes\n\n\
-         `make living` strikes {} rigs of the embedded kind, drawn at random (numbers {} to {}): `carom run` on 100 strikes, then recent \
-         strikes at random targets, then 16 targets. Misses are means over all targets, divided by the rig's repeat scatter (mean \
-         distance of repeats from their mean). Every method plans with the same version and sees the same recent strikes.\n\n",
+         `make living` strikes {} rigs of the embedded kind, drawn at random (numbers {} to {}): `carom run` on 100 strikes, then one \
+         strike after the other at targets; each of the latest 24 is planned after so many strikes just before it. Misses are means over \
+         all targets, divided by the rig's repeat scatter (mean distance of repeats from their mean, at the same targets; what wanders is \
+         none of it); ± is the standard error over rigs. Every method plans with the same version and sees the same recent strikes.\n\n",
         rigs.len(),
         rigs.first().unwrap_or(&0),
         rigs.last().unwrap_or(&0)
@@ -48,13 +50,23 @@ pub fn page(outcomes: &[Outcome]) -> String {
                 let of = outcomes.iter().filter(|outcome| {
                     (outcome.case, outcome.method, outcome.recent) == (case, method, recent)
                 });
-                let ratios: Vec<f64> = of.map(|outcome| outcome.miss / outcome.floor).collect();
-                let shown = mean(&ratios).map_or("–".into(), |ratio| format!("{ratio:.2}"));
-                let _ = write!(text, " {shown} |");
+                let ratios: Vec<(u64, f64)> = of.map(|o| (o.rig, o.miss / o.floor)).collect();
+                let _ = write!(text, " {} |", over_rigs(&ratios, method == Method::Filter));
             }
             text.push('\n');
         }
-        text.push('\n');
+        let said = outcomes
+            .iter()
+            .filter(|o| o.case == case && o.says_changed)
+            .count();
+        let _ = writeln!(
+            text,
+            "\nBefore {said} of {} of these strikes `strike --recent` says that the table has changed and asks for `carom collect`.\n",
+            outcomes
+                .iter()
+                .filter(|o| o.case == case && o.method == Method::Filter && o.recent > 0)
+                .count()
+        );
     }
     text += "## The promise\n\nMean of (miss / expected miss)², over all, and by thirds of the expected miss. Without recent strikes a plan says \
              \"if the table is as it was\".\n\n| | plans | all | least third | middle | greatest |\n|---|---|---|---|---|---|\n";
@@ -99,6 +111,26 @@ pub fn page(outcomes: &[Outcome]) -> String {
         );
     }
     text
+}
+
+/// The mean over the rigs' means, and its standard error if asked for.
+fn over_rigs(ratios: &[(u64, f64)], is_precise: bool) -> String {
+    let mut of_rigs: BTreeMap<u64, Vec<f64>> = BTreeMap::new();
+    for (rig, ratio) in ratios {
+        of_rigs.entry(*rig).or_default().push(*ratio);
+    }
+    let means: Vec<f64> = of_rigs.values().filter_map(|of_rig| mean(of_rig)).collect();
+    let Some(all) = mean(&means) else {
+        return "–".into();
+    };
+    let squares: f64 = means.iter().map(|mean| (mean - all).powi(2)).sum();
+    let rigs = means.len() as f64;
+    if is_precise && rigs > 1.0 {
+        let error = (squares / (rigs - 1.0) / rigs).sqrt();
+        format!("{all:.2} ± {error:.2}")
+    } else {
+        format!("{all:.2}")
+    }
 }
 
 fn mean(values: &[f64]) -> Option<f64> {

@@ -18,9 +18,9 @@ use super::outcome::{Method, Outcome, RECENT};
 /// Strikes that a version learns from, in one session.
 const LEARNT: usize = 100;
 /// Targets after each number of recent strikes.
-const TARGETS: usize = 16;
-/// Commands that are repeated, and how often.
-const REPEATED: (usize, usize) = (8, 8);
+const TARGETS: usize = 24;
+/// How often the command for each target is repeated.
+const REPEATS: usize = 16;
 
 /// A target: from, to.
 type Pair = (Point, Point);
@@ -75,6 +75,9 @@ fn learn(rig: &LivingRig, case: Case, dir: &Path) -> anyhow::Result<Learnt> {
     })
 }
 
+/// A strike as the version plans it without any adaptation, and as it is read from its log.
+type Struck = (Plan, Strike);
+
 fn measure_case(
     rig: &LivingRig,
     case: Case,
@@ -94,44 +97,51 @@ fn measure_case(
         rig.number
     );
     // The rig goes on after the strikes that were learnt from.
-    let mut sim = Sim::from(rig.after(case)?)?.after(LEARNT);
-    let mut bad = Sim::from(rig.bad(case)?)?.after(LEARNT);
-    let mut recents = Vec::new();
-    for (place, pair) in targets[..most].iter().enumerate() {
-        let plan = plan(&usual, *pair)?;
-        let struck = if case.bad() == Some(place) {
-            &mut bad
-        } else {
-            &mut sim
+    let sim = Sim::from(rig.after(case)?)?;
+    let struck = |truth: Truth| -> anyhow::Result<Vec<Struck>> {
+        let mut sim = Sim::from(truth)?.after(LEARNT);
+        let one = |(place, pair): (usize, &Pair)| {
+            let plan = plan(&usual, *pair)?;
+            let recording = sim.strike(plan.from, plan.command());
+            Ok((plan, ingested(&recording, artifact, place, scratch)?))
         };
-        let recording = struck.strike(plan.from, plan.command());
-        let strike = ingested(&recording, artifact, place, scratch)?;
-        recents.push((plan, strike));
-    }
-    let floor = floor(&usual, &sim, &targets)?;
+        targets.iter().enumerate().map(one).collect()
+    };
+    let made = struck(rig.after(case)?)?;
+    let bad = case.bad().map(|place| Ok((place, struck(rig.bad(case)?)?)));
+    let bad: Option<(usize, Vec<Struck>)> =
+        bad.transpose().map_err(|error: anyhow::Error| error)?;
+    let floor = floor(&usual, rig.repeating(case)?, &targets[most..])?;
     let mut outcomes = Vec::new();
     for recent in RECENT {
-        let adapted = if recent == 0 {
-            planner()?
-        } else {
-            let mut followed = usual.recent();
-            let strikes: Vec<Strike> = recents[..recent].iter().map(|(_, s)| s.clone()).collect();
-            match usual.follow(artifact, &mut followed, &strikes) {
-                Ok(()) => {}
+        // Each target is the next strike after those that were seen, whichever number of these: it meets the same launch.
+        for (place, &pair) in targets.iter().enumerate().skip(most) {
+            let seen: Vec<Struck> = (place - recent..place)
+                .enumerate()
+                .map(|(order, place)| match &bad {
+                    Some((is_bad, bad)) if *is_bad == order => bad[place].clone(),
+                    _ => made[place].clone(),
+                })
+                .collect();
+            let mut says_changed = false;
+            let adapted = if recent == 0 {
+                planner()?
+            } else {
+                let mut followed = usual.recent();
+                let strikes: Vec<Strike> = seen.iter().map(|(_, s)| s.clone()).collect();
                 // What would be refused is struck all the same, and shows in the misses.
-                Err(error) => eprintln!("rig {}, {case:?}, {recent}: {error}", rig.number),
-            }
-            planner()?.adapted(&followed, true)
-        };
-        // Each number of recent strikes meets the same launches, as many strikes after the last of them.
-        let after = |method: Method| -> anyhow::Result<Vec<Outcome>> {
-            let mut sim = sim.clone().after(LEARNT + recent + 1);
-            let mut outcomes = Vec::new();
-            for pair in &targets[most..] {
-                let planned = command(method, (&usual, &adapted), &recents[..recent], *pair);
+                says_changed = usual.follow(artifact, &mut followed, &strikes).is_err();
+                planner()?.adapted(&followed, true)
+            };
+            for method in Method::ALL {
+                if recent == 0 && method != Method::Filter {
+                    continue;
+                }
+                let planned = command(method, (&usual, &adapted), &seen, pair);
                 let Some((command, promise)) = planned else {
                     continue;
                 };
+                let mut sim = sim.clone().after(LEARNT + place);
                 let stop = sim.strike(pair.0, command).stop;
                 outcomes.push(Outcome {
                     rig: rig.number,
@@ -141,19 +151,8 @@ fn measure_case(
                     miss: stop.distance(pair.1),
                     promise,
                     floor,
+                    says_changed: says_changed && method == Method::Filter,
                 });
-            }
-            Ok(outcomes)
-        };
-        outcomes.extend(after(Method::Filter)?);
-        if recent > 0 {
-            for method in [
-                Method::None,
-                Method::LastError,
-                Method::NewtonLast,
-                Method::NewtonMean,
-            ] {
-                outcomes.extend(after(method)?);
             }
         }
     }
@@ -164,7 +163,7 @@ fn measure_case(
 fn command(
     method: Method,
     (usual, adapted): (&Planner, &Planner),
-    recent: &[(Plan, Strike)],
+    recent: &[Struck],
     (from, to): Pair,
 ) -> Option<(Command, Option<f64>)> {
     let last = recent.last();
@@ -229,23 +228,22 @@ fn plan(planner: &Planner, (from, to): Pair) -> anyhow::Result<Plan> {
         .map_err(|refusal| anyhow::anyhow!("{refusal}"))
 }
 
-/// Mean distance of repeats from their mean.
-fn floor(planner: &Planner, sim: &Sim, targets: &[Pair]) -> anyhow::Result<f64> {
-    let mut distances = Vec::new();
-    let (commands, repeats) = REPEATED;
-    for (place, pair) in targets.iter().take(commands).enumerate() {
+/// Mean distance of repeats from their mean, over these targets, on a table that does not wander.
+fn floor(planner: &Planner, truth: Truth, targets: &[Pair]) -> anyhow::Result<f64> {
+    let mut sim = Sim::from(truth)?.after(2 * LEARNT);
+    let mut sum = 0.0;
+    for pair in targets {
         let plan = plan(planner, *pair)?;
-        // Side by side in time: what wanders is none of it.
-        let mut sim = sim.clone().after(2 * LEARNT + place * repeats);
-        let stops: Vec<Point> = (0..repeats)
+        let stops: Vec<Point> = (0..REPEATS)
             .map(|_| sim.strike(plan.from, plan.command()).stop)
             .collect();
-        let sum = stops.iter().fold(Point::default(), |sum, stop| sum + *stop);
-        let mean = sum * (1.0 / repeats as f64);
-        let widening = (repeats as f64 / (repeats as f64 - 1.0)).sqrt();
-        distances.extend(stops.iter().map(|stop| widening * stop.distance(mean)));
+        let total = stops.iter().fold(Point::default(), |sum, stop| sum + *stop);
+        let mean = total * (1.0 / REPEATS as f64);
+        sum += stops.iter().map(|stop| stop.distance(mean)).sum::<f64>();
     }
-    Ok(distances.iter().sum::<f64>() / distances.len() as f64)
+    let repeats = REPEATS as f64;
+    let widening = (repeats / (repeats - 1.0)).sqrt();
+    Ok(widening * sum / (repeats * targets.len() as f64))
 }
 
 /// The strike as it is read from its log.

@@ -75,7 +75,7 @@ pub const SPEC: EffectSpec = EffectSpec {
             along: (1.0 - 0.5 * contrast).powi(2),
             across: (1.0 + 0.5 * contrast).powi(2),
             // The friction of a ball that rolls is not at its limit, and does not steer it.
-            turning: match rig.object.shape {
+            turning: match rig.object.shape() {
                 Shape::Sphere => 0.0,
                 Shape::Cylinder | Shape::Box => 2.0 * contrast * values.get("flow"),
             },

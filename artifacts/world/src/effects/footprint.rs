@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use values::{Rig, Shape};
+use values::{Rig, Solid};
 
 /// Radius in m of the spot by which a ball is taken to touch: a point would make the friction jump within a step.
 const BALL_SPOT: f64 = 0.005;
@@ -12,12 +12,11 @@ pub(super) const SMOOTH: f64 = 0.4;
 
 /// Radius in m of the circle of the base's area.
 pub(super) fn radius(rig: &Rig) -> f64 {
-    match rig.object.shape {
-        Shape::Cylinder => rig.object.radius.unwrap_or(BALL_SPOT),
-        Shape::Box => {
-            let [x, y, _] = rig.object.half_size.unwrap_or_default();
-            (4.0 * x * y / PI).sqrt()
-        }
-        Shape::Sphere => BALL_SPOT,
+    match rig.object.solid {
+        Solid::Cylinder { radius, .. } => radius,
+        Solid::Box {
+            half_size: [x, y, _],
+        } => (4.0 * x * y / PI).sqrt(),
+        Solid::Sphere { .. } => BALL_SPOT,
     }
 }

@@ -126,11 +126,7 @@ fn covered(base: f64, disc: f64, square: f64) -> f64 {
 }
 
 fn patches(experiment: &Experiment<'_>) -> Vec<FitStart> {
-    let object = &experiment.rig.object;
-    let reach = object.radius.unwrap_or_else(|| {
-        let [x, y, _] = object.half_size.unwrap_or_default();
-        x.hypot(y)
-    });
+    let reach = experiment.rig.object.solid.reach();
     let about =
         FitStart::new(Vec::new(), &["center_x", "center_y", "radius", "change"]).about(experiment);
     let start = |centre: Point, radius: f64| {

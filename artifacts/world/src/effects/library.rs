@@ -36,6 +36,7 @@ pub const EFFECTS: &[&EffectSpec] = &[
     &super::friction_step::SPEC,
     &super::camera_lean::SPEC,
     &super::friction_map::SPEC,
+    &super::table_map::SPEC,
     &super::friction_line::SPEC,
     &super::striker_error_by_place::SPEC,
 ];

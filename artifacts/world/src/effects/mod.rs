@@ -10,6 +10,7 @@ mod anisotropic_friction;
 mod camera_distortion;
 mod camera_lean;
 mod camera_rotation;
+mod field;
 mod footprint;
 mod friction_by_session;
 mod friction_drift;
@@ -34,6 +35,7 @@ mod striker_angle_error;
 mod striker_error_by_place;
 mod striker_speed_error;
 mod table_bowl;
+mod table_map;
 mod table_tilt;
 #[cfg(test)]
 mod tests;

@@ -70,7 +70,7 @@ mod tests {
         for offset in [-0.004, 0.004] {
             let bench = Bench::with("off_centre_contact", &[("offset", offset)])
                 .parameter("tip_friction", 0.0);
-            let reach = bench.rig.object.radius.expect("round") + bench.rig.striker.radius;
+            let reach = bench.rig.object.solid.reach() + bench.rig.striker.radius;
             let aside: f64 = -(offset / reach).asin();
             let bearing = (bench.strike(0.9, 0.2).stop - START).bearing();
             // While they touch, the line of centres turns a little further.

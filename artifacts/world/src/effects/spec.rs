@@ -81,3 +81,13 @@ pub enum Family {
     /// What is seen, by place on the table.
     SeenByPlace,
 }
+
+impl Family {
+    /// Whether it is a dependence on the number of strikes before, or on the session.
+    pub fn is_by_order(self) -> bool {
+        matches!(
+            self,
+            Self::FrictionByOrder | Self::LaunchSpeedByOrder | Self::LaunchAngleByOrder
+        )
+    }
+}

@@ -37,7 +37,7 @@ pub fn launches_about(
     let all = |impacts: &[Impact]| -> Vec<Option<Launch>> {
         simulator.map(impacts, |worker, about| launch(worker, *about))
     };
-    if rig.object.shape == Shape::Box {
+    if rig.object.shape() == Shape::Box {
         return Ok(all(impacts));
     }
     let rung = |impact: &Impact| (impact.command.speed.ln() / STEPS[0]).round() as i64;

@@ -66,6 +66,11 @@ impl<'s> Forces<'s> {
         }
     }
 
+    /// Deceleration by dry friction in m/s², and force per unit mass in m/s², by what is the same all through the slide.
+    pub(super) fn even(&self) -> (f64, Point) {
+        (self.dry * self.factor, self.force)
+    }
+
     #[inline(always)]
     pub(super) fn rate(&self, t: f64, body: &Body) -> Rate {
         let planar = self.planar;

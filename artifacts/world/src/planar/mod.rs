@@ -14,10 +14,15 @@ mod world;
 pub use strike::{Deviation, Frames, StrikeInput};
 pub use world::{Planar, Push, gyration};
 
+use values::{Conditions, Point};
+
 use crate::{
     Impact, Release, effects,
     launch::Launch,
-    planar::sliding::{ABREAST, Sliding, to_rest},
+    planar::{
+        forces::Forces,
+        sliding::{ABREAST, Sliding, to_rest},
+    },
 };
 
 impl Planar<'_> {
@@ -38,6 +43,11 @@ impl Planar<'_> {
             effects::deliver(self.effects, input.command, input.initial, input.conditions);
         let impact = Impact::of(self.effects, self.restitution, delivered, input.conditions);
         launch.release(&impact)
+    }
+
+    /// What is the same all through one slide: deceleration by dry friction, and force per unit mass, both in m/s².
+    pub fn even(&self, conditions: &Conditions) -> (f64, Point) {
+        Forces::new(self, conditions, 0.0).even()
     }
 
     /// The slide alone, from where the tip lets go of the object.

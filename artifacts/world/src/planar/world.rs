@@ -1,6 +1,6 @@
 //! A world in planar form.
 
-use values::{Point, Rig, Shape};
+use values::{Point, Rig, Solid};
 
 use crate::{
     Base, World, WorldError,
@@ -31,12 +31,11 @@ pub type Push<'a> = dyn Fn(f64, Point, Point) -> Point + Sync + 'a;
 
 /// Square of the radius of gyration about the vertical, in m².
 pub fn gyration(rig: &Rig) -> f64 {
-    match rig.object.shape {
-        Shape::Box => {
-            let [x, y, _] = rig.object.half_size.unwrap_or_default();
-            (x * x + y * y) / 3.0
-        }
-        Shape::Cylinder | Shape::Sphere => 0.5 * rig.object.radius.unwrap_or(0.0).powi(2),
+    match rig.object.solid {
+        Solid::Box {
+            half_size: [x, y, _],
+        } => (x * x + y * y) / 3.0,
+        Solid::Cylinder { radius, .. } | Solid::Sphere { radius } => 0.5 * radius.powi(2),
     }
 }
 

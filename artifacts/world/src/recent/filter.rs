@@ -23,16 +23,15 @@ const JUMPS: [([bool; 3], f64); 7] = [
     ([true, false, true], 0.05),
     ([false, true, true], 0.05),
 ];
-/// Chance that a strike is bad (mislabelled, bumped, not free): it says nothing.
-const BAD: f64 = 0.02;
-/// Standard deviations of what a bad strike shows.
-const BAD_SHOWN: [f64; 3] = [0.2, 0.3, 0.2];
 /// Chance that the table jumps between two strikes of a session.
 const JUMP_NOW: f64 = 0.004;
 /// Of χ² with three degrees of freedom one in a thousand is greater.
 const BELIEF: f64 = 16.27;
 /// One strike may be bad: so many at the least say that a table has changed.
 const LEAST_STRIKES: usize = 2;
+/// So many strikes at the least that no step of the table explains, and chance gives as many less often than this.
+const LEAST_ODD: f64 = 3.0;
+const ODD_BY_CHANCE: f64 = 1e-4;
 
 /// What is known of the table now.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -51,6 +50,8 @@ struct Hypothesis {
     log_weight: f64,
     mean: [f64; 3],
     covariance: Rows,
+    /// Strikes that are bad in it, and those before which the table jumped.
+    odd: usize,
 }
 
 /// The table is farther from the version's own than the version believes possible.
@@ -60,6 +61,8 @@ pub struct TableChanged {
     pub shift: Shift,
     /// Strikes that say so.
     pub strikes: usize,
+    /// Of these, those that fit neither the strikes before nor the table's usual steps, where these are too many.
+    pub odd: Option<usize>,
 }
 
 impl Filter {
@@ -70,15 +73,20 @@ impl Filter {
                 log_weight: 0.0,
                 mean: [0.0; 3],
                 covariance: varies.certainty,
+                odd: 0,
             }],
             varies: varies.clone(),
             strikes: 0,
         }
     }
 
-    /// Before the first strike of a new session, if that is no other than usual: nothing jumped.
+    /// Before the first strike of a new session, if the table is as it was: nothing jumped, and sessions differ as they were seen to. One
+    /// session shows no difference.
     pub fn as_usual(varies: &Varies) -> Self {
         let mut filter = Self::new(varies);
+        if varies.between.sessions < 2 {
+            return filter;
+        }
         let usual = variances(varies.between.next());
         for hypothesis in &mut filter.hypotheses {
             *hypothesis = hypothesis.spread(0.0, &usual);
@@ -118,18 +126,15 @@ impl Filter {
         let wander = self.varies.wander_after(gap);
         let scatter = matrix(self.varies.scatter);
         let slopes = matrix(observation.slopes);
-        let bad = variances(BAD_SHOWN);
+        let is_good = (1.0 - self.varies.bad - JUMP_NOW).ln();
         let mut next = Vec::with_capacity(3 * self.hypotheses.len());
         for hypothesis in &self.hypotheses {
             let away = |mean: &Vector| self.varies.unbiased(observation.away_at(mean));
             let walked = hypothesis.spread(0.0, &wander);
-            let jumped = walked.spread(JUMP_NOW.ln(), &variances(JUMP));
-            let is_bad = (BAD.ln(), log_density(&away(&walked.vector()), &bad));
-            next.push(walked.spread(is_bad.0 + is_bad.1, &Matrix::zeros()));
-            for prior in [
-                walked.spread((1.0 - BAD - JUMP_NOW).ln(), &Matrix::zeros()),
-                jumped,
-            ] {
+            let jumped = walked.spread(JUMP_NOW.ln(), &variances(JUMP)).one_odd();
+            let is_bad = self.varies.log_bad(&away(&walked.vector()));
+            next.push(walked.spread(is_bad, &Matrix::zeros()).one_odd());
+            for prior in [walked.spread(is_good, &Matrix::zeros()), jumped] {
                 next.extend(prior.updated(&away(&prior.vector()), &slopes, &scatter));
             }
         }
@@ -163,7 +168,8 @@ impl Filter {
         by_shift.sum::<f64>().max(0.0)
     }
 
-    /// Whether the table is farther from the version's own than that believes possible.
+    /// Whether the table is farther from the version's own than that believes possible, or more strikes than it believes possible fit
+    /// nothing.
     ///
     /// # Errors
     /// Where it is.
@@ -171,10 +177,18 @@ impl Filter {
         let believed =
             matrix(self.varies.certainty) + variances(self.varies.between.next()) + variances(JUMP);
         let away = distance_squared(&self.mean_vector(), &believed);
-        if self.strikes >= LEAST_STRIKES && away > BELIEF {
+        let expected = (self.varies.bad + JUMP_NOW) * self.strikes as f64;
+        let odd: f64 = self
+            .hypotheses
+            .iter()
+            .map(|h| h.weight() * h.odd as f64)
+            .sum();
+        let is_odd = odd >= LEAST_ODD && by_chance(odd, expected) < ODD_BY_CHANCE;
+        if is_odd || (self.strikes >= LEAST_STRIKES && away > BELIEF) {
             return Err(TableChanged {
                 shift: self.mean(),
                 strikes: self.strikes,
+                odd: is_odd.then_some(odd.round() as usize),
             });
         }
         Ok(())
@@ -211,6 +225,14 @@ impl Hypothesis {
             log_weight: self.log_weight + log_chance,
             mean: self.mean,
             covariance: rows(&(matrix(self.covariance) + by)),
+            odd: self.odd,
+        }
+    }
+
+    fn one_odd(self) -> Self {
+        Self {
+            odd: self.odd + 1,
+            ..self
         }
     }
 
@@ -228,8 +250,20 @@ impl Hypothesis {
             log_weight: self.log_weight + log_density(away, &innovation),
             mean: mean.into(),
             covariance: rows(&after),
+            odd: self.odd,
         })
     }
+}
+
+/// Chance of so many events or more (the whole part counts) where this many are expected: Poisson's.
+fn by_chance(count: f64, expected: f64) -> f64 {
+    let mut chance = (-expected).exp();
+    let mut fewer = 0.0;
+    for events in 0..count as usize {
+        fewer += chance;
+        chance *= expected / (events + 1) as f64;
+    }
+    1.0 - fewer
 }
 
 /// The heaviest hypotheses, whose weights sum to one again.

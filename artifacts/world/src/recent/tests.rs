@@ -124,8 +124,35 @@ fn a_table_beyond_belief_is_refused_by_two_strikes_and_not_by_one() {
     for rig in 0..40 {
         let mut random = Deviates(rig * 104_729 + 5);
         let varies = learnt(&mut random, 0.0);
-        let strikes = (0..10).map(|_| random.strike(NOON));
-        assert_eq!(followed(&varies, strikes).check(), Ok(()), "{rig}");
+        for strikes in [2, 10, 60] {
+            let strikes = (0..strikes).map(|_| random.strike(NOON));
+            assert_eq!(followed(&varies, strikes).check(), Ok(()), "{rig}");
+        }
+    }
+}
+
+#[test]
+fn strikes_that_fit_nothing_are_no_table_to_plan_for() {
+    // Two objects by turns: no shift fits both.
+    let other = Shift {
+        friction: 0.4,
+        ..Shift::default()
+    };
+    for rig in 0..20 {
+        let mut random = Deviates(rig * 32_452_843 + 7);
+        let varies = learnt(&mut random, 0.0);
+        let strikes: Vec<Observation> = (0..10)
+            .map(|place| {
+                random.strike(if place % 2 == 0 {
+                    Shift::default()
+                } else {
+                    other
+                })
+            })
+            .collect();
+        let changed = followed(&varies, strikes.into_iter()).check();
+        let odd = changed.expect_err("two tables").odd;
+        assert!(odd.is_some_and(|odd| odd >= 3), "{rig}: {odd:?}");
     }
 }
 
@@ -176,4 +203,42 @@ fn what_varies_is_checked_where_it_is_loaded() {
     let mut wrong = varies;
     wrong.wander[2] = f64::NAN;
     assert!(wrong.check().is_err());
+}
+
+/// What ln distance and bearing change by with friction, gain and heading.
+const STOP_SLOPES: [[f64; 3]; 2] = [SLOPES[1], SLOPES[2]];
+
+#[test]
+fn the_promise_is_what_comes_of_it_on_a_steady_table_and_on_one_that_wanders() {
+    const RIGS: u64 = 100;
+    for step in [0.0, 0.006] {
+        let mut ratios = [0.0; 4];
+        for rig in 0..RIGS {
+            let mut random = Deviates(rig * 15_485_863 + 11);
+            let mut tables = vec![Shift::default()];
+            for place in 1..112 {
+                let mut table: Shift = tables[place - 1];
+                table.friction += step * random.normal();
+                tables.push(table);
+            }
+            // The version's own table is the mean of what it learnt from.
+            let mean = tables[..100].iter().map(|t| t.friction).sum::<f64>() / 100.0;
+            for table in &mut tables {
+                table.friction -= mean;
+            }
+            let strikes: Vec<Observation> = tables.iter().map(|t| random.strike(*t)).collect();
+            let learnt = (0..100).map(|order| (order as f64, strikes[order]));
+            let varies = Varies::of(&world(), &[Session(learnt.collect())]);
+            for (ratio, recent) in ratios.iter_mut().zip([1, 2, 5, 10]) {
+                let filter = followed(&varies, strikes[100..100 + recent].iter().copied());
+                let expected = miss(filter.mean(), tables[100 + recent]).powi(2)
+                    + SCATTER[1].powi(2)
+                    + SCATTER[2].powi(2);
+                let promised = varies.stop_scatter().powi(2) + filter.share_by_shift(&STOP_SLOPES);
+                *ratio += expected / promised / RIGS as f64;
+            }
+        }
+        let is_honest = |ratio: &f64| (0.8..1.2).contains(ratio);
+        assert!(ratios.iter().all(is_honest), "{step}: {ratios:?}");
+    }
 }

@@ -19,8 +19,17 @@ const LEAST_SCATTER: [f64; 3] = [2e-3, 2e-3, 1e-3];
 const OUTLYING: f64 = 11.0;
 /// Passes of estimating scatter and sessions by turns.
 const PASSES: usize = 6;
-/// Steps of wander from strike to strike that are tried, of ln friction, ln gain and heading (rad).
-const WANDERS: [f64; 7] = [0.0, 0.001, 0.002, 0.004, 0.008, 0.016, 0.032];
+/// Steps of wander from strike to strike that are tried, of ln friction, ln gain and heading (rad): each √2 times the one before.
+const WANDERS: [f64; 12] = [
+    0.0, 0.001, 0.0014, 0.002, 0.0028, 0.004, 0.0057, 0.008, 0.0113, 0.016, 0.0226, 0.032,
+];
+/// Chance that a strike is bad (mislabelled, bumped, not free), where none says: it says nothing. Counts for so many strikes.
+const BAD: f64 = 0.02;
+const BAD_STRIKES: f64 = 50.0;
+/// Of strikes that are bad more often nothing is learnt.
+const MOST_BAD: f64 = 0.5;
+/// Standard deviations of what a bad strike shows.
+const BAD_SHOWN: [f64; 3] = [0.2, 0.3, 0.2];
 /// Wander is claimed where it makes the strikes so many nats more likely.
 const CLAIMED: f64 = 3.0;
 /// Fewer strikes than these in a row show no wander.
@@ -39,6 +48,9 @@ pub struct Varies {
     pub scatter: Rows,
     /// By how much strikes launch faster (ln) than the model says, though they stop where it says.
     pub launch_bias: f64,
+    /// Chance that a strike is bad: what it shows says nothing of the table.
+    #[serde(default = "usually_bad")]
+    pub bad: f64,
     /// Standard deviations of the table's own step from strike to strike; 0 where none was found.
     pub wander: [f64; 3],
     /// Covariance of the model's own error, from the strikes that it learnt from: row by row.
@@ -93,6 +105,7 @@ impl Varies {
             strikes: 0,
             scatter: rows(&assumed_scatter(world)),
             launch_bias: 0.0,
+            bad: BAD,
             wander: [0.0; 3],
             certainty: rows(&variances(STEADY)),
             between: BetweenSessions {
@@ -131,6 +144,7 @@ impl Varies {
         }
         varies.between = between(&own);
         varies.scatter = rows(&symmetric(&scatter));
+        varies.bad = varies.share_of_bad(sessions, &own);
         varies.find_wander(sessions, &prior);
         varies.certainty = rows(&symmetric(&varies.own_certainty(&own, sessions)));
         varies
@@ -157,6 +171,7 @@ impl Varies {
         let chance = self.between.jump_chance;
         if deviations.clone().all(|sd| (0.0..=1.0).contains(sd))
             && (0.0..1.0).contains(&chance)
+            && (0.0..=MOST_BAD).contains(&self.bad)
             && self.launch_bias.is_finite()
         {
             Ok(())
@@ -205,6 +220,11 @@ impl Varies {
     /// Variances of the table's walk over so many strikes.
     pub(super) fn wander_after(&self, strikes: f64) -> Matrix {
         variances(self.wander) * strikes.max(0.0)
+    }
+
+    /// Logarithm of the likelihood of a bad strike, its chance included.
+    pub(super) fn log_bad(&self, away: &Vector) -> f64 {
+        self.bad.ln() + log_density(away, &variances(BAD_SHOWN))
     }
 
     /// An innovation without what strikes always launch faster by.
@@ -262,27 +282,47 @@ impl Varies {
         at_least(sum / count.max(PRIOR_STRIKES))
     }
 
+    /// The share of bad strikes: their expected number, beside what is believed of any table.
+    fn share_of_bad(&self, sessions: &[Session], own: &[Option<(Vector, Matrix)>]) -> f64 {
+        let (mut bad, mut strikes) = (BAD * BAD_STRIKES, BAD_STRIKES);
+        let scatter = matrix(self.scatter);
+        for (session, own) in sessions.iter().zip(own) {
+            let Some((own, _)) = own else { continue };
+            for (_, seen) in &session.0 {
+                let left = self.left(seen, own);
+                let good = (1.0 - self.bad).ln() + log_density(&left, &scatter);
+                bad += 1.0 / (1.0 + (good - self.log_bad(&left)).exp());
+                strikes += 1.0;
+            }
+        }
+        (bad / strikes).min(MOST_BAD)
+    }
+
     fn left(&self, seen: &Observation, own: &Vector) -> Vector {
         self.unbiased(seen.away_at(&Vector::zeros())) - matrix(seen.slopes) * own
     }
 
-    /// Wander, if it makes the strikes likelier beyond chance: scatter is then what neighbours differ by.
+    /// Wander, if it makes the strikes likelier beyond chance: scatter is then what neighbours differ by beyond one step of it.
     fn find_wander(&mut self, sessions: &[Session], prior: &Matrix) {
         let longest = sessions.iter().map(|session| session.0.len()).max();
         if longest.unwrap_or(0) < LEAST_IN_A_ROW {
             return;
         }
         let still = self.likelihood(sessions);
-        let mut walking = Self {
-            scatter: rows(&symmetric(&self.neighbours(sessions, prior))),
+        let neighbours = self.neighbours(sessions, prior);
+        let with = |wander: [f64; 3]| Self {
+            scatter: rows(&symmetric(&without_step(&neighbours, wander, sessions))),
+            wander,
             ..self.clone()
         };
+        let mut walking = with([0.0; 3]);
         let mut best = walking.likelihood(sessions);
         // Each direction by turns, twice: they do not trade much.
         for direction in [0, 1, 2, 0, 1, 2] {
             for step in WANDERS {
-                let mut tried = walking.clone();
-                tried.wander[direction] = step;
+                let mut wander = walking.wander;
+                wander[direction] = step;
+                let tried = with(wander);
                 let likelihood = tried.likelihood(sessions);
                 if likelihood > best {
                     (walking, best) = (tried, likelihood);
@@ -355,6 +395,28 @@ impl Varies {
         let longest = sessions.iter().map(|session| session.0.len()).max();
         certainty + self.wander_after(longest.unwrap_or(0) as f64 / 3.0)
     }
+}
+
+/// Half the covariance of neighbours' differences, less what the table's own step adds to it; no more than leaves a covariance.
+fn without_step(neighbours: &Matrix, wander: [f64; 3], sessions: &[Session]) -> Matrix {
+    let (mut sum, mut pairs) = (Matrix::zeros(), 0.0_f64);
+    for pair in sessions.iter().flat_map(|session| session.0.windows(2)) {
+        let slopes = matrix(pair[1].1.slopes);
+        let gap = pair[1].0 - pair[0].0;
+        sum += slopes * variances(wander) * slopes.transpose() * (0.5 * gap);
+        pairs += 1.0;
+    }
+    let step = sum / pairs.max(1.0);
+    let left = [1.0, 0.75, 0.5, 0.25].map(|share| neighbours - step * share);
+    let is_covariance = |left: &&Matrix| {
+        let least = variances(LEAST_SCATTER);
+        (*left - least).cholesky().is_some()
+    };
+    *left.iter().find(is_covariance).unwrap_or(neighbours)
+}
+
+fn usually_bad() -> f64 {
+    BAD
 }
 
 fn jump_chance(sessions: usize) -> f64 {

@@ -70,7 +70,7 @@ impl Worker<'_> {
             high: f64::INFINITY,
         };
         let speeds = cubic(speed.ln(), anywhere, STEPS[0])?;
-        let angles = match rig.object.shape {
+        let angles = match rig.object.shape() {
             // A round object is struck alike from everywhere.
             Shape::Cylinder | Shape::Sphere => vec![(0, 1.0)],
             Shape::Box => {

@@ -8,6 +8,7 @@ use std::path::Path;
 use mcap::Writer;
 use mcap::records::MessageHeader;
 
+use super::lineage::{self, Lineage};
 use super::messages::{
     POINT_STAMPED, POSE_STAMPED, RosType, image_schema, joined, jpeg_image, point_stamped,
     pose_stamped,
@@ -76,6 +77,11 @@ impl<W: Write + Seek> CopyWriter<W> {
             }
         };
         self.put(channel, message.log_time, message.data)
+    }
+
+    /// States where a part of the log comes from.
+    pub fn lineage(&mut self, lineage: &Lineage) -> Result<(), WriteError> {
+        lineage::write(&mut self.mcap, lineage)
     }
 
     /// Adds a point of the table as `geometry_msgs/msg/PointStamped`, which the default paths of a centroid fit.

@@ -93,11 +93,7 @@ impl Noise {
     pub(crate) fn rig_file(&self, rig: &Rig) -> Rig {
         let levels = self.levels();
         let mut file = rig.clone();
-        let object = 1.0 + levels.object_error;
-        let scaled = |size: Option<f64>| size.map(|size| size * object);
-        file.object.radius = scaled(file.object.radius);
-        file.object.half_height = scaled(file.object.half_height);
-        file.object.half_size = file.object.half_size.map(|sizes| sizes.map(|s| s * object));
+        file.object.solid = file.object.solid.scaled(1.0 + levels.object_error);
         file.object.mass *= 1.0 + levels.mass_error;
         file.striker.radius *= 1.0 + levels.tip_error;
         file.camera.noise *= 1.0 + levels.camera_noise_error;
@@ -127,8 +123,7 @@ mod tests {
         let rig = Rig::demo(values::Shape::Box);
         assert_eq!(Noise::none().rig_file(&rig), rig);
         let wrong = Noise(vec![NoiseKind::WrongRigFile(WrongRigFile::default())]).rig_file(&rig);
-        let ratio =
-            wrong.object.half_size.expect("a box")[0] / rig.object.half_size.expect("a box")[0];
+        let ratio = wrong.object.solid.reach() / rig.object.solid.reach();
         assert!((ratio - 1.1).abs() < 1e-12);
     }
 }

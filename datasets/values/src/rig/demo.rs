@@ -1,36 +1,33 @@
 //! The rig of the demo.
 
-use super::{Camera, Frames, Object, Rig, Robot, Shape, StampMark, Striker, Table, Tip, Topics};
+use super::{
+    Camera, Frames, Object, Rig, Robot, Shape, Solid, StampMark, Striker, Table, Tip, Topics,
+};
 use crate::Point;
 
 impl Rig {
     /// A rig of the demo's kind: a 100 g cylinder before a small arm.
     pub fn demo(shape: Shape) -> Self {
-        let object = match shape {
-            Shape::Cylinder => Object {
-                shape,
-                radius: Some(0.030),
-                half_height: Some(0.020),
-                half_size: None,
-                mass: 0.100,
-                colour: None,
-            },
-            Shape::Box => Object {
-                shape,
-                radius: None,
-                half_height: None,
-                half_size: Some([0.030, 0.030, 0.020]),
-                mass: 0.150,
-                colour: None,
-            },
-            Shape::Sphere => Object {
-                shape,
-                radius: Some(0.025),
-                half_height: None,
-                half_size: None,
-                mass: 0.100,
-                colour: None,
-            },
+        let (solid, mass) = match shape {
+            Shape::Cylinder => (
+                Solid::Cylinder {
+                    radius: 0.030,
+                    half_height: 0.020,
+                },
+                0.100,
+            ),
+            Shape::Box => (
+                Solid::Box {
+                    half_size: [0.030, 0.030, 0.020],
+                },
+                0.150,
+            ),
+            Shape::Sphere => (Solid::Sphere { radius: 0.025 }, 0.100),
+        };
+        let object = Object {
+            solid,
+            mass,
+            colour: None,
         };
         Self {
             object,

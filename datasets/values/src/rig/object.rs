@@ -2,46 +2,229 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::exact;
+use super::{RigError, exact};
 use crate::Interval;
 
-/// The object that is struck; which sizes are given depends on the shape.
+/// The object that is struck.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(try_from = "Stated", into = "Stated")]
 pub struct Object {
+    /// Its shape and sizes.
+    pub solid: Solid,
+    /// Mass in kg.
+    pub mass: f64,
+    /// Its colour in images.
+    pub colour: Option<Colour>,
+}
+
+impl Object {
     /// Its shape.
-    pub shape: Shape,
-    /// Radius in m, for `cylinder` and `sphere`.
+    pub fn shape(&self) -> Shape {
+        self.solid.shape()
+    }
+}
+
+/// A shape with its sizes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Solid {
+    /// An upright cylinder.
+    Cylinder {
+        /// Radius in m.
+        radius: f64,
+        /// Half of the height in m.
+        half_height: f64,
+    },
+    /// A box whose faces are parallel to the table's axes when it rests at yaw 0.
+    Box {
+        /// Half sizes along x, y, z in m.
+        half_size: [f64; 3],
+    },
+    /// A ball.
+    Sphere {
+        /// Radius in m.
+        radius: f64,
+    },
+}
+
+impl Solid {
+    /// Its shape.
+    pub fn shape(&self) -> Shape {
+        match self {
+            Self::Cylinder { .. } => Shape::Cylinder,
+            Self::Box { .. } => Shape::Box,
+            Self::Sphere { .. } => Shape::Sphere,
+        }
+    }
+
+    /// From its centre to the part of its outline, seen from above, that is farthest, in m.
+    pub fn reach(&self) -> f64 {
+        match *self {
+            Self::Cylinder { radius, .. } | Self::Sphere { radius } => radius,
+            Self::Box {
+                half_size: [x, y, _],
+            } => x.hypot(y),
+        }
+    }
+
+    /// And to the nearest.
+    pub fn narrowest(&self) -> f64 {
+        match *self {
+            Self::Cylinder { radius, .. } | Self::Sphere { radius } => radius,
+            Self::Box {
+                half_size: [x, y, _],
+            } => x.min(y),
+        }
+    }
+
+    /// Height of its centre above the table on which it rests, in m.
+    pub fn half_height(&self) -> f64 {
+        match *self {
+            Self::Cylinder { half_height, .. } => half_height,
+            Self::Box {
+                half_size: [.., z], ..
+            } => z,
+            Self::Sphere { radius } => radius,
+        }
+    }
+
+    /// Radius of its outline seen from above, in m, where that is round.
+    pub fn radius(&self) -> Option<f64> {
+        match *self {
+            Self::Cylinder { radius, .. } | Self::Sphere { radius } => Some(radius),
+            Self::Box { .. } => None,
+        }
+    }
+
+    /// Half sides along x and y, in m, of an outline with corners.
+    pub fn half_sides(&self) -> Option<[f64; 2]> {
+        match *self {
+            Self::Box {
+                half_size: [x, y, _],
+            } => Some([x, y]),
+            Self::Cylinder { .. } | Self::Sphere { .. } => None,
+        }
+    }
+
+    /// The same with all sizes times `factor`.
+    #[must_use]
+    pub fn scaled(self, factor: f64) -> Self {
+        match self {
+            Self::Cylinder {
+                radius,
+                half_height,
+            } => Self::Cylinder {
+                radius: radius * factor,
+                half_height: half_height * factor,
+            },
+            Self::Box { half_size } => Self::Box {
+                half_size: half_size.map(|size| size * factor),
+            },
+            Self::Sphere { radius } => Self::Sphere {
+                radius: radius * factor,
+            },
+        }
+    }
+}
+
+/// The object as files state it: a shape, and the sizes that it has.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Stated {
+    shape: Shape,
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub radius: Option<f64>,
-    /// Half of the height in m, for `cylinder`.
+    radius: Option<f64>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub half_height: Option<f64>,
-    /// Half sizes along x, y, z in m, for `box`.
+    half_height: Option<f64>,
     #[serde(
         default,
         deserialize_with = "exact::optional",
         skip_serializing_if = "Option::is_none"
     )]
-    pub half_size: Option<[f64; 3]>,
-    /// Mass in kg.
-    pub mass: f64,
-    /// Its colour in images.
+    half_size: Option<[f64; 3]>,
+    mass: f64,
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub colour: Option<Colour>,
+    colour: Option<Colour>,
 }
 
-impl Object {
-    /// From its centre to the part of its edge that is farthest, in m; 0 where no size is given.
-    pub fn widest(&self) -> f64 {
-        let corner = self.half_size.map(|[x, y, _]| x.hypot(y));
-        self.radius.or(corner).unwrap_or(0.0)
-    }
+impl TryFrom<Stated> for Object {
+    type Error = RigError;
 
-    /// And to the nearest.
-    pub fn narrowest(&self) -> f64 {
-        let side = self.half_size.map(|[x, y, _]| x.min(y));
-        self.radius.or(side).unwrap_or(0.0)
+    fn try_from(stated: Stated) -> Result<Self, RigError> {
+        let missing = |key: &str, mend: &str| RigError::MissingKey {
+            key: format!("object.{key}"),
+            mend: mend.into(),
+        };
+        let radius = || {
+            stated
+                .radius
+                .ok_or_else(|| missing("radius", "radius = 0.030   # m"))
+        };
+        let solid = match stated.shape {
+            Shape::Cylinder => Solid::Cylinder {
+                radius: radius()?,
+                half_height: stated
+                    .half_height
+                    .ok_or_else(|| missing("half_height", "half_height = 0.020   # m"))?,
+            },
+            Shape::Box => Solid::Box {
+                half_size: stated.half_size.ok_or_else(|| {
+                    missing(
+                        "half_size",
+                        "half_size = [0.030, 0.030, 0.020]   # m, along x, y, z",
+                    )
+                })?,
+            },
+            Shape::Sphere => Solid::Sphere { radius: radius()? },
+        };
+        let taken = Stated::from(Self {
+            solid,
+            mass: stated.mass,
+            colour: stated.colour,
+        });
+        let half_size = |sizes: &Option<[f64; 3]>| sizes.map(|[size, ..]| size);
+        for (key, given, has) in [
+            ("radius", stated.radius, taken.radius),
+            ("half_height", stated.half_height, taken.half_height),
+            (
+                "half_size",
+                half_size(&stated.half_size),
+                half_size(&taken.half_size),
+            ),
+        ] {
+            if let (Some(size), None) = (given, has) {
+                return Err(RigError::Value {
+                    key: format!("object.{key}"),
+                    value: size.to_string(),
+                    why: format!("is no size of a {}; take the key out", stated.shape.name()),
+                });
+            }
+        }
+        Ok(Self {
+            solid,
+            mass: stated.mass,
+            colour: stated.colour,
+        })
+    }
+}
+
+impl From<Object> for Stated {
+    fn from(object: Object) -> Self {
+        let (radius, half_height, half_size) = match object.solid {
+            Solid::Cylinder {
+                radius,
+                half_height,
+            } => (Some(radius), Some(half_height), None),
+            Solid::Box { half_size } => (None, None, Some(half_size)),
+            Solid::Sphere { radius } => (Some(radius), None, None),
+        };
+        Self {
+            shape: object.shape(),
+            radius,
+            half_height,
+            half_size,
+            mass: object.mass,
+            colour: object.colour,
+        }
     }
 }
 

@@ -10,12 +10,12 @@ use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::json;
 use store::{Artifact, Store};
-use strike::arm::Arm;
+use strike::arm::{Arm, ports_of};
 use strike::collect::{
     ArmStation, CollectError, CollectEvent, Collected, SimStation, Station, StrikeRequest,
 };
-use strike::ur::{self, Ur};
-use strike::xarm::{self, XArm};
+use strike::ur::Ur;
+use strike::xarm::XArm;
 use strike::{
     Choice, CommandPlanner, Guarded, Live, LiveError, RobotError, Trust, catch_signals, identity,
     tell,
@@ -260,18 +260,10 @@ fn station(
             "collect strikes of an arm without a camera; give its live topics with --watch ws://HOST:PORT",
         )),
         (Choice::XArm(host), Some(url)) => {
-            let ports = xarm::Ports::of(host).map_err(|error| not_found(host, &error))?;
-            arm_station::<XArm>(
-                args,
-                rig,
-                (&format!("xarm:{host}"), &ports),
-                url,
-                interrupted,
-            )
+            arm_station::<XArm>(args, rig, (&format!("xarm:{host}"), host), url, interrupted)
         }
         (Choice::Ur(host), Some(url)) => {
-            let ports = ur::Ports::of(host).map_err(|error| not_found(host, &error))?;
-            arm_station::<Ur>(args, rig, (&format!("ur:{host}"), &ports), url, interrupted)
+            arm_station::<Ur>(args, rig, (&format!("ur:{host}"), host), url, interrupted)
         }
         // A robot that moves nothing, or that has no station of its own yet.
         _ => Err(Error::input(
@@ -280,24 +272,22 @@ fn station(
     }
 }
 
-fn not_found(host: &str, error: &std::io::Error) -> Error {
-    Error::input(format!("find the arm at `{host}`: {error}"))
-}
-
 /// An arm, claimed, and the camera that looks at its object. An arm moves only for whoever has a key.
 fn arm_station<D: Arm + 'static>(
     args: &CollectArgs,
     rig: &Rig,
-    (name, address): (&str, &D::Address),
+    (name, host): (&str, &str),
     url: &str,
     interrupted: Arc<AtomicBool>,
 ) -> Result<Box<dyn Station>, Error> {
+    let ports = ports_of::<D>(host)
+        .map_err(|error| Error::input(format!("find the arm at `{host}`: {error}")))?;
     let live = Live::connect(url, rig).map_err(|error| failed(error.into()))?;
     strike::allows(args.key.is_some(), true, true).map_err(refused)?;
     if let (Some(key), None) = (&args.key, &args.artifacts) {
         Trust::open(key, None).map_err(refused)?;
     }
-    let robot = Guarded::<D>::connect(name, address, rig, interrupted.clone());
+    let robot = Guarded::<D>::connect(name, &ports, rig, interrupted.clone());
     let robot = robot.map_err(|error| failed(error.into()))?;
     let pause = Duration::from_secs_f64(args.pause);
     Ok(Box::new(ArmStation::new(robot, live, pause, interrupted)))

@@ -11,6 +11,7 @@ pub mod demo;
 pub mod key;
 pub mod nightly;
 pub mod predict;
+pub mod query;
 pub mod rebuild;
 pub mod report;
 pub mod rig;

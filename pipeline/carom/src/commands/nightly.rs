@@ -14,21 +14,22 @@ use serde_json::json;
 use stage::Run;
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 use store::{Artifact, ArtifactError, Contents, Store};
-use values::Strike;
+use values::{Split, Strike};
 
 use crate::args::{Global, SignArgs};
+use crate::first_version::FirstVersion;
 use crate::inputs::Inputs;
 use crate::left_out::LeftOut;
 use crate::nightly::{
     Change, HeldOutGate, LEAST_HELD_OUT, Log, MovedVersion, Night, Since, Status, changed,
-    compare_held_out, held_out, keep, kept, new_strikes, plan_paths, promised,
+    compare_held_out, keep, kept, new_strikes, plan_paths, promised, unseen,
 };
 use crate::output::{Output, to_json};
 use crate::pipeline::{Step, pipeline};
 use crate::publishing::store_error;
 use crate::results::Results;
 use crate::score::Drift;
-use crate::steps::{explained, open};
+use crate::steps::{explained, is_too_few, open};
 use crate::{Error, outputs, publishing, reading, report, score, signing, words};
 
 /// Chance that good strikes scatter so much that they are set aside.
@@ -39,6 +40,8 @@ const MATURE: usize = 20;
 const MOST_OLDER: usize = 200;
 /// So many strikes since a change teach a version by themselves.
 const ALONE: usize = 60;
+/// Folder below the run's where what was not put to use waits for strikes that it did not learn from. No robot looks there.
+const WAITING: &str = "candidate";
 
 /// `carom nightly`.
 #[derive(Args, Debug)]
@@ -50,7 +53,7 @@ pub struct NightlyArgs {
     #[arg(long, value_name = "FILE", requires = "logs")]
     pub rig: Option<PathBuf>,
     /// Folder of the run.
-    #[arg(long, value_name = "DIR", default_value = "artifacts/demo")]
+    #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
     /// Seed of the split into training and held-out strikes, and of training; goes with LOGS.
     #[arg(long, default_value_t = 0, requires = "logs")]
@@ -155,12 +158,21 @@ fn work(
     }
 
     let learnt_from = inputs.without(last.as_ref().map_or(&[], |last| &last.set_aside));
-    let results = pipeline(run, &learnt_from, Step::Publish)
-        .map_err(|error| explained(error, run, &learnt_from))?;
+    let results = match pipeline(run, &learnt_from, Step::Publish) {
+        Err(error) if before.is_none() && is_too_few(&error) => {
+            let mut night = Night::new(&logs.0, None, basis(inputs, &logs, None));
+            night.status = Status::Gathering;
+            let error = explained(error, run, &learnt_from);
+            night.why.push(format!("failed to {error}"));
+            keep(dir, &night)?;
+            return Ok(night);
+        }
+        results => results.map_err(|error| explained(error, run, &learnt_from))?,
+    };
     outputs::write(dir, &results, Step::Publish)?;
-    if results.check.is_meaningless() {
+    if results.read.check.is_meaningless() {
         let mut night = Night::new(
-            &results.logs,
+            &results.read.logs,
             before.as_ref(),
             basis(inputs, &logs, in_use_now),
         );
@@ -169,7 +181,7 @@ fn work(
             night = night.after(last);
         }
         night.status = Status::Refused;
-        let findings = &results.check.findings;
+        let findings = &results.read.check.findings;
         let wrong = findings
             .iter()
             .filter(|f| f.severity() == Severity::Meaningless);
@@ -177,10 +189,10 @@ fn work(
             .map(|finding| words::say(finding, &inputs.rig).sentence())
             .collect();
         keep(dir, &night)?;
-        report::write(dir, inputs, &results)?;
+        report::write(dir, inputs, &results, None)?;
         return Ok(night);
     }
-    let mut night = Night::new(&results.logs, before.as_ref(), String::new());
+    let mut night = Night::new(&results.read.logs, before.as_ref(), String::new());
     night.record(&results);
     if let Some(last) = &last {
         night = night.after(last);
@@ -215,6 +227,7 @@ fn work(
         Some(contents) => promote(store, contents, &mut night)?,
         None => None,
     };
+    wait(dir, &results, chosen.as_ref(), &mut night)?;
     if night.status == Status::Promoted {
         night.removed = store.retain(usize::from(args.keep)).map_err(store_error)?;
     }
@@ -224,12 +237,37 @@ fn work(
     let decided = promoted.as_deref().or(night.before.as_deref());
     night.basis = basis(inputs, &logs, decided);
     keep(dir, &night)?;
-    report::write(dir, inputs, &results)?;
+    // Only now is the one before no longer named.
+    if night.waiting.is_some() {
+        Store::open(&dir.join(WAITING))
+            .retain(1)
+            .map_err(store_error)?;
+    }
+    report::write(dir, inputs, &results, None)?;
     Ok(night)
 }
 
+/// Keeps what came out and is not put to use: tomorrow's strikes judge it, for it learnt from none of them.
+fn wait(
+    dir: &Path,
+    results: &Results,
+    chosen: Option<&Contents>,
+    night: &mut Night,
+) -> Result<(), Error> {
+    if night.quarantined || !matches!(night.status, Status::Promoted | Status::Kept) {
+        return Ok(());
+    }
+    let contents = results.version().map(|version| &version.contents);
+    let unused = contents.filter(|contents| chosen != Some(*contents));
+    let waiting = Store::open(&dir.join(WAITING));
+    let version = unused.map(|contents| waiting.publish(contents));
+    night.waiting = version.transpose().map_err(store_error)?;
+    Ok(())
+}
+
 fn contents(results: &Results) -> Result<&Contents, Error> {
-    let contents = results.contents.as_ref();
+    let version = results.version();
+    let contents = version.map(|version| &version.contents);
     contents.ok_or_else(|| Error::failed("publish: nothing came out"))
 }
 
@@ -281,8 +319,8 @@ fn report_new(
     night: &mut Night,
 ) -> Result<Vec<Strike>, Error> {
     let mut known = BTreeSet::new();
-    let rig = results.rig.as_ref().unwrap_or(&inputs.rig);
-    for input in changed(before, &results.logs) {
+    let rig = &results.read.rig;
+    for input in changed(before, &results.read.logs) {
         // Where it is not kept what it held, its name must do.
         let of_name = results
             .strikes
@@ -291,7 +329,7 @@ fn report_new(
         let of_name = || of_name.map(|strike| strike.id.clone()).collect();
         known.extend(reading::known(run, rig, inputs.seed, input)?.unwrap_or_else(of_name));
     }
-    let mut new = new_strikes(before, &results.logs, &results.strikes, &known);
+    let mut new = new_strikes(before, &results.read.logs, &results.strikes, &known);
     let since = night
         .change
         .as_ref()
@@ -299,7 +337,7 @@ fn report_new(
     new.retain(|strike| strike.t_start >= since);
     night.new_strikes = new.len();
     if !new.is_empty() {
-        let (evaluation, drift) = score::judge(run, before, new.clone())?;
+        let (evaluation, drift) = score::judge(run, before, &new)?;
         let model = before.manifest.provenance.default_model;
         let missed = evaluation.models.get(model.name());
         night.achieved = missed.map(|missed| missed.mean.hypot(missed.sd));
@@ -374,7 +412,6 @@ fn choose(
     let since = change
         .as_ref()
         .map_or(f64::NEG_INFINITY, |change| change.since);
-    let held_out = held_out(&results.strikes, since);
     let mut candidates = vec![("all nights", contents(results)?.clone())];
     if let Some(change) = &change
         && let Ok(base) = store.load(Some(&change.version))
@@ -388,11 +425,12 @@ fn choose(
         let since = Since {
             base: &base,
             strikes: &strikes,
-            all: publish::logged(&results.strikes),
-            inputs: publishing::input_files(&results.logs)?,
+            all: publishing::logged(&results.strikes),
+            inputs: publishing::input_files(&results.read.logs)?,
         };
         if let Some(moved) = since.moved(run)? {
-            if held_out.len() < LEAST_HELD_OUT {
+            let held_out = strikes.iter().filter(|strike| strike.split == Split::Test);
+            if held_out.count() < LEAST_HELD_OUT {
                 return at_once(run, &since, before, moved, results, night);
             }
             candidates.push((
@@ -403,6 +441,7 @@ fn choose(
         let logs: BTreeSet<&str> = strikes.iter().map(|strike| strike.log.as_str()).collect();
         if strikes.len() >= ALONE {
             let older: Vec<String> = results
+                .read
                 .logs
                 .iter()
                 .filter(|log| !logs.contains(log.name.as_str()))
@@ -420,7 +459,8 @@ fn choose(
             continue;
         }
         let executor = plan_paths(&candidate, &results.strikes);
-        let gate = compare_held_out(run, before, &candidate, &held_out)?;
+        let judges = unseen(&results.strikes, since, [before, &candidate]);
+        let gate = compare_held_out(run, before, &candidate, &judges)?;
         let passed = executor.passed;
         if !passed {
             night.why.push(format!("{name}: {}", executor.sentence()));
@@ -432,6 +472,10 @@ fn choose(
         if passed && gate.passed && best.as_ref().is_none_or(|(least, ..)| mean < *least) {
             best = Some((mean, name, gate, contents));
         }
+    }
+    let waiting = Store::open(&run.dir().join(WAITING));
+    if best.is_none() && change.is_none() {
+        best = of_last_night(run, &waiting, before, results, night)?;
     }
     if let Some((_, name, gate, contents)) = best {
         night.why.push(format!("from {name}: {}", gate.sentence()));
@@ -457,6 +501,36 @@ fn choose(
         };
     }
     Ok(None)
+}
+
+/// What came out last night and was not put to use, if it passes on tonight's strikes: it learnt from none of them, so all of them judge.
+fn of_last_night(
+    run: &Run,
+    waiting: &Store,
+    before: &Artifact,
+    results: &Results,
+    night: &mut Night,
+) -> Result<Option<(f64, &'static str, HeldOutGate, Contents)>, Error> {
+    let Some(version) = &night.waiting else {
+        return Ok(None);
+    };
+    // One that is damaged or gone is no candidate.
+    let Ok(candidate) = waiting.load(Some(version)) else {
+        return Ok(None);
+    };
+    if before.manifest == candidate.manifest {
+        return Ok(None);
+    }
+    let judges = unseen(&results.strikes, f64::NEG_INFINITY, [before, &candidate]);
+    let gate = compare_held_out(run, before, &candidate, &judges)?;
+    let executor = plan_paths(&candidate, &results.strikes);
+    if !(gate.passed && executor.passed) {
+        return Ok(None);
+    }
+    night.executor = Some(executor);
+    let mean = gate.candidate_mean;
+    let contents = Contents::from(candidate);
+    Ok(Some((mean, "all nights before tonight", gate, contents)))
 }
 
 /// On the night of a change hardly any strike is held out: the moved version is compared by a cross-fit.
@@ -486,17 +560,21 @@ fn at_once(
     Ok(passed.then_some(moved.contents))
 }
 
-/// The first version: the executor's gate alone.
+/// The first version: the executor's gate, and that of first versions.
 fn first(results: &Results, contents: &Contents, night: &mut Night) -> Result<bool, Error> {
     let executor = plan_paths(&loaded(contents)?, &results.strikes);
     night.why.push(executor.sentence());
     let mut passed = executor.passed;
-    if let Some(gate) = &results.first_version {
+    let gate = results.version().map(|version| &version.gate);
+    if let Some(gate) = gate {
         night.why.extend(gate.sentences());
         passed &= gate.passed;
     }
+    let is_waiting = gate.is_some_and(FirstVersion::is_waiting);
     night.status = if passed {
         Status::Promoted
+    } else if is_waiting {
+        Status::Gathering
     } else {
         Status::Refused
     };

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use evaluate::{Candidate, Judge, Model, Predict};
+use judge::{HeldOut, Predict};
 use serde_json::json;
 use store::Store;
 use values::{Command, Conditions, Point};
@@ -13,6 +13,7 @@ use crate::Error;
 use crate::args::Global;
 use crate::output::Output;
 use crate::publishing::store_error;
+use crate::score::default_model;
 use crate::steps::open;
 
 /// `carom predict`.
@@ -62,21 +63,13 @@ pub fn run(args: &PredictArgs, global: Global) -> Result<Output, Error> {
         angle: args.angle,
     };
     let name = artifact.manifest.provenance.default_model;
-    // Loading has checked that it is there.
-    let (world, residual) = artifact
-        .model(name)
-        .unwrap_or_else(|| (artifact.sysid.world.clone(), None));
-    let simulator = Simulator::new(&artifact.rig, &world).map_err(Error::failed)?;
+    let model = default_model(&artifact);
+    let simulator = Simulator::new(&artifact.rig, &model.world).map_err(Error::failed)?;
     let simulated = simulator
         .worker()
         .strike(initial, command, &Conditions::default())
         .map_err(Error::input)?;
-    let candidate = Candidate {
-        name: name.to_string(),
-        world,
-        residual: residual.cloned(),
-    };
-    let judge = Judge {
+    let strike = HeldOut {
         strike_id: String::new(),
         initial,
         stop: initial,
@@ -92,8 +85,7 @@ pub fn run(args: &PredictArgs, global: Global) -> Result<Output, Error> {
             ..global
         },
     )?;
-    let model = Model::of(&artifact.rig, &candidate);
-    let predicted = run.items(&Predict, &model, std::slice::from_ref(&judge))?;
+    let predicted = run.items(&Predict, &model, std::slice::from_ref(&strike))?;
     let stop = predicted.first().and_then(|predicted| predicted.stop);
     let track = &simulated.track;
     let mut text = format!("model      {name} of {}\n", artifact.version);

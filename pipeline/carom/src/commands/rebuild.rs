@@ -25,7 +25,7 @@ pub struct RebuildArgs {
     /// Version to compute again.
     pub version: String,
     /// Folder of the run that published it.
-    #[arg(long, value_name = "DIR", default_value = "artifacts/demo")]
+    #[arg(long, value_name = "DIR")]
     pub artifacts: PathBuf,
 }
 
@@ -44,7 +44,7 @@ pub fn run(args: &RebuildArgs, global: Global) -> Result<Output, Error> {
     let scratch = tempfile::tempdir().map_err(Error::failed)?;
     let run = open(scratch.path(), global)?;
     let results = pipeline(&run, &inputs, Step::Publish)?;
-    if results.check.is_meaningless() {
+    if results.read.check.is_meaningless() {
         return Err(Error::Refused(
             "rebuild it: by today's check a model of its logs is meaningless; `carom check` says why".into(),
         ));

@@ -25,7 +25,7 @@ pub fn run(args: &ReportArgs, global: Global) -> Result<Output, Error> {
     let inputs = Inputs::kept(&args.dir)?;
     let run = open(&args.dir, global)?;
     let results = pipeline(&run, &inputs, Step::Evaluate)?;
-    let path = report::write(&args.dir, &inputs, &results)?;
+    let path = report::write(&args.dir, &inputs, &results, None)?;
     Ok(Output::done(
         json!({ "report": path }),
         format!("report     {path}\n"),

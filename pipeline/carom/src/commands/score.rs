@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use check::Severity;
 use clap::Args;
-use evaluate::Evaluation;
+use judge::{Evaluation, Misses, misses};
 use serde::Serialize;
 use store::Store;
 use values::{StopErrors, Strike};
@@ -58,6 +58,8 @@ struct Scored {
     #[serde(flatten)]
     errors: StopErrors,
     strikes: Vec<ScoredStrike>,
+    /// Its errors by session, speed, angle, start and distance.
+    misses: Vec<Misses>,
 }
 
 /// One strike, in m.
@@ -83,25 +85,28 @@ pub fn run(args: &ScoreArgs, global: Global) -> Result<Output, Error> {
     if let Some(known) = artifact.manifest.provenance.strikes {
         follow_known_strikes(known, &mut strikes);
     }
-    let scored = strikes.len();
-    let (evaluation, drift) = judge(&run, &artifact, strikes)?;
+    let (evaluation, drift) = judge(&run, &artifact, &strikes)?;
     let score = Score {
         artifact: artifact.version.clone(),
         rejected: read.rejects.len(),
         drift_unknown: drift.is_none().then(drift_unknown),
         drift,
         noise_floor: evaluation.noise_floor,
-        models: by_model(&evaluation),
+        models: by_model(&evaluation, &strikes)?,
     };
     write_json(&dir.join("score.json"), &score)?;
 
     let mut text = format!(
         "{} strikes, {} rejected, scored with {}\n\n{}",
-        scored,
+        strikes.len(),
         read.rejects.len(),
         artifact.version,
         summary::evaluation_table(&evaluation)
     );
+    let used = artifact.manifest.provenance.default_model.name();
+    if let Some(scored) = score.models.get(used) {
+        text += &summary::misses_table(used, &scored.misses);
+    }
     for note in &read.notes {
         text += &format!("{note}\n");
     }
@@ -125,7 +130,7 @@ pub fn run(args: &ScoreArgs, global: Global) -> Result<Output, Error> {
     })
 }
 
-fn by_model(evaluation: &Evaluation) -> BTreeMap<String, Scored> {
+fn by_model(evaluation: &Evaluation, judges: &[Strike]) -> Result<BTreeMap<String, Scored>, Error> {
     let models = evaluation.models.iter();
     models
         .map(|(model, errors)| {
@@ -140,8 +145,9 @@ fn by_model(evaluation: &Evaluation) -> BTreeMap<String, Scored> {
             let scored = Scored {
                 errors: *errors,
                 strikes,
+                misses: misses(model, judges, &evaluation.predictions).map_err(Error::failed)?,
             };
-            (model.clone(), scored)
+            Ok((model.clone(), scored))
         })
         .collect()
 }

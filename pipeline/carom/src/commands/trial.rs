@@ -3,10 +3,10 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use rig::SimChoice;
 
 use crate::args::Global;
 use crate::output::{Output, to_json};
+use crate::robot::TrialRobot;
 use crate::trial::{self, TrialSettings};
 use crate::{Error, steps, summary};
 
@@ -16,10 +16,11 @@ pub struct TrialArgs {
     /// Folder of a run.
     #[arg(long, value_name = "DIR")]
     pub artifacts: PathBuf,
-    /// What strikes: `sim`, the embedded rig, with the hidden truth of DIR/truth.json or DIR/rig/truth.json where `carom
-    /// demo` wrote one, else the demo's mixture; `sim:FOLDER` with the truth in FOLDER.
-    #[arg(long, value_name = "sim[:FOLDER]")]
-    pub robot: SimChoice,
+    /// What strikes: `sim`, the embedded rig, with the hidden truth of DIR/truth.json or DIR/rig/truth.json, which `carom demo`
+    /// writes; `sim:FOLDER` with the truth in FOLDER; `world`, the version's own identified world with its scatter, for a rig of your
+    /// own: it shows how well the version solves and learns, and says nothing of reality.
+    #[arg(long, value_name = "sim[:FOLDER]|world")]
+    pub robot: TrialRobot,
     /// Random targets, struck once with each model.
     #[arg(long, default_value_t = 100, value_parser = clap::value_parser!(u32).range(0..=100_000))]
     pub targets: u32,

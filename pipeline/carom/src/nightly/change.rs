@@ -1,6 +1,6 @@
 //! A table that changed for good: when, in what, and a version that follows it.
 
-use evaluate::{Judge, Model, Predict};
+use judge::{HeldOut, stop_errors};
 use serde::{Deserialize, Serialize};
 use stage::Run;
 use store::{Artifact, Calibrated, Contents, InputFile, Logged, Moved};
@@ -155,16 +155,12 @@ fn predicted(
     shift: Shift,
     strikes: &[Strike],
 ) -> Result<Vec<Option<f64>>, Error> {
-    let mut candidate = default_model(version);
-    candidate.world = moved(&candidate.world, shift);
-    let mut judges: Vec<Judge> = strikes.iter().map(Judge::from).collect();
+    let mut model = default_model(version);
+    model.world = moved(&model.world, shift);
+    let mut judges: Vec<HeldOut> = strikes.iter().map(HeldOut::from).collect();
     for judge in &mut judges {
         // A session that the version does not know.
         judge.conditions.session = String::new();
     }
-    let predicted = run.items(&Predict, &Model::of(&version.rig, &candidate), &judges)?;
-    let answers = judges.iter().zip(predicted);
-    Ok(answers
-        .map(|(judge, predicted)| predicted.stop.map(|stop| stop.distance(judge.stop)))
-        .collect())
+    Ok(stop_errors(run, &model, &judges)?)
 }

@@ -45,6 +45,10 @@ pub struct Night {
     /// The last change for good that was found.
     #[serde(default)]
     pub change: Option<Change>,
+    /// Where what came out and was not put to use waits to be compared on strikes that it did not learn from: a version's name in the
+    /// run's folder `candidate`.
+    #[serde(default)]
+    pub waiting: Option<String>,
     /// Logs that are not learnt from: their strikes scatter beyond chance.
     #[serde(default)]
     pub set_aside: Vec<String>,
@@ -87,6 +91,8 @@ pub enum Status {
     Promoted,
     /// Nothing better came out; the version before stays in use.
     Kept,
+    /// There are not yet enough strikes for a first version.
+    Gathering,
     /// Somebody must look: the executor cannot use what came out, or the table or the strikes are not what they were.
     Refused,
     /// There was nothing to decide.
@@ -124,6 +130,7 @@ impl Night {
             promised: None,
             achieved: None,
             change: None,
+            waiting: None,
             set_aside: Vec::new(),
             quarantined: false,
             beats: None,
@@ -151,6 +158,7 @@ impl Night {
     pub fn after(self, last: &Self) -> Self {
         Self {
             change: last.change.clone(),
+            waiting: last.waiting.clone(),
             set_aside: last.set_aside.clone(),
             ..self
         }
@@ -177,6 +185,7 @@ impl Night {
             rejected: self.rejected,
             quarantined: self.quarantined,
             change: self.change,
+            waiting: self.waiting,
             set_aside: self.set_aside,
             damaged: self.damaged,
             left_out: self.left_out,
@@ -188,9 +197,9 @@ impl Night {
     pub fn record(&mut self, results: &Results) {
         self.strikes = results.strikes.len();
         self.new_strikes = results.strikes.len();
-        self.rejected = results.rejects.len();
-        self.damaged = results.damaged.clone();
-        self.left_out = results.left_out.clone();
+        self.rejected = results.read.rejects.len();
+        self.damaged = results.read.damaged.clone();
+        self.left_out = results.read.left_out.clone();
     }
 
     /// Effects that the data name and the version in use lacks.
@@ -198,8 +207,8 @@ impl Night {
         let known = before.effect.as_ref().map(|effect| &effect.world.effects);
         let is_known = |name: &str| known.is_some_and(|all| all.iter().any(|one| one.name == name));
         let named = results
-            .found
-            .iter()
+            .found()
+            .into_iter()
             .flat_map(|found| &found.diagnosis.effects);
         self.missing = named
             .filter(|effect| !is_known(&effect.name))
@@ -215,12 +224,12 @@ impl Night {
         match self.status {
             Status::Failed => Outcome::Failed,
             Status::Refused => Outcome::Refused,
-            Status::Promoted | Status::Kept | Status::NothingNew
-                if self.rejected > 0 || !self.damaged.is_empty() || !self.left_out.is_empty() =>
-            {
+            _ if self.rejected > 0 || !self.damaged.is_empty() || !self.left_out.is_empty() => {
                 Outcome::Rejected
             }
-            Status::Promoted | Status::Kept | Status::NothingNew => Outcome::Done,
+            Status::Promoted | Status::Kept | Status::Gathering | Status::NothingNew => {
+                Outcome::Done
+            }
         }
     }
 
@@ -230,6 +239,9 @@ impl Night {
         match self.status {
             Status::Promoted => format!("{latest} is in use from now on"),
             Status::Kept => format!("nothing better tonight: {latest} stays in use"),
+            Status::Gathering => {
+                "nothing to promote yet: a first version needs more strikes".into()
+            }
             Status::Refused => format!("somebody must look: {latest} stays in use"),
             Status::NothingNew => format!("nothing to decide: {latest} stays in use"),
             Status::Failed => "the work failed: what was in use stays in use".into(),

@@ -1,7 +1,7 @@
 //! The first screen: what is missing, how sure that is, how much better it is where it will be used, and what to do next.
 
 use diagnose::{Diagnosis, Verdict};
-use evaluate::Evaluation;
+use judge::Evaluation;
 use maud::{Markup, html};
 use store::Model;
 use values::StopErrors;
@@ -11,6 +11,7 @@ use super::input::ReportInput;
 use super::markup::title;
 use crate::outputs::NEXT_STRIKES;
 use crate::publishing::best_model;
+use crate::results::Worlds;
 use crate::summary::diagnosis::{numbers, probability, sentence};
 
 /// Half the width of a 95 % interval of a mean, in standard errors.
@@ -30,11 +31,11 @@ pub fn answers(shown: &ReportInput<'_>) -> Markup {
 
 fn missing(shown: &ReportInput<'_>) -> Markup {
     let results = shown.results;
-    if results.check.is_meaningless() {
+    if results.read.check.is_meaningless() {
         return html! { p.said { "The logs do not mean what the rig file says: nothing was fitted." } };
     }
-    let Some(found) = &results.found else {
-        let why = results.no_diagnosis.as_deref();
+    let Some(found) = results.found() else {
+        let why = results.worlds.as_ref().and_then(Worlds::no_diagnosis);
         return html! {
             p.said { "Not known." }
             @if let Some(why) = why { p { (why) "." } }
@@ -63,7 +64,7 @@ fn missing(shown: &ReportInput<'_>) -> Markup {
 }
 
 fn how_sure(shown: &ReportInput<'_>) -> Markup {
-    let Some(found) = &shown.results.found else {
+    let Some(found) = shown.results.found() else {
         return html! { p { "Nothing was asked." } };
     };
     let diagnosis = &found.diagnosis;
@@ -135,9 +136,9 @@ fn judged(evaluation: &Evaluation, model: Model) -> Option<Judged<'_>> {
 fn better(shown: &ReportInput<'_>) -> Markup {
     let judged = shown
         .results
-        .evaluation
+        .worlds
         .as_ref()
-        .map(|evaluation| (evaluation, best_model(shown.results)));
+        .and_then(|worlds| Some((worlds.evaluation.as_ref()?, best_model(worlds))));
     let Some((evaluation, model)) = judged else {
         return html! { p.said { "Not judged yet." } };
     };
@@ -187,17 +188,18 @@ fn mean(errors: &StopErrors) -> String {
 
 fn next(shown: &ReportInput<'_>) -> Markup {
     let results = shown.results;
-    let diagnosis = results.found.as_ref().map(|found| &found.diagnosis);
+    let diagnosis = results.found().map(|found| &found.diagnosis);
     let planned = diagnosis.map_or(0, |diagnosis| diagnosis.next_strikes.len());
-    let doubts = results.first_version.as_ref().filter(|gate| !gate.passed);
+    let gate = results.version().map(|version| &version.gate);
+    let doubts = gate.filter(|gate| !gate.passed);
     let doubts: Vec<String> = doubts.iter().flat_map(|gate| gate.doubts()).collect();
-    let evaluation = results.evaluation.as_ref();
+    let evaluation = results.evaluation();
     let knows_sessions =
         evaluation.is_some_and(|evaluation| evaluation.differing_sessions().is_some());
     let can_strike = doubts.is_empty() && shown.provenance.version.is_some();
     html! {
         p.said {
-            @if results.check.is_meaningless() { "Mend the logs or the rig file." }
+            @if results.read.check.is_meaningless() { "Mend the logs or the rig file." }
             @else if !doubts.is_empty() { "Record more before you strike." }
             @else if can_strike { "Strike." }
             @else { "Finish the run." }
@@ -216,9 +218,9 @@ fn next(shown: &ReportInput<'_>) -> Markup {
                     " tell the candidates apart: " code { "carom collect --plan" } "."
                 }
             }
-            @if !results.check.findings.is_empty() { li { a href="#before-anything-is-fitted" { "What the check of the logs found" } "." } }
-            @if !results.rejects.is_empty() {
-                li { a href="#rejected-strikes" { (results.rejects.len()) " of " (results.rejects.len() + results.kept.len()) " strikes were rejected" } "." }
+            @if !results.read.check.findings.is_empty() { li { a href="#before-anything-is-fitted" { "What the check of the logs found" } "." } }
+            @if !results.read.rejects.is_empty() {
+                li { a href="#rejected-strikes" { (results.read.rejects.len()) " of " (results.read.rejects.len() + results.read.strikes.len()) " strikes were rejected" } "." }
             }
             @for warning in results.warnings().iter().take(2) { li { (warning) } }
         }))

@@ -1,7 +1,7 @@
 //! What the arm was commanded against what it delivered, where `/striker/state` was logged.
 
 use maud::{Markup, html};
-use values::{Delivered, Strike};
+use values::{Delivered, Strike, wrap_angle};
 
 use super::markup::section;
 use super::plot::{Kind, Plot, Series};
@@ -51,7 +51,7 @@ fn relative_speed((strike, delivered): &Pair<'_>) -> f64 {
 
 /// Delivered angle beyond the command, in degrees.
 fn turn((strike, delivered): &Pair<'_>) -> f64 {
-    residual::wrap(delivered.tip_angle - strike.command.angle).to_degrees()
+    wrap_angle(delivered.tip_angle - strike.command.angle).to_degrees()
 }
 
 /// Standard deviation 0 of a single value.

@@ -25,12 +25,12 @@ pub fn diagnosis_section(
         "Where simulation and strikes disagree",
         html! {
             p.verdict { strong { (verdict(diagnosis.verdict)) ":" } " " (sentence(diagnosis)) "." }
-            @if found.world.is_some() && shown.results.effect.is_none() {
+            @if found.world.is_some() && shown.results.worlds.as_ref().is_some_and(|worlds| worlds.effect.is_none()) {
                 p { "As asked, it is not added to the world that is used." }
             }
             (effects_table(&diagnosis.effects))
             div.columns {
-                div { (gap_bars(&diagnosis.gap, &diagnosis.effects, repeats(shown))) (where_table(diagnosis)) }
+                div { (gap_bars(&diagnosis.gap, &diagnosis.effects)) (where_table(diagnosis)) }
                 div { (ranking_bars(diagnosis)) }
             }
             (maps(diagnosis))
@@ -109,13 +109,7 @@ fn bars(bars: &[Bar<'_>]) -> Markup {
     }
 }
 
-/// What repeats of a command scatter by in the evaluation, root mean square in m: the measure of the gap.
-fn repeats(shown: &ReportInput<'_>) -> Option<f64> {
-    let floor = shown.results.evaluation.as_ref()?.noise_floor?;
-    Some(floor.mean.hypot(floor.sd))
-}
-
-fn gap_bars(measured: &Gap, effects: &[NamedEffect], repeats: Option<f64>) -> Markup {
+fn gap_bars(measured: &Gap, effects: &[NamedEffect]) -> Markup {
     let bar = |name, model, length: f64| Bar {
         name,
         model,
@@ -126,11 +120,8 @@ fn gap_bars(measured: &Gap, effects: &[NamedEffect], repeats: Option<f64>) -> Ma
     if !effects.is_empty() {
         lines.push(bar("with the effects", "effect", measured.after));
     }
-    let floor = "all that this fit counts as scatter";
-    lines.push(bar(floor, "noise_floor", measured.noise_floor));
-    if let Some(repeats) = repeats {
-        lines.push(bar("repeats of one command", "noise_floor", repeats));
-    }
+    let floor = measured.noise_floor;
+    lines.push(bar("repeats of one command", "noise_floor", floor));
     html! {
         h3 { "The gap" }
         (bars(&lines))

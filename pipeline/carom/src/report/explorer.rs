@@ -11,6 +11,8 @@ use world::{Simulated, Simulator, World, WorldError};
 use super::input::ReportInput;
 use super::markup::{PageError, model_names, section, title};
 use super::plot::{Short, data};
+use crate::publishing::best_model;
+use crate::results::Worlds;
 
 /// Strikes whose tracks are in the page, at the most; of more, those held out come first.
 const MOST_TRACKS: usize = 600;
@@ -141,7 +143,7 @@ fn gathered<'a>(
     let results = shown.results;
     let all = &results.strikes;
     let mut errors: HashMap<&str, BTreeMap<&str, Short>> = HashMap::new();
-    let evaluation = results.evaluation.iter();
+    let evaluation = results.evaluation().into_iter();
     for row in evaluation.flat_map(|evaluation| &evaluation.predictions) {
         if let Some(error) = row.error {
             let of_strike = errors.entry(row.strike_id.as_str()).or_default();
@@ -183,7 +185,7 @@ fn gathered<'a>(
         .collect();
     let models = model_names().into_iter();
     let judged = |model: &&str| {
-        let evaluation = results.evaluation.as_ref();
+        let evaluation = results.evaluation();
         evaluation.is_some_and(|evaluation| evaluation.models.contains_key(*model))
     };
     // The model in use first: its errors are listed unless another is chosen.
@@ -191,14 +193,18 @@ fn gathered<'a>(
         .filter(judged)
         .map(|model| (model, title(model)))
         .collect();
-    let used = crate::publishing::best_model(results).name();
-    models.sort_by_key(|(model, _)| *model != used);
+    let used = results
+        .worlds
+        .as_ref()
+        .map(|worlds| best_model(worlds).name());
+    models.sort_by_key(|(model, _)| Some(*model) != used);
     Ok(Strikes {
         models,
         logs,
         sessions,
         strikes,
         rejects: results
+            .read
             .rejects
             .iter()
             .take(MOST_REJECTED)
@@ -221,15 +227,10 @@ fn tracks(
     let results = shown.results;
     let rig = &shown.inputs.rig;
     let nominal = World::nominal(rig);
-    let fitted = results.fit.as_ref().map(|fit| ("sysid", &fit.world));
-    let effect = results
-        .effect
-        .as_ref()
-        .map(|effect| ("effect", &effect.world));
-    let worlds = [Some(("nominal", &nominal)), fitted, effect];
-    let simulators = worlds
-        .into_iter()
-        .flatten()
+    let found = results.worlds.iter().flat_map(Worlds::each);
+    let found = found.map(|(model, of_world)| (model.name(), &of_world.world));
+    let simulators = std::iter::once(("nominal", &nominal))
+        .chain(found)
         .map(|(model, world)| Ok((model, Simulator::new(rig, world)?)))
         .collect::<Result<Vec<_>, WorldError>>()?;
     let with_track = chosen(&results.strikes, MOST_TRACKS);

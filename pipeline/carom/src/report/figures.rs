@@ -2,10 +2,9 @@
 
 use std::collections::HashMap;
 
-use evaluate::Prediction;
-use residual::Residual;
-use train::{CurvePoint, Epoch};
-use values::{Rig, Split, Strike};
+use judge::Prediction;
+use train::Epoch;
+use values::{Residual, Rig, Split, Strike};
 
 use super::markup::{in_colours, title};
 use super::plot::{Kind, Plot, Series, xy};
@@ -164,18 +163,6 @@ pub fn learning_curve(
         y_range: Some([0.0, (1.1 * highest * CM).max(0.1)]),
         ..Plot::new("strikes learnt from", "mean stop error in cm", series)
     }
-}
-
-/// Mean distance in m between measured and predicted stop, on commands held out of what was learnt from.
-pub fn held_out_points(curve: &[CurvePoint]) -> Vec<(usize, f64)> {
-    curve
-        .iter()
-        .filter_map(|point| {
-            let mut scores = point.learned.scores.iter();
-            let chosen = scores.find(|score| score.kind == point.learned.kind)?;
-            Some((point.strikes, chosen.by_setting))
-        })
-        .collect()
 }
 
 /// How stop errors are distributed: the share of strikes below an error, model by model.

@@ -1,5 +1,6 @@
 //! Parts of the page that every section uses.
 
+use judge::JudgeError;
 use maud::{Markup, html};
 use store::Model;
 use world::WorldError;
@@ -10,6 +11,9 @@ pub enum PageError {
     /// A track could not be simulated.
     #[error("simulate a track for the report: {0}")]
     World(#[from] WorldError),
+    /// Errors could not be told apart by what strikes differ in.
+    #[error("{0}")]
+    Misses(#[from] JudgeError),
 }
 
 pub fn section(title: &str, content: Markup) -> Markup {

@@ -1,6 +1,6 @@
 //! What was identified and learnt.
 
-use evaluate::Evaluation;
+use judge::Evaluation;
 use maud::{Markup, html};
 use sysid::Fit;
 use train::Learned;
@@ -8,9 +8,9 @@ use values::Command;
 use world::PARAMETERS;
 
 use super::figures::{self, Places};
-use super::markup::{in_colours, section, wide};
+use super::markup::{section, wide};
 use super::plot::short;
-use crate::results::Results;
+use crate::results::{CurvePoint, Worlds};
 
 pub fn world_section(fit: &Fit) -> Markup {
     let freed = PARAMETERS
@@ -61,24 +61,22 @@ pub fn world_section(fit: &Fit) -> Markup {
     )
 }
 
-pub fn learning_section(results: &Results, places: &Places<'_>, evaluation: &Evaluation) -> Markup {
-    let of_world = results.used();
-    let Some((world, of_world, learned, residual)) = of_world.and_then(|(name, of_world)| {
-        let learned = of_world.learned.as_ref()?;
-        Some((name, of_world, learned, learned.model.as_ref()?))
-    }) else {
+pub fn learning_section(worlds: &Worlds, places: &Places<'_>, evaluation: &Evaluation) -> Markup {
+    let (name, used) = worlds.used();
+    let learned = used.learned.as_ref();
+    let (Some(learned), Some(residual), Some(solved)) = (learned, used.residual(), &used.solved)
+    else {
         return section(
             "The residual model",
             html! {
                 p { "None: what was tried predicts held-out commands no better than the simulator alone, which serves by itself." }
-                @if let Some(learned) = of_world.and_then(|(_, of_world)| of_world.learned.as_ref()) { (scores(learned)) }
+                @if let Some(learned) = learned { (scores(learned)) }
             },
         );
     };
-    let model = in_colours(&format!("{world}_residual"));
-    let said: Vec<[f64; 2]> = of_world
-        .residuals
-        .rows
+    let (world, model) = (name.name(), name.with_residual().name());
+    let rows = &solved.residuals.rows;
+    let said: Vec<[f64; 2]> = rows
         .iter()
         .map(|row| {
             let command = |speed, angle| Command { speed, angle };
@@ -87,13 +85,16 @@ pub fn learning_section(results: &Results, places: &Places<'_>, evaluation: &Eva
             residual.added(row.path, simulated, sent)
         })
         .collect();
+    let points = worlds.curve.iter();
+    let curve: Vec<(usize, f64)> = points
+        .filter_map(|point| Some((point.strikes, point.error?)))
+        .collect();
     let plain = evaluation.models.get(world);
     let floor = evaluation.noise_floor.as_ref();
     let levels: Vec<(&'static str, f64)> = [(world, plain), ("noise_floor", floor)]
         .into_iter()
         .filter_map(|(name, errors)| Some((name, errors?.mean)))
         .collect();
-    let rows = &of_world.residuals.rows;
     section(
         "The residual model",
         html! {
@@ -107,11 +108,11 @@ pub fn learning_section(results: &Results, places: &Places<'_>, evaluation: &Eva
             }
             p.legend { "What was commanded, less what the simulator would command; and what the " (learned.kind.name()) " says." }
             div.columns {
-                (figures::learning_curve(model, &results.curve_errors, &levels).figure("stop error by the number of strikes"))
-                div { (scores(learned)) (curve_table(results)) }
+                (figures::learning_curve(model, &curve, &levels).figure("stop error by the number of strikes"))
+                div { (scores(learned)) (curve_table(&worlds.curve)) }
             }
-            @if !of_world.residuals.excluded.is_empty() {
-                p { (of_world.residuals.excluded.len()) " strikes have no residual, for the simulator does not reach their path." }
+            @if !solved.residuals.excluded.is_empty() {
+                p { (solved.residuals.excluded.len()) " strikes have no residual, for the simulator does not reach their path." }
             }
         },
     )
@@ -143,21 +144,26 @@ fn scores(learned: &Learned) -> Markup {
     }
 }
 
-fn curve_table(results: &Results) -> Markup {
+fn curve_table(curve: &[CurvePoint]) -> Markup {
     html! {
         table {
             thead { tr { th { "strikes" } th { "mean stop error" } th { "held-out commands" } } }
             tbody {
-                @for (strikes, held_out) in figures::held_out_points(&results.curve) {
+                @for point in curve {
                     tr {
-                        td.number { (strikes) }
+                        td.number { (point.strikes) }
                         td.number {
-                            @match results.curve_errors.iter().find(|point| point.0 == strikes) {
-                                Some((_, error)) => { (format!("{:.2} cm", error * 100.0)) },
+                            @match point.error {
+                                Some(error) => { (format!("{:.2} cm", error * 100.0)) },
                                 None => { "—" },
                             }
                         }
-                        td.number { (format!("{:.2} cm", held_out * 100.0)) }
+                        td.number {
+                            @match point.held_out_commands() {
+                                Some(error) => { (format!("{:.2} cm", error * 100.0)) },
+                                None => { "—" },
+                            }
+                        }
                     }
                 }
             }

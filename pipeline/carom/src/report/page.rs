@@ -8,6 +8,7 @@ use super::input::ReportInput;
 use super::markup::{PageError, section, wide};
 use super::plot::short;
 use super::{answer, delivered, diagnosis, explorer, models, stops, trend};
+use crate::results::Worlds;
 use crate::words;
 
 const STYLE: &str = include_str!("style.css");
@@ -37,7 +38,7 @@ pub fn page(shown: &ReportInput<'_>) -> Result<String, PageError> {
     let body = html! {
         h1 { "From strike logs to a robot that strikes" }
         p.lead {
-            (results.strikes.len()) " strikes of a " (shown.inputs.rig.object.shape.name()) " from "
+            (results.strikes.len()) " strikes of a " (shown.inputs.rig.object.shape().name()) " from "
             (shown.inputs.logs.len()) " log" (plural(shown.inputs.logs.len()))
             @if let Some(version) = &shown.provenance.version { ", published as " strong { (version) } }
             @if let Some(version) = &shown.provenance.in_use { ", not in use: " strong { (version) } " is" }
@@ -54,17 +55,19 @@ pub fn page(shown: &ReportInput<'_>) -> Result<String, PageError> {
         (check_section(shown))
         (strikes_section(shown))
         (explorer::explorer_section(shown)?)
-        @if let Some(evaluation) = &results.evaluation { (stops::errors_section(evaluation)) }
-        @if let Some(found) = &results.found { (diagnosis::diagnosis_section(shown, &places, found)) }
-        @if let Some(why) = &results.no_diagnosis {
+        @if let Some(evaluation) = results.evaluation() { (stops::errors_section(evaluation)) }
+        @if let Some(found) = results.found() { (diagnosis::diagnosis_section(shown, &places, found)) }
+        @if let Some(why) = results.worlds.as_ref().and_then(Worlds::no_diagnosis) {
             (section("Where simulation and strikes disagree", html! { p { "No diagnosis: " (why) "." } }))
         }
         @if let Some(trial) = shown.trial { (stops::trial_section(trial)) }
-        @if let Some(fit) = &results.fit { (models::world_section(fit)) }
+        @if let Some(worlds) = &results.worlds { (models::world_section(&worlds.fit)) }
         @if let Some(section) = delivered::delivered_section(&results.strikes) { (section) }
-        @if let Some(evaluation) = &results.evaluation { (stops::predictions_section(&results.strikes, &places, evaluation)) }
-        @if let Some(evaluation) = &results.evaluation { (models::learning_section(results, &places, evaluation)) }
-        (rejects_section(&results.rejects))
+        @if let Some(worlds) = &results.worlds && let Some(evaluation) = &worlds.evaluation {
+            (stops::predictions_section(&results.strikes, &places, worlds, evaluation)?)
+            (models::learning_section(worlds, &places, evaluation))
+        }
+        (rejects_section(&results.read.rejects))
         (provenance_section(shown))
     };
     Ok(html! {
@@ -91,7 +94,7 @@ pub fn page(shown: &ReportInput<'_>) -> Result<String, PageError> {
 
 /// What a check of the logs found; empty where it found nothing.
 fn check_section(shown: &ReportInput<'_>) -> Markup {
-    let check = &shown.results.check;
+    let check = &shown.results.read.check;
     if check.findings.is_empty() {
         return html! {};
     }
@@ -128,7 +131,7 @@ fn strikes_section(shown: &ReportInput<'_>) -> Markup {
         count(Split::Validation),
         count(Split::Test),
     );
-    let rejected = shown.results.rejects.len();
+    let rejected = shown.results.read.rejects.len();
     section(
         "Strikes on the table",
         html! {

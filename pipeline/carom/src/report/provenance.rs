@@ -22,11 +22,15 @@ pub struct Provenance {
     pub hashes: Vec<(String, String)>,
 }
 
-/// Where a version of results comes from (the latest unless they name theirs); none where nothing is published. Of a version
+/// Where a version of results comes from (the latest unless it is named); none where nothing is published. Of a version
 /// that was computed from other logs there is its name alone: the results are not its.
-pub fn provenance(dir: &Path, results: &Results) -> Result<Option<Provenance>, Error> {
+pub fn provenance(
+    dir: &Path,
+    results: &Results,
+    version: Option<&str>,
+) -> Result<Option<Provenance>, Error> {
     let store = Store::open(dir);
-    let version = results.version.clone();
+    let version = version.map(String::from);
     let Some(version) = version.or_else(|| store.latest().ok()) else {
         return Ok(None);
     };
@@ -37,7 +41,12 @@ pub fn provenance(dir: &Path, results: &Results) -> Result<Option<Provenance>, E
         .iter()
         .map(|log| log.sha256.as_str())
         .collect();
-    let shown: BTreeSet<&str> = results.logs.iter().map(|log| log.sha256.as_str()).collect();
+    let shown: BTreeSet<&str> = results
+        .read
+        .logs
+        .iter()
+        .map(|log| log.sha256.as_str())
+        .collect();
     if learnt_from != shown {
         return Ok(Some(Provenance {
             in_use: Some(version),

@@ -2,13 +2,15 @@
 
 use std::collections::BTreeMap;
 
-use evaluate::Evaluation;
+use judge::{Evaluation, misses};
 use maud::{Markup, html};
 use values::{StopErrors, Strike};
 
 use super::figure_8::figure_8;
 use super::figures::{self, Places};
-use super::markup::{model_names, section, swatch, title, wide};
+use super::markup::{PageError, model_names, section, swatch, title, wide};
+use crate::publishing::best_model;
+use crate::results::Worlds;
 use crate::trial::{Outcome, Trial};
 
 pub fn errors_section(evaluation: &Evaluation) -> Markup {
@@ -141,7 +143,7 @@ pub fn trial_section(trial: &Trial) -> Markup {
                         (errors_table(&rows(&new.models, trial), "refused"))
                     }
                     p.note {
-                        "Version " (trial.artifact) " struck the embedded rig (" (trial.robot) "). "
+                        "Version " (trial.artifact) " struck " (trial.robot) ". "
                         (trial.drawn) " random targets were drawn; those that the default model refused to strike at are not struck at "
                         "by any model. Every model met the same launches. The floor is the scatter of repeats of one command."
                     }
@@ -154,17 +156,36 @@ pub fn trial_section(trial: &Trial) -> Markup {
 pub fn predictions_section(
     strikes: &[Strike],
     places: &Places<'_>,
+    worlds: &Worlds,
     evaluation: &Evaluation,
-) -> Markup {
+) -> Result<Markup, PageError> {
+    let used = best_model(worlds).name();
+    let parts = misses(used, strikes, &evaluation.predictions)?;
     let models = model_names().into_iter();
     let models = models.filter(|model| evaluation.models.contains_key(*model));
-    section(
+    Ok(section(
         "Simulated against measured stops",
         html! {
             div.three { @for model in models {
                 @let plot = figures::predictions(model, strikes, places, &evaluation.predictions);
                 (plot.figure(&format!("stops of held-out strikes, measured and by the {}", plot.title)))
             } }
+            @if !parts.is_empty() {
+                h3 { "Where it misses: " (title(used)) }
+                (wide(html! { table {
+                    thead { tr { th { "stop error in cm" } th { "mean" } th { "95 %" } th { "n" } } }
+                    tbody {
+                        @for part in &parts {
+                            tr {
+                                td { (part.part()) }
+                                td.number { (format!("{:.2}", part.errors.mean * 100.0)) }
+                                td.number { (format!("{:.2}", part.errors.p95 * 100.0)) }
+                                td.number { (part.errors.n) }
+                            }
+                        }
+                    }
+                } }))
+            }
         },
-    )
+    ))
 }

@@ -11,7 +11,8 @@ use super::input::ReportInput;
 use super::page;
 use super::provenance::Provenance;
 use crate::inputs::Inputs;
-use crate::results::{Results, WorldResults};
+use crate::results::Results;
+use crate::results::testing::diagnosed;
 
 /// A table tilt, named.
 pub fn found_tilt() -> Diagnosed {
@@ -142,13 +143,13 @@ fn text(found: Diagnosed, is_used: bool) -> String {
         seed: 0,
         without_effects: !is_used,
     };
-    let world = found.world.clone().filter(|_| is_used);
-    let results = Results {
+    let mut results = Results {
         strikes: (0..4).map(strike).collect(),
-        effect: world.map(WorldResults::new),
-        found: Some(found),
-        ..Results::default()
+        ..diagnosed(Some(found))
     };
+    if let (false, Some(worlds)) = (is_used, &mut results.worlds) {
+        worlds.effect = None;
+    }
     let shown = ReportInput {
         night: None,
         versions: Vec::new(),

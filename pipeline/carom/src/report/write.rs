@@ -15,10 +15,15 @@ use crate::{Error, nightly, trial};
 /// Where a run keeps its report.
 pub const FILE: &str = "report.html";
 
-/// The report of a run, with its latest trial and night, and its version (else the latest) where there are any. Returns its path.
-pub fn write(dir: &Path, inputs: &Inputs, results: &Results) -> Result<String, Error> {
+/// The report of a run, with its latest trial and night, and the version that it published (else the latest) where there are any. Returns its path.
+pub fn write(
+    dir: &Path,
+    inputs: &Inputs,
+    results: &Results,
+    version: Option<&str>,
+) -> Result<String, Error> {
     let trial = trial::kept(dir);
-    let provenance = provenance(dir, results)?.unwrap_or_default();
+    let provenance = provenance(dir, results, version)?.unwrap_or_default();
     let night = nightly::kept(dir);
     let input = ReportInput {
         inputs,

@@ -1,6 +1,6 @@
 //! Drift: is the table where a version has it, or did friction, launch or heading change?
 
-use evaluate::{Candidate, Model, Observe};
+use judge::{Model, Observe};
 use serde::{Deserialize, Serialize};
 use stage::Run;
 use statrs::distribution::{ContinuousCDF, StudentsT};
@@ -129,24 +129,27 @@ pub fn varies(artifact: &Artifact) -> Varies {
     known.unwrap_or_else(|| Varies::assumed(&default_model(artifact).world))
 }
 
-/// A version's default model.
-pub fn default_model(artifact: &Artifact) -> Candidate {
-    let model = artifact.manifest.provenance.default_model;
-    // Loading has checked that it is there.
-    let (world, residual) = artifact
-        .model(model)
-        .unwrap_or_else(|| (artifact.sysid.world.clone(), None));
-    Candidate {
-        name: model.to_string(),
+/// A model of a version; none that it does not hold.
+pub fn model_of(artifact: &Artifact, name: store::Model) -> Option<Model> {
+    let (world, residual) = artifact.model(name)?;
+    Some(Model {
+        rig: artifact.rig.clone(),
         world,
         residual: residual.cloned(),
-    }
+    })
+}
+
+/// A version's default model.
+pub fn default_model(artifact: &Artifact) -> Model {
+    let name = artifact.manifest.provenance.default_model;
+    // Loading has checked that it is there.
+    model_of(artifact, name)
+        .unwrap_or_else(|| Model::of_world(&artifact.rig, &artifact.sysid.world))
 }
 
 /// What strikes show beside a version's default model, those that show a free slide.
 pub fn observed(run: &Run, artifact: &Artifact, strikes: &[Strike]) -> Result<Session, Error> {
-    let model = Model::of(&artifact.rig, &default_model(artifact));
-    let seen = run.items(&Observe, &model, strikes)?;
+    let seen = run.items(&Observe, &default_model(artifact), strikes)?;
     let orders = strikes.iter().map(|strike| strike.conditions.order);
     let seen = orders.zip(seen);
     Ok(Session(

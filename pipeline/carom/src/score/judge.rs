@@ -1,11 +1,11 @@
 //! How well a version predicts strikes.
 
-use evaluate::{Candidate, Evaluate, Evaluation};
+use judge::{Candidate, Evaluation, HeldOut, evaluate};
 use stage::Run;
 use store::{Artifact, Logged, Model};
 use values::Strike;
 
-use super::drift::{Drift, LEAST, observed, varies};
+use super::drift::{Drift, LEAST, model_of, observed, varies};
 use crate::Error;
 use crate::noise::identified;
 
@@ -13,20 +13,16 @@ use crate::noise::identified;
 pub fn judge(
     run: &Run,
     artifact: &Artifact,
-    strikes: Vec<Strike>,
+    strikes: &[Strike],
 ) -> Result<(Evaluation, Option<Drift>), Error> {
     let used = artifact.effect.as_ref().unwrap_or(&artifact.sysid);
-    let input = evaluate::Input {
-        rig: artifact.rig.clone(),
-        candidates: candidates(artifact),
-        noise: identified(&artifact.rig, &used.world),
-        strikes,
-    };
-    let mut evaluation = run.stage(&Evaluate { split: None }, &input)?;
-    // What was estimated when the residual was there to take away what repeats.
+    let judges: Vec<HeldOut> = strikes.iter().map(HeldOut::from).collect();
+    let noise = identified(&artifact.rig, &used.world);
+    let mut evaluation = evaluate(run, &candidates(artifact), &judges, &noise)?;
+    // What the strikes that it was computed from showed of repeats.
     let published = artifact.manifest.provenance.noise_floor;
     evaluation.noise_floor = published.or(evaluation.noise_floor);
-    let seen = observed(run, artifact, &input.strikes)?;
+    let seen = observed(run, artifact, strikes)?;
     Ok((evaluation, Drift::of(&varies(artifact), &seen)))
 }
 
@@ -46,12 +42,10 @@ pub fn follow_known_strikes(known: Logged, strikes: &mut [Strike]) {
 }
 
 fn candidates(artifact: &Artifact) -> Vec<Candidate> {
-    let candidate = |model: Model| {
-        let (world, residual) = artifact.model(model)?;
+    let candidate = |name: Model| {
         Some(Candidate {
-            name: model.name().into(),
-            world,
-            residual: residual.cloned(),
+            name: name.to_string(),
+            model: model_of(artifact, name)?,
         })
     };
     artifact

@@ -3,5 +3,5 @@
 mod drift;
 mod judge;
 
+pub use self::judge::{drift_unknown, follow_known_strikes, judge};
 pub use drift::{Drift, default_model, observed, varies};
-pub use judge::{drift_unknown, follow_known_strikes, judge};

@@ -97,10 +97,12 @@ pub fn measured(measured: &Measured) -> String {
     );
     line(
         "",
-        measured.encoder_to_camera.map(|lag| {
+        measured.encoder_to_camera.map(|delay| {
+            let [seconds, error] = delay.seconds;
             format!(
-                "from the tip's touch, by its measured place, to the object's motion {:.1} ms",
-                lag * 1e3
+                "from the tip's touch, by its measured place, to the object's motion {:.1} ms (± {:.1})",
+                seconds * 1e3,
+                2.0 * error * 1e3
             )
         }),
     );

@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use judge::Solved;
 use sysid::Fit;
 use train::Learned;
 use world::{PARAMETERS, Solution, SolveStatus};
@@ -13,21 +14,19 @@ use crate::results::Results;
 /// What the steps gave, in the order in which they were gone.
 pub fn details(results: &Results) -> String {
     let mut text = strikes(results, usize::MAX);
-    if let Some(fit) = &results.fit {
-        text += &world(fit);
-    }
-    if let Some(found) = &results.found {
-        text += &diagnosis::diagnosis(&found.diagnosis);
-    }
-    text += &unused_diagnosis(results);
-    let of_world = [("sysid", &results.sysid), ("effect", &results.effect)];
-    for (name, of_world) in of_world {
-        let Some(of_world) = of_world else { continue };
-        if !of_world.solutions.is_empty() {
-            text += &solutions(name, &of_world.solutions);
+    if let Some(worlds) = &results.worlds {
+        text += &world(&worlds.fit);
+        if let Some(found) = worlds.found() {
+            text += &diagnosis::diagnosis(&found.diagnosis);
         }
-        if let Some(learned) = &of_world.learned {
-            text += &residual(name, learned);
+        text += &unused_diagnosis(worlds);
+        for (name, of_world) in worlds.each() {
+            if let Some(solved) = &of_world.solved {
+                text += &solutions(name.name(), &solved.paths, results.strikes.len());
+            }
+            if let Some(learned) = &of_world.learned {
+                text += &residual(name.name(), learned);
+            }
         }
     }
     text += &warnings(results);
@@ -70,14 +69,19 @@ fn world(fit: &Fit) -> String {
     text
 }
 
-fn solutions(model: &str, solutions: &[Solution]) -> String {
-    let all = solutions.len();
+fn solutions(model: &str, paths: &[(usize, Solved)], strikes: usize) -> String {
+    let all = paths.len();
+    let solutions = || paths.iter().map(|(_, path)| &path.solution);
     let is_solved = |solution: &&Solution| solution.status == SolveStatus::Solved;
-    let solved = solutions.iter().filter(is_solved).count();
-    let evaluations: u32 = solutions.iter().map(|s| s.evaluations).sum();
+    let solved = solutions().filter(is_solved).count();
+    let evaluations: u32 = solutions().map(|s| s.evaluations).sum();
     format!(
-        "solve      {solved} of {all} paths in `{model}`, {:.2} simulations each\n",
-        f64::from(evaluations) / all as f64
+        "solve      {solved} of {all} paths in `{model}`, {:.2} simulations each{}\n",
+        f64::from(evaluations) / all as f64,
+        match strikes - all {
+            0 => String::new(),
+            others => format!("; {others} more strikes are neither solved nor learnt from"),
+        }
     )
 }
 

@@ -13,5 +13,5 @@ pub use check::{candidate, findings, findings_json, measured};
 pub use details::{details, rolled_back};
 pub use overview::overview;
 pub use rejects::{examples, reasons};
-pub use table::evaluation_table;
+pub use table::{evaluation_table, misses_table};
 pub use trial::trial;

@@ -15,7 +15,8 @@ const MOST_LINES: usize = 6;
 /// The overview of a run's results.
 pub fn overview(results: &Results) -> String {
     let mut text = strikes(results, MOST_LINES);
-    if let Some(fit) = &results.fit {
+    if let Some(worlds) = &results.worlds {
+        let fit = &worlds.fit;
         let _ = writeln!(
             text,
             "sysid      tracks of {} strikes: {:.1} mm rms before, {:.1} mm after",
@@ -23,11 +24,11 @@ pub fn overview(results: &Results) -> String {
             fit.rms_before * 1e3,
             fit.rms_after * 1e3
         );
+        if let Some(found) = worlds.found() {
+            text += &diagnosis(&found.diagnosis);
+        }
+        text += &unused_diagnosis(worlds);
     }
-    if let Some(found) = &results.found {
-        text += &diagnosis(&found.diagnosis);
-    }
-    text += &unused_diagnosis(results);
     text += &warnings(results);
     text += &stop_errors(results);
     text += &table(results).unwrap_or_default();
@@ -36,7 +37,7 @@ pub fn overview(results: &Results) -> String {
 
 /// How the table varies beside the default model: from strike to strike, along a session, between sessions.
 fn table(results: &Results) -> Option<String> {
-    let provenance = &results.contents.as_ref()?.provenance;
+    let provenance = &results.version()?.contents.provenance;
     let varies = provenance.varies.get(&provenance.default_model)?;
     let three = |[friction, gain, heading]: [f64; 3]| {
         format!(
@@ -150,15 +151,12 @@ mod tests {
     use super::super::shared::WIDTH;
     use super::*;
     use crate::report::found_tilt;
+    use crate::results::testing::diagnosed;
 
     #[test]
     fn an_overview_fits_a_screen_and_names_each_effect_with_its_interval() {
         let found = found_tilt();
-        let results = Results {
-            found: Some(found.clone()),
-            ..Results::default()
-        };
-        let text = overview(&results);
+        let text = overview(&diagnosed(Some(found.clone())));
         assert!(text.lines().count() < 24, "{text}");
         assert!(
             text.lines().all(|line| line.chars().count() <= WIDTH),

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use super::rejects::{examples, reasons};
 use super::table::evaluation_table;
-use crate::results::Results;
+use crate::results::{Results, Worlds};
 
 /// Characters of a line.
 pub const WIDTH: usize = 100;
@@ -45,15 +45,15 @@ pub fn warnings(results: &Results) -> String {
 
 /// Strikes kept and rejected, and notes on logs: `most` lines of each, and how many more there are.
 pub fn strikes(results: &Results, most: usize) -> String {
-    let mut text = format!("strikes    {} kept", results.kept.len());
-    if results.rejects.is_empty() {
+    let mut text = format!("strikes    {} kept", results.read.strikes.len());
+    if results.read.rejects.is_empty() {
         text += ", none rejected\n";
     } else {
-        let (count, reasons) = (results.rejects.len(), reasons(&results.rejects));
+        let (count, reasons) = (results.read.rejects.len(), reasons(&results.read.rejects));
         let _ = writeln!(text, ", {count} rejected: {reasons}");
-        text += &first_lines(&examples(&results.rejects), most);
+        text += &first_lines(&examples(&results.read.rejects), most);
     }
-    text += &first_lines(&results.log_notes, most);
+    text += &first_lines(&results.read.notes, most);
     text
 }
 
@@ -70,13 +70,13 @@ fn first_lines(lines: &[String], most: usize) -> String {
 }
 
 /// Why there is no diagnosis, or its world is not used; empty where neither holds.
-pub fn unused_diagnosis(results: &Results) -> String {
+pub fn unused_diagnosis(worlds: &Worlds) -> String {
     let mut text = String::new();
-    let is_named = results.found.iter().any(|found| found.world.is_some());
-    if is_named && results.effect.is_none() {
+    let is_named = worlds.found().is_some_and(|found| found.world.is_some());
+    if is_named && worlds.effect.is_none() {
         text += "           not added to the world, as asked\n";
     }
-    if let Some(why) = &results.no_diagnosis {
+    if let Some(why) = worlds.no_diagnosis() {
         text += &wrapped("diagnosis", &format!("none: {why}"));
     }
     text
@@ -84,13 +84,10 @@ pub fn unused_diagnosis(results: &Results) -> String {
 
 /// The table of stop errors; empty before evaluation.
 pub fn stop_errors(results: &Results) -> String {
-    results
-        .evaluation
-        .as_ref()
-        .map_or(String::new(), |evaluation| {
-            let table = evaluation_table(evaluation);
-            format!("\nStop error on held-out strikes\n{table}")
-        })
+    results.evaluation().map_or(String::new(), |evaluation| {
+        let table = evaluation_table(evaluation);
+        format!("\nStop error on held-out strikes\n{table}")
+    })
 }
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-use evaluate::Evaluation;
+use judge::{Evaluation, Misses};
 use store::Model;
 use values::StopErrors;
 
@@ -19,16 +19,22 @@ pub struct Line<'a> {
     pub remark: String,
 }
 
+/// Characters of a name, at the least.
+const NAME_WIDTH: usize = 16;
+
 /// A table of stop errors in cm.
 pub fn table<'a>(lines: impl Iterator<Item = Line<'a>>) -> String {
+    let lines: Vec<Line<'_>> = lines.collect();
+    let names = lines.iter().map(|line| line.name.chars().count());
+    let width = names.fold(NAME_WIDTH, usize::max);
     let mut text = format!(
-        "{:<16} {:>8} {:>8} {:>8} {:>8} {:>6}\n",
+        "{:<width$} {:>8} {:>8} {:>8} {:>8} {:>6}\n",
         "cm", "mean", "sd", "median", "95 %", "n"
     );
     for line in lines {
         let [mean, sd, median, p95] = line.numbers.map(|number| number * 100.0);
         let row = format!(
-            "{:<16} {mean:>8.2} {sd:>8.2} {median:>8.2} {p95:>8.2} {:>6}  {}",
+            "{:<width$} {mean:>8.2} {sd:>8.2} {median:>8.2} {p95:>8.2} {:>6}  {}",
             line.name, line.n, line.remark
         );
         let _ = writeln!(text, "{}", row.trim_end());
@@ -49,6 +55,26 @@ pub fn evaluation_table(evaluation: &Evaluation) -> String {
         );
     }
     text
+}
+
+/// Where a model misses; empty where too few strikes say so.
+pub fn misses_table(model: &str, parts: &[Misses]) -> String {
+    if parts.is_empty() {
+        return String::new();
+    }
+    let names: Vec<String> = parts.iter().map(Misses::part).collect();
+    let lines = parts.iter().zip(&names).map(|(part, name)| Line {
+        name,
+        numbers: [
+            part.errors.mean,
+            part.errors.sd,
+            part.errors.median,
+            part.errors.p95,
+        ],
+        n: part.errors.n,
+        remark: String::new(),
+    });
+    format!("\nwhere `{model}` misses\n{}", table(lines))
 }
 
 fn stop_errors(models: &BTreeMap<String, StopErrors>, floor: Option<(&str, StopErrors)>) -> String {

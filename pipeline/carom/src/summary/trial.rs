@@ -41,7 +41,7 @@ pub fn trial(trial: &Trial) -> String {
         )
     });
     format!(
-        "Version {} against the embedded rig ({}){session}\n\nFigure 8: two starts, four targets each, repeated\n{}\n\
+        "Version {} against {}{session}\n\nFigure 8: two starts, four targets each, repeated\n{}\n\
          Random targets: {struck} struck at, {} of {} drawn were refused by the default model\n{}{new}",
         trial.artifact,
         trial.robot,

@@ -5,17 +5,16 @@ use std::path::Path;
 
 use indicatif::ProgressBar;
 use rayon::prelude::*;
-use rig::{Recording, Sim, SimChoice};
 use store::{Artifact, Model, Store};
 use strike::{Plan, Planner};
-use values::{Point, StopErrors};
+use values::{Point, StopErrors, Strike};
 
 use super::outcome::{FILE, NewSessions, Outcome, Refused, TargetStrike, Trial};
 use super::targets::{Pair, Region};
 use crate::Error;
 use crate::outputs::write_json;
 use crate::publishing::store_error;
-use crate::robot::Embedded;
+use crate::robot::{Opened, Table, TrialRobot};
 
 /// Repeats of one command from which the rig's scatter is estimated.
 const FLOOR_REPEATS: usize = 25;
@@ -23,7 +22,7 @@ const FLOOR_REPEATS: usize = 25;
 /// What a trial is to strike.
 pub struct TrialSettings<'a> {
     /// What strikes.
-    pub robot: &'a SimChoice,
+    pub robot: &'a TrialRobot,
     /// Version to strike with; the latest where none is named.
     pub version: Option<&'a str>,
     /// Random targets, each struck once with each model.
@@ -39,17 +38,11 @@ pub struct TrialSettings<'a> {
 /// Runs the trial with the version in a run's folder and keeps it there.
 pub fn run(dir: &Path, wanted: &TrialSettings<'_>, is_quiet: bool) -> Result<Trial, Error> {
     let artifact = Store::open(dir).load(wanted.version).map_err(store_error)?;
-    let strikes = tables::read_strikes(dir).map_err(Error::input)?;
+    let mut strikes = tables::read_strikes(dir).map_err(Error::input)?;
+    strikes.retain(Strike::has_stop);
     let region = Region::of(&strikes)
         .ok_or_else(|| Error::input("choose targets: the run's strikes.parquet is empty"))?;
-    let robot = Embedded::open(wanted.robot, dir, &artifact.rig, wanted.seed)?;
-    if robot.truth.is_none() && !is_quiet {
-        eprintln!(
-            "carom: there is no truth.json in {0} or {0}/rig: the demo's default rig is struck, with hidden effects of its own; \
-             name another with --robot sim:FOLDER",
-            dir.display()
-        );
-    }
+    let robot = Opened::open(wanted.robot, dir, &artifact, wanted.seed)?;
 
     let planners = planners(&artifact, robot.session.as_deref())?;
     let (_, reference) = planners
@@ -71,10 +64,10 @@ pub fn run(dir: &Path, wanted: &TrialSettings<'_>, is_quiet: bool) -> Result<Tri
     };
     // Every model meets the same launches, and Figure 8's follow those of the random targets.
     let later = robot
-        .sim
+        .table
         .clone()
-        .after(robot.sim.index().order + random.len());
-    let first = robot.sim.index().session + usize::from(robot.session.is_some());
+        .after(robot.table.index().order + random.len());
+    let first = robot.table.index().session + usize::from(robot.session.is_some());
     let after = later.clone().after(later.index().order + repeated.len());
     let a_session = random.len().div_ceil(wanted.sessions.max(1)).max(1);
     let new: Vec<Course<'_>> = random
@@ -92,7 +85,7 @@ pub fn run(dir: &Path, wanted: &TrialSettings<'_>, is_quiet: bool) -> Result<Tri
         session: robot.session.clone(),
         new_sessions: None,
         artifact: artifact.version.clone(),
-        robot: robot.origin(),
+        robot: robot.origin.clone(),
         drawn,
         figure_8: BTreeMap::new(),
         noise_floor: noise_floor(reference, &later, &figure_8),
@@ -100,7 +93,7 @@ pub fn run(dir: &Path, wanted: &TrialSettings<'_>, is_quiet: bool) -> Result<Tri
     };
     for (model, planner) in &planners {
         let name = model.name().to_string();
-        let outcome = strike_all(planner, vec![(robot.sim.clone(), &random)], &bar);
+        let outcome = strike_all(planner, vec![(robot.table.clone(), &random)], &bar);
         trial.models.insert(name.clone(), outcome);
         let outcome = strike_all(planner, vec![(later.clone(), &repeated)], &bar);
         trial.figure_8.insert(name, outcome);
@@ -139,13 +132,13 @@ fn planners(artifact: &Artifact, session: Option<&str>) -> Result<Vec<(Model, Pl
 }
 
 /// The rig in a session, and what is struck there.
-type Course<'a> = (Sim, &'a [Pair]);
+type Course<'a> = (Table, &'a [Pair]);
 
 /// What one model makes of the pairs.
 fn strike_all(planner: &Planner, courses: Vec<Course<'_>>, bar: &ProgressBar) -> Outcome {
     let mut outcome = Outcome::default();
-    for (sim, pairs) in courses {
-        strike_pairs(planner, sim, pairs, &mut outcome, bar);
+    for (table, pairs) in courses {
+        strike_pairs(planner, table, pairs, &mut outcome, bar);
     }
     outcome.summed_up()
 }
@@ -153,38 +146,40 @@ fn strike_all(planner: &Planner, courses: Vec<Course<'_>>, bar: &ProgressBar) ->
 /// Plans in parallel, for plans do not depend on each other; strikes in order, for the rig does.
 fn strike_pairs(
     planner: &Planner,
-    mut sim: Sim,
+    mut table: Table,
     pairs: &[Pair],
     outcome: &mut Outcome,
     bar: &ProgressBar,
 ) {
-    let order = sim.index().order;
+    let order = table.index().order;
     let plans: Vec<_> = pairs
         .par_iter()
         .enumerate()
         .map(|(i, (from, to))| {
             // The camera sees how the object was put down.
-            let yaw = sim.clone().after(order + i).next_yaw(*from);
+            let yaw = table.clone().after(order + i).next_yaw(*from);
             planner.plan_turned(*from, *to, yaw.unwrap_or(0.0))
         })
         .collect();
     for ((from, to), plan) in pairs.iter().zip(plans) {
-        let start = sim.index().order;
-        match plan {
-            Ok(plan) => {
-                let stop = sim.strike(*from, plan.command()).stop;
-                outcome.strikes.push(struck(&plan, stop));
-            }
-            Err(refusal) => {
-                // The launches of the targets that follow stay those that other models meet.
-                sim = sim.after(start + 1);
-                outcome.refusals.push(Refused {
-                    from: *from,
-                    to: *to,
-                    refused: refusal.to_string(),
-                });
-            }
+        let next = table.index().order + 1;
+        let stopped = plan
+            .map_err(|refusal| refusal.to_string())
+            .and_then(|plan| {
+                let stop = table.strike(*from, None, plan.command());
+                let stop = stop.ok_or("the strike comes to no rest in this world")?;
+                Ok(struck(&plan, stop))
+            });
+        match stopped {
+            Ok(strike) => outcome.strikes.push(strike),
+            Err(refused) => outcome.refusals.push(Refused {
+                from: *from,
+                to: *to,
+                refused,
+            }),
         }
+        // The launches of the targets that follow stay those that other models meet.
+        table = table.after(next);
         bar.inc(1);
     }
 }
@@ -201,17 +196,9 @@ fn struck(plan: &Plan, stop: Point) -> TargetStrike {
     }
 }
 
-/// One strike of a plan for a box that stands straight, put down as the plan says.
-fn repeat(sim: &mut Sim, plan: &Plan) -> Recording {
-    match sim.next_yaw(plan.from) {
-        Some(_) => sim.strike_turned(plan.from, 0.0, plan.command()),
-        None => sim.strike(plan.from, plan.command()),
-    }
-}
-
 /// Distances of repeats from their mean, widened for the mean's own error.
-fn noise_floor(planner: &Planner, sim: &Sim, pairs: &[Pair]) -> Option<StopErrors> {
-    let mut sim = sim.clone();
+fn noise_floor(planner: &Planner, table: &Table, pairs: &[Pair]) -> Option<StopErrors> {
+    let mut table = table.clone();
     let widening = (FLOOR_REPEATS as f64 / (FLOOR_REPEATS as f64 - 1.0)).sqrt();
     let mut errors = Vec::new();
     for (from, to) in pairs {
@@ -219,10 +206,17 @@ fn noise_floor(planner: &Planner, sim: &Sim, pairs: &[Pair]) -> Option<StopError
             continue;
         };
         let stops: Vec<Point> = (0..FLOOR_REPEATS)
-            .map(|_| repeat(&mut sim, &plan).stop)
+            // A box that stands straight, put down as the plan says.
+            .filter_map(|_| {
+                let yaw = table.next_yaw(plan.from).map(|_| 0.0);
+                table.strike(plan.from, yaw, plan.command())
+            })
             .collect();
+        if stops.is_empty() {
+            continue;
+        }
         let sum = stops.iter().fold(Point::default(), |sum, stop| sum + *stop);
-        let mean = sum * (1.0 / FLOOR_REPEATS as f64);
+        let mean = sum * (1.0 / stops.len() as f64);
         errors.extend(stops.iter().map(|stop| widening * stop.distance(mean)));
     }
     StopErrors::of(errors.into_iter())

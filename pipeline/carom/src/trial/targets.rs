@@ -2,9 +2,8 @@
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use residual::wrap;
 use strike::Planner;
-use values::{Point, Strike};
+use values::{Point, Strike, wrap_angle};
 
 /// Starts and targets of the paper's Figure 8.
 const STARTS: usize = 2;
@@ -46,7 +45,7 @@ impl Region {
             x: ends(&|strike| strike.initial.x)?,
             y: ends(&|strike| strike.initial.y)?,
             distance: ends(&|strike| strike.path().norm())?,
-            bearing: ends(&|strike| middle + wrap(strike.path().bearing() - middle))?,
+            bearing: ends(&|strike| middle + wrap_angle(strike.path().bearing() - middle))?,
         })
     }
 

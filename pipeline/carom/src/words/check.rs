@@ -184,6 +184,49 @@ pub fn say(finding: &Finding, rig: &Rig) -> Said {
             "the arm missed, another object was tracked, or commands and centroids are not of one session",
             "look at both topics in a viewer, and record anew".into(),
         ),
+        Finding::OtherTimes {
+            log,
+            commands,
+            followed,
+            struck,
+        } => said(
+            format!(
+                "{log}: {followed} of {commands} commands are followed by a motion, and {struck} times objects are struck when nothing is commanded"
+            ),
+            "commands and centroids are not of one session, or their clocks do not run alike",
+            "look at both topics in a viewer, and record them into one log".into(),
+        ),
+        Finding::EncoderDelay { delay } => {
+            let [seconds, error] = delay.seconds;
+            let side = if seconds < 0.0 { "before" } else { "after" };
+            said(
+                format!(
+                    "by its measured place the tip touches the object, and {:.1} ms (± {:.1}) {side} that the camera sees it move, over {} strikes{}",
+                    seconds.abs() * 1e3,
+                    2.0 * error * 1e3,
+                    delay.strikes,
+                    delay.reach.map_or(String::new(), |[reach, error]| format!(
+                        " of several speeds, which leave {:+.1} mm (± {:.1}) for the radii of both",
+                        reach * 1e3,
+                        2.0 * error * 1e3
+                    ))
+                ),
+                if delay.reach.is_some() {
+                    "the camera's stamps and the encoders' differ by this"
+                } else {
+                    "the camera's stamps and the encoders' differ by this, or both radii together are off"
+                },
+                format!(
+                    "state `[frames] camera_delay = {:.4}`{}",
+                    seconds + rig.frames.camera_delay,
+                    if delay.reach.is_some() {
+                        ""
+                    } else {
+                        ", or measure object.radius and striker.radius"
+                    }
+                ),
+            )
+        }
         Finding::Scale {
             ratio,
             strikes,
@@ -196,6 +239,7 @@ pub fn say(finding: &Finding, rig: &Rig) -> Said {
             format!("give {topic} in m and the commands in m/s"),
         ),
         Finding::OutsideLimits {
+            commanded,
             limit,
             outside,
             strikes,
@@ -208,7 +252,12 @@ pub fn say(finding: &Finding, rig: &Rig) -> Said {
             };
             said(
                 format!(
-                    "{outside} of {strikes} commands lie outside `robot.{key}` = [{}, {}] {unit}: they go from {low:.3} to {high:.3}",
+                    "{outside} of {strikes} {} lie outside `robot.{key}` = [{}, {}] {unit}: they go from {low:.3} to {high:.3}",
+                    if *commanded {
+                        "commands"
+                    } else {
+                        "strikes, as they were delivered,"
+                    },
                     stated.low, stated.high
                 ),
                 "these logs are another robot's, or the rig file states the limits of another",
@@ -230,7 +279,14 @@ pub fn say(finding: &Finding, rig: &Rig) -> Said {
                 reason.name()
             ),
             rejected_for(*reason),
-            "`carom run` goes on with the others; rejects.parquet has every one".into(),
+            if *reason == RejectReason::UnitsImplausible {
+                format!(
+                    "give {} in m and {} in m/s",
+                    rig.topics.centroid.name, rig.topics.command.name
+                )
+            } else {
+                "`carom run` goes on with the others; rejects.parquet has every one".into()
+            },
         ),
         Finding::BaseTurns { base_yaw, left } => said(
             format!(

@@ -37,6 +37,36 @@ fn a_log_that_has_grown_and_another_of_its_name_are_distinguished_at_night() {
 }
 
 #[test]
+fn a_rig_file_is_proposed_out_of_a_log_and_reads_it() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let dir = folder.path().display();
+    done(&format!(
+        "demo --strikes 40 --hide none --state --out {dir}/rig"
+    ));
+    let log = format!("{dir}/rig/logs/session_000.mcap");
+    done(&format!("rig init --from {log} --out {dir}/own.toml"));
+    let own = values::Rig::load(&folder.path().join("own.toml")).expect("a rig file");
+    let stated = values::Rig::load(&folder.path().join("rig/rig.toml")).expect("a rig file");
+    assert_eq!(own.topics, stated.topics);
+    assert_eq!(own.camera.rate, stated.camera.rate);
+    let noise = own.camera.noise / stated.camera.noise;
+    assert!((0.7..1.4).contains(&noise), "{noise}");
+    let text = std::fs::read_to_string(folder.path().join("own.toml")).expect("text");
+    assert!(
+        text.contains("/striker/state (nav_msgs/msg/Odometry"),
+        "{text}"
+    );
+    let kept = |rig: &str| {
+        let said = done(&format!("check {log} --rig {dir}/{rig}"));
+        said["strikes"].as_u64().expect("a count")
+    };
+    assert_eq!(kept("own.toml"), kept("rig/rig.toml"));
+    // What was written says where it comes from.
+    let lineages = logs::write::lineages(std::path::Path::new(&log)).expect("a log");
+    assert_eq!(lineages[0]["program"], "carom demo");
+}
+
+#[test]
 fn what_cannot_be_worked_with_is_bad_input_that_names_what_and_where() {
     let folder = tempfile::tempdir().expect("a folder");
     let dir = folder.path().display();

@@ -53,6 +53,22 @@ fn a_demo_becomes_a_version_that_strikes_and_can_be_rebuilt() {
             assert_eq!(count("strikes") + count("refusals"), struck_at, "{model}");
         }
     }
+    // Without a truth the embedded rig is another's: the version's own world is struck, and called what it is.
+    std::fs::rename(
+        folder.path().join("rig/truth.json"),
+        folder.path().join("rig/hidden.json"),
+    )
+    .expect("moved");
+    let (outcome, why) = refusal(&format!("trial --artifacts {dir} --robot sim"));
+    assert_eq!(outcome, Outcome::BadInput);
+    assert!(why.contains("--robot world"), "{why}");
+    let own = done(&format!(
+        "trial --artifacts {dir} --robot world --targets 6 --repeats 1 --sessions 0"
+    ));
+    let robot = own["robot"].as_str().expect("a name");
+    assert!(robot.contains("no evidence about reality"), "{robot}");
+    let mean = |model: &str| own[model]["mean"].as_f64().expect("a mean");
+    assert!(mean("sysid") < mean("nominal"), "{own}");
     let report = std::fs::read_to_string(folder.path().join("report.html")).expect("a report");
     assert!(report.contains("Closed loop") && report.contains("v0002"));
     assert!(fetches_nothing(&report), "the page fetches nothing");

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 use std::{fs, io};
 
+use ingest::{IngestError, LogOutcome};
 use serde::{Deserialize, Serialize};
 use store::Artifact;
 use strike::{Planner, PlannerError, Reason, Recent, SESSION_GAP};
@@ -36,7 +37,8 @@ pub fn by_logs(
     artifact: &Artifact,
     planner: Planner,
 ) -> Result<Planner, Failure> {
-    let strikes = strikes(logs, &planner)?;
+    let outcomes: Result<Vec<_>, _> = logs.iter().map(|log| ingested(log, &planner)).collect();
+    let strikes = in_order(outcomes.map_err(Failure::input)?);
     if strikes.is_empty() {
         return Err(Failure::input(
             "follow the table: the recent logs hold no strike that can be used; `carom ingest` says why",
@@ -86,7 +88,15 @@ pub fn by_own_strikes(
     let known = artifact.manifest.provenance.strikes;
     let known = known.map_or(f64::NEG_INFINITY, |known| known.last);
     let since = kept.recent.last().map_or(known, |last| last.max(known));
-    let mut strikes = strikes(&new, &planner)?;
+    let mut outcomes = Vec::new();
+    for log in &new {
+        match ingested(log, &planner) {
+            Ok(outcome) => outcomes.push(outcome),
+            // What a robot wrote as it lost power must not stop every strike to come.
+            Err(error) => eprintln!("strike: {error}; it shows nothing of the table"),
+        }
+    }
+    let mut strikes = in_order(outcomes);
     strikes.retain(|strike| strike.t_start > since);
     let followed = planner.follow(artifact, &mut kept.recent, &strikes);
     kept.logs.extend(new.iter().map(|log| name(log)));
@@ -112,16 +122,15 @@ fn is_of_today(log: &Path) -> bool {
     }
 }
 
-/// The strikes of these logs in the order of time.
-fn strikes(logs: &[PathBuf], planner: &Planner) -> Result<Vec<Strike>, Failure> {
-    let outcomes = logs
-        .iter()
-        .map(|log| ingest::ingest_log(log, planner.rig(), &ingest::Ingest::default()))
-        .collect::<Result<Vec<_>, _>>()
-        .map_err(Failure::input)?;
+fn ingested(log: &Path, planner: &Planner) -> Result<LogOutcome, IngestError> {
+    ingest::ingest_log(log, planner.rig(), &ingest::Ingest::default())
+}
+
+/// The strikes of logs in the order of time.
+fn in_order(outcomes: Vec<LogOutcome>) -> Vec<Strike> {
     let (mut strikes, _) = ingest::assemble(outcomes);
     strikes.sort_by(|a, b| a.t_start.total_cmp(&b.t_start));
-    Ok(strikes)
+    strikes
 }
 
 /// The logs of a folder by their names, which count; none where the folder is not there yet.

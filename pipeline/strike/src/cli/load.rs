@@ -1,7 +1,7 @@
 //! The artifact to strike with, and the rig within whose limits it is used.
 
-use std::env;
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::{env, io};
 
 use store::{Artifact, Store};
 use strike::{Config, Reason, Trust, allows, identity};
@@ -59,7 +59,7 @@ fn configured(args: &Args) -> Result<Config, Failure> {
     let file = match &args.config {
         Some(path) => Config::load(path),
         None => {
-            let program = env::current_exe().map_err(|error| {
+            let program = called().map_err(|error| {
                 Failure::failed(format!("find strike.toml beside this program: {error}"))
             })?;
             Config::beside(&program)
@@ -71,6 +71,19 @@ fn configured(args: &Args) -> Result<Config, Failure> {
         rig: args.rig.clone().or(file.rig),
         seen: args.seen.clone().or(file.seen),
     })
+}
+
+/// The file by which this program was called: a link, where it was called through one.
+fn called() -> io::Result<PathBuf> {
+    let name = env::args_os().next().map(PathBuf::from).unwrap_or_default();
+    let real = env::current_exe()?;
+    let folders = match name.components().count() {
+        1 => env::split_paths(&env::var_os("PATH").unwrap_or_default()).collect(),
+        _ => vec![PathBuf::new()],
+    };
+    let is_this = |path: &PathBuf| path.canonicalize().is_ok_and(|path| path == real);
+    let mut paths = folders.iter().map(|folder| folder.join(&name));
+    Ok(paths.find(is_this).unwrap_or(real))
 }
 
 fn load_rig(path: &Path) -> Result<Rig, Failure> {

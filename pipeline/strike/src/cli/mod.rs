@@ -53,7 +53,7 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     };
     match (&args.batch, &args.to) {
         (Some(file), _) => plan_batch(args, &planner, file),
-        (None, Some(to)) => strike_one(args, &planner, point(to)),
+        (None, Some(to)) => strike_one(args, &planner, &artifact.manifest.sha256, point(to)),
         (None, None) => Err(Failure::usage(
             "give a target, `--to X Y`, or `--batch FILE`",
         )),

@@ -52,6 +52,15 @@ impl Answer {
         }
     }
 
+    /// What the robot answered, in a word or as what failed.
+    pub fn robot_answered(&self) -> String {
+        match (&self.failed, &self.warning) {
+            (Some(failed), _) => format!("failed to {failed}"),
+            (None, Some(warning)) => format!("struck, with a warning: {warning}"),
+            (None, None) => "struck".into(),
+        }
+    }
+
     /// The robot struck.
     pub fn struck(&mut self, struck: &StrikeRecord) {
         self.stopped = struck.stop;

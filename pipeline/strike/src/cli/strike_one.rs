@@ -4,12 +4,12 @@ use std::process::ExitCode;
 
 #[cfg(feature = "sim")]
 use rig::SimChoice;
-use strike::arm::Arm;
-use strike::ur::{self, Ur};
-use strike::xarm::{self, XArm};
+use strike::arm::{Arm, ports_of};
+use strike::ur::Ur;
+use strike::xarm::XArm;
 use strike::{
-    Choice, Destination, DryRun, Guarded, OpenLog, Plan, Planner, Reason, Received, Refusal, Robot,
-    RobotError, Samples, catch_signals, execute, tell,
+    Choice, Destination, DryRun, Guarded, Lineage, OpenLog, Plan, Planner, Reason, Received,
+    Refusal, Robot, RobotError, Samples, catch_signals, execute, tell,
 };
 #[cfg(feature = "sim")]
 use strike::{SimRobot, TruthSource, take_number};
@@ -22,8 +22,13 @@ use super::{Args, Failure, REJECTED, point};
 /// Bytes of a strike's log without a camera's messages, at the most.
 const ROOM: u64 = 8 << 20;
 
-/// Plans a strike at `to`, makes it, and reports the result.
-pub fn strike_one(args: &Args, planner: &Planner, to: Point) -> Result<ExitCode, Failure> {
+/// Plans a strike at `to`, makes it, and reports the result. `manifest` is the hash of the version's.
+pub fn strike_one(
+    args: &Args,
+    planner: &Planner,
+    manifest: &str,
+    to: Point,
+) -> Result<ExitCode, Failure> {
     let watching = Watching::open(args, planner.rig())?;
     let (from, yaw) = match (&args.from, &watching) {
         (_, Some(watching)) => {
@@ -40,23 +45,30 @@ pub fn strike_one(args: &Args, planner: &Planner, to: Point) -> Result<ExitCode,
         show::plan(&plan, args.from.is_none() && watching.is_none())?;
     }
     let topics = &planner.rig().topics;
+    let about = |robot: &str| {
+        let mut lineage = plan.lineage(robot);
+        lineage.insert("manifest".into(), manifest.into());
+        let session = args.session.clone().unwrap_or_default();
+        lineage.insert("session".into(), session);
+        lineage
+    };
     let answer = match &args.robot {
         #[cfg(feature = "sim")]
         Choice::Sim(sim) => {
             let (mut robot, log) = open_sim(args, planner, sim)?;
-            strike_with(&mut robot, &plan, Some(log), None, topics)?
+            strike_with(&mut robot, &plan, Some((log, about("sim"))), None, topics)?
         }
         Choice::XArm(host) => {
-            let ports = xarm::Ports::of(host).map_err(|error| not_found(host, &error))?;
             let name = format!("xarm:{host}");
-            let (mut robot, log) = open_arm::<XArm>(args, planner, &name, &ports, &watching)?;
-            strike_with(&mut robot, &plan, Some(log), watching.as_ref(), topics)?
+            let (mut robot, log) = open_arm::<XArm>(args, planner, (&name, host), &watching)?;
+            let log = Some((log, about(&name)));
+            strike_with(&mut robot, &plan, log, watching.as_ref(), topics)?
         }
         Choice::Ur(host) => {
-            let ports = ur::Ports::of(host).map_err(|error| not_found(host, &error))?;
             let name = format!("ur:{host}");
-            let (mut robot, log) = open_arm::<Ur>(args, planner, &name, &ports, &watching)?;
-            strike_with(&mut robot, &plan, Some(log), watching.as_ref(), topics)?
+            let (mut robot, log) = open_arm::<Ur>(args, planner, (&name, host), &watching)?;
+            let log = Some((log, about(&name)));
+            strike_with(&mut robot, &plan, log, watching.as_ref(), topics)?
         }
         Choice::DryRun => strike_with(&mut DryRun, &plan, None, None, topics)?,
     };
@@ -110,8 +122,7 @@ fn open_sim(
 fn open_arm<D: Arm>(
     args: &Args,
     planner: &Planner,
-    name: &str,
-    address: &D::Address,
+    (name, host): (&str, &str),
     watching: &Option<Watching>,
 ) -> Result<(Guarded<D>, OpenLog), Failure> {
     let interrupted =
@@ -120,7 +131,9 @@ fn open_arm<D: Arm>(
         .as_ref()
         .map_or(ROOM, |watching| ROOM + watching.room());
     let log = OpenLog::open(destination(args))?.reserve(room)?;
-    let robot = Guarded::<D>::connect(name, address, planner.rig(), interrupted);
+    let ports = ports_of::<D>(host)
+        .map_err(|error| Failure::input(format!("find the arm at `{host}`: {error}")))?;
+    let robot = Guarded::<D>::connect(name, &ports, planner.rig(), interrupted);
     let mut robot = robot.map_err(|error| match error {
         RobotError::NotReady { .. } => {
             Failure::refused(Reason::NotReady, format!("failed to {error}"))
@@ -134,10 +147,6 @@ fn open_arm<D: Arm>(
     Ok((robot, log))
 }
 
-fn not_found(host: &str, error: &std::io::Error) -> Failure {
-    Failure::input(format!("find the arm at `{host}`: {error}"))
-}
-
 fn destination(args: &Args) -> Destination {
     args.log.clone().map_or_else(
         || Destination::Next(args.artifacts.join("strikes")),
@@ -149,7 +158,7 @@ fn destination(args: &Args) -> Destination {
 fn strike_with(
     robot: &mut dyn Robot,
     plan: &Plan,
-    log: Option<OpenLog>,
+    log: Option<(OpenLog, Lineage)>,
     watching: Option<&Watching>,
     topics: &Topics,
 ) -> Result<Answer, Failure> {
@@ -189,12 +198,15 @@ fn strike_with(
 /// Writes what was recorded, and puts its path into the answer, or why it could not be written.
 fn keep(
     answer: &mut Answer,
-    log: Option<OpenLog>,
+    log: Option<(OpenLog, Lineage)>,
     (samples, received): (&Samples, &[Received]),
     topics: &Topics,
 ) {
-    let Some(log) = log else { return };
-    match log.write_with(samples, received, topics) {
+    let Some((log, mut lineage)) = log else {
+        return;
+    };
+    lineage.insert("robot_answered".into(), answer.robot_answered());
+    match log.about(lineage).write_with(samples, received, topics) {
         Ok(kept) => {
             answer.log = Some(kept.path);
             answer.log_moved = kept.moved.map(|why| why.to_string());

@@ -205,6 +205,11 @@ fn copy(
     let mut writer = CopyWriter::new(file).map_err(written)?;
     for path in strikes {
         writer.next_log();
+        for lineage in
+            logs::write::lineages(path).map_err(|error| CollectError::Collected(error.into()))?
+        {
+            writer.lineage(&lineage).map_err(written)?;
+        }
         logs::read::read_raw(path, Limits::default(), &mut |message| {
             writer.copy(&message).map_err(JoinError::Write)
         })

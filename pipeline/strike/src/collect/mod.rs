@@ -97,6 +97,13 @@ pub fn collect(
             warning,
         }) = recorded
         {
+            let answered = failed.as_ref().map_or("struck".into(), ToString::to_string);
+            let mut lineage = plan.lineage(match station.is_by_hand() {
+                true => "arm",
+                false => "sim",
+            });
+            lineage.insert("robot_answered".into(), answered);
+            let log = log.about(lineage);
             let kept = log.write_with(&samples, &received, &rig.topics)?;
             if let Some(error) = kept.moved {
                 return Err(error.into());
@@ -111,6 +118,7 @@ pub fn collect(
                     });
                 }
                 Err(why) => {
+                    let why = warning.map_or(why.clone(), |warning| format!("{why}; {warning}"));
                     (useless, in_a_row) = (useless + 1, in_a_row + 1);
                     report(CollectEvent::Useless(why.clone()));
                     if in_a_row == MOST_USELESS && failed.is_none() {

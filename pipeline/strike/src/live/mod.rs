@@ -140,8 +140,9 @@ impl Live {
                 place.y
             )));
         }
-        let sides = self.rig.object.half_size.zip(now.yaw.zip(before.yaw));
-        if let Some(([x, y, _], (now, before))) = sides {
+        let sides = self.rig.object.solid.half_sides();
+        let sides = sides.zip(now.yaw.zip(before.yaw));
+        if let Some(([x, y], (now, before))) = sides {
             // A square box looks the same after a quarter of a turn, another after half a turn.
             let period = if x == y { FRAC_PI_2 } else { PI };
             let turned = now - before - ((now - before) / period).round() * period;

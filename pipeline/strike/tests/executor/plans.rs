@@ -44,7 +44,7 @@ fn the_simulated_command_brings_the_object_to_the_target_in_its_world() {
 fn the_tip_moves_on_the_profile_of_the_final_command() {
     let plan = plan(Model::SysidResidual);
     let rig = fixture::rig();
-    let standoff = rig.object.radius.unwrap() + rig.striker.radius;
+    let standoff = rig.object.solid.reach() + rig.striker.radius;
     let profile = Profile::plan(FROM, plan.command(), rig.robot.acceleration, standoff);
     for (planned, expected) in [
         (plan.start, profile.start),

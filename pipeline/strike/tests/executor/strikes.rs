@@ -43,6 +43,16 @@ fn the_next_run_ingests_a_strike_as_it_was_commanded_and_seen() {
     let log = dir.path().join("strikes/strike_000001.mcap");
     assert_eq!(answer["log"], log.to_str().unwrap());
     let strike = read(&log);
+    let lineages = logs::write::lineages(&log).unwrap();
+    let [lineage] = &lineages[..] else {
+        panic!("{lineages:?}");
+    };
+    assert_eq!(lineage["version"], answer["artifact"].as_str().unwrap());
+    assert_eq!(lineage["model"], answer["model"].as_str().unwrap());
+    assert_eq!(lineage["manifest"].len(), 64);
+    assert_eq!(lineage["robot_answered"], "struck");
+    let plan: serde_json::Value = serde_json::from_str(&lineage["plan"]).unwrap();
+    assert_eq!(plan["speed"], answer["speed"]);
     assert!((strike.command.speed - answer["speed"].as_f64().unwrap()).abs() < 1e-6);
     assert!((strike.command.angle - answer["angle"].as_f64().unwrap()).abs() < 1e-6);
     // What the camera saw, within its noise.

@@ -1,15 +1,14 @@
 //! Expectation and maximisation.
 
-use nalgebra::{DMatrix, DVector, SMatrix, SVector};
+use nalgebra::{DMatrix, DVector, SVector, Vector3};
 
 use super::{
-    components::{
-        ESTIMATED, FRICTION, GREATEST, LEAST, NEGLIGIBLE, NUISANCES, Small, VarianceComponents,
-    },
-    marginal::{PooledProducts, Prior, Sums},
+    components::{ESTIMATED, GREATEST, LEAST, NEGLIGIBLE, NUISANCES, VarianceComponents},
+    marginal::{Marginal, Prior, likeliest},
     products::Products,
+    reduced::{OWN_FRICTION, Reduced, Sums},
 };
-use crate::wander::{PATHS, Path};
+use crate::wander::Path;
 
 /// What the strikes say.
 #[derive(Clone, Debug)]
@@ -52,36 +51,17 @@ pub(crate) fn estimate_within(
     iterations: usize,
 ) -> Option<Estimated> {
     let p = prior.precision.len();
-    let pooled = PooledProducts::new(strikes, p);
+    let reduced = Reduced::new(strikes, p, start);
     let mut components = *start;
     for iteration in 0..iterations {
-        let sums = Sums::new(strikes, &pooled, &components);
+        let sums = Sums::new(&reduced, &components);
         let before = components.wander;
-        let wander = sums.likeliest_wander(&components, prior);
+        let (wander, marginal) = likeliest(&sums, &components, prior)?;
         components.wander = wander;
-        let marginal = sums.marginal(wander)?;
-        let beta = marginal.beta(prior)?;
-        let gamma = marginal.path(&beta);
-        let nuisances: Vec<_> = strikes
-            .iter()
-            .zip(&sums.posteriors)
-            .map(|(strike, posterior)| {
-                let wandered = strike.path.dot(&gamma);
-                let mut left = strike.gg.fixed_columns::<1>(FRICTION) * -wandered;
-                for k in 0..NUISANCES {
-                    left[k] += strike.gx[(k, p)]
-                        - (0..p).map(|i| strike.gx[(k, i)] * beta[i]).sum::<f64>();
-                }
-                posterior * left
-            })
-            .collect();
-        let guess = CurrentEstimate {
-            beta: &beta,
-            gamma: &gamma,
-            spread: &marginal.spread,
-            nuisances: &nuisances,
-        };
-        let next = maximise(strikes, &pooled, &components, &sums.posteriors, &guess);
+        let full = DVector::from_iterator(p + 1, marginal.beta.iter().map(|b| -b).chain([1.0]));
+        let gamma = marginal.path();
+        let guess = Guess::new(&reduced, &sums, &full, &gamma);
+        let next = guess.maximise(&reduced, &components, &sums, &marginal, &full);
         let change = ESTIMATED
             .into_iter()
             .map(|i| {
@@ -91,21 +71,17 @@ pub(crate) fn estimate_within(
             .fold((next.camera / components.camera).ln().abs(), f64::max)
             .max((wander - before).abs() / before.max(NEGLIGIBLE));
         if change < SETTLED || iteration + 1 == iterations {
-            let moved = strikes.iter().map(|strike| strike.path.dot(&gamma).powi(2));
-            let wandered = (moved.sum::<f64>() / strikes.len().max(1) as f64).sqrt();
-            let nuisances = nuisances.into_iter().zip(strikes).map(|(mut b, strike)| {
-                b[FRICTION] += strike.path.dot(&gamma);
-                b
-            });
+            let square: f64 = guess.wandered.iter().map(|moved| moved * moved).sum();
+            let own: Vec<Vector3<f64>> = guess.whole().collect();
             return Some(Estimated {
-                likelihood_here: marginal.likelihood(&DVector::zeros(p)),
-                likelihood_there: marginal.likelihood(&beta),
-                nuisances: nuisances.collect(),
-                beta,
-                information: marginal.information,
+                likelihood_here: marginal.likelihood_at(&DVector::zeros(p)),
+                likelihood_there: marginal.likelihood,
+                nuisances: reduced.whole(&own, &full),
+                information: marginal.information(),
+                beta: marginal.beta,
                 components,
                 wander: gamma,
-                wandered,
+                wandered: (square / strikes.len().max(1) as f64).sqrt(),
             });
         }
         components = next;
@@ -113,55 +89,86 @@ pub(crate) fn estimate_within(
     None
 }
 
-/// All that is guessed at some components.
-struct CurrentEstimate<'g> {
-    beta: &'g DVector<f64>,
-    gamma: &'g Path,
-    /// Covariance of γ.
-    spread: &'g SMatrix<f64, PATHS, PATHS>,
-    /// Of each strike, the wander apart.
-    nuisances: &'g [SVector<f64, NUISANCES>],
+/// What is known of each strike's speed, angle and friction at some components.
+struct Guess {
+    /// How far the wander moves its friction.
+    wandered: Vec<f64>,
+    /// Gᵀ·(r − X·β).
+    seen: Vec<Vector3<f64>>,
+    /// Its own, the wander apart.
+    own: Vec<Vector3<f64>>,
 }
 
-fn maximise(
-    strikes: &[Products],
-    pooled: &PooledProducts,
-    components: &VarianceComponents,
-    posteriors: &[Small],
-    guess: &CurrentEstimate<'_>,
-) -> VarianceComponents {
-    let n = strikes.len() as f64;
-    let p = guess.beta.len();
-    let variance = components.camera * components.camera;
-    let full = DVector::from_iterator(p + 1, guess.beta.iter().map(|b| -b).chain([1.0]));
-    let (mut squares, mut sum) = ([0.0; NUISANCES], full.dot(&(&pooled.xx * &full)));
-    for ((strike, b), posterior) in strikes.iter().zip(guess.nuisances).zip(posteriors) {
-        // What is not known of the wander moves the strike's own nuisances the other way.
-        let column = strike.gg.fixed_columns::<1>(FRICTION).into_owned();
-        let moved = posterior * column;
-        let unknown = strike.path.dot(&(guess.spread * strike.path));
-        for i in ESTIMATED {
-            squares[i] +=
-                b[i] * b[i] + variance * posterior[(i, i)] + unknown * moved[i] * moved[i];
+impl Guess {
+    fn new(reduced: &Reduced<'_>, sums: &Sums, full: &DVector<f64>, gamma: &Path) -> Self {
+        let mut guess = Self {
+            wandered: Vec::with_capacity(sums.posteriors.len()),
+            seen: Vec::with_capacity(sums.posteriors.len()),
+            own: Vec::with_capacity(sums.posteriors.len()),
+        };
+        for ((path, gram, cross), posterior) in reduced.each().zip(&sums.posteriors) {
+            let wandered = path.dot(gamma);
+            let mut seen = Vector3::zeros();
+            for (column, factor) in cross.iter().zip(full) {
+                seen.axpy(*factor, column, 1.0);
+            }
+            guess
+                .own
+                .push(posterior * (seen - gram.column(OWN_FRICTION) * wandered));
+            guess.wandered.push(wandered);
+            guess.seen.push(seen);
         }
-        let mut all = *b;
-        all[FRICTION] += strike.path.dot(guess.gamma);
-        let cross = (&strike.gx * &full).fixed_rows::<NUISANCES>(0).dot(&all);
-        let explained = all.dot(&(strike.gg * all));
-        let away = column[FRICTION] - 2.0 * moved.dot(&column) + moved.dot(&(strike.gg * moved));
-        sum +=
-            explained - 2.0 * cross + variance * (posterior * strike.gg).trace() + unknown * away;
+        guess
     }
-    let mut next = *components;
-    // The common launch, angle and friction were fitted to the same strikes.
-    for i in ESTIMATED {
-        next.nuisance[i] = (squares[i] / (n - 1.0).max(1.0))
-            .sqrt()
-            .clamp(LEAST, GREATEST);
+
+    /// Speed, angle and friction, what wandered in the friction.
+    fn whole(&self) -> impl Iterator<Item = Vector3<f64>> {
+        self.own.iter().zip(&self.wandered).map(|(own, wandered)| {
+            let mut whole = *own;
+            whole[OWN_FRICTION] += wandered;
+            whole
+        })
     }
-    next.camera = (sum / (pooled.rows - p as f64).max(1.0)).max(1e-14).sqrt();
-    for i in [3, 4] {
-        next.nuisance[i] = next.camera * next.resting;
+
+    fn maximise(
+        &self,
+        reduced: &Reduced<'_>,
+        components: &VarianceComponents,
+        sums: &Sums,
+        marginal: &Marginal,
+        full: &DVector<f64>,
+    ) -> VarianceComponents {
+        let n = self.own.len() as f64;
+        let p = marginal.beta.len();
+        let variance = components.camera * components.camera;
+        let spread = marginal.spread();
+        let (mut squares, mut sum) = ([0.0; 3], full.dot(&(&reduced.pooled * full)));
+        let each = reduced.each().zip(&sums.posteriors);
+        for (((path, gram, _), posterior), (i, all)) in each.zip(self.whole().enumerate()) {
+            // What is not known of the wander moves the strike's own nuisances the other way.
+            let column: Vector3<f64> = gram.column(OWN_FRICTION).into();
+            let moved = posterior * column;
+            let unknown = path.dot(&(spread * path));
+            for k in 0..3 {
+                squares[k] += self.own[i][k].powi(2)
+                    + variance * posterior[(k, k)]
+                    + unknown * moved[k] * moved[k];
+            }
+            let explained = all.dot(&(gram * all)) - 2.0 * self.seen[i].dot(&all);
+            let away = column[OWN_FRICTION] - 2.0 * moved.dot(&column) + moved.dot(&(gram * moved));
+            sum += explained + variance * (posterior * gram).trace() + unknown * away;
+        }
+        let mut next = *components;
+        // The common launch, angle and friction were fitted to the same strikes.
+        for (k, i) in ESTIMATED.into_iter().enumerate() {
+            next.nuisance[i] = (squares[k] / (n - 1.0).max(1.0))
+                .sqrt()
+                .clamp(LEAST, GREATEST);
+        }
+        next.camera = (sum / (reduced.rows - p as f64).max(1.0)).max(1e-14).sqrt();
+        for i in [3, 4] {
+            next.nuisance[i] = next.camera * next.resting;
+        }
+        next
     }
-    next
 }

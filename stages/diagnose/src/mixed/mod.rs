@@ -9,6 +9,7 @@ mod components;
 mod estimate;
 mod marginal;
 mod products;
+mod reduced;
 
 pub(crate) use components::{
     ANGLE, ESTIMATED, FRICTION, GREATEST, NUISANCES, SPEED, VarianceComponents,

@@ -1,6 +1,6 @@
 //! All that a fit needs of a strike: the products of its columns.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, DVectorView};
 
 use super::components::{FRICTION, NUISANCES, Small, VarianceComponents};
 use crate::{noise::Whitening, wander::Path};
@@ -18,30 +18,92 @@ pub(crate) struct Products {
     /// How far each path of the wander moves this strike's friction.
     pub(super) path: Path,
     /// ln |R| in units of σ².
-    log_determinant: f64,
+    pub(super) log_determinant: f64,
 }
 
 impl Products {
-    /// `g`: a column for each nuisance; `x`: the columns of β, then the residual; rows are coordinates of frames, whitened.
+    /// `g`: a column for each nuisance; `x`: those of β; rows are coordinates of frames, whitened.
     pub(crate) fn new(
         g: &DMatrix<f64>,
         x: &DMatrix<f64>,
+        residual: &DVector<f64>,
         whitening: &Whitening,
         path: &Path,
     ) -> Self {
-        let gram = g.tr_mul(g);
-        Self {
-            gg: Small::from_fn(|i, j| gram[(i, j)]),
-            gx: g.tr_mul(x),
-            xx: square(x),
+        let mut products = Self {
+            gg: Small::zeros(),
+            gx: DMatrix::zeros(NUISANCES, 0),
+            xx: DMatrix::zeros(0, 0),
             rows: whitening.rows,
             path: *path,
             log_determinant: whitening.log_determinant,
+        };
+        for j in 0..NUISANCES {
+            for i in 0..=j {
+                products.gg[(i, j)] = g.column(i).dot(&g.column(j));
+                products.gg[(j, i)] = products.gg[(i, j)];
+            }
         }
+        let columns: Vec<_> = x.column_iter().collect();
+        products.extended([g, &x.columns(0, 0).into_owned()], &columns, residual)
+    }
+
+    /// With other columns and residual after those of β that are kept.
+    fn extended(
+        &self,
+        [g, kept]: [&DMatrix<f64>; 2],
+        columns: &[DVectorView<'_, f64>],
+        residual: &DVector<f64>,
+    ) -> Self {
+        let (own, count) = (kept.ncols(), kept.ncols() + columns.len() + 1);
+        let mut more = self.clone();
+        more.gx.resize_horizontally_mut(count, 0.0);
+        more.xx.resize_mut(count, count, 0.0);
+        let residual = residual.column(0);
+        let of = |j: usize| match j {
+            _ if j < own => kept.column(j),
+            _ if j + 1 < count => columns[j - own],
+            _ => residual,
+        };
+        for j in own..count {
+            let column = of(j);
+            for i in 0..NUISANCES {
+                more.gx[(i, j)] = g.column(i).dot(&column);
+            }
+            for i in 0..=j {
+                let dot = of(i).dot(&column);
+                more.xx[(i, j)] = dot;
+                more.xx[(j, i)] = dot;
+            }
+        }
+        more
+    }
+
+    /// With columns of β beside the strike's own (`g` and `x` as they were), and another residual.
+    pub(crate) fn beside(
+        &self,
+        g: &DMatrix<f64>,
+        x: &DMatrix<f64>,
+        columns: &[DVectorView<'_, f64>],
+        residual: &DVector<f64>,
+    ) -> Self {
+        self.extended([g, x], columns, residual)
+    }
+
+    /// With so many columns of nothing beside the strike's own.
+    pub(crate) fn beside_nothing(&self, count: usize) -> Self {
+        let place = self.gx.ncols() - 1;
+        let mut more = self.clone();
+        more.gx = more.gx.insert_columns(place, count, 0.0);
+        more.xx = more
+            .xx
+            .insert_columns(place, count, 0.0)
+            .insert_rows(place, count, 0.0);
+        more
     }
 
     /// C = (GᵀG + σ²P⁻¹)⁻¹, and the logarithm of Σ's determinant.
-    pub(super) fn posterior(&self, components: &VarianceComponents) -> (Small, f64) {
+    fn posterior(&self, components: &VarianceComponents) -> (Small, f64) {
         let variance = components.camera * components.camera;
         let mut precision = self.gg;
         let mut log_determinant = self.log_determinant + self.rows * variance.ln();
@@ -65,11 +127,7 @@ impl Products {
     }
 
     /// gᵀ·Σ⁻¹·[X r] and gᵀ·Σ⁻¹·g, with g the column of the strike's friction.
-    pub(super) fn friction(
-        &self,
-        posterior: &Small,
-        components: &VarianceComponents,
-    ) -> (DVector<f64>, f64) {
+    fn friction(&self, posterior: &Small, components: &VarianceComponents) -> (DVector<f64>, f64) {
         let precision = (components.camera * components.camera).recip();
         let own = self.gg.fixed_columns::<1>(FRICTION).into_owned();
         let shrunk = posterior * own;
@@ -101,7 +159,7 @@ impl Products {
     }
 
     /// Subtracts from the upper half of `all` what the nuisances explain of [X r]ᵀ·[X r]/σ², which leaves [X r]ᵀ·Σ⁻¹·[X r].
-    pub(super) fn subtract_explained(
+    fn subtract_explained(
         &self,
         posterior: &Small,
         components: &VarianceComponents,
@@ -115,19 +173,6 @@ impl Products {
             }
         }
     }
-}
-
-/// xᵀ·x, each pair of columns once.
-fn square(x: &DMatrix<f64>) -> DMatrix<f64> {
-    let mut square = DMatrix::zeros(x.ncols(), x.ncols());
-    for i in 0..x.ncols() {
-        for j in 0..=i {
-            let dot = x.column(i).dot(&x.column(j));
-            square[(i, j)] = dot;
-            square[(j, i)] = dot;
-        }
-    }
-    square
 }
 
 /// C of a strike whose nuisances have these columns, whitened.

@@ -18,7 +18,7 @@ const FAR: f64 = 6.0;
 /// Iterations.
 const ITERATIONS: usize = 60;
 /// Differences of repeats from which they are enough to measure a scatter.
-const REPEATS: usize = 10;
+pub(super) const REPEATS: usize = 10;
 
 /// Standard deviations, in the column's unit.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -105,13 +105,18 @@ impl Answer {
         largest.filter(|found| found.size > self.floor.max(half))
     }
 
-    /// What steps within a session, so that no difference between sessions is the whole of it.
-    pub(crate) fn steps_in_session(&self) -> Option<&Finding> {
-        let is_step = |found: &&Finding| matches!(found.form, Some(Form::StepInSession(_)));
+    /// What no effect by the order (by session, too) is: it changes in a form that the library lacks, or steps within a session where sessions
+    /// are said to differ.
+    pub(crate) fn contradicts(&self, is_by_session: bool) -> Option<&Finding> {
+        let is_other = |found: &&Finding| match found.form {
+            Some(Form::StepInSession(_)) => is_by_session,
+            Some(form) => form.has_no_name(),
+            None => false,
+        };
         self.findings
             .iter()
             .filter(|found| found.size > LITTLE * self.floor)
-            .find(is_step)
+            .find(is_other)
     }
 }
 
@@ -129,6 +134,13 @@ pub(crate) fn ask(
 pub(crate) fn variation(prepared: &PreparedStrikes<'_>, fitted: &Fitted) -> Variation {
     let pauses = vec![1.0; prepared.strikes.len()];
     Asking::new(prepared, fitted, &pauses, 0).variation()
+}
+
+/// Whether commands were repeated so often that what repeats scatter by is measured; otherwise it is what no smooth part takes.
+pub(crate) fn has_repeats(prepared: &PreparedStrikes<'_>) -> bool {
+    let commands = commands(prepared);
+    let distinct = commands.iter().max().map_or(0, |last| last + 1);
+    commands.len() - distinct >= components::REPEATS
 }
 
 /// Numbers of the sessions, by their first strikes.

@@ -21,6 +21,15 @@ const ROUNDS: usize = 16;
 const PHASES: u32 = 8;
 /// Strikes on each side of a step.
 const SIDE: usize = 3;
+/// Cycles over the order that are tried: up to `SLOW` turns by eighths, for then a quarter of a turn shows; up to `MOST_TURNS` by halves.
+const SLOW: f64 = 6.0;
+const MOST_TURNS: f64 = 40.0;
+/// How long what was done to a table lasts, as a share of the strikes.
+const LASTS: [f64; 3] = [0.06, 0.125, 0.25];
+/// Places of a beginning that are tried.
+const BEGINNINGS: usize = 40;
+/// −2 ln L by which a form that the library has no effect for must be better: a hundred to one.
+const EXCLUDED: f64 = 9.2;
 /// Wanders drawn, to which the column is compared.
 const DRAWN: usize = 999;
 
@@ -38,6 +47,8 @@ pub(crate) enum Form {
     Cycle,
     Sessions,
     WearInSessions,
+    /// It steps, and wears off.
+    WearsOff,
 }
 
 impl Form {
@@ -50,7 +61,13 @@ impl Form {
             Self::Cycle => "cycle",
             Self::Sessions => "sessions",
             Self::WearInSessions => "wear within sessions",
+            Self::WearsOff => "a step that wears off",
         }
+    }
+
+    /// Whether no effect of the library by the order or by session is of this form.
+    pub(crate) fn has_no_name(self) -> bool {
+        matches!(self, Self::Cycle | Self::WearInSessions | Self::WearsOff)
     }
 }
 
@@ -122,16 +139,18 @@ impl InOrder {
     }
 
     /// The form: a wander, unless the column differs from wanders that are drawn with its own likeliest ratio. It may differ in how much
-    /// better another form describes it, or in the largest of its innovations (what a Kalman filter of that wander does not foresee): a wander
-    /// makes no step.
+    /// better another form describes it, in how much likelier a smooth change is, or in the largest of its innovations (what a Kalman filter of
+    /// that wander does not foresee): a wander makes no step.
     pub(super) fn form(&self, wander: &Wander, seed: u64) -> Form {
         let (forms, steps) = (self.forms(), self.steps());
         let n = self.values.len();
         let beside = wander.beside(&self.beside.0);
-        // The best other form by Bayes' information criterion, and by how much it is better.
-        let better = |column: &DVector<f64>, deviance: f64| {
+        let smooth = wander.smooth();
+        let smooth = smooth.beside(&self.beside.0);
+        let values = (n as f64).ln();
+        // Bayes' information criterion of each other form.
+        let all = |column: &DVector<f64>| -> Vec<(Form, f64)> {
             let whole = column.norm_squared();
-            let values = (n as f64).ln();
             let criterion = |taken: f64, count: f64| {
                 n as f64 * ((whole - taken).max(1e-300) / n as f64).ln() + count * values
             };
@@ -141,13 +160,15 @@ impl InOrder {
                 let taken = questions.iter().map(|q| q.dot(column).powi(2)).sum();
                 (*form, criterion(taken, *count))
             });
-            let best = others.chain(step).min_by(|a, b| a.1.total_cmp(&b.1));
-            let (form, least) = best.unwrap_or((Form::Drift, f64::INFINITY));
-            (form, deviance + values - least)
+            others.chain(step).collect()
         };
-        let compared = |column: &DVector<f64>| {
+        let least = |all: &[(Form, f64)], counts: &dyn Fn(Form) -> bool| {
+            let counted = all.iter().filter(|(form, _)| counts(*form)).copied();
+            let best = counted.min_by(|a, b| a.1.total_cmp(&b.1));
+            best.unwrap_or((Form::Drift, f64::INFINITY))
+        };
+        let compared = |column: &DVector<f64>, all: &[(Form, f64)]| {
             let (ratio, deviance) = beside.likeliest(column);
-            let (form, by) = better(column, deviance);
             let mut innovations = wander::innovations(column.as_slice(), ratio);
             // Sessions may differ by more than a wander, and the filter begins without a state.
             for (i, innovation) in innovations.iter_mut().enumerate() {
@@ -155,28 +176,41 @@ impl InOrder {
                     *innovation = 0.0;
                 }
             }
-            (form, ratio, [by, largest(&innovations)])
+            let by_form = deviance + values - least(all, &|_| true).1;
+            let by_smooth = deviance - smooth.likeliest(column).1;
+            (ratio, [by_form, by_smooth, largest(&innovations)])
         };
-        let (form, ratio, own) = compared(&self.values);
+        let own = all(&self.values);
+        let (ratio, statistics) = compared(&self.values, &own);
         let mut random = ChaCha8Rng::seed_from_u64(seed);
-        let mut all = vec![own];
-        all.extend((0..DRAWN).map(|_| {
+        let mut rows = vec![statistics];
+        rows.extend((0..DRAWN).map(|_| {
             let independent = DVector::from_fn(n, |_, _| StandardNormal.sample(&mut random));
-            compared(&self.beside.off(wander.drawn(ratio, &independent))).2
+            let drawn = self.beside.off(wander.drawn(ratio, &independent));
+            compared(&drawn, &all(&drawn)).1
         }));
-        match (form, share_as_far(&all) < REAL) {
-            (_, false) => Form::Wander,
-            (Form::Step(k), true) if self.is_inside(k) => Form::StepInSession(k),
-            (form, true) => form,
+        if share_as_far(&rows) >= REAL {
+            return Form::Wander;
+        }
+        let best = least(&own, &|_| true);
+        let named = least(&own, &|form| !form.has_no_name());
+        match if named.1 - best.1 < EXCLUDED {
+            named.0
+        } else {
+            best.0
+        } {
+            Form::Step(k) if self.is_inside(k, &steps) => Form::StepInSession(k),
+            form => form,
         }
     }
 
-    /// Whether no session begins near this strike.
-    fn is_inside(&self, strike: usize) -> bool {
-        let near = strike.saturating_sub(SIDE)..(strike + SIDE).min(self.sessions.len());
-        self.sessions[near]
-            .windows(2)
-            .all(|pair| pair[0] == pair[1])
+    /// Whether a step at this strike is so much likelier than one where a session begins that this is excluded.
+    fn is_inside(&self, strike: usize, steps: &Steps) -> bool {
+        let gain = |k: usize| steps.gain(self.values.as_slice(), &self.weights, k);
+        let left = (self.values.norm_squared() - gain(strike)) / self.values.len() as f64;
+        (1..self.sessions.len())
+            .filter(|k| self.sessions[*k] != self.sessions[*k - 1])
+            .all(|k| gain(strike) - gain(k) > EXCLUDED * left)
     }
 
     /// The other forms but a step, each with the functions that it takes and how many values it has.
@@ -187,13 +221,21 @@ impl InOrder {
             let worn = place.map(|t| 1.0 - (-t / length).exp());
             forms.push((Form::Wear, self.beside(vec![worn]), 2.0));
         }
-        for k in 2..=(self.values.len() / 2).min(80) {
-            let turns = TAU * 0.5 * k as f64;
-            let cycle = vec![
-                place.map(|t| (turns * t).cos()),
-                place.map(|t| (turns * t).sin()),
-            ];
+        let mut turns = 1.0;
+        while turns <= MOST_TURNS.min(0.25 * self.values.len() as f64) {
+            let wave = |of: fn(f64) -> f64| place.map(|t| of(TAU * turns * t));
+            let cycle = vec![wave(f64::cos), wave(f64::sin)];
             forms.push((Form::Cycle, self.beside(cycle), 3.0));
+            turns += if turns < SLOW { 0.125 } else { 0.5 };
+        }
+        let every = (self.values.len() / BEGINNINGS).max(1);
+        for k in (SIDE..self.values.len() - SIDE).step_by(every) {
+            let begins = place[k];
+            for length in LASTS {
+                let worn =
+                    |t: f64| f64::from(t >= begins) * (-(t - begins).max(0.0) / length).exp();
+                forms.push((Form::WearsOff, self.beside(vec![place.map(worn)]), 3.0));
+            }
         }
         // Wears, and is made as new again and again.
         for rounds in 2..=(self.values.len() / (2 * SIDE)).min(ROUNDS) {
@@ -270,6 +312,15 @@ impl Steps {
         });
         gains.max_by(|a, b| a.1.total_cmp(&b.1))
     }
+
+    /// What a step at this strike takes of it; nothing near the ends.
+    fn gain(&self, column: &[f64], weights: &DVector<f64>, strike: usize) -> f64 {
+        let found = self.0.iter().find(|(k, _)| *k == strike);
+        found.map_or(0.0, |(_, norm)| {
+            let sum: f64 = (0..strike).map(|i| column[i] * weights[i]).sum();
+            sum * sum / norm.max(1e-12)
+        })
+    }
 }
 
 fn columns(all: &DMatrix<f64>) -> impl Iterator<Item = &[f64]> {
@@ -280,25 +331,33 @@ fn columns(all: &DMatrix<f64>) -> impl Iterator<Item = &[f64]> {
 mod tests {
     use super::*;
 
-    /// A wander beside scatter of 1, with a step of this height at the strike, of two sessions of 30 strikes.
-    fn wandering(seed: u64, step: f64, at: usize) -> Form {
-        let n = 60;
+    /// The form of scatter of 1 beside a wander of this ratio and what is hidden, by strike; sessions of `session` strikes.
+    fn formed(
+        seed: u64,
+        ratio: f64,
+        n: usize,
+        session: usize,
+        hidden: impl Fn(usize) -> f64,
+    ) -> Form {
         let wander = Wander::new(n);
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let independent = DVector::from_fn(n, |_, _| StandardNormal.sample(&mut random));
-        let stepped = DVector::from_fn(n, |i, _| if i < at { 0.0 } else { step });
         let beside = Basis::new([DVector::repeat(n, 1.0)]);
         let column = InOrder {
-            values: beside.off(wander.drawn(10.0, &independent) + stepped),
+            values: beside
+                .off(wander.drawn(ratio, &independent) + DVector::from_fn(n, |i, _| hidden(i))),
             weights: DVector::repeat(n, 1.0),
             beside,
-            sessions: (0..n).map(|i| i / 30).collect(),
+            sessions: (0..n).map(|i| i / session).collect(),
         };
         column.form(&wander, seed)
     }
 
     #[test]
     fn a_wander_is_one_and_a_step_in_it_is_none() {
+        let wandering = |seed: u64, step: f64, at: usize| {
+            formed(seed, 10.0, 60, 30, |i| if i < at { 0.0 } else { step })
+        };
         let is_other = |seed: &u64| wandering(*seed, 0.0, 0) != Form::Wander;
         // At 1 %, three of thirty have a chance of 1 in 250.
         assert!((0..30).filter(is_other).count() < 3);
@@ -311,5 +370,42 @@ mod tests {
                 "{between:?}"
             );
         }
+    }
+
+    #[test]
+    fn a_step_that_comes_soon_after_a_session_began_is_not_the_session_s() {
+        for seed in 0..5 {
+            let late = formed(seed, 0.0, 90, 30, |i| if i < 63 { 0.0 } else { 4.0 });
+            assert!(matches!(late, Form::StepInSession(_)), "{late:?}");
+            let with_it = formed(seed, 0.0, 90, 30, |i| if i < 60 { 0.0 } else { 4.0 });
+            assert!(!matches!(with_it, Form::StepInSession(_)), "{with_it:?}");
+        }
+    }
+
+    #[test]
+    fn what_cycles_slowly_or_wears_off_or_comes_back_each_session_has_no_name() {
+        let cycle = |i: usize| 4.0 * (TAU * 2.3 * i as f64 / 120.0).sin();
+        let worn_off = |i: usize| match i < 50 {
+            true => 0.0,
+            false => 6.0 * (-((i - 50) as f64) / 15.0).exp(),
+        };
+        let each_session = |i: usize| 0.15 * (i % 30) as f64;
+        let mut told = 0;
+        for seed in 0..5 {
+            let forms = [
+                formed(seed, 0.0, 120, 60, cycle),
+                formed(seed, 0.0, 120, 60, worn_off),
+                formed(seed, 0.0, 120, 30, each_session),
+            ];
+            // A wander may look like any of them: then it is one.
+            let is_right = |form: &&Form| form.has_no_name() || **form == Form::Wander;
+            assert_eq!(forms.iter().filter(is_right).count(), 3, "{forms:?}");
+            told += forms.iter().filter(|form| form.has_no_name()).count();
+            for change in [0.02, 0.04, 0.08] {
+                let drift = formed(seed, 0.0, 120, 30, |i| change * i as f64);
+                assert!(!drift.has_no_name(), "{drift:?}");
+            }
+        }
+        assert!(told > 7, "{told} of 15");
     }
 }

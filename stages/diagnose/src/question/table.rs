@@ -7,10 +7,12 @@
 use nalgebra::{DMatrix, DVector, SMatrix};
 use rayon::prelude::*;
 use values::Point;
+use world::GRAVITY;
 
 use crate::{
     fit::Fitted,
     mixed::{ANGLE, FRICTION, NUISANCES, SPEED},
+    model,
     strikes::PreparedStrikes,
 };
 
@@ -221,6 +223,10 @@ impl Way {
                 columns[(n + k, HATS + h)] = aside.y;
             }
         }
+        let unseen = match strike.has_stop() {
+            true => 0.0,
+            false => speeds[n - 1].powi(2) / (2.0 * GRAVITY * fitted.model.values[model::FRICTION]),
+        };
         let places = std::array::from_fn(|h| {
             let middle = (h as f64 + 0.5) / HATS as f64 * seen;
             at(gone.partition_point(|gone| *gone < middle).min(n - 1))
@@ -228,8 +234,8 @@ impl Way {
         Self {
             columns,
             places,
-            // The track begins some frames after the impact: the way before it counts, too.
-            slide: seen + strike.initial.distance(at(0)),
+            // The track begins some frames after the impact, and may end before rest: the way before it and after it counts, too.
+            slide: strike.initial.distance(at(0)) + seen + unseen,
         }
     }
 }

@@ -33,6 +33,14 @@ impl Wander {
         }
     }
 
+    /// What changes smoothly with the order: the same sines, each as strong as a wander's squared. A wander is rough, its steps are independent.
+    pub(super) fn smooth(&self) -> Self {
+        Self {
+            vectors: self.vectors.clone(),
+            values: self.values.map(|k| k * k / self.values.len() as f64),
+        }
+    }
+
     /// The likelihood of columns that also depend on these others.
     pub(super) fn beside(&self, others: &[DVector<f64>]) -> WanderBeside<'_> {
         let others: Vec<DVector<f64>> = others.iter().map(|c| self.vectors.tr_mul(c)).collect();

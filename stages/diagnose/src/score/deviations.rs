@@ -19,9 +19,9 @@ impl ScoreTest<'_, '_> {
     /// How each strike's own nuisance differs from what the model says: gᵀΣ⁻¹(r − X·β), g the nuisance's column, over its standard
     /// deviation √(gᵀΣ⁻¹g).
     pub(crate) fn deviations(&self, nuisance: usize) -> Deviations {
-        let (drawn, flipped) = (self.studentised.len(), self.signs.ncols());
+        let flipped = self.signs.ncols();
         let (p, all) = (self.fitted.model.free.len(), self.inverse.nrows());
-        let beta = &self.inverse * &self.scores;
+        let beta = &self.inverse * self.scores.column(0);
         let errors = self.inverse.view((0, 0), (p, p)).into_owned().cholesky();
         let rows: Vec<_> = self
             .strikes
@@ -31,20 +31,21 @@ impl ScoreTest<'_, '_> {
                 let projected = at.whitened.nuisances.tr_mul(&g);
                 let taken = projected.dot(&(&at.posterior * &projected));
                 let unit = (g.norm_squared() * at.precision - taken).max(1e-300).sqrt();
-                let weighed = at.weighed.tr_mul(&g) / unit;
-                let left = weighed.rows(all, 1 + drawn) - beta.tr_mul(&weighed.rows(0, all));
+                let weighed = at.weighed.columns(0, all + 1).tr_mul(&g) / unit;
+                let left = weighed[all] - beta.dot(&weighed.rows(0, all));
                 (left, weighed.rows(0, p).into_owned(), unit)
             })
             .collect();
         let n = rows.len();
+        let normals = self.normals(n, nuisance as u64);
+        let drawn = normals.ncols();
         let mut values = DMatrix::zeros(n, 1 + drawn + flipped);
+        values.columns_mut(1, drawn).copy_from(&normals);
         let mut design = DMatrix::zeros(n, p);
         for (i, (left, own, _)) in rows.iter().enumerate() {
-            values
-                .view_mut((i, 0), (1, 1 + drawn))
-                .copy_from(&left.transpose());
+            values[(i, 0)] = *left;
             for flip in 0..flipped {
-                values[(i, 1 + drawn + flip)] = left[0] * self.signs[(i, flip)];
+                values[(i, 1 + drawn + flip)] = left * self.signs[(i, flip)];
             }
             design.row_mut(i).copy_from(&own.transpose());
         }

@@ -13,16 +13,16 @@ mod strike;
 
 pub(crate) use columns::{ColumnScores, RandomColumns, Score, StrikeColumns};
 pub(crate) use deviations::Deviations;
-pub(crate) use replicates::Replicates;
+pub(crate) use replicates::{DRAWN, FLIPPED, Replicates};
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use values::Point;
-use world::planar::Planar;
+use world::planar::{self, Job, Planar};
 
 use self::{
     products::StrikeProducts,
-    replicates::{common_heights, signs, studentised},
+    replicates::{common_heights, signs, standard_normals, studentised},
     strike::StrikeAtFit,
 };
 use crate::{
@@ -32,6 +32,8 @@ use crate::{
     strikes::{PreparedStrikes, stack},
 };
 
+/// Steps of expectation and maximisation of a linear step.
+const EM_STEPS: usize = 8;
 /// Wander of friction, relative, that shows in no track.
 const STILL: f64 = 1e-3;
 
@@ -77,6 +79,7 @@ pub(crate) struct ScoreTest<'f, 'a> {
     studentised: Vec<f64>,
     /// Whether random columns stand beside the model, its wander apart.
     pub(crate) is_beside: bool,
+    replicates: Replicates,
 }
 
 impl<'f, 'a> ScoreTest<'f, 'a> {
@@ -100,7 +103,8 @@ impl<'f, 'a> ScoreTest<'f, 'a> {
             .collect();
         let mut information = DMatrix::zeros(all, all + 1 + replicates.drawn);
         for at in &strikes {
-            information += at.own.tr_mul(&at.weighed);
+            // By a product of two matrices, which is blocked, where one by dot products is not.
+            information += at.own.transpose() * &at.weighed;
         }
         // What the strikes say nothing of, such as a cap above all speeds, is left to its prior.
         let mut known = information.columns(0, all).into_owned();
@@ -128,17 +132,39 @@ impl<'f, 'a> ScoreTest<'f, 'a> {
         let beta = &inverse * scores.column(0);
         strikes.par_iter_mut().for_each(|at| {
             at.left = at.weighed.column(all) - at.weighed.columns(0, all) * &beta;
+            at.own_left = at.own.tr_mul(&at.left);
         });
         Some(Self {
             signs: signs(strikes.len(), replicates),
-            studentised: studentised(strikes.len(), p, replicates),
+            studentised: studentised(strikes.len(), p, replicates.drawn, replicates.seed),
             prepared,
             fitted,
             strikes,
             inverse,
             scores,
             is_beside,
+            replicates,
         })
+    }
+
+    /// Independent numbers of mean zero and variance 1, a column for each replicate that is drawn, by another stream for each number; none of
+    /// a test without replicates. They are studentised as residuals are.
+    pub(crate) fn normals(&self, rows: usize, stream: u64) -> DMatrix<f64> {
+        let count = match self.signs.ncols() {
+            0 => 0,
+            _ => DRAWN,
+        };
+        let factors = studentised(
+            self.strikes.len(),
+            self.fitted.model.free.len(),
+            count,
+            self.replicates.seed,
+        );
+        let mut normals = standard_normals(rows, count, self.replicates.seed, stream);
+        for (k, factor) in factors.iter().enumerate() {
+            normals.column_mut(k).scale_mut(*factor);
+        }
+        normals
     }
 
     /// Columns as the difference that worlds beside the fitted one make, per unit of each step; a world acts on a strike only
@@ -153,20 +179,22 @@ impl<'f, 'a> ScoreTest<'f, 'a> {
             .par_iter()
             .enumerate()
             .map(|(i, at)| {
-                let mut columns: Option<DMatrix<f64>> = None;
-                let whitening = &self.prepared.whitenings[i];
-                for (k, (planar, step)) in worlds.iter().enumerate() {
-                    if !touches(k, i) {
-                        continue;
-                    }
-                    let b = &self.fitted.nuisances[i];
-                    let frames = self.prepared.simulate(planar, i, clock, b)?;
-                    let column = (stack(&frames.at) - at.simulated) / *step;
-                    columns
-                        .get_or_insert_with(|| DMatrix::zeros(column.len(), worlds.len()))
-                        .set_column(k, &whitening.column(&column));
+                let b = &self.fitted.nuisances[i];
+                let touching: Vec<usize> = (0..worlds.len()).filter(|k| touches(*k, i)).collect();
+                if touching.is_empty() {
+                    return Some(None);
                 }
-                Some(columns)
+                let jobs: Vec<Job<'_>> = touching
+                    .iter()
+                    .map(|k| self.prepared.job(&worlds[*k].0, i, clock, b))
+                    .collect();
+                let whitening = &self.prepared.whitenings[i];
+                let mut columns = DMatrix::zeros(at.simulated.len(), worlds.len());
+                for (k, frames) in touching.iter().zip(planar::strikes(&jobs)) {
+                    let column = (stack(&frames?.at) - at.simulated) / worlds[*k].1;
+                    columns.set_column(*k, &whitening.column(&column));
+                }
+                Some(Some(columns))
             })
             .collect()
     }
@@ -186,22 +214,23 @@ impl<'f, 'a> ScoreTest<'f, 'a> {
             .strikes
             .par_iter()
             .zip(moved)
-            .zip(&self.prepared.whitenings)
-            .zip(&self.prepared.paths)
-            .map(|(((at, columns), whitening), path)| {
-                let mut x = DMatrix::zeros(at.simulated.len(), p + free.len() + 1);
-                x.columns_mut(0, p).copy_from(&at.whitened.values);
+            .zip(&self.fitted.linearisation.products)
+            .map(|((at, columns), products)| {
+                let Some(columns) = columns else {
+                    // What is not touched has columns of nothing.
+                    return products.beside_nothing(free.len());
+                };
                 let mut residual = at.whitened.residual.clone();
-                if let Some(columns) = columns {
-                    for (place, k) in free.iter().enumerate() {
-                        x.set_column(p + place, &columns.column(*k));
-                    }
-                    for k in (0..is_kept.len()).filter(|k| is_kept[*k]) {
-                        residual -= columns.column(k);
-                    }
+                for k in (0..is_kept.len()).filter(|k| is_kept[*k]) {
+                    residual -= columns.column(k);
                 }
-                x.set_column(p + free.len(), &residual);
-                mixed::Products::new(&at.whitened.nuisances, &x, whitening, path)
+                let free: Vec<_> = free.iter().map(|k| columns.column(*k)).collect();
+                products.beside(
+                    &at.whitened.nuisances,
+                    &at.whitened.values,
+                    &free,
+                    &residual,
+                )
             })
             .collect();
         let mut own = prior(&self.fitted.model);
@@ -219,7 +248,12 @@ impl<'f, 'a> ScoreTest<'f, 'a> {
                 .into(),
             away: own.away.resize_vertically(p + free.len(), 0.0),
         };
-        mixed::estimate(&products, &prior, &self.fitted.estimated.components)
+        mixed::estimate_within(
+            &products,
+            &prior,
+            &self.fitted.estimated.components,
+            EM_STEPS,
+        )
     }
 
     /// Columns as multiples of a strike's nuisances: `factors(strike)` has a row for each nuisance, a column for each column.
@@ -246,16 +280,18 @@ impl<'f, 'a> ScoreTest<'f, 'a> {
             .collect()
     }
 
-    /// What `count` columns say, the model's own projected off.
+    /// What `count` columns say, the model's own projected off; by residuals that are measured or flipped, not by drawn ones.
     pub(crate) fn scores(&self, count: usize, moved: &StrikeColumns) -> ColumnScores {
-        let products = StrikeProducts::sums(&self.strikes, &[(count, moved)]);
+        let products =
+            StrikeProducts::sums(&self.strikes, &[(count, moved)], self.scores.nrows() + 1);
         self.scores_by(count, moved, &products[0])
     }
 
-    /// The same of many sets of columns, each with its count: a strike's drawn residuals, which fill the processor's caches, are then
-    /// gone through once for all.
+    /// The same of many sets of columns, each with its count, by drawn residuals too: these, which fill the processor's caches, are then gone
+    /// through once for all.
     pub(crate) fn scores_of_each(&self, sets: &[(usize, &StrikeColumns)]) -> Vec<ColumnScores> {
-        let products = StrikeProducts::sums(&self.strikes, sets);
+        let width = self.scores.nrows() + self.scores.ncols();
+        let products = StrikeProducts::sums(&self.strikes, sets, width);
         sets.par_iter()
             .zip(products)
             .map(|((count, moved), products)| self.scores_by(*count, moved, &products))
@@ -269,17 +305,17 @@ impl<'f, 'a> ScoreTest<'f, 'a> {
         StrikeProducts { own, cross }: &StrikeProducts,
     ) -> ColumnScores {
         let p = self.inverse.nrows();
-        let (drawn, flipped) = (self.studentised.len(), self.signs.ncols());
+        let (seen, flipped) = (cross.ncols() - p, self.signs.ncols());
         let beside = cross.columns(0, p) * &self.inverse;
-        let projected = cross.columns(p, 1 + drawn) - &beside * &self.scores;
-        let mut scores = projected.resize_horizontally(1 + drawn + flipped, 0.0);
-        for (k, factor) in self.studentised.iter().enumerate() {
-            scores.column_mut(1 + k).scale_mut(*factor);
+        let projected = cross.columns(p, seen) - &beside * self.scores.columns(0, seen);
+        let mut scores = projected.resize_horizontally(seen + flipped, 0.0);
+        for k in 1..seen {
+            scores.column_mut(k).scale_mut(self.studentised[k - 1]);
         }
         if flipped > 0 {
             let by_strike = self.by_strike(count, moved, &beside);
             scores
-                .columns_mut(1 + drawn, flipped)
+                .columns_mut(seen, flipped)
                 .copy_from(&(by_strike * &self.signs));
         }
         ColumnScores {
@@ -299,7 +335,7 @@ impl<'f, 'a> ScoreTest<'f, 'a> {
     ) -> DMatrix<f64> {
         let mut all = DMatrix::zeros(count, self.strikes.len());
         for (i, (at, columns)) in self.strikes.iter().zip(moved).enumerate() {
-            let mut score = -(beside * at.own.tr_mul(&at.left));
+            let mut score = -(beside * &at.own_left);
             if let Some(columns) = columns {
                 score += columns.tr_mul(&at.left);
             }

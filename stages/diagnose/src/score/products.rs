@@ -14,9 +14,12 @@ pub(super) struct StrikeProducts {
 }
 
 impl StrikeProducts {
-    /// Of each set, which has so many columns, over all strikes in their order.
-    pub(super) fn sums(strikes: &[StrikeAtFit<'_>], sets: &[(usize, &StrikeColumns)]) -> Vec<Self> {
-        let width = strikes.first().map_or(0, |at| at.weighed.ncols());
+    /// Of each set, which has so many columns, over all strikes in their order, with the first `width` of what a strike holds.
+    pub(super) fn sums(
+        strikes: &[StrikeAtFit<'_>],
+        sets: &[(usize, &StrikeColumns)],
+        width: usize,
+    ) -> Vec<Self> {
         let mut sums: Vec<Self> = sets
             .iter()
             .map(|(count, _)| Self {
@@ -27,7 +30,7 @@ impl StrikeProducts {
         let by_strike: Vec<_> = strikes
             .par_iter()
             .enumerate()
-            .map(|(i, at)| Self::of_strike(at, i, sets))
+            .map(|(i, at)| Self::of_strike(at, i, sets, width))
             .collect();
         for of_strike in by_strike {
             for (place, Self { own, cross }) in of_strike {
@@ -43,6 +46,7 @@ impl StrikeProducts {
         at: &StrikeAtFit<'_>,
         strike: usize,
         sets: &[(usize, &StrikeColumns)],
+        width: usize,
     ) -> Vec<(usize, Self)> {
         let touching: Vec<(usize, &DMatrix<f64>)> = sets
             .iter()
@@ -56,19 +60,26 @@ impl StrikeProducts {
             all.columns_mut(first, c.ncols()).copy_from(c);
             first += c.ncols();
         }
-        // By a product of two matrices, which is blocked, where one by dot products is not.
-        let cross = all.transpose() * &at.weighed;
+        let cross = all.transpose() * at.weighed.columns(0, width);
         let mut first = 0;
         touching
             .into_iter()
             .map(|(place, c)| {
                 let projected = at.whitened.nuisances.tr_mul(c);
-                let own =
-                    c.tr_mul(c) * at.precision - projected.tr_mul(&(&at.posterior * &projected));
+                let own = gram(c) * at.precision - projected.tr_mul(&(&at.posterior * &projected));
                 let cross = cross.rows(first, c.ncols()).into_owned();
                 first += c.ncols();
                 (place, Self { own, cross })
             })
             .collect()
+    }
+}
+
+/// CᵀC: of many columns by a product of two matrices, which is blocked, where one by dot products is not.
+fn gram(columns: &DMatrix<f64>) -> DMatrix<f64> {
+    const MANY: usize = 8;
+    match columns.ncols() > MANY {
+        true => columns.transpose() * columns,
+        false => columns.tr_mul(columns),
     }
 }

@@ -7,6 +7,10 @@ use rand_distr::{ChiSquared, Distribution, StandardNormal};
 
 use super::columns::RandomColumns;
 
+/// Residuals drawn, and flips. With 299 drawn, a probability below 1 % is at most one of them beyond.
+pub(crate) const DRAWN: usize = 299;
+pub(crate) const FLIPPED: usize = 499;
+
 /// How many residuals are drawn, and how many times signs are flipped.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Replicates {
@@ -48,14 +52,21 @@ pub(super) fn signs(strikes: usize, replicates: Replicates) -> DMatrix<f64> {
 
 /// The scatter of strikes is estimated from as many strikes, less the values fitted to them: scores over the estimated
 /// scatter follow Student's t.
-pub(super) fn studentised(strikes: usize, fitted: usize, replicates: Replicates) -> Vec<f64> {
+pub(super) fn studentised(strikes: usize, fitted: usize, count: usize, seed: u64) -> Vec<f64> {
     let freedom = strikes.saturating_sub(fitted).max(1) as f64;
-    let mut stream = ChaCha8Rng::seed_from_u64(replicates.seed);
+    let mut stream = ChaCha8Rng::seed_from_u64(seed);
     stream.set_stream(u64::MAX - 2);
     let Ok(distribution) = ChiSquared::new(freedom) else {
-        return vec![1.0; replicates.drawn];
+        return vec![1.0; count];
     };
-    (0..replicates.drawn)
+    (0..count)
         .map(|_| (freedom / distribution.sample(&mut stream)).sqrt())
         .collect()
+}
+
+/// Standard normal numbers by a stream of their own.
+pub(super) fn standard_normals(rows: usize, count: usize, seed: u64, stream: u64) -> DMatrix<f64> {
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    random.set_stream(u64::MAX - 3 - stream);
+    DMatrix::from_fn(rows, count, |_, _| StandardNormal.sample(&mut random))
 }

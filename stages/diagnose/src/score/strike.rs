@@ -23,6 +23,8 @@ pub(super) struct StrikeAtFit<'f> {
     pub(super) weighed: DMatrix<f64>,
     /// Σ⁻¹·(r − X·β).
     pub(super) left: DVector<f64>,
+    /// XᵀΣ⁻¹·(r − X·β).
+    pub(super) own_left: DVector<f64>,
     /// C/σ² and 1/σ².
     pub(super) posterior: DMatrix<f64>,
     pub(super) precision: f64,
@@ -81,6 +83,7 @@ impl<'f> StrikeAtFit<'f> {
             own,
             weighed,
             left: DVector::zeros(0),
+            own_left: DVector::zeros(0),
             posterior,
             precision,
         }

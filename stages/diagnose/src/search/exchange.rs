@@ -5,7 +5,7 @@ use world::WorldError;
 
 use super::{
     CandidateFit, Selection,
-    fits::{FitCriteria, Tried, fit_best},
+    fits::{FitCriteria, fit_best},
     penalty::{alike, simpler},
     refine::refine,
 };
@@ -86,13 +86,13 @@ fn exchanges(
         // One that contains others is another question, which the likelihood alone does not answer; beside one that does nearly the same,
         // the others were asked when it was not there.
         let near = |rival: &&CandidateFit| {
-            let least = prepared.thresholds.fitted_to_end * effect.evidence;
+            let least = prepared.thresholds.fitted * effect.evidence;
             rival.evidence > least
                 && simpler(rival.name).is_empty()
                 && !alike(effect.name).contains(&rival.name)
         };
         for rival in effect.rivals.iter().filter(near).take(RIVALS) {
-            // It was perhaps left after its first iterations, and its columns were dropped.
+            // Its columns were dropped.
             let Some(fitted) = prepared.fit_from(&rival.fitted, &rival.fitted.model)? else {
                 continue;
             };
@@ -186,14 +186,7 @@ impl PairSearch<'_, '_> {
             required: alike(removed),
             ..FitCriteria::default()
         };
-        let fits = fit_best(
-            prepared,
-            reduced,
-            &screened,
-            chance,
-            criteria,
-            &mut Tried::new(),
-        )?;
+        let fits = fit_best(prepared, reduced, &screened, chance, criteria)?;
         Ok(fits.into_iter().next())
     }
 }

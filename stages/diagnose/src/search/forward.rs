@@ -3,9 +3,9 @@
 use world::WorldError;
 
 use super::{
-    CandidateFit, Selection,
+    CandidateFit, SelectedEffect, Selection,
     exchange::exchanged,
-    fits::{FitCriteria, Tried, fit_best},
+    fits::{FitCriteria, fit_best},
     penalty::alike,
     refine::refine,
 };
@@ -21,21 +21,23 @@ use crate::{
 };
 
 /// What a search may do.
-pub(crate) struct Limits {
+pub(crate) struct Limits<'l> {
     /// Effects at the most.
     pub(crate) effects: usize,
     /// By which another effect is shown to be no chance.
-    pub(crate) replicates: Replicates,
+    pub(crate) flips: Replicates,
+    pub(crate) alarm: &'l Alarm,
 }
 
-/// Adds effects while each brings more than chance, and asks of each whether another could stand in its place.
+/// Adds effects while each brings more than chance, then asks of each whether another could stand in its place; where that changes the
+/// model, what is left is asked again.
 pub(crate) fn search<'a>(
     prepared: &PreparedStrikes<'a>,
     null: &Fitted,
     first: &[Screened],
     candidates: &[Candidate],
     chance: &Chance,
-    limits: &Limits,
+    limits: &Limits<'_>,
 ) -> Result<Selection<'a>, WorldError> {
     let mut selection = Selection {
         prepared: prepared.clone(),
@@ -48,15 +50,14 @@ pub(crate) fn search<'a>(
         significant: None,
     });
     let mut short = candidates.to_vec();
-    // Each exchange makes the model better: so many at the most, for noise is estimated anew between them.
+    // Each change makes the model better: so many at the most, for noise is estimated anew between them.
     for _ in 0..=limits.effects {
         while let Some(Screening {
             screened,
             significant,
         }) = screening.take()
         {
-            let held = selection.fitted.model.parts.len();
-            if held >= limits.effects {
+            if selection.effects.len() >= limits.effects {
                 break;
             }
             let Some(fit) = next_effect(&selection, &screened, chance, significant.as_ref())?
@@ -68,17 +69,22 @@ pub(crate) fn search<'a>(
             else {
                 break;
             };
-            let larger = Selection {
+            let mut effects = std::mem::take(&mut selection.effects);
+            effects.push(SelectedEffect::alone(fit.name, fit.evidence));
+            selection = Selection {
                 prepared,
                 null,
                 fitted,
-                effects: Vec::new(),
+                effects,
             };
             short = shortlist(candidates, &screened);
-            selection = refine(larger, &short, chance, held)?;
-            if selection.fitted.model.parts.len() > held {
-                screening = screen_beside_family(&selection, candidates, limits)?;
-            }
+            screening = screen_beside_family(&selection, candidates, limits)?;
+        }
+        let added = names(&selection);
+        selection = refine(selection, &short, chance, added.len())?;
+        if names(&selection) != added {
+            screening = screen_beside_family(&selection, candidates, limits)?;
+            continue;
         }
         let (better, is_better) = exchanged(selection, &short, chance)?;
         selection = better;
@@ -88,6 +94,10 @@ pub(crate) fn search<'a>(
         screening = screen_beside_family(&selection, candidates, limits)?;
     }
     Ok(selection)
+}
+
+fn names(selection: &Selection<'_>) -> Vec<&'static str> {
+    selection.effects.iter().map(|effect| effect.name).collect()
 }
 
 /// Candidates beside a model; beside one with effects, how likely each is by chance.
@@ -100,18 +110,18 @@ struct Screening {
 fn screen_beside_family(
     selection: &Selection<'_>,
     candidates: &[Candidate],
-    limits: &Limits,
+    limits: &Limits<'_>,
 ) -> Result<Option<Screening>, WorldError> {
     let Selection {
         prepared, fitted, ..
     } = selection;
     let family = family_columns(prepared, fitted)?;
-    let Some(test) = ScoreTest::new(prepared, fitted, &family, limits.replicates) else {
+    let Some(test) = ScoreTest::new(prepared, fitted, &family, limits.flips) else {
         return Ok(None);
     };
-    let screened = screen_by(prepared, fitted, &test, candidates, limits.replicates)?;
+    let screened = screen_by(prepared, fitted, &test, candidates, limits.flips)?;
     Ok(Some(Screening {
-        significant: Some(Alarm::new(&Statistic::all(&screened, &[]))),
+        significant: Some(limits.alarm.beside(&Statistic::all(&screened, &[]))),
         screened,
     }))
 }
@@ -126,33 +136,33 @@ fn next_effect(
     let Selection {
         prepared, fitted, ..
     } = selection;
-    let mut tried = Tried::new();
-    let mut best_but = |name: Option<&str>| {
-        let others: Vec<Screened> = screened
-            .iter()
-            .filter(|s| Some(s.name) != name)
-            .cloned()
-            .collect();
-        let criteria = FitCriteria {
-            required: name.map_or(&[], alike),
-            ..FitCriteria::default()
-        };
-        fit_best(prepared, fitted, &others, chance, criteria, &mut tried)
-    };
+    let mut open: Vec<Screened> = screened
+        .iter()
+        .filter(|s| s.gain() > prepared.thresholds.fitted * chance[s.name])
+        .filter(|s| significant.is_none_or(|alarm| alarm.p_value_of(s.name).is_real()))
+        .cloned()
+        .collect();
     let is_enough = |fit: &CandidateFit| {
         let by_form = taken_by_form(screened, fit.name, prepared.thresholds.form_least);
         fit.evidence > required_evidence(selection, fit, by_form)
-            && significant.is_none_or(|alarm| alarm.p_value_of(fit.name).is_real())
     };
-    let Some(fit) = best_but(None)?.into_iter().find(is_enough) else {
-        return Ok(None);
-    };
-    // A rival that was left after its first iterations may be the better one.
-    let rivals = best_but(Some(fit.name))?;
-    let better = rivals.into_iter().find(|rival| {
-        rival.evidence > fit.evidence + prepared.thresholds.better && is_enough(rival)
-    });
-    Ok(Some(better.unwrap_or(fit)))
+    while !open.is_empty() {
+        let best = open
+            .iter()
+            .max_by(|a, b| (a.gain() - chance[a.name]).total_cmp(&(b.gain() - chance[b.name])));
+        let criteria = FitCriteria {
+            required: best.map_or(&[], |best| alike(best.name)),
+            ..FitCriteria::default()
+        };
+        let names: Vec<&str> = best.iter().map(|best| best.name).collect();
+        let fits = fit_best(prepared, fitted, &open, chance, criteria)?;
+        let is_fitted = |name: &str| names.contains(&name) || fits.iter().any(|f| f.name == name);
+        open.retain(|s| !is_fitted(s.name));
+        if let Some(fit) = fits.into_iter().find(is_enough) {
+            return Ok(Some(fit));
+        }
+    }
+    Ok(None)
 }
 
 /// Share of a candidate's score that what a wrong form of the effects held would leave takes: a change of launches by their order, beside a

@@ -8,7 +8,7 @@ use world::{
 
 use super::{
     Selection,
-    fits::{FitCriteria, Tried, fit_best},
+    fits::{FitCriteria, fit_best},
     refine::refine,
 };
 use crate::{
@@ -19,6 +19,9 @@ use crate::{
     score::{Replicates, ScoreTest},
     screen::{Chance, screen, screen_by},
 };
+
+/// Values of a model beside which no rivals are asked.
+const MANY: usize = 40;
 
 /// Asks each last resort whether it stands better than all effects of its kind together, which hold less than what explains a gap of what
 /// it gains; where no effect is held, whether it stands at all.
@@ -94,8 +97,17 @@ fn held_beside(selection: &Selection<'_>, candidate: &Candidate) -> Vec<&'static
     let parts = selection.fitted.model.parts.iter();
     parts
         .map(|part| part.name)
-        .filter(|name| kind(name) == kind(candidate.name))
+        .filter(|name| takes_place_of(candidate.name, name))
         .collect()
+}
+
+/// Whether a candidate stands in the place of such an effect: of one of its kind; a surface of any shape, for which patches and edges of friction or a
+/// lens may have been taken, of those too: beside a lens it would take what the lens's form leaves.
+fn takes_place_of(candidate: &str, held: &str) -> bool {
+    match (kind(candidate), kind(held)) {
+        (Some(Family::ForceByPlace), Some(Family::FrictionByPlace | Family::SeenByPlace)) => true,
+        (candidate, held) => candidate == held,
+    }
 }
 
 fn kind(name: &str) -> Option<Family> {
@@ -122,7 +134,7 @@ fn in_place_of_its_kind(
     let mut by_chance = 0.0;
     for place in (0..model.parts.len()).rev() {
         let name = model.parts[place].name;
-        if kind(name) == kind(candidate.name) {
+        if takes_place_of(candidate.name, name) {
             model = model.without(place);
             by_chance += chance[name];
         }
@@ -130,17 +142,21 @@ fn in_place_of_its_kind(
     let Some(reduced) = prepared.fit_from(fitted, &model)? else {
         return Ok(None);
     };
+    let held = (fitted.likelihood() - reduced.likelihood() - by_chance).max(0.0);
     let screened = screen(prepared, &reduced, std::slice::from_ref(candidate))?;
+    // A fit of many values costs much: not where a linear step promises less than what is there.
+    if screened.iter().all(|screened| screened.gain() < held) {
+        return Ok(None);
+    }
     let criteria = FitCriteria {
         required: &[candidate.name],
         ..FitCriteria::default()
     };
-    let tried = &mut Tried::new();
-    let fits = fit_best(prepared, &reduced, &screened, chance, criteria, tried)?;
+    let fits = fit_best(prepared, &reduced, &screened, chance, criteria)?;
     Ok(fits.into_iter().next().map(|fit| {
         let gain = Gain {
             alone: fit.fitted.likelihood() - reduced.likelihood(),
-            held: (fitted.likelihood() - reduced.likelihood() - by_chance).max(0.0),
+            held,
         };
         (fit.fitted, gain)
     }))
@@ -163,5 +179,7 @@ fn with_fitted<'a>(
         fitted,
         effects: Vec::new(),
     };
-    refine(other, candidates, chance, 0)
+    // Beside a field of many values each rival costs as much as all.
+    let is_large = other.fitted.model.free.len() > MANY;
+    refine(other, if is_large { &[] } else { candidates }, chance, 0)
 }

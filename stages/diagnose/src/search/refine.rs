@@ -5,7 +5,7 @@ use world::WorldError;
 
 use super::{
     CandidateFit, SelectedEffect, Selection,
-    fits::{FitCriteria, Tried, fit_best},
+    fits::{FitCriteria, fit_best},
     penalty::{alike, evidence_of, simpler},
 };
 use crate::{
@@ -122,12 +122,7 @@ fn effect_alone(
             selection.prepared.thresholds,
         )
     });
-    SelectedEffect {
-        name,
-        evidence,
-        equivalent: Vec::new(),
-        rivals: Vec::new(),
-    }
+    SelectedEffect::alone(name, evidence)
 }
 
 /// How firmly one effect stands beside the others, and the model without it.
@@ -153,11 +148,9 @@ fn assess(
         .partition(|s| s.name == name);
     let criteria = FitCriteria {
         required: alike(name),
-        incumbent_evidence: evidence,
-        incumbent_gain: own.first().map_or(0.0, |own| own.gain().min(evidence)),
+        incumbent_gain: own.first().map(|own| own.gain().min(evidence)),
     };
-    let tried = &mut Tried::new();
-    let rivals = fit_best(prepared, &reduced, &screened, chance, criteria, tried)?;
+    let rivals = fit_best(prepared, &reduced, &screened, chance, criteria)?;
     let at_end = fitted.forms_at_end();
     let is_at_end = fitted
         .model

@@ -11,6 +11,7 @@ mod peak;
 mod restricted;
 pub(crate) mod ridge;
 
+use nalgebra::DMatrix;
 use values::Point;
 use world::WorldError;
 
@@ -41,6 +42,9 @@ pub(crate) struct Dependence {
     pub(crate) peak: Point,
 }
 
+/// The first stream of random numbers of bumps; those of launches come before.
+const STREAM: u64 = 8;
+
 /// Every covariate's dependence at a fitted model.
 pub(crate) fn dependences(
     prepared: &PreparedStrikes<'_>,
@@ -69,7 +73,8 @@ pub(crate) fn dependences_of(
             continue;
         };
         let scores = test.scores(bumps.places.len(), &bumps.moved);
-        let ridge = Ridge::new(&scores, bumps.scale);
+        let normals = test.normals(bumps.count(), STREAM + covariate as u64);
+        let ridge = Ridge::new(&scores, bumps.scale, &normals);
         let peak = Peak { prepared, test };
         let (at, peak) = peak.strongest(covariate, &scores, &bumps, &ridge.heights);
         found.push(Dependence {
@@ -135,7 +140,7 @@ pub(crate) fn family_columns(
             continue;
         };
         let scores = test.scores(bumps.places.len(), &bumps.moved);
-        let ridge = Ridge::new(&scores, bumps.scale);
+        let ridge = Ridge::new(&scores, bumps.scale, &DMatrix::zeros(0, 0));
         if ridge.variance > 0.0 {
             random.push(RandomColumns {
                 moved: bumps.moved,

@@ -5,6 +5,8 @@
 //! surprise; compared are therefore two models, each at its own scatter. The ratio of their likelihoods depends on no scatter, and
 //! its distribution is known from the replicates (exact restricted likelihood ratio tests; Crainiceanu and Ruppert 2004).
 
+use std::f64::consts::FRAC_PI_2;
+
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use rayon::prelude::*;
 use values::Point;
@@ -18,6 +20,11 @@ use crate::{
 const LENGTHS: [f64; 4] = [0.05, 0.1, 0.2, 0.4];
 /// Variances of the process that are tried, in units of the scatter's.
 const RATIOS: [f64; 7] = [0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0];
+/// Distance of the bumps that span a process, as a share of its length, and how many stand beyond each end.
+const CLOSE: f64 = 0.5;
+const BEYOND: usize = 3;
+/// Variance of a direction below which the process does not reach it.
+const NEGLIGIBLE: f64 = 1e-9;
 /// Share of what is known of a direction of the model's values that must come from these deviations for it to count as fitted to them.
 /// Others are known from elsewhere, such as friction from the way an object slows.
 const FITTED: f64 = 0.5;
@@ -68,6 +75,8 @@ pub(crate) fn restricted(test: &ScoreTest<'_, '_>, at: &[f64]) -> Option<Restric
 /// Deviations with the model's own columns projected off.
 struct Projected {
     values: DMatrix<f64>,
+    /// Sum of squares of each.
+    squares: Vec<f64>,
     /// Orthonormal columns that span the model's own.
     own: DMatrix<f64>,
     units: DVector<f64>,
@@ -80,8 +89,11 @@ impl Projected {
             .filter(|i| decomposed.singular_values[*i].powi(2) > FITTED)
             .collect();
         let own = decomposed.u?.select_columns(&determined);
+        let values = &deviations.values - &own * own.tr_mul(&deviations.values);
+        let each = values.column_iter();
         Some(Self {
-            values: &deviations.values - &own * own.tr_mul(&deviations.values),
+            squares: each.map(|column| column.norm_squared()).collect(),
+            values,
             own,
             units: deviations.units.clone(),
         })
@@ -99,28 +111,46 @@ impl Projected {
         if near <= 0.0 {
             return None;
         }
-        let kernel = DMatrix::from_fn(n, n, |i, j| (-0.5 * ((at[i] - at[j]) / near).powi(2)).exp());
-        let half = &kernel - &self.own * self.own.tr_mul(&kernel);
-        let apart = &half - (&half * &self.own) * self.own.transpose();
+        // The process is white noise smeared out: a few bumps that stand close together span it.
+        let spacing = near * CLOSE;
+        let count = ((high - low) / spacing).ceil() as usize + 2 * BEYOND + 1;
+        let scale = (spacing / (near * FRAC_PI_2.sqrt())).sqrt();
+        let bumps = DMatrix::from_fn(n, count, |i, k| {
+            let middle = low + spacing * (k as f64 - BEYOND as f64);
+            scale * (-((at[i] - middle) / near).powi(2)).exp()
+        });
+        let apart = &bumps - &self.own * self.own.tr_mul(&bumps);
         let SymmetricEigen {
             eigenvalues,
             eigenvectors,
-        } = SymmetricEigen::new(0.5 * (&apart + apart.transpose()));
-        let heights = eigenvectors.tr_mul(&self.values);
+        } = SymmetricEigen::new(apart.tr_mul(&apart));
+        let seen: Vec<usize> = (0..count)
+            .filter(|i| eigenvalues[*i] > NEGLIGIBLE)
+            .collect();
+        let mut directions = eigenvectors.select_columns(&seen);
+        for (k, i) in seen.iter().enumerate() {
+            directions
+                .column_mut(k)
+                .scale_mut(eigenvalues[*i].sqrt().recip());
+        }
+        let directions = apart * directions;
+        let heights = directions.tr_mul(&self.values);
         let squares = heights.map(|height| height * height);
-        let damped = DMatrix::from_fn(RATIOS.len(), n, |r, i| {
-            (1.0 + RATIOS[r] * eigenvalues[i].max(0.0)).recip()
+        // What each direction keeps of its square, and loses.
+        let taken = DMatrix::from_fn(RATIOS.len(), seen.len(), |r, k| {
+            let ratio = RATIOS[r] * eigenvalues[seen[k]];
+            ratio / (1.0 + ratio)
         });
-        let left = &damped * &squares;
-        let penalties: Vec<f64> = damped
+        let fallen = &taken * &squares;
+        let penalties: Vec<f64> = taken
             .row_iter()
-            .map(|row| -row.map(f64::ln).sum())
+            .map(|row| -row.map(|taken| (-taken).ln_1p()).sum())
             .collect();
         let gain = |column: usize| {
-            let whole: f64 = squares.column(column).sum();
+            let whole = self.squares[column];
             (0..RATIOS.len())
                 .map(|r| {
-                    let ratio = (whole / left[(r, column)].max(1e-300)).ln();
+                    let ratio = (whole / (whole - fallen[(r, column)]).max(1e-300)).ln();
                     (0.5 * (freedom * ratio - penalties[r]), Some(r))
                 })
                 .fold(
@@ -131,10 +161,7 @@ impl Projected {
         let (best, ratio) = gain(0);
         let curve = ratio.map_or_else(
             || DVector::zeros(n),
-            |r| {
-                let kept = DVector::from_fn(n, |i, _| (1.0 - damped[(r, i)]) * heights[(i, 0)]);
-                &eigenvectors * kept
-            },
+            |r| &directions * taken.row(r).transpose().component_mul(&heights.column(0)),
         );
         let error = |i: usize| curve[i] / self.units[i];
         let strike = (0..n).max_by(|a, b| error(*a).abs().total_cmp(&error(*b).abs()))?;

@@ -1,6 +1,6 @@
 //! Bumps together: heights that are Gaussian with one common standard deviation, by marginal likelihood.
 
-use nalgebra::{DVector, SymmetricEigen};
+use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 use crate::score::ColumnScores;
 
@@ -22,8 +22,9 @@ pub(crate) struct Ridge {
 }
 
 impl Ridge {
-    /// The best common height, its gain, and the same in each replicate.
-    pub(crate) fn new(scores: &ColumnScores, scale: f64) -> Self {
+    /// The best common height, its gain, and the same in each replicate: drawn from what is known of the heights (`normals` has a row for
+    /// each bump, a column for each replicate), then flipped.
+    pub(crate) fn new(scores: &ColumnScores, scale: f64, normals: &DMatrix<f64>) -> Self {
         let SymmetricEigen {
             eigenvalues,
             eigenvectors,
@@ -32,24 +33,44 @@ impl Ridge {
         let seen: Vec<usize> = (0..eigenvalues.len())
             .filter(|i| eigenvalues[*i] > SEEN)
             .collect();
-        let gain = |replicate: usize| {
-            HEIGHTS
+        let variances = HEIGHTS.map(|height| (height * scale).powi(2));
+        // Shares of squares that are taken, and what a common height costs.
+        let taken: Vec<(Vec<f64>, f64)> = variances
+            .iter()
+            .map(|variance| {
+                let ratio = |i: &usize| eigenvalues[*i] * variance;
+                let shares = seen.iter().map(|i| 0.5 * ratio(i) / (1.0 + ratio(i)));
+                let cost = seen.iter().map(|i| 0.5 * ratio(i).ln_1p()).sum();
+                (shares.collect(), cost)
+            })
+            .collect();
+        let gain = |squares: &[f64]| {
+            taken
                 .iter()
-                .map(|height| {
-                    let variance = (height * scale).powi(2);
-                    let each = seen.iter().map(|i| {
-                        let (l, u) = (eigenvalues[*i], projected[(*i, replicate)]);
-                        let ratio = l * variance;
-                        0.5 * (u * u / l * ratio / (1.0 + ratio) - ratio.ln_1p())
-                    });
-                    (each.sum::<f64>(), variance)
+                .zip(variances)
+                .map(|((shares, cost), variance)| {
+                    let each = shares.iter().zip(squares);
+                    (
+                        each.map(|(share, square)| share * square).sum::<f64>() - cost,
+                        variance,
+                    )
                 })
                 .fold(
                     (0.0, 0.0),
                     |best, tried| if tried.0 > best.0 { tried } else { best },
                 )
         };
-        let (best, variance) = gain(0);
+        let of_score = |k: usize| -> Vec<f64> {
+            let each = seen.iter();
+            each.map(|i| projected[(*i, k)].powi(2) / eigenvalues[*i])
+                .collect()
+        };
+        let drawn = normals.column_iter().map(|normals| {
+            let squares: Vec<f64> = seen.iter().map(|i| normals[*i].powi(2)).collect();
+            gain(&squares).0
+        });
+        let flipped = (1..projected.ncols()).map(|k| gain(&of_score(k)).0);
+        let (best, variance) = gain(&of_score(0));
         let mut heights = DVector::zeros(scores.alone.len());
         for i in &seen {
             let (l, u) = (eigenvalues[*i], projected[(*i, 0)]);
@@ -59,7 +80,7 @@ impl Ridge {
             gain: best,
             variance,
             heights,
-            by_chance: (1..projected.ncols()).map(|k| gain(k).0).collect(),
+            by_chance: drawn.chain(flipped).collect(),
         }
     }
 }

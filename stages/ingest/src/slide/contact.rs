@@ -22,7 +22,7 @@ pub(super) fn met(frames: &Frames<'_>, first: usize, until: usize) -> Option<usi
 /// Whether an object here, which the two frames before saw there, may have touched a fence: it is near to one, or would have met it on
 /// its way from the last frame, as fast as it was.
 pub(crate) fn reaches_fence(rig: &Rig, before: [Option<Point>; 2], point: Point) -> bool {
-    let reach = rig.object.widest();
+    let reach = rig.object.solid.reach();
     let is_within = |point: Point, reach: f64| {
         let mut fences = rig.table.fences.iter();
         fences.any(|fence| fence.distance(point) < reach)

@@ -16,11 +16,22 @@ const MOST_FRAMES: usize = 50_000;
 /// An interval this many times the usual one has frames missing.
 const INTERVAL_WITH_GAP: f64 = 1.75;
 
-pub(super) struct Frame {
+pub(crate) struct Frame {
     pub(super) stamp: i64,
     /// Seconds since the command rose.
     pub(super) t: f64,
     pub(super) point: Point,
+}
+
+impl Frame {
+    /// Of a centroid, in time since a stamp.
+    pub(crate) fn of(sample: &Sample, start: i64) -> Self {
+        Self {
+            stamp: sample.stamp,
+            t: since(start, sample.stamp),
+            point: Point::new(sample.x, sample.y),
+        }
+    }
 }
 
 /// The frames around one command.
@@ -51,14 +62,7 @@ impl<'a> Frames<'a> {
             );
             return Err(Rejection::new(RejectReason::UnitsImplausible, detail));
         }
-        let all: Vec<Frame> = seen
-            .iter()
-            .map(|sample| Frame {
-                stamp: sample.stamp,
-                t: since(start, sample.stamp),
-                point: Point::new(sample.x, sample.y),
-            })
-            .collect();
+        let all: Vec<Frame> = seen.iter().map(|sample| Frame::of(sample, start)).collect();
         let nominal = 1.0 / rig.camera.rate;
         let near: Vec<&Frame> = all
             .iter()
@@ -84,8 +88,7 @@ impl<'a> Frames<'a> {
             .filter(|f| !rig.table.contains(f.point))
             .map(|f| (f.t, f.point))
             .collect();
-        let mut jumps = jumps(&all, rig.camera.noise);
-        stale(&all, rig.camera.noise, &mut jumps);
+        let jumps = outliers(&all, rig.camera.noise);
         let outliers = all
             .iter()
             .zip(&jumps)
@@ -179,6 +182,13 @@ fn units(near: &[&Frame], rig: &Rig) -> Result<(), Rejection> {
         }
         _ => Ok(()),
     }
+}
+
+/// Which frames jump away and back, or repeat the one before while the object moves.
+pub(crate) fn outliers(frames: &[Frame], noise: f64) -> Vec<bool> {
+    let mut marked = jumps(frames, noise);
+    stale(frames, noise, &mut marked);
+    marked
 }
 
 /// Which frames jump away from both their neighbours, farther than noise, jitter or an impact could take them.

@@ -1,4 +1,4 @@
-//! `arm-loop FOLDER BIN PAGE [STRIKES TARGETS]`: the paper's script on the emulated arm. An object lies before it whose physics is the
+//! `arm-loop MAKER FOLDER BIN PAGE [STRIKES TARGETS]`: the paper's script on the emulated arm of a maker, `xarm` or `ur`. An object lies before it whose physics is the
 //! embedded rig's, and a camera publishes where it is. `carom collect`, `carom run --key`, and a `strike --watch` for each target, as
 //! a person would type them; then the page, with the misses beside the scatter of repeats of the same commands.
 //!
@@ -47,19 +47,21 @@ struct TargetStrike {
 struct Lab {
     folder: PathBuf,
     bin: PathBuf,
+    /// As `--robot` names it.
+    arm: String,
     truth: Truth,
     emulator: Emulator,
 }
 
 fn main() -> Result<(), Failed> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let [folder, bin, page, numbers @ ..] = &arguments[..] else {
-        return Err("give FOLDER BIN PAGE [STRIKES TARGETS]".into());
+    let [maker, folder, bin, page, numbers @ ..] = &arguments[..] else {
+        return Err("give MAKER FOLDER BIN PAGE [STRIKES TARGETS]".into());
     };
     let number =
         |at: usize, otherwise: usize| numbers.get(at).map_or(Ok(otherwise), |text| text.parse());
     let (strikes, targets): (usize, usize) = (number(0, 100)?, number(1, 20)?);
-    let lab = Lab::open(folder.as_ref(), bin.as_ref())?;
+    let lab = Lab::open(folder.as_ref(), bin.as_ref(), maker)?;
     let begun = Instant::now();
     let mut stops = lab.gather(strikes)?;
     let gathered = begun.elapsed();
@@ -71,7 +73,13 @@ fn main() -> Result<(), Failed> {
         .map(|struck| lab.floor(struck))
         .collect::<Result<_, _>>()?;
     let counts = lab.emulator.table(|table| table.counts).unwrap_or_default();
-    let text = page_of(&struck, &floors, [refused, stops, strikes], counts)?;
+    let text = page_of(
+        &lab.arm,
+        &struck,
+        &floors,
+        [refused, stops, strikes],
+        counts,
+    )?;
     fs::write(page, &text)?;
     println!("{text}");
     println!(
@@ -85,9 +93,13 @@ fn main() -> Result<(), Failed> {
 
 impl Lab {
     /// The arm at its table, the camera, and the files that a user has.
-    fn open(folder: &Path, bin: &Path) -> Result<Self, Failed> {
+    fn open(folder: &Path, bin: &Path, maker: &str) -> Result<Self, Failed> {
         fs::create_dir_all(folder)?;
-        let rig = rig();
+        let mut rig = rig();
+        if maker == "ur" {
+            // Its lines have no limit of jerk.
+            rig.robot.jerk = None;
+        }
         let hide = Hide::parse(&HIDDEN)?;
         let truth = Truth {
             hidden: hide.hidden,
@@ -97,17 +109,17 @@ impl Lab {
         let address = IpAddr::V4(Ipv4Addr::LOCALHOST);
         let camera = Topic::serve((address, CAMERA_PORT).into(), &rig.topics.centroid.name)?;
         let table = Table::new(truth.clone(), Point::new(0.33, 0.0), true)?;
-        let emulator = Emulator::at_table(
-            Listening::Standard(address),
-            Model::default(),
-            table,
-            (camera, rig.camera.rate),
-        )?;
+        let listening = Listening::Standard(address);
+        let emulator = match maker {
+            "ur" => Emulator::start_ur(listening, Model::ur(), None)?,
+            _ => Emulator::start(listening, Model::default(), None)?,
+        };
         let lab = Self {
             folder: folder.into(),
             bin: bin.into(),
+            arm: format!("{maker}:{HOST}"),
             truth,
-            emulator,
+            emulator: emulator.with_table(table, (camera, rig.camera.rate)),
         };
         if !lab.folder.join("carom.key").exists() {
             lab.run("carom", &["key", "new", "--out", &lab.path("carom.key")])?;
@@ -137,13 +149,13 @@ impl Lab {
 
     /// Gathers strikes; gives how often the watchdog ended that.
     fn gather(&self, strikes: usize) -> Result<usize, Failed> {
-        let (arm, camera) = (format!("xarm:{HOST}"), format!("ws://{HOST}:{CAMERA_PORT}"));
+        let camera = format!("ws://{HOST}:{CAMERA_PORT}");
         let arguments = [
             "collect",
             "--rig",
             &self.path("rig.toml"),
             "--robot",
-            &arm,
+            &self.arm,
             "--watch",
             &camera,
             "--strikes",
@@ -229,7 +241,7 @@ impl Lab {
     }
 
     fn strike_at(&self, to: Point, stops: &mut usize) -> Result<Option<TargetStrike>, Failed> {
-        let (arm, camera) = (format!("xarm:{HOST}"), format!("ws://{HOST}:{CAMERA_PORT}"));
+        let camera = format!("ws://{HOST}:{CAMERA_PORT}");
         let (x, y) = (to.x.to_string(), to.y.to_string());
         let output = self
             .program(
@@ -247,7 +259,7 @@ impl Lab {
                     &x,
                     &y,
                     "--robot",
-                    &arm,
+                    &self.arm,
                     "--json",
                 ],
             )
@@ -320,6 +332,7 @@ fn rig() -> Rig {
 }
 
 fn page_of(
+    arm: &str,
     struck: &[TargetStrike],
     floors: &[f64],
     [refused, stops, strikes]: [usize; 3],
@@ -335,7 +348,7 @@ fn page_of(
         .fold(0.0, f64::max);
     let mut page = format!(
         "# From no data to targets on the emulated arm\n\n\
-         `make loop`: an object lies before the emulated xArm7; its physics is the embedded rig's (hidden: {}), moved by what the arm's \
+         `make loop`: an object lies before the emulated arm `{arm}`; its physics is the embedded rig's (hidden: {}), moved by what the arm's \
          motion delivers, and a camera publishes where it is over the Foxglove WebSocket protocol. `carom collect` gathers {strikes} \
          strikes, `carom run --key` learns from them, and `strike --watch` strikes each target from where a hand put the object.\n\n\
          | | |\n|---|---|\n\

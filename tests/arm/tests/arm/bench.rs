@@ -8,7 +8,9 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use arm::{Emulator, Fault, Listening, Model, Step};
-use strike::xarm::{Ports, XArm};
+use strike::arm::Arm;
+use strike::ur::Ur;
+use strike::xarm::XArm;
 use strike::{Guarded, Plan, Planner, RobotError, StrikeRecord, execute};
 use values::{Point, Rig};
 
@@ -47,18 +49,18 @@ pub fn model() -> Model {
     }
 }
 
-pub fn ports(emulator: &Emulator) -> Ports {
-    let [control, realtime, _, report] = emulator.ports;
-    Ports {
-        control,
-        realtime,
-        report,
-    }
+/// An arm of a maker's driver, connected and claimed.
+pub fn connect_to<D: Arm>(
+    emulator: &Emulator,
+    rig: &Rig,
+    interrupted: Arc<AtomicBool>,
+) -> Result<Guarded<D>, RobotError> {
+    Guarded::connect("arm", &emulator.ports, rig, interrupted)
 }
 
-/// The arm, connected and claimed.
+/// An xArm, connected and claimed.
 pub fn connect(emulator: &Emulator, rig: &Rig) -> Result<Guarded<XArm>, RobotError> {
-    Guarded::connect("xarm", &ports(emulator), rig, Arc::default())
+    connect_to(emulator, rig, Arc::default())
 }
 
 /// One strike, from the connection on.
@@ -149,28 +151,43 @@ impl Maker {
         rig
     }
 
+    /// An emulator of such an arm.
+    pub fn emulator(self, fault: Option<(Step, Fault)>) -> Emulator {
+        match self {
+            Self::XArm => Emulator::start(Listening::Free, model(), fault).unwrap(),
+            Self::Ur => {
+                let model = Model {
+                    pose: model().pose,
+                    ..Model::ur()
+                };
+                Emulator::start_ur(Listening::Free, model, fault).unwrap()
+            }
+        }
+    }
+
+    /// Strikes with such an arm, from the connection on.
+    pub fn strike(
+        self,
+        emulator: &Emulator,
+        plan: &Plan,
+    ) -> Result<Option<StrikeRecord>, RobotError> {
+        match self {
+            Self::XArm => strike(emulator, plan),
+            Self::Ur => {
+                let mut arm = connect_to::<Ur>(emulator, plan.rig(), Arc::default())?;
+                execute(&mut arm, plan)
+            }
+        }
+    }
+
     /// An emulator of such an arm, and a strike of it.
     pub fn run(
         self,
         fault: Option<(Step, Fault)>,
         plan: &Plan,
     ) -> (Emulator, Result<Option<StrikeRecord>, RobotError>) {
-        if self == Self::XArm {
-            return run(model(), fault, plan);
-        }
-        let model = Model {
-            pose: model().pose,
-            ..Model::ur()
-        };
-        let emulator = Emulator::start_ur(Listening::Free, model, fault).unwrap();
-        let [one, other, rtde, dashboard] = emulator.ports;
-        let ports = strike::ur::Ports {
-            scripts: [one, other],
-            rtde,
-            dashboard,
-        };
-        let arm = Guarded::<strike::ur::Ur>::connect("ur", &ports, plan.rig(), Arc::default());
-        let outcome = arm.and_then(|mut arm| execute(&mut arm, plan));
+        let emulator = self.emulator(fault);
+        let outcome = self.strike(&emulator, plan);
         (emulator, outcome)
     }
 }

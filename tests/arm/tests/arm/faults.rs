@@ -72,6 +72,9 @@ fn one(maker: Maker, name: &str, step: Step, fault: Fault) -> Row {
             | Fault::ClockBack
             | Fault::OperatorStop
             | Fault::MotorsOff
+            | Fault::FreeDrive
+            | Fault::ToolChanged
+            | Fault::Rebooted
     );
     // A program that is stopped shows in its place alone on this maker's arms.
     let shown = shown && (maker, fault) != (Maker::Ur, Fault::OperatorStop);
@@ -98,7 +101,7 @@ fn one(maker: Maker, name: &str, step: Step, fault: Fault) -> Row {
     // What does not concern the step, or was over before it, may end the strike or not; what counts is that nothing moves on after the end.
     let harmless = !came
         || match step {
-            // What was broken, or who pressed stop, before the program was started.
+            // What was broken or off, or who pressed stop, before the program was started.
             Step::Connect => matches!(
                 fault,
                 Fault::Reset
@@ -107,8 +110,13 @@ fn one(maker: Maker, name: &str, step: Step, fault: Fault) -> Row {
                     | Fault::MotorsOff
                     | Fault::TooSlow
                     | Fault::Delayed
+                    | Fault::Burst
+                    | Fault::Rebooted
             ),
-            Step::Check | Step::Enable => matches!(fault, Fault::TooSlow | Fault::Delayed),
+            // Reports that were held are waited for.
+            Step::Check | Step::Enable => {
+                matches!(fault, Fault::TooSlow | Fault::Delayed | Fault::Burst)
+            }
             // A line of travel that is slow and short is not late by much.
             Step::Line(number) if fault == Fault::TooSlow => number != 4,
             Step::Line(_) => matches!(
@@ -121,18 +129,20 @@ fn one(maker: Maker, name: &str, step: Step, fault: Fault) -> Row {
                     | Fault::Jogged
             ),
         }
-        // What this maker's arm does not know: no program runs that could be stopped, one question is asked, and it is ready by itself.
-        || (maker == Maker::Ur
-            && !is_moving
-            && matches!(
-                fault,
-                Fault::OperatorStop
-                    | Fault::NeverReady
-                    | Fault::Stuck
-                    | Fault::WrongPose
-                    | Fault::SlowReplies
-                    | Fault::GarbageReply
-            ));
+        // What this maker's arm does not know: a sign of life; or no program runs yet that could be stopped, and its pose is told by reports
+        // alone.
+        || match maker {
+            Maker::XArm => fault == Fault::Deaf,
+            Maker::Ur if is_moving => false,
+            Maker::Ur => matches!(
+                (fault, step),
+                (Fault::OperatorStop, Step::Check)
+                    | (Fault::Stuck | Fault::WrongPose, _)
+                    | (Fault::SlowReplies | Fault::GarbageReply, Step::Enable)
+            ),
+        };
+    // Another program's line on an arm that was not made ready yet is that program's: nothing is sent, and it goes on.
+    let is_anothers = fault == Fault::OtherLine && matches!(step, Step::Connect | Step::Check);
     // What shows only once the arm is to move.
     let shows_on_a_line = !is_moving
         && matches!(
@@ -147,11 +157,17 @@ fn one(maker: Maker, name: &str, step: Step, fault: Fault) -> Row {
                 | Fault::LostStop
                 | Fault::Turned
                 | Fault::OtherLine
+                | Fault::Deaf
         );
     if harmless {
         check(
             outcome.is_ok() || comes_to_rest,
             "it failed, and the arm moves on",
+        );
+    } else if is_anothers && matches!(outcome, Err(RobotError::NotReady { .. })) {
+        check(
+            lines == 0 && stop.is_none(),
+            "something was sent to an arm that another program moves",
         );
     } else {
         check(outcome.is_err(), "the strike was called made");
@@ -314,7 +330,7 @@ fn page(table: &str, strikes: usize, wrong: &[&String], latencies: &[Duration]) 
     .unwrap();
     writeln!(
         page,
-        "| of these: moved on, a line after the fault, an error cleared, or a record lost | {} |",
+        "| of these accidents: a line of carom's after the fault, an arm that moves on a line of carom's after it, an error cleared, or a record lost | {} |",
         wrong.len()
     )
     .unwrap();
@@ -346,7 +362,9 @@ fn page(table: &str, strikes: usize, wrong: &[&String], latencies: &[Duration]) 
         "\nA fault of a line is made in the middle of that line. Silence is a fault once it lasts 50 ms; reports that lag, once they \
          lag by 50 ms; a place on the line that is 40 ms behind where it was when it was quickest, or a line that has not begun 60 ms after \
          it was sent; a speed that is not reached, 10 mm before the object. `Gone` takes no connection any more: the program says to press \
-         the emergency stop. What was over before the program was started, and what does not concern the step, do not end a strike. The \
+         the emergency stop. What was over before the program was started, and what does not concern the step, do not end a strike. \
+         `OtherLine` at `connect` and `check` is a motion of another program before carom made the arm ready: it is refused, nothing is sent, \
+         and that program's line goes on; it is not carom's to stop. `Deaf` concerns an arm whose protocol has a sign of life. The \
          emulator brakes at 8 m/s².\n\n\
          | maker | fault | at | sent after it | after, ms | lines after it | moved after the stop, mm | end (exit code) | record |\n\
          |---|---|---|---|---|---|---|---|---|\n",

@@ -2,20 +2,20 @@
 
 use std::path::Path;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, SystemTime};
 
 use arm::foxglove::Topic;
-use arm::{Emulator, Listening, Table};
+use arm::{Emulator, Table};
 use ingest::{Ingest, ingest_log};
 use rig::{Hidden, Truth};
 use strike::collect::{ArmStation, CollectError, CollectEvent, Collected, collect};
 use strike::xarm::XArm;
-use strike::{CommandPlanner, Guarded, Live};
-use values::{Point, Rig};
+use strike::{CommandPlanner, Live, RobotError, execute};
+use values::{Command, Point, Rig};
 
-use crate::bench::{in_time, model, ports, rig, wait_for};
+use crate::bench::{Maker, connect_to, in_time, rig, wait_for};
 
 /// An arm at a table, whose object a hand puts back or not, and the address of its camera.
 fn lab(rig: &Rig, puts_back: bool) -> (Emulator, String) {
@@ -26,13 +26,24 @@ fn lab(rig: &Rig, puts_back: bool) -> (Emulator, String) {
     let camera = Topic::serve(([127, 0, 0, 1], 0).into(), &rig.topics.centroid.name).unwrap();
     let url = format!("ws://{}", camera.address);
     let table = Table::new(truth, Point::new(0.34, 0.02), puts_back).unwrap();
-    let emulator =
-        Emulator::at_table(Listening::Free, model(), table, (camera, rig.camera.rate)).unwrap();
-    (emulator, url)
+    let emulator = Maker::XArm.emulator(None);
+    (emulator.with_table(table, (camera, rig.camera.rate)), url)
 }
 
 /// Gathers strikes until `report` says that it is over.
 fn gather(
+    lab: &(Emulator, String),
+    rig: &Rig,
+    folder: &Path,
+    strikes: usize,
+    report: &mut dyn FnMut(CollectEvent) -> bool,
+) -> Result<Collected, CollectError> {
+    gather_by(SystemTime::now, lab, rig, folder, strikes, report)
+}
+
+/// The same by another clock of the day.
+fn gather_by(
+    clock: fn() -> SystemTime,
     (emulator, url): &(Emulator, String),
     rig: &Rig,
     folder: &Path,
@@ -42,10 +53,9 @@ fn gather(
     let interrupted = Arc::new(AtomicBool::new(false));
     let live = Live::connect(url, rig).unwrap();
     let pause = Duration::from_millis(500);
-    let arm: Guarded<XArm> =
-        Guarded::connect("xarm", &ports(emulator), rig, interrupted.clone()).unwrap();
+    let arm = connect_to::<XArm>(emulator, rig, interrupted.clone()).unwrap();
     let mut station = ArmStation::new(arm, live, pause, interrupted.clone());
-    let planner = CommandPlanner::nominal(rig).unwrap();
+    let planner = CommandPlanner::nominal(rig).unwrap().by_clock(clock);
     let is_over = || interrupted.load(Ordering::Relaxed);
     collect(
         &mut station,
@@ -141,4 +151,65 @@ fn an_object_that_was_not_seen_to_rest_is_not_struck_until_it_was_put_elsewhere(
             assert_eq!(strikes(), 1);
         });
     });
+}
+
+/// By how much the clock of the day was set, in ms.
+static SET: AtomicU64 = AtomicU64::new(0);
+
+fn set_clock() -> SystemTime {
+    SystemTime::now() + Duration::from_millis(SET.load(Ordering::Relaxed))
+}
+
+#[test]
+fn a_strike_in_which_the_clock_was_set_is_no_strike_to_learn_from() {
+    in_time(|| {
+        let (rig, folder) = (rig(), tempfile::tempdir().unwrap());
+        let lab = lab(&rig, true);
+        SET.store(0, Ordering::Relaxed);
+        let strikes = || lab.0.table(|table| table.counts.0).unwrap();
+        let mut reasons = Vec::new();
+        let gathered = thread::scope(|scope| {
+            scope.spawn(|| {
+                wait_for(|| strikes() == 1);
+                SET.store(40, Ordering::Relaxed);
+            });
+            gather_by(set_clock, &lab, &rig, folder.path(), 1, &mut |news| {
+                if let CollectEvent::Useless(why) = news {
+                    reasons.push(why);
+                }
+                false
+            })
+        });
+        // The next one is as any other: both clocks are read anew.
+        let gathered = gathered.unwrap();
+        assert_eq!((gathered.made, gathered.useless), (1, 1), "{reasons:?}");
+        assert!(
+            reasons[0].contains("clock was set by +0.040 s"),
+            "{reasons:?}"
+        );
+        let outcome = ingest_log(&gathered.session.unwrap(), &rig, &Ingest::default()).unwrap();
+        assert_eq!(outcome.strikes.len(), 1);
+    });
+}
+
+#[test]
+fn a_plan_from_before_the_clock_was_set_is_not_struck() {
+    static SLEPT: AtomicU64 = AtomicU64::new(0);
+    fn clock() -> SystemTime {
+        SystemTime::now() + Duration::from_secs(SLEPT.load(Ordering::Relaxed))
+    }
+    let rig = rig();
+    let planner = CommandPlanner::nominal(&rig).unwrap().by_clock(clock);
+    let command = Command {
+        speed: 0.5,
+        angle: 0.0,
+    };
+    let plan = planner.plan(Point::new(0.36, 0.0), command, 1.0).unwrap();
+    let emulator = Maker::XArm.emulator(None);
+    let mut arm = connect_to::<XArm>(&emulator, &rig, Arc::default()).unwrap();
+    // As after a lid that was closed for an hour: what measures the plan's age stood still meanwhile.
+    SLEPT.store(3_600, Ordering::Relaxed);
+    let error = execute(&mut arm, &plan).unwrap_err();
+    assert!(matches!(error, RobotError::Refused(_)), "{error}");
+    assert!(error.to_string().contains("+3600.000 s"), "{error}");
 }

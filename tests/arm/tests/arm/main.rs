@@ -8,6 +8,7 @@ mod fixture;
 
 mod bench;
 mod bytes;
+mod clear;
 mod faults;
 mod gather;
 mod live;

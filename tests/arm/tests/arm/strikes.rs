@@ -5,13 +5,15 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::Duration;
 
-use arm::{Emulator, Event, Listening, Model};
+use arm::{Emulator, Event, Fault, Listening, Model, Step};
+use strike::arm::Arm;
+use strike::ur::Ur;
 use strike::xarm::XArm;
 use strike::{CommandPlanner, Guarded, Look, RobotError, execute};
 use values::{Command, Point};
 
 use crate::bench::{
-    Maker, connect, in_time, model, plan, ports, rig, run, strike, undisturbed, wait_for,
+    Maker, connect, connect_to, in_time, model, plan, rig, run, strike, undisturbed, wait_for,
 };
 
 const TO: Point = Point::new(0.62, 0.0);
@@ -118,7 +120,7 @@ fn whoever_stopped_the_arm_is_in_charge_until_the_program_is_started_again() {
         let mut arm = connect(&emulator, plan.rig()).unwrap();
         execute(&mut arm, &plan).unwrap();
         assert_eq!(emulator.ramp(), [1_000.0, 50_000.0], "put back");
-        emulator.operator_stops();
+        emulator.make(Fault::OperatorStop);
         thread::sleep(Duration::from_millis(50));
         let before = registers(&emulator).len();
         let error = execute(&mut arm, &plan).unwrap_err();
@@ -137,6 +139,112 @@ fn whoever_stopped_the_arm_is_in_charge_until_the_program_is_started_again() {
 }
 
 #[test]
+fn who_stops_an_arm_that_waits_for_the_next_strike_or_moves_it_is_in_charge() {
+    fn twice<D: Arm>(maker: Maker, fault: Fault, said: &str) {
+        let plan = plan(&maker.rig(), TO);
+        let emulator = maker.emulator(None);
+        let mut arm = connect_to::<D>(&emulator, plan.rig(), Arc::default()).unwrap();
+        execute(&mut arm, &plan).unwrap();
+        let (rest, lines) = (emulator.pose(), lines(&emulator));
+        emulator.make(fault);
+        match fault {
+            Fault::OtherLine => wait_for(|| (emulator.pose()[1] - rest[1]).abs() > 59.9),
+            _ => thread::sleep(Duration::from_millis(300)),
+        }
+        let error = execute(&mut arm, &plan).unwrap_err();
+        assert!(matches!(error, RobotError::NotReady { .. }), "{error}");
+        let text = error.to_string();
+        assert!(
+            text.contains("is in charge") && text.contains(said),
+            "{maker:?} {fault:?}: {text}"
+        );
+        assert_eq!(self::lines(&emulator), lines, "{maker:?} {fault:?}");
+    }
+    in_time(|| {
+        twice::<XArm>(Maker::XArm, Fault::OperatorStop, "state 4");
+        twice::<XArm>(Maker::XArm, Fault::OtherLine, "was moved");
+        twice::<Ur>(Maker::Ur, Fault::OperatorStop, "no program runs");
+        twice::<Ur>(Maker::Ur, Fault::OtherLine, "was moved");
+        twice::<Ur>(Maker::Ur, Fault::FreeDrive, "free drive");
+    });
+}
+
+/// Lines that came to be moved.
+fn lines(emulator: &Emulator) -> usize {
+    let is_line = |(_, event): &(_, Event)| matches!(event, Event::Line);
+    emulator.events().iter().filter(|e| is_line(e)).count()
+}
+
+#[test]
+fn an_arm_that_gets_no_sign_of_life_any_more_stops_by_itself() {
+    in_time(|| {
+        let plan = plan(&Maker::Ur.rig(), TO);
+        let (emulator, outcome) = Maker::Ur.run(Some((Step::Line(4), Fault::Deaf)), &plan);
+        outcome.unwrap_err();
+        let events = emulator.events();
+        let first = |is_it: fn(&Event) -> bool| events.iter().position(|(_, event)| is_it(event));
+        let by_itself = first(|event| matches!(event, Event::Lifeless)).unwrap();
+        let by_us = first(|event| matches!(event, Event::Stop)).unwrap();
+        assert!(by_itself < by_us);
+        let deaf = first(|event| matches!(event, Event::Fault)).unwrap();
+        let after = events[by_itself].0 - events[deaf].0;
+        println!("stopped by itself after {after:?}");
+    });
+}
+
+#[test]
+fn the_controller_is_asked_about_every_line_from_where_the_one_before_it_ends() {
+    in_time(|| {
+        let plan = plan(&rig(), TO);
+        let (emulator, outcome) = undisturbed(&plan);
+        outcome.unwrap();
+        let events = emulator.events();
+        let checked: Vec<(f64, f64)> = events
+            .iter()
+            .filter_map(|(_, event)| match event {
+                Event::Checked(from, to) => Some((*from, *to)),
+                _ => None,
+            })
+            .collect();
+        assert_eq!(checked.len(), 5);
+        assert!((checked[0].0 - model().pose[0]).abs() < 1e-3);
+        for pair in checked.windows(2) {
+            assert!((pair[1].0 - pair[0].1).abs() < 1e-3, "{checked:?}");
+        }
+        for maker in [Maker::XArm, Maker::Ur] {
+            let plan = self::plan(&maker.rig(), TO);
+            let emulator = maker.emulator(None);
+            // In the middle of the strike's line.
+            let wall = 0.5e3 * (plan.start.x + plan.stop.x);
+            emulator.change(|arm| arm.wall = wall);
+            let error = maker.strike(&emulator, &plan).unwrap_err().to_string();
+            assert!(error.contains("cannot `strike`"), "{maker:?}: {error}");
+            assert_eq!(lines(&emulator), 0);
+        }
+    });
+}
+
+#[test]
+fn an_arm_that_its_pendant_has_or_another_program_is_not_moved() {
+    let plan = plan(&Maker::Ur.rig(), TO);
+    type Change = fn(&Emulator);
+    let cases: [(Change, &str); 5] = [
+        (|arm| arm.change(|model| model.is_local = true), "pendant"),
+        (|arm| arm.make(Fault::SlowedDown), "slider"),
+        (|arm| arm.make(Fault::FreeDrive), "free drive"),
+        (|arm| arm.make(Fault::ToolChanged), "tool offset"),
+        (Emulator::is_claimed, "another program"),
+    ];
+    for (change, said) in cases {
+        let emulator = Maker::Ur.emulator(None);
+        change(&emulator);
+        let error = Maker::Ur.strike(&emulator, &plan).unwrap_err().to_string();
+        assert!(error.contains(said), "{said}: {error}");
+        assert_eq!(lines(&emulator), 0);
+    }
+}
+
+#[test]
 fn an_arm_of_another_maker_strikes_by_the_same_guard() {
     in_time(|| {
         let plan = plan(&Maker::Ur.rig(), TO);
@@ -145,15 +253,7 @@ fn an_arm_of_another_maker_strikes_by_the_same_guard() {
         let delivered = struck.delivered_speed.unwrap();
         assert!((delivered / plan.speed - 1.0).abs() < 0.01, "{delivered}");
         assert_eq!(struck.warning, None);
-        let is_line = |(_, event): &(_, Event)| matches!(event, Event::Line);
-        assert_eq!(
-            emulator
-                .events()
-                .iter()
-                .filter(|event| is_line(event))
-                .count(),
-            5
-        );
+        assert_eq!(lines(&emulator), 5);
         let [x, _, z, ..] = emulator.pose();
         assert!((x * 1e-3 - plan.stop.x).abs() < 1e-3 && (z - 70.0).abs() < 1.0);
     });
@@ -289,9 +389,7 @@ fn stopped_by(
     let plan = plan(&rig, TO);
     let emulator = Emulator::start(Listening::Free, model(), None).unwrap();
     let interrupted = Arc::new(AtomicBool::new(false));
-    let mut arm =
-        Guarded::<XArm>::connect("xarm", &ports(&emulator), plan.rig(), interrupted.clone())
-            .unwrap();
+    let mut arm = connect_to::<XArm>(&emulator, plan.rig(), interrupted.clone()).unwrap();
     let stop = stop(&arm, &interrupted);
     let outcome = thread::scope(|scope| {
         scope.spawn(|| {
@@ -347,8 +445,7 @@ fn a_signal_stops_it_while_it_strikes() {
         let rig = rig();
         let plan = plan(&rig, TO);
         let emulator = Emulator::start(Listening::Free, model(), None).unwrap();
-        let mut arm =
-            Guarded::<XArm>::connect("xarm", &ports(&emulator), plan.rig(), flag.clone()).unwrap();
+        let mut arm = connect_to::<XArm>(&emulator, plan.rig(), flag.clone()).unwrap();
         let outcome = thread::scope(|scope| {
             scope.spawn(|| {
                 wait_for(|| emulator.pose()[2] <= 30.0);

@@ -89,7 +89,7 @@ impl HardOutcome {
     pub fn is_box(&self) -> bool {
         self.drawn
             .as_ref()
-            .is_some_and(|drawn| drawn.truth.rig.object.shape == values::Shape::Box)
+            .is_some_and(|drawn| drawn.truth.rig.object.shape() == values::Shape::Box)
     }
 }
 

@@ -6,7 +6,7 @@ mod camera;
 mod number;
 mod robot;
 
-use super::{CommandFrame, Fence, FieldTopic, Frames, Object, Rig, RigError, Shape, Topics};
+use super::{CommandFrame, Fence, FieldTopic, Frames, Object, Rig, RigError, Solid, Topics};
 use crate::{Interval, Point};
 use number::{finite, interval, positive, value};
 
@@ -107,45 +107,19 @@ pub(super) fn check(rig: &Rig) -> Result<(), RigError> {
 }
 
 fn object(object: &Object) -> Result<(), RigError> {
-    let sized = |key: &str, size: Option<f64>, wanted: bool, example: &str| match (size, wanted) {
-        (Some(size), true) => positive(key, size, LARGEST_SIZE, "m", "metres, not millimetres?"),
-        (None, false) => Ok(()),
-        (None, true) => Err(RigError::MissingKey {
-            key: key.into(),
-            mend: example.into(),
-        }),
-        (Some(size), false) => Err(value(
-            key,
-            size,
-            &format!("is no size of a {}; take the key out", object.shape.name()),
-        )),
+    let sizes = match object.solid {
+        Solid::Cylinder {
+            radius,
+            half_height,
+        } => vec![
+            ("object.radius", radius),
+            ("object.half_height", half_height),
+        ],
+        Solid::Box { half_size } => half_size.map(|size| ("object.half_size", size)).to_vec(),
+        Solid::Sphere { radius } => vec![("object.radius", radius)],
     };
-    let round = matches!(object.shape, Shape::Cylinder | Shape::Sphere);
-    sized(
-        "object.radius",
-        object.radius,
-        round,
-        "radius = 0.030   # m",
-    )?;
-    let upright = object.shape == Shape::Cylinder;
-    sized(
-        "object.half_height",
-        object.half_height,
-        upright,
-        "half_height = 0.020   # m",
-    )?;
-    // Absent, it stands for one absent size.
-    let half_size = object
-        .half_size
-        .map_or(vec![None], |sizes| sizes.map(Some).to_vec());
-    for size in half_size {
-        let example = "half_size = [0.030, 0.030, 0.020]   # m, along x, y, z";
-        sized(
-            "object.half_size",
-            size,
-            object.shape == Shape::Box,
-            example,
-        )?;
+    for (key, size) in sizes {
+        positive(key, size, LARGEST_SIZE, "m", "metres, not millimetres?")?;
     }
     positive(
         "object.mass",

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use serde_json::json;
 use track::{Calibration, KnownLens, Lens, LensFit, SeenPoint, Workspace};
-use values::{Object, Rig, Shape};
+use values::Rig;
 
 use super::board::BoardArgs;
 use super::typed::{point, size};
@@ -82,7 +82,7 @@ fn pose(
     });
     let workspace = Workspace {
         table: [rig.table.x, rig.table.y],
-        height: half_height(&rig.object),
+        height: rig.object.solid.half_height(),
     };
     let found = match (known, args.size) {
         _ if on_table.is_empty() && args.points.is_empty() => return Ok(None),
@@ -181,15 +181,6 @@ fn said(
         "rig": args.out,
     });
     Output::done(json, text)
-}
-
-fn half_height(object: &Object) -> f64 {
-    let height = match object.shape {
-        Shape::Cylinder => object.half_height,
-        Shape::Sphere => object.radius,
-        Shape::Box => object.half_size.map(|[_, _, z]| z),
-    };
-    height.unwrap_or_default()
 }
 
 fn listed(numbers: &[f64], digits: usize) -> String {

@@ -4,8 +4,10 @@
 
 use std::fmt;
 use std::io;
+use std::net::{SocketAddr, ToSocketAddrs};
 use std::time::Duration;
 
+use super::connection::garbage;
 use super::outlet::Outlet;
 use super::turn::Turn;
 
@@ -16,6 +18,24 @@ pub struct Pose {
     pub at: [f64; 3],
     /// Its orientation.
     pub turn: Turn,
+}
+
+impl Pose {
+    /// x, y, z in m, and a rotation vector.
+    pub(crate) fn by_vector([x, y, z, turn @ ..]: [f64; 6]) -> Self {
+        Self {
+            at: [x, y, z],
+            turn: Turn::vector(turn),
+        }
+    }
+
+    /// The same, where it is of numbers.
+    pub(crate) fn checked(self) -> io::Result<Self> {
+        let is_finite = self.at.iter().all(|v| v.is_finite()) && self.turn.is_finite();
+        is_finite
+            .then_some(self)
+            .ok_or_else(|| garbage("a pose of it is no number"))
+    }
 }
 
 /// Distance in m of two places.
@@ -64,6 +84,17 @@ pub struct Report {
     pub condition: Condition,
 }
 
+impl Report {
+    /// The same, where it is of numbers.
+    pub(crate) fn checked(self) -> io::Result<Self> {
+        self.pose.checked()?;
+        let is_finite = self.velocity.iter().all(|v| v.is_finite()) && self.clock.is_finite();
+        is_finite
+            .then_some(self)
+            .ok_or_else(|| garbage("a report of it holds what is no number"))
+    }
+}
+
 /// Reports, one after another.
 pub trait Reports: Send {
     /// The next one; it may wait for a second. Errors where it makes no sense or none comes any more.
@@ -110,6 +141,20 @@ pub struct Status {
     pub changed: Vec<f64>,
 }
 
+impl Status {
+    /// Of an arm that is enabled, has a tool of a mass (kg), no fence of its own, and no settings that a strike changes.
+    pub(crate) fn enabled(tool: Pose, payload: f64, wrong: Vec<String>) -> Self {
+        Self {
+            is_enabled: true,
+            tool,
+            payload,
+            wrong,
+            fence: None,
+            changed: Vec::new(),
+        }
+    }
+}
+
 /// A straight line of the tip, from wherever it is.
 #[derive(Clone, Copy, Debug)]
 pub struct LineRequest {
@@ -121,19 +166,44 @@ pub struct LineRequest {
     pub acceleration: f64,
 }
 
+impl LineRequest {
+    /// Places (m) on it so far apart at the most, from where it begins on; its end is the last one.
+    pub(crate) fn places(&self, from: [f64; 3], apart: f64) -> impl Iterator<Item = [f64; 3]> {
+        let to = self.to.at;
+        let steps = (distance(from, to) / apart).ceil().max(1.0) as u32;
+        (1..=steps).map(move |step| {
+            let share = f64::from(step) / f64::from(steps);
+            std::array::from_fn(|i| from[i] + share * (to[i] - from[i]))
+        })
+    }
+
+    /// Whether it is of numbers: nothing else goes to an arm.
+    pub(crate) fn is_finite(&self) -> bool {
+        self.to.checked().is_ok() && self.speed.is_finite() && self.acceleration.is_finite()
+    }
+}
+
+/// Where a controller listens: an address for each of [`Arm::PORTS`].
+pub type Ports = [SocketAddr; 4];
+
+/// The ports of a maker's arm at a host. Errors where the name is not known.
+pub fn ports_of<D: Arm>(host: &str) -> io::Result<Ports> {
+    let found = (host, D::PORTS[0]).to_socket_addrs()?.next();
+    let address = found.ok_or_else(|| io::Error::other("the name has no address"))?;
+    Ok(D::PORTS.map(|port| SocketAddr::new(address.ip(), port)))
+}
+
 /// An arm of one maker, connected. Nothing here judges, guards or retries.
 pub trait Arm: Sized + Send {
-    /// Where it listens.
-    type Address: Clone + fmt::Debug + Send;
+    /// The maker's ports.
+    const PORTS: [u16; 4];
 
     /// Connects; changes nothing. A reply may take `patience`.
-    fn connect(address: &Self::Address, patience: Duration) -> io::Result<Self>;
+    fn connect(ports: &Ports, patience: Duration) -> io::Result<Self>;
 
-    /// What the arm listens at, as a text that is the same for the same arm.
-    fn place(address: &Self::Address) -> String;
-
-    /// A stream of its own of reports, at 100 Hz or more.
-    fn reports(address: &Self::Address) -> io::Result<Box<dyn Reports>>;
+    /// A stream of its own of reports, at 100 Hz or more. Where the maker's protocol has a sign of life, it is given for each report that
+    /// is read.
+    fn reports(ports: &Ports) -> io::Result<Box<dyn Reports>>;
 
     /// Where its requests go out, and its stop.
     fn outlet(&self) -> &Outlet;
@@ -151,15 +221,19 @@ pub trait Arm: Sized + Send {
     /// stopped the arm meanwhile.
     fn enable(&mut self, go_on: &mut dyn FnMut() -> io::Result<()>) -> io::Result<()>;
 
-    /// Sets jerk and acceleration of the lines that follow.
-    fn set_ramp(&mut self, acceleration: f64, jerk: Option<f64>) -> io::Result<()>;
+    /// Sets jerk and acceleration of the lines that follow, where the controller keeps them.
+    fn set_ramp(&mut self, _acceleration: f64, _jerk: Option<f64>) -> io::Result<()> {
+        Ok(())
+    }
 
     /// Sets what [`Status::changed`] holds, as it was.
-    fn put_back(&mut self, before: &Status) -> io::Result<()>;
+    fn put_back(&mut self, _before: &Status) -> io::Result<()> {
+        Ok(())
+    }
 
-    /// Asks the controller whether it can move this line, the first from where the arm is, each other one from where the one before ends:
-    /// joint limits, its own parts, speeds of its joints. Moves nothing. The inner error is the controller's.
-    fn can_move(&mut self, line: &LineRequest, is_first: bool) -> io::Result<Result<(), String>>;
+    /// Asks the controller whether it can move these lines, one from where the other ends, the first from where the arm is: joint limits,
+    /// its own parts, speeds of its joints. Moves nothing. The inner error is the number of a line that it cannot, and the controller's why.
+    fn can_move(&mut self, lines: &[LineRequest]) -> io::Result<Result<(), (usize, String)>>;
 
     /// Sends a line, and returns once it is accepted.
     fn line(&mut self, line: &LineRequest) -> io::Result<()>;

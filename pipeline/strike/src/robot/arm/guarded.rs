@@ -9,10 +9,11 @@ use std::{fmt, io};
 use values::{Point, Rig};
 
 use super::claim::Claim;
-use super::driver::{Arm, ArmLimits, Condition, LineRequest, Pose, Status, distance, norm};
+use super::connection::CONNECT;
+use super::driver::{Arm, ArmLimits, Condition, LineRequest, Ports, Pose, Status, distance, norm};
 use super::guard::Sample;
 use super::line::{Line, Profile};
-use super::outlet::{CONNECT, Outlet};
+use super::outlet::Outlet;
 use super::record::samples;
 use super::setup::{Setup, TRAVEL};
 use super::signals::tell;
@@ -33,7 +34,7 @@ const GIVE_UP: Duration = Duration::from_millis(1_500);
 /// An arm that was sent a line and has not answered is watched, and stopped again and again, for so long: the line may come late.
 const ON_ITS_WAY: Duration = Duration::from_secs(3);
 /// How long a new connection may take to ask after a stop.
-const QUICK: Duration = Duration::from_millis(250);
+const QUICK: Duration = Duration::from_millis(100);
 /// A pose that is asked for and the reports agree within m and rad.
 const SAME: (f64, f64) = (0.001, 0.01);
 /// Slower than this, in m/s, is rest.
@@ -70,7 +71,7 @@ type Undone = (&'static str, String);
 #[derive(Debug)]
 pub struct Guarded<D: Arm> {
     name: String,
-    address: D::Address,
+    ports: Ports,
     setup: Setup,
     limits: ArmLimits,
     driver: D,
@@ -94,7 +95,7 @@ impl<D: Arm> Guarded<D> {
     /// lacks what an arm needs, another program has the arm, it is none that is driven, or nothing answers.
     pub fn connect(
         name: &str,
-        address: &D::Address,
+        ports: &Ports,
         rig: &Rig,
         interrupted: Arc<AtomicBool>,
     ) -> Result<Self, RobotError> {
@@ -105,8 +106,8 @@ impl<D: Arm> Guarded<D> {
             Ok(None) => Err(RobotError::Busy { robot: name.into() }),
             Err(error) => Err(not_ready(name, format!("it could not be claimed: {error}"))),
         };
-        let by_place = claim(&D::place(address))?;
-        let mut driver = D::connect(address, CONNECT).map_err(failed)?;
+        let by_place = claim(&ports[0].to_string())?;
+        let mut driver = D::connect(ports, CONNECT).map_err(failed)?;
         let identity = driver
             .identify()
             .map_err(failed)?
@@ -115,14 +116,14 @@ impl<D: Arm> Guarded<D> {
         setup
             .check_limits(&identity.limits)
             .map_err(|why| not_ready(name, why))?;
-        let reports = D::reports(address).map_err(failed)?;
+        let reports = D::reports(ports).map_err(failed)?;
         let watch =
             Watch::start(reports, driver.outlet().clone(), interrupted.clone()).map_err(failed)?;
         // The first report comes before the arm's state is asked for: a stop from now on shows as a change.
         watch.next(PATIENCE).map_err(|why| not_ready(name, why))?;
         Ok(Self {
             name: name.into(),
-            address: address.clone(),
+            ports: *ports,
             setup,
             limits: identity.limits,
             driver,
@@ -195,7 +196,8 @@ impl<D: Arm> Guarded<D> {
 
     /// Where the tip is: what is asked for and what is reported agree, and the strike may be made from there.
     fn here(&mut self, plan: &Plan) -> Result<Pose, String> {
-        let asked = self.driver.pose().map_err(|error| error.to_string())?;
+        let asked = self.driver.pose().and_then(Pose::checked);
+        let asked = asked.map_err(|error| error.to_string())?;
         let shown = self.watch.next(PATIENCE)?.report.pose;
         let (far, turned) = SAME;
         let apart = distance(asked.at, shown.at);
@@ -242,15 +244,17 @@ impl<D: Arm> Guarded<D> {
         let here = self.here(plan).map_err(|why| ("enable", why))?;
         let mut at = here.at;
         let lines = self.lines(plan, self.setup.on_table(here.at));
-        for (number, (what, line)) in lines.iter().enumerate() {
-            let answer = self.driver.can_move(line, number == 0);
-            answer
-                .map_err(|error| ("enable", error.to_string()))?
-                .map_err(|why| {
-                    let why = format!("the controller says that it cannot `{what}`: {why}");
-                    ("enable", why)
-                })?;
+        if let Some((what, line)) = lines.iter().find(|(_, line)| !line.is_finite()) {
+            return Err((what, format!("{line:?} is not sent to an arm")));
         }
+        self.driver
+            .can_move(&lines.map(|(_, line)| line))
+            .map_err(|error| ("enable", error.to_string()))?
+            .map_err(|(number, why)| {
+                let what = lines.get(number).map_or("strike", |(what, _)| what);
+                let why = format!("the controller says that it cannot `{what}`: {why}");
+                ("enable", why)
+            })?;
         tell(&format!("{}: the arm moves now: stand clear", self.name));
         for (what, line) in lines {
             if what == "lower" {
@@ -260,6 +264,9 @@ impl<D: Arm> Guarded<D> {
             if what == "strike" {
                 self.watch.record();
                 self.look(Look::BeforeStrike).map_err(|why| (what, why))?;
+                plan.epoch()
+                    .was_set()
+                    .map_or(Ok(()), |set| Err((what, set)))?;
                 reached_at = Some(plan.start.distance(plan.pre_strike));
             }
             self.line(&line, at, reached_at)
@@ -276,10 +283,16 @@ impl<D: Arm> Guarded<D> {
         }
     }
 
+    /// What the controller is set to, where a strike may be made with it. The inner error says why not.
+    fn checked_status(&mut self) -> io::Result<Result<Status, String>> {
+        let status = self.driver.status()?;
+        Ok(self.setup.check_status(&status).map(|()| status))
+    }
+
     /// Makes the controller ready for lines: where it is not, once a call, and not where somebody stops it meanwhile.
     fn make_ready(&mut self) -> Result<(), String> {
         let text = |error: io::Error| error.to_string();
-        let status = self.driver.status().map_err(text)?;
+        let status = self.checked_status().map_err(text)??;
         self.is_nobodys()?;
         let is_ready =
             status.is_enabled && self.watch.next(PATIENCE)?.report.condition == Condition::Ready;
@@ -312,7 +325,7 @@ impl<D: Arm> Guarded<D> {
             self.is_nobodys()?;
             match last.report.condition {
                 Condition::Ready => break,
-                Condition::Moving => {
+                Condition::Moving if norm(last.report.velocity) > SLOW => {
                     return Err(
                         "the arm moves, and no line was sent: another program drives it".into(),
                     );
@@ -327,6 +340,10 @@ impl<D: Arm> Guarded<D> {
         }
         self.was_ready = true;
         self.watch.guard_rest();
+        if !is_ready {
+            // Enabling takes seconds, in which somebody may have set something else.
+            self.checked_status().map_err(text)??;
+        }
         self.before.get_or_insert(status);
         self.driver
             .set_ramp(self.setup.acceleration.max(TRAVEL.1), self.setup.jerk)
@@ -399,14 +416,15 @@ impl<D: Arm> Guarded<D> {
             return Some(false);
         }
         if asking.is_none() {
-            *asking = D::connect(&self.address, QUICK).ok();
+            *asking = D::connect(&self.ports, QUICK).ok();
         }
         let by_answers = asking.as_mut().and_then(|driver| {
             let (far, times) = REST;
-            let first = driver.pose().ok()?.at;
+            let mut asked = || Some(driver.pose().and_then(Pose::checked).ok()?.at);
+            let first = asked()?;
             for _ in 1..times {
                 std::thread::sleep(AGAIN);
-                if distance(driver.pose().ok()?.at, first) > far {
+                if distance(asked()?, first) > far {
                     return Some(false);
                 }
             }
@@ -416,6 +434,13 @@ impl<D: Arm> Guarded<D> {
             *asking = None;
         }
         by_answers.or(by_reports)
+    }
+
+    /// Sends the stop over the connections that there are, and over new ones: those may be dead, and take it all the same.
+    fn stop_everywhere(&self) -> io::Result<()> {
+        let sent = self.driver.outlet().stop();
+        let anew = D::connect(&self.ports, QUICK).and_then(|driver| driver.outlet().stop());
+        sent.or(anew)
     }
 
     /// Sets the controller as it was before the strike; gives a warning where that fails.
@@ -433,10 +458,9 @@ impl<D: Arm> Robot for Guarded<D> {
     }
 
     fn check(&mut self, plan: &Plan) -> Result<(), RobotError> {
-        let status = self.driver.status().map_err(|e| self.unreachable(&e))?;
-        self.setup
-            .check_status(&status)
-            .map_err(|why| self.not_ready(why))?;
+        let status = self.checked_status();
+        let status = status.map_err(|error| self.unreachable(&error))?;
+        let status = status.map_err(|why| self.not_ready(why))?;
         let rest = self.at_rest().map_err(|why| self.not_ready(why))?;
         let here = self.here(plan).map_err(|why| self.not_ready(why))?;
         for (_, line) in self.lines(plan, self.setup.on_table(rest.report.pose.at)) {
@@ -507,7 +531,7 @@ impl<D: Arm> Robot for Guarded<D> {
     /// anything else is waited for.
     fn abort(&mut self) -> Result<(), RobotError> {
         let begun = Instant::now();
-        let mut sent = self.driver.outlet().stop();
+        let mut sent = self.stop_everywhere();
         self.is_moving = false;
         self.watch.release();
         let (mut asking, mut is_told) = (None, false);
@@ -557,11 +581,8 @@ impl<D: Arm> Robot for Guarded<D> {
                 });
             }
             std::thread::sleep(AGAIN);
-            let again = self.driver.outlet().stop();
-            let anew = D::connect(&self.address, QUICK).and_then(|driver| driver.outlet().stop());
-            if again.is_ok() || anew.is_ok() {
-                sent = Ok(());
-            }
+            let again = self.stop_everywhere();
+            sent = sent.or(again);
         }
     }
 }
@@ -578,8 +599,8 @@ impl<D: Arm> Drop for Guarded<D> {
 
 fn stopped_by_somebody(said: &str) -> String {
     format!(
-        "somebody stopped the arm, or took it, since this program was started ({said}): whoever did is in charge; where it may move \
-         again, start the program again"
+        "somebody stopped the arm, moved it or took it since this program was started ({said}): whoever did is in charge; where it may \
+         move again, start the program again"
     )
 }
 

@@ -5,6 +5,7 @@
 //! commanded ([`guard`]); what does not keep to it is stopped from the thread that reads the reports. None of this is safety-rated.
 
 mod claim;
+mod connection;
 mod driver;
 mod guard;
 mod guarded;
@@ -16,12 +17,15 @@ mod signals;
 mod turn;
 mod watch;
 
+pub(crate) use connection::{
+    CONNECT, connect, connect_unread, garbage, listen, read_frame, version_in,
+};
 pub use driver::{
-    Arm, ArmLimits, Condition, Identity, LineRequest, Pose, Report, Reports, Said, Status,
+    Arm, ArmLimits, Condition, Identity, LineRequest, Ports, Pose, Report, Reports, Said, Status,
+    ports_of,
 };
 pub(crate) use guard::MARGIN;
 pub use guarded::{Guarded, Look};
 pub use outlet::Outlet;
-pub(crate) use outlet::{CONNECT, connect};
 pub use signals::{catch_signals, tell};
 pub use turn::Turn;

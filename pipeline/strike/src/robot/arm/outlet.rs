@@ -1,14 +1,12 @@
 //! Where requests to an arm go out. A stop goes out whatever else happens, over every connection there is, and closes the way for all else.
 
 use std::io::{self, Write};
-use std::net::{SocketAddr, TcpStream};
+use std::net::{Shutdown, TcpStream};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-/// How long a connection may take.
-pub(crate) const CONNECT: Duration = Duration::from_secs(2);
-/// How long a socket may refuse a frame of some hundred bytes.
-const SEND: Duration = Duration::from_millis(50);
+use super::connection::is_nothing_yet;
+
 /// A reply is looked for this often, so that a stop ends the waiting.
 const TICK: Duration = Duration::from_millis(10);
 
@@ -50,6 +48,15 @@ impl Outlet {
         sent
     }
 
+    /// Ends what is still read over its connections: nothing is sent any more.
+    pub(crate) fn close(&self) {
+        let ways = self.ways.lock().unwrap_or_else(PoisonError::into_inner);
+        for (stream, _) in &ways.stops {
+            // One that is over already is closed, too.
+            let _ = stream.shutdown(Shutdown::Read);
+        }
+    }
+
     /// Whether it was stopped from here.
     pub fn is_stopped(&self) -> bool {
         let ways = self.ways.lock().unwrap_or_else(PoisonError::into_inner);
@@ -87,20 +94,15 @@ impl Outlet {
             }
         }
     }
-}
 
-/// Nothing came within a socket's time.
-pub(crate) fn is_nothing_yet(error: &io::Error) -> bool {
-    use io::ErrorKind::{Interrupted, TimedOut, WouldBlock};
-    matches!(error.kind(), WouldBlock | TimedOut | Interrupted)
-}
-
-/// A connection to a port of an arm.
-pub(crate) fn connect(address: SocketAddr, patience: Duration) -> io::Result<TcpStream> {
-    let stream = TcpStream::connect_timeout(&address, patience)?;
-    stream.set_nodelay(true)?;
-    stream.set_write_timeout(Some(SEND))?;
-    Ok(stream)
+    /// One line of text that comes, up to a moment or a stop.
+    pub(crate) fn read_line(&self, stream: &TcpStream, until: Instant) -> io::Result<String> {
+        let mut line = Vec::new();
+        while !line.ends_with(b"\n") {
+            line.extend(self.read(stream, until)?);
+        }
+        Ok(String::from_utf8_lossy(&line).trim().to_owned())
+    }
 }
 
 fn stopped() -> io::Error {

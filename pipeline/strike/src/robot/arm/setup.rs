@@ -1,6 +1,6 @@
 //! What a rig file must state for an arm that moves, and the table's frame in the arm's.
 
-use values::{Point, Rig, Shape};
+use values::{Point, Rig};
 
 use super::driver::{ArmLimits, Pose, Status, distance};
 use super::guard::ASIDE;
@@ -258,17 +258,13 @@ fn check_heights(rig: &Rig, strike: f64, travel: f64) -> Result<(), String> {
 
 /// Height of the object, in m.
 fn object_height(rig: &Rig) -> f64 {
-    let object = &rig.object;
-    let half = match object.shape {
-        Shape::Box => object.half_size.map(|[_, _, z]| z),
-        Shape::Cylinder => object.half_height,
-        Shape::Sphere => object.radius,
-    };
-    2.0 * half.unwrap_or(0.0)
+    2.0 * rig.object.solid.half_height()
 }
 
 #[cfg(test)]
 mod tests {
+    use values::Shape;
+
     use super::*;
 
     fn rig() -> Rig {

@@ -1,34 +1,43 @@
 //! Signals that end a program, or stop it: the motion ends first, and the record is kept.
 
 use std::io;
+use std::ops::RangeInclusive;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use signal_hook::consts::signal as name;
 
-/// All that end or stop a program and can be caught, those of its own faults aside. Ctrl-Z is one: a stopped program guards nothing. A file
-/// that grows beyond its limit is then an error of its write, which is reported, and no end.
-const ENDING: [i32; 14] = [
-    name::SIGHUP,
-    name::SIGINT,
-    name::SIGQUIT,
-    name::SIGTERM,
-    name::SIGTSTP,
-    name::SIGTTIN,
-    name::SIGUSR1,
-    name::SIGUSR2,
-    name::SIGALRM,
-    name::SIGVTALRM,
-    name::SIGPROF,
-    name::SIGXCPU,
-    name::SIGIO,
-    name::SIGABRT,
+/// Linux's signals, those for programs' own use among them, which end a program, too.
+const ALL: RangeInclusive<i32> = 1..=64;
+/// Those that are passed over: what cannot be caught, a program's own faults, what ends and stops nothing, and the two that are the C
+/// library's.
+const PASSED: [i32; 14] = [
+    name::SIGKILL,
+    name::SIGSTOP,
+    name::SIGILL,
+    name::SIGFPE,
+    name::SIGSEGV,
+    name::SIGBUS,
+    name::SIGPIPE,
+    name::SIGCHLD,
+    name::SIGCONT,
+    name::SIGURG,
+    name::SIGWINCH,
+    name::SIGXFSZ,
+    32,
+    33,
 ];
 
-/// A flag that each of them sets, from now on.
+/// All that end or stop a program and can be caught. Ctrl-Z is one: a stopped program guards nothing.
+fn ending() -> impl Iterator<Item = i32> {
+    ALL.filter(|signal| !PASSED.contains(signal))
+}
+
+/// A flag that each of them sets, from now on. A file that grows beyond its limit is then an error of its write, which is reported, and no
+/// end.
 pub fn catch_signals() -> io::Result<Arc<AtomicBool>> {
     let caught = Arc::new(AtomicBool::new(false));
-    for signal in ENDING {
+    for signal in ending() {
         signal_hook::flag::register(signal, caught.clone())?;
     }
     signal_hook::flag::register(name::SIGXFSZ, Arc::default())?;
@@ -51,7 +60,7 @@ mod tests {
     #[test]
     fn what_would_end_or_suspend_the_program_is_a_flag() {
         let caught = catch_signals().expect("caught");
-        for signal in ENDING {
+        for signal in ending() {
             caught.store(false, Ordering::Relaxed);
             signal_hook::low_level::raise(signal).expect("raised");
             assert!(caught.load(Ordering::Relaxed), "signal {signal}");

@@ -61,6 +61,11 @@ impl Turn {
         ]
     }
 
+    /// Whether it is of numbers.
+    pub fn is_finite(self) -> bool {
+        self.0.iter().all(|part| part.is_finite())
+    }
+
     /// The angle in rad between two, at most half a turn.
     pub fn angle_to(self, other: Self) -> f64 {
         let dot: f64 = self.0.iter().zip(other.0).map(|(a, b)| a * b).sum();

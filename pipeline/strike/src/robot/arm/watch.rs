@@ -6,10 +6,11 @@ use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-use super::driver::{Condition, Reports, distance};
-use super::guard::{Clocks, Guard, OnLine, Sample};
+use super::connection::is_nothing_yet;
+use super::driver::{Condition, Report, Reports, distance};
+use super::guard::{ASIDE, Clocks, Guard, OnLine, Sample};
 use super::line::Line;
-use super::outlet::{Outlet, is_nothing_yet};
+use super::outlet::Outlet;
 
 /// The arm is stopped where no report comes for so long: at 250 Hz a dozen are missing, and at 1 m/s it has moved 5 cm.
 const SILENCE: Duration = Duration::from_millis(50);
@@ -30,6 +31,8 @@ struct Seen {
     record: Vec<Sample>,
     is_recording: bool,
     guard: Option<Guard>,
+    /// Where the arm was left after a strike: what moves it from there is somebody else.
+    left: Option<[f64; 3]>,
     /// Why the arm was stopped from here; the first reason stays.
     fault: Option<String>,
     /// Who else stopped the arm since this watch began, in the controller's words.
@@ -81,13 +84,14 @@ impl Watch {
         })
     }
 
-    /// The next report: one that came before may be the last there is.
+    /// The next report that is not late: one that came before may be the last there is, and what was held on its way says what was.
     pub(super) fn next(&self, patience: Duration) -> Result<Sample, String> {
         let asked = Instant::now();
         let mut seen = self.shared.lock();
         loop {
             if let Some(last) = seen.last
                 && last.at >= asked
+                && Clocks::judge((last.at - last.made).as_secs_f64()).is_ok()
             {
                 return Ok(last);
             }
@@ -131,16 +135,21 @@ impl Watch {
         let mut seen = self.shared.lock();
         let on_line = OnLine::new(line, seen.last);
         seen.guard = Some(Guard::Line(Box::new(on_line)));
+        seen.left = None;
     }
 
     /// Stops the arm where it moves, from now on.
     pub(super) fn guard_rest(&self) {
-        self.shared.lock().guard = Some(Guard::Rest(None));
+        let mut seen = self.shared.lock();
+        seen.guard = Some(Guard::Rest(None));
+        seen.left = None;
     }
 
-    /// Guards nothing any more.
+    /// Stops the arm no more; whether anybody moves it is still seen.
     pub(super) fn release(&self) {
-        self.shared.lock().guard = None;
+        let mut seen = self.shared.lock();
+        seen.guard = None;
+        seen.left = seen.last.map(|last| last.report.pose.at);
     }
 
     /// Waits until the arm rests at the end of the guarded line; from then on its rest is guarded. Errors with why it was stopped, or that
@@ -217,7 +226,7 @@ fn stop(outlet: &Outlet, seen: &mut Seen, why: String) {
 /// Reads reports until the connection ends.
 fn read(shared: &Shared, mut reports: Box<dyn Reports>) {
     loop {
-        let read = reports.next();
+        let read = reports.next().and_then(Report::checked);
         if shared.ends.load(Ordering::Relaxed) {
             return;
         }
@@ -230,15 +239,19 @@ fn read(shared: &Shared, mut reports: Box<dyn Reports>) {
                 let before = seen.last.map(|last| last.report.condition);
                 let was_free = before
                     .is_some_and(|before| matches!(before, Condition::Ready | Condition::Moving));
+                let is_where_it_was_left = seen
+                    .left
+                    .is_none_or(|left| distance(left, report.pose.at) <= ASIDE);
                 let taken = match report.condition {
-                    Condition::Stopped(said) => was_free.then_some(said),
-                    Condition::Held(said) => before.is_some().then_some(said),
-                    Condition::Ready | Condition::Moving => None,
+                    Condition::Stopped(said) if was_free => Some(said.to_string()),
+                    Condition::Held(said) if before.is_some() => Some(said.to_string()),
+                    _ if !is_where_it_was_left => Some("it was moved".into()),
+                    _ => None,
                 };
                 if let Some(said) = taken
                     && !shared.outlet.is_stopped()
                 {
-                    seen.taken.get_or_insert(said.to_string());
+                    seen.taken.get_or_insert(said);
                 }
                 let verdict = match &mut seen.guard {
                     Some(guard) => Clocks::judge(late).and_then(|()| guard.judge(&sample)),
@@ -302,5 +315,56 @@ fn watch_time(shared: &Shared, interrupted: &AtomicBool) {
             stop(&shared.outlet, &mut seen, why);
             shared.news.notify_all();
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::mpsc::{self, Receiver};
+
+    use super::*;
+    use crate::robot::arm::{Pose, Turn};
+
+    /// Reports that come when the test sends their clocks.
+    struct Sent(Receiver<f64>);
+
+    impl Reports for Sent {
+        fn next(&mut self) -> io::Result<Report> {
+            let clock = self.0.recv().map_err(io::Error::other)?;
+            Ok(Report {
+                clock,
+                pose: Pose {
+                    at: [0.0; 3],
+                    turn: Turn::vector([0.0; 3]),
+                },
+                velocity: [0.0; 3],
+                condition: Condition::Ready,
+            })
+        }
+    }
+
+    #[test]
+    fn a_report_that_was_held_on_its_way_is_no_news() {
+        let (send, sent) = mpsc::channel();
+        let begun = Instant::now();
+        let clock = || begun.elapsed().as_secs_f64();
+        let outlet = Outlet::new(Vec::new());
+        let watch = Watch::start(Box::new(Sent(sent)), outlet, Arc::default()).expect("starts");
+        let news = |at: &dyn Fn() -> f64| {
+            thread::scope(|scope| {
+                let asked = scope.spawn(|| watch.next(Duration::from_millis(200)));
+                while !asked.is_finished() {
+                    send.send(at()).expect("is read");
+                    thread::sleep(Duration::from_millis(4));
+                }
+                asked.join().expect("ends")
+            })
+        };
+        // A machine that stalls makes reports late by itself.
+        assert!((0..100).any(|_| news(&clock).is_ok()));
+        // Ten seconds old: what was before it is not taken for what is.
+        assert!(news(&|| clock() - 10.0).is_err());
+        assert!((0..100).any(|_| news(&clock).is_ok()));
+        drop(send);
     }
 }

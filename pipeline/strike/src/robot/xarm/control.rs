@@ -9,6 +9,8 @@ use crate::robot::arm::{Outlet, connect};
 
 /// Enabling the motors takes the controller some seconds more than other requests.
 const ENABLE: Duration = Duration::from_secs(6);
+/// So long the maker's SDK waits for a line that is only checked.
+const CHECK: Duration = Duration::from_secs(10);
 /// The state that stops. The maker's `emergency_stop` enables motion again after it; this does not.
 const STOP: u8 = 4;
 /// Number of the stop's request: no other request has it.
@@ -102,19 +104,16 @@ impl Control {
         self.request(Register::MoveLine, &payload, self.patience)
     }
 
-    /// The same, only checked, from where the arm is or from the end of the line that was checked last: gives the controller's error
-    /// code, 0 where it can move it.
+    /// The same, only checked: gives the controller's error code, 0 where it can move it. `kind` says from where.
     pub(super) fn check_line(
         &mut self,
         pose: [f64; 6],
         speed: f64,
         acceleration: f64,
-        is_first: bool,
+        kind: u8,
     ) -> io::Result<u8> {
-        // `only_check_type` of the maker's SDK: 1 from the real place, 2 on from what was checked last.
-        let kind = if is_first { 1 } else { 2 };
         let payload = wire::line_payload(pose, speed, acceleration, kind)?;
-        let reply = self.ask(Register::MoveLine, &payload, self.patience)?;
+        let reply = self.ask(Register::MoveLine, &payload, CHECK)?;
         if reply.status & REFUSED != 0 {
             return Ok(reply.status);
         }

@@ -1,7 +1,6 @@
 //! UFACTORY's xArm5, 6 and 7 and Lite6 over their private TCP protocol. Stopping is state 4.
 
 mod control;
-mod ports;
 mod version;
 mod wire;
 
@@ -10,25 +9,23 @@ use std::net::TcpStream;
 use std::time::Duration;
 
 use control::Control;
-pub use ports::Ports;
 use version::identify;
 pub use wire::{Register, line_payload, request};
 
 use super::arm::{
-    Arm, CONNECT, Condition, Identity, LineRequest, Outlet, Pose, Report, Reports, Said, Status,
-    Turn, connect,
+    Arm, CONNECT, Condition, Identity, LineRequest, Outlet, Ports, Pose, Report, Reports, Said,
+    Status, Turn, listen,
 };
 
 /// mm in a metre.
 const MM: f64 = 1e3;
-/// The reader of reports comes back this often, so that it ends with the program's use of the arm.
-const SILENT: Duration = Duration::from_secs(1);
 /// Gravity in the frame of a base that stands upright, and by how much it may differ.
 const UPRIGHT: ([f64; 3], f64) = ([0.0, 0.0, -1.0], 0.01);
 /// The controller's frame may be shifted by mm, and rad.
 const SHIFTED: (f64, f64) = (0.05, 0.001);
 
-/// An arm, connected.
+/// An arm, connected. Its ports: requests and replies, the real-time report at up to 250 Hz, the ordinary one, which is not read, and the
+/// rich one at 5 Hz, which holds what the controller is set to.
 #[derive(Debug)]
 pub struct XArm {
     control: Control,
@@ -82,24 +79,18 @@ fn numbers(line: &LineRequest) -> ([f64; 6], f64, f64) {
 }
 
 impl Arm for XArm {
-    type Address = Ports;
+    const PORTS: [u16; 4] = [502, 30_000, 30_001, 30_002];
 
     fn connect(ports: &Ports, patience: Duration) -> io::Result<Self> {
         Ok(Self {
-            control: Control::connect(ports.control, patience)?,
+            control: Control::connect(ports[0], patience)?,
             ports: *ports,
             axes: 7,
         })
     }
 
-    fn place(ports: &Ports) -> String {
-        ports.control.to_string()
-    }
-
     fn reports(ports: &Ports) -> io::Result<Box<dyn Reports>> {
-        let stream = connect(ports.realtime, CONNECT)?;
-        stream.set_read_timeout(Some(SILENT))?;
-        Ok(Box::new(Stream(stream)))
+        Ok(Box::new(Stream(listen(ports[1], CONNECT)?)))
     }
 
     fn outlet(&self) -> &Outlet {
@@ -116,9 +107,7 @@ impl Arm for XArm {
 
     fn status(&mut self) -> io::Result<Status> {
         let codes = self.control.error()?;
-        let mut stream = connect(self.ports.report, CONNECT)?;
-        stream.set_read_timeout(Some(CONNECT))?;
-        let settings = wire::read_settings(&mut stream)?;
+        let settings = wire::read_settings(&mut listen(self.ports[3], CONNECT)?)?;
         let motors = (1u8 << self.axes) - 1;
         Ok(Status {
             is_enabled: settings.enabled & motors == motors,
@@ -164,18 +153,26 @@ impl Arm for XArm {
         self.control.set_acceleration(acceleration)
     }
 
-    fn can_move(&mut self, line: &LineRequest, is_first: bool) -> io::Result<Result<(), String>> {
-        let (pose, speed, acceleration) = numbers(line);
-        let code = self
-            .control
-            .check_line(pose, speed, acceleration, is_first)?;
-        Ok(match code {
-            0 => Ok(()),
-            code => Err(format!(
-                "code {code} (a joint's limit or speed, or the arm's own parts: look it up in the arm's manual); lay the object elsewhere, \
-                 or begin from another pose"
-            )),
-        })
+    fn can_move(&mut self, lines: &[LineRequest]) -> io::Result<Result<(), (usize, String)>> {
+        for (number, line) in lines.iter().enumerate() {
+            // `only_check_type` of the maker's SDK: 1 from where the arm is, 3 from the end of what was checked last, 2 the same for the
+            // last one, after which the controller begins again from where the arm is.
+            let kind = match number {
+                0 => 1,
+                _ if number + 1 < lines.len() => 3,
+                _ => 2,
+            };
+            let (pose, speed, acceleration) = numbers(line);
+            let code = self.control.check_line(pose, speed, acceleration, kind)?;
+            if code != 0 {
+                let why = format!(
+                    "code {code} (a joint's limit or speed, or the arm's own parts: look it up in the arm's manual); lay the object \
+                     elsewhere, or begin from another pose"
+                );
+                return Ok(Err((number, why)));
+            }
+        }
+        Ok(Ok(()))
     }
 
     fn line(&mut self, line: &LineRequest) -> io::Result<()> {

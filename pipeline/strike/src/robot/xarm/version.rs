@@ -2,10 +2,10 @@
 
 use std::time::Duration;
 
-use crate::robot::arm::{ArmLimits, Identity};
+use crate::robot::arm::{ArmLimits, Identity, version_in};
 
 /// The oldest firmware whose real-time report is served.
-const FIRMWARE: (u32, u32, u32) = (2, 1, 0);
+const FIRMWARE: (u32, u32) = (2, 1);
 /// Number of the Lite6's kind; an xArm's is the number of its axes.
 const LITE6: u32 = 9;
 
@@ -19,15 +19,6 @@ pub(super) fn identify(text: &str) -> Result<(Identity, u32), String> {
             .find(|c: char| !c.is_ascii_digit())
             .unwrap_or(digits.len());
         digits[..end].parse::<u32>().ok()
-    };
-    let firmware = || {
-        let mut numbers = parts
-            .last()?
-            .rsplit(['v', 'V'])
-            .next()?
-            .split('.')
-            .map(digits);
-        Some((numbers.next()??, numbers.next()??, numbers.next()??))
     };
     let [axes, kind, serial, _, _, ..] = parts[..] else {
         return Err(format!(
@@ -43,10 +34,14 @@ pub(super) fn identify(text: &str) -> Result<(Identity, u32), String> {
             ));
         }
     };
-    if firmware().is_none_or(|found| found < FIRMWARE) {
+    if parts
+        .last()
+        .and_then(|text| version_in(text))
+        .is_none_or(|found| found < FIRMWARE)
+    {
         return Err(format!(
-            "the controller says `{text}`: its firmware must be {}.{}.{} or later",
-            FIRMWARE.0, FIRMWARE.1, FIRMWARE.2
+            "the controller says `{text}`: its firmware must be {}.{} or later",
+            FIRMWARE.0, FIRMWARE.1
         ));
     }
     if serial.is_empty() {

@@ -1,0 +1,189 @@
+//! A smooth field over the table: bumps on a grid, f(p) = Σ h·exp(−½·|(p − p_node)/w|²), each direction in its own spacing.
+//!
+//! Parameters: `low_x`, `high_x`, `low_y`, `high_y`, where the first and last nodes lie, and `height_ij` of the bump on the i-th node along x
+//! and the j-th along y.
+
+use values::Point;
+
+use super::{
+    parameters::{EffectParameter, Values},
+    start::{Column, Experiment, FitStart},
+};
+
+/// Width of a bump over the distance of nodes: neighbours overlap, so that a sum of them is smooth.
+const WIDTH: f64 = 0.8;
+/// Least distance of nodes in m: a base of 3 cm sees nothing finer.
+const LEAST_SPACING: f64 = 0.04;
+/// Frames that must lie within a node's spacing for its height to be fitted.
+const FRAMES: usize = 12;
+
+const EDGES: [&str; 4] = ["low_x", "high_x", "low_y", "high_y"];
+/// Nodes at the most along each direction.
+const MOST: usize = 8;
+const NAMES: [[&str; MOST]; MOST] = {
+    macro_rules! row {
+        ($i:literal) => {
+            [
+                concat!("height_", $i, "0"),
+                concat!("height_", $i, "1"),
+                concat!("height_", $i, "2"),
+                concat!("height_", $i, "3"),
+                concat!("height_", $i, "4"),
+                concat!("height_", $i, "5"),
+                concat!("height_", $i, "6"),
+                concat!("height_", $i, "7"),
+            ]
+        };
+    }
+    [
+        row!("0"),
+        row!("1"),
+        row!("2"),
+        row!("3"),
+        row!("4"),
+        row!("5"),
+        row!("6"),
+        row!("7"),
+    ]
+};
+
+const fn edge(name: &'static str, neutral: f64) -> EffectParameter {
+    EffectParameter {
+        name,
+        unit: "m",
+        low: -5.0,
+        high: 5.0,
+        neutral,
+        scale: 0.1,
+    }
+}
+
+/// The nodes of a kind of field.
+#[derive(Clone, Copy)]
+pub(super) struct Nodes {
+    /// How many along x and y.
+    pub(super) along: (usize, usize),
+    /// A height: its unit and range, and as its scale the standard deviation before anything is measured; its name is not used.
+    pub(super) height: EffectParameter,
+}
+
+impl Nodes {
+    /// All parameters; `ALL` is the number of nodes and four.
+    pub(super) const fn parameters<const ALL: usize>(self) -> [EffectParameter; ALL] {
+        let mut all = [edge("low_x", 0.2); ALL];
+        all[1] = edge("high_x", 0.8);
+        all[2] = edge("low_y", -0.3);
+        all[3] = edge("high_y", 0.3);
+        let mut node = 0;
+        while node < self.along.0 * self.along.1 {
+            all[4 + node] = EffectParameter {
+                name: NAMES[node / self.along.1][node % self.along.1],
+                ..self.height
+            };
+            node += 1;
+        }
+        all
+    }
+
+    fn names(self) -> impl Iterator<Item = &'static str> {
+        let (i, j) = self.along;
+        (0..i * j).map(move |node| NAMES[node / j][node % j])
+    }
+
+    /// The one start of a fit: a column of this height for each node that strikes passed.
+    pub(super) fn starts(self, experiment: &Experiment<'_>, height: f64) -> Vec<FitStart> {
+        let [x, y] = experiment.extent();
+        let form: Vec<(&str, f64)> = EDGES.into_iter().zip([x.0, x.1, y.0, y.1]).collect();
+        let field = Field::new(self, [x.0, x.1, y.0, y.1], Vec::new());
+        let frames = |place: Point| {
+            let near = |point: Point| {
+                let apart = point - place;
+                (apart.x / field.spacing.x).abs() < 0.5 && (apart.y / field.spacing.y).abs() < 0.5
+            };
+            let strikes = experiment.strikes.iter();
+            strikes
+                .flat_map(|strike| (0..strike.track.len()).map(|i| strike.track.point(i)))
+                .filter(|point| near(*point))
+                .count()
+        };
+        let seen: Vec<&str> = (self.names().enumerate())
+            .filter(|(node, _)| frames(field.place(*node)) >= FRAMES)
+            .map(|(_, name)| name)
+            .collect();
+        if seen.len() < 2 {
+            return Vec::new();
+        }
+        let columns = seen.iter().map(|name| Column::new(&form, (name, height)));
+        let mut start = FitStart::new(columns.collect(), &seen);
+        start.shrinks_to = Some(self.height.scale);
+        vec![start]
+    }
+
+    /// The field of these values.
+    pub(super) fn field(self, values: &Values) -> Field {
+        let heights = self.names().map(|name| values.get(name)).collect();
+        Field::new(self, EDGES.map(|name| values.get(name)), heights)
+    }
+}
+
+/// A field.
+pub(super) struct Field {
+    along: (usize, usize),
+    heights: Vec<f64>,
+    corner: Point,
+    spacing: Point,
+}
+
+impl Field {
+    fn new(nodes: Nodes, [low_x, high_x, low_y, high_y]: [f64; 4], heights: Vec<f64>) -> Self {
+        let spacing = |width: f64, count: usize| (width / (count - 1) as f64).max(LEAST_SPACING);
+        Self {
+            along: nodes.along,
+            heights,
+            corner: Point::new(low_x, low_y),
+            spacing: Point::new(
+                spacing(high_x - low_x, nodes.along.0),
+                spacing(high_y - low_y, nodes.along.1),
+            ),
+        }
+    }
+
+    fn place(&self, node: usize) -> Point {
+        let (i, j) = (node / self.along.1, node % self.along.1);
+        self.corner + Point::new(i as f64 * self.spacing.x, j as f64 * self.spacing.y)
+    }
+
+    /// Where the nodes lie, in m.
+    pub(super) fn places(&self) -> impl Iterator<Item = Point> {
+        (0..self.heights.len()).map(|node| self.place(node))
+    }
+
+    /// Value, and its slope along x and y for each metre.
+    pub(super) fn at(&self, position: Point) -> (f64, Point) {
+        let at = position - self.corner;
+        // Of each node along one direction, the bump and its derivative.
+        let along = |at: f64, spacing: f64, count: usize| -> [(f64, f64); MOST] {
+            let mut all = [(0.0, 0.0); MOST];
+            for (node, bump) in all.iter_mut().enumerate().take(count) {
+                let apart = (at / spacing - node as f64) / WIDTH;
+                let height = (-0.5 * apart * apart).exp();
+                *bump = (height, -height * apart / (WIDTH * spacing));
+            }
+            all
+        };
+        let by_x = along(at.x, self.spacing.x, self.along.0);
+        let by_y = along(at.y, self.spacing.y, self.along.1);
+        let (mut value, mut slope) = (0.0, Point::default());
+        for (node, height) in self.heights.iter().enumerate() {
+            let (x, y) = (by_x[node / self.along.1], by_y[node % self.along.1]);
+            value += height * x.0 * y.0;
+            slope = slope + Point::new(x.1 * y.0, x.0 * y.1) * *height;
+        }
+        (value, slope)
+    }
+
+    /// Distance in m within which it is smooth.
+    pub(super) fn stretch(&self) -> f64 {
+        WIDTH * self.spacing.x.min(self.spacing.y)
+    }
+}

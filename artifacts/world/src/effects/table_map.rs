@@ -1,0 +1,109 @@
+//! A table whose height varies smoothly, with no other form assumed: a = −g·∇h(p), h bumps on a grid, drawn to none.
+//!
+//! h is the field of [`field`](super::field), in m.
+
+use values::{Point, Rig};
+
+use super::{
+    action::{Acts, Effect, Slide},
+    field::{Field, Nodes},
+    parameters::{EffectParameter, Parameters, Values},
+    spec::{EffectSpec, Family, Naming},
+    wording,
+};
+use crate::GRAVITY;
+
+const NODES: Nodes = Nodes {
+    // Bumps 25 cm apart on a table of 0.8 m by 1 m have two nodes each.
+    along: (8, 8),
+    height: EffectParameter {
+        name: "height",
+        unit: "m",
+        low: -0.2,
+        high: 0.2,
+        neutral: 0.0,
+        // Boards warp and sag by some millimetres over a length like this: slopes of 1 to 3 %.
+        scale: 0.003,
+    },
+};
+
+/// Table map; parameters are those of a field, its heights in m.
+pub const SPEC: EffectSpec = EffectSpec {
+    name: "table_map",
+    parameters: Parameters::Listed(&NODES.parameters::<68>()),
+    family: Family::ForceByPlace,
+    equivalent: &[],
+    contains: &["table_tilt", "table_bowl"],
+    // A magnet, or a lens that no form of the library has, pulls and shows alike: where it stands best, it is stated and nothing is named.
+    naming: Naming::Never,
+    source: "weight on a surface of any shape, its slope small; Gaussian radial basis with a ridge",
+    starts: |experiment| NODES.starts(experiment, 0.0005),
+    build: |values: &Values, _: &Rig| Box::new(TableMap(NODES.field(values))),
+    statement: |values| {
+        let map = NODES.field(values);
+        let slopes = map.places().map(|place| (place, map.at(place).1 * -1.0));
+        let none = (Point::default(), Point::default());
+        let (place, down) = slopes
+            .max_by(|a, b| a.1.norm().total_cmp(&b.1.norm()))
+            .unwrap_or(none);
+        format!(
+            "the table's height varies: steepest around ({:.2}, {:.2}) m, down by {:.1} mm per metre towards {} from +x",
+            place.x,
+            place.y,
+            1000.0 * down.norm(),
+            wording::degrees(down.bearing())
+        )
+    },
+};
+
+struct TableMap(Field);
+
+impl Effect for TableMap {
+    fn acts(&self) -> Acts {
+        Acts::Slide
+    }
+
+    fn acceleration(&self, slide: &Slide<'_>) -> Point {
+        self.0.at(slide.position).1 * -GRAVITY
+    }
+
+    fn stretch(&self, _: Point) -> f64 {
+        self.0.stretch()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use values::Point;
+
+    use super::GRAVITY;
+    use crate::effects::tests::Bench;
+
+    #[test]
+    fn it_changes_the_track() {
+        Bench::with("table_map", &[("height_33", 0.002)]).assert_changes_track();
+    }
+
+    #[test]
+    fn the_slide_follows_its_formula() {
+        let map = [
+            ("low_x", 0.1),
+            ("high_x", 0.8),
+            ("low_y", -0.35),
+            ("high_y", 0.35),
+            ("height_34", 0.003),
+            ("height_53", -0.002),
+        ];
+        let slid = Bench::with("table_map", &map).slide(0.9, 0.1);
+        slid.assert_integrates(|position, _| {
+            // Downhill of h·exp(−r²/2w²) is h·r/w²·exp(−r²/2w²).
+            let width = 0.8 * 0.1;
+            let downhill = |height: f64, x: f64, y: f64| {
+                let apart = position - Point::new(x, y);
+                let bump = height * (-0.5 * apart.dot(apart) / (width * width)).exp();
+                apart * (GRAVITY * bump / (width * width))
+            };
+            downhill(0.003, 0.4, 0.05) + downhill(-0.002, 0.6, -0.05)
+        });
+    }
+}

@@ -1,0 +1,78 @@
+//! Connections to the ports of an arm, and what comes over them.
+
+use std::io;
+use std::net::{SocketAddr, TcpStream};
+use std::ops::RangeInclusive;
+use std::thread;
+use std::time::Duration;
+
+/// How long a connection may take.
+pub(crate) const CONNECT: Duration = Duration::from_secs(2);
+/// How long a socket may refuse a frame of some hundred bytes.
+const SEND: Duration = Duration::from_millis(50);
+
+/// Nothing came within a socket's time.
+pub(super) fn is_nothing_yet(error: &io::Error) -> bool {
+    use io::ErrorKind::{Interrupted, TimedOut, WouldBlock};
+    matches!(error.kind(), WouldBlock | TimedOut | Interrupted)
+}
+
+/// A connection to a port of an arm.
+pub(crate) fn connect(address: SocketAddr, patience: Duration) -> io::Result<TcpStream> {
+    let stream = TcpStream::connect_timeout(&address, patience)?;
+    stream.set_nodelay(true)?;
+    stream.set_write_timeout(Some(SEND))?;
+    Ok(stream)
+}
+
+/// A connection to a port that nothing is to be read from: a thread throws away what comes until it is over, so that the controller never
+/// waits.
+pub(crate) fn connect_unread(address: SocketAddr, patience: Duration) -> io::Result<TcpStream> {
+    let stream = connect(address, patience)?;
+    let mut told = stream.try_clone()?;
+    thread::Builder::new()
+        .name("arm-told".into())
+        .spawn(move || io::copy(&mut told, &mut io::sink()))?;
+    Ok(stream)
+}
+
+/// A connection to a port that reports: whoever reads it comes back every second, so that it ends with the program's use of the arm.
+pub(crate) fn listen(address: SocketAddr, patience: Duration) -> io::Result<TcpStream> {
+    let stream = connect(address, patience)?;
+    stream.set_read_timeout(Some(Duration::from_secs(1)))?;
+    Ok(stream)
+}
+
+/// Reads a frame whose length (bytes, its header included) stands in its header. Errors where it is none of `lengths`.
+pub(crate) fn read_frame<const HEADER: usize>(
+    stream: &mut impl io::Read,
+    length: fn([u8; HEADER]) -> usize,
+    lengths: RangeInclusive<usize>,
+) -> io::Result<Vec<u8>> {
+    let mut header = [0; HEADER];
+    stream.read_exact(&mut header)?;
+    let length = length(header);
+    if !lengths.contains(&length) {
+        let why = format!("a frame says that it has {length} bytes, {lengths:?} are known");
+        return Err(garbage(why));
+    }
+    let mut frame = vec![0; length];
+    frame[..HEADER].copy_from_slice(&header);
+    stream.read_exact(&mut frame[HEADER..])?;
+    Ok(frame)
+}
+
+/// The first version in a text, as 2.4.0 in `v2.4.0`: its first two numbers.
+pub(crate) fn version_in(text: &str) -> Option<(u32, u32)> {
+    let dotted = |c: char| c.is_ascii_digit() || c == '.';
+    text.split(|c| !dotted(c)).find_map(|word| {
+        let (major, rest) = word.split_once('.')?;
+        let minor = rest.split('.').next()?;
+        Some((major.parse().ok()?, minor.parse().ok()?))
+    })
+}
+
+/// What came and makes no sense.
+pub(crate) fn garbage(why: impl Into<String>) -> io::Error {
+    io::Error::new(io::ErrorKind::InvalidData, why.into())
+}

@@ -1,0 +1,238 @@
+//! Strikes by the tip's touch: flights that it began, on an object that moved before or rested.
+//!
+//! Round bodies push one another along the line of their centres, by the part of their relative velocity that lies along it. So the
+//! command of such a strike is that part, its angle that line's, both by the tip's measured state; what the object had before stays
+//! with it ([`values::Conditions::moving`]). A box is pushed in the direction of the relative velocity.
+
+use logs::Sample;
+use values::{Command, Delivered, End, Point, RejectReason, Rig, Shape, Track};
+
+use crate::bounces::{Break, Flight, Touch};
+use crate::rejection::Rejection;
+use crate::robust::{mean_near_median, median_point};
+use crate::slide::{Frame, is_rest, outliers, reaches_fence};
+use crate::time::since;
+
+/// A track needs as many frames.
+const FEWEST: usize = 8;
+/// An object that moves less than this (m) beside noise in the time before (s) rests: its strikes are found from rest to rest.
+const RESTS: f64 = 0.0025;
+const BEFORE: f64 = 0.3;
+/// A tip that meets an object farther aside, in parts of both radii, only grazes it.
+const GRAZES: f64 = 0.85;
+/// What ends a slide may have taken hold of the object so long before, in s.
+const HOLD: f64 = 0.03;
+/// Rest is seen in this time, in s, and this near to one place, in deviations of the camera's noise.
+const REST: f64 = 0.25;
+const REST_NOISE: f64 = 4.0;
+
+/// A strike that a touch showed.
+#[derive(Debug)]
+pub(crate) struct TouchedStrike {
+    pub(crate) command: Command,
+    /// The object's velocity before, in m/s; none where it rested.
+    pub(crate) moving: Option<Point>,
+    /// What was added to it, in m/s.
+    pub(crate) launch: Point,
+    pub(crate) initial: Point,
+    pub(crate) stop: Point,
+    pub(crate) track: Track,
+    /// Stamp of its first frame, in ns.
+    pub(crate) first: i64,
+    /// Seconds from the impact to it.
+    pub(crate) gap: f64,
+}
+
+impl TouchedStrike {
+    /// What the tip delivered along the line on which it pushes.
+    pub(crate) fn delivered(&self) -> Delivered {
+        Delivered {
+            tip_speed: self.command.speed,
+            tip_angle: self.command.angle,
+            contact: -self.gap,
+            pushed_again: false,
+        }
+    }
+}
+
+/// Where the object rested before, if it did: `before` are the frames that came before the impact.
+fn rested(before: &[Sample], noise: f64) -> Option<Point> {
+    let last = before.last()?;
+    let from = before.partition_point(|frame| since(frame.stamp, last.stamp) > BEFORE);
+    let points: Vec<Point> = before[from..].iter().map(place).collect();
+    let third = points.len().div_ceil(3);
+    let drift =
+        median_point(&points[..third]).distance(median_point(&points[points.len() - third..]));
+    (drift <= RESTS + noise).then(|| mean_near_median(&points, REST_NOISE * noise))
+}
+
+fn place(frame: &Sample) -> Point {
+    Point::new(frame.x, frame.y)
+}
+
+/// The strike of a flight that the tip began; `before` are the frames before it.
+pub(crate) fn strike(
+    flight: &Flight,
+    before: &[Sample],
+    begun: &Break,
+    touch: &Touch,
+    rig: &Rig,
+) -> Result<TouchedStrike, Rejection> {
+    let rest = rested(before, rig.camera.noise);
+    let initial = rest.unwrap_or(begun.bounce.place);
+    let moving = match rest {
+        Some(_) => None,
+        None => Some(begun.bounce.before),
+    };
+    let command = command(touch, initial, moving.unwrap_or_default(), rig)?;
+    let cleaned = without_outliers(&flight.frames, rig.camera.noise);
+    let (frames, end, stop) = seen(&cleaned, flight.is_broken, rig);
+    if frames.len() < FEWEST {
+        let detail = format!(
+            "{} frames after the impact the object meets something, or is seen no more: too few to tell anything",
+            frames.len()
+        );
+        return Err(Rejection::new(RejectReason::NoRestAfter, detail));
+    }
+    let first = frames[0].stamp;
+    let track = Track {
+        t: frames
+            .iter()
+            .map(|frame| since(first, frame.stamp))
+            .collect(),
+        x: frames.iter().map(|frame| frame.x).collect(),
+        y: frames.iter().map(|frame| frame.y).collect(),
+        yaw: None,
+        end,
+    };
+    Ok(TouchedStrike {
+        command,
+        moving,
+        launch: begun.bounce.after - moving.unwrap_or_default(),
+        initial,
+        stop: stop.unwrap_or_else(|| track.point(track.len() - 1)),
+        track,
+        first,
+        gap: since(begun.stamp, first),
+    })
+}
+
+/// The tip's velocity beside the object's, along the line on which it pushes.
+pub(crate) fn command(
+    touch: &Touch,
+    initial: Point,
+    moving: Point,
+    rig: &Rig,
+) -> Result<Command, Rejection> {
+    let relative = touch.velocity - moving;
+    let speed = relative.norm();
+    let along = relative * (1.0 / speed.max(1e-12));
+    let across = Point::new(-along.y, along.x);
+    let reach = rig.object.solid.reach() + rig.striker.radius;
+    let aside = match rig.object.shape() {
+        Shape::Box => 0.0,
+        Shape::Cylinder | Shape::Sphere => (initial - touch.position).dot(across) / reach,
+    };
+    if speed <= 0.0 || aside.abs() > GRAZES {
+        let detail = format!(
+            "the tip meets the object {:.0} mm beside its centre, at {speed:.2} m/s: it only grazes it",
+            1e3 * aside * reach
+        );
+        return Err(Rejection::new(RejectReason::NoMotion, detail));
+    }
+    Ok(Command {
+        speed: speed * (1.0 - aside * aside).sqrt(),
+        angle: along.rotated(aside.asin()).bearing(),
+    })
+}
+
+/// The frames that are the slide's, what ends them, and where it rests if it does.
+fn seen<'a>(all: &'a [Sample], is_broken: bool, rig: &Rig) -> (&'a [Sample], End, Option<Point>) {
+    let off = all
+        .iter()
+        .position(|frame| !rig.table.contains(place(frame)))
+        .map(|at| (at, End::LeftView));
+    let met = (0..all.len())
+        .find(|at| {
+            let before = [at.checked_sub(2), at.checked_sub(1)];
+            reaches_fence(
+                rig,
+                before.map(|i| i.map(|i| place(&all[i]))),
+                place(&all[*at]),
+            )
+        })
+        .map(|at| (at, End::Contact));
+    let ended = match (is_broken, all.last()) {
+        (true, Some(last)) => {
+            // A hand takes hold before the velocity breaks.
+            let held = |frame: &Sample| since(frame.stamp, last.stamp) > HOLD;
+            (all.partition_point(held), End::Contact)
+        }
+        _ => (all.len(), End::LeftView),
+    };
+    let rests = rests(all, rig.camera.noise);
+    let rest = rests.map(|(at, _)| match caught(all, at) {
+        Some(caught) => (caught, End::Contact),
+        None => (at, End::Rest),
+    });
+    let (at, end) = [off, met, rest]
+        .into_iter()
+        .flatten()
+        .fold(
+            ended,
+            |first, other| if other.0 < first.0 { other } else { first },
+        );
+    let stop = rests.filter(|_| end == End::Rest).map(|(_, stop)| stop);
+    (&all[..at], end, stop)
+}
+
+/// Where it was held, if it was: it stops far sooner than what braked it before would have stopped it.
+fn caught(frames: &[Sample], rest: usize) -> Option<usize> {
+    /// Speeds are taken over this time, in s.
+    const SPEED: f64 = 0.06;
+    /// A brake this many times as hard, and this much harder (m/s²), is no table's.
+    const HARDER: f64 = 4.0;
+    const MARGIN: f64 = 2.0;
+    let before = |at: usize| {
+        frames[..at].partition_point(|frame| since(frame.stamp, frames[at].stamp) > SPEED)
+    };
+    let speed = |end: usize| {
+        let from = before(end);
+        let time = since(frames[from].stamp, frames[end].stamp);
+        place(&frames[from]).distance(place(&frames[end])) / time.max(1e-6)
+    };
+    // Over the last of its way but one, and in the first half of it.
+    let near = before(rest);
+    let early = before(near) / 2;
+    if early < FEWEST / 2 {
+        return None;
+    }
+    let between = since(frames[early].stamp, frames[near].stamp);
+    let (early, speed) = (speed(early), speed(near));
+    let braking = (early - speed).max(0.0) / between;
+    (speed / (2.0 * SPEED) > HARDER * braking + MARGIN).then_some(near)
+}
+
+/// The frames but those that jump away for one frame, and those that repeat the one before while the object moves.
+fn without_outliers(frames: &[Sample], noise: f64) -> Vec<Sample> {
+    let all: Vec<Frame> = frames
+        .iter()
+        .map(|s| Frame::of(s, frames[0].stamp))
+        .collect();
+    let marked = outliers(&all, noise);
+    let kept = frames.iter().zip(marked).filter(|(_, is_one)| !is_one);
+    kept.map(|(frame, _)| *frame).collect()
+}
+
+/// From which frame on it rests, and where.
+fn rests(frames: &[Sample], noise: f64) -> Option<(usize, Point)> {
+    (0..frames.len()).step_by(2).find_map(|from| {
+        let until = from
+            + frames[from..].partition_point(|frame| since(frames[from].stamp, frame.stamp) < REST);
+        if until == frames.len() || until < from + 4 {
+            return None;
+        }
+        let points: Vec<Point> = frames[from..until].iter().map(place).collect();
+        is_rest(&points, REST_NOISE * noise, noise).then(|| (from, median_point(&points)))
+    })
+}

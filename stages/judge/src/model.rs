@@ -1,0 +1,50 @@
+//! What is asked and judged.
+
+use serde::Serialize;
+use store::ResidualModel;
+use values::Rig;
+use world::{Simulator, World, WorldError};
+
+/// A world on a rig, and what is added to its commands.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Model {
+    /// The set-up.
+    pub rig: Rig,
+    /// The world.
+    pub world: World,
+    /// What it adds to the world's solution; none for a world alone.
+    pub residual: Option<ResidualModel>,
+}
+
+/// A model with its name.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Candidate {
+    /// Such as `sysid_residual`.
+    pub name: String,
+    /// The model.
+    pub model: Model,
+}
+
+impl Model {
+    /// A world alone.
+    pub fn of_world(rig: &Rig, world: &World) -> Self {
+        Self {
+            rig: rig.clone(),
+            world: world.clone(),
+            residual: None,
+        }
+    }
+
+    /// The same model, if it had never seen a session.
+    pub(crate) fn without_session(&self, session: &str) -> Self {
+        Self {
+            world: self.world.clone().without_session(session),
+            ..self.clone()
+        }
+    }
+
+    /// The simulator in which it predicts; a launch map acts in it.
+    pub(crate) fn simulator(&self) -> Result<Simulator, WorldError> {
+        ResidualModel::simulator(&self.rig, &self.world, self.residual.as_ref())
+    }
+}
