@@ -1,10 +1,13 @@
 # Everything that carom needs beside rustup's stable Rust, Python 3 with pip and a C compiler is set up here,
 # under .native/. A second run of any target does nothing that is done.
-.PHONY: build install run test lint blind kuka first-day curve bench pages fuzz arm loop living soak setup clean
+.PHONY: build install report run test lint blind kuka first-day curve bench pages fuzz arm loop living soak setup clean
 .DEFAULT_GOAL := build
 
 DEMO := artifacts/demo
 BIN := target/debug
+
+# What `--version` says of a build.
+export CAROM_COMMIT := $(shell git describe --always --dirty --abbrev=12 --exclude='*' 2>/dev/null)
 
 setup:
 	@sh artifacts/world/native/install.sh .native
@@ -26,6 +29,17 @@ run: build
 	$(BIN)/carom demo --strikes 500 --seed 1 --out $(DEMO)/rig
 	$(BIN)/carom run $(DEMO)/rig/logs --rig $(DEMO)/rig/rig.toml --out $(DEMO)
 	$(BIN)/strike --artifacts $(DEMO) --from 0.30 0.00 --to 0.62 0.06 --robot sim
+
+# The report of `make run` in a real browser: every plot, wide, narrow, dark and on paper; pictures are left beside it.
+CHROMIUM := chromium
+BROWSER := artifacts/runs/report/browser
+$(BROWSER)/done: tests/peers/requirements_report.txt
+	python3 -m venv $(BROWSER)
+	$(BROWSER)/bin/python -m pip install --quiet --disable-pip-version-check --requirement $<
+	touch $@
+report: $(BROWSER)/done
+	@test -e $(DEMO)/report.html || $(MAKE) run
+	$(BROWSER)/bin/python tests/peers/report.py $(DEMO)/report.html "$$(command -v $(CHROMIUM))" artifacts/runs/report pipeline/carom/docs/report.png
 
 lint: setup
 	cargo fmt --check

@@ -221,7 +221,7 @@ impl<W: Write + Seek> RecordingWriter<W> {
 
     /// States where the log comes from.
     pub fn lineage(&mut self, lineage: &Lineage) -> Result<(), WriteError> {
-        lineage::write(&mut self.mcap, lineage)
+        Ok(lineage::write(&mut self.mcap, lineage)?)
     }
 
     /// Writes the summary and hands the sink back; without it the log is truncated.

@@ -18,7 +18,7 @@ safety limit), 75 busy: another run works in the folder.";
 /// From strike logs to a robot that strikes: identifies a simulator from logs, learns what it still gets wrong, and
 /// publishes both as a version that the `strike` executor loads.
 #[derive(Debug, Parser)]
-#[command(name = "carom", version = strike::BUILD, after_help = EXIT_CODES, after_long_help = format!("{}\n\n{EXIT_CODES}", examples(&[
+#[command(name = "carom", version, after_help = EXIT_CODES, after_long_help = format!("{}\n\n{EXIT_CODES}", examples(&[
     "carom demo --strikes 500 --seed 1 --out artifacts/demo/rig",
     "carom run artifacts/demo/rig/logs --rig artifacts/demo/rig/rig.toml --out artifacts/demo",
     "carom trial --artifacts artifacts/demo --robot sim",
@@ -159,6 +159,15 @@ pub enum Command {
     /// Write the HTML report again.
     #[command(after_help = examples(&["carom report artifacts/demo"]))]
     Report(report::ReportArgs),
+}
+
+/// What `--version` prints behind the name.
+pub fn about() -> String {
+    let formats = [
+        ("versions", store::SCHEMA_VERSION),
+        ("tables", tables::SCHEMA_VERSION),
+    ];
+    strike::about(&formats)
 }
 
 /// Does what was asked.

@@ -1,11 +1,12 @@
 //! The command line of carom: commands, the pipeline, its files, trials and the report.
 //!
-//! [`execute`] does what [`Cli`] asks and returns the [`Output`]; `main` prints it and chooses the exit code.
+//! [`execute`] does what [`Cli`] asks and returns the [`Output`]; [`program`] prints it and chooses the exit code.
 
 mod args;
 mod cli;
 mod commands;
 mod dataset;
+mod difference;
 mod error;
 mod first_version;
 mod growth;
@@ -18,6 +19,7 @@ mod noise;
 mod output;
 mod outputs;
 mod pipeline;
+mod program;
 mod proposal;
 mod publishing;
 mod reading;
@@ -33,6 +35,7 @@ mod trial;
 mod varying;
 mod words;
 
-pub use cli::{Cli, execute};
+pub use cli::{Cli, about, execute};
 pub use error::{Error, Outcome};
 pub use output::Output;
+pub use program::program;

@@ -114,7 +114,7 @@ pub fn publish(
 }
 
 /// The model that predicts best what it did not learn from, among the training strikes: held-out ones have no part in it.
-fn best_model(worlds: &Worlds) -> Model {
+pub fn best_model(worlds: &Worlds) -> Model {
     let learned = worlds.each().filter_map(|(name, of_world)| {
         let learned = of_world.learned.as_ref()?;
         let has_residual = learned.model.is_some();

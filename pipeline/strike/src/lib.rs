@@ -5,6 +5,7 @@
 //! limit is refused, never clamped. [`execute`] hands a plan to a [`Robot`]; [`OpenLog`] keeps what it recorded, in the
 //! form that `carom run` ingests. Polars, arrow and burn are absent on purpose: this runs on the robot's own computer.
 
+mod about;
 pub mod batch;
 mod clearance;
 pub mod collect;
@@ -30,9 +31,7 @@ mod testing;
 mod trust;
 mod watched;
 
-/// The program's version and, where it was built from a checkout, the commit.
-pub const BUILD: &str = env!("CAROM_BUILD");
-
+pub use about::{about, built_from};
 pub use command::CommandPlanner;
 pub use config::{Config, ConfigError};
 pub use count::take_number;
@@ -46,9 +45,9 @@ pub use planner::Planner;
 pub use recent::{Recent, SESSION_GAP};
 pub use refusal::{Reason, Refusal};
 pub use robot::arm::{Guarded, Look, catch_signals, tell};
-pub use robot::{
-    Choice, DryRun, Robot, RobotError, SimRobot, StrikeRecord, TruthSource, UnknownRobot, execute,
-};
+pub use robot::{Choice, DryRun, Robot, RobotError, StrikeRecord, UnknownRobot, execute};
+#[cfg(feature = "sim")]
+pub use robot::{SimRobot, TruthSource};
 pub use robot::{arm, ur, xarm};
 pub use stroke::{Ramp, Stroke};
 pub use trust::{Trust, TrustError, allows};

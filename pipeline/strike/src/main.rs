@@ -8,9 +8,11 @@ use std::process::ExitCode;
 use clap::Parser;
 
 fn main() -> ExitCode {
-    // With a value it names an artifact's.
-    if std::env::args_os().skip(1).eq(["--version"]) {
-        let said = writeln!(std::io::stdout(), "strike {}", strike::BUILD);
+    strike::built_from(option_env!("CAROM_COMMIT"));
+    // With a value `--version` names the artifact's; alone, or as `-V`, it asks for the program's own.
+    if std::env::args_os().skip(1).eq(["--version"]) || std::env::args_os().skip(1).eq(["-V"]) {
+        let about = strike::about(&[("versions", store::SCHEMA_VERSION)]);
+        let said = writeln!(std::io::stdout(), "strike {about}");
         return said.map_or(ExitCode::FAILURE, |()| ExitCode::SUCCESS);
     }
     let args = cli::Args::parse();

@@ -10,10 +10,11 @@ use store::Model;
 use values::{Command, Point, Rig};
 use world::{Filter, Shift};
 
+use crate::about::program;
 use crate::epoch::Epoch;
 use crate::limits::{self, BrokenLimit};
 use crate::stroke::Stroke;
-use crate::{BUILD, Reason, clearance};
+use crate::{Reason, clearance};
 
 /// A mean of fewer strikes than this says little: at ten it is known to a fifth or so.
 pub const FEW: usize = 10;
@@ -115,7 +116,7 @@ impl Plan {
     pub fn lineage(&self, robot: &str) -> Lineage {
         let promised = self.expected_miss.map(|miss| miss.to_string());
         [
-            ("program", format!("carom {BUILD}")),
+            ("program", program()),
             ("version", self.artifact.clone()),
             ("model", self.model.name().into()),
             ("target", format!("[{}, {}]", self.to.x, self.to.y)),

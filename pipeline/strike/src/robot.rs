@@ -3,12 +3,14 @@
 pub mod arm;
 mod choice;
 mod dry_run;
+#[cfg(feature = "sim")]
 mod sim;
 pub mod ur;
 pub mod xarm;
 
 pub use choice::{Choice, UnknownRobot};
 pub use dry_run::DryRun;
+#[cfg(feature = "sim")]
 pub use sim::{SimRobot, TruthSource};
 
 use logs::write::Samples;

@@ -81,7 +81,7 @@ impl<W: Write + Seek> CopyWriter<W> {
 
     /// States where a part of the log comes from.
     pub fn lineage(&mut self, lineage: &Lineage) -> Result<(), WriteError> {
-        lineage::write(&mut self.mcap, lineage)
+        Ok(lineage::write(&mut self.mcap, lineage)?)
     }
 
     /// Adds a point of the table as `geometry_msgs/msg/PointStamped`, which the default paths of a centroid fit.

@@ -7,7 +7,6 @@ use std::path::Path;
 use mcap::Writer;
 use mcap::records::{Metadata, Record};
 
-use super::WriteError;
 use crate::LogError;
 
 /// The name of the metadata.
@@ -21,12 +20,12 @@ pub type Lineage = BTreeMap<String, String>;
 pub(super) fn write<W: Write + Seek>(
     mcap: &mut Writer<W>,
     lineage: &Lineage,
-) -> Result<(), WriteError> {
+) -> Result<(), mcap::McapError> {
     let metadata = Metadata {
         name: NAME.into(),
         metadata: lineage.clone(),
     };
-    Ok(mcap.write_metadata(&metadata)?)
+    mcap.write_metadata(&metadata)
 }
 
 /// The lineages that a log states, in its order; none of one that no carom program wrote.

@@ -8,6 +8,7 @@ use serde_json::{Value, json};
 use store::{Key, Manifest, Store};
 
 use crate::args::{SignArgs, StoreArgs, VersionArgs, examples};
+use crate::difference::difference;
 use crate::output::{Output, to_json};
 use crate::publishing::store_error;
 use crate::{Error, signing};
@@ -21,6 +22,20 @@ pub enum ArtifactsCommand {
     /// Show a version's manifest.
     #[command(after_help = examples(&["carom artifacts show v0001 --artifacts artifacts/demo"]))]
     Show(VersionArgs),
+    /// Show what changed between two versions: logs, rig, worlds, effects, commands, stop errors.
+    #[command(after_help = examples(&[
+        "carom artifacts diff v0001 v0002 --artifacts artifacts/demo",
+        "carom artifacts diff runs/monday runs/tuesday --json",
+    ]))]
+    Diff {
+        /// A version, or the folder of a run, of which its latest is taken.
+        before: String,
+        /// The same; what it has beside the first is told.
+        after: String,
+        /// Folder of the run whose versions are named.
+        #[arg(long, value_name = "DIR", default_value = "artifacts/demo")]
+        artifacts: PathBuf,
+    },
     /// Print a version's world as MJCF, which opens in MuJoCo's viewer.
     #[command(after_help = examples(&["carom artifacts mjcf --artifacts artifacts/demo > world.xml"]))]
     Mjcf(VersionArgs),
@@ -66,6 +81,11 @@ pub fn run(command: &ArtifactsCommand) -> Result<Output, Error> {
     match command {
         ArtifactsCommand::List(args) => list(&args.artifacts),
         ArtifactsCommand::Show(args) => show(&args.artifacts, args.version.as_deref()),
+        ArtifactsCommand::Diff {
+            before,
+            after,
+            artifacts,
+        } => diff(artifacts, before, after),
         ArtifactsCommand::Mjcf(args) => mjcf(&args.artifacts, args.version.as_deref()),
         ArtifactsCommand::Verify { version, key } => {
             let key = key.as_deref().map(signing::public_key).transpose()?;
@@ -92,6 +112,20 @@ fn mjcf(dir: &Path, version: Option<&str>) -> Result<Output, Error> {
         json!({ "artifact": artifact.version, "mjcf": text }),
         format!("{}\n", text.trim_end()),
     ))
+}
+
+/// What changed between two versions.
+fn diff(dir: &Path, before: &str, after: &str) -> Result<Output, Error> {
+    let load = |name: &str| {
+        let folder = Path::new(name);
+        let loaded = match folder.is_dir() {
+            true => Store::open(folder).load(None),
+            false => Store::open(dir).load(Some(name)),
+        };
+        loaded.map_err(store_error)
+    };
+    let found = difference(&load(before)?, &load(after)?)?;
+    Ok(Output::done(to_json(&found)?, found.text()))
 }
 
 /// All versions, oldest first.

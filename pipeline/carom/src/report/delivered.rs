@@ -1,33 +1,38 @@
 //! What the arm was commanded against what it delivered, where `/striker/state` was logged.
 
 use maud::{Markup, html};
-use plotters::prelude::*;
 use values::{Delivered, Strike, wrap_angle};
 
-use super::markup::{PageError, drawing, section};
-use super::plot::{Axes, MEASURED, PlotError, axes, colour, line, range, svg};
+use super::markup::section;
+use super::plot::{Kind, Plot, Series};
 
 /// A strike and what the arm delivered.
 type Pair<'a> = (&'a Strike, &'a Delivered);
 
 /// The section; none where no strike has a measured delivery.
-pub fn delivered_section(strikes: &[Strike]) -> Result<Option<Markup>, PageError> {
+pub fn delivered_section(strikes: &[Strike]) -> Option<Markup> {
     let pairs: Vec<Pair<'_>> = strikes
         .iter()
         .filter_map(|strike| Some((strike, strike.delivered.as_ref()?)))
         .collect();
     if pairs.is_empty() {
-        return Ok(None);
+        return None;
     }
-    let plots = [speeds(&pairs)?, angles(&pairs)?];
+    let places: Vec<usize> = strikes
+        .iter()
+        .enumerate()
+        .filter(|(_, strike)| strike.delivered.is_some())
+        .map(|(place, _)| place)
+        .collect();
+    let plots = [speeds(&places, &pairs), angles(&places, &pairs)];
     let (speed, speed_sd) = mean_and_sd(&pairs.iter().map(relative_speed).collect::<Vec<_>>());
     let turns: Vec<f64> = pairs.iter().map(turn).collect();
     let (angle, angle_sd) = mean_and_sd(&turns);
     let pushed_again = pairs.iter().filter(|(_, d)| d.pushed_again).count();
-    Ok(Some(section(
+    Some(section(
         "What the arm delivered",
         html! {
-            div.columns { @for plot in &plots { figure { (drawing(plot)) } } }
+            div.columns { @for plot in &plots { (plot.figure(plot.y)) } }
             table { tbody {
                 tr { td { "strikes with a measured delivery" } td.number { (pairs.len()) " of " (strikes.len()) } }
                 tr { td { "speed at contact, relative to the command" } td.number { (format!("{:+.1} ± {:.1} %", 100.0 * speed, 100.0 * speed_sd)) } }
@@ -36,7 +41,7 @@ pub fn delivered_section(strikes: &[Strike]) -> Result<Option<Markup>, PageError
             } }
             p.note { "Mean ± standard deviation over strikes. On the line the arm delivers what was commanded." }
         },
-    )))
+    ))
 }
 
 /// Delivered speed beyond the command, relative.
@@ -57,63 +62,58 @@ fn mean_and_sd(values: &[f64]) -> (f64, f64) {
     (mean, (squares / (n - 1.0).max(1.0)).sqrt())
 }
 
-fn speeds(pairs: &[Pair<'_>]) -> Result<String, PlotError> {
-    let points: Vec<(f64, f64)> = pairs
+fn speeds(places: &[usize], pairs: &[Pair<'_>]) -> Plot {
+    let speeds = pairs
         .iter()
-        .map(|(strike, delivered)| (strike.command.speed, delivered.tip_speed))
-        .collect();
-    let ends = range(points.iter().flat_map(|(x, y)| [*x, *y]));
-    let diagonal = [(ends.0, ends.0), (ends.1, ends.1)];
+        .map(|(strike, delivered)| (strike.command.speed, delivered.tip_speed));
+    let ends = ends(pairs.iter().map(|(strike, _)| strike.command.speed));
+    let diagonal = ends.map(|end| (end, end));
     scatter(
         "commanded speed in m/s",
         "delivered in m/s",
-        &points,
+        places,
+        speeds,
         diagonal,
-        ends,
     )
 }
 
-fn angles(pairs: &[Pair<'_>]) -> Result<String, PlotError> {
-    let points: Vec<(f64, f64)> = pairs
-        .iter()
-        .map(|pair| (pair.0.command.angle.to_degrees(), turn(pair)))
-        .collect();
-    let across = range(points.iter().map(|(x, _)| *x));
-    let ends = range(points.iter().map(|(_, y)| *y).chain([0.0]));
-    let level = [(across.0, 0.0), (across.1, 0.0)];
+fn angles(places: &[usize], pairs: &[Pair<'_>]) -> Plot {
+    let angle = |strike: &Strike| strike.command.angle.to_degrees();
+    let turns = pairs.iter().map(|pair| (angle(pair.0), turn(pair)));
+    let level = ends(pairs.iter().map(|pair| angle(pair.0))).map(|end| (end, 0.0));
     scatter(
         "commanded angle in °",
         "delivered beside it in °",
-        &points,
+        places,
+        turns,
         level,
-        ends,
     )
 }
 
-/// Points, and the line on which what is delivered is what was commanded; `commanded` are its ends.
-fn scatter(
-    x: &str,
-    y: &str,
-    points: &[(f64, f64)],
-    commanded: [(f64, f64); 2],
-    y_range: (f64, f64),
-) -> Result<String, PlotError> {
-    svg((420, 320), |area| {
-        let mut chart = axes(
-            area,
-            &Axes {
-                title: "",
-                x,
-                y,
-                x_range: (commanded[0].0, commanded[1].0),
-                y_range,
-            },
-        )?;
-        chart.draw_series([line(commanded[0], commanded[1], MEASURED.mix(0.5))])?;
-        let hue = colour("effect").mix(0.6);
-        chart.draw_series(points.iter().map(|at| Circle::new(*at, 3, hue.filled())))?;
-        Ok(())
+/// The least and the greatest.
+fn ends(values: impl Iterator<Item = f64>) -> [f64; 2] {
+    values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], value| {
+        [low.min(value), high.max(value)]
     })
+}
+
+/// Points, and the line on which what is delivered is what was commanded.
+fn scatter(
+    x: &'static str,
+    y: &'static str,
+    places: &[usize],
+    points: impl Iterator<Item = (f64, f64)>,
+    commanded: [(f64, f64); 2],
+) -> Plot {
+    let points = places.iter().copied().zip(points);
+    Plot::new(
+        x,
+        y,
+        vec![
+            Series::new("as commanded", "measured", Kind::Line, commanded).pale(),
+            Series::of_strikes("delivered", "effect", Kind::Dots, points),
+        ],
+    )
 }
 
 #[cfg(test)]
@@ -143,7 +143,7 @@ mod tests {
 
     #[test]
     fn only_a_measured_delivery_is_shown_with_its_difference_from_the_command() {
-        assert!(delivered_section(&[strike(None)]).expect("drawn").is_none());
+        assert!(delivered_section(&[strike(None)]).is_none());
         let delivered = Delivered {
             tip_speed: 0.76,
             tip_angle: 0.1 + 2f64.to_radians(),
@@ -151,7 +151,7 @@ mod tests {
             pushed_again: true,
         };
         let strikes = [strike(None), strike(Some(delivered))];
-        let section = delivered_section(&strikes).expect("drawn").expect("shown");
+        let section = delivered_section(&strikes).expect("shown");
         let text = section.into_string();
         for shown in ["1 of 2", "-5.0 ± 0.0 %", "+2.00 ± 0.00°"] {
             assert!(text.contains(shown), "{shown}: {text}");

@@ -1,25 +1,27 @@
 //! Where simulation and strikes disagree, what is missing, and how far the gap shrinks with it.
 
-use std::collections::BTreeMap;
-
 use diagnose::{Diagnosed, Diagnosis, Gap, NamedEffect, NextStrike, Noise, Verdict};
 use maud::{Markup, html};
-use values::Strike;
 
+use super::figures::Places;
 use super::input::ReportInput;
 use super::maps::maps;
-use super::markup::{PageError, drawing, fill, legend, section};
+use super::markup::{in_colours, section, swatch, title, wide};
 use super::plot::short;
-use super::residual_plots::{self, COVARIATES, ResidualOf, StrikeResidual};
+use super::residual_plots::{COVARIATES, ResidualOf, StrikeResidual, against, magnification, map};
 use crate::outputs::NEXT_STRIKES;
 use crate::summary::diagnosis::{gap, numbers, probability, sentence, to_two_figures_of};
 
 /// Candidates of the ranking that are shown.
 const RANKED: usize = 12;
 
-pub fn diagnosis_section(shown: &ReportInput<'_>, found: &Diagnosed) -> Result<Markup, PageError> {
+pub fn diagnosis_section(
+    shown: &ReportInput<'_>,
+    places: &Places<'_>,
+    found: &Diagnosed,
+) -> Markup {
     let diagnosis = &found.diagnosis;
-    Ok(section(
+    section(
         "Where simulation and strikes disagree",
         html! {
             p.verdict { strong { (verdict(diagnosis.verdict)) ":" } " " (sentence(diagnosis)) "." }
@@ -31,16 +33,16 @@ pub fn diagnosis_section(shown: &ReportInput<'_>, found: &Diagnosed) -> Result<M
                 div { (gap_bars(&diagnosis.gap, &diagnosis.effects)) (where_table(diagnosis)) }
                 div { (ranking_bars(diagnosis)) }
             }
-            (maps(diagnosis)?)
-            (pictures(shown, found)?)
+            (maps(diagnosis))
+            (pictures(shown, places, found))
             (noise_table(&diagnosis.noise))
             (next_strikes(&diagnosis.next_strikes))
             (details(diagnosis))
         },
-    ))
+    )
 }
 
-fn verdict(verdict: Verdict) -> &'static str {
+pub fn verdict(verdict: Verdict) -> &'static str {
     match verdict {
         Verdict::Named => "Named",
         Verdict::Consistent => "Consistent",
@@ -51,7 +53,7 @@ fn verdict(verdict: Verdict) -> &'static str {
 fn effects_table(effects: &[NamedEffect]) -> Markup {
     html! {
         @if !effects.is_empty() {
-            table {
+            (wide(html! { table {
                 thead { tr {
                     th { "effect" } th { "what it says" } th { "parameter" } th { "value" } th { "95 % interval" } th { "evidence" }
                 } }
@@ -75,7 +77,7 @@ fn effects_table(effects: &[NamedEffect]) -> Markup {
                         }
                     }
                 }
-            }
+            } }))
         }
     }
 }
@@ -99,7 +101,7 @@ fn bars(bars: &[Bar<'_>]) -> Markup {
             @for bar in bars {
                 tr {
                     td { (bar.name) }
-                    td.bar { div style=(format!("width:{:.1}%;background:{}", width(bar.length), fill(bar.model).replace("color:", ""))) {} }
+                    td.bar { div style=(format!("width:{:.1}%;background:var(--{})", width(bar.length), in_colours(bar.model))) {} }
                     td.number { (bar.text) }
                 }
             }
@@ -196,53 +198,48 @@ fn noise_table(noise: &Noise) -> Markup {
 }
 
 /// Maps of the table and small multiples against each covariate, before and with the effects.
-fn pictures(shown: &ReportInput<'_>, found: &Diagnosed) -> Result<Markup, PageError> {
-    let strikes: BTreeMap<&str, &Strike> = shown
-        .results
-        .strikes
-        .iter()
-        .map(|strike| (strike.id.as_str(), strike))
-        .collect();
+fn pictures(shown: &ReportInput<'_>, places: &Places<'_>, found: &Diagnosed) -> Markup {
     let seen: Vec<StrikeResidual<'_>> = found
         .residuals
         .iter()
-        .filter_map(|look| Some((*strikes.get(look.strike_id.as_str())?, look)))
+        .filter_map(|look| {
+            let place = *places.get(look.strike_id.as_str())?;
+            Some((place, &shown.results.strikes[place], look))
+        })
         .collect();
     if seen.is_empty() {
-        return Ok(html! {});
+        return html! {};
     }
-    let mut models: Vec<(&str, ResidualOf)> = vec![("sysid", |look| look.before)];
+    let mut models: Vec<(&'static str, ResidualOf)> = vec![("sysid", |look| look.before)];
     if !found.diagnosis.effects.is_empty() {
         models.push(("effect", |look| look.after));
     }
-    let names: Vec<&str> = models.iter().map(|(model, _)| *model).collect();
-    let magnification = residual_plots::magnification(&seen);
+    let magnification = magnification(&seen);
     let maps = models
         .iter()
-        .map(|(model, residual)| {
-            residual_plots::map(&shown.inputs.rig, model, &seen, *residual, magnification)
-        })
-        .collect::<Result<Vec<_>, _>>()?;
-    let mut multiples = Vec::new();
-    for component in [0, 1] {
-        for covariate in &COVARIATES {
-            multiples.push(residual_plots::against(
-                covariate, component, &seen, &models,
-            )?);
-        }
-    }
-    Ok(html! {
+        .map(|(model, residual)| map(&shown.inputs.rig, model, &seen, *residual, magnification));
+    let multiples = [0, 1].into_iter().flat_map(|component| {
+        let seen = &seen;
+        let models = &models;
+        COVARIATES
+            .iter()
+            .map(move |covariate| against(covariate, component, seen, models))
+    });
+    html! {
         h3 { "On the table" }
-        div.columns { @for map in &maps { figure { (drawing(map)) } } }
+        div.columns { @for map in maps {
+            (map.figure(&format!("residuals of stops on the table, {}", map.title)))
+        } }
         p.legend {
-            "● where the simulator says that a strike stops   → to where it stopped, drawn "
-            @if magnification > 1.0 { (short(&magnification)) " times as long" } @else { "to scale" }
-            "   strong: held out, pale: took part in fit and choice"
+            "from where the simulator says that a strike stops to where it stopped, drawn "
+            @if magnification > 1.0 { (short(magnification)) " times as long" } @else { "to scale" }
         }
         h3 { "Stops, measured less simulated, along and across the way" }
-        div.multiples { @for plot in &multiples { figure { (drawing(plot)) } } }
-        (legend(&names, None))
-    })
+        div.multiples { @for plot in multiples { (plot.figure(&format!("residuals {} against {}", plot.y, plot.x))) } }
+        p.legend {
+            @for (model, _) in &models { span.entry { (swatch(model)) (title(model)) } " " }
+        }
+    }
 }
 
 fn next_strikes(strikes: &[NextStrike]) -> Markup {

@@ -1,56 +1,56 @@
 //! The paper's Figure 8: where strikes at targets stop.
 
-use plotters::prelude::*;
 use values::Point;
 
-use super::plot::{Axes, FAINT, MEASURED, PlotError, axes, colour, line, svg, view, xy};
-use crate::trial::{Outcome, Trial};
+use super::markup::{in_colours, title};
+use super::plot::{Kind, Plot, Series, xy};
+use crate::trial::{Outcome, TargetStrike, Trial};
 
 /// The paper's Figure 8: per target the mean of the stops and their deviations as an ellipse.
-pub fn figure_8(trial: &Trial, models: &[&str]) -> Result<String, PlotError> {
-    let size = (620, 520);
-    svg(size, |area| {
-        let shown: Vec<(&str, &Outcome)> = models
-            .iter()
-            .filter_map(|model| Some((*model, trial.figure_8.get(*model)?)))
-            .collect();
-        let strikes = || shown.iter().flat_map(|(_, outcome)| &outcome.strikes);
-        let points = strikes().flat_map(|strike| [strike.from, strike.to, strike.stop]);
-        let (x_range, y_range) = view(points, size);
-        let mut chart = axes(
-            area,
-            &Axes {
-                title: "",
-                x: "x in m",
-                y: "y in m",
-                x_range,
-                y_range,
-            },
-        )?;
-        for strike in strikes() {
-            chart.draw_series([line(xy(strike.from), xy(strike.to), FAINT.mix(0.12))])?;
+pub fn figure_8(trial: &Trial, models: &[&'static str]) -> Plot {
+    let shown: Vec<(&'static str, &Outcome)> = models
+        .iter()
+        .filter_map(|model| Some((*model, trial.figure_8.get(*model)?)))
+        .collect();
+    let strikes = || shown.iter().flat_map(|(_, outcome)| &outcome.strikes);
+    let unique = |point: fn(&TargetStrike) -> Point| {
+        let mut points: Vec<(f64, f64)> = strikes().map(|strike| xy(point(strike))).collect();
+        points.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
+        points.dedup();
+        points
+    };
+    let mut series = vec![
+        Series::new(
+            "start",
+            "measured",
+            Kind::Dots,
+            unique(|strike| strike.from),
+        ),
+        Series::new(
+            "target",
+            "measured",
+            Kind::Crosses,
+            unique(|strike| strike.to),
+        ),
+    ];
+    for (model, outcome) in &shown {
+        let groups = outcome
+            .strikes
+            .chunk_by(|a, b| (a.from, a.to) == (b.from, b.to));
+        let mut outlines = Vec::new();
+        let mut means = Vec::new();
+        for group in groups {
+            let stops: Vec<Point> = group.iter().map(|strike| strike.stop).collect();
+            let (mean, outline) = ellipse(&stops);
+            means.push(xy(mean));
+            outlines.extend(outline);
+            outlines.push((f64::NAN, f64::NAN));
         }
-        for strike in strikes() {
-            let (start, goal) = (xy(strike.from), xy(strike.to));
-            chart.draw_series([Circle::new(start, 5, MEASURED.filled())])?;
-            chart.draw_series([Cross::new(goal, 7, MEASURED.stroke_width(1))])?;
-        }
-        for (model, outcome) in &shown {
-            let hue = colour(model);
-            for group in outcome
-                .strikes
-                .chunk_by(|a, b| (a.from, a.to) == (b.from, b.to))
-            {
-                let stops: Vec<Point> = group.iter().map(|strike| strike.stop).collect();
-                let (mean, outline) = ellipse(&stops);
-                chart.draw_series([line(xy(group[0].to), xy(mean), hue.mix(0.5))])?;
-                chart.draw_series([Polygon::new(outline.clone(), hue.mix(0.25).filled())])?;
-                chart.draw_series([PathElement::new(outline, hue.stroke_width(1))])?;
-                chart.draw_series([Circle::new(xy(mean), 2, hue.filled())])?;
-            }
-        }
-        Ok(())
-    })
+        let hue = in_colours(model);
+        series.push(Series::new(None, hue, Kind::Line, outlines).named(title(model)));
+        series.push(Series::new(None, hue, Kind::Dots, means));
+    }
+    Plot::map(series)
 }
 
 /// Mean of the stops, and the outline of the ellipse whose half axes are their standard deviations along its principal

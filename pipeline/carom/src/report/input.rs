@@ -1,6 +1,7 @@
 //! What the page shows.
 
 use super::provenance::Provenance;
+use super::trend::VersionErrors;
 use crate::inputs::Inputs;
 use crate::nightly::Night;
 use crate::results::Results;
@@ -16,6 +17,8 @@ pub struct ReportInput<'a> {
     pub trial: Option<&'a Trial>,
     /// What the last night decided, where there was one.
     pub night: Option<&'a Night>,
+    /// Versions of the folder, oldest first.
+    pub versions: Vec<VersionErrors>,
     /// What was published.
     pub provenance: &'a Provenance,
 }

@@ -2,14 +2,9 @@
 
 use diagnose::{Diagnosis, MapPoint, SmoothMap};
 use maud::{Markup, html};
-use plotters::prelude::*;
 
-use super::markup::{PageError, drawing};
-use super::plot::{Axes, PlotError, axes, range, svg};
+use super::plot::{Kind, Plot, Series};
 
-/// Colours of changes below and above none.
-const LESS: RGBColor = RGBColor(45, 105, 200);
-const MORE: RGBColor = RGBColor(200, 70, 40);
 /// Radii of points in pixels: of no change, and beside it of the largest one.
 const RADIUS: (f64, f64) = (2.0, 7.0);
 
@@ -43,14 +38,14 @@ const FRICTION: [Quantity; 1] = [Quantity {
 }];
 
 /// The maps as pictures, and how much of the gap each would take; empty where there is none.
-pub fn maps(diagnosis: &Diagnosis) -> Result<Markup, PageError> {
-    let mut plots = Vec::new();
-    for map in &diagnosis.maps {
-        for quantity in quantities(map) {
-            plots.push(picture(map, quantity)?);
-        }
-    }
-    Ok(html! {
+pub fn maps(diagnosis: &Diagnosis) -> Markup {
+    let pairs = diagnosis.maps.iter();
+    let plots = pairs.flat_map(|map| {
+        quantities(map)
+            .iter()
+            .map(|quantity| picture(map, quantity))
+    });
+    html! {
         @if !diagnosis.maps.is_empty() {
             h3 { "What smooth maps would take of the gap" }
             table {
@@ -67,13 +62,12 @@ pub fn maps(diagnosis: &Diagnosis) -> Result<Markup, PageError> {
                     }
                 }
             }
-            div.columns { @for plot in &plots { figure { (drawing(plot)) } } }
+            div.columns { @for plot in plots { (plot.figure(&plot.title)) } }
             p.legend {
-                span style=(colour_of(LESS)) { "●" } " less   " span style=(colour_of(MORE)) { "●" } " more; the larger, the more. "
-                "Stop errors are of strikes that each map's fit leaves out."
+                "The larger, the more. Stop errors are of strikes that each map's fit leaves out."
             }
         }
-    })
+    }
 }
 
 fn quantities(map: &SmoothMap) -> &'static [Quantity] {
@@ -92,45 +86,39 @@ fn look_at(map: &SmoothMap) -> &'static str {
     }
 }
 
-fn colour_of(colour: RGBColor) -> String {
-    format!("color:rgb({},{},{})", colour.0, colour.1, colour.2)
-}
-
-fn picture(map: &SmoothMap, quantity: &Quantity) -> Result<String, PlotError> {
+fn picture(map: &SmoothMap, quantity: &Quantity) -> Plot {
     let change = |point: &MapPoint| quantity.scale * point.change[quantity.component];
     let largest = map
         .points
         .iter()
         .map(|p| change(p).abs())
         .fold(0.0, f64::max);
-    let title = format!("{} (up to {largest:.1} {})", quantity.title, quantity.unit);
     let [x, y] = if is_launch(map) {
         ["commanded speed in m/s", "commanded angle in rad"]
     } else {
         ["x in m", "y in m"]
     };
-    svg((430, 330), |area| {
-        let mut chart = axes(
-            area,
-            &Axes {
-                title: &title,
-                x,
-                y,
-                x_range: range(map.points.iter().map(|point| point.at[0])),
-                y_range: range(map.points.iter().map(|point| point.at[1])),
-            },
-        )?;
-        for point in &map.points {
-            let share = change(point) / largest.max(f64::MIN_POSITIVE);
-            let hue = if share < 0.0 { LESS } else { MORE };
-            let radius = RADIUS.0 + (RADIUS.1 - RADIUS.0) * share.abs();
-            let at = (point.at[0], point.at[1]);
-            chart.draw_series([Circle::new(
-                at,
-                radius.round() as i32,
-                hue.mix(0.75).filled(),
-            )])?;
-        }
-        Ok(())
-    })
+    let points = |less: bool| {
+        let of = map
+            .points
+            .iter()
+            .filter(move |point| (change(point) < 0.0) == less);
+        let at = of.clone().map(|point| (point.at[0], point.at[1]));
+        let share = of.map(move |point| change(point).abs() / largest.max(f64::MIN_POSITIVE));
+        let radii = share.map(|share| (RADIUS.0 + (RADIUS.1 - RADIUS.0) * share).round());
+        (at, radii.collect())
+    };
+    let ((less, less_radii), (more, more_radii)) = (points(true), points(false));
+    Plot::new(
+        x,
+        y,
+        vec![
+            Series::new("less", "less", Kind::Dots, less).sized(less_radii),
+            Series::new("more", "more", Kind::Dots, more).sized(more_radii),
+        ],
+    )
+    .titled(format!(
+        "{} (up to {largest:.1} {})",
+        quantity.title, quantity.unit
+    ))
 }

@@ -1,20 +1,15 @@
 //! Parts of the page that every section uses.
 
 use judge::JudgeError;
-use maud::{Markup, PreEscaped, html};
+use maud::{Markup, html};
 use store::Model;
 use world::WorldError;
-
-use super::plot::{PlotError, colour};
 
 /// Why the page could not be made. Texts complete "failed to …".
 #[derive(Debug, thiserror::Error)]
 pub enum PageError {
-    /// A plot failed.
-    #[error("draw the report: {0}")]
-    Plot(#[from] PlotError),
-    /// A slide could not be simulated.
-    #[error("simulate a slide for the report: {0}")]
+    /// A track could not be simulated.
+    #[error("simulate a track for the report: {0}")]
     World(#[from] WorldError),
     /// Errors could not be told apart by what strikes differ in.
     #[error("{0}")]
@@ -22,29 +17,31 @@ pub enum PageError {
 }
 
 pub fn section(title: &str, content: Markup) -> Markup {
-    html! { section { h2 { (title) } (content) } }
+    let id: String = title
+        .to_lowercase()
+        .split(|c: char| !c.is_alphanumeric())
+        .filter(|word| !word.is_empty())
+        .collect::<Vec<_>>()
+        .join("-");
+    html! { section aria-labelledby=(id) { h2 id=(id) { (title) } (content) } }
 }
 
-pub fn drawing(svg: &str) -> Markup {
-    html! { (PreEscaped(svg)) }
+/// A table that scrolls by itself where a page is narrow.
+pub fn wide(table: Markup) -> Markup {
+    html! { div.wide tabindex="0" role="region" aria-label="table" { (table) } }
 }
 
-pub fn legend(models: &[&str], more: Option<&str>) -> Markup {
-    html! {
-        p.legend {
-            @for model in models { span.entry { (swatch(model)) (title(model)) } "   " }
-            @if let Some(more) = more { (more) }
-        }
-    }
-}
-
+/// A patch of a model's colour.
 pub fn swatch(model: &str) -> Markup {
-    html! { span.swatch style=(fill(model).replace("color", "background")) {} }
+    html! { span.swatch style=(format!("background:var(--{})", in_colours(model))) {} }
 }
 
-pub fn fill(model: &str) -> String {
-    let hue = colour(model);
-    format!("color:rgb({},{},{})", hue.0, hue.1, hue.2)
+/// The name that a model's colour has in the style sheet, the same in every plot.
+pub fn in_colours(model: &str) -> &'static str {
+    match Model::from_name(model) {
+        Some(model) => model.name(),
+        None => "faint",
+    }
 }
 
 /// Names of the models in the order of tables and plots.

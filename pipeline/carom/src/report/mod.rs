@@ -1,7 +1,9 @@
 //! `report.html`: one page that holds all it shows.
 
+mod answer;
 mod delivered;
 mod diagnosis;
+mod explorer;
 mod figure_8;
 mod figures;
 mod input;
@@ -15,6 +17,7 @@ mod residual_plots;
 mod stops;
 #[cfg(test)]
 mod testing;
+mod trend;
 mod write;
 
 #[cfg(test)]

@@ -2,35 +2,24 @@
 
 use judge::Evaluation;
 use maud::{Markup, html};
+use sysid::Fit;
 use train::Learned;
-use values::{Command, Split, Strike, Track};
-use world::{PARAMETERS, Simulator, World, WorldError};
+use values::Command;
+use world::PARAMETERS;
 
-use super::figures;
-use super::input::ReportInput;
-use super::markup::{PageError, drawing, fill, legend, section};
+use super::figures::{self, Places};
+use super::markup::{section, wide};
 use super::plot::short;
 use crate::results::{CurvePoint, Worlds};
 
-/// Slides that are shown in full.
-const SLIDES: usize = 3;
-
-pub fn world_section(shown: &ReportInput<'_>, found: &Worlds) -> Result<Markup, PageError> {
-    let fit = &found.fit;
-    let rig = &shown.inputs.rig;
-    let nominal = World::nominal(rig);
+pub fn world_section(fit: &Fit) -> Markup {
     let freed = PARAMETERS
         .iter()
         .filter(|spec| fit.freed.iter().any(|name| name == spec.name));
-    let mut worlds = vec![("nominal", &nominal), ("sysid", &fit.world)];
-    let effect = found.effect.as_ref();
-    worlds.extend(effect.map(|effect| ("effect", &effect.world)));
-    let slides = slides(shown, &worlds)?;
-    let names: Vec<&str> = worlds.iter().map(|(model, _)| *model).collect();
-    Ok(section(
+    section(
         "The identified simulator",
         html! {
-            table {
+            (wide(html! { table {
                 thead { tr {
                     th { "parameter" } th { "before" } th { "identified" } th { "95 % interval" } th { "what it is" }
                 } }
@@ -39,7 +28,7 @@ pub fn world_section(shown: &ReportInput<'_>, found: &Worlds) -> Result<Markup, 
                         @if let Some(estimate) = fit.world.parameters.get(spec.name) {
                             tr {
                                 td { code { (spec.name) } }
-                                td.number { (short(&spec.nominal)) " " (spec.unit) }
+                                td.number { (short(spec.nominal)) " " (spec.unit) }
                                 td.number { strong { (format!("{:.4}", estimate.value)) } " " (spec.unit) }
                                 td.number {
                                     @match (estimate.low, estimate.high) {
@@ -56,7 +45,7 @@ pub fn world_section(shown: &ReportInput<'_>, found: &Worlds) -> Result<Markup, 
                     tr { td { "scatter of angle" } td {} td.number { (format!("{:.2}°", scatter.angle.to_degrees())) } td {} td { "how launches of one command differ" } }
                     tr { td { "noise of a centroid" } td {} td.number { (figures::millimetres(scatter.camera)) } td {} td { "of each coordinate" } }
                 }
-            }
+            } }))
             p {
                 "Tracks of " (fit.strikes) " strikes: residual " (figures::millimetres(fit.rms_before)) " rms before, "
                 strong { (figures::millimetres(fit.rms_after)) } " after, in " (fit.iterations) " iterations and "
@@ -68,69 +57,22 @@ pub fn world_section(shown: &ReportInput<'_>, found: &Worlds) -> Result<Markup, 
                     @for note in &fit.notes { li { (note) } }
                 }
             }
-            div.three { @for slide in &slides { figure { (drawing(slide)) } } }
-            (legend(&names, Some("● measured")))
         },
-    ))
+    )
 }
 
-/// The way of a few held-out strikes, slow to fast, measured and simulated in each world.
-fn slides(shown: &ReportInput<'_>, worlds: &[(&str, &World)]) -> Result<Vec<String>, PageError> {
-    let mut held_out: Vec<&Strike> = shown
-        .results
-        .strikes
-        .iter()
-        .filter(|strike| strike.split == Split::Test && !strike.track.is_empty())
-        .collect();
-    held_out.sort_by(|a, b| a.command.speed.total_cmp(&b.command.speed));
-    let simulators = worlds
-        .iter()
-        .map(|(model, world)| Ok((*model, Simulator::new(&shown.inputs.rig, world)?)))
-        .collect::<Result<Vec<_>, WorldError>>()?;
-    let mut drawn = Vec::new();
-    for place in 0..SLIDES.min(held_out.len()) {
-        let strike = held_out[(2 * place + 1) * held_out.len() / (2 * SLIDES.min(held_out.len()))];
-        let mut tracks = Vec::new();
-        for (model, simulator) in &simulators {
-            let mut worker = simulator.worker();
-            // A world that does not come to rest has no track to show.
-            if let Ok(simulated) = worker.strike(strike.initial, strike.command, &strike.conditions)
-            {
-                tracks.push((*model, way(strike, &simulated.track)));
-            }
-        }
-        let name = format!(
-            "{:.2} m/s at {:.2} rad",
-            strike.command.speed, strike.command.angle
-        );
-        drawn.push(figures::slide(&name, &way(strike, &strike.track), &tracks)?);
-    }
-    Ok(drawn)
-}
-
-/// Seconds and metres from where the object rested; at most a hundred points.
-fn way(strike: &Strike, track: &Track) -> Vec<(f64, f64)> {
-    let step = track.len().div_ceil(100).max(1);
-    let last = track.len() - 1;
-    (0..track.len())
-        .step_by(step)
-        .chain([last])
-        .map(|frame| (track.t[frame], track.point(frame).distance(strike.initial)))
-        .collect()
-}
-
-pub fn learning_section(worlds: &Worlds, evaluation: &Evaluation) -> Result<Markup, PageError> {
+pub fn learning_section(worlds: &Worlds, places: &Places<'_>, evaluation: &Evaluation) -> Markup {
     let (name, used) = worlds.used();
     let learned = used.learned.as_ref();
     let (Some(learned), Some(residual), Some(solved)) = (learned, used.residual(), &used.solved)
     else {
-        return Ok(section(
+        return section(
             "The residual model",
             html! {
                 p { "None: what was tried predicts held-out commands no better than the simulator alone, which serves by itself." }
                 @if let Some(learned) = learned { (scores(learned)) }
             },
-        ));
+        );
     };
     let (world, model) = (name.name(), name.with_residual().name());
     let rows = &solved.residuals.rows;
@@ -149,41 +91,31 @@ pub fn learning_section(worlds: &Worlds, evaluation: &Evaluation) -> Result<Mark
         .collect();
     let plain = evaluation.models.get(world);
     let floor = evaluation.noise_floor.as_ref();
-    let levels: Vec<(&str, f64)> = [(world, plain), ("noise_floor", floor)]
+    let levels: Vec<(&'static str, f64)> = [(world, plain), ("noise_floor", floor)]
         .into_iter()
         .filter_map(|(name, errors)| Some((name, errors?.mean)))
         .collect();
-    Ok(section(
+    section(
         "The residual model",
         html! {
             @if world == "effect" { p { "What the identified simulator with its effects still gets wrong." } }
             div.three {
-                figure { (drawing(&figures::residuals(model, rows, &said, 0)?)) }
-                figure { (drawing(&figures::residuals(model, rows, &said, 1)?)) }
+                (figures::residuals(model, rows, places, &said, 0).figure("residual of speed, measured and learnt"))
+                (figures::residuals(model, rows, places, &said, 1).figure("residual of angle, measured and learnt"))
                 @if let Some(training) = &learned.training {
-                    figure { (drawing(&figures::history(model, &training.history, training.best_epoch)?)) }
+                    (figures::history(model, &training.history, training.best_epoch).figure("errors of the network, epoch by epoch"))
                 }
             }
-            p.legend {
-                "● what was commanded, less what the simulator would command   "
-                span style=(fill(model)) { "●" } " what the " (learned.kind.name()) " says"
-                @if learned.training.is_some() {
-                    "   ― training of a network   "
-                    span style=(fill(model)) { "―" } " its validation"
-                }
-            }
+            p.legend { "What was commanded, less what the simulator would command; and what the " (learned.kind.name()) " says." }
             div.columns {
-                figure {
-                    (drawing(&figures::learning_curve(model, &curve, &levels)?))
-                    (legend(&[model, world, "noise_floor"], None))
-                }
+                (figures::learning_curve(model, &curve, &levels).figure("stop error by the number of strikes"))
                 div { (scores(learned)) (curve_table(&worlds.curve)) }
             }
             @if !solved.residuals.excluded.is_empty() {
                 p { (solved.residuals.excluded.len()) " strikes have no residual, for the simulator does not reach their path." }
             }
         },
-    ))
+    )
 }
 
 /// What was tried, and how each predicts commands that it did not learn from.

@@ -3,14 +3,23 @@
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use values::{Reject, Split, Strike};
 
+use super::figures::{self, Places};
 use super::input::ReportInput;
-use super::markup::{PageError, drawing, fill, section};
+use super::markup::{PageError, section, wide};
 use super::plot::short;
+use super::{answer, delivered, diagnosis, explorer, models, stops, trend};
+use crate::results::Worlds;
 use crate::words;
 
-use super::{delivered, diagnosis, figures, models, stops};
-
 const STYLE: &str = include_str!("style.css");
+const SCRIPT: &str = include_str!("page.js");
+/// uPlot 1.6.32, as npm has it, with its licence: it draws in the page, and fetches nothing.
+const UPLOT: &str = include_str!("uplot/uPlot.iife.min.js");
+const UPLOT_STYLE: &str = include_str!("uplot/uPlot.min.css");
+const UPLOT_LICENCE: &str = include_str!("uplot/LICENSE");
+/// The browser itself keeps the page from fetching anything.
+const NOTHING_FETCHED: &str =
+    "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data:";
 /// Rejected strikes listed at the most; the table holds all.
 const REJECTS: usize = 50;
 
@@ -24,6 +33,8 @@ pub fn page(shown: &ReportInput<'_>) -> Result<String, PageError> {
         Some(version) => format!("carom report · {version}"),
         None => "carom report".to_string(),
     };
+    let ids = results.strikes.iter().map(|strike| strike.id.as_str());
+    let places: Places<'_> = ids.enumerate().map(|(place, id)| (id, place)).collect();
     let body = html! {
         h1 { "From strike logs to a robot that strikes" }
         p.lead {
@@ -33,27 +44,28 @@ pub fn page(shown: &ReportInput<'_>) -> Result<String, PageError> {
             @if let Some(version) = &shown.provenance.in_use { ", not in use: " strong { (version) } " is" }
             "."
         }
+        (answer::answers(shown))
         @if let Some(night) = shown.night {
             (section("The last night", html! {
                 p { strong { (night.headline()) } "." }
                 ul { @for line in night.lines() { li { (line) } } }
             }))
         }
+        @if let Some(section) = trend::trend_section(&shown.versions) { (section) }
         (check_section(shown))
-        @if let Some(evaluation) = results.evaluation() { (stops::headline(evaluation)?) }
-        @if let Some(trial) = shown.trial { (stops::trial_section(trial)?) }
-        (strikes_section(shown)?)
-        @if let Some(section) = delivered::delivered_section(&results.strikes)? { (section) }
-        @if let Some(worlds) = &results.worlds {
-            (models::world_section(shown, worlds)?)
-            @if let Some(found) = worlds.found() { (diagnosis::diagnosis_section(shown, found)?) }
-            @if let Some(why) = worlds.no_diagnosis() {
-                (section("Where simulation and strikes disagree", html! { p { "No diagnosis: " (why) "." } }))
-            }
-            @if let Some(evaluation) = &worlds.evaluation {
-                (stops::predictions_section(&results.strikes, worlds, evaluation)?)
-                (models::learning_section(worlds, evaluation)?)
-            }
+        (strikes_section(shown))
+        (explorer::explorer_section(shown)?)
+        @if let Some(evaluation) = results.evaluation() { (stops::errors_section(evaluation)) }
+        @if let Some(found) = results.found() { (diagnosis::diagnosis_section(shown, &places, found)) }
+        @if let Some(why) = results.worlds.as_ref().and_then(Worlds::no_diagnosis) {
+            (section("Where simulation and strikes disagree", html! { p { "No diagnosis: " (why) "." } }))
+        }
+        @if let Some(trial) = shown.trial { (stops::trial_section(trial)) }
+        @if let Some(worlds) = &results.worlds { (models::world_section(&worlds.fit)) }
+        @if let Some(section) = delivered::delivered_section(&results.strikes) { (section) }
+        @if let Some(worlds) = &results.worlds && let Some(evaluation) = &worlds.evaluation {
+            (stops::predictions_section(&results.strikes, &places, worlds, evaluation)?)
+            (models::learning_section(worlds, &places, evaluation))
         }
         (rejects_section(&results.read.rejects))
         (provenance_section(shown))
@@ -63,11 +75,18 @@ pub fn page(shown: &ReportInput<'_>) -> Result<String, PageError> {
         html lang="en" {
             head {
                 meta charset="utf-8";
+                meta http-equiv="Content-Security-Policy" content=(NOTHING_FETCHED);
                 meta name="viewport" content="width=device-width, initial-scale=1";
+                meta name="color-scheme" content="light dark";
                 title { (title) }
-                style { (PreEscaped(STYLE)) }
+                style { (PreEscaped(UPLOT_STYLE)) (PreEscaped(STYLE)) }
             }
-            body { main { (body) } }
+            body {
+                a.skip href="#main" { "To the content" }
+                main id="main" { (body) }
+                script { (PreEscaped(format!("/* uPlot\n{UPLOT_LICENCE}*/\n{UPLOT}"))) }
+                script { (PreEscaped(SCRIPT)) }
+            }
         }
     }
     .into_string())
@@ -83,7 +102,7 @@ fn check_section(shown: &ReportInput<'_>) -> Markup {
         "Before anything is fitted",
         html! {
             @if check.is_meaningless() { p { strong { "A model of these logs would be meaningless: nothing was fitted." } } }
-            table {
+            (wide(html! { table {
                 thead { tr { th {} th { "seen" } th { "most likely" } th { "what mends it" } } }
                 tbody {
                     @for finding in &check.findings {
@@ -94,12 +113,12 @@ fn check_section(shown: &ReportInput<'_>) -> Markup {
                         }
                     }
                 }
-            }
+            } }))
         },
     )
 }
 
-fn strikes_section(shown: &ReportInput<'_>) -> Result<Markup, PageError> {
+fn strikes_section(shown: &ReportInput<'_>) -> Markup {
     let strikes = &shown.results.strikes;
     let count = |split| {
         strikes
@@ -113,17 +132,11 @@ fn strikes_section(shown: &ReportInput<'_>) -> Result<Markup, PageError> {
         count(Split::Test),
     );
     let rejected = shown.results.read.rejects.len();
-    Ok(section(
+    section(
         "Strikes on the table",
         html! {
             div.columns {
-                figure {
-                    (drawing(&figures::table(&shown.inputs.rig, strikes)?))
-                    p.legend {
-                        "○ start   " span style=(fill("sysid_residual")) { "●" } " stop, learnt from   "
-                        span style=(fill("sysid")) { "●" } " stop, held out"
-                    }
-                }
+                (figures::table(&shown.inputs.rig, strikes).figure("where strikes began and stopped on the table"))
                 table {
                     tbody {
                         tr { td { "kept" } td.number { (strikes.len()) } }
@@ -139,7 +152,7 @@ fn strikes_section(shown: &ReportInput<'_>) -> Result<Markup, PageError> {
                 }
             }
         },
-    ))
+    )
 }
 
 fn span(strikes: &[Strike], value: fn(&Strike) -> f64, unit: &str) -> String {
@@ -149,7 +162,7 @@ fn span(strikes: &[Strike], value: fn(&Strike) -> f64, unit: &str) -> String {
         .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
             (low.min(value), high.max(value))
         });
-    let [low, high] = [low, high].map(|value| short(&((value * 100.0).round() / 100.0)));
+    let [low, high] = [low, high].map(|value| short((value * 100.0).round() / 100.0));
     format!("{low} … {high} {unit}")
 }
 
@@ -159,7 +172,7 @@ fn rejects_section(rejects: &[Reject]) -> Markup {
         html! {
             @if rejects.is_empty() { p { "None." } }
             @else {
-                table {
+                (wide(html! { table {
                     thead { tr { th { "log" } th { "strike" } th { "reason" } th { "what was seen" } } }
                     tbody {
                         @for reject in rejects.iter().take(REJECTS) {
@@ -169,7 +182,7 @@ fn rejects_section(rejects: &[Reject]) -> Markup {
                             }
                         }
                     }
-                }
+                } }))
                 @if rejects.len() > REJECTS { p { "And " (rejects.len() - REJECTS) " more in rejects.parquet." } }
             }
         },

@@ -1,179 +1,240 @@
-//! Axes and colours that every plot shares. Plotters draws; text is SVG text, so no font is needed.
+//! Plots as data: what is drawn is said here, `page.js` draws it with uPlot in the page.
 
-use plotters::chart::{ChartBuilder, ChartContext};
-use plotters::coord::Shift;
-use plotters::coord::types::RangedCoordf64;
-use plotters::prelude::*;
-use values::{Point, Rig};
+use maud::{Markup, PreEscaped, html};
+use serde::Serialize;
+use values::Point;
 
-/// Failures of the SVG backend, which writes to a string.
-pub type PlotError = DrawingAreaErrorKind<std::io::Error>;
-/// A drawing area.
-pub type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
-/// A plot with linear axes.
-pub type Chart<'a, 'b> =
-    ChartContext<'a, SVGBackend<'b>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
+/// Points of a series at the most: more make a page heavy and no clearer.
+pub const MOST_POINTS: usize = 1500;
 
-/// What was measured.
-pub const MEASURED: RGBColor = RGBColor(38, 44, 54);
-/// What carries no meaning of its own.
-pub const FAINT: RGBColor = RGBColor(170, 178, 188);
-const NOMINAL: RGBColor = RGBColor(150, 120, 190);
-const SYSID: RGBColor = RGBColor(222, 120, 40);
-const RESIDUAL: RGBColor = RGBColor(20, 125, 120);
-const EFFECT: RGBColor = RGBColor(45, 105, 200);
-const EFFECT_RESIDUAL: RGBColor = RGBColor(165, 35, 80);
-
-/// The colour of a model, the same in every plot.
-pub fn colour(model: &str) -> RGBColor {
-    match model {
-        "nominal" => NOMINAL,
-        "sysid" => SYSID,
-        "sysid_residual" => RESIDUAL,
-        "effect" => EFFECT,
-        "effect_residual" => EFFECT_RESIDUAL,
-        _ => FAINT,
-    }
+/// How a series is drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Kind {
+    /// From point to point; a point that is no number interrupts it.
+    Line,
+    /// Filled circles.
+    Dots,
+    /// Open circles.
+    Rings,
+    /// Crosses.
+    Crosses,
+    /// Two points each: from the first to the second, with a head.
+    Arrows,
 }
 
-/// Where a plot lies and what its axes say.
-pub struct Axes<'t> {
+/// Points of one kind.
+#[derive(Debug, Serialize)]
+pub struct Series {
+    /// In the legend; none for what the text explains.
+    pub name: Option<String>,
+    /// Whose colour it has: a model's name, `measured`, `faint`, `less` or `more`.
+    pub colour: &'static str,
+    /// How it is drawn.
+    pub kind: Kind,
+    #[serde(serialize_with = "short_numbers")]
+    x: Vec<f64>,
+    #[serde(serialize_with = "short_numbers")]
+    y: Vec<f64>,
+    /// For each point (for each two of arrows) its strike's place among the strikes of the run; empty where points are of no strike.
+    strikes: Vec<usize>,
+    /// Radius of each point in pixels; empty for the usual one.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    radii: Vec<f64>,
+    /// Pale where it matters less.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    is_pale: bool,
+}
+
+/// Axes and what is between them.
+#[derive(Debug, Serialize)]
+pub struct Plot {
     /// Above the plot; empty for none.
-    pub title: &'t str,
+    pub title: String,
     /// Below the horizontal axis.
-    pub x: &'t str,
+    pub x: &'static str,
     /// Beside the vertical axis.
-    pub y: &'t str,
-    /// Ends of the horizontal axis.
-    pub x_range: (f64, f64),
-    /// Ends of the vertical axis.
-    pub y_range: (f64, f64),
+    pub y: &'static str,
+    /// Whether a metre is as long along x as along y.
+    pub is_map: bool,
+    /// Whether x is logarithmic.
+    pub log_x: bool,
+    /// Whether x counts: whole numbers are beside the axis, and no others.
+    pub counts_x: bool,
+    /// Ends of the vertical axis, where they are not those of the points.
+    pub y_range: Option<[f64; 2]>,
+    /// Ends of the horizontal axis, where they are not those of the points.
+    pub x_range: Option<[f64; 2]>,
+    /// A rectangle that is shaded, x from and to, y from and to: the table.
+    pub shaded: Option<[f64; 4]>,
+    /// What is drawn, the first below.
+    pub series: Vec<Series>,
 }
 
-/// Draws into an SVG of this size, in pixels, and gives its text.
-pub fn svg(
-    size: (u32, u32),
-    draw: impl FnOnce(&Area<'_>) -> Result<(), PlotError>,
-) -> Result<String, PlotError> {
-    let mut text = String::new();
-    {
-        let area = SVGBackend::with_string(&mut text, size).into_drawing_area();
-        draw(&area)?;
-        area.present()?;
+impl Series {
+    /// Points of no strike.
+    pub fn new(
+        name: impl Into<Option<&'static str>>,
+        colour: &'static str,
+        kind: Kind,
+        points: impl IntoIterator<Item = (f64, f64)>,
+    ) -> Self {
+        let (x, y) = points.into_iter().unzip();
+        Self {
+            name: name.into().map(String::from),
+            colour,
+            kind,
+            x,
+            y,
+            strikes: Vec::new(),
+            radii: Vec::new(),
+            is_pale: false,
+        }
     }
-    Ok(text)
-}
 
-const MARGIN: i32 = 8;
-const TITLE_SIZE: i32 = 16;
-/// Size of the text beside axes; SVG text is a fifth smaller.
-pub const LABEL_SIZE: i32 = 14;
-pub const X_LABELS: u32 = 42;
-pub const Y_LABELS: u32 = 58;
-
-/// Linear axes in an area.
-pub fn axes<'a, 'b>(area: &'a Area<'b>, axes: &Axes<'_>) -> Result<Chart<'a, 'b>, PlotError> {
-    let mut builder = ChartBuilder::on(area);
-    builder
-        .margin(MARGIN)
-        .x_label_area_size(X_LABELS)
-        .y_label_area_size(Y_LABELS);
-    if !axes.title.is_empty() {
-        builder.caption(
-            axes.title,
-            ("sans-serif", TITLE_SIZE).into_font().color(&MEASURED),
-        );
+    /// Points of strikes, by their places; thinned evenly where there are more than [`MOST_POINTS`].
+    pub fn of_strikes(
+        name: impl Into<Option<&'static str>>,
+        colour: &'static str,
+        kind: Kind,
+        points: impl IntoIterator<Item = (usize, (f64, f64))>,
+    ) -> Self {
+        let points = thinned(points.into_iter().collect());
+        let strikes = points.iter().map(|(strike, _)| *strike).collect();
+        let points = points.into_iter().map(|(_, point)| point);
+        Self {
+            strikes,
+            ..Self::new(name, colour, kind, points)
+        }
     }
-    let mut chart = builder.build_cartesian_2d(
-        axes.x_range.0..axes.x_range.1,
-        axes.y_range.0..axes.y_range.1,
-    )?;
-    chart
-        .configure_mesh()
-        .light_line_style(TRANSPARENT)
-        .bold_line_style(FAINT.mix(0.35))
-        .axis_style(FAINT)
-        .x_desc(axes.x)
-        .y_desc(axes.y)
-        .x_labels(6)
-        .y_labels(6)
-        .x_label_formatter(&short)
-        .y_label_formatter(&short)
-        .label_style(("sans-serif", LABEL_SIZE).into_font().color(&MEASURED))
-        .draw()?;
-    Ok(chart)
+
+    /// Arrows of strikes.
+    pub fn arrows(
+        name: impl Into<Option<&'static str>>,
+        colour: &'static str,
+        arrows: impl IntoIterator<Item = (usize, [Point; 2])>,
+    ) -> Self {
+        let arrows = thinned(arrows.into_iter().collect());
+        let strikes = arrows.iter().map(|(strike, _)| *strike).collect();
+        let ends = arrows.into_iter().flat_map(|(_, ends)| ends.map(xy));
+        Self {
+            strikes,
+            ..Self::new(name, colour, Kind::Arrows, ends)
+        }
+    }
+
+    /// The same, named at run time.
+    pub fn named(self, name: String) -> Self {
+        Self {
+            name: Some(name),
+            ..self
+        }
+    }
+
+    /// The same, paler.
+    pub fn pale(self) -> Self {
+        Self {
+            is_pale: true,
+            ..self
+        }
+    }
+
+    /// The same with these radii, in pixels.
+    pub fn sized(self, radii: Vec<f64>) -> Self {
+        Self { radii, ..self }
+    }
 }
 
-/// Shades the table.
-pub fn shade_table(chart: &mut Chart<'_, '_>, rig: &Rig) -> Result<(), PlotError> {
-    let corners = [
-        (rig.table.x.low, rig.table.y.low),
-        (rig.table.x.high, rig.table.y.high),
-    ];
-    chart.draw_series([Rectangle::new(corners, FAINT.mix(0.10).filled())])?;
-    Ok(())
+fn thinned<T>(points: Vec<T>) -> Vec<T> {
+    let every = points.len().div_ceil(MOST_POINTS).max(1);
+    points.into_iter().step_by(every).collect()
+}
+
+impl Plot {
+    /// Plain axes.
+    pub fn new(x: &'static str, y: &'static str, series: Vec<Series>) -> Self {
+        Self {
+            title: String::new(),
+            x,
+            y,
+            is_map: false,
+            log_x: false,
+            counts_x: false,
+            y_range: None,
+            x_range: None,
+            shaded: None,
+            series,
+        }
+    }
+
+    /// The table from above.
+    pub fn map(series: Vec<Series>) -> Self {
+        Self {
+            is_map: true,
+            ..Self::new("x in m, away from the robot", "y in m", series)
+        }
+    }
+
+    /// The same with a title.
+    pub fn titled(self, title: impl Into<String>) -> Self {
+        Self {
+            title: title.into(),
+            ..self
+        }
+    }
+
+    /// The plot's place in the page, and its data; `said` is what it shows, for whom a picture says nothing.
+    pub fn figure(&self, said: &str) -> Markup {
+        html! {
+            figure.plot aria-label=(said) {
+                @if !self.title.is_empty() { figcaption { (self.title) } }
+                (data(self, None))
+            }
+        }
+    }
+}
+
+/// A value as JSON within the page.
+pub fn data<T: Serialize>(value: &T, id: Option<&str>) -> Markup {
+    // Plain data: what cannot be written is a defect of this module. Nothing within may end the element.
+    let text = serde_json::to_string(value)
+        .expect("plain data")
+        .replace('<', "\\u003c");
+    html! { script type="application/json" id=[id] { (PreEscaped(text)) } }
+}
+
+/// Numbers to five figures: a page is read by people. What is no number is null.
+fn short_numbers<S: serde::Serializer>(values: &[f64], serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_seq(values.iter().map(|value| Short(*value)))
+}
+
+/// A number to five figures.
+#[derive(Clone, Copy, Debug)]
+pub struct Short(pub f64);
+
+impl Serialize for Short {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let Self(value) = *self;
+        if !value.is_finite() {
+            return serializer.serialize_none();
+        }
+        if value == 0.0 {
+            return serializer.serialize_u8(0);
+        }
+        let scale = 10f64.powf(4.0 - value.abs().log10().floor());
+        let rounded = (value * scale).round() / scale;
+        match rounded.fract() == 0.0 && rounded.abs() < 1e15 {
+            true => serializer.serialize_i64(rounded as i64),
+            false => serializer.serialize_f64(rounded),
+        }
+    }
 }
 
 /// A number as short as it can be said.
-#[expect(
-    clippy::trivially_copy_pass_by_ref,
-    reason = "the signature that plotters calls"
-)]
-pub fn short(value: &f64) -> String {
+pub fn short(value: f64) -> String {
     let text = format!("{value:.4}");
     let text = text.trim_end_matches('0').trim_end_matches('.');
-    if text == "-0" {
-        "0".into()
-    } else {
-        text.into()
-    }
-}
-
-/// A view of the table in which a metre is as long along x as along y; `size` is that of the whole area in pixels.
-pub fn view(points: impl Iterator<Item = Point>, size: (u32, u32)) -> ((f64, f64), (f64, f64)) {
-    let (mut x, mut y) = (EMPTY, EMPTY);
-    for point in points.filter(|point| point.is_finite()) {
-        x = (x.0.min(point.x), x.1.max(point.x));
-        y = (y.0.min(point.y), y.1.max(point.y));
-    }
-    if x.0 > x.1 {
-        return ((0.0, 1.0), (0.0, 1.0));
-    }
-    let plot = |pixels: u32, labels: u32| f64::from(pixels - labels) - 2.0 * f64::from(MARGIN);
-    let width = plot(size.0, Y_LABELS);
-    let height = plot(size.1, X_LABELS) - 1.6 * f64::from(TITLE_SIZE);
-    // Metres a pixel, with a twentieth of free space on each side.
-    let scale = 1.1 * ((x.1 - x.0) / width).max((y.1 - y.0) / height).max(1e-6);
-    let around = |(low, high): (f64, f64), pixels: f64| {
-        let (middle, half) = (0.5 * (low + high), 0.5 * scale * pixels);
-        (middle - half, middle + half)
-    };
-    (around(x, width), around(y, height))
-}
-
-const EMPTY: (f64, f64) = (f64::INFINITY, f64::NEG_INFINITY);
-
-/// A range that holds all values, with some free space; never empty.
-pub fn range(values: impl Iterator<Item = f64>) -> (f64, f64) {
-    let (low, high) = values
-        .filter(|value| value.is_finite())
-        .fold(EMPTY, |(low, high), value| {
-            (low.min(value), high.max(value))
-        });
-    if low > high {
-        return (0.0, 1.0);
-    }
-    let space = (0.06 * (high - low)).max(1e-9);
-    (low - space, high + space)
-}
-
-/// A straight line.
-pub fn line(
-    from: (f64, f64),
-    to: (f64, f64),
-    style: impl Into<ShapeStyle>,
-) -> PathElement<(f64, f64)> {
-    PathElement::new([from, to], style)
+    if text == "-0" { "0" } else { text }.into()
 }
 
 /// A point's coordinates.
@@ -186,21 +247,31 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_view_keeps_circles_round() {
-        let ((x0, x1), (y0, y1)) = view(
-            [Point::new(0.1, -0.2), Point::new(0.9, 0.2)].into_iter(),
-            (460, 400),
+    fn numbers_are_short_and_what_is_none_is_null() {
+        assert_eq!(
+            [0.5, -0.0, 12.0, 0.012_34].map(short),
+            ["0.5", "0", "12", "0.0123"]
         );
-        assert!(x0 < 0.1 && x1 > 0.9 && y0 < -0.2 && y1 > 0.2);
-        let (width, height) = (460.0 - 58.0 - 16.0, 400.0 - 42.0 - 16.0 - 1.6 * 16.0);
-        assert!(((x1 - x0) / width - (y1 - y0) / height).abs() < 1e-12);
+        let text = |value| serde_json::to_string(&Short(value)).expect("a number");
+        assert_eq!(
+            [0.123_456_78, 12.0, -0.0, f64::NAN].map(text),
+            ["0.12346", "12", "0", "null"]
+        );
     }
 
     #[test]
-    fn labels_are_short() {
-        assert_eq!(
-            [0.5, -0.0, 12.0, 0.012_34].map(|v| short(&v)),
-            ["0.5", "0", "12", "0.0123"]
-        );
+    fn a_series_of_many_strikes_is_thinned_and_each_point_keeps_its_strike() {
+        let points = (0..10_000).map(|strike| (strike, (strike as f64, 0.0)));
+        let series = Series::of_strikes("all", "sysid", Kind::Dots, points);
+        assert!(series.x.len() <= MOST_POINTS && series.x.len() > MOST_POINTS / 2);
+        for (strike, x) in series.strikes.iter().zip(&series.x) {
+            assert_eq!(*strike as f64, *x);
+        }
+    }
+
+    #[test]
+    fn what_is_told_to_the_page_cannot_leave_its_element() {
+        let text = data(&"</script><b>", None).into_string();
+        assert_eq!(text.matches("</script>").count(), 1, "{text}");
     }
 }

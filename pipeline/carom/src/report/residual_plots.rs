@@ -1,23 +1,20 @@
 //! Residuals of stops, before and after the effects named, as pictures.
 
 use diagnose::StopResidual;
-use plotters::prelude::*;
 use values::{Point, Rig, Strike};
 
-use super::plot::{
-    Axes, MEASURED, PlotError, axes, colour, line, range, shade_table, svg, view, xy,
-};
+use super::figures::table_of;
+use super::markup::{in_colours, title};
+use super::plot::{Kind, Plot, Series};
 
 const MM: f64 = 1000.0;
 /// Arrows are drawn so long that this share of the strikes has arrows shorter than [`ARROW`] before.
 const USUAL: f64 = 0.9;
 /// Length in m of a usual arrow on the table.
 const ARROW: f64 = 0.06;
-/// Barbs of an arrow: share of its length, and angle from its shaft in rad.
-const BARB: (f64, f64) = (0.3, 2.7);
 
-/// A strike and its residual.
-pub type StrikeResidual<'a> = (&'a Strike, &'a StopResidual);
+/// A strike with its place among the run's, and its residual.
+pub type StrikeResidual<'a> = (usize, &'a Strike, &'a StopResidual);
 
 /// Which of a strike's residuals is drawn: along and across the simulated path, in m.
 pub type ResidualOf = fn(&StopResidual) -> [f64; 2];
@@ -58,7 +55,7 @@ pub const COVARIATES: [Covariate; 5] = [
 pub fn magnification(seen: &[StrikeResidual<'_>]) -> f64 {
     let mut lengths: Vec<f64> = seen
         .iter()
-        .map(|(_, look)| look.before[0].hypot(look.before[1]))
+        .map(|(_, _, look)| look.before[0].hypot(look.before[1]))
         .collect();
     lengths.sort_by(f64::total_cmp);
     let place = (USUAL * lengths.len() as f64) as usize;
@@ -73,48 +70,29 @@ pub fn magnification(seen: &[StrikeResidual<'_>]) -> f64 {
 /// Each strike's residual as an arrow that ends `magnification` times beyond where the world says that it stops.
 pub fn map(
     rig: &Rig,
-    model: &str,
+    model: &'static str,
     seen: &[StrikeResidual<'_>],
     residual: ResidualOf,
     magnification: f64,
-) -> Result<String, PlotError> {
-    let size = (560, 500);
-    // One view for every map: that of the arrows before.
-    let ends = seen.iter().flat_map(|(strike, look)| {
-        let (from, by) = arrow(strike, look.before);
-        [from, from + by * magnification]
-    });
-    let (x_range, y_range) = view(ends, size);
-    svg(size, |area| {
-        let mut chart = axes(
-            area,
-            &Axes {
-                title: super::markup::title(model).as_str(),
-                x: "x in m",
-                y: "y in m",
-                x_range,
-                y_range,
-            },
-        )?;
-        shade_table(&mut chart, rig)?;
-        for (strike, look) in seen {
-            let hue = if look.is_heldout {
-                colour(model).mix(1.0)
-            } else {
-                colour(model).mix(0.45)
-            };
+) -> Plot {
+    let arrows = |held_out: bool| {
+        let of = seen
+            .iter()
+            .filter(move |(_, _, look)| look.is_heldout == held_out);
+        of.map(move |(place, strike, look)| {
             let (from, by) = arrow(strike, residual(look));
-            let by = by * magnification;
-            let tip = from + by;
-            chart.draw_series([line(xy(from), xy(tip), hue.stroke_width(1))])?;
-            for side in [-BARB.1, BARB.1] {
-                let barb = tip + by.rotated(side) * BARB.0;
-                chart.draw_series([line(xy(tip), xy(barb), hue.stroke_width(1))])?;
-            }
-            chart.draw_series([Circle::new(xy(from), 1, MEASURED.mix(0.6).filled())])?;
-        }
-        Ok(())
-    })
+            (*place, [from, from + by * magnification])
+        })
+    };
+    let hue = in_colours(model);
+    Plot {
+        shaded: table_of(rig),
+        ..Plot::map(vec![
+            Series::arrows("took part in fit and choice", hue, arrows(false)).pale(),
+            Series::arrows("held out", hue, arrows(true)),
+        ])
+        .titled(title(model))
+    }
 }
 
 /// Where the world says that the strike stops, and from there to the measured stop, in m. `residual` lies along and across
@@ -131,35 +109,17 @@ pub fn against(
     covariate: &Covariate,
     component: usize,
     seen: &[StrikeResidual<'_>],
-    models: &[(&str, ResidualOf)],
-) -> Result<String, PlotError> {
-    let name = ["along in mm", "across in mm"][component];
-    svg((250, 210), |area| {
-        let values = models.iter().flat_map(|(_, residual)| {
-            seen.iter()
-                .map(move |(_, look)| MM * residual(look)[component])
+    models: &[(&'static str, ResidualOf)],
+) -> Plot {
+    let series = models.iter().map(|(model, residual)| {
+        let points = seen.iter().map(|(place, strike, look)| {
+            let at = ((covariate.value)(strike), MM * residual(look)[component]);
+            (*place, at)
         });
-        let x_range = range(seen.iter().map(|(strike, _)| (covariate.value)(strike)));
-        let mut chart = axes(
-            area,
-            &Axes {
-                title: "",
-                x: covariate.label,
-                y: name,
-                x_range,
-                y_range: range(values.chain([0.0])),
-            },
-        )?;
-        chart.draw_series([line((x_range.0, 0.0), (x_range.1, 0.0), MEASURED.mix(0.5))])?;
-        for (model, residual) in models {
-            let hue = colour(model).mix(0.7);
-            chart.draw_series(seen.iter().map(|(strike, look)| {
-                let at = ((covariate.value)(strike), MM * residual(look)[component]);
-                Circle::new(at, 2, hue.filled())
-            }))?;
-        }
-        Ok(())
-    })
+        Series::of_strikes(None, in_colours(model), Kind::Dots, points)
+    });
+    let y = ["along in mm", "across in mm"][component];
+    Plot::new(covariate.label, y, series.collect())
 }
 
 #[cfg(test)]
@@ -213,7 +173,7 @@ mod tests {
                 before: [length, 0.0],
                 after: [0.0, 0.0],
             };
-            magnification(&[(&strike, &look)])
+            magnification(&[(0, &strike, &look)])
         };
         assert_eq!(
             [of(0.06), of(0.02), of(0.01), of(0.1)],

@@ -6,32 +6,24 @@ use judge::{Evaluation, misses};
 use maud::{Markup, html};
 use values::{StopErrors, Strike};
 
-use super::markup::{PageError, drawing, fill, legend, model_names, section, swatch, title};
-use super::{figure_8, figures};
-use crate::results::{Worlds, worse_than_nominal};
+use super::figure_8::figure_8;
+use super::figures::{self, Places};
+use super::markup::{PageError, model_names, section, swatch, title, wide};
+use crate::publishing::best_model;
+use crate::results::Worlds;
 use crate::trial::{Outcome, Trial};
 
-pub fn headline(evaluation: &Evaluation) -> Result<Markup, PageError> {
-    let mean = |model: &str| evaluation.models.get(model).map(|errors| errors.mean);
-    let saved = |model: &str| match (mean("sysid"), mean(model)) {
-        (Some(sysid), Some(error)) if sysid > 0.0 => Some(100.0 * (1.0 - error / sysid)),
-        _ => None,
-    };
-    let best = model_names()
-        .into_iter()
-        .filter_map(|model| Some((model, saved(model)?)))
-        .max_by(|a, b| a.1.total_cmp(&b.1))
-        .filter(|(_, saved)| *saved > 0.0);
+pub fn errors_section(evaluation: &Evaluation) -> Markup {
     let mut by_model: BTreeMap<&str, Vec<f64>> = BTreeMap::new();
     for row in &evaluation.predictions {
         by_model.entry(&row.model).or_default().extend(row.error);
     }
-    let shown: Vec<(&str, Vec<f64>)> = model_names()
-        .iter()
-        .filter_map(|model| Some((*model, by_model.remove(model)?)))
+    let shown: Vec<(&'static str, Vec<f64>)> = model_names()
+        .into_iter()
+        .filter_map(|model| Some((model, by_model.remove(model)?)))
         .filter(|(_, errors)| !errors.is_empty())
         .collect();
-    let rows: Vec<Row> = model_rows(&evaluation.models)
+    let rows: Vec<Row<'_>> = model_rows(&evaluation.models)
         .into_iter()
         .chain(evaluation.noise_floor.iter().map(|errors| Row {
             name: "noise_floor",
@@ -40,34 +32,26 @@ pub fn headline(evaluation: &Evaluation) -> Result<Markup, PageError> {
             left_out: errors.failed,
         }))
         .collect();
-    Ok(section(
+    section(
         "Stop error on held-out strikes",
         html! {
             div.columns {
                 div {
-                    (errors_table(&rows, "not predicted"))
-                    @if let Some(warning) = worse_than_nominal(evaluation) {
-                        p { strong { (warning) } }
-                    } @else if let Some((model, saved)) = best {
-                        p.big style=(fill(model)) { (format!("{saved:.0} %")) }
-                        p { "of the identified simulator's mean stop error is taken off by the best model, " (title(model)) "." }
-                    }
                     @if let Some(new) = evaluation.differing_sessions() {
-                        h3 { "Each of " (new.sessions) " sessions as if it had never been seen" }
+                        h3 { "In a session that was never seen: each of " (new.sessions) " left out in turn" }
                         (errors_table(&model_rows(&new.models), "not predicted"))
+                        h3 { "In the sessions that were learnt from" }
                     }
+                    (errors_table(&rows, "not predicted"))
                     p.note {
                         "The distance between where a strike that took no part in fitting stopped and where the model says that it "
                         "would. The noise floor is what repeats of the same command would scatter by."
                     }
                 }
-                figure {
-                    (drawing(&figures::distribution(&shown)?))
-                    (legend(&shown.iter().map(|(model, _)| *model).collect::<Vec<_>>(), None))
-                }
+                (figures::distribution(&shown).figure("share of held-out strikes below a stop error, model by model"))
             }
         },
-    ))
+    )
 }
 
 fn model_rows(errors: &BTreeMap<String, StopErrors>) -> Vec<Row<'_>> {
@@ -93,7 +77,7 @@ struct Row<'a> {
 
 fn errors_table(rows: &[Row<'_>], left_out: &str) -> Markup {
     let any = rows.iter().any(|row| row.left_out > 0);
-    html! {
+    wide(html! {
         table {
             thead { tr {
                 th { "stop error in cm" } th { "mean ± sd" } th { "median" } th { "95 %" } th { "n" }
@@ -112,10 +96,10 @@ fn errors_table(rows: &[Row<'_>], left_out: &str) -> Markup {
                 }
             }
         }
-    }
+    })
 }
 
-pub fn trial_section(trial: &Trial) -> Result<Markup, PageError> {
+pub fn trial_section(trial: &Trial) -> Markup {
     fn rows<'a>(outcomes: &'a BTreeMap<String, Outcome>, trial: &'a Trial) -> Vec<Row<'a>> {
         model_names()
             .iter()
@@ -137,17 +121,17 @@ pub fn trial_section(trial: &Trial) -> Result<Markup, PageError> {
             }))
             .collect()
     }
-    let models: Vec<&str> = model_names()
+    let models: Vec<&'static str> = model_names()
         .into_iter()
         .filter(|model| *model != "nominal" && trial.figure_8.contains_key(*model))
         .collect();
-    Ok(section(
+    section(
         "Closed loop: struck at targets",
         html! {
             div.columns {
-                figure {
-                    (drawing(&figure_8::figure_8(trial, &models)?))
-                    (legend(&models, Some("● start   ✕ target   ellipse: mean and standard deviation of the stops")))
+                div {
+                    (figure_8(trial, &models).figure("starts, targets, and mean and standard deviation of the stops"))
+                    p.legend { "ellipse: mean and standard deviation of the stops" }
                 }
                 div {
                     h3 { "Two starts, four targets each, repeated" }
@@ -166,32 +150,29 @@ pub fn trial_section(trial: &Trial) -> Result<Markup, PageError> {
                 }
             }
         },
-    ))
+    )
 }
 
 pub fn predictions_section(
     strikes: &[Strike],
+    places: &Places<'_>,
     worlds: &Worlds,
     evaluation: &Evaluation,
 ) -> Result<Markup, PageError> {
-    let (name, used) = worlds.used();
-    let used = used.residual().map_or(name, |_| name.with_residual());
-    let parts = misses(used.name(), strikes, &evaluation.predictions)?;
-    let names = model_names();
-    let models = names
-        .iter()
-        .filter(|model| evaluation.models.contains_key(**model));
-    let plots = models
-        .map(|model| figures::predictions(model, strikes, &evaluation.predictions))
-        .collect::<Result<Vec<_>, _>>()?;
+    let used = best_model(worlds).name();
+    let parts = misses(used, strikes, &evaluation.predictions)?;
+    let models = model_names().into_iter();
+    let models = models.filter(|model| evaluation.models.contains_key(*model));
     Ok(section(
         "Simulated against measured stops",
         html! {
-            div.three { @for plot in &plots { figure { (drawing(plot)) } } }
-            p.legend { "○ measured stop of a held-out strike   ● where the model says that it stops" }
+            div.three { @for model in models {
+                @let plot = figures::predictions(model, strikes, places, &evaluation.predictions);
+                (plot.figure(&format!("stops of held-out strikes, measured and by the {}", plot.title)))
+            } }
             @if !parts.is_empty() {
-                h3 { "Where it misses: " (title(used.name())) }
-                table {
+                h3 { "Where it misses: " (title(used)) }
+                (wide(html! { table {
                     thead { tr { th { "stop error in cm" } th { "mean" } th { "95 %" } th { "n" } } }
                     tbody {
                         @for part in &parts {
@@ -203,7 +184,7 @@ pub fn predictions_section(
                             }
                         }
                     }
-                }
+                } }))
             }
         },
     ))

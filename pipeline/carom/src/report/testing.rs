@@ -115,7 +115,8 @@ pub fn found_tilt() -> Diagnosed {
     }
 }
 
-fn strike(index: usize) -> Strike {
+/// A strike without a track.
+pub fn strike(index: usize) -> Strike {
     Strike {
         id: index.to_string(),
         log: "a.mcap".into(),
@@ -151,6 +152,7 @@ fn text(found: Diagnosed, is_used: bool) -> String {
     }
     let shown = ReportInput {
         night: None,
+        versions: Vec::new(),
         inputs: &inputs,
         results: &results,
         trial: None,
@@ -183,7 +185,8 @@ fn the_page_shows_verdict_parameters_gap_pictures_and_next_strikes() {
         assert!(page.contains(said), "{said}");
     }
     // The strikes' map; the launch's speed and angle; two of residuals; along and across against five covariates.
-    assert_eq!(page.matches("<svg").count(), 1 + 2 + 2 + 2 * 5);
+    assert_eq!(page.matches("<figure").count(), 1 + 2 + 2 + 2 * 5);
+    assert!(page.contains("A gap like this comes by chance"));
     assert!(!page.contains("not added"));
     assert!(text(found_tilt(), false).contains("not added"));
 }
@@ -197,7 +200,8 @@ fn without_a_named_effect_there_is_one_map_and_no_after() {
     found.diagnosis.verdict = Verdict::Unexplained;
     let page = text(found, true);
     assert!(page.contains("Unexplained:"));
-    assert_eq!(page.matches("<svg").count(), 1 + 2 + 1 + 2 * 5);
+    assert_eq!(page.matches("<figure").count(), 1 + 2 + 1 + 2 * 5);
+    assert!(page.contains("Something that no effect of the library explains"));
     assert!(
         !page.contains("with the effects") && !page.contains("The most informative next strikes")
     );

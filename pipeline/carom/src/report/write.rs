@@ -2,9 +2,12 @@
 
 use std::path::Path;
 
+use store::Store;
+
 use super::input::ReportInput;
 use super::page::page;
 use super::provenance::provenance;
+use super::trend::versions;
 use crate::inputs::Inputs;
 use crate::results::Results;
 use crate::{Error, nightly, trial};
@@ -28,6 +31,7 @@ pub fn write(
         trial: trial.as_ref(),
         provenance: &provenance,
         night: night.as_ref(),
+        versions: versions(&Store::open(dir)),
     };
     let page = page(&input).map_err(Error::failed)?;
     let path = dir.join(FILE);

@@ -5,4 +5,4 @@ mod outcome;
 mod targets;
 
 pub use closed_loop::{TrialSettings, run};
-pub use outcome::{Outcome, Trial, kept};
+pub use outcome::{Outcome, TargetStrike, Trial, kept};

@@ -3,7 +3,7 @@
 use carom::Outcome;
 use serde_json::Value;
 
-use crate::fixture::{carom, computed, done, json, only_namespaces, refusal};
+use crate::fixture::{carom, computed, done, fetches_nothing, json, refusal};
 
 #[test]
 fn a_demo_becomes_a_version_that_strikes_and_can_be_rebuilt() {
@@ -71,7 +71,7 @@ fn a_demo_becomes_a_version_that_strikes_and_can_be_rebuilt() {
     assert!(mean("sysid") < mean("nominal"), "{own}");
     let report = std::fs::read_to_string(folder.path().join("report.html")).expect("a report");
     assert!(report.contains("Closed loop") && report.contains("v0002"));
-    assert!(only_namespaces(&report), "the page fetches nothing");
+    assert!(fetches_nothing(&report), "the page fetches nothing");
 
     let score = done(&format!(
         "score {dir}/rig/logs/session_003.mcap --artifacts {dir}"
@@ -153,7 +153,7 @@ fn a_hidden_effect_is_named_used_kept_out_on_request_and_struck_with() {
     assert_eq!(diagnosis["effects"][0]["name"], "table_tilt");
     assert_eq!(json(path, "diagnosis.json"), diagnosis);
     let report = std::fs::read_to_string(path.join("report.html")).expect("a report");
-    assert!(report.contains("Where simulation and strikes disagree") && only_namespaces(&report));
+    assert!(report.contains("Where simulation and strikes disagree") && fetches_nothing(&report));
 
     let said = done(&format!("run {logs}"));
     assert!(computed(&said).contains(&("diagnose".into(), 0)));

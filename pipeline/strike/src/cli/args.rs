@@ -41,7 +41,7 @@ pub struct Args {
     /// Folder of a run, or a copy of its `versions/` and `latest`
     #[arg(long, value_name = "DIR")]
     pub artifacts: PathBuf,
-    /// Version to use in place of the latest (`strike --version` alone prints this program's own, and the commit that it was built from)
+    /// Version to use in place of the latest; alone, without a value, it prints the version of this program
     #[arg(long, value_name = "vNNNN")]
     pub version: Option<String>,
     /// This robot's own rig file. Refuses unless the artifact was made for the same object and striker. Its table and arm's limits
@@ -79,7 +79,7 @@ pub struct Args {
         allow_negative_numbers = true
     )]
     pub yaw: f64,
-    /// Robot: dry-run, sim (the rig whose truth.json lies in DIR or DIR/rig, else the demo's), sim:FOLDER (the one of
+    /// Robot: dry-run, sim (in builds with the embedded rig: the rig whose truth.json lies in DIR or DIR/rig, else the demo's), sim:FOLDER (the one of
     /// FOLDER's), xarm:HOST (UFACTORY's xArm5, 6, 7 and Lite6), ur:HOST (Universal Robots' e-Series); an arm needs --key and --rig
     #[arg(long, value_name = "ROBOT", default_value = "dry-run")]
     pub robot: Choice,

@@ -32,6 +32,7 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
             "--log goes with a robot that strikes, and dry-run moves nothing: add --robot sim, or take --log away",
         ));
     }
+    #[cfg(feature = "sim")]
     if args.watch.is_some() && matches!(args.robot, Choice::Sim(_)) {
         return Err(Failure::usage(
             "--watch goes with an arm or with dry-run: the embedded rig has a camera of its own",

@@ -2,15 +2,17 @@
 
 use std::process::ExitCode;
 
+#[cfg(feature = "sim")]
 use rig::SimChoice;
 use strike::arm::{Arm, ports_of};
 use strike::ur::Ur;
 use strike::xarm::XArm;
 use strike::{
     Choice, Destination, DryRun, Guarded, Lineage, OpenLog, Plan, Planner, Reason, Received,
-    Refusal, Robot, RobotError, Samples, SimRobot, TruthSource, catch_signals, execute,
-    take_number, tell,
+    Refusal, Robot, RobotError, Samples, catch_signals, execute, tell,
 };
+#[cfg(feature = "sim")]
+use strike::{SimRobot, TruthSource, take_number};
 use values::{Point, Topics};
 
 use super::show::{self, Answer};
@@ -51,6 +53,7 @@ pub fn strike_one(
         lineage
     };
     let answer = match &args.robot {
+        #[cfg(feature = "sim")]
         Choice::Sim(sim) => {
             let (mut robot, log) = open_sim(args, planner, sim)?;
             strike_with(&mut robot, &plan, Some((log, about("sim"))), None, topics)?
@@ -88,6 +91,7 @@ pub fn strike_one(
 }
 
 /// The embedded rig, and the log of its strike. The log is opened first: a number that is taken is a strike that is made.
+#[cfg(feature = "sim")]
 fn open_sim(
     args: &Args,
     planner: &Planner,

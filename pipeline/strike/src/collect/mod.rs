@@ -17,7 +17,9 @@ pub use error::CollectError;
 pub use event::CollectEvent;
 use filling::{choose, request};
 pub use request::StrikeRequest;
-pub use station::{ArmStation, LastStop, Recorded, SimStation, Station, Unfinished};
+#[cfg(feature = "sim")]
+pub use station::SimStation;
+pub use station::{ArmStation, LastStop, Recorded, Station, Unfinished};
 
 use crate::{CommandPlanner, Destination, OpenLog};
 

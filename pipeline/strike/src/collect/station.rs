@@ -1,20 +1,24 @@
 //! What strikes in a collection: an arm and a camera, or the embedded rig.
 
+#[cfg(feature = "sim")]
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use values::{Point, Rig};
+use values::Point;
+#[cfg(feature = "sim")]
+use values::Rig;
 
 use super::error::CollectError;
 use super::event::CollectEvent;
 use crate::robot::arm::{Arm, Guarded};
 use crate::{
-    Live, LiveError, Plan, Received, Resting, RobotError, Samples, SimRobot, StrikeRecord,
-    TruthSource, Watched, execute,
+    Live, LiveError, Plan, Received, Resting, RobotError, Samples, StrikeRecord, Watched, execute,
 };
+#[cfg(feature = "sim")]
+use crate::{SimRobot, TruthSource};
 
 /// An object that was put back lies farther than this, in m, from where it stopped.
 const PUT_BACK: f64 = 0.02;
@@ -64,12 +68,14 @@ pub trait Station {
 }
 
 /// The embedded rig, whose object lies where the request wants it.
+#[cfg(feature = "sim")]
 pub struct SimStation {
     rig: Rig,
     truth: Option<PathBuf>,
     strikes: usize,
 }
 
+#[cfg(feature = "sim")]
 impl SimStation {
     /// The rig of a `truth.json`, or the demo's.
     pub fn new(rig: &Rig, truth: Option<PathBuf>) -> Self {
@@ -81,6 +87,7 @@ impl SimStation {
     }
 }
 
+#[cfg(feature = "sim")]
 impl Station for SimStation {
     fn goes_on(&mut self, strikes: usize, _: LastStop) {
         self.strikes = strikes;

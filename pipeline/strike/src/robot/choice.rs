@@ -2,6 +2,7 @@
 
 use std::str::FromStr;
 
+#[cfg(feature = "sim")]
 use rig::{NotSim, SimChoice};
 
 /// A robot by its name on the command line.
@@ -10,6 +11,7 @@ pub enum Choice {
     /// `dry-run`: nothing moves.
     DryRun,
     /// `sim` or `sim:FOLDER`: the embedded rig.
+    #[cfg(feature = "sim")]
     Sim(SimChoice),
     /// `xarm:HOST`: UFACTORY's xArm7.
     XArm(String),
@@ -27,11 +29,16 @@ pub enum UnknownRobot {
     #[error("`{0}:` needs the arm's host after the colon, such as `{0}:192.168.1.10`")]
     NoHost(String),
     /// `sim:` without its folder.
+    #[cfg(feature = "sim")]
     #[error(transparent)]
     Sim(NotSim),
 }
 
 /// What can be struck with.
+#[cfg(not(feature = "sim"))]
+pub(crate) const KNOWN: &str = "`dry-run`, `xarm:HOST` and `ur:HOST`; the embedded rig is not in this build of strike: `carom trial --robot sim` strikes it";
+/// What can be struck with.
+#[cfg(feature = "sim")]
 pub(crate) const KNOWN: &str = "`dry-run`, `sim`, `sim:FOLDER`, `xarm:HOST` and `ur:HOST`";
 
 impl Choice {
@@ -39,7 +46,9 @@ impl Choice {
     /// its own.
     pub fn moves(&self) -> bool {
         match self {
-            Self::DryRun | Self::Sim(_) => false,
+            Self::DryRun => false,
+            #[cfg(feature = "sim")]
+            Self::Sim(_) => false,
             Self::XArm(_) | Self::Ur(_) => true,
         }
     }
@@ -59,6 +68,9 @@ impl FromStr for Choice {
             Some(("ur", host)) => return Ok(Self::Ur(host.into())),
             _ => {}
         }
+        #[cfg(not(feature = "sim"))]
+        return Err(UnknownRobot::Name(text.into()));
+        #[cfg(feature = "sim")]
         match text.parse() {
             Ok(sim) => Ok(Self::Sim(sim)),
             Err(NotSim::Name) => Err(UnknownRobot::Name(text.into())),
@@ -71,6 +83,14 @@ impl FromStr for Choice {
 mod tests {
     use super::*;
 
+    #[cfg(not(feature = "sim"))]
+    #[test]
+    fn a_build_without_the_embedded_rig_says_who_strikes_it() {
+        let error = "sim".parse::<Choice>().expect_err("not in this build");
+        assert!(error.to_string().contains("carom trial"), "{error}");
+    }
+
+    #[cfg(feature = "sim")]
     #[test]
     fn robots_are_known_by_name_and_an_unknown_one_lists_them() {
         assert_eq!("dry-run".parse(), Ok(Choice::DryRun));

@@ -55,6 +55,26 @@ fn good_and(more: &[&'static str]) -> Vec<&'static str> {
 }
 
 #[test]
+fn the_version_alone_asks_for_the_programs_own() {
+    for flag in ["--version", "-V"] {
+        let output = Command::new(env!("CARGO_BIN_EXE_strike"))
+            .arg(flag)
+            .output()
+            .unwrap();
+        let text = stdout(&output);
+        assert!(output.status.success(), "{}", stderr(&output));
+        for said in [
+            "strike 0.",
+            "commit ",
+            "engine: MuJoCo 3.",
+            "formats: versions ",
+        ] {
+            assert!(text.contains(said), "{said}: {text}");
+        }
+    }
+}
+
+#[test]
 fn a_second_target_is_not_passed_over() {
     for more in [["--to", "0.7", "0.0"], ["--from", "0.3", "0.0"]] {
         let (code, _, err) = code(&good_and(&more));

@@ -2,33 +2,50 @@
 
 use std::process::Command;
 
-#[test]
-fn no_tables_and_no_learning_are_linked() {
+/// Every package that it is built from, with these flags.
+fn packages(flags: &[&str]) -> Vec<String> {
     let output = Command::new(env!("CARGO"))
         .args(["tree", "--offline", "--locked", "--package", "strike"])
         .args(["--edges", "normal,build", "--prefix", "none"])
+        .args(flags)
         .args(["--format", "{p}"])
         .current_dir(env!("CARGO_MANIFEST_DIR"))
         .output()
         .unwrap();
     let tree = String::from_utf8(output.stdout).unwrap();
     assert!(output.status.success(), "{:?}", output.stderr);
-    let names: Vec<&str> = tree
+    let names: Vec<String> = tree
         .lines()
         .filter_map(|line| line.split(' ').next())
+        .map(String::from)
         .collect();
     assert!(
-        names.contains(&"strike") && names.contains(&"mujoco-rs"),
+        names.iter().any(|name| name == "strike") && names.iter().any(|name| name == "mujoco-rs"),
         "{tree}"
     );
+    names
+}
+
+#[test]
+fn what_is_shipped_has_no_embedded_rig_and_no_renderer() {
+    let has = |flags: &[&str], name: &str| packages(flags).iter().any(|package| package == name);
+    assert!(has(&[], "rig") && has(&[], "render"));
+    for absent in ["rig", "render"] {
+        assert!(!has(&["--no-default-features"], absent), "{absent}");
+    }
+}
+
+#[test]
+fn no_tables_and_no_learning_are_linked() {
+    let names = packages(&[]);
     assert!(
-        !names.contains(&"minisign"),
+        names.iter().all(|name| name != "minisign"),
         "it checks signatures and makes none"
     );
     for absent in [
         "polars", "arrow", "parquet", "burn", "tokio", "rustls", "openssl", "rusqlite",
     ] {
-        let is_it = |name: &&&str| **name == absent || name.starts_with(&format!("{absent}-"));
+        let is_it = |name: &&String| **name == absent || name.starts_with(&format!("{absent}-"));
         assert_eq!(names.iter().find(is_it), None);
     }
 }
