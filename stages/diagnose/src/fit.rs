@@ -28,11 +28,6 @@ const DAMPING: (f64, f64, f64) = (0.1, 10.0, 1e4);
 /// and friction (logarithm): derivatives do not reach further.
 const LONGEST: f64 = 0.15;
 
-/// Standard errors from where derivatives were taken within which they are kept.
-const KEPT: f64 = 2.0;
-/// And steps of the differences by which they were taken.
-const REACH: f64 = 10.0;
-
 /// A fitted model.
 #[derive(Clone, Debug)]
 pub(crate) struct Fitted {
@@ -79,18 +74,6 @@ impl Fitted {
             let from = self.model.values[i];
             let to = (from + self.estimated.beta[i]).clamp(free.low, free.high);
             (to - from).abs() < SETTLED * covariance[(i, i)].max(0.0).sqrt()
-        })
-    }
-
-    /// Whether derivatives are kept at other values of the model: none lies farther from where they were taken than some standard errors.
-    fn holds_at(&self, model: &Model) -> bool {
-        let about = &self.linearisation.about;
-        self.covariance().is_some_and(|covariance| {
-            let each = model.values.iter().zip(about).zip(&model.free);
-            each.enumerate().all(|(i, ((to, from), free))| {
-                let error = covariance[(i, i)].max(0.0).sqrt();
-                (to - from).abs() < (KEPT * error).min(REACH * free.step)
-            })
         })
     }
 
@@ -178,33 +161,12 @@ impl PreparedStrikes<'_> {
         nuisances: Vec<Nuisances>,
         components: &VarianceComponents,
         damping: f64,
-        near: Option<&Linearisation>,
     ) -> Result<Option<Fitted>, WorldError> {
-        let linearisation = self.linearised(&model, &nuisances, near)?;
-        Ok(linearisation.and_then(|found| weighed(model, found, nuisances, components, damping)))
-    }
-
-    /// Strikes about another model, near the own launches that they have in a fitted one.
-    pub(crate) fn about_fitted(
-        &self,
-        fitted: &Fitted,
-        model: &Model,
-    ) -> Result<Option<Linearisation>, WorldError> {
-        let near = fitted.holds_at(model).then(|| &*fitted.linearisation);
-        self.linearised(model, &fitted.nuisances, near)
-    }
-
-    fn linearised(
-        &self,
-        model: &Model,
-        nuisances: &[Nuisances],
-        near: Option<&Linearisation>,
-    ) -> Result<Option<Linearisation>, WorldError> {
-        if let Some(near) = near {
-            return near.near(self, model, nuisances);
-        }
-        let raw = Linearised::all(self, model, nuisances)?;
-        Ok(raw.map(|raw| Linearisation::new(self, raw.into(), model.values.clone())))
+        let raw = Linearised::all(self, &model, &nuisances)?;
+        Ok(raw.and_then(|raw| {
+            let linearisation = Linearisation::new(self, raw.into());
+            weighed(model, linearisation, nuisances, components, damping)
+        }))
     }
 
     /// A fit under the noise and with the frames that these strikes have now; it goes on from where it was left.
@@ -214,8 +176,7 @@ impl PreparedStrikes<'_> {
         iterations: usize,
     ) -> Result<Option<Fitted>, WorldError> {
         let components = fitted.estimated.components.under(self.noise);
-        let from = &fitted.linearisation;
-        let linearisation = Linearisation::new(self, Arc::clone(&from.raw), from.about.clone());
+        let linearisation = Linearisation::new(self, Arc::clone(&fitted.linearisation.raw));
         let (model, nuisances) = (fitted.model.clone(), fitted.nuisances.clone());
         weighed(model, linearisation, nuisances, &components, 0.0)
             .map(|first| self.proceed(first, iterations))
@@ -230,7 +191,7 @@ impl PreparedStrikes<'_> {
         nuisances: &[Nuisances],
         iterations: usize,
     ) -> Result<Option<Fitted>, WorldError> {
-        self.stands(model.clone(), nuisances.to_vec(), components, 0.0, None)?
+        self.stands(model.clone(), nuisances.to_vec(), components, 0.0)?
             .map(|first| self.proceed(first, iterations - 1))
             .transpose()
     }
@@ -249,8 +210,7 @@ impl PreparedStrikes<'_> {
     fn proceed(&self, mut best: Fitted, iterations: usize) -> Result<Fitted, WorldError> {
         let mut damping = 0.0;
         let mut accepted = 0;
-        let mut is_settled = best.is_settled();
-        while accepted < iterations && !is_settled {
+        while accepted < iterations && !best.is_settled() {
             let mut model = best.model.clone();
             for (place, free) in best.model.free.iter().enumerate() {
                 let moved = model.values[place] + step(&best, place);
@@ -260,22 +220,12 @@ impl PreparedStrikes<'_> {
             shorten(&mut nuisances, &best.nuisances);
             centre(&mut model, &mut nuisances);
             let components = best.estimated.components;
-            let near = best.holds_at(&model).then(|| &*best.linearisation);
-            let found = self.stands(model, nuisances, &components, damping, near)?;
+            let found = self.stands(model, nuisances, &components, damping)?;
             match found.filter(|found| found.likelihood() > best.likelihood() - LOSS) {
                 Some(found) => {
                     best = found;
-                    is_settled = best.is_settled();
                     damping *= DAMPING.0;
                     accepted += 1;
-                }
-                // Derivatives that were taken elsewhere mislead.
-                None if best.linearisation.about != best.model.values => {
-                    let (model, nuisances) = (best.model.clone(), best.nuisances.clone());
-                    match self.stands(model, nuisances, &components, 0.0, None)? {
-                        Some(again) => best = again,
-                        None => break,
-                    }
                 }
                 // The columns mislead so far away: nearer, and the scatter with it.
                 None => {

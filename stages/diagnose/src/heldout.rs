@@ -11,6 +11,7 @@ use world::WorldError;
 
 use crate::{
     fit::Fitted,
+    linearisation::{Linearisation, Linearised},
     mixed::{FRICTION, posterior},
     model::CLOCK,
     strikes::{Nuisances, PreparedStrikes},
@@ -94,9 +95,10 @@ fn predictive(
     let Some(fitted) = part.refit(&from.only(learns), ITERATIONS)? else {
         return Ok(None);
     };
-    let Some(all) = prepared.about_fitted(from, &fitted.model)? else {
+    let Some(raw) = Linearised::all(prepared, &fitted.model, &from.nuisances)? else {
         return Ok(None);
     };
+    let all = Linearisation::new(prepared, raw.into());
     let components = &fitted.estimated.components;
     let precision = components.camera.powi(-2);
     let wander = &fitted.estimated.wander;

@@ -8,7 +8,7 @@ use values::Point;
 use world::{
     Release, WorldError,
     effects::{Acts, Effect},
-    planar::{self, Frames, Job, Planar},
+    planar::{self, Job, Planar},
 };
 
 use crate::{
@@ -23,9 +23,6 @@ use crate::{
 const STEPS: [(usize, f64); 3] = [(SPEED, 0.004), (ANGLE, 0.004), (FRICTION, 0.01)];
 /// Step of the differences by spin: in rad/s, or as a share of it.
 const SPIN: (f64, f64) = (0.1, 0.05);
-/// Moves of a strike's own speed, angle and friction beyond which its derivatives are taken anew.
-const NEAR: f64 = 0.02;
-
 /// A strike's columns: coordinates in m, all x, then all y.
 #[derive(Clone, Debug)]
 pub(crate) struct Derivatives {
@@ -43,8 +40,6 @@ pub(crate) struct Linearised {
     pub(crate) simulated: DVector<f64>,
     /// Measured less simulated, as if the nuisances were none.
     pub(crate) residual: DVector<f64>,
-    /// The nuisances at which the derivatives were taken.
-    about: Nuisances,
 }
 
 /// The same with independent errors: see [`Whitening`].
@@ -77,17 +72,11 @@ pub(crate) struct Linearisation {
     pub(crate) raw: Arc<Vec<Linearised>>,
     pub(crate) whitened: Vec<Whitened>,
     pub(crate) products: Vec<Products>,
-    /// The model's values at which derivatives were taken.
-    pub(crate) about: Vec<f64>,
 }
 
 impl Linearisation {
-    /// Of strikes under their noise; derivatives were taken about these values of the model.
-    pub(crate) fn new(
-        prepared: &PreparedStrikes<'_>,
-        raw: Arc<Vec<Linearised>>,
-        about: Vec<f64>,
-    ) -> Self {
+    /// Of strikes under their noise.
+    pub(crate) fn new(prepared: &PreparedStrikes<'_>, raw: Arc<Vec<Linearised>>) -> Self {
         let (whitened, products) = raw
             .par_iter()
             .zip(&prepared.whitenings)
@@ -102,7 +91,6 @@ impl Linearisation {
             raw,
             whitened,
             products,
-            about,
         }
     }
 
@@ -111,59 +99,8 @@ impl Linearisation {
         let raw: Vec<_> = places.iter().map(|i| self.raw[*i].clone()).collect();
         Self {
             raw: Arc::new(raw),
-            about: self.about.clone(),
             ..Self::default()
         }
-    }
-
-    /// About another point near this one: derivatives are kept but of strikes that moved far.
-    pub(crate) fn near(
-        &self,
-        prepared: &PreparedStrikes<'_>,
-        model: &Model,
-        nuisances: &[Nuisances],
-    ) -> Result<Option<Self>, WorldError> {
-        let effects = Effects::of(prepared, model)?;
-        let worlds = Worlds::new(prepared, model, &effects);
-        let found: Option<Vec<_>> = (0..prepared.strikes.len())
-            .into_par_iter()
-            .map(|i| {
-                let (old, b) = (&self.raw[i], &nuisances[i]);
-                let (whitening, path) = (&prepared.whitenings[i], &prepared.paths[i]);
-                let is_near = STEPS
-                    .iter()
-                    .all(|(place, _)| (b[*place] - old.about[*place]).abs() < NEAR);
-                if !is_near {
-                    let raw = worlds.linearised(i, b)?;
-                    let whitened = raw.whitened(whitening);
-                    let products = whitened.products(whitening, path);
-                    return Some((raw, (whitened, products)));
-                }
-                let frames = prepared.simulate(&worlds.here, i, worlds.clock, b)?;
-                let raw = old.moved(prepared, i, &frames, b);
-                let whitened = Whitened {
-                    derivatives: Arc::clone(&self.whitened[i].derivatives),
-                    residual: whitening.column(&raw.residual),
-                };
-                let products = self.products[i].beside(
-                    &whitened.nuisances,
-                    &whitened.values,
-                    &[],
-                    &whitened.residual,
-                );
-                Some((raw, (whitened, products)))
-            })
-            .collect();
-        Ok(found.map(|found| {
-            let (raw, weighed): (Vec<_>, Vec<_>) = found.into_iter().unzip();
-            let (whitened, products) = weighed.into_iter().unzip();
-            Self {
-                raw: Arc::new(raw),
-                whitened,
-                products,
-                about: self.about.clone(),
-            }
-        }))
     }
 }
 
@@ -356,7 +293,6 @@ impl<'w, 'a> Worlds<'w, 'a> {
             residual: measured(prepared.strikes[i]) - &simulated + &derivatives.nuisances * b,
             derivatives,
             simulated,
-            about: *b,
         })
     }
 }
@@ -409,17 +345,6 @@ impl Linearised {
             .into_par_iter()
             .map(|i| worlds.linearised(i, &nuisances[i]))
             .collect())
-    }
-
-    /// With the same derivatives about another track.
-    fn moved(&self, prepared: &PreparedStrikes<'_>, i: usize, to: &Frames, b: &Nuisances) -> Self {
-        let simulated = stack(&to.at);
-        Self {
-            residual: measured(prepared.strikes[i]) - &simulated + &self.nuisances * b,
-            derivatives: Arc::clone(&self.derivatives),
-            simulated,
-            about: self.about,
-        }
     }
 
     /// Speed of the simulated object at each frame, in m/s.

@@ -12,6 +12,8 @@ use crate::{
 
 /// Candidates that are fitted at each step at the most, the best by their linear gains.
 const FITTED: usize = 5;
+/// Starts of each at the most.
+const STARTS: usize = 2;
 
 /// A candidate fitted beside a model.
 #[derive(Clone, Debug)]
@@ -55,12 +57,18 @@ pub(super) fn fit_best(
             is_near || criteria.required.contains(&s.name)
         })
         .map(|(_, s)| {
-            let Some(start) = s.starts.first() else {
-                return Ok(None);
-            };
-            let fitted = fit(prepared, from, start)?;
-            // A strength at the end of its range stands for something else.
-            let possible = fitted.filter(|fitted| fitted.model.is_possible());
+            // Of its forms, the one that brings most for its values. A strength at the end of its range stands for something else.
+            let mut possible: Option<Fitted> = None;
+            for start in s.starts.iter().take(STARTS) {
+                let found = fit(prepared, from, start)?;
+                let better = found.filter(|found| {
+                    found.model.is_possible()
+                        && possible
+                            .as_ref()
+                            .is_none_or(|best| worth(found) > worth(best))
+                });
+                possible = better.or(possible);
+            }
             Ok(possible.map(|fitted| CandidateFit {
                 evidence: evidence_of(
                     s.name,
@@ -77,6 +85,11 @@ pub(super) fn fit_best(
     let mut fits: Vec<CandidateFit> = fits.into_iter().flatten().collect();
     fits.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
     Ok(fits)
+}
+
+/// Log-likelihood, as Akaike would have it.
+fn worth(fitted: &Fitted) -> f64 {
+    fitted.likelihood() - fitted.model.free.len() as f64
 }
 
 /// A fit from a start; from where the model stands, where a whole step was too long.

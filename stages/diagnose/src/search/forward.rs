@@ -3,7 +3,7 @@
 use world::WorldError;
 
 use super::{
-    CandidateFit, SelectedEffect, Selection,
+    CandidateFit, Selection,
     exchange::exchanged,
     fits::{FitCriteria, fit_best},
     penalty::alike,
@@ -29,8 +29,7 @@ pub(crate) struct Limits<'l> {
     pub(crate) alarm: &'l Alarm,
 }
 
-/// Adds effects while each brings more than chance, then asks of each whether another could stand in its place; where that changes the
-/// model, what is left is asked again.
+/// Adds effects while each brings more than chance, and asks of each whether another could stand in its place.
 pub(crate) fn search<'a>(
     prepared: &PreparedStrikes<'a>,
     null: &Fitted,
@@ -50,7 +49,7 @@ pub(crate) fn search<'a>(
         significant: None,
     });
     let mut short = candidates.to_vec();
-    // Each change makes the model better: so many at the most, for noise is estimated anew between them.
+    // Each exchange makes the model better: so many at the most, for noise is estimated anew between them.
     for _ in 0..=limits.effects {
         while let Some(Screening {
             screened,
@@ -69,22 +68,18 @@ pub(crate) fn search<'a>(
             else {
                 break;
             };
-            let mut effects = std::mem::take(&mut selection.effects);
-            effects.push(SelectedEffect::alone(fit.name, fit.evidence));
-            selection = Selection {
+            let held = selection.effects.len();
+            let larger = Selection {
                 prepared,
                 null,
                 fitted,
-                effects,
+                effects: Vec::new(),
             };
             short = shortlist(candidates, &screened);
-            screening = screen_beside_family(&selection, candidates, limits)?;
-        }
-        let added = names(&selection);
-        selection = refine(selection, &short, chance, added.len())?;
-        if names(&selection) != added {
-            screening = screen_beside_family(&selection, candidates, limits)?;
-            continue;
+            selection = refine(larger, &short, chance, held)?;
+            if selection.effects.len() > held {
+                screening = screen_beside_family(&selection, candidates, limits)?;
+            }
         }
         let (better, is_better) = exchanged(selection, &short, chance)?;
         selection = better;
@@ -94,10 +89,6 @@ pub(crate) fn search<'a>(
         screening = screen_beside_family(&selection, candidates, limits)?;
     }
     Ok(selection)
-}
-
-fn names(selection: &Selection<'_>) -> Vec<&'static str> {
-    selection.effects.iter().map(|effect| effect.name).collect()
 }
 
 /// Candidates beside a model; beside one with effects, how likely each is by chance.

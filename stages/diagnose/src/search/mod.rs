@@ -2,7 +2,7 @@
 //!
 //! An effect is added where its score is no chance, with the smooth dependences that a wrong form of the effects held would
 //! leave standing beside the model, and where its fit brings more than chance and form do ([`forward`]). After each, the noise
-//! is estimated anew; when none is left to add, every effect held is asked whether another fits better in its place ([`refine`]).
+//! is estimated anew, and every effect held is asked whether another fits better in its place ([`refine`]).
 
 mod exchange;
 mod fits;
@@ -58,16 +58,6 @@ pub(crate) struct SelectedEffect {
 }
 
 impl SelectedEffect {
-    /// One whose rivals are not known.
-    fn alone(name: &'static str, evidence: f64) -> Self {
-        Self {
-            name,
-            evidence,
-            equivalent: Vec::new(),
-            rivals: Vec::new(),
-        }
-    }
-
     /// Forgets the columns that its rivals were fitted from.
     fn drop_columns(&mut self) {
         for rival in &mut self.rivals {

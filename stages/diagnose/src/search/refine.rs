@@ -122,7 +122,12 @@ fn effect_alone(
             selection.prepared.thresholds,
         )
     });
-    SelectedEffect::alone(name, evidence)
+    SelectedEffect {
+        name,
+        evidence,
+        equivalent: Vec::new(),
+        rivals: Vec::new(),
+    }
 }
 
 /// How firmly one effect stands beside the others, and the model without it.
