@@ -176,6 +176,7 @@ impl Diagnose {
             p_value,
             asked,
             remaining,
+            is_delivered,
             are_pushed_again: usable.are_pushed_again,
             maps,
             notes,

@@ -14,7 +14,7 @@ use super::{
 const STATED_AT: f64 = 0.5;
 
 /// Camera distortion; parameter `k1` = k₁, in metres of the table, and `center_x`, `center_y` = c (the rig's
-/// camera where they are not given): a lens may sit aside of it.
+/// camera where they are not given).
 pub const SPEC: EffectSpec = EffectSpec {
     name: "camera_distortion",
     parameters: Parameters::Listed(&[
@@ -35,19 +35,8 @@ pub const SPEC: EffectSpec = EffectSpec {
     naming: Naming::Ordinary,
     source: "first radial term of lens distortion (Brown 1971)",
     starts: |experiment: &Experiment<'_>| {
-        let column = |x: f64, y: f64| {
-            let [centre_x, centre_y] = experiment.camera_centre();
-            let form = [(centre_x.0, centre_x.1 + x), (centre_y.0, centre_y.1 + y)];
-            Column::new(&form, ("k1", 0.02))
-        };
-        // A lens that is not centred over the point that the camera looks down on.
-        let aside = [column(0.0, 0.0), column(ASIDE, 0.0), column(0.0, ASIDE)];
-        vec![
-            FitStart::new(vec![column(0.0, 0.0)], &["k1"]),
-            FitStart::new(aside.into(), &["k1", "center_x", "center_y"])
-                .about(experiment)
-                .combined_by(one_lens),
-        ]
+        let column = Column::new(&experiment.camera_centre(), ("k1", 0.02));
+        vec![FitStart::new(vec![column], &["k1"])]
     },
     build: |values: &Values, rig: &Rig| {
         Box::new(CameraDistortion {
@@ -64,30 +53,6 @@ pub const SPEC: EffectSpec = EffectSpec {
         )
     },
 };
-
-/// How far aside in m a lens is tried: the bent picture is nearly linear in that.
-const ASIDE: f64 = 0.1;
-
-/// A sum of distortions is nearly one, about their mean.
-fn one_lens(start: &FitStart, coefficients: &[f64]) -> Vec<(String, f64)> {
-    let all = || {
-        let each = start.columns.iter().zip(coefficients);
-        each.map(|(column, coefficient)| (column, coefficient * column.strength.1))
-    };
-    let k1: f64 = all().map(|(_, k1)| k1).sum();
-    let mean = |name: &str| {
-        let at = |column: &Column| {
-            column
-                .form
-                .iter()
-                .find(|(form, _)| form == name)
-                .map_or(0.0, |(_, at)| *at)
-        };
-        let moment: f64 = all().map(|(column, k1)| k1 * at(column)).sum();
-        (name.to_string(), moment / k1.abs().max(1e-9).copysign(k1))
-    };
-    vec![("k1".into(), k1), mean("center_x"), mean("center_y")]
-}
 
 struct CameraDistortion {
     centre: Point,
