@@ -285,8 +285,10 @@ impl Case<'_, '_> {
         let gap = gap_to(&after);
         let accounted = floor.repeats.hypot(floor.wander).hypot(floor.sessions);
         let stops = gap::clipped_rms(after.iter().copied().flatten(), LONGEST * accounted);
-        // From delivered launches strikes repeat without the arm's scatter, which is most of what repeats of a command scatter by.
-        let is_judged = !(self.left.is_astray || self.is_delivered);
+        // From delivered launches strikes repeat without the arm's scatter, which is most of what repeats of a command scatter by; where some
+        // meet a fence, or none rests, those that rest are no fair choice among all.
+        let all_rest = strikes.iter().all(|strike| strike.has_stop());
+        let is_judged = all_rest && !(self.left.is_astray || self.is_delivered);
         let is_much_left = is_judged && stops > GREAT * accounted;
         let finding = match is_much_left {
             true => self.remaining.findings.first(),

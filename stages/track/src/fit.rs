@@ -4,7 +4,7 @@ use crate::background::Alignment;
 use crate::change::{BandSums, Change, Prior};
 use crate::colour::{Contrast, Map, Part, Range};
 use crate::edges::{Edge, Edges, Ray, SideSums, edges, rays};
-use crate::learn::Learned;
+use crate::learned::Learned;
 use crate::outline::{Outline, Pose, Solid};
 use crate::size::GLARE;
 use crate::table::Table;

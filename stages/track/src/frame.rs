@@ -5,7 +5,7 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 use logs::read::RawChannel;
 
 use crate::draw::drawn;
-use crate::learn::Learned;
+use crate::learned::Learned;
 use crate::{Decoder, ImageMessage, Observation, Reason, Tracker};
 
 /// One image message after tracking.

@@ -8,35 +8,14 @@ use logs::read::{RawChannel, RawMessage, read_raw};
 use logs::{Limits, LogError};
 use rayon::prelude::*;
 
-use crate::background::{Alignment, Background, FEWEST_PILOTS, Pilot};
+use crate::background::{FEWEST_PILOTS, Pilot};
 use crate::change::BandSums;
 use crate::edges::{Side, SideSums};
+use crate::learned::Learned;
 use crate::message::is_video;
 use crate::tracker::Looked;
 use crate::{Decoder, Image, ImageMessage, Tracker};
 
-/// What is known before an image is looked at.
-#[derive(Clone, Debug)]
-pub(crate) struct Learned {
-    pub(crate) background: Option<Background>,
-    /// The brightness of the object's sides, where images tell it.
-    pub(crate) side: Option<Side>,
-    /// How much larger the object is seen (px), and how well that is known (standard deviation, px).
-    pub(crate) larger: [f64; 2],
-}
-
-impl Default for Learned {
-    fn default() -> Self {
-        Self {
-            background: None,
-            side: None,
-            larger: [0.0, LARGER],
-        }
-    }
-}
-
-/// Blur and sharpening make an object so much larger or smaller (standard deviation, px).
-const LARGER: f64 = 0.4;
 /// How well a log's own images tell that, at the best.
 const LEAST_LARGER: f64 = 0.08;
 /// Images that are looked at, and bytes that their pixels and their messages take at the most.
@@ -145,17 +124,6 @@ impl Learned {
         let deviation = 0.5 * (at(0.75) - at(0.25)) / 0.6745;
         learned.larger = [at(0.5), deviation.max(LEAST_LARGER)];
         learned
-    }
-
-    /// How the background lies in an image; as it was where nothing is known of it; none where it is elsewhere.
-    pub(crate) fn align(&self, image: &Image) -> Option<Alignment> {
-        match &self.background {
-            Some(background) => background.align(image),
-            None => Some(Alignment {
-                shift: [0.0; 2],
-                light: 1.0,
-            }),
-        }
     }
 }
 

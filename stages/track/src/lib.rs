@@ -37,6 +37,7 @@ mod huffman;
 mod image;
 mod jpeg;
 mod learn;
+mod learned;
 mod lens;
 mod log;
 mod message;

@@ -10,7 +10,7 @@ use values::{ImageTopic, Rig};
 
 use crate::camera_info::{CameraInfo, CameraMessage};
 use crate::frame::TrackedFrame;
-use crate::learn::Learned;
+use crate::learned::Learned;
 use crate::message_queue::{FrameTracker, MessageQueue, Processed};
 use crate::notes::Notes;
 use crate::report::QUALITY_SCHEMA;

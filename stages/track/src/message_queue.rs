@@ -10,7 +10,7 @@ use logs::write::Received;
 use rayon::{ScopeFifo, Yield};
 
 use crate::frame::{TrackedFrame, track_frame};
-use crate::learn::Learned;
+use crate::learned::Learned;
 use crate::message::is_video;
 use crate::{Decoder, Tracker};
 

@@ -10,7 +10,7 @@ use crate::colour::{Range, light_of_bytes};
 use crate::detect::{Blob, blobs};
 use crate::edges::SideSums;
 use crate::fit::{Fit, NoFit, Scene, fit, nearby};
-use crate::learn::Learned;
+use crate::learned::Learned;
 use crate::outline::{Outline, Pose, Solid};
 use crate::trust::{Judgement, judge};
 use crate::{CameraModel, Image, Reason, SetupError};

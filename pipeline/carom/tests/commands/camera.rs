@@ -126,7 +126,7 @@ fn a_colour_is_proposed_from_an_image_and_shown() {
     assert!(why.contains("--pixel"), "{why}");
     write(&folder.path().join("no.png"), "no image");
     let (_, why) = refusal(&format!("camera tune {dir}/no.png --out {dir}/b.png"));
-    assert!(why.contains("neither JPEG nor PNG"), "{why}");
+    assert!(why.contains("neither JPEG, PNG nor WebP"), "{why}");
 }
 
 #[test]
