@@ -150,6 +150,28 @@ impl TryFrom<Stated> for Object {
     type Error = RigError;
 
     fn try_from(stated: Stated) -> Result<Self, RigError> {
+        let is = |shapes: &[Shape]| shapes.contains(&stated.shape);
+        for (key, size, belongs) in [
+            (
+                "radius",
+                stated.radius,
+                is(&[Shape::Cylinder, Shape::Sphere]),
+            ),
+            ("half_height", stated.half_height, is(&[Shape::Cylinder])),
+            (
+                "half_size",
+                stated.half_size.map(|[size, ..]| size),
+                is(&[Shape::Box]),
+            ),
+        ] {
+            if let Some(size) = size.filter(|_| !belongs) {
+                return Err(RigError::Value {
+                    key: format!("object.{key}"),
+                    value: size.to_string(),
+                    why: format!("is no size of a {}; take the key out", stated.shape.name()),
+                });
+            }
+        }
         let missing = |key: &str, mend: &str| RigError::MissingKey {
             key: format!("object.{key}"),
             mend: mend.into(),
@@ -176,29 +198,6 @@ impl TryFrom<Stated> for Object {
             },
             Shape::Sphere => Solid::Sphere { radius: radius()? },
         };
-        let taken = Stated::from(Self {
-            solid,
-            mass: stated.mass,
-            colour: stated.colour,
-        });
-        let half_size = |sizes: &Option<[f64; 3]>| sizes.map(|[size, ..]| size);
-        for (key, given, has) in [
-            ("radius", stated.radius, taken.radius),
-            ("half_height", stated.half_height, taken.half_height),
-            (
-                "half_size",
-                half_size(&stated.half_size),
-                half_size(&taken.half_size),
-            ),
-        ] {
-            if let (Some(size), None) = (given, has) {
-                return Err(RigError::Value {
-                    key: format!("object.{key}"),
-                    value: size.to_string(),
-                    why: format!("is no size of a {}; take the key out", stated.shape.name()),
-                });
-            }
-        }
         Ok(Self {
             solid,
             mass: stated.mass,
