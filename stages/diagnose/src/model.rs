@@ -143,10 +143,15 @@ impl Model {
         })
     }
 
-    /// The same with one effect more.
+    /// The same with one effect more. A law of restitution needs one: below nothing, an object would leave slower than the tip that struck it,
+    /// and the law would stand for what the arm delivers.
     pub(crate) fn with(&self, part: Part) -> Self {
         let mut model = self.clone();
         let place = model.parts.len();
+        if effects::effect(part.name).is_ok_and(|spec| spec.family.is_of_restitution()) {
+            model.free[RESTITUTION].low = 0.0;
+            model.values[RESTITUTION] = model.values[RESTITUTION].max(0.0);
+        }
         for name in &part.free {
             let spec = specification(part.name, name);
             let value = part.parameters.get(name).copied().unwrap_or(spec.neutral);
@@ -182,6 +187,7 @@ impl Model {
             free: self.free[..self.own()].to_vec(),
             values: self.values[..self.own()].to_vec(),
         };
+        model.free[RESTITUTION].low = world_parameter("restitution").low;
         for (i, part) in self.fitted_parts(&self.values).into_iter().enumerate() {
             if i != place {
                 model = model.with(part);

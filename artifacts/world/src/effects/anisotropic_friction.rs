@@ -13,7 +13,7 @@ use values::{Point, Rig, Shape};
 use super::{
     action::{Acts, Effect, Slide},
     parameters::{EffectParameter, Parameters, Values},
-    spec::{EffectSpec, Family, Naming},
+    spec::{EffectSpec, Family, Naming, Origin},
     start::{Column, FitStart},
     wording,
 };
@@ -50,6 +50,7 @@ pub const SPEC: EffectSpec = EffectSpec {
         },
     ]),
     family: Family::FrictionByHeading,
+    origin: Origin::Table,
     equivalent: &[],
     contains: &[],
     naming: Naming::Ordinary,

@@ -7,7 +7,7 @@ use values::{Point, Rig};
 use super::{
     action::{Acts, Effect},
     parameters::{EffectParameter, Parameters, Values, centre},
-    spec::{EffectSpec, Family, Naming},
+    spec::{EffectSpec, Family, Naming, Origin},
     start::{Column, Experiment, FitStart},
     wording,
 };
@@ -48,6 +48,7 @@ pub const SPEC: EffectSpec = EffectSpec {
         centre("center_y", 0.0),
     ]),
     family: Family::SeenByPlace,
+    origin: Origin::Camera,
     equivalent: &[],
     contains: &[],
     naming: Naming::Ordinary,

@@ -5,7 +5,7 @@ use values::{Point, Rig};
 use super::{
     action::{Acts, Effect},
     parameters::{EffectParameter, Parameters, Values, centre},
-    spec::{EffectSpec, Family, Naming},
+    spec::{EffectSpec, Family, Naming, Origin},
     start::{Column, Experiment, FitStart},
     wording,
 };
@@ -27,6 +27,7 @@ pub const SPEC: EffectSpec = EffectSpec {
         centre("center_y", 0.0),
     ]),
     family: Family::LaunchAngle,
+    origin: Origin::Camera,
     equivalent: &["striker_angle_bias", "off_centre_contact"],
     contains: &[],
     naming: Naming::Ordinary,

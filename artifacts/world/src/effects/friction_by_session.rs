@@ -6,7 +6,7 @@ use super::{
     action::{Acts, Effect, Slide},
     parameters::{EffectParameter, Parameters, Values},
     sessions::BySession,
-    spec::{EffectSpec, Family, Naming},
+    spec::{EffectSpec, Family, Naming, Origin},
     start::{Column, Experiment, FitStart},
     wording,
 };
@@ -27,6 +27,7 @@ pub const SPEC: EffectSpec = EffectSpec {
         is_relative: true,
     },
     family: Family::FrictionByOrder,
+    origin: Origin::Table,
     equivalent: &[],
     contains: &[],
     naming: Naming::Ordinary,

@@ -7,7 +7,7 @@ use values::Rig;
 use super::{
     action::{Acts, Effect, Slide},
     parameters::{EffectParameter, Parameters, Values},
-    spec::{EffectSpec, Family, Naming},
+    spec::{EffectSpec, Family, Naming, Origin},
     start::{Column, Experiment, FitStart},
     wording,
 };
@@ -43,6 +43,7 @@ pub const SPEC: EffectSpec = EffectSpec {
         },
     ]),
     family: Family::FrictionByOrder,
+    origin: Origin::Table,
     equivalent: &[],
     contains: &[],
     naming: Naming::Ordinary,

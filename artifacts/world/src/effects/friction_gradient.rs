@@ -5,7 +5,7 @@ use values::{Point, Rig};
 use super::{
     action::{Acts, Effect, Slide},
     parameters::{EffectParameter, Parameters, Values, centre},
-    spec::{EffectSpec, Family, Naming},
+    spec::{EffectSpec, Family, Naming, Origin},
     start::{Column, Experiment, FitStart},
     wording,
 };
@@ -35,6 +35,7 @@ pub const SPEC: EffectSpec = EffectSpec {
         centre("center_y", 0.0),
     ]),
     family: Family::FrictionByPlace,
+    origin: Origin::Table,
     equivalent: &[],
     contains: &[],
     naming: Naming::Ordinary,

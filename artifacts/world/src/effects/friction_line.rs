@@ -9,7 +9,7 @@ use values::{Point, Rig};
 use super::{
     action::{Acts, Effect, Slide},
     parameters::{EffectParameter, Parameters, Values, centre, direction},
-    spec::{EffectSpec, Family, Naming},
+    spec::{EffectSpec, Family, Naming, Origin},
     start::{Column, Experiment, FitStart},
 };
 
@@ -57,6 +57,7 @@ pub const SPEC: EffectSpec = EffectSpec {
         },
     ]),
     family: Family::FrictionByPlace,
+    origin: Origin::Table,
     equivalent: &[],
     contains: &[],
     naming: Naming::Never,

@@ -8,7 +8,7 @@ use super::{
     action::{Acts, Effect, Slide},
     field::{Field, Nodes},
     parameters::{EffectParameter, Parameters, Values},
-    spec::{EffectSpec, Family, Naming},
+    spec::{EffectSpec, Family, Naming, Origin},
     wording,
 };
 
@@ -32,6 +32,7 @@ pub const SPEC: EffectSpec = EffectSpec {
     name: "friction_map",
     parameters: Parameters::Listed(&NODES.parameters::<24>()),
     family: Family::FrictionByPlace,
+    origin: Origin::Table,
     equivalent: &[],
     contains: &["friction_patch", "friction_gradient", "friction_step"],
     naming: Naming::LastResort,

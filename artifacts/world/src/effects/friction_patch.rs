@@ -10,7 +10,7 @@ use super::{
     action::{Acts, Effect, Slide},
     footprint,
     parameters::{EffectParameter, Parameters, Values},
-    spec::{EffectSpec, Family, Naming},
+    spec::{EffectSpec, Family, Naming, Origin},
     start::{Column, Experiment, FitStart},
     wording,
 };
@@ -57,6 +57,7 @@ pub const SPEC: EffectSpec = EffectSpec {
         },
     ]),
     family: Family::FrictionByPlace,
+    origin: Origin::Table,
     equivalent: &[],
     contains: &[],
     naming: Naming::Ordinary,

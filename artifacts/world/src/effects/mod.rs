@@ -47,5 +47,5 @@ pub use added::AddedEffect;
 pub use library::{EFFECTS, build, check, effect, extend_library, library, statement, values};
 pub use parameters::{EffectParameter, Parameters, Values};
 pub use sessions::{Population, UNKNOWN, centred};
-pub use spec::{EffectSpec, Family, Naming};
+pub use spec::{EffectSpec, Family, Naming, Origin};
 pub use start::{Column, Combine, Experiment, FitStart};

@@ -5,7 +5,7 @@ use values::Rig;
 use super::{
     action::{Acts, Effect},
     parameters::{EffectParameter, Parameters, Values},
-    spec::{EffectSpec, Family, Naming},
+    spec::{EffectSpec, Family, Naming, Origin},
     start::FitStart,
     wording,
 };
@@ -22,6 +22,7 @@ pub const SPEC: EffectSpec = EffectSpec {
         scale: 0.001,
     }]),
     family: Family::LaunchAngle,
+    origin: Origin::Contact,
     equivalent: &["striker_angle_bias", "camera_rotation"],
     contains: &[],
     naming: Naming::Ordinary,

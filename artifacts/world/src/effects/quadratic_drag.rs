@@ -5,7 +5,7 @@ use values::{Point, Rig};
 use super::{
     action::{Acts, Effect, Slide},
     parameters::{EffectParameter, Parameters, Values},
-    spec::{EffectSpec, Family, Naming},
+    spec::{EffectSpec, Family, Naming, Origin},
     start::FitStart,
 };
 
@@ -24,6 +24,7 @@ pub const SPEC: EffectSpec = EffectSpec {
         scale: 0.2,
     }]),
     family: Family::FrictionBySpeed,
+    origin: Origin::Table,
     equivalent: &[],
     contains: &[],
     naming: Naming::Ordinary,

@@ -5,7 +5,7 @@ use values::{Conditions, Rig};
 use super::{
     action::{Acts, Effect},
     parameters::{EffectParameter, Parameters, Values},
-    spec::{EffectSpec, Family, Naming},
+    spec::{EffectSpec, Family, Naming, Origin},
     start::FitStart,
     wording,
 };
@@ -24,7 +24,8 @@ pub const SPEC: EffectSpec = EffectSpec {
         neutral: 0.0,
         scale: 0.15,
     }]),
-    family: Family::LaunchSpeedByOrder,
+    family: Family::RestitutionByOrder,
+    origin: Origin::Contact,
     equivalent: &[],
     contains: &[],
     naming: Naming::Ordinary,

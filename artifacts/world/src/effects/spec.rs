@@ -16,6 +16,8 @@ pub struct EffectSpec {
     pub parameters: Parameters,
     /// What it makes depend on what.
     pub family: Family,
+    /// Which part of the rig it belongs to.
+    pub origin: Origin,
     /// Effects that do the same to the centroid tracks of one round object and one striker, or so nearly that strikes
     /// within a robot's limits do not distinguish them: named with it, never instead of it.
     pub equivalent: &'static [&'static str],
@@ -53,6 +55,19 @@ pub enum Naming {
     Never,
 }
 
+/// Which part of the rig an effect belongs to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Origin {
+    /// The arm: what it delivers of a command. Where its state is logged, this is measured.
+    Arm,
+    /// Tip and object where they meet.
+    Contact,
+    /// The table under the object, or the object on it.
+    Table,
+    /// The camera's picture.
+    Camera,
+}
+
 /// What an effect makes depend on what: a smooth dependence of that kind holds all that a wrong form of the effect leaves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Family {
@@ -68,8 +83,10 @@ pub enum Family {
     ForceByPlace,
     /// Launch speed, by commanded speed.
     LaunchSpeed,
-    /// Launch speed, by the number of strikes before or the session.
-    LaunchSpeedByOrder,
+    /// Restitution, by impact speed.
+    RestitutionBySpeed,
+    /// Restitution, by the number of strikes before.
+    RestitutionByOrder,
     /// Launch angle, by commanded angle.
     LaunchAngle,
     /// Launch angle, by commanded speed and angle.
@@ -87,7 +104,12 @@ impl Family {
     pub fn is_by_order(self) -> bool {
         matches!(
             self,
-            Self::FrictionByOrder | Self::LaunchSpeedByOrder | Self::LaunchAngleByOrder
+            Self::FrictionByOrder | Self::RestitutionByOrder | Self::LaunchAngleByOrder
         )
+    }
+
+    /// Whether it is a dependence of restitution.
+    pub fn is_of_restitution(self) -> bool {
+        matches!(self, Self::RestitutionBySpeed | Self::RestitutionByOrder)
     }
 }

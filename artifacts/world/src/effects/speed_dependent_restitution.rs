@@ -5,7 +5,7 @@ use values::{Conditions, Rig};
 use super::{
     action::{Acts, Effect},
     parameters::{EffectParameter, Parameters, Values},
-    spec::{EffectSpec, Family, Naming},
+    spec::{EffectSpec, Family, Naming, Origin},
     start::FitStart,
     wording,
 };
@@ -27,7 +27,8 @@ pub const SPEC: EffectSpec = EffectSpec {
         neutral: 0.0,
         scale: 0.2,
     }]),
-    family: Family::LaunchSpeed,
+    family: Family::RestitutionBySpeed,
+    origin: Origin::Contact,
     equivalent: &["striker_speed_error"],
     contains: &[],
     naming: Naming::Ordinary,

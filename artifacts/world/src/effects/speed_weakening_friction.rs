@@ -5,7 +5,7 @@ use values::Rig;
 use super::{
     action::{Acts, Effect, Slide},
     parameters::{EffectParameter, Parameters, Values},
-    spec::{EffectSpec, Family, Naming},
+    spec::{EffectSpec, Family, Naming, Origin},
     start::{Column, FitStart},
     wording,
 };
@@ -37,6 +37,7 @@ pub const SPEC: EffectSpec = EffectSpec {
         },
     ]),
     family: Family::FrictionBySpeed,
+    origin: Origin::Table,
     equivalent: &[],
     contains: &[],
     naming: Naming::Ordinary,

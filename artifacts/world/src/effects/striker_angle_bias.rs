@@ -5,7 +5,7 @@ use values::{Command, Conditions, Point, Rig};
 use super::{
     action::{Acts, Effect},
     parameters::{EffectParameter, Parameters, Values},
-    spec::{EffectSpec, Family, Naming},
+    spec::{EffectSpec, Family, Naming, Origin},
     start::FitStart,
     wording,
 };
@@ -22,6 +22,7 @@ pub const SPEC: EffectSpec = EffectSpec {
         scale: 0.02,
     }]),
     family: Family::LaunchAngle,
+    origin: Origin::Arm,
     equivalent: &["camera_rotation", "off_centre_contact"],
     contains: &[],
     naming: Naming::Ordinary,

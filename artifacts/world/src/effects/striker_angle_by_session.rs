@@ -6,7 +6,7 @@ use super::{
     action::{Acts, Effect},
     parameters::{EffectParameter, Parameters, Values},
     sessions::BySession,
-    spec::{EffectSpec, Family, Naming},
+    spec::{EffectSpec, Family, Naming, Origin},
     start::{Column, Experiment, FitStart},
     wording,
 };
@@ -27,6 +27,7 @@ pub const SPEC: EffectSpec = EffectSpec {
         is_relative: false,
     },
     family: Family::LaunchAngleByOrder,
+    origin: Origin::Arm,
     equivalent: &[],
     contains: &["striker_angle_bias"],
     naming: Naming::Ordinary,

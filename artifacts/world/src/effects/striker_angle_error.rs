@@ -5,7 +5,7 @@ use values::{Command, Conditions, Point, Rig};
 use super::{
     action::{Acts, Effect},
     parameters::{EffectParameter, Parameters, Values},
-    spec::{EffectSpec, Family, Naming},
+    spec::{EffectSpec, Family, Naming, Origin},
     start::{Column, FitStart},
     wording,
 };
@@ -43,6 +43,7 @@ pub const SPEC: EffectSpec = EffectSpec {
         },
     ]),
     family: Family::LaunchAngleByCommand,
+    origin: Origin::Arm,
     equivalent: &[],
     contains: &["striker_angle_bias"],
     naming: Naming::Ordinary,

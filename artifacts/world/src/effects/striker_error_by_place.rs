@@ -8,7 +8,7 @@ use values::{Command, Conditions, Point, Rig};
 use super::{
     action::{Acts, Effect},
     parameters::{EffectParameter, Parameters, Values, centre},
-    spec::{EffectSpec, Family, Naming},
+    spec::{EffectSpec, Family, Naming, Origin},
     start::{Column, Experiment, FitStart},
     wording,
 };
@@ -69,6 +69,7 @@ pub const SPEC: EffectSpec = EffectSpec {
         centre("center_y", 0.0),
     ]),
     family: Family::LaunchByPlace,
+    origin: Origin::Arm,
     equivalent: &[],
     contains: &["striker_angle_bias"],
     naming: Naming::Ordinary,

@@ -8,7 +8,7 @@ use values::{Command, Conditions, Point, Rig};
 use super::{
     action::{Acts, Effect},
     parameters::{EffectParameter, Parameters, Values},
-    spec::{EffectSpec, Family, Naming},
+    spec::{EffectSpec, Family, Naming, Origin},
     start::{Column, Experiment, FitStart},
 };
 
@@ -68,6 +68,7 @@ pub const SPEC: EffectSpec = EffectSpec {
         },
     ]),
     family: Family::LaunchSpeed,
+    origin: Origin::Arm,
     equivalent: &["speed_dependent_restitution"],
     contains: &[],
     naming: Naming::Ordinary,

@@ -7,7 +7,7 @@ use values::{Point, Rig};
 use super::{
     action::{Acts, Effect, Slide},
     parameters::{EffectParameter, Parameters, Values},
-    spec::{EffectSpec, Family, Naming},
+    spec::{EffectSpec, Family, Naming, Origin},
     start::{Column, FitStart},
     wording,
 };
@@ -57,6 +57,7 @@ pub const SPEC: EffectSpec = EffectSpec {
         centre("center_y", 0.0),
     ]),
     family: Family::ForceByPlace,
+    origin: Origin::Table,
     equivalent: &[],
     contains: &[],
     naming: Naming::Ordinary,

@@ -8,7 +8,7 @@ use super::{
     action::{Acts, Effect, Slide},
     field::{Field, Nodes},
     parameters::{EffectParameter, Parameters, Values},
-    spec::{EffectSpec, Family, Naming},
+    spec::{EffectSpec, Family, Naming, Origin},
     wording,
 };
 use crate::GRAVITY;
@@ -32,6 +32,7 @@ pub const SPEC: EffectSpec = EffectSpec {
     name: "table_map",
     parameters: Parameters::Listed(&NODES.parameters::<68>()),
     family: Family::ForceByPlace,
+    origin: Origin::Table,
     equivalent: &[],
     contains: &["table_tilt", "table_bowl"],
     // A magnet, or a lens that no form of the library has, pulls and shows alike: where it stands best, it is stated and nothing is named.

@@ -5,7 +5,7 @@ use values::{Point, Rig};
 use super::{
     action::{Acts, Effect, Slide},
     parameters::{EffectParameter, Parameters, Values},
-    spec::{EffectSpec, Family, Naming},
+    spec::{EffectSpec, Family, Naming, Origin},
     start::{Column, FitStart},
     wording,
 };
@@ -27,6 +27,7 @@ pub const SPEC: EffectSpec = EffectSpec {
     name: "table_tilt",
     parameters: Parameters::Listed(&[tilt("tilt_x"), tilt("tilt_y")]),
     family: Family::ForceByPlace,
+    origin: Origin::Table,
     equivalent: &[],
     contains: &[],
     naming: Naming::Ordinary,

@@ -5,8 +5,10 @@
 //! effects of the striker.
 
 use values::{ArmScatter, Point, Split, Strike, arm_scatter, delivered_strikes};
-use world::Estimate;
-use world::effects;
+use world::{
+    Estimate,
+    effects::{self, Origin, effect},
+};
 
 use crate::diagnosis::{Diagnosis, NamedEffect, Parameter, Verdict};
 use crate::gap;
@@ -23,12 +25,9 @@ mod forms;
 mod law;
 mod unexplained;
 
-/// Effects of the library that act on the command begin with this: they are estimated here, where the arm's state is known.
-const STRIKER: &str = "striker_";
-
-/// Whether an effect is the arm's own.
+/// Whether an effect is the arm's own: it is estimated here, where the arm's state is known.
 pub(crate) fn is_the_arms(name: &str) -> bool {
-    name.starts_with(STRIKER)
+    effect(name).is_ok_and(|spec| spec.origin == Origin::Arm)
 }
 
 /// An arm whose state was logged.

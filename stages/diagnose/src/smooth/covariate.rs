@@ -86,12 +86,12 @@ pub(crate) fn family(name: &str) -> &'static [Covariate] {
     };
     match spec.family {
         Family::FrictionByOrder => &[Covariate::Wear],
-        Family::LaunchSpeedByOrder | Family::LaunchAngleByOrder => &[Covariate::Order],
+        Family::RestitutionByOrder | Family::LaunchAngleByOrder => &[Covariate::Order],
         Family::FrictionByPlace => &[Covariate::Surface],
         Family::FrictionBySpeed => &[Covariate::SlidingSpeed],
         Family::FrictionByHeading => &[Covariate::Heading],
         Family::LaunchByPlace => &[Covariate::Start],
-        Family::LaunchSpeed => &[Covariate::Speed],
+        Family::LaunchSpeed | Family::RestitutionBySpeed => &[Covariate::Speed],
         Family::LaunchAngle => &[Covariate::Angle],
         // Not by commanded speed: bumps over that change the delivered speed too, and would take an arm that saturates.
         Family::LaunchAngleByCommand => &[Covariate::Angle],

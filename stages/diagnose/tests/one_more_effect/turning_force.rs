@@ -2,8 +2,8 @@
 
 use values::{Point, Rig};
 use world::effects::{
-    Acts, Effect, EffectParameter, EffectSpec, Experiment, Family, FitStart, Naming, Parameters,
-    Slide, Values,
+    Acts, Effect, EffectParameter, EffectSpec, Experiment, Family, FitStart, Naming, Origin,
+    Parameters, Slide, Values,
 };
 
 /// Turning force; parameter `rate` = ω.
@@ -18,6 +18,7 @@ pub const SPEC: EffectSpec = EffectSpec {
         scale: 0.1,
     }]),
     family: Family::FrictionByHeading,
+    origin: Origin::Table,
     equivalent: &[],
     contains: &[],
     naming: Naming::Ordinary,
