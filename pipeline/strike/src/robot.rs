@@ -120,14 +120,7 @@ impl RobotError {
 /// Checks the plan again and the robot, strikes, and stops the arm where the strike fails: nothing moves before the checks have
 /// passed.
 pub fn execute(robot: &mut dyn Robot, plan: &Plan) -> Result<Option<StrikeRecord>, RobotError> {
-    plan.check_again().map_err(|(refused, detail)| {
-        RobotError::Refused(Refusal {
-            from: Some(plan.from),
-            to: Some(plan.to),
-            refused,
-            detail,
-        })
-    })?;
+    holds(plan)?;
     robot.check(plan)?;
     robot.strike(plan).map_err(|strike| match robot.abort() {
         Ok(()) => strike,
@@ -135,6 +128,18 @@ pub fn execute(robot: &mut dyn Robot, plan: &Plan) -> Result<Option<StrikeRecord
             strike: Box::new(strike),
             abort: Box::new(abort),
         },
+    })
+}
+
+/// Whether the plan still holds.
+fn holds(plan: &Plan) -> Result<(), RobotError> {
+    plan.check_again().map_err(|(refused, detail)| {
+        RobotError::Refused(Refusal {
+            from: Some(plan.from),
+            to: Some(plan.to),
+            refused,
+            detail,
+        })
     })
 }
 

@@ -85,10 +85,9 @@ fn one(maker: Maker, name: &str, step: Step, fault: Fault) -> Row {
     thread::sleep(Duration::from_millis(150));
     let pose = emulator.pose();
     thread::sleep(Duration::from_millis(30));
-    let comes_to_rest =
-        pose.iter().zip(emulator.pose()).take(3).all(|(a, b)| {
-            (a - b).abs() < 0.01 || matches!(fault, Fault::OffLine | Fault::LostStop)
-        });
+    let comes_to_rest = pose.iter().zip(emulator.pose()).take(3).all(|(a, b)| {
+        (a - b).abs() < 0.01 || matches!(fault, Fault::OffLine | Fault::LostStop | Fault::NoStop)
+    });
 
     let mut wrong = Vec::new();
     let mut check = |holds: bool, what: &str| {
@@ -155,6 +154,7 @@ fn one(maker: Maker, name: &str, step: Step, fault: Fault) -> Row {
                 | Fault::Frozen
                 | Fault::Repeated
                 | Fault::LostStop
+                | Fault::NoStop
                 | Fault::Turned
                 | Fault::OtherLine
                 | Fault::Deaf
@@ -178,7 +178,7 @@ fn one(maker: Maker, name: &str, step: Step, fault: Fault) -> Row {
         if shows_on_a_line {
             check(comes_to_rest, "the arm moves on");
         }
-        if is_moving && fault != Fault::Gone {
+        if is_moving && !matches!(fault, Fault::Gone | Fault::Dead) {
             check(stop.is_some(), "no stop was sent");
             check(comes_to_rest, "the arm moves on");
             check(
@@ -193,7 +193,15 @@ fn one(maker: Maker, name: &str, step: Step, fault: Fault) -> Row {
                 "the record is lost",
             );
         }
-        if fault == Fault::Gone && is_moving {
+        // A stop that does not arrive is the controller's own where its protocol has a sign of life.
+        let is_lifeless = |(_, event): &(_, Event)| matches!(event, Event::Lifeless);
+        if (maker, fault) == (Maker::Ur, Fault::NoStop) && is_moving {
+            check(
+                events.iter().any(is_lifeless),
+                "the controller did not stop by itself",
+            );
+        }
+        if matches!(fault, Fault::Gone | Fault::Dead) && is_moving {
             let error_text = outcome
                 .as_ref()
                 .err()

@@ -2,8 +2,10 @@
 
 use std::io;
 use std::ops::RangeInclusive;
-use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
+use std::sync::{Arc, mpsc};
+use std::thread;
+use std::time::Duration;
 
 use signal_hook::consts::signal as name;
 
@@ -49,6 +51,21 @@ pub fn catch_signals() -> io::Result<Arc<AtomicBool>> {
 pub fn tell(what: &str) {
     use io::Write;
     let _ = io::stderr().write_all(format!("{what}\n").as_bytes());
+}
+
+/// The same at once: a terminal that holds back what is written (Ctrl-S, a pager, a slow line) holds back nothing else.
+pub(super) fn alarm(what: String) {
+    /// Where nothing holds it back, it is written within this time.
+    const WRITTEN: Duration = Duration::from_millis(20);
+    let (written, is_written) = mpsc::channel();
+    let writes = move || {
+        tell(&what);
+        let _ = written.send(());
+    };
+    // A thread that cannot be had tells nothing; stopping goes on.
+    if thread::Builder::new().spawn(writes).is_ok() {
+        let _ = is_written.recv_timeout(WRITTEN);
+    }
 }
 
 #[cfg(test)]
