@@ -369,8 +369,10 @@ fn page(table: &str, strikes: usize, wrong: &[&String], latencies: &[Duration]) 
     page.push_str(
         "\nA fault of a line is made in the middle of that line. Silence is a fault once it lasts 50 ms; reports that lag, once they \
          lag by 50 ms; a place on the line that is 40 ms behind where it was when it was quickest, or a line that has not begun 60 ms after \
-         it was sent; a speed that is not reached, 10 mm before the object. `Gone` takes no connection any more: the program says to press \
-         the emergency stop. What was over before the program was started, and what does not concern the step, do not end a strike. \
+         it was sent; a speed that is not reached, 10 mm before the object. `Gone` takes no connection any more, and \
+         `Dead` answers nothing on any: the program says to press the emergency stop. `NoStop` loses every stop: an xArm ends its line, a Universal \
+         Robots arm stops where signs of life cease. Times hold where no other program takes the processors: on a quiet machine, or with \
+         real-time priority (`chrt -r 8 make arm`). What was over before the program was started, and what does not concern the step, do not end a strike. \
          `OtherLine` at `connect` and `check` is a motion of another program before carom made the arm ready: it is refused, nothing is sent, \
          and that program's line goes on; it is not carom's to stop. `Deaf` concerns an arm whose protocol has a sign of life. The \
          emulator brakes at 8 m/s².\n\n\

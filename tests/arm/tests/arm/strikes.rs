@@ -190,6 +190,27 @@ fn a_stop_right_after_the_arm_was_made_ready_is_not_overridden() {
 }
 
 #[test]
+fn a_fence_that_is_set_while_the_arm_is_made_ready_is_kept() {
+    in_time(|| {
+        let plan = plan(&rig(), TO);
+        let emulator = Maker::XArm.emulator(None);
+        thread::scope(|scope| {
+            scope.spawn(|| {
+                wait_for(|| registers(&emulator).contains(&11));
+                emulator.change(|model| {
+                    // It ends before the object.
+                    model.fence = [300, 100, 300, -300, 300, 0];
+                    model.modes[1] = true;
+                });
+            });
+            let error = strike(&emulator, &plan).unwrap_err().to_string();
+            assert!(error.contains("own fence"), "{error}");
+        });
+        assert_eq!(lines(&emulator), 0);
+    });
+}
+
+#[test]
 fn a_strike_is_sent_right_after_the_last_look_or_not_at_all() {
     in_time(|| {
         let rig = rig();

@@ -20,7 +20,7 @@ use super::signals::{alarm, tell};
 use super::watch::Watch;
 use crate::Plan;
 use crate::epoch::Epoch;
-use crate::robot::{Robot, RobotError, StrikeRecord, holds};
+use crate::robot::{Robot, RobotError, StrikeRecord};
 
 /// A line may take this share and this many seconds longer than planned.
 const LONGER: (f64, f64) = (0.5, 1.0);
@@ -238,9 +238,23 @@ impl<D: Arm> Guarded<D> {
         ]
     }
 
+    /// Whether the arm's own fence lets it go along these lines.
+    fn check_fence(
+        &self,
+        status: &Status,
+        here: Pose,
+        lines: &[(&'static str, LineRequest)],
+    ) -> Result<(), String> {
+        let ends = lines.iter().map(|(_, line)| line.to.at);
+        [here.at]
+            .into_iter()
+            .chain(ends)
+            .try_for_each(|place| self.setup.check_fence(status, place))
+    }
+
     /// All motions of a strike. Errors with the line that was not ended, and why.
     fn move_all(&mut self, plan: &Plan) -> Result<(), Undone> {
-        self.make_ready().map_err(|why| ("enable", why))?;
+        let status = self.make_ready().map_err(|why| ("enable", why))?;
         // What is commanded from here on begins where the arm really is: it may have been moved since it was checked.
         let here = self.here(plan).map_err(|why| ("enable", why))?;
         let mut at = here.at;
@@ -248,6 +262,8 @@ impl<D: Arm> Guarded<D> {
         if let Some((what, line)) = lines.iter().find(|(_, line)| !line.is_finite()) {
             return Err((what, format!("{line:?} is not sent to an arm")));
         }
+        self.check_fence(&status, here, &lines)
+            .map_err(|why| ("enable", why))?;
         // Whoever stopped it while that was asked is not overridden by the next question.
         self.ready().map_err(|why| ("enable", why))?;
         self.driver
@@ -288,8 +304,9 @@ impl<D: Arm> Guarded<D> {
         Ok(self.setup.check_status(&status).map(|()| status))
     }
 
-    /// Makes the controller ready for lines: where it is not, once a call, and not where somebody stops it meanwhile.
-    fn make_ready(&mut self) -> Result<(), String> {
+    /// Makes the controller ready for lines: where it is not, once a call, and not where somebody stops it meanwhile. Gives what it is
+    /// set to then.
+    fn make_ready(&mut self) -> Result<Status, String> {
         let text = |error: io::Error| error.to_string();
         let status = self.checked_status().map_err(text)??;
         self.is_nobodys()?;
@@ -321,14 +338,17 @@ impl<D: Arm> Guarded<D> {
         self.ready()?;
         self.was_ready = true;
         self.watch.guard_rest();
-        if !is_ready {
+        let now = if is_ready {
+            status.clone()
+        } else {
             // Enabling takes seconds, in which somebody may have set something else.
-            self.checked_status().map_err(text)??;
-        }
+            self.checked_status().map_err(text)??
+        };
         self.before.get_or_insert(status);
         self.driver
             .set_ramp(self.setup.acceleration.max(TRAVEL.1), self.setup.jerk)
-            .map_err(text)
+            .map_err(text)?;
+        Ok(now)
     }
 
     /// The first report of an arm that takes lines.
@@ -470,19 +490,14 @@ impl<D: Arm> Robot for Guarded<D> {
         let status = self.checked_status();
         let status = status.map_err(|error| self.unreachable(&error))?;
         let status = status.map_err(|why| self.not_ready(why))?;
-        let rest = self.at_rest().map_err(|why| self.not_ready(why))?;
+        self.at_rest().map_err(|why| self.not_ready(why))?;
         let here = self.here(plan).map_err(|why| self.not_ready(why))?;
-        for (_, line) in self.lines(plan, self.setup.on_table(rest.report.pose.at)) {
-            self.setup
-                .check_fence(&status, line.to.at)
-                .map_err(|why| self.not_ready(why))?;
-        }
-        self.setup
-            .check_fence(&status, here.at)
+        let lines = self.lines(plan, self.setup.on_table(here.at));
+        self.check_fence(&status, here, &lines)
             .map_err(|why| self.not_ready(why))?;
         // A person who holds back what the terminal shows has not read it: it is waited for, and the plan grows old.
         tell(&format!("{}: the arm moves now: stand clear", self.name));
-        holds(plan)
+        Ok(())
     }
 
     fn strike(&mut self, plan: &Plan) -> Result<Option<StrikeRecord>, RobotError> {

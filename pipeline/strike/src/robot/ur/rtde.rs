@@ -74,11 +74,8 @@ impl Stream {
         let (names, kinds): (Vec<_>, Vec<_>) = RECIPE.into_iter().unzip();
         let wanted = [&RATE.to_be_bytes(), names.join(",").as_bytes()].concat();
         let recipe = agree(&mut stream, b'O', &wanted, &kinds.join(","))?;
-        let alive = alive
-            .map(|outlet| {
-                let inputs = agree(&mut stream, b'I', LIFE.as_bytes(), "INT32")?;
-                io::Result::Ok((inputs, outlet.clone()))
-            })
+        let inputs = alive
+            .map(|_| agree(&mut stream, b'I', LIFE.as_bytes(), "INT32"))
             .transpose()?;
         if ask(&mut stream, b'S', &[])?.first() != Some(&1) {
             return Err(garbage("it does not start its stream"));
@@ -86,7 +83,7 @@ impl Stream {
         Ok(Self {
             stream,
             recipe,
-            alive,
+            alive: inputs.zip(alive.cloned()),
             life: number(),
             without_program: REPLACED,
         })
@@ -101,9 +98,7 @@ impl Stream {
                 _ => {}
             }
         };
-        if let Some((inputs, outlet)) = &self.alive
-            && !outlet.is_stopped()
-        {
+        if let Some((inputs, _)) = self.alive.as_ref().filter(|alive| !alive.1.is_stopped()) {
             self.life = self.life.wrapping_add(1);
             let sign = [&[*inputs][..], &self.life.to_be_bytes()].concat();
             send(&mut self.stream, DATA, &sign)?;
