@@ -25,6 +25,7 @@ PAGES = {
     "LEARNING": ("make curve", RUNS),
     "LIVING": ("make living", [*RUNS, *STRIKES, "tests/src/living"]),
     "LOOP": ("make loop", [*RUNS, *STRIKES, "tests/arm"]),
+    "LOOP_UR": ("make loop", [*RUNS, *STRIKES, "tests/arm"]),
     "TRACK": ("make bench PARTS=track", ["stages/track", "datasets/render"]),
 }
 # What a part of BENCH.md measures.

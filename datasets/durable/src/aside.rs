@@ -65,15 +65,12 @@ impl Aside {
             .take()
             .ok_or_else(|| io::Error::other("it was filled before"))
             .map_err(failed("write"))?;
-        let mut file = BufWriter::new(Output(file));
+        let mut file = BufWriter::new(Output::new(file));
         fill(&mut file)?;
         file.flush().map_err(failed("write"))?;
         // Without its buffer, whose drop would write again.
-        let (Output(mut file), _) = file.into_parts();
-        // What was reserved and is not used is given back.
-        file.stream_position()
-            .and_then(|end| file.set_len(end))
-            .map_err(failed("write"))?;
+        let (output, _) = file.into_parts();
+        let file = output.finish().map_err(failed("write"))?;
         Ok(faults::step()
             .and_then(|()| file.sync_all())
             .map_err(failed("sync"))?)
@@ -145,6 +142,29 @@ mod tests {
             .expect("fills");
         assert!(aside.name(&dir.path().join("value")).expect("names"));
         assert_eq!(fs::read(dir.path().join("value")).expect("there"), b"short");
+    }
+
+    #[test]
+    fn the_end_of_a_file_is_that_of_what_was_written_and_not_of_what_was_reserved() {
+        let dir = tempfile::tempdir().expect("folder");
+        let mut aside = Aside::create(dir.path(), "value").expect("creates");
+        aside.reserve(1 << 20).expect("reserves");
+        // As a writer does that puts a length before what it has written, and goes on behind it.
+        aside
+            .fill(|file| {
+                let mut write = || {
+                    file.write_all(b"0 letters")?;
+                    file.rewind()?;
+                    file.write_all(b"7")?;
+                    file.seek(io::SeekFrom::End(0))?;
+                    file.write_all(b", the end")
+                };
+                write().map_err(|error| Error::new("write", dir.path(), error))
+            })
+            .expect("fills");
+        assert!(aside.name(&dir.path().join("value")).expect("names"));
+        let content = fs::read(dir.path().join("value")).expect("there");
+        assert_eq!(content, b"7 letters, the end");
     }
 
     #[test]

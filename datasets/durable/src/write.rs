@@ -10,24 +10,56 @@ use crate::{Error, faults};
 const PARTIAL: &str = "partial";
 
 /// A file being written.
-pub struct Output(pub(crate) File);
+pub struct Output {
+    file: File,
+    at: u64,
+    /// Where what was written ends: beyond it there may be room that was reserved.
+    end: u64,
+}
+
+impl Output {
+    pub(crate) fn new(file: File) -> Self {
+        Self {
+            file,
+            at: 0,
+            end: 0,
+        }
+    }
+
+    /// The file, as long as what was written; what was reserved and is not used is given back.
+    pub(crate) fn finish(self) -> io::Result<File> {
+        self.file.set_len(self.end)?;
+        Ok(self.file)
+    }
+}
 
 impl io::Seek for Output {
     fn seek(&mut self, to: io::SeekFrom) -> io::Result<u64> {
-        self.0.seek(to)
+        let to = match to {
+            io::SeekFrom::End(offset) => {
+                let place = self.end.checked_add_signed(offset);
+                io::SeekFrom::Start(place.ok_or(io::ErrorKind::InvalidInput)?)
+            }
+            other => other,
+        };
+        self.at = self.file.seek(to)?;
+        Ok(self.at)
     }
 }
 
 impl Write for Output {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        let file = &mut self.0;
+        let file = &mut self.file;
         // A kill in the middle of a write leaves a part of it.
         faults::step_torn(|| file.write_all(&bytes[..bytes.len() / 2]))?;
-        file.write(bytes)
+        let count = file.write(bytes)?;
+        self.at += count as u64;
+        self.end = self.end.max(self.at);
+        Ok(count)
     }
 
     fn flush(&mut self) -> io::Result<()> {
-        self.0.flush()
+        self.file.flush()
     }
 }
 
@@ -62,11 +94,11 @@ fn fill_and_sync<E: From<Error>>(
         .and_then(|()| File::create(aside))
         .map_err(failed("create"))
         .and_then(|file| {
-            let mut file = BufWriter::new(Output(file));
+            let mut file = BufWriter::new(Output::new(file));
             fill(&mut file)?;
             file.flush().map_err(failed("write"))?;
             // Without its buffer, whose drop would write again.
-            let (Output(file), _) = file.into_parts();
+            let (Output { file, .. }, _) = file.into_parts();
             faults::step()
                 .and_then(|()| file.sync_all())
                 .map_err(failed("sync"))
@@ -84,10 +116,10 @@ pub fn append(path: &Path, end: u64, bytes: &[u8]) -> Result<(), Error> {
     faults::step()
         .and_then(|()| file.set_len(end))
         .map_err(failed("cut"))?;
-    let mut output = Output(file);
+    let mut output = Output::new(file);
     output.write_all(bytes).map_err(failed("write"))?;
     faults::step()
-        .and_then(|()| output.0.sync_data())
+        .and_then(|()| output.file.sync_data())
         .map_err(failed("sync"))?;
     match path.parent() {
         Some(parent) if is_new => sync_dir(parent),

@@ -5,6 +5,8 @@ use std::ops::{Add, Mul, Sub};
 
 use serde::{Deserialize, Serialize};
 
+use crate::exact::Exact;
+
 /// An angle in rad, turned into (−π, π].
 pub fn wrap_angle(angle: f64) -> f64 {
     let turned = angle.rem_euclid(TAU);
@@ -13,7 +15,7 @@ pub fn wrap_angle(angle: f64) -> f64 {
 
 /// A position or a displacement on the table, in metres; in files an array `[x, y]`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(from = "[f64; 2]", into = "[f64; 2]")]
+#[serde(from = "Exact<f64, 2>", into = "[f64; 2]")]
 pub struct Point {
     /// Away from the robot, in metres.
     pub x: f64,
@@ -83,6 +85,12 @@ impl Mul<f64> for Point {
     type Output = Point;
     fn mul(self, factor: f64) -> Point {
         Point::new(self.x * factor, self.y * factor)
+    }
+}
+
+impl From<Exact<f64, 2>> for Point {
+    fn from(Exact(numbers): Exact<f64, 2>) -> Self {
+        numbers.into()
     }
 }
 

@@ -2,9 +2,11 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::exact::Exact;
+
 /// A closed interval, in files an array `[low, high]`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(from = "[f64; 2]", into = "[f64; 2]")]
+#[serde(from = "Exact<f64, 2>", into = "[f64; 2]")]
 pub struct Interval {
     /// Lower end.
     pub low: f64,
@@ -21,6 +23,12 @@ impl Interval {
     /// The value, moved to the nearer end where it lies outside.
     pub fn clamp(self, value: f64) -> f64 {
         value.clamp(self.low, self.high)
+    }
+}
+
+impl From<Exact<f64, 2>> for Interval {
+    fn from(Exact(numbers): Exact<f64, 2>) -> Self {
+        numbers.into()
     }
 }
 

@@ -5,6 +5,7 @@
 //! from +x, counter-clockwise. Nothing here knows of logs, tables, simulators or files other than `rig.toml`.
 
 mod delivery;
+mod exact;
 mod geometry;
 mod interval;
 mod median;

@@ -4,7 +4,6 @@ mod camera;
 mod check;
 mod demo;
 mod error;
-mod exact;
 mod file;
 mod frames;
 mod keys;

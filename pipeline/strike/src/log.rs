@@ -238,6 +238,26 @@ mod tests {
     }
 
     #[test]
+    fn a_log_for_which_room_was_taken_is_the_same_log() {
+        let dir = tempfile::tempdir().expect("folder");
+        let written = |name: &str, room: u64| {
+            let log = OpenLog::open(Destination::File(dir.path().join(name))).expect("opens");
+            let log = log.reserve(room).expect("reserves");
+            let samples = Samples {
+                commands: vec![logs::write::Stamped {
+                    stamp: 1,
+                    x: 0.5,
+                    y: 0.0,
+                }],
+                ..Samples::default()
+            };
+            let kept = log.write(&samples, &Topics::default()).expect("writes");
+            fs::read(kept.path).expect("is there")
+        };
+        assert!(written("with", 1 << 20) == written("without", 0));
+    }
+
+    #[test]
     fn a_number_beyond_counting_is_passed_over() {
         let dir = tempfile::tempdir().expect("folder");
         for number in [usize::MAX, HIGHEST + 1] {

@@ -120,6 +120,21 @@ impl RobotError {
 /// Checks the plan again and the robot, strikes, and stops the arm where the strike fails: nothing moves before the checks have
 /// passed.
 pub fn execute(robot: &mut dyn Robot, plan: &Plan) -> Result<Option<StrikeRecord>, RobotError> {
+    holds(plan)?;
+    robot.check(plan)?;
+    // What was checked took time, and whoever is told to stand clear may take more.
+    holds(plan)?;
+    robot.strike(plan).map_err(|strike| match robot.abort() {
+        Ok(()) => strike,
+        Err(abort) => RobotError::Runaway {
+            strike: Box::new(strike),
+            abort: Box::new(abort),
+        },
+    })
+}
+
+/// Whether the plan still holds.
+fn holds(plan: &Plan) -> Result<(), RobotError> {
     plan.check_again().map_err(|(refused, detail)| {
         RobotError::Refused(Refusal {
             from: Some(plan.from),
@@ -127,14 +142,6 @@ pub fn execute(robot: &mut dyn Robot, plan: &Plan) -> Result<Option<StrikeRecord
             refused,
             detail,
         })
-    })?;
-    robot.check(plan)?;
-    robot.strike(plan).map_err(|strike| match robot.abort() {
-        Ok(()) => strike,
-        Err(abort) => RobotError::Runaway {
-            strike: Box::new(strike),
-            abort: Box::new(abort),
-        },
     })
 }
 
@@ -153,6 +160,8 @@ mod tests {
     struct Noting {
         calls: Vec<&'static str>,
         fails: Vec<&'static str>,
+        /// Its check takes so long.
+        checks_for: Duration,
     }
 
     /// What the robot recorded before it failed.
@@ -187,6 +196,7 @@ mod tests {
             "noting".into()
         }
         fn check(&mut self, _: &Plan) -> Result<(), RobotError> {
+            std::thread::sleep(self.checks_for);
             self.call("check")
         }
         fn strike(&mut self, _: &Plan) -> Result<Option<StrikeRecord>, RobotError> {
@@ -227,6 +237,18 @@ mod tests {
         let fast = crate::testing::plan_at(1.2);
         assert_eq!(refused(&fast), Reason::SpeedLimit);
         assert!(robot.calls.is_empty());
+    }
+
+    #[test]
+    fn a_plan_that_grows_old_while_the_robot_is_checked_is_not_struck() {
+        let mut robot = Noting {
+            checks_for: Duration::from_millis(600),
+            ..Noting::default()
+        };
+        let plan = crate::testing::plan_good_for(Duration::from_millis(500));
+        let error = execute(&mut robot, &plan).expect_err("old");
+        assert!(matches!(error, RobotError::Refused(_)), "{error}");
+        assert!(!robot.calls.contains(&"strike"));
     }
 
     #[test]

@@ -92,11 +92,15 @@ pub enum Fault {
     Rebooted,
     /// Reports are held for 300 ms, and then come all at once.
     Burst,
+    /// Connections stay open and new ones are taken; nothing is read or answered on any, and no report comes.
+    Dead,
+    /// The arm leaves its line, and no stop arrives any more.
+    NoStop,
 }
 
 impl Fault {
     /// All of them.
-    pub const ALL: [Self; 38] = [
+    pub const ALL: [Self; 40] = [
         Self::Reset,
         Self::Gone,
         Self::HalfOpen,
@@ -135,5 +139,7 @@ impl Fault {
         Self::Deaf,
         Self::Rebooted,
         Self::Burst,
+        Self::Dead,
+        Self::NoStop,
     ];
 }

@@ -141,6 +141,11 @@ impl Emulator {
         self.shared.lock().reported().state
     }
 
+    /// Whether a script runs, or a line is moved on.
+    pub fn is_running(&self) -> bool {
+        self.shared.lock().reported().is_running
+    }
+
     /// Jerk in mm/s³ and greatest acceleration in mm/s² that lines have now.
     pub fn ramp(&self) -> [f64; 2] {
         self.shared.lock().ramp
@@ -266,7 +271,7 @@ fn realtime(shared: &Shared, mut stream: TcpStream) {
         let frame = [std::mem::take(&mut held), frame].concat();
         let bytes = match made {
             Some(Fault::Silent) => continue,
-            Some(Fault::HalfOpen) if is_dead(shared, since) => continue,
+            Some(Fault::HalfOpen | Fault::Dead) if is_dead(shared, since) => continue,
             Some(Fault::Garbage) => vec![0x5a; 804],
             Some(Fault::ShortFrame) => {
                 let _ = stream.write_all(&frame[..300]);

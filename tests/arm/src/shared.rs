@@ -31,10 +31,12 @@ pub(crate) fn is_cut(shared: &Shared, since: Instant) -> bool {
     })
 }
 
-/// Whether nothing goes through a connection that was made before the fault.
+/// Whether nothing goes through a connection, which was made at that moment.
 pub(crate) fn is_dead(shared: &Shared, since: Instant) -> bool {
     let made = shared.lock().made;
-    made.is_some_and(|(at, fault)| fault == Fault::HalfOpen && since <= at)
+    made.is_some_and(|(at, fault)| {
+        fault == Fault::Dead || (fault == Fault::HalfOpen && since <= at)
+    })
 }
 
 /// Whether reports are held, to come all at once.

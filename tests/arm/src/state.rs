@@ -243,6 +243,7 @@ impl State {
                 self.halt();
             }
             Fault::LostStop => self.lost = LOST,
+            Fault::NoStop => self.lost = u32::MAX,
             Fault::Jogged if self.motion.is_none() => self.pose[0] = 60.0,
             Fault::OtherLine => {
                 let [x, y, z, roll, pitch, yaw] = self.pose;
@@ -415,7 +416,9 @@ impl State {
         if let Some((since, fault)) = self.made {
             let later = since.elapsed().as_secs_f64();
             match fault {
-                Fault::OffLine | Fault::LostStop => pose[2] += (200.0 * later).min(30.0),
+                Fault::OffLine | Fault::LostStop | Fault::NoStop => {
+                    pose[2] += (200.0 * later).min(30.0)
+                }
                 Fault::Turned => pose[4] += (0.5 * later).min(0.2),
                 Fault::ClockBack => clock = clock.saturating_sub(1_000_000),
                 Fault::Jump => pose[0] -= 80.0,

@@ -110,6 +110,9 @@ pub(crate) fn rtde(shared: &Shared, mut stream: TcpStream) {
         let Some(came) = more(&mut stream) else {
             return;
         };
+        if is_dead(shared, since) {
+            continue;
+        }
         waiting.extend(came);
         while waiting.len() >= 3 {
             let length = usize::from(u16::from_be_bytes([waiting[0], waiting[1]]));

@@ -2,8 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::exact;
 use crate::Point;
+use crate::exact;
 
 /// The camera.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -2,8 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{RigError, exact};
+use super::RigError;
 use crate::Interval;
+use crate::exact;
 
 /// The object that is struck.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

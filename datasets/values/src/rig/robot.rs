@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::exact;
+use crate::exact;
 use crate::{Interval, Point};
 
 /// Limits of the arm.

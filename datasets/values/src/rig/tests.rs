@@ -119,6 +119,16 @@ fn values_that_make_no_sense_are_refused() {
 }
 
 #[test]
+fn a_number_too_many_is_refused_and_not_passed_over() {
+    let acceleration = "acceleration = 5.0";
+    // A base with its height, which has a key of its own.
+    let base = format!("{acceleration}\nbase = [0.0, 0.0, 0.05]");
+    assert!(refusal(acceleration, &base).contains("2 numbers"));
+    let table = refusal("x = [0.10, 1.00]", "x = [0.10, 1.00, 2.0]");
+    assert!(table.contains("2 numbers"), "{table}");
+}
+
+#[test]
 fn what_is_left_out_of_a_topic_has_its_default() {
     let start = Rig::template()
         .split("[topics.centroid]")

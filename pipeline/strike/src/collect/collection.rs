@@ -53,8 +53,12 @@ impl Collection {
     pub(super) fn open(folder: &Path, rig: &Rig) -> Result<Self, CollectError> {
         durable::create_dir(folder)?;
         let lock = Lock::acquire(&folder.join(LOCK))?;
-        // A log is begun before its strike: one that was left says that nobody knows what came of a strike.
-        let cut_off = durable::sweep(folder)? > 0;
+        // A log is begun before its strike: one that was left says that nobody knows what came of a strike. It is left until the next
+        // strike is in the folder, whatever ends the program before that.
+        let cut_off = fs::read_dir(folder)
+            .map_err(|source| durable::Error::new("read", folder, source))?
+            .flatten()
+            .any(|entry| durable::is_partial(&entry.path()));
         let mut collection = Self {
             folder: folder.into(),
             made: Vec::new(),
@@ -160,6 +164,7 @@ impl Collection {
         let shows_nothing = outcome.strikes.is_empty() && outcome.rejects.is_empty();
         self.useless += usize::from(shows_nothing);
         self.add(outcome);
+        durable::sweep(&self.folder)?;
         Ok(why.map_or(Ok(()), Err))
     }
 
@@ -251,4 +256,35 @@ fn named(folder: &Path, begins: &str) -> Result<Vec<PathBuf>, CollectError> {
     }
     paths.sort();
     Ok(paths)
+}
+
+#[cfg(test)]
+mod tests {
+    use values::Shape;
+
+    use super::*;
+
+    #[test]
+    fn what_came_of_a_strike_that_was_cut_off_is_unknown_until_the_next_one_whatever_ends_before() {
+        let (folder, rig) = (
+            tempfile::tempdir().expect("folder"),
+            Rig::demo(Shape::Cylinder),
+        );
+        let begun = folder.path().join(".strike.1_0.partial");
+        fs::write(&begun, "").expect("writes");
+        for _ in 0..3 {
+            let collection = Collection::open(folder.path(), &rig).expect("opens");
+            assert!(matches!(collection.last_stop(), LastStop::Unseen));
+        }
+        let mut collection = Collection::open(folder.path(), &rig).expect("opens");
+        let log = crate::OpenLog::open(crate::Destination::Next(folder.path().into()));
+        let log = log
+            .expect("opens")
+            .write(&Default::default(), &rig.topics)
+            .expect("writes");
+        // A log without a strike.
+        let taken = collection.take(&log.path, &rig).expect("reads");
+        assert!(taken.is_err());
+        assert!(!begun.exists(), "the log of a later strike says more");
+    }
 }

@@ -1,5 +1,7 @@
 //! Why a collection ended.
 
+use std::path::PathBuf;
+
 use ingest::IngestError;
 
 use crate::{LiveError, LogError, RobotError};
@@ -16,6 +18,14 @@ pub enum CollectError {
     /// A strike could not be kept.
     #[error(transparent)]
     Log(#[from] LogError),
+    /// The log of a strike that was made lies elsewhere: move it into the folder.
+    #[error("{why}; the log of the last strike lies at {}: move it into the folder", path.display())]
+    Moved {
+        /// Where.
+        path: PathBuf,
+        /// Why.
+        why: LogError,
+    },
     /// A log in the folder cannot be read.
     #[error("read what was collected: {0}")]
     Collected(#[from] IngestError),

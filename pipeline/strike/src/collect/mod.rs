@@ -105,8 +105,11 @@ pub fn collect(
             lineage.insert("robot_answered".into(), answered);
             let log = log.about(lineage);
             let kept = log.write_with(&samples, &received, &rig.topics)?;
-            if let Some(error) = kept.moved {
-                return Err(error.into());
+            if let Some(why) = kept.moved {
+                return Err(CollectError::Moved {
+                    path: kept.path,
+                    why,
+                });
             }
             made += 1;
             match collection.take(&kept.path, rig)? {

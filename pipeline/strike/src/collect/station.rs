@@ -214,8 +214,9 @@ impl<D: Arm> Station for ArmStation<D> {
                 }
                 Ok(rest) => match still {
                     None => {
-                        still = Some((rest, Instant::now()));
                         report(CollectEvent::StepBack(self.pause));
+                        // From when it was told: a terminal may have held it back.
+                        still = Some((rest, Instant::now()));
                     }
                     Some((before, _)) if self.live.is_still(&before).is_err() => still = None,
                     Some((_, since)) if since.elapsed() >= self.pause => {

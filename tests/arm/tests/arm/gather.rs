@@ -4,10 +4,10 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::thread;
-use std::time::{Duration, SystemTime};
+use std::time::{Duration, Instant, SystemTime};
 
 use arm::foxglove::Topic;
-use arm::{Emulator, Table};
+use arm::{Emulator, Event, Table};
 use ingest::{Ingest, ingest_log};
 use rig::{Hidden, Truth};
 use strike::collect::{ArmStation, CollectError, CollectEvent, Collected, collect};
@@ -150,6 +150,31 @@ fn an_object_that_was_not_seen_to_rest_is_not_struck_until_it_was_put_elsewhere(
             assert!(waits_for_a_hand, "{ended:?}");
             assert_eq!(strikes(), 1);
         });
+    });
+}
+
+#[test]
+fn whoever_is_told_to_step_back_late_has_the_whole_time_from_then_on() {
+    in_time(|| {
+        let (rig, folder) = (rig(), tempfile::tempdir().unwrap());
+        let lab = lab(&rig, true);
+        let mut told = None;
+        gather(&lab, &rig, folder.path(), 1, &mut |news| {
+            if let CollectEvent::StepBack(pause) = news {
+                // As a terminal that is held back.
+                thread::sleep(2 * pause);
+                told = Some((Instant::now(), pause));
+            }
+            false
+        })
+        .unwrap();
+        let (told, pause) = told.expect("is told");
+        let events = lab.0.events();
+        let line = events
+            .iter()
+            .find(|(_, event)| matches!(event, Event::Line));
+        let after = line.expect("it moves").0 - told;
+        assert!(after >= pause, "{after:?}");
     });
 }
 

@@ -1,12 +1,13 @@
 //! Strikes that nothing disturbs, and those that are refused before anything moves.
 
-use std::sync::Arc;
+use std::net::TcpListener;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex};
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use arm::{Emulator, Event, Fault, Listening, Model, Step};
-use strike::arm::Arm;
+use strike::arm::{Arm, LineRequest};
 use strike::ur::Ur;
 use strike::xarm::XArm;
 use strike::{CommandPlanner, Guarded, Look, RobotError, execute};
@@ -169,6 +170,93 @@ fn who_stops_an_arm_that_waits_for_the_next_strike_or_moves_it_is_in_charge() {
     });
 }
 
+#[test]
+fn a_stop_right_after_the_arm_was_made_ready_is_not_overridden() {
+    in_time(|| {
+        let plan = plan(&Maker::Ur.rig(), TO);
+        let emulator = Maker::Ur.emulator(None);
+        thread::scope(|scope| {
+            scope.spawn(|| {
+                wait_for(|| emulator.is_running());
+                // It takes commands now, and its settings are being read again.
+                thread::sleep(Duration::from_millis(15));
+                emulator.make(Fault::OperatorStop);
+            });
+            let error = Maker::Ur.strike(&emulator, &plan).unwrap_err().to_string();
+            assert!(error.contains("is in charge"), "{error}");
+        });
+        assert_eq!(lines(&emulator), 0);
+    });
+}
+
+#[test]
+fn a_fence_that_is_set_while_the_arm_is_made_ready_is_kept() {
+    in_time(|| {
+        let plan = plan(&rig(), TO);
+        let emulator = Maker::XArm.emulator(None);
+        thread::scope(|scope| {
+            scope.spawn(|| {
+                wait_for(|| registers(&emulator).contains(&11));
+                emulator.change(|model| {
+                    // It ends before the object.
+                    model.fence = [300, 100, 300, -300, 300, 0];
+                    model.modes[1] = true;
+                });
+            });
+            let error = strike(&emulator, &plan).unwrap_err().to_string();
+            assert!(error.contains("own fence"), "{error}");
+        });
+        assert_eq!(lines(&emulator), 0);
+    });
+}
+
+#[test]
+fn a_strike_is_sent_right_after_the_last_look_or_not_at_all() {
+    in_time(|| {
+        let rig = rig();
+        let plan = plan(&rig, TO);
+        let emulator = Arc::new(Emulator::start(Listening::Free, model(), None).unwrap());
+        let mut arm = connect(&emulator, plan.rig()).unwrap();
+        let (looked, holds) = (Arc::new(Mutex::new(None)), emulator.clone());
+        let at = looked.clone();
+        // Reports cease when it is looked for the last time: what waits for one of them waits while the object may be moved.
+        arm.look_first(move |when| {
+            if when == Look::BeforeStrike {
+                *at.lock().unwrap() = Some(Instant::now());
+                holds.make(Fault::Burst);
+            }
+            Ok(())
+        });
+        execute(&mut arm, &plan).unwrap_err();
+        let looked = looked.lock().unwrap().expect("it was looked at");
+        let events = emulator.events();
+        let is_line =
+            |(at, event): &&(Instant, Event)| *at > looked && matches!(event, Event::Line);
+        let later = events.iter().find(is_line).map(|(at, _)| *at - looked);
+        assert!(
+            later.is_none_or(|later| later < Duration::from_millis(100)),
+            "{later:?}"
+        );
+    });
+}
+
+#[test]
+fn an_arm_that_answers_nothing_is_not_waited_for_longer_than_allowed() {
+    fn asked<D: Arm>() -> Duration {
+        let silent = [(); 4].map(|()| TcpListener::bind(("127.0.0.1", 0)).unwrap());
+        let ports = silent.each_ref().map(|port| port.local_addr().unwrap());
+        let begun = Instant::now();
+        let mut driver = D::connect(&ports, Duration::from_millis(100)).unwrap();
+        driver.pose().unwrap_err();
+        begun.elapsed()
+    }
+    in_time(|| {
+        for waited in [asked::<XArm>(), asked::<Ur>()] {
+            assert!(waited < Duration::from_millis(400), "{waited:?}");
+        }
+    });
+}
+
 /// Lines that came to be moved.
 fn lines(emulator: &Emulator) -> usize {
     let is_line = |(_, event): &(_, Event)| matches!(event, Event::Line);
@@ -256,6 +344,32 @@ fn an_arm_of_another_maker_strikes_by_the_same_guard() {
         assert_eq!(lines(&emulator), 5);
         let [x, _, z, ..] = emulator.pose();
         assert!((x * 1e-3 - plan.stop.x).abs() < 1e-3 && (z - 70.0).abs() < 1.0);
+    });
+}
+
+#[test]
+fn a_program_of_another_computer_that_sends_the_same_lines_is_seen() {
+    in_time(|| {
+        let plan = plan(&rig(), TO);
+        let emulator = Maker::XArm.emulator(None);
+        let mut other = XArm::connect(&emulator.ports, Duration::from_secs(1)).unwrap();
+        let outcome = thread::scope(|scope| {
+            scope.spawn(|| {
+                // On its way to the start.
+                wait_for(|| lines(&emulator) == 2 && emulator.is_running());
+                let mut to = other.pose().unwrap();
+                to.at = [plan.start.x, plan.start.y, to.at[2]];
+                let same = LineRequest {
+                    to,
+                    speed: 0.1,
+                    acceleration: 0.5,
+                };
+                other.line(&same).unwrap();
+            });
+            strike(&emulator, &plan)
+        });
+        let error = outcome.unwrap_err().to_string();
+        assert!(error.contains("another program"), "{error}");
     });
 }
 

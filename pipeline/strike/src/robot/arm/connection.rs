@@ -36,10 +36,11 @@ pub(crate) fn connect_unread(address: SocketAddr, patience: Duration) -> io::Res
     Ok(stream)
 }
 
-/// A connection to a port that reports: whoever reads it comes back every second, so that it ends with the program's use of the arm.
+/// A connection to a port that reports: whoever reads it comes back within `patience` and every second, so that it ends with the
+/// program's use of the arm.
 pub(crate) fn listen(address: SocketAddr, patience: Duration) -> io::Result<TcpStream> {
     let stream = connect(address, patience)?;
-    stream.set_read_timeout(Some(Duration::from_secs(1)))?;
+    stream.set_read_timeout(Some(patience.min(Duration::from_secs(1))))?;
     Ok(stream)
 }
 

@@ -202,8 +202,8 @@ pub trait Arm: Sized + Send {
     fn connect(ports: &Ports, patience: Duration) -> io::Result<Self>;
 
     /// A stream of its own of reports, at 100 Hz or more. Where the maker's protocol has a sign of life, it is given for each report that
-    /// is read.
-    fn reports(ports: &Ports) -> io::Result<Box<dyn Reports>>;
+    /// is read, until the outlet was stopped: a stop that is lost is then the controller's own.
+    fn reports(ports: &Ports, outlet: &Outlet) -> io::Result<Box<dyn Reports>>;
 
     /// Where its requests go out, and its stop.
     fn outlet(&self) -> &Outlet;

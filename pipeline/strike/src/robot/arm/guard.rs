@@ -29,7 +29,7 @@ const TURNED: f64 = 0.03;
 /// At rest at the end of its line: within m, slower than m/s, in so many reports one after another.
 const ARRIVED: (f64, f64, u32) = (0.0005, 0.002, 5);
 /// While it is to rest, it stays within so many m.
-const STILL: f64 = 0.001;
+pub(super) const STILL: f64 = 0.001;
 
 /// A report and when it came.
 #[derive(Clone, Copy, Debug)]

@@ -16,9 +16,10 @@ use super::line::{Line, Profile};
 use super::outlet::Outlet;
 use super::record::samples;
 use super::setup::{Setup, TRAVEL};
-use super::signals::tell;
+use super::signals::{alarm, tell};
 use super::watch::Watch;
 use crate::Plan;
+use crate::epoch::Epoch;
 use crate::robot::{Robot, RobotError, StrikeRecord};
 
 /// A line may take this share and this many seconds longer than planned.
@@ -116,7 +117,7 @@ impl<D: Arm> Guarded<D> {
         setup
             .check_limits(&identity.limits)
             .map_err(|why| not_ready(name, why))?;
-        let reports = D::reports(ports).map_err(failed)?;
+        let reports = D::reports(ports, driver.outlet()).map_err(failed)?;
         let watch =
             Watch::start(reports, driver.outlet().clone(), interrupted.clone()).map_err(failed)?;
         // The first report comes before the arm's state is asked for: a stop from now on shows as a change.
@@ -237,9 +238,23 @@ impl<D: Arm> Guarded<D> {
         ]
     }
 
+    /// Whether the arm's own fence lets it go along these lines.
+    fn check_fence(
+        &self,
+        status: &Status,
+        here: Pose,
+        lines: &[(&'static str, LineRequest)],
+    ) -> Result<(), String> {
+        let ends = lines.iter().map(|(_, line)| line.to.at);
+        [here.at]
+            .into_iter()
+            .chain(ends)
+            .try_for_each(|place| self.setup.check_fence(status, place))
+    }
+
     /// All motions of a strike. Errors with the line that was not ended, and why.
     fn move_all(&mut self, plan: &Plan) -> Result<(), Undone> {
-        self.make_ready().map_err(|why| ("enable", why))?;
+        let status = self.make_ready().map_err(|why| ("enable", why))?;
         // What is commanded from here on begins where the arm really is: it may have been moved since it was checked.
         let here = self.here(plan).map_err(|why| ("enable", why))?;
         let mut at = here.at;
@@ -247,6 +262,10 @@ impl<D: Arm> Guarded<D> {
         if let Some((what, line)) = lines.iter().find(|(_, line)| !line.is_finite()) {
             return Err((what, format!("{line:?} is not sent to an arm")));
         }
+        self.check_fence(&status, here, &lines)
+            .map_err(|why| ("enable", why))?;
+        // Whoever stopped it while that was asked is not overridden by the next question.
+        self.ready().map_err(|why| ("enable", why))?;
         self.driver
             .can_move(&lines.map(|(_, line)| line))
             .map_err(|error| ("enable", error.to_string()))?
@@ -255,21 +274,17 @@ impl<D: Arm> Guarded<D> {
                 let why = format!("the controller says that it cannot `{what}`: {why}");
                 ("enable", why)
             })?;
-        tell(&format!("{}: the arm moves now: stand clear", self.name));
         for (what, line) in lines {
-            if what == "lower" {
-                self.look(Look::BeforeDescent).map_err(|why| (what, why))?;
-            }
-            let mut reached_at = None;
-            if what == "strike" {
-                self.watch.record();
-                self.look(Look::BeforeStrike).map_err(|why| (what, why))?;
-                plan.epoch()
-                    .was_set()
-                    .map_or(Ok(()), |set| Err((what, set)))?;
-                reached_at = Some(plan.start.distance(plan.pre_strike));
-            }
-            self.line(&line, at, reached_at)
+            let (look, reached_at) = match what {
+                "lower" => (Some(Look::BeforeDescent), None),
+                "strike" => {
+                    self.watch.record();
+                    let run_up = plan.start.distance(plan.pre_strike);
+                    (Some(Look::BeforeStrike), Some(run_up))
+                }
+                _ => (None, None),
+            };
+            self.line(&line, at, reached_at, (look, plan.epoch()))
                 .map_err(|why| (what, why))?;
             at = line.to.at;
         }
@@ -289,8 +304,9 @@ impl<D: Arm> Guarded<D> {
         Ok(self.setup.check_status(&status).map(|()| status))
     }
 
-    /// Makes the controller ready for lines: where it is not, once a call, and not where somebody stops it meanwhile.
-    fn make_ready(&mut self) -> Result<(), String> {
+    /// Makes the controller ready for lines: where it is not, once a call, and not where somebody stops it meanwhile. Gives what it is
+    /// set to then.
+    fn make_ready(&mut self) -> Result<Status, String> {
         let text = |error: io::Error| error.to_string();
         let status = self.checked_status().map_err(text)??;
         self.is_nobodys()?;
@@ -319,12 +335,33 @@ impl<D: Arm> Guarded<D> {
                 })
                 .map_err(text)?;
         }
+        self.ready()?;
+        self.was_ready = true;
+        self.watch.guard_rest();
+        let now = if is_ready {
+            status.clone()
+        } else {
+            // Enabling takes seconds, in which somebody may have set something else.
+            self.checked_status().map_err(text)??
+        };
+        self.before.get_or_insert(status);
+        self.driver
+            .set_ramp(self.setup.acceleration.max(TRAVEL.1), self.setup.jerk)
+            .map_err(text)?;
+        Ok(now)
+    }
+
+    /// The first report of an arm that takes lines.
+    fn ready(&self) -> Result<Sample, String> {
         let until = Instant::now() + READY;
         loop {
             let last = self.watch.next(PATIENCE)?;
             self.is_nobodys()?;
+            if let Some(fault) = self.watch.fault() {
+                return Err(fault);
+            }
             match last.report.condition {
-                Condition::Ready => break,
+                Condition::Ready => return Ok(last),
                 Condition::Moving if norm(last.report.velocity) > SLOW => {
                     return Err(
                         "the arm moves, and no line was sent: another program drives it".into(),
@@ -338,33 +375,21 @@ impl<D: Arm> Guarded<D> {
                 _ => std::thread::sleep(Duration::from_millis(10)),
             }
         }
-        self.was_ready = true;
-        self.watch.guard_rest();
-        if !is_ready {
-            // Enabling takes seconds, in which somebody may have set something else.
-            self.checked_status().map_err(text)??;
-        }
-        self.before.get_or_insert(status);
-        self.driver
-            .set_ramp(self.setup.acceleration.max(TRAVEL.1), self.setup.jerk)
-            .map_err(text)
     }
 
-    /// One straight line from where the tip is, which is to be `from`, guarded.
+    /// One straight line from where the tip is, which is to be `from`, guarded. It is looked last of all, right before it is sent: what was
+    /// waited for took time, in which the object may have been moved.
     fn line(
         &mut self,
         request: &LineRequest,
         from: [f64; 3],
         reached_at: Option<f64>,
+        (look, epoch): (Option<Look>, Epoch),
     ) -> Result<(), String> {
         if self.interrupted.load(Ordering::Relaxed) {
             return Err("it was interrupted by a signal".into());
         }
-        let last = self.watch.next(PATIENCE)?;
-        self.is_nobodys()?;
-        if let Some(fault) = self.watch.fault() {
-            return Err(fault);
-        }
+        let last = self.ready()?;
         let at = last.report.pose.at;
         if distance(at, from) > SAME.0 {
             return Err(format!(
@@ -377,6 +402,10 @@ impl<D: Arm> Guarded<D> {
             return Ok(());
         }
         let profile = Profile::new(length, request.speed, request.acceleration, self.setup.jerk);
+        if let Some(when) = look {
+            self.look(when)?;
+            epoch.was_set().map_or(Ok(()), Err)?;
+        }
         self.is_moving = true;
         self.watch.guard(Line {
             from: at,
@@ -461,16 +490,14 @@ impl<D: Arm> Robot for Guarded<D> {
         let status = self.checked_status();
         let status = status.map_err(|error| self.unreachable(&error))?;
         let status = status.map_err(|why| self.not_ready(why))?;
-        let rest = self.at_rest().map_err(|why| self.not_ready(why))?;
+        self.at_rest().map_err(|why| self.not_ready(why))?;
         let here = self.here(plan).map_err(|why| self.not_ready(why))?;
-        for (_, line) in self.lines(plan, self.setup.on_table(rest.report.pose.at)) {
-            self.setup
-                .check_fence(&status, line.to.at)
-                .map_err(|why| self.not_ready(why))?;
-        }
-        self.setup
-            .check_fence(&status, here.at)
-            .map_err(|why| self.not_ready(why))
+        let lines = self.lines(plan, self.setup.on_table(here.at));
+        self.check_fence(&status, here, &lines)
+            .map_err(|why| self.not_ready(why))?;
+        // A person who holds back what the terminal shows has not read it: it is waited for, and the plan grows old.
+        tell(&format!("{}: the arm moves now: stand clear", self.name));
+        Ok(())
     }
 
     fn strike(&mut self, plan: &Plan) -> Result<Option<StrikeRecord>, RobotError> {
@@ -558,7 +585,7 @@ impl<D: Arm> Robot for Guarded<D> {
             }
             if begun.elapsed() >= TELL && !is_told {
                 is_told = true;
-                tell(&format!(
+                alarm(format!(
                     "\u{7}{}: PRESS THE EMERGENCY STOP: the arm was sent a stop, and {}",
                     self.name,
                     match rest {

@@ -253,6 +253,15 @@ fn check_heights(rig: &Rig, strike: f64, travel: f64) -> Result<(), String> {
             mm(object)
         ));
     }
+    if let Some(reach) = rig.robot.reach
+        && travel > reach.high
+    {
+        return Err(format!(
+            "robot.travel_height is {:.1} mm: farther than robot.reach, which ends at {:.1} mm",
+            mm(travel),
+            mm(reach.high)
+        ));
+    }
     Ok(())
 }
 
@@ -290,6 +299,7 @@ mod tests {
             (0.036, 0.08, "over the object"),
             (0.05, 0.08, "over the object"),
             (0.02, 0.06, "above the object"),
+            (0.02, 5.0, "farther than robot.reach"),
         ] {
             let mut rig = rig();
             rig.robot.strike_height = Some(strike);

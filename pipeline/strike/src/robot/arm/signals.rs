@@ -2,8 +2,10 @@
 
 use std::io;
 use std::ops::RangeInclusive;
-use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
+use std::sync::{Arc, mpsc};
+use std::thread;
+use std::time::Duration;
 
 use signal_hook::consts::signal as name;
 
@@ -51,11 +53,39 @@ pub fn tell(what: &str) {
     let _ = io::stderr().write_all(format!("{what}\n").as_bytes());
 }
 
+/// The same at once: a terminal that holds back what is written (Ctrl-S, a pager, a slow line) holds back nothing else.
+pub(super) fn alarm(what: String) {
+    beside(move || tell(&what));
+}
+
+/// Does something on a thread of its own, and waits for it for a moment at the most.
+fn beside(what: impl FnOnce() + Send + 'static) {
+    /// Where nothing holds it back, a line is written within this time.
+    const MOMENT: Duration = Duration::from_millis(20);
+    let (done, is_done) = mpsc::channel();
+    let does = move || {
+        what();
+        let _ = done.send(());
+    };
+    // A thread that cannot be had tells nothing; stopping goes on.
+    if thread::Builder::new().spawn(does).is_ok() {
+        let _ = is_done.recv_timeout(MOMENT);
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use std::sync::atomic::Ordering;
 
     use super::*;
+
+    #[test]
+    fn what_is_held_back_holds_back_nothing_else() {
+        let (free, held) = mpsc::channel::<()>();
+        beside(move || held.recv().unwrap_or_default());
+        // It is held until now.
+        free.send(()).expect("it still waits");
+    }
 
     #[test]
     fn what_would_end_or_suspend_the_program_is_a_flag() {

@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use super::connection::is_nothing_yet;
 use super::driver::{Condition, Report, Reports, distance};
-use super::guard::{ASIDE, Clocks, Guard, OnLine, Sample};
+use super::guard::{Clocks, Guard, OnLine, STILL, Sample};
 use super::line::Line;
 use super::outlet::Outlet;
 
@@ -241,7 +241,7 @@ fn read(shared: &Shared, mut reports: Box<dyn Reports>) {
                     .is_some_and(|before| matches!(before, Condition::Ready | Condition::Moving));
                 let is_where_it_was_left = seen
                     .left
-                    .is_none_or(|left| distance(left, report.pose.at) <= ASIDE);
+                    .is_none_or(|left| distance(left, report.pose.at) <= STILL);
                 let taken = match report.condition {
                     Condition::Stopped(said) if was_free => Some(said.to_string()),
                     Condition::Held(said) if before.is_some() => Some(said.to_string()),
@@ -325,16 +325,16 @@ mod tests {
     use super::*;
     use crate::robot::arm::{Pose, Turn};
 
-    /// Reports that come when the test sends their clocks.
-    struct Sent(Receiver<f64>);
+    /// Reports that come when the test sends their clocks, and where (m) the tip is.
+    struct Sent(Receiver<(f64, f64)>);
 
     impl Reports for Sent {
         fn next(&mut self) -> io::Result<Report> {
-            let clock = self.0.recv().map_err(io::Error::other)?;
+            let (clock, x) = self.0.recv().map_err(io::Error::other)?;
             Ok(Report {
                 clock,
                 pose: Pose {
-                    at: [0.0; 3],
+                    at: [x, 0.0, 0.0],
                     turn: Turn::vector([0.0; 3]),
                 },
                 velocity: [0.0; 3],
@@ -354,7 +354,7 @@ mod tests {
             thread::scope(|scope| {
                 let asked = scope.spawn(|| watch.next(Duration::from_millis(200)));
                 while !asked.is_finished() {
-                    send.send(at()).expect("is read");
+                    send.send((at(), 0.0)).expect("is read");
                     thread::sleep(Duration::from_millis(4));
                 }
                 asked.join().expect("ends")
@@ -366,5 +366,27 @@ mod tests {
         assert!(news(&|| clock() - 10.0).is_err());
         assert!((0..100).any(|_| news(&clock).is_ok()));
         drop(send);
+    }
+
+    #[test]
+    fn an_arm_that_is_moved_a_little_after_a_strike_is_somebody_elses() {
+        for (moved, is_taken) in [(0.0005, false), (0.002, true)] {
+            let (send, sent) = mpsc::channel();
+            let outlet = Outlet::new(Vec::new());
+            let watch = Watch::start(Box::new(Sent(sent)), outlet, Arc::default()).expect("starts");
+            let seen = |count: usize| {
+                while watch.shared.lock().record.len() < count {
+                    thread::sleep(Duration::from_millis(1));
+                }
+            };
+            watch.record();
+            send.send((0.0, 0.3)).expect("is read");
+            seen(1);
+            watch.release();
+            send.send((0.001, 0.3 + moved)).expect("is read");
+            seen(2);
+            assert_eq!(watch.taken().is_some(), is_taken, "{moved}");
+            drop(send);
+        }
     }
 }

@@ -52,8 +52,8 @@ fn written(pose: &Pose) -> String {
     format!("p[{x:.6},{y:.6},{z:.6},{a:.6},{b:.6},{c:.6}]")
 }
 
-fn stream(ports: &Ports, patience: Duration, gives_life: bool) -> io::Result<Stream> {
-    Stream::start(listen(ports[2], patience)?, gives_life)
+fn stream(ports: &Ports, patience: Duration, alive: Option<&Outlet>) -> io::Result<Stream> {
+    Stream::start(listen(ports[2], patience)?, alive)
 }
 
 impl Ur {
@@ -94,8 +94,8 @@ impl Arm for Ur {
         })
     }
 
-    fn reports(ports: &Ports) -> io::Result<Box<dyn Reports>> {
-        Ok(Box::new(stream(ports, CONNECT, true)?))
+    fn reports(ports: &Ports, outlet: &Outlet) -> io::Result<Box<dyn Reports>> {
+        Ok(Box::new(stream(ports, CONNECT, Some(outlet))?))
     }
 
     fn outlet(&self) -> &Outlet {
@@ -124,7 +124,7 @@ impl Arm for Ur {
 
     fn status(&mut self) -> io::Result<Status> {
         let [remote] = self.dashboard(["is in remote control"])?;
-        let sample = stream(&self.ports, self.patience, false)?.next()?;
+        let sample = stream(&self.ports, self.patience, None)?.next()?;
         let slider = sample.slider * 100.0;
         let wrong = [
             (remote != "true").then(|| {
@@ -140,7 +140,7 @@ impl Arm for Ur {
     }
 
     fn pose(&mut self) -> io::Result<Pose> {
-        let sample = stream(&self.ports, self.patience, false)?.next()?;
+        let sample = stream(&self.ports, self.patience, None)?.next()?;
         Ok(sample.report.pose)
     }
 
@@ -151,7 +151,7 @@ impl Arm for Ur {
 
     /// A script asks about places along the lines (reach, and its safety planes), and writes the answer into a register.
     fn can_move(&mut self, lines: &[LineRequest]) -> io::Result<Result<(), (usize, String)>> {
-        let mut stream = stream(&self.ports, self.patience, false)?;
+        let mut stream = stream(&self.ports, self.patience, None)?;
         let mut from = stream.next()?.report.pose.at;
         let mut text = "  wrong = 0\n".to_owned();
         for (number, line) in (1..).zip(lines) {

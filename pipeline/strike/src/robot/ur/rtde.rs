@@ -7,7 +7,7 @@ use std::net::TcpStream;
 use std::time::Instant;
 
 use crate::epoch::Epoch;
-use crate::robot::arm::{Condition, Pose, Report, Reports, Said, garbage, read_frame};
+use crate::robot::arm::{Condition, Outlet, Pose, Report, Reports, Said, garbage, read_frame};
 
 /// Samples a second.
 const RATE: f64 = 250.0;
@@ -58,8 +58,8 @@ pub(super) fn number() -> i32 {
 pub(super) struct Stream {
     stream: TcpStream,
     recipe: u8,
-    /// The recipe of the sign of life; none where none is given.
-    inputs: Option<u8>,
+    /// The recipe of the sign of life, which is given until that outlet was stopped; none where none is given.
+    alive: Option<(u8, Outlet)>,
     life: i32,
     without_program: u32,
 }
@@ -67,15 +67,15 @@ pub(super) struct Stream {
 impl Stream {
     /// Agrees on the recipe, and starts. Errors where the controller does not know a quantity, or where another program gives the sign
     /// of life.
-    pub(super) fn start(mut stream: TcpStream, gives_life: bool) -> io::Result<Self> {
+    pub(super) fn start(mut stream: TcpStream, alive: Option<&Outlet>) -> io::Result<Self> {
         if ask(&mut stream, b'V', &2u16.to_be_bytes())?.first() != Some(&1) {
             return Err(garbage("it does not speak version 2 of RTDE"));
         }
         let (names, kinds): (Vec<_>, Vec<_>) = RECIPE.into_iter().unzip();
         let wanted = [&RATE.to_be_bytes(), names.join(",").as_bytes()].concat();
         let recipe = agree(&mut stream, b'O', &wanted, &kinds.join(","))?;
-        let inputs = gives_life
-            .then(|| agree(&mut stream, b'I', LIFE.as_bytes(), "INT32"))
+        let inputs = alive
+            .map(|_| agree(&mut stream, b'I', LIFE.as_bytes(), "INT32"))
             .transpose()?;
         if ask(&mut stream, b'S', &[])?.first() != Some(&1) {
             return Err(garbage("it does not start its stream"));
@@ -83,7 +83,7 @@ impl Stream {
         Ok(Self {
             stream,
             recipe,
-            inputs,
+            alive: inputs.zip(alive.cloned()),
             life: number(),
             without_program: REPLACED,
         })
@@ -98,9 +98,9 @@ impl Stream {
                 _ => {}
             }
         };
-        if let Some(inputs) = self.inputs {
+        if let Some((inputs, _)) = self.alive.as_ref().filter(|alive| !alive.1.is_stopped()) {
             self.life = self.life.wrapping_add(1);
-            let sign = [&[inputs][..], &self.life.to_be_bytes()].concat();
+            let sign = [&[*inputs][..], &self.life.to_be_bytes()].concat();
             send(&mut self.stream, DATA, &sign)?;
         }
         self.sample(&body[1..])

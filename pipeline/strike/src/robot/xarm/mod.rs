@@ -43,15 +43,18 @@ impl Reports for Stream {
             clock: report.clock as f64 * 1e-6,
             pose: pose(report.pose),
             velocity: report.velocity.map(|speed| speed / MM),
-            condition: condition(report.mode, report.state),
+            condition: condition(report.mode, report.state, report.held),
         })
     }
 }
 
-/// What the maker's numbers of mode and state mean.
-fn condition(mode: u8, state: u8) -> Condition {
+/// What the maker's numbers of mode and state mean. One line is sent at a time: where more are held, others are another program's.
+fn condition(mode: u8, state: u8, held: u16) -> Condition {
     match (mode, state) {
         (0, 0 | 2) => Condition::Ready,
+        (0, 1) if held > 1 => {
+            Condition::Held(Said("another program sends lines, held are", held.into()))
+        }
         (0, 1) => Condition::Moving,
         (0, 4 | 5) => Condition::Stopped(Said("state", state.into())),
         (0, 3) => Condition::Held(Said("it is paused, state", 3)),
@@ -89,7 +92,7 @@ impl Arm for XArm {
         })
     }
 
-    fn reports(ports: &Ports) -> io::Result<Box<dyn Reports>> {
+    fn reports(ports: &Ports, _: &Outlet) -> io::Result<Box<dyn Reports>> {
         Ok(Box::new(Stream(listen(ports[1], CONNECT)?)))
     }
 

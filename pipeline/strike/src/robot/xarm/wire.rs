@@ -140,6 +140,8 @@ pub struct Realtime {
     pub state: u8,
     /// 0 takes positions.
     pub mode: u8,
+    /// Requests that the controller holds, the one that it moves on among them.
+    pub held: u16,
     /// x, y, z in mm, roll, pitch, yaw in rad.
     pub pose: [f64; 6],
     /// Velocity along x, y, z in mm/s.
@@ -187,6 +189,7 @@ pub fn read_realtime(stream: &mut impl Read) -> io::Result<Realtime> {
         clock: u64::from_be_bytes(clock),
         state: frame[12] & 0x0f,
         mode: frame[12] >> 4,
+        held: u16::from_be_bytes([frame[13], frame[14]]),
         pose: vector(472),
         velocity: {
             let velocity: [f64; 6] = vector(496);

@@ -7,7 +7,7 @@ use serde::de::{Error, IgnoredAny, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 
 /// Reads a key that may be missing.
-pub(super) fn optional<'de, D, T, const N: usize>(
+pub(crate) fn optional<'de, D, T, const N: usize>(
     deserializer: D,
 ) -> Result<Option<[T; N]>, D::Error>
 where
@@ -17,7 +17,8 @@ where
     Ok(Option::<Exact<T, N>>::deserialize(deserializer)?.map(|exact| exact.0))
 }
 
-struct Exact<T, const N: usize>([T; N]);
+/// Reads as many as it holds.
+pub(crate) struct Exact<T, const N: usize>(pub(crate) [T; N]);
 
 impl<'de, T: Deserialize<'de> + Copy + Default, const N: usize> Deserialize<'de> for Exact<T, N> {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
