@@ -362,8 +362,9 @@ fn scatters(
     }
     let candidate = loaded(contents(results)?)?;
     let scatter = |strikes: &[Strike]| -> Result<_, Error> {
-        let seen = score::observed(run, &candidate, strikes)?;
-        Ok(score::varies(&candidate).scatter_of(&seen))
+        let fitted = score::fitted(run, &candidate, strikes)?;
+        let varies = score::varies(&candidate);
+        Ok(fitted.and_then(|fitted| varies.scatter_of(&fitted.seen)))
     };
     let latest = &older[older.len().saturating_sub(MOST_OLDER)..];
     let (Some(here), Some(before)) = (scatter(new)?, scatter(latest)?) else {

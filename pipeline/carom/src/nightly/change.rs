@@ -5,11 +5,11 @@ use serde::{Deserialize, Serialize};
 use stage::Run;
 use store::{Artifact, Calibrated, Contents, InputFile, Logged, Moved};
 use values::{Split, StopErrors, Strike};
-use world::{Session, Shift};
+use world::Shift;
 
 use super::held_out_gate::{HeldOutGate, compare, noise_floor};
 use crate::Error;
-use crate::score::{default_model, observed, varies};
+use crate::score::{default_model, fitted, moved};
 
 /// Folds of a cross-fit: each strike is predicted by a shift that it had no part in.
 const FOLDS: usize = 5;
@@ -60,11 +60,10 @@ impl Since<'_> {
     pub fn moved(&self, run: &Run) -> Result<Option<MovedVersion>, Error> {
         let learnt_from = |strike: &&Strike| strike.split != Split::Test;
         let strikes: Vec<Strike> = self.strikes.iter().filter(learnt_from).cloned().collect();
-        let seen = observed(run, self.base, &strikes)?;
-        let known = varies(self.base);
-        let Some((shift, certainty)) = known.fit(&seen) else {
+        let Some(fitted) = fitted(run, self.base, &strikes)? else {
             return Ok(None);
         };
+        let shift = fitted.shift;
         let errors = self.cross_fitted(run, self.strikes)?;
         let of = |calibrated: &Calibrated| Calibrated {
             world: moved(&calibrated.world, shift),
@@ -79,13 +78,13 @@ impl Since<'_> {
             provenance.metrics.insert(base.default_model, errors);
         }
         for varies in provenance.varies.values_mut() {
-            *varies = varies.moved(certainty);
+            *varies = varies.moved(fitted.certainty);
         }
         provenance.strikes = Some(self.all);
         provenance.inputs = self.inputs.clone();
         provenance.moved = Some(Moved {
             version: self.base.version.clone(),
-            strikes: seen.0.len(),
+            strikes: fitted.seen.0.len(),
         });
         Ok(Some(MovedVersion {
             contents: Contents {
@@ -113,7 +112,6 @@ impl Since<'_> {
 
     /// Each strike's error by the base, moved by what the strikes of the other folds show.
     fn cross_fitted(&self, run: &Run, strikes: &[Strike]) -> Result<Vec<Option<f64>>, Error> {
-        let known = varies(self.base);
         let mut errors = vec![None; strikes.len()];
         for fold in 0..FOLDS {
             let part = |is_in: bool| -> (Vec<usize>, Vec<Strike>) {
@@ -124,27 +122,19 @@ impl Since<'_> {
                     .unzip()
             };
             let (_, others) = part(false);
-            let seen: Session = observed(run, self.base, &others)?;
-            let Some((shift, _)) = known.fit(&seen) else {
+            let Some(fitted) = fitted(run, self.base, &others)? else {
                 continue;
             };
             let (places, judged) = part(true);
-            for (place, error) in places
-                .into_iter()
-                .zip(predicted(run, self.base, shift, &judged)?)
+            for (place, error) in
+                places
+                    .into_iter()
+                    .zip(predicted(run, self.base, fitted.shift, &judged)?)
             {
                 errors[place] = error;
             }
         }
         Ok(errors)
-    }
-}
-
-/// A world on a table that differs so from its own.
-fn moved(world: &world::World, shift: Shift) -> world::World {
-    world::World {
-        shift: world.shift.and(shift),
-        ..world.clone()
     }
 }
 
