@@ -195,13 +195,15 @@ impl Varies {
         Some((shift.into(), rows(&symmetric(&covariance))))
     }
 
-    /// How strikes scatter about their own shift, in units of the version's scatter.
+    /// How strikes scatter about their own shift, in units of the version's scatter. One that is bad counts for no more than one that is just
+    /// outlying: many are needed to make a session look bad.
     pub fn scatter_of(&self, session: &Session) -> Option<MeanSquare> {
         let (shift, _) = self.fit(session)?;
         let own = Vector::from(shift.values());
         let scatter = matrix(self.scatter);
         let seen = session.0.iter();
-        let squares = seen.map(|(_, seen)| distance_squared(&self.left(seen, &own), &scatter));
+        let squares =
+            seen.map(|(_, seen)| distance_squared(&self.left(seen, &own), &scatter).min(OUTLYING));
         let freedom = 3.0 * (session.0.len() as f64 - 1.0);
         Some(MeanSquare {
             mean_square: squares.sum::<f64>() / freedom,

@@ -1,15 +1,17 @@
 //! A table that changed for good: when, in what, and a version that follows it.
 
+use std::collections::BTreeSet;
+
 use judge::{HeldOut, stop_errors};
 use serde::{Deserialize, Serialize};
 use stage::Run;
 use store::{Artifact, Calibrated, Contents, InputFile, Logged, Moved};
 use values::{Split, StopErrors, Strike};
-use world::Shift;
+use world::{Session, Shift};
 
-use super::held_out_gate::{HeldOutGate, compare, noise_floor};
+use super::held_out_gate::{HeldOutGate, compare, noise_floor, unseen};
 use crate::Error;
-use crate::score::{default_model, fitted, moved};
+use crate::score::{default_model, fitted, moved, varies};
 
 /// Folds of a cross-fit: each strike is predicted by a shift that it had no part in.
 const FOLDS: usize = 5;
@@ -97,40 +99,45 @@ impl Since<'_> {
         }))
     }
 
-    /// Whether strikes since, each predicted by a shift that it had no part in, stop nearer to where the moved version says than to
-    /// where the version in use does: for the night of a change, when hardly any strike is held out.
+    /// Whether strikes since that the version in use did not learn from, each predicted by a shift that it had no part in, stop no
+    /// farther from where the moved version says than from where the version in use does: hardly any strike is held out soon after a change.
     pub fn compare_cross_fitted(
         &self,
         run: &Run,
         current: &Artifact,
     ) -> Result<HeldOutGate, Error> {
-        let by_current = predicted(run, current, Shift::default(), self.strikes)?;
-        let by_moved = self.cross_fitted(run, self.strikes)?;
+        let judges = unseen(self.strikes, f64::NEG_INFINITY, [current]);
+        let judges: BTreeSet<&str> = judges.iter().map(|strike| strike.id.as_str()).collect();
+        let judging = |errors: Vec<Option<f64>>| -> Vec<Option<f64>> {
+            let each = self.strikes.iter().zip(errors);
+            each.filter(|(strike, _)| judges.contains(strike.id.as_str()))
+                .map(|(_, error)| error)
+                .collect()
+        };
+        let by_current = judging(predicted(run, current, Shift::default(), self.strikes)?);
+        let by_moved = judging(self.cross_fitted(run, self.strikes)?);
         let floor = noise_floor(current);
         Ok(compare(&current.version, floor, &by_current, &by_moved))
     }
 
-    /// Each strike's error by the base, moved by what the strikes of the other folds show.
+    /// Each strike's error by the base, moved by what the strikes of the other folds show. Slopes are those where all of them have the table.
     fn cross_fitted(&self, run: &Run, strikes: &[Strike]) -> Result<Vec<Option<f64>>, Error> {
         let mut errors = vec![None; strikes.len()];
+        let Some(all) = fitted(run, self.base, strikes)? else {
+            return Ok(errors);
+        };
+        let known = varies(self.base);
         for fold in 0..FOLDS {
-            let part = |is_in: bool| -> (Vec<usize>, Vec<Strike>) {
-                let chosen = strikes.iter().enumerate();
-                let chosen = chosen.filter(|(place, _)| (place % FOLDS == fold) == is_in);
-                chosen
-                    .map(|(place, strike)| (place, strike.clone()))
-                    .unzip()
-            };
-            let (_, others) = part(false);
-            let Some(fitted) = fitted(run, self.base, &others)? else {
+            let is_in = |order: f64| order as usize % FOLDS == fold;
+            let others = all.seen.0.iter().filter(|(order, _)| !is_in(*order));
+            let Some((step, _)) = known.fit(&Session(others.copied().collect())) else {
                 continue;
             };
-            let (places, judged) = part(true);
-            for (place, error) in
-                places
-                    .into_iter()
-                    .zip(predicted(run, self.base, fitted.shift, &judged)?)
-            {
+            let places = (0..strikes.len()).filter(|place| is_in(strikes[*place].conditions.order));
+            let places: Vec<usize> = places.collect();
+            let judged: Vec<Strike> = places.iter().map(|place| strikes[*place].clone()).collect();
+            let predicted = predicted(run, self.base, all.about.and(step), &judged)?;
+            for (place, error) in places.into_iter().zip(predicted) {
                 errors[place] = error;
             }
         }

@@ -178,6 +178,8 @@ pub struct Fitted {
     pub shift: Shift,
     /// Covariance of that, row by row.
     pub certainty: [[f64; 3]; 3],
+    /// Where slopes were taken, as near as makes no difference.
+    pub about: Shift,
     /// What the strikes show beside the version's model there.
     pub seen: Session,
 }
@@ -186,19 +188,19 @@ pub struct Fitted {
 /// others than on the version's own. None of too few strikes.
 pub fn fitted(run: &Run, artifact: &Artifact, strikes: &[Strike]) -> Result<Option<Fitted>, Error> {
     let known = varies(artifact);
-    let mut shift = Shift::default();
-    let mut fitted = None;
+    let mut fitted: Option<Fitted> = None;
     for _ in 0..STEPS {
-        let seen = observed_on(run, artifact, shift, strikes)?;
+        let about = fitted.map_or(Shift::default(), |fitted| fitted.shift);
+        let seen = observed_on(run, artifact, about, strikes)?;
         let Some((step, certainty)) = known.fit(&seen) else {
             return Ok(None);
         };
         fitted = Some(Fitted {
-            shift: shift.and(step),
+            shift: about.and(step),
             certainty,
+            about,
             seen,
         });
-        shift = shift.and(step);
     }
     Ok(fitted)
 }
