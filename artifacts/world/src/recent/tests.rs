@@ -212,6 +212,36 @@ fn one_bad_strike_makes_no_night_look_bad_and_many_do() {
 }
 
 #[test]
+fn a_change_among_strikes_is_found_where_it_is_and_nowhere_else() {
+    let mut off = Vec::new();
+    for rig in 0..60 {
+        let mut random = Deviates(rig * 104_729 + 5);
+        let varies = Varies {
+            wander: [0.0; 3],
+            ..learnt(&mut random, 0.0)
+        };
+        let mut session = |changed: usize, bad: usize| {
+            let seen = (0..50).map(|place| {
+                let table = if place < changed {
+                    Shift::default()
+                } else {
+                    NOON
+                };
+                let mut seen = random.strike(table);
+                seen.away[1] -= if place == bad { 0.7 } else { 0.0 };
+                (place as f64, seen)
+            });
+            varies.step(&Session(seen.collect()))
+        };
+        assert_eq!((session(50, 50), session(50, 7)), (None, None), "{rig}");
+        assert_eq!(session(0, 7), None, "{rig}");
+        off.push((session(37, 7).expect("a change") as f64 - 37.0).abs());
+    }
+    let mean = off.iter().sum::<f64>() / off.len() as f64;
+    assert!(mean < 0.5, "{mean}");
+}
+
+#[test]
 fn what_varies_is_checked_where_it_is_loaded() {
     let varies = learnt(&mut Deviates(1), 0.0);
     assert_eq!(varies.check(), Ok(()));

@@ -214,6 +214,12 @@ fn work(
         }
         Some(before) => {
             let new = report_new(run, inputs, before, &results, &mut night)?;
+            // What is new may have begun on the table of before: a change lies among the strikes of a night, or a night was not learnt from.
+            let step = score::step(run, before, &new)?;
+            let (earlier, latest) = new.split_at(step);
+            if step > 0 {
+                (_, night.drift) = score::judge(run, before, latest)?;
+            }
             night.report_missing(before, &results);
             log.line(
                 "info",
@@ -221,13 +227,21 @@ fn work(
                 &json!({ "drift": night.drift, "missing": night.missing }),
             );
             let was_quarantined = last.as_ref().is_some_and(|last| last.quarantined);
-            if !was_quarantined && scatters(run, &new, &results, &mut night)? {
+            if !was_quarantined && scatters(run, [earlier, latest], &results, &mut night)? {
                 Choice {
                     chosen: None,
                     waits: None,
                 }
             } else {
-                choose(run, store, before, &new, &learnt_from, &results, &mut night)?
+                choose(
+                    run,
+                    store,
+                    before,
+                    latest,
+                    &learnt_from,
+                    &results,
+                    &mut night,
+                )?
             }
         }
     };
@@ -350,10 +364,11 @@ fn report_new(
 /// Whether the new strikes scatter more than the older ones beside what learnt from both, beyond chance: then they are set aside.
 fn scatters(
     run: &Run,
-    new: &[Strike],
+    parts: [&[Strike]; 2],
     results: &Results,
     night: &mut Night,
 ) -> Result<bool, Error> {
+    let new = parts.concat();
     let tonight: BTreeSet<&str> = new.iter().map(|strike| strike.id.as_str()).collect();
     let is_older = |strike: &&Strike| !tonight.contains(strike.id.as_str());
     let older: Vec<Strike> = results.strikes.iter().filter(is_older).cloned().collect();
@@ -361,17 +376,25 @@ fn scatters(
         return Ok(false);
     }
     let candidate = loaded(contents(results)?)?;
-    let scatter = |strikes: &[Strike]| -> Result<_, Error> {
-        let fitted = score::fitted(run, &candidate, strikes)?;
+    // About where each part has the table.
+    let scatter = |parts: &[&[Strike]]| -> Result<_, Error> {
         let varies = score::varies(&candidate);
-        Ok(fitted.and_then(|fitted| varies.scatter_of(&fitted.seen)))
+        let (mut squares, mut freedom) = (0.0, 0.0);
+        for part in parts {
+            let fitted = score::fitted(run, &candidate, part)?;
+            if let Some(scatter) = fitted.and_then(|fitted| varies.scatter_of(&fitted.seen)) {
+                squares += scatter.mean_square * scatter.freedom;
+                freedom += scatter.freedom;
+            }
+        }
+        Ok((squares / freedom, freedom))
     };
     let latest = &older[older.len().saturating_sub(MOST_OLDER)..];
-    let (Some(here), Some(before)) = (scatter(new)?, scatter(latest)?) else {
-        return Ok(false);
-    };
-    let ratio = here.mean_square / before.mean_square;
-    let f = FisherSnedecor::new(here.freedom, before.freedom);
+    let (here, freedom) = scatter(&parts)?;
+    let (before, freedom_before) = scatter(&[latest])?;
+    let ratio = here / before;
+    // Of too few there is no such number.
+    let f = FisherSnedecor::new(freedom, freedom_before);
     if f.map_or(1.0, |f| f.sf(ratio)) >= QUARANTINE {
         return Ok(false);
     }

@@ -205,6 +205,15 @@ pub fn fitted(run: &Run, artifact: &Artifact, strikes: &[Strike]) -> Result<Opti
     Ok(fitted)
 }
 
+/// The place of the first of these strikes that was made on another table than those before it; 0 where they show one table only.
+pub fn step(run: &Run, artifact: &Artifact, strikes: &[Strike]) -> Result<usize, Error> {
+    let seen = observed(run, artifact, strikes)?;
+    let place = varies(artifact).step(&seen);
+    let order = place.map(|place| seen.0[place].0);
+    let is_it = |strike: &Strike| order == Some(strike.conditions.order);
+    Ok(strikes.iter().position(is_it).unwrap_or(0))
+}
+
 /// A world on a table that differs so from its own.
 pub fn moved(world: &World, shift: Shift) -> World {
     World {
