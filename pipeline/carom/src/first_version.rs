@@ -96,15 +96,20 @@ impl FirstVersion {
         self
     }
 
-    /// Whether there are yet too few strikes to judge by: more of the same mend that, and nobody need look.
-    pub fn is_waiting(&self) -> bool {
+    /// Whether there are yet too few strikes to judge by.
+    fn is_unjudged(&self) -> bool {
         self.held_out < LEAST
+    }
+
+    /// Whether more strikes of the same kind may mend what it does not pass for: nobody need look yet.
+    pub fn is_gathering(&self) -> bool {
+        self.is_unjudged() || self.strikes < ENOUGH
     }
 
     /// Why it does not pass, and what to log next; empty where it passes.
     pub fn doubts(&self) -> Vec<String> {
         let mut doubts = Vec::new();
-        if self.is_waiting() {
+        if self.is_unjudged() {
             let more = (FOR_ONE * (LEAST - self.held_out)).max(ENOUGH.saturating_sub(self.strikes));
             doubts.push(format!(
                 "{} of {} strikes are held out to judge by, and a first version is judged by {LEAST} at the least: record {more} more, at other \
@@ -243,7 +248,10 @@ mod tests {
         let few = gate(7, 0.01, 0.03, 0.1);
         assert!(!few.passed);
         assert!(few.doubts()[0].contains("record 45 more"), "{few:?}");
-        assert!(!gate(8, 0.2, 0.03, 0.1).passed);
+        assert!(few.is_gathering());
+        // Worse than plain means: forty strikes may yet teach more, a hundred should have.
+        assert!(!gate(8, 0.2, 0.03, 0.1).passed && gate(8, 0.2, 0.03, 0.1).is_gathering());
+        assert!(!gate(20, 0.2, 0.03, 0.1).is_gathering());
         assert!(!gate(20, 0.03, 0.025, 0.1).passed);
         assert!(!gate(20, 0.02, 0.03, 0.015).passed);
         // One command over and over: its mean is the best that there is.

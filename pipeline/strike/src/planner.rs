@@ -161,14 +161,18 @@ impl Planner {
     }
 
     /// The same on the table that recent strikes show. `is_today` says that the last of them is of the session to plan in; else a new one
-    /// begins, and nothing is seen of it yet.
+    /// begins, and nothing is seen of it yet: no more than where every strike of it is bad.
     pub fn adapted(mut self, recent: &Recent, is_today: bool) -> Self {
         let mut recent = recent.clone();
         if !is_today {
             recent.begin_session();
         }
-        self.table = recent.filter().clone();
-        self.is_seen = is_today && self.table.strikes() > 0;
+        let filter = recent.filter();
+        self.is_seen = filter.is_shown();
+        self.table = match self.is_seen {
+            true => filter.clone(),
+            false => filter.if_as_it_was(),
+        };
         self.simulator = self.simulator.shifted(self.table.mean());
         self.residual = self
             .residual

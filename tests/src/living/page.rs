@@ -84,6 +84,13 @@ pub fn page(outcomes: &[Outcome]) -> String {
         ("noon, after two and more", &|o: &Outcome| {
             o.case == Case::Noon && o.recent > 1
         }),
+        (
+            "noon, the second bad, after two and more",
+            &|o: &Outcome| o.case == Case::NoonBad && o.recent > 1,
+        ),
+        ("steady, the first bad, after one", &|o: &Outcome| {
+            o.case == Case::SteadyBad && o.recent == 1
+        }),
         ("wander, after strikes", &|o: &Outcome| {
             o.case == Case::Wander && o.recent > 0
         }),

@@ -39,6 +39,8 @@ const ODD_BY_CHANCE: f64 = 1e-4;
 pub struct Filter {
     varies: Varies,
     hypotheses: Vec<Hypothesis>,
+    /// Before the session's first strike, if nothing jumped.
+    as_it_was: Vec<Hypothesis>,
     /// Strikes that it followed.
     strikes: usize,
 }
@@ -52,6 +54,8 @@ struct Hypothesis {
     covariance: Rows,
     /// Strikes that are bad in it, and those before which the table jumped.
     odd: usize,
+    /// Strikes of the session that are not bad in it.
+    good: usize,
 }
 
 /// The table is farther from the version's own than the version believes possible.
@@ -68,30 +72,41 @@ pub struct TableChanged {
 impl Filter {
     /// Before any recent strike.
     pub fn new(varies: &Varies) -> Self {
+        let hypotheses = vec![Hypothesis {
+            log_weight: 0.0,
+            mean: [0.0; 3],
+            covariance: varies.certainty,
+            odd: 0,
+            good: 0,
+        }];
         Self {
-            hypotheses: vec![Hypothesis {
-                log_weight: 0.0,
-                mean: [0.0; 3],
-                covariance: varies.certainty,
-                odd: 0,
-            }],
+            as_it_was: hypotheses.clone(),
+            hypotheses,
             varies: varies.clone(),
             strikes: 0,
         }
     }
 
-    /// Before the first strike of a new session, if the table is as it was: nothing jumped, and sessions differ as they were seen to. One
-    /// session shows no difference.
+    /// Before the first strike of a new session, if the table is as it was.
     pub fn as_usual(varies: &Varies) -> Self {
         let mut filter = Self::new(varies);
-        if varies.between.sessions < 2 {
-            return filter;
+        filter.begin_session();
+        filter.if_as_it_was()
+    }
+
+    /// What is known of a session of which no strike shows anything, if the table is as it was: nothing jumped, and sessions differ as they
+    /// were seen to. One session shows no difference.
+    pub fn if_as_it_was(&self) -> Self {
+        Self {
+            hypotheses: self.as_it_was.clone(),
+            ..self.clone()
         }
-        let usual = variances(varies.between.next());
-        for hypothesis in &mut filter.hypotheses {
-            *hypothesis = hypothesis.spread(0.0, &usual);
-        }
-        filter
+    }
+
+    /// Whether strikes of the session show the table: one that is bad shows nothing.
+    pub fn is_shown(&self) -> bool {
+        let good = self.hypotheses.iter().map(|h| h.weight() * h.good as f64);
+        good.sum::<f64>() >= 0.5
     }
 
     /// How the table varies.
@@ -109,6 +124,15 @@ impl Filter {
         let between = &self.varies.between;
         let usual = variances(between.next());
         let stays = (1.0 - between.jump_chance).ln();
+        for hypothesis in &mut self.hypotheses {
+            hypothesis.good = 0;
+        }
+        self.as_it_was.clone_from(&self.hypotheses);
+        if between.sessions > 1 {
+            for hypothesis in &mut self.as_it_was {
+                *hypothesis = hypothesis.spread(0.0, &usual);
+            }
+        }
         let mut begun = Vec::with_capacity(8 * self.hypotheses.len());
         for hypothesis in &self.hypotheses {
             begun.push(hypothesis.spread(stays, &usual));
@@ -141,14 +165,15 @@ impl Filter {
         Self {
             varies: self.varies.clone(),
             hypotheses: heaviest(next),
+            as_it_was: self.as_it_was.clone(),
             strikes: self.strikes + 1,
         }
     }
 
-    /// The weighted mean: what to plan with.
+    /// The weighted mean of what is believed possible: what to plan with. A strike that only a table beyond belief explains is taken for a
+    /// bad one until another says the same, which [`Filter::check`] then tells.
     pub fn mean(&self) -> Shift {
-        let mean: [f64; 3] = self.mean_vector().into();
-        mean.into()
+        shift(&mean_of(&self.believed()))
     }
 
     /// Standard deviations of friction (ln), gain (ln) and heading (rad) about the mean.
@@ -174,9 +199,8 @@ impl Filter {
     /// # Errors
     /// Where it is.
     pub fn check(&self) -> Result<(), TableChanged> {
-        let believed =
-            matrix(self.varies.certainty) + variances(self.varies.between.next()) + variances(JUMP);
-        let away = distance_squared(&self.mean_vector(), &believed);
+        let mean = mean_of(&self.weighted(|_| true));
+        let away = distance_squared(&mean, &self.belief());
         let expected = (self.varies.bad + JUMP_NOW) * self.strikes as f64;
         let odd: f64 = self
             .hypotheses
@@ -186,7 +210,7 @@ impl Filter {
         let is_odd = odd >= LEAST_ODD && by_chance(odd, expected) < ODD_BY_CHANCE;
         if is_odd || (self.strikes >= LEAST_STRIKES && away > BELIEF) {
             return Err(TableChanged {
-                shift: self.mean(),
+                shift: shift(&mean),
                 strikes: self.strikes,
                 odd: is_odd.then_some(odd.round() as usize),
             });
@@ -194,20 +218,53 @@ impl Filter {
         Ok(())
     }
 
-    fn mean_vector(&self) -> Vector {
-        let weighted = self.hypotheses.iter().map(|h| h.vector() * h.weight());
-        weighted.fold(Vector::zeros(), |sum, mean| sum + mean)
+    /// Covariance of where the version believes a table possible, about its own.
+    fn belief(&self) -> Matrix {
+        matrix(self.varies.certainty) + variances(self.varies.between.next()) + variances(JUMP)
     }
 
-    /// Within the hypotheses and between them.
+    /// The hypotheses that lie within belief and their weights; all, where none does.
+    fn believed(&self) -> Vec<(&Hypothesis, f64)> {
+        let belief = self.belief();
+        let within = self.weighted(|h| distance_squared(&h.vector(), &belief) <= BELIEF);
+        if within.is_empty() {
+            self.weighted(|_| true)
+        } else {
+            within
+        }
+    }
+
+    /// Those hypotheses, and weights that sum to one.
+    fn weighted(&self, is_one: impl Fn(&Hypothesis) -> bool) -> Vec<(&Hypothesis, f64)> {
+        let chosen = self.hypotheses.iter().filter(|h| is_one(h));
+        let mut chosen: Vec<(&Hypothesis, f64)> = chosen.map(|h| (h, h.weight())).collect();
+        let sum: f64 = chosen.iter().map(|(_, weight)| weight).sum();
+        for (_, weight) in &mut chosen {
+            *weight /= sum;
+        }
+        chosen
+    }
+
+    /// Within the hypotheses that are believed and between them.
     fn covariance(&self) -> Matrix {
-        let mean = self.mean_vector();
-        let spread = self.hypotheses.iter().map(|hypothesis| {
+        let believed = self.believed();
+        let mean = mean_of(&believed);
+        let spread = believed.iter().map(|(hypothesis, weight)| {
             let away = hypothesis.vector() - mean;
-            (matrix(hypothesis.covariance) + away * away.transpose()) * hypothesis.weight()
+            (matrix(hypothesis.covariance) + away * away.transpose()) * *weight
         });
         spread.fold(Matrix::zeros(), |sum, one| sum + one)
     }
+}
+
+fn mean_of(weighted: &[(&Hypothesis, f64)]) -> Vector {
+    let each = weighted.iter().map(|(h, weight)| h.vector() * *weight);
+    each.fold(Vector::zeros(), |sum, mean| sum + mean)
+}
+
+fn shift(values: &Vector) -> Shift {
+    let values: [f64; 3] = (*values).into();
+    values.into()
 }
 
 impl Hypothesis {
@@ -226,6 +283,7 @@ impl Hypothesis {
             mean: self.mean,
             covariance: rows(&(matrix(self.covariance) + by)),
             odd: self.odd,
+            good: self.good,
         }
     }
 
@@ -251,6 +309,7 @@ impl Hypothesis {
             mean: mean.into(),
             covariance: rows(&after),
             odd: self.odd,
+            good: self.good + 1,
         })
     }
 }

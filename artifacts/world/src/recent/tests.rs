@@ -191,6 +191,57 @@ fn sessions_that_differ_widen_what_is_believed_of_the_next() {
 }
 
 #[test]
+fn one_bad_strike_makes_no_night_look_bad_and_many_do() {
+    for rig in 0..20 {
+        let mut random = Deviates(rig * 7919 + 1);
+        let varies = learnt(&mut random, 0.0);
+        let mut scatter = |bad: usize| {
+            let seen = (0..25).map(|place| {
+                let mut seen = random.strike(Shift::default());
+                if place < bad {
+                    seen.away[1] += if place % 2 == 0 { -0.7 } else { 0.4 };
+                }
+                (place as f64, seen)
+            });
+            let seen = varies.scatter_of(&Session(seen.collect()));
+            seen.expect("enough strikes").mean_square
+        };
+        let (one, many) = (scatter(1), scatter(12));
+        assert!(one < 1.75 && many > 1.75, "{rig}: {one} {many}");
+    }
+}
+
+#[test]
+fn a_change_among_strikes_is_found_where_it_is_and_nowhere_else() {
+    let mut off = Vec::new();
+    for rig in 0..60 {
+        let mut random = Deviates(rig * 104_729 + 5);
+        let varies = Varies {
+            wander: [0.0; 3],
+            ..learnt(&mut random, 0.0)
+        };
+        let mut session = |changed: usize, bad: usize| {
+            let seen = (0..50).map(|place| {
+                let table = if place < changed {
+                    Shift::default()
+                } else {
+                    NOON
+                };
+                let mut seen = random.strike(table);
+                seen.away[1] -= if place == bad { 0.7 } else { 0.0 };
+                (place as f64, seen)
+            });
+            varies.step(&Session(seen.collect()))
+        };
+        assert_eq!((session(50, 50), session(50, 7)), (None, None), "{rig}");
+        assert_eq!(session(0, 7), None, "{rig}");
+        off.push((session(37, 7).expect("a change") as f64 - 37.0).abs());
+    }
+    let mean = off.iter().sum::<f64>() / off.len() as f64;
+    assert!(mean < 0.5, "{mean}");
+}
+
+#[test]
 fn what_varies_is_checked_where_it_is_loaded() {
     let varies = learnt(&mut Deviates(1), 0.0);
     assert_eq!(varies.check(), Ok(()));
@@ -203,6 +254,43 @@ fn what_varies_is_checked_where_it_is_loaded() {
     let mut wrong = varies;
     wrong.wander[2] = f64::NAN;
     assert!(wrong.check().is_err());
+}
+
+#[test]
+fn a_strike_that_only_a_table_beyond_belief_explains_shows_nothing_until_another_says_the_same() {
+    for rig in 0..40 {
+        let mut random = Deviates(rig * 7919 + 1);
+        let varies = learnt(&mut random, 0.0);
+        let mut strikes = [(); 3].map(|()| random.strike(Shift::default()));
+        strikes[0].away[1] -= 0.7;
+        let first = followed(&varies, strikes[..1].iter().copied());
+        assert!(!first.is_shown(), "{rig}");
+        assert!(miss(first.mean(), Shift::default()) < 0.02, "{rig}");
+        assert_eq!(first.if_as_it_was().mean(), Shift::default());
+        let others = followed(&varies, strikes.iter().copied());
+        assert!(others.is_shown(), "{rig}");
+        // A new day: nothing is seen of it.
+        let mut tomorrow = others.clone();
+        tomorrow.begin_session();
+        assert!(!tomorrow.is_shown() && tomorrow.if_as_it_was().mean() == others.mean());
+    }
+}
+
+#[test]
+fn the_promise_is_what_comes_of_it_where_the_second_strike_after_a_change_is_bad() {
+    let (mut ratio, rigs) = (0.0, 100);
+    for rig in 0..rigs {
+        let mut random = Deviates(rig * 32_452_843 + 7);
+        let varies = learnt(&mut random, 0.0);
+        let mut strikes = [(); 2].map(|()| random.strike(NOON));
+        strikes[1].away[1] -= 0.7;
+        let filter = followed(&varies, strikes.into_iter());
+        let scatter = SCATTER[1].powi(2) + SCATTER[2].powi(2);
+        let expected = miss(filter.mean(), NOON).powi(2) + scatter;
+        let promised = varies.stop_scatter().powi(2) + filter.share_by_shift(&STOP_SLOPES);
+        ratio += expected / promised / f64::from(rigs as u32);
+    }
+    assert!((0.6..1.4).contains(&ratio), "{ratio}");
 }
 
 /// What ln distance and bearing change by with friction, gain and heading.

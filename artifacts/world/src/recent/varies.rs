@@ -34,6 +34,11 @@ const BAD_SHOWN: [f64; 3] = [0.2, 0.3, 0.2];
 const CLAIMED: f64 = 3.0;
 /// Fewer strikes than these in a row show no wander.
 const LEAST_IN_A_ROW: usize = 12;
+/// A table is said to have changed between two strikes where that makes all of them so many nats likelier, wherever it is looked for: chance
+/// does so for less than one in ten thousand rows of a hundred strikes.
+const CLAIMED_STEP: f64 = 16.0;
+/// So many strikes at the least on each side of a change.
+const LEAST_BESIDE: usize = 5;
 /// Fewer strikes than these show no session's own value.
 const LEAST_IN_A_SESSION: usize = 3;
 
@@ -195,13 +200,36 @@ impl Varies {
         Some((shift.into(), rows(&symmetric(&covariance))))
     }
 
-    /// How strikes scatter about their own shift, in units of the version's scatter.
+    /// The place of the first strike on another table, where one change among the strikes explains them far better than none. A table that
+    /// wanders changes all along.
+    pub fn step(&self, session: &Session) -> Option<usize> {
+        if self.wander != [0.0; 3] {
+            return None;
+        }
+        let strikes = &session.0;
+        let squares = |part: &[(f64, Observation)]| {
+            let scatter = self.scatter_of(&Session(part.to_vec()))?;
+            Some(scatter.mean_square * scatter.freedom)
+        };
+        let whole = squares(strikes)?;
+        let last = strikes.len().saturating_sub(LEAST_BESIDE);
+        let parts = (LEAST_BESIDE..=last).filter_map(|place| {
+            let (before, after) = strikes.split_at(place);
+            Some((place, squares(before)? + squares(after)?))
+        });
+        let (place, least) = parts.min_by(|a, b| a.1.total_cmp(&b.1))?;
+        (0.5 * (whole - least) > CLAIMED_STEP).then_some(place)
+    }
+
+    /// How strikes scatter about their own shift, in units of the version's scatter. One that is bad counts for no more than one that is just
+    /// outlying: many are needed to make a session look bad.
     pub fn scatter_of(&self, session: &Session) -> Option<MeanSquare> {
         let (shift, _) = self.fit(session)?;
         let own = Vector::from(shift.values());
         let scatter = matrix(self.scatter);
         let seen = session.0.iter();
-        let squares = seen.map(|(_, seen)| distance_squared(&self.left(seen, &own), &scatter));
+        let squares =
+            seen.map(|(_, seen)| distance_squared(&self.left(seen, &own), &scatter).min(OUTLYING));
         let freedom = 3.0 * (session.0.len() as f64 - 1.0);
         Some(MeanSquare {
             mean_square: squares.sum::<f64>() / freedom,

@@ -14,15 +14,15 @@ use serde_json::json;
 use stage::Run;
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 use store::{Artifact, ArtifactError, Contents, Store};
-use values::{Split, Strike};
+use values::Strike;
 
 use crate::args::{Global, SignArgs};
 use crate::first_version::FirstVersion;
 use crate::inputs::Inputs;
 use crate::left_out::LeftOut;
 use crate::nightly::{
-    Change, HeldOutGate, LEAST_HELD_OUT, Log, MovedVersion, Night, Since, Status, changed,
-    compare_held_out, keep, kept, new_strikes, plan_paths, promised, unseen,
+    Change, ExecutorGate, HeldOutGate, Log, Night, Since, Status, changed, compare_held_out, keep,
+    kept, new_strikes, plan_paths, promised, unseen,
 };
 use crate::output::{Output, to_json};
 use crate::pipeline::{Step, pipeline};
@@ -38,6 +38,8 @@ const QUARANTINE: f64 = 1e-4;
 const MATURE: usize = 20;
 /// New strikes are compared with the latest so many.
 const MOST_OLDER: usize = 200;
+/// The latest so many since a change say where the table is: enough to know it to a twentieth of what strikes scatter by.
+const MOST_SINCE: usize = 200;
 /// So many strikes since a change teach a version by themselves.
 const ALONE: usize = 60;
 /// Folder below the run's where what was not put to use waits for strikes that it did not learn from. No robot looks there.
@@ -198,16 +200,26 @@ fn work(
         night = night.after(last);
     }
     log.line("info", "run", &json!({ "strikes": night.strikes, "rejected": night.rejected, "new_logs": night.new_logs, "left_out": night.left_out, "damaged": night.damaged }));
-    let chosen = match &before {
+    let choice = match &before {
         None => {
             night
                 .why
                 .push("nothing was published before that it could be compared with".into());
             let contents = contents(&results)?;
-            first(&results, contents, &mut night)?.then(|| contents.clone())
+            let passed = first(&results, contents, &mut night)?;
+            Choice {
+                chosen: passed.then(|| contents.clone()),
+                waits: None,
+            }
         }
         Some(before) => {
             let new = report_new(run, inputs, before, &results, &mut night)?;
+            // What is new may have begun on the table of before: a change lies among the strikes of a night, or a night was not learnt from.
+            let step = score::step(run, before, &new)?;
+            let (earlier, latest) = new.split_at(step);
+            if step > 0 {
+                (_, night.drift) = score::judge(run, before, latest)?;
+            }
             night.report_missing(before, &results);
             log.line(
                 "info",
@@ -215,19 +227,32 @@ fn work(
                 &json!({ "drift": night.drift, "missing": night.missing }),
             );
             let was_quarantined = last.as_ref().is_some_and(|last| last.quarantined);
-            if !was_quarantined && scatters(run, &new, &results, &mut night)? {
-                None
+            if !was_quarantined && scatters(run, [earlier, latest], &results, &mut night)? {
+                Choice {
+                    chosen: None,
+                    waits: None,
+                }
             } else {
-                choose(run, store, before, &new, &learnt_from, &results, &mut night)?
+                choose(
+                    run,
+                    store,
+                    before,
+                    latest,
+                    &learnt_from,
+                    &results,
+                    &mut night,
+                )?
             }
         }
     };
     log.line("info", "gates", &json!({ "status": night.status, "why": night.why, "beats": night.beats, "executor": night.executor }));
-    let promoted = match &chosen {
+    let promoted = match &choice.chosen {
         Some(contents) => promote(store, contents, &mut night)?,
         None => None,
     };
-    wait(dir, &results, chosen.as_ref(), &mut night)?;
+    if matches!(night.status, Status::Promoted | Status::Kept) {
+        night.waiting = wait(dir, choice.waits.as_ref())?;
+    }
     if night.status == Status::Promoted {
         night.removed = store.retain(usize::from(args.keep)).map_err(store_error)?;
     }
@@ -247,22 +272,11 @@ fn work(
     Ok(night)
 }
 
-/// Keeps what came out and is not put to use: tomorrow's strikes judge it, for it learnt from none of them.
-fn wait(
-    dir: &Path,
-    results: &Results,
-    chosen: Option<&Contents>,
-    night: &mut Night,
-) -> Result<(), Error> {
-    if night.quarantined || !matches!(night.status, Status::Promoted | Status::Kept) {
-        return Ok(());
-    }
-    let contents = results.version().map(|version| &version.contents);
-    let unused = contents.filter(|contents| chosen != Some(*contents));
+/// Keeps what is not put to use: tomorrow's strikes judge it, for it learnt from none of them.
+fn wait(dir: &Path, waits: Option<&Contents>) -> Result<Option<String>, Error> {
     let waiting = Store::open(&dir.join(WAITING));
-    let version = unused.map(|contents| waiting.publish(contents));
-    night.waiting = version.transpose().map_err(store_error)?;
-    Ok(())
+    let version = waits.map(|contents| waiting.publish(contents));
+    version.transpose().map_err(store_error)
 }
 
 fn contents(results: &Results) -> Result<&Contents, Error> {
@@ -350,10 +364,11 @@ fn report_new(
 /// Whether the new strikes scatter more than the older ones beside what learnt from both, beyond chance: then they are set aside.
 fn scatters(
     run: &Run,
-    new: &[Strike],
+    parts: [&[Strike]; 2],
     results: &Results,
     night: &mut Night,
 ) -> Result<bool, Error> {
+    let new = parts.concat();
     let tonight: BTreeSet<&str> = new.iter().map(|strike| strike.id.as_str()).collect();
     let is_older = |strike: &&Strike| !tonight.contains(strike.id.as_str());
     let older: Vec<Strike> = results.strikes.iter().filter(is_older).cloned().collect();
@@ -361,16 +376,25 @@ fn scatters(
         return Ok(false);
     }
     let candidate = loaded(contents(results)?)?;
-    let scatter = |strikes: &[Strike]| -> Result<_, Error> {
-        let seen = score::observed(run, &candidate, strikes)?;
-        Ok(score::varies(&candidate).scatter_of(&seen))
+    // About where each part has the table.
+    let scatter = |parts: &[&[Strike]]| -> Result<_, Error> {
+        let varies = score::varies(&candidate);
+        let (mut squares, mut freedom) = (0.0, 0.0);
+        for part in parts {
+            let fitted = score::fitted(run, &candidate, part)?;
+            if let Some(scatter) = fitted.and_then(|fitted| varies.scatter_of(&fitted.seen)) {
+                squares += scatter.mean_square * scatter.freedom;
+                freedom += scatter.freedom;
+            }
+        }
+        Ok((squares / freedom, freedom))
     };
     let latest = &older[older.len().saturating_sub(MOST_OLDER)..];
-    let (Some(here), Some(before)) = (scatter(new)?, scatter(latest)?) else {
-        return Ok(false);
-    };
-    let ratio = here.mean_square / before.mean_square;
-    let f = FisherSnedecor::new(here.freedom, before.freedom);
+    let (here, freedom) = scatter(&parts)?;
+    let (before, freedom_before) = scatter(&[latest])?;
+    let ratio = here / before;
+    // Of too few there is no such number.
+    let f = FisherSnedecor::new(freedom, freedom_before);
     if f.map_or(1.0, |f| f.sf(ratio)) >= QUARANTINE {
         return Ok(false);
     }
@@ -385,6 +409,28 @@ fn scatters(
     Ok(true)
 }
 
+/// What might be put to use tonight.
+struct Candidate {
+    /// What it learnt from, in words.
+    name: String,
+    contents: Contents,
+    /// Beside the version in use, on strikes that neither learnt from.
+    gate: HeldOutGate,
+    executor: ExecutorGate,
+}
+
+impl Candidate {
+    fn passed(&self) -> bool {
+        self.gate.passed && self.executor.passed
+    }
+}
+
+/// What was decided: what is put to use, if anything, and what waits for strikes that it did not learn from.
+struct Choice {
+    chosen: Option<Contents>,
+    waits: Option<Contents>,
+}
+
 /// What is put to use in place of the version before: what learnt from all nights, or what learnt since a change for good.
 fn choose(
     run: &Run,
@@ -394,7 +440,7 @@ fn choose(
     inputs: &Inputs,
     results: &Results,
     night: &mut Night,
-) -> Result<Option<Contents>, Error> {
+) -> Result<Choice, Error> {
     // A version of a few strikes does not know the table well enough to say that it changed.
     let is_mature = score::varies(before).strikes >= MATURE;
     let is_changed = is_mature && night.drift.as_ref().is_some_and(Drift::is_beyond_chance);
@@ -408,156 +454,104 @@ fn choose(
                 .map_or_else(String::new, Drift::sentence),
         });
     }
-    let change = night.change.clone();
-    let since = change
+    let since = night
+        .change
         .as_ref()
         .map_or(f64::NEG_INFINITY, |change| change.since);
-    let mut candidates = vec![("all nights", contents(results)?.clone())];
-    if let Some(change) = &change
-        && let Ok(base) = store.load(Some(&change.version))
-    {
-        let strikes: Vec<Strike> = results
-            .strikes
-            .iter()
-            .filter(|strike| strike.t_start >= since)
-            .cloned()
-            .collect();
+    let all = contents(results)?;
+    let mut waits = all.clone();
+    let mut candidates = Vec::new();
+    let mut add = |name: &str, contents: &Contents| -> Result<(), Error> {
+        let artifact = loaded(contents)?;
+        if before.manifest == artifact.manifest {
+            return Ok(());
+        }
+        let judges = unseen(&results.strikes, since, [before, &artifact]);
+        candidates.push(Candidate {
+            name: name.into(),
+            contents: contents.clone(),
+            gate: compare_held_out(run, before, &artifact, &judges)?,
+            executor: plan_paths(&artifact, &results.strikes),
+        });
+        Ok(())
+    };
+    add("all nights", all)?;
+    // What came out last night and waits: it learnt from none of tonight's strikes, so all of them judge. One that is gone is no candidate.
+    let waiting = night.waiting.as_deref();
+    let waiting =
+        waiting.and_then(|name| Store::open(&run.dir().join(WAITING)).load(Some(name)).ok());
+    if let Some(waiting) = waiting {
+        add("the nights before tonight", &Contents::from(waiting))?;
+    }
+    let base = night.change.as_ref().map(|change| &change.version);
+    if let Some(base) = base.and_then(|version| store.load(Some(version)).ok()) {
+        let is_since = |strike: &&Strike| strike.t_start >= since;
+        let strikes: Vec<Strike> = results.strikes.iter().filter(is_since).cloned().collect();
+        let latest = &strikes[strikes.len().saturating_sub(MOST_SINCE)..];
+        let logs: BTreeSet<&str> = strikes.iter().map(|strike| strike.log.as_str()).collect();
+        if strikes.len() >= ALONE {
+            let older = results.read.logs.iter();
+            let older = older.filter(|log| !logs.contains(log.name.as_str()));
+            let older: Vec<String> = older.map(|log| log.name.clone()).collect();
+            let alone = pipeline(run, &inputs.without(&older), Step::Publish)?;
+            waits = contents(&alone)?.clone();
+            add("the strikes since the change alone", &waits)?;
+        }
         let since = Since {
             base: &base,
-            strikes: &strikes,
+            strikes: latest,
             all: publishing::logged(&results.strikes),
             inputs: publishing::input_files(&results.read.logs)?,
         };
         if let Some(moved) = since.moved(run)? {
-            let held_out = strikes.iter().filter(|strike| strike.split == Split::Test);
-            if held_out.count() < LEAST_HELD_OUT {
-                return at_once(run, &since, before, moved, results, night);
-            }
-            candidates.push((
-                "the version before, moved by the strikes since",
-                moved.contents,
-            ));
-        }
-        let logs: BTreeSet<&str> = strikes.iter().map(|strike| strike.log.as_str()).collect();
-        if strikes.len() >= ALONE {
-            let older: Vec<String> = results
-                .read
-                .logs
-                .iter()
-                .filter(|log| !logs.contains(log.name.as_str()))
-                .map(|log| log.name.clone())
-                .collect();
-            let alone = pipeline(run, &inputs.without(&older), Step::Publish)?;
-            candidates.push(("the strikes since alone", contents(&alone)?.clone()));
+            candidates.push(Candidate {
+                name: format!(
+                    "{} moved by {} (each strike by what the others show)",
+                    base.version, moved.shift
+                ),
+                gate: since.compare_cross_fitted(run, before)?,
+                executor: plan_paths(&loaded(&moved.contents)?, &results.strikes),
+                contents: moved.contents,
+            });
         }
     }
-    let mut best: Option<(f64, &str, HeldOutGate, Contents)> = None;
-    let mut gates = Vec::new();
-    for (name, contents) in candidates {
-        let candidate = loaded(&contents)?;
-        if before.manifest == candidate.manifest {
-            continue;
+    // The one that knows most, unless a later one is better by more than the margin.
+    let passed = candidates.iter().filter(|one| one.passed());
+    let best = passed.reduce(|best, one| match one.gate.is_better_than(&best.gate) {
+        true => one,
+        false => best,
+    });
+    // What is put to use is told, or else every candidate.
+    let told: Vec<&Candidate> = best.map_or_else(|| candidates.iter().collect(), |best| vec![best]);
+    for one in &told {
+        night
+            .why
+            .push(format!("from {}: {}", one.name, one.gate.sentence()));
+        if !one.executor.passed {
+            night
+                .why
+                .push(format!("{}: {}", one.name, one.executor.sentence()));
         }
-        let executor = plan_paths(&candidate, &results.strikes);
-        let judges = unseen(&results.strikes, since, [before, &candidate]);
-        let gate = compare_held_out(run, before, &candidate, &judges)?;
-        let passed = executor.passed;
-        if !passed {
-            night.why.push(format!("{name}: {}", executor.sentence()));
-            night.status = Status::Refused;
-        }
-        night.executor = Some(executor);
-        gates.push((name, gate.clone()));
-        let mean = gate.candidate_mean;
-        if passed && gate.passed && best.as_ref().is_none_or(|(least, ..)| mean < *least) {
-            best = Some((mean, name, gate, contents));
-        }
+        night.beats = Some(one.gate.clone());
+        night.executor = Some(one.executor.clone());
     }
-    let waiting = Store::open(&run.dir().join(WAITING));
-    if best.is_none() && change.is_none() {
-        best = of_last_night(run, &waiting, before, results, night)?;
-    }
-    if let Some((_, name, gate, contents)) = best {
-        night.why.push(format!("from {name}: {}", gate.sentence()));
-        night.beats = Some(gate);
-        night.status = Status::Promoted;
-        return Ok(Some(contents));
-    }
-    if gates.is_empty() {
-        night.why.push("what came out is the version in use".into());
-    }
-    for (name, gate) in gates {
-        night.why.push(format!("from {name}: {}", gate.sentence()));
-        night.beats = Some(gate);
-    }
-    if night.status != Status::Refused {
-        // A table that changed and is not followed is somebody's business.
-        night.status = if is_changed {
-            Status::Refused
-        } else if night.beats.is_some() {
-            Status::Kept
-        } else {
-            Status::NothingNew
-        };
-    }
-    Ok(None)
-}
-
-/// What came out last night and was not put to use, if it passes on tonight's strikes: it learnt from none of them, so all of them judge.
-fn of_last_night(
-    run: &Run,
-    waiting: &Store,
-    before: &Artifact,
-    results: &Results,
-    night: &mut Night,
-) -> Result<Option<(f64, &'static str, HeldOutGate, Contents)>, Error> {
-    let Some(version) = &night.waiting else {
-        return Ok(None);
-    };
-    // One that is damaged or gone is no candidate.
-    let Ok(candidate) = waiting.load(Some(version)) else {
-        return Ok(None);
-    };
-    if before.manifest == candidate.manifest {
-        return Ok(None);
-    }
-    let judges = unseen(&results.strikes, f64::NEG_INFINITY, [before, &candidate]);
-    let gate = compare_held_out(run, before, &candidate, &judges)?;
-    let executor = plan_paths(&candidate, &results.strikes);
-    if !(gate.passed && executor.passed) {
-        return Ok(None);
-    }
-    night.executor = Some(executor);
-    let mean = gate.candidate_mean;
-    let contents = Contents::from(candidate);
-    Ok(Some((mean, "all nights before tonight", gate, contents)))
-}
-
-/// On the night of a change hardly any strike is held out: the moved version is compared by a cross-fit.
-fn at_once(
-    run: &Run,
-    since: &Since<'_>,
-    before: &Artifact,
-    moved: MovedVersion,
-    results: &Results,
-    night: &mut Night,
-) -> Result<Option<Contents>, Error> {
-    let gate = since.compare_cross_fitted(run, before)?;
-    let executor = plan_paths(&loaded(&moved.contents)?, &results.strikes);
-    night.why.push(format!(
-        "{} moved by {}: {} (each strike by what the others show)",
-        since.base.version,
-        moved.shift,
-        gate.sentence()
-    ));
-    let passed = gate.passed && executor.passed;
-    night.status = if passed {
+    // A table that changed and is not followed is somebody's business, and so is what the executor cannot use.
+    let is_unusable = candidates.first().is_some_and(|one| !one.executor.passed);
+    night.status = if best.is_some() {
         Status::Promoted
-    } else {
+    } else if is_changed || is_unusable {
         Status::Refused
+    } else if candidates.is_empty() {
+        night.why.push("what came out is the version in use".into());
+        Status::NothingNew
+    } else {
+        Status::Kept
     };
-    (night.beats, night.executor) = (Some(gate), Some(executor));
-    Ok(passed.then_some(moved.contents))
+    let chosen = best.map(|best| best.contents.clone());
+    Ok(Choice {
+        waits: Some(waits).filter(|waits| chosen.as_ref() != Some(waits)),
+        chosen,
+    })
 }
 
 /// The first version: the executor's gate, and that of first versions.
@@ -570,10 +564,10 @@ fn first(results: &Results, contents: &Contents, night: &mut Night) -> Result<bo
         night.why.extend(gate.sentences());
         passed &= gate.passed;
     }
-    let is_waiting = gate.is_some_and(FirstVersion::is_waiting);
+    let is_gathering = executor.passed && gate.is_some_and(FirstVersion::is_gathering);
     night.status = if passed {
         Status::Promoted
-    } else if is_waiting {
+    } else if is_gathering {
         Status::Gathering
     } else {
         Status::Refused

@@ -1,5 +1,7 @@
 //! A table that changed for good: when, in what, and a version that follows it.
 
+use std::collections::BTreeSet;
+
 use judge::{HeldOut, stop_errors};
 use serde::{Deserialize, Serialize};
 use stage::Run;
@@ -7,9 +9,9 @@ use store::{Artifact, Calibrated, Contents, InputFile, Logged, Moved};
 use values::{Split, StopErrors, Strike};
 use world::{Session, Shift};
 
-use super::held_out_gate::{HeldOutGate, compare, noise_floor};
+use super::held_out_gate::{HeldOutGate, compare, noise_floor, unseen};
 use crate::Error;
-use crate::score::{default_model, observed, varies};
+use crate::score::{default_model, fitted, moved, varies};
 
 /// Folds of a cross-fit: each strike is predicted by a shift that it had no part in.
 const FOLDS: usize = 5;
@@ -60,11 +62,10 @@ impl Since<'_> {
     pub fn moved(&self, run: &Run) -> Result<Option<MovedVersion>, Error> {
         let learnt_from = |strike: &&Strike| strike.split != Split::Test;
         let strikes: Vec<Strike> = self.strikes.iter().filter(learnt_from).cloned().collect();
-        let seen = observed(run, self.base, &strikes)?;
-        let known = varies(self.base);
-        let Some((shift, certainty)) = known.fit(&seen) else {
+        let Some(fitted) = fitted(run, self.base, &strikes)? else {
             return Ok(None);
         };
+        let shift = fitted.shift;
         let errors = self.cross_fitted(run, self.strikes)?;
         let of = |calibrated: &Calibrated| Calibrated {
             world: moved(&calibrated.world, shift),
@@ -79,13 +80,13 @@ impl Since<'_> {
             provenance.metrics.insert(base.default_model, errors);
         }
         for varies in provenance.varies.values_mut() {
-            *varies = varies.moved(certainty);
+            *varies = varies.moved(fitted.certainty);
         }
         provenance.strikes = Some(self.all);
         provenance.inputs = self.inputs.clone();
         provenance.moved = Some(Moved {
             version: self.base.version.clone(),
-            strikes: seen.0.len(),
+            strikes: fitted.seen.0.len(),
         });
         Ok(Some(MovedVersion {
             contents: Contents {
@@ -98,53 +99,49 @@ impl Since<'_> {
         }))
     }
 
-    /// Whether strikes since, each predicted by a shift that it had no part in, stop nearer to where the moved version says than to
-    /// where the version in use does: for the night of a change, when hardly any strike is held out.
+    /// Whether strikes since that the version in use did not learn from, each predicted by a shift that it had no part in, stop no
+    /// farther from where the moved version says than from where the version in use does: hardly any strike is held out soon after a change.
     pub fn compare_cross_fitted(
         &self,
         run: &Run,
         current: &Artifact,
     ) -> Result<HeldOutGate, Error> {
-        let by_current = predicted(run, current, Shift::default(), self.strikes)?;
-        let by_moved = self.cross_fitted(run, self.strikes)?;
+        let judges = unseen(self.strikes, f64::NEG_INFINITY, [current]);
+        let judges: BTreeSet<&str> = judges.iter().map(|strike| strike.id.as_str()).collect();
+        let judging = |errors: Vec<Option<f64>>| -> Vec<Option<f64>> {
+            let each = self.strikes.iter().zip(errors);
+            each.filter(|(strike, _)| judges.contains(strike.id.as_str()))
+                .map(|(_, error)| error)
+                .collect()
+        };
+        let by_current = judging(predicted(run, current, Shift::default(), self.strikes)?);
+        let by_moved = judging(self.cross_fitted(run, self.strikes)?);
         let floor = noise_floor(current);
         Ok(compare(&current.version, floor, &by_current, &by_moved))
     }
 
-    /// Each strike's error by the base, moved by what the strikes of the other folds show.
+    /// Each strike's error by the base, moved by what the strikes of the other folds show. Slopes are those where all of them have the table.
     fn cross_fitted(&self, run: &Run, strikes: &[Strike]) -> Result<Vec<Option<f64>>, Error> {
-        let known = varies(self.base);
         let mut errors = vec![None; strikes.len()];
+        let Some(all) = fitted(run, self.base, strikes)? else {
+            return Ok(errors);
+        };
+        let known = varies(self.base);
         for fold in 0..FOLDS {
-            let part = |is_in: bool| -> (Vec<usize>, Vec<Strike>) {
-                let chosen = strikes.iter().enumerate();
-                let chosen = chosen.filter(|(place, _)| (place % FOLDS == fold) == is_in);
-                chosen
-                    .map(|(place, strike)| (place, strike.clone()))
-                    .unzip()
-            };
-            let (_, others) = part(false);
-            let seen: Session = observed(run, self.base, &others)?;
-            let Some((shift, _)) = known.fit(&seen) else {
+            let is_in = |order: f64| order as usize % FOLDS == fold;
+            let others = all.seen.0.iter().filter(|(order, _)| !is_in(*order));
+            let Some((step, _)) = known.fit(&Session(others.copied().collect())) else {
                 continue;
             };
-            let (places, judged) = part(true);
-            for (place, error) in places
-                .into_iter()
-                .zip(predicted(run, self.base, shift, &judged)?)
-            {
+            let places = (0..strikes.len()).filter(|place| is_in(strikes[*place].conditions.order));
+            let places: Vec<usize> = places.collect();
+            let judged: Vec<Strike> = places.iter().map(|place| strikes[*place].clone()).collect();
+            let predicted = predicted(run, self.base, all.about.and(step), &judged)?;
+            for (place, error) in places.into_iter().zip(predicted) {
                 errors[place] = error;
             }
         }
         Ok(errors)
-    }
-}
-
-/// A world on a table that differs so from its own.
-fn moved(world: &world::World, shift: Shift) -> world::World {
-    world::World {
-        shift: world.shift.and(shift),
-        ..world.clone()
     }
 }
 

@@ -19,13 +19,18 @@ const MARGIN: f64 = 0.1;
 /// Chance that a candidate which is worse by just the margin passes a comparison.
 const LEVEL: f64 = 0.05;
 
-/// The latest strikes since `since` (stamp in s) that neither version learnt from: those that none learns from, as long as the seed
-/// stays, and those made after both were computed.
-pub fn unseen(strikes: &[Strike], since: f64, versions: [&Artifact; 2]) -> Vec<Strike> {
-    let known = versions
-        .map(|version| version.manifest.provenance.strikes)
-        .map(|known| known.map_or(f64::INFINITY, |known| known.last));
-    let known = known[0].max(known[1]);
+/// The latest strikes since `since` (stamp in s) that none of these versions learnt from: those that none learns from, as long as the
+/// seed stays, and those made after all were computed.
+pub fn unseen<const N: usize>(
+    strikes: &[Strike],
+    since: f64,
+    versions: [&Artifact; N],
+) -> Vec<Strike> {
+    let known = versions.map(|version| {
+        let known = version.manifest.provenance.strikes;
+        known.map_or(f64::INFINITY, |known| known.last)
+    });
+    let known = known.into_iter().fold(f64::NEG_INFINITY, f64::max);
     let is_unseen = |strike: &&Strike| {
         strike.t_start >= since && (strike.split == Split::Test || strike.t_start > known)
     };
@@ -128,6 +133,13 @@ pub fn compare(
 }
 
 impl HeldOutGate {
+    /// Whether this candidate gains more than the other beside the version in use, by more than the margin. Each has strikes of its own that
+    /// judge, so that their means are not compared.
+    pub fn is_better_than(&self, other: &Self) -> bool {
+        let gain = |gate: &Self| gate.current_mean - gate.candidate_mean;
+        gain(self) > gain(other) + self.margin
+    }
+
     /// For a person: a line.
     pub fn sentence(&self) -> String {
         let mm = |metres: f64| metres * 1e3;
@@ -216,6 +228,20 @@ mod tests {
         assert!(!none.passed && none.current_mean == 0.0);
     }
 
+    #[test]
+    fn of_two_that_pass_the_later_one_is_taken_only_where_it_gains_more_by_a_margin() {
+        let current = errors(|strike| 0.01 + hard(strike));
+        let gains = |by: f64| compare(&current, &errors(|strike| 0.01 - by + hard(strike)));
+        assert!(gains(0.004).is_better_than(&gains(0.001)));
+        assert!(!gains(0.0011).is_better_than(&gains(0.001)));
+        // Judged by strikes that are harder for both.
+        let harder = compare(
+            &errors(|strike| 0.03 + hard(strike)),
+            &errors(|strike| 0.02 + hard(strike)),
+        );
+        assert!(harder.is_better_than(&gains(0.004)));
+    }
+
     /// Nights of a lab that learns a mean of six parameters, 25 strikes a night, a tenth of them held out.
     #[derive(Default)]
     struct Lab {
@@ -257,7 +283,7 @@ mod tests {
         }
 
         /// The gate, on the latest strikes that neither learnt from.
-        fn passes(&self, candidate: Learnt, current: Learnt) -> bool {
+        fn gate(&self, candidate: Learnt, current: Learnt) -> HeldOutGate {
             let known = candidate.1.max(current.1);
             let is_unseen = |strike: &&([f64; 6], f64, usize, bool)| strike.3 || strike.2 > known;
             let unseen: Vec<_> = self.strikes.iter().filter(is_unseen).collect();
@@ -270,7 +296,7 @@ mod tests {
                 latest.iter().map(miss).collect()
             };
             let floor = Some((2.0 / std::f64::consts::PI).sqrt());
-            super::compare("v0001", floor, &misses(current.0), &misses(candidate.0)).passed
+            super::compare("v0001", floor, &misses(current.0), &misses(candidate.0))
         }
     }
 
@@ -301,7 +327,17 @@ mod tests {
                 Some(current) => [Some(candidate), waiting]
                     .into_iter()
                     .flatten()
-                    .find(|learnt| learnt.1 > current.1 && lab.passes(*learnt, current)),
+                    .filter(|learnt| learnt.1 > current.1)
+                    .map(|learnt| (learnt, lab.gate(learnt, current)))
+                    .filter(|(_, gate)| gate.passed)
+                    .reduce(|best, one| {
+                        if one.1.is_better_than(&best.1) {
+                            one
+                        } else {
+                            best
+                        }
+                    })
+                    .map(|(learnt, _)| learnt),
             };
             if let Some(chosen) = chosen {
                 replaced = in_use.map_or(f64::INFINITY, |(error, _)| expected(&error));

@@ -7,9 +7,9 @@ mod log;
 mod new_data;
 mod night;
 
-pub use change::{Change, MovedVersion, Since};
-pub use executor_gate::{plan_paths, promised};
-pub use held_out_gate::{HeldOutGate, LEAST as LEAST_HELD_OUT, compare_held_out, unseen};
+pub use change::{Change, Since};
+pub use executor_gate::{ExecutorGate, plan_paths, promised};
+pub use held_out_gate::{HeldOutGate, compare_held_out, unseen};
 pub use log::Log;
 pub use new_data::{changed, new_strikes};
 pub use night::{Night, Status, keep, kept};

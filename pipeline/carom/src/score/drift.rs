@@ -6,7 +6,7 @@ use stage::Run;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 use store::Artifact;
 use values::Strike;
-use world::{Session, Shift, Varies};
+use world::{Session, Shift, Varies, World};
 
 use crate::Error;
 
@@ -16,6 +16,8 @@ pub const LEAST: usize = 5;
 const CHANCE: f64 = 1e-3;
 /// Degrees of freedom of what is assumed to differ from session to session, where one only was seen.
 const ASSUMED_FREEDOM: f64 = 4.0;
+/// Steps to where strikes have the table: what the last one leaves is of the third order.
+const STEPS: usize = 2;
 
 /// What new strikes show of a table beside a version's default model.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -149,13 +151,75 @@ pub fn default_model(artifact: &Artifact) -> Model {
 
 /// What strikes show beside a version's default model, those that show a free slide.
 pub fn observed(run: &Run, artifact: &Artifact, strikes: &[Strike]) -> Result<Session, Error> {
-    let seen = run.items(&Observe, &default_model(artifact), strikes)?;
+    observed_on(run, artifact, Shift::default(), strikes)
+}
+
+/// The same beside that model on a table that differs so from its own.
+fn observed_on(
+    run: &Run,
+    artifact: &Artifact,
+    shift: Shift,
+    strikes: &[Strike],
+) -> Result<Session, Error> {
+    let mut model = default_model(artifact);
+    model.world = moved(&model.world, shift);
+    let seen = run.items(&Observe, &model, strikes)?;
     let orders = strikes.iter().map(|strike| strike.conditions.order);
     let seen = orders.zip(seen);
     Ok(Session(
         seen.filter_map(|(order, seen)| Some((order, seen?)))
             .collect(),
     ))
+}
+
+/// Where strikes have the table.
+pub struct Fitted {
+    /// How it differs from the version's own.
+    pub shift: Shift,
+    /// Covariance of that, row by row.
+    pub certainty: [[f64; 3]; 3],
+    /// Where slopes were taken, as near as makes no difference.
+    pub about: Shift,
+    /// What the strikes show beside the version's model there.
+    pub seen: Session,
+}
+
+/// Where strikes have the table beside a version's default model: slopes are taken there, for on a table that changed by a tenth they are
+/// others than on the version's own. None of too few strikes.
+pub fn fitted(run: &Run, artifact: &Artifact, strikes: &[Strike]) -> Result<Option<Fitted>, Error> {
+    let known = varies(artifact);
+    let mut fitted: Option<Fitted> = None;
+    for _ in 0..STEPS {
+        let about = fitted.map_or(Shift::default(), |fitted| fitted.shift);
+        let seen = observed_on(run, artifact, about, strikes)?;
+        let Some((step, certainty)) = known.fit(&seen) else {
+            return Ok(None);
+        };
+        fitted = Some(Fitted {
+            shift: about.and(step),
+            certainty,
+            about,
+            seen,
+        });
+    }
+    Ok(fitted)
+}
+
+/// The place of the first of these strikes that was made on another table than those before it; 0 where they show one table only.
+pub fn step(run: &Run, artifact: &Artifact, strikes: &[Strike]) -> Result<usize, Error> {
+    let seen = observed(run, artifact, strikes)?;
+    let place = varies(artifact).step(&seen);
+    let order = place.map(|place| seen.0[place].0);
+    let is_it = |strike: &Strike| order == Some(strike.conditions.order);
+    Ok(strikes.iter().position(is_it).unwrap_or(0))
+}
+
+/// A world on a table that differs so from its own.
+pub fn moved(world: &World, shift: Shift) -> World {
+    World {
+        shift: world.shift.and(shift),
+        ..world.clone()
+    }
 }
 
 #[cfg(test)]

@@ -5,6 +5,9 @@ use std::path::Path;
 use std::thread;
 use std::time::Duration;
 
+use rig::{RecordingWriter, Sim, Truth};
+use values::{Command, Point, Shape};
+
 use crate::fixture::{carom, done, json};
 
 /// Bytes that a folder holds.
@@ -66,4 +69,72 @@ fn a_version_that_is_put_to_use_during_a_night_stays_and_the_next_night_decides_
     let next = carom(&format!("nightly {usual}")).expect("a decision").json;
     assert_ne!(next["status"], "nothing_new", "{next}");
     assert_eq!(json(&run, "nightly.json")["before"], "v0002");
+}
+
+/// The strikes of one night, in one log: commands and starts go through their ranges.
+fn night(truth: &Truth, number: usize, strikes: usize, logs: &Path) {
+    let mut sim = Sim::from(truth.clone()).expect("a rig");
+    sim = sim.after(100 * number).in_session(number);
+    let path = logs.join(format!("night_{number}.mcap"));
+    let mut writer = RecordingWriter::create(&path, &truth.rig.topics).expect("a log");
+    for strike in 0..strikes {
+        // Steps of the golden ratio and of its square fill a square evenly.
+        let part = |step: f64| ((strike + 31 * number) as f64 * step).fract();
+        let (along, across) = (part(0.618_034), part(0.381_966 * 1.7));
+        let from = Point::new(
+            0.22 + 0.14 * part(0.754_878),
+            -0.12 + 0.24 * part(0.569_840),
+        );
+        let command = Command {
+            speed: 0.5 + 0.4 * along,
+            angle: -0.35 + 0.7 * across,
+        };
+        let samples = sim.strike(from, command).samples;
+        writer.write(&samples).expect("written");
+    }
+    writer.finish().expect("a log");
+}
+
+#[test]
+fn friction_that_rises_for_good_is_followed_the_same_night_and_learnt_from_after() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let dir = folder.path();
+    let logs = dir.join("logs");
+    fs::create_dir(&logs).expect("a folder");
+    let mut truth = Truth::demo(&Truth::demo_rig(Shape::Cylinder), 3);
+    fs::write(dir.join("rig.toml"), truth.rig.to_toml()).expect("written");
+    let name = dir.display();
+    let nightly = || {
+        let line = format!("nightly {name}/logs --rig {name}/rig.toml --out {name}/run");
+        done(&line)
+    };
+    night(&truth, 0, 100, &logs);
+    assert_eq!(nightly()["status"], "promoted");
+    let steady = json(&dir.join("run"), "nightly.json");
+    assert_eq!(steady["change"], serde_json::Value::Null);
+
+    truth.friction *= 1.12;
+    night(&truth, 1, 25, &logs);
+    let changed = nightly();
+    assert_eq!(changed["status"], "promoted", "{changed}");
+    assert_eq!(changed["quarantined"], false);
+    let what = changed["change"]["what"].as_str().expect("a change");
+    assert!(what.ends_with("changed beyond chance: friction"), "{what}");
+    let gate = &changed["beats"];
+    let mean = |of: &str| gate[of].as_f64().expect("a mean");
+    assert!(
+        mean("candidate_mean") < 0.3 * mean("current_mean"),
+        "{gate}"
+    );
+    // What learnt from all nights waits for strikes that it did not learn from.
+    assert!(changed["waiting"].is_string(), "{changed}");
+
+    // The table stays as it is now: nothing is to be looked at.
+    night(&truth, 2, 25, &logs);
+    let next = nightly();
+    assert!(
+        next["status"] == "promoted" || next["status"] == "kept",
+        "{next}"
+    );
+    assert_eq!(next["change"]["what"], changed["change"]["what"]);
 }
