@@ -147,12 +147,13 @@ pub enum Finding {
         strikes: usize,
         correlation: f64,
     },
-    /// Motions come at a constant time beside their commands that no strike takes.
+    /// Motions come at a constant time beside their commands that no strike takes; `certain` where strikes are lost by it.
     ClockOffset {
         log: String,
         delay: f64,
         uncertainty: f64,
         strikes: usize,
+        certain: bool,
     },
     /// The clocks drift apart, in s a second.
     ClockDrift {
@@ -229,7 +230,7 @@ impl Finding {
             | Self::Turned { certain: true, .. }
             | Self::ConstantHeading { .. }
             | Self::Unrelated { .. }
-            | Self::ClockOffset { .. }
+            | Self::ClockOffset { certain: true, .. }
             | Self::NothingMoves { .. }
             | Self::OtherTimes { .. }
             | Self::Scale { .. }
@@ -242,6 +243,7 @@ impl Finding {
             } => Severity::Meaningless,
             Self::EncoderDelay { delay } if delay.seconds[0].abs() <= LONG => Severity::Told,
             Self::Turned { .. }
+            | Self::ClockOffset { .. }
             | Self::EncoderDelay { .. }
             | Self::OutsideLimits { .. }
             | Self::ClockDrift { .. }

@@ -20,6 +20,9 @@ const MANY_ANGLES: f64 = 0.04;
 /// Objects that leave one commanded angle in so wide a spread follow something else: arms and round objects scatter by 0.06, boxes that are
 /// hit off their middle by 0.1.
 const MANY_HEADINGS: f64 = 0.17;
+/// Headings of so many strikes that spread by more than this about any line, in rad, follow none.
+const DISORDER: f64 = 0.35;
+const FEWEST_IN_DISORDER: usize = 12;
 /// Turned by more, no effect of the library can hold it (a bias of the arm, up to 0.3 rad, with an offset of the tip) …
 const TURNED: f64 = 0.21;
 /// … and by more than this it is told.
@@ -89,6 +92,16 @@ pub fn findings(pairs: &[Pair], log: Option<&str>) -> Vec<Finding> {
         .map(|(about, one)| (*about, wrapped(one - heading)))
         .collect();
     let line = line(&points).filter(|_| spread > MANY_ANGLES);
+    if let Some(line) = line {
+        let beside: Vec<f64> = points
+            .iter()
+            .map(|(about, heading)| heading - line.at_zero - line.slope * about)
+            .collect();
+        let is_disorder = middle(&beside).is_some_and(|(_, spread)| spread > DISORDER);
+        if is_disorder && strikes >= FEWEST_IN_DISORDER {
+            return vec![unrelated(log(), strikes, line)];
+        }
+    }
     let speed = unrelated_speeds(&pairs);
     let Some(line) = line else {
         if let Some(line) = speed {
@@ -187,7 +200,13 @@ fn turned(
     centre: f64,
     line: Option<Line>,
 ) -> Option<Finding> {
-    let (one, other) = (GAINS.0 * centre, GAINS.1 * centre);
+    // As the strikes tell it, where they do.
+    let gains = line.map_or(GAINS, |line| {
+        let error = SURE * line.slope_error;
+        let gain = |gain: f64| gain.clamp(GAINS.0, GAINS.1);
+        (gain(line.slope - error), gain(line.slope + error))
+    });
+    let (one, other) = (gains.0 * centre, gains.1 * centre);
     let (low, high) = (one.min(other), one.max(other));
     // About the commanded angle, so that nothing wraps.
     let turn = wrapped(heading - centre);
@@ -261,6 +280,17 @@ mod tests {
                     assert_eq!(found, [], "{gain} {bias} {angles:?}");
                 }
             }
+        }
+    }
+
+    #[test]
+    fn a_turn_of_twenty_degrees_is_one_where_angles_lie_on_one_side_too() {
+        for (turn, angles) in [(0.35, (-0.85, 0.15)), (-0.35, (-0.15, 0.85))] {
+            let found = found(angles, |angle, _| angle + turn);
+            assert!(
+                matches!(found[..], [Finding::Turned { certain: true, .. }]),
+                "{found:?}"
+            );
         }
     }
 

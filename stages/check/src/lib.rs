@@ -28,21 +28,20 @@ pub use crate::statistics::wrapped;
 pub fn check(rig: &Rig, logs: &[LogRead<'_>], fences: &[FoundFence]) -> Check {
     let paired: Vec<Pairs> = logs.iter().map(|log| pairs::pairs(log.seen)).collect();
     let all: Vec<Pair> = paired.iter().flat_map(|of| of.pairs.clone()).collect();
-    let mut findings: Vec<Finding> = Vec::new();
-    findings.extend(frames::findings(&all, None));
-    // One log of another robot among others is not seen in all of them together.
-    if logs.len() > 1
-        && findings
-            .iter()
-            .all(|f| f.severity() != Severity::Meaningless)
-    {
-        for (log, of) in logs.iter().zip(&paired) {
-            let of_log = frames::findings(&of.pairs, Some(log.name));
-            findings.extend(
-                of_log
-                    .into_iter()
-                    .filter(|f| f.severity() == Severity::Meaningless),
-            );
+    let mut findings = frames::findings(&all, None);
+    let is_wrong = |finding: &Finding| finding.severity() == Severity::Meaningless;
+    // One log of another robot among others is not seen in all of them together, or makes them seem unrelated to their commands.
+    let is_vague = |finding: &Finding| matches!(finding, Finding::Unrelated { .. });
+    if logs.len() > 1 && findings.iter().all(|f| !is_wrong(f) || is_vague(f)) {
+        let each = logs.iter().zip(&paired);
+        let of_logs: Vec<Finding> = each
+            .flat_map(|(log, of)| frames::findings(&of.pairs, Some(log.name)))
+            .filter(is_wrong)
+            .collect();
+        let says_more = of_logs.iter().any(|finding| !is_vague(finding));
+        findings.retain(|finding| !(says_more && is_vague(finding)));
+        if !findings.iter().any(is_vague) {
+            findings.extend(of_logs);
         }
     }
     findings.extend(base_turns(rig, &all));
@@ -111,8 +110,11 @@ fn clocks(logs: &[LogRead<'_>], paired: &[Pairs]) -> Vec<Finding> {
                 delay,
                 uncertainty: of.uncertainty,
                 strikes: of.pairs.len(),
+                certain: of.is_shifted,
             });
-            continue;
+            if of.is_shifted {
+                continue;
+            }
         }
         findings.extend(other_times(log, of));
         let commands = log.seen.commands.len();

@@ -9,6 +9,8 @@ pub const FEWEST: usize = 6;
 /// A motion begins between these times in s, after its command's rise and after its fall.
 const FROM_RISE: f64 = -0.05;
 const AFTER_FALL: f64 = 0.5;
+/// Motions that begin so long after their commands have fallen back, in s, are told.
+const LATE: f64 = 0.1;
 /// Clocks are compared over this time, in s.
 const FARTHEST: f64 = 60.0;
 /// Delays from command to motion vary by no more than this over a log, in s.
@@ -42,6 +44,8 @@ pub struct Pairs {
     /// Seconds by which the camera's stamps lie behind the arm's, where no strike would take so long, and how far that may be off.
     pub delay: Option<f64>,
     pub uncertainty: f64,
+    /// Whether the strikes are found by that delay alone.
+    pub is_shifted: bool,
 }
 
 /// Objects that leave in a spread (rad) that is wider than this, and this many times as wide as at another delay, were not struck then.
@@ -72,19 +76,19 @@ pub fn pairs(seen: &Seen) -> Pairs {
             let is_more = shifted.len() > 2 * plain.len();
             shifted.len() >= least && (is_more || shifted.len() > plain.len() && is_in_order)
         });
-    let Some(shifted) = shifted else {
-        return Pairs {
-            pairs: plain,
-            ..Pairs::default()
-        };
-    };
-    let lag = median(shifted.iter().map(|pair| pair.lag)).unwrap_or(0.0);
-    let lasts = median(shifted.iter().map(|p| p.command.fall - p.command.rise)).unwrap_or(0.0);
+    let is_shifted = shifted.is_some();
+    let pairs = shifted.unwrap_or(plain);
+    let lag = median(pairs.iter().map(|pair| pair.lag)).unwrap_or(0.0);
+    let lasts = median(pairs.iter().map(|p| p.command.fall - p.command.rise)).unwrap_or(0.0);
     let round = |seconds: f64| (seconds * 100.0).round() / 100.0;
+    let (delay, uncertainty) = (lag - 0.5 * lasts, 0.5 * lasts);
+    // A tip strikes while it is commanded to move; a camera and a recorder take some time.
+    let is_late = pairs.len() >= FEWEST && delay > uncertainty + LATE;
     Pairs {
-        pairs: shifted,
-        delay: Some(round(lag - 0.5 * lasts)),
-        uncertainty: round(0.5 * lasts),
+        pairs,
+        delay: (is_shifted || is_late).then_some(round(delay)),
+        uncertainty: round(uncertainty),
+        is_shifted,
     }
 }
 

@@ -75,6 +75,32 @@ fn mistakes_are_found_in_every_lab_and_none_where_there_is_none() {
 }
 
 #[test]
+fn one_log_of_several_that_is_mirrored_is_told_by_its_name() {
+    let lab = mistakes::lab(Shape::Cylinder, 60, 5300, &["none"], None);
+    let mirrored = lab.clone().mistaken("the camera's y axis is mirrored");
+    let folders = [&lab, &mirrored].map(|lab| {
+        let folder = tempfile::tempdir().expect("a folder");
+        (lab.write(folder.path()), folder)
+    });
+    let read: Vec<LogOutcome> = (0..folders[0].0.len())
+        .map(|at| {
+            let log = &folders[at % 2].0[at];
+            ingest_log(log, &lab.rig, &Ingest::default()).expect("reads")
+        })
+        .collect();
+    assert!(read.len() > 1);
+    let found = checked_as_read(&lab.rig, &read);
+    let is_told = |outcome: &&LogOutcome| {
+        wrong(&found)
+            .iter()
+            .any(|f| matches!(f, Finding::Mirrored { log: Some(log), .. } if *log == outcome.log))
+    };
+    let told: Vec<usize> = (0..read.len()).filter(|at| is_told(&&read[*at])).collect();
+    let odd: Vec<usize> = (1..read.len()).step_by(2).collect();
+    assert_eq!(told, odd, "{:?}", found.findings);
+}
+
+#[test]
 fn narrow_designs_are_not_doubted() {
     for design in 1..=4 {
         for (shape, hide) in [

@@ -65,8 +65,10 @@ pub(crate) struct Model {
 
 /// Factor by which friction may differ from where it was identified.
 const FURTHEST: f64 = 5.0;
-/// And by so much, where it is next to nothing.
-const LEAST: f64 = 0.01;
+/// And by so much, where it is next to nothing: what drag does there may have been taken for it.
+const LEAST: f64 = 0.05;
+/// Its step of differences is that of this friction at the least.
+const LEAST_STEPPED: f64 = 0.01;
 /// How many scales wide the prior of an effect's parameter is: wide enough to move no estimate that the data determine.
 pub(crate) const PRIOR: f64 = 20.0;
 /// Share of a range within which its end is reached.
@@ -100,7 +102,7 @@ impl Model {
             parts: Vec::new(),
             free: vec![
                 base(
-                    0.01 * friction.max(LEAST),
+                    0.01 * friction.max(LEAST_STEPPED),
                     (friction / FURTHEST)
                         .min(friction - LEAST)
                         .max(frictions.low),
@@ -297,5 +299,9 @@ mod tests {
             model.values[FRICTION] = free.high;
             assert_eq!(model.world_at_end(), Some(("friction", free.high)));
         }
+        // What drag does on a table without friction was taken for friction.
+        let rig = Rig::demo(Shape::Cylinder);
+        let air = Model::plain(0.026, 0.8, &rig, &Thresholds::default());
+        assert_eq!(air.free[FRICTION].low, 0.0);
     }
 }

@@ -286,7 +286,7 @@ impl Breaks {
         if !near.iter().any(is_near) {
             return None;
         }
-        let touch = Touch::of(&near, begun);
+        let touch = Touch::at(&near, begun.stamp);
         let Bounce {
             place,
             before,
@@ -311,17 +311,25 @@ pub(crate) struct Touch {
 }
 
 impl Touch {
-    fn of(near: &[State], begun: &Break) -> Self {
+    /// By the states near to the moment, of which there is one at least.
+    fn at(near: &[State], stamp: i64) -> Self {
         let after = near
-            .partition_point(|tip| tip.stamp <= begun.stamp)
+            .partition_point(|tip| tip.stamp <= stamp)
             .clamp(1, near.len());
         let last = near[after - 1];
-        let velocity = last_velocity(&near[..after], begun.stamp);
+        let velocity = last_velocity(&near[..after], stamp);
         Self {
             states: near.to_vec(),
-            position: last.position + velocity * since(last.stamp, begun.stamp),
+            position: last.position + velocity * since(last.stamp, stamp),
             velocity,
         }
+    }
+
+    /// The tip where it was when the object was pushed, which a camera that lies this behind (s) told at this stamp.
+    pub(crate) fn earlier(&self, stamp: i64, delay: f64) -> Self {
+        #[expect(clippy::cast_possible_truncation, reason = "some milliseconds")]
+        let stamp = stamp.saturating_sub((1e9 * delay) as i64);
+        Self::at(&self.states, stamp)
     }
 }
 

@@ -8,7 +8,7 @@ use std::collections::VecDeque;
 use logs::Sample;
 use values::{Conditions, Point, Reject, RejectReason, Rig, Strike, split_of};
 
-use crate::arm::{State, TouchDelay, touch_delay};
+use crate::arm::{State, TouchDelay};
 use crate::bounces::{Breaks, Flight, Touch};
 use crate::counts::Counts;
 use crate::end_of_data::EndOfData;
@@ -23,7 +23,7 @@ use crate::rejection::Rejection;
 use crate::seen::{CommandSeen, MotionSeen, Seen, Watch};
 use crate::slide::{self, Frames};
 use crate::time::seconds;
-use crate::touched::{self, TouchedStrike};
+use crate::touched::{self, TouchedFlight, TouchedStrike};
 use crate::yaw::YawSample;
 
 /// Centroids are held this long before a strike, in ns.
@@ -100,6 +100,8 @@ pub(crate) struct Segmenter<'a> {
     /// where its state says, the former are the strikes, and the latter are what a hand did meanwhile.
     touched: ByState,
     untouched: ByState,
+    /// What the tip touched, until it is known how far the camera lies behind it.
+    flights: Vec<TouchedFlight>,
     /// Of a log with commands: commands at which the object moved before, and touches of an object that moved.
     restless: Vec<(Episode, Reject)>,
     moved: Vec<(TouchedStrike, Touch, Vec<Sample>)>,
@@ -136,6 +138,7 @@ impl<'a> Segmenter<'a> {
             before: Vec::new(),
             touched: ByState::default(),
             untouched: ByState::default(),
+            flights: Vec::new(),
             restless: Vec::new(),
             moved: Vec::new(),
             reordered: ReorderBuffers::default(),
@@ -368,15 +371,38 @@ impl<'a> Segmenter<'a> {
     /// A flight that the tip began: where states alone tell of strikes, it is one.
     fn touch(&mut self, flight: &Flight, touch: &Touch) {
         let Some(begun) = flight.begun else { return };
-        let found = touched::strike(flight, &self.before, &begun, touch, self.rig);
-        if self.source == CommandSource::Topic {
-            let moved = found.ok().filter(|found| found.moving.is_some());
-            let moved = moved.map(|found| (found, touch.clone(), flight.frames.clone()));
-            self.moved.extend(moved);
+        let index = match self.source {
+            CommandSource::State => self.episodes.place(),
+            CommandSource::Topic => 0,
+        };
+        let touched = TouchedFlight {
+            index,
+            flight: flight.clone(),
+            before: TouchedFlight::last_of(&self.before),
+            begun,
+            touch: touch.clone(),
+        };
+        if self.source == CommandSource::State {
+            self.flights.push(touched);
             return;
         }
-        let index = self.episodes.place();
-        let found = match found {
+        let found = touched::strike(&touched, 0.0, self.rig).ok();
+        let moved = found.filter(|found| found.moving.is_some());
+        let moved = moved.map(|found| (found, touched.touch, touched.flight.frames));
+        self.moved.extend(moved);
+    }
+
+    /// Of a log without commands, a flight that the tip began is a strike.
+    fn strike_touched(&mut self, touched: &TouchedFlight, camera_delay: f64) {
+        let TouchedFlight {
+            index,
+            flight,
+            begun,
+            touch,
+            ..
+        } = touched;
+        let index = *index;
+        let found = match touched::strike(touched, camera_delay, self.rig) {
             Ok(found) => found,
             Err(rejection) => {
                 self.touched.rejects.push(Reject {
@@ -399,11 +425,6 @@ impl<'a> Segmenter<'a> {
             speed: command.speed,
             angle: command.angle,
         });
-        if found.moving.is_none() {
-            let moment = (begun.stamp, 0.0);
-            let delay = touch_delay(&touch.states, found.initial, moment, self.rig);
-            self.touched.delays.extend(delay);
-        }
         self.touched.motions.push(MotionSeen {
             start: t_start,
             from: found.initial,
@@ -480,6 +501,13 @@ impl<'a> Segmenter<'a> {
     fn choose(&mut self) {
         /// So many touches for each motion that none explains.
         const SHARE: usize = 4;
+        let flights = std::mem::take(&mut self.flights);
+        let delays = flights.iter().filter_map(|flight| flight.delay(self.rig));
+        self.touched.delays = delays.collect();
+        let camera_delay = touched::camera_delay(&self.touched.delays);
+        for flight in flights {
+            self.strike_touched(&flight, camera_delay.unwrap_or_default());
+        }
         let (touched, untouched) = (
             std::mem::take(&mut self.touched),
             std::mem::take(&mut self.untouched),
@@ -493,6 +521,13 @@ impl<'a> Segmenter<'a> {
             delays,
         } = if is_touched {
             self.counts.idle_motions += untouched.strikes.len() as u64;
+            self.found.notes.extend(camera_delay.map(|delay| {
+                format!(
+                    "the camera's stamps lie {:.1} ms behind the arm's, by {} touches of an object at rest: the tip is looked up so much earlier",
+                    1e3 * delay,
+                    touched.delays.len()
+                )
+            }));
             touched
         } else {
             untouched

@@ -11,6 +11,7 @@
 
 mod contact;
 mod frames;
+mod held;
 mod motion;
 mod rest;
 mod tolerances;
@@ -19,6 +20,7 @@ use values::{End, Point, RejectReason, Track};
 
 pub(crate) use self::contact::reaches_fence;
 pub(crate) use self::frames::{Frame, Frames, outliers};
+pub(crate) use self::held::{held, held_until};
 use self::motion::first_motion;
 pub(crate) use self::rest::is_rest;
 use self::rest::{initial, rest_after, rest_before};
@@ -28,6 +30,8 @@ use crate::time::since;
 
 /// A slide only slows down: a frame this many times faster than its beginning is another's doing.
 const FASTER: f64 = 2.0;
+/// Frames in which a slide is fastest: contact may last for some.
+const BEGINNING: usize = 10;
 /// A track that does not end at rest needs as many frames.
 const FEWEST_CENSORED: usize = 8;
 /// Most of a slide's frames that may be missing.
@@ -82,7 +86,16 @@ fn find_among(frames: &Frames<'_>) -> Result<StrikeSummary, Rejection> {
     let left = frames
         .left_table(first, until)
         .map(|end| (end, End::LeftView));
-    let ended = met.into_iter().chain(left).min_by_key(|(end, _)| *end);
+    // An impact may last for some frames. What creeps on until it is taken away was never seen to slide to a rest.
+    let is_whole = rested
+        .as_ref()
+        .is_ok_and(|(arrival, ..)| carried(frames, first, *arrival, rest.noise).is_ok());
+    let slides = (first + BEGINNING).min(until);
+    let looked_at = &frames.frames[slides..held_until(&frames.frames, until)];
+    let held = held(looked_at, frames.rig.object.shape()).filter(|_| is_whole);
+    let held = held.map(|at| (slides + at, End::Contact));
+    let ends = met.into_iter().chain(left).chain(held);
+    let ended = ends.min_by_key(|(end, _)| *end);
     let (arrival, stop, last, end_of_track) = match ended {
         Some((end, why)) => {
             if end < first + FEWEST_CENSORED {
@@ -166,8 +179,6 @@ fn missing(
 
 /// A step far faster than the slide began: the object was taken away, or another was put there.
 fn carried(frames: &Frames<'_>, first: usize, arrival: usize, noise: f64) -> Result<(), Rejection> {
-    /// Frames in which a slide is fastest: contact may last for some.
-    const BEGINNING: usize = 10;
     let all = &frames.frames;
     let step = |at: usize| all[at].point.distance(all[at - 1].point);
     let speed = |at: usize| step(at) / (all[at].t - all[at - 1].t);

@@ -7,10 +7,11 @@
 use logs::Sample;
 use values::{Command, Delivered, End, Point, RejectReason, Rig, Shape, Track};
 
+use crate::arm::{TouchDelay, touch_delay};
 use crate::bounces::{Break, Flight, Touch};
 use crate::rejection::Rejection;
-use crate::robust::{mean_near_median, median_point};
-use crate::slide::{Frame, is_rest, outliers, reaches_fence};
+use crate::robust::{mean_near_median, median, median_point};
+use crate::slide::{Frame, held, held_until, is_rest, outliers, reaches_fence};
 use crate::time::since;
 
 /// A track needs as many frames.
@@ -20,6 +21,8 @@ const RESTS: f64 = 0.0025;
 const BEFORE: f64 = 0.3;
 /// A tip that meets an object farther aside, in parts of both radii, only grazes it.
 const GRAZES: f64 = 0.85;
+/// What slides goes this part of the way at least that it would go unbraked: a constant brake leaves half of it.
+const SLIDES: f64 = 0.25;
 /// What ends a slide may have taken hold of the object so long before, in s.
 const HOLD: f64 = 0.03;
 /// Rest is seen in this time, in s, and this near to one place, in deviations of the camera's noise.
@@ -55,11 +58,58 @@ impl TouchedStrike {
     }
 }
 
+/// A flight that the tip began, and the frames before it.
+pub(crate) struct TouchedFlight {
+    /// Place in the log.
+    pub(crate) index: u32,
+    pub(crate) flight: Flight,
+    pub(crate) before: Vec<Sample>,
+    pub(crate) begun: Break,
+    pub(crate) touch: Touch,
+}
+
+impl TouchedFlight {
+    /// The last of the frames before, for as long as rest is looked for.
+    pub(crate) fn last_of(before: &[Sample]) -> Vec<Sample> {
+        let Some(last) = before.last() else {
+            return Vec::new();
+        };
+        let from = before.partition_point(|frame| since(frame.stamp, last.stamp) > BEFORE);
+        before[from..].to_vec()
+    }
+
+    /// How far the camera lies behind the tip's measured place, where the object rested before.
+    pub(crate) fn delay(&self, rig: &Rig) -> Option<TouchDelay> {
+        let initial = rested(&self.before, rig.camera.noise)?;
+        touch_delay(&self.touch.states, initial, (self.begun.stamp, 0.0), rig)
+    }
+}
+
+/// By how much (s) the camera's stamps lie behind the tip's, where these touches surely show that they do.
+pub(crate) fn camera_delay(delays: &[TouchDelay]) -> Option<f64> {
+    /// So many touches tell a delay, that is this long (s) at the least and so many standard errors.
+    const FEWEST_TOUCHES: usize = 6;
+    const LEAST: f64 = 0.003;
+    const SURE: f64 = 3.0;
+    let seconds = || {
+        delays
+            .iter()
+            .map(|delay| delay.seconds)
+            .filter(|s| s.is_finite())
+    };
+    let middle = median(seconds());
+    let spread = 1.4826 * median(seconds().map(|s| (s - middle).abs()));
+    let error = 1.2533 * spread / (delays.len() as f64).sqrt();
+    let is_sure = delays.len() >= FEWEST_TOUCHES && middle.abs() > (SURE * error).max(LEAST);
+    is_sure.then_some(middle)
+}
+
 /// Where the object rested before, if it did: `before` are the frames that came before the impact.
 fn rested(before: &[Sample], noise: f64) -> Option<Point> {
-    let last = before.last()?;
-    let from = before.partition_point(|frame| since(frame.stamp, last.stamp) > BEFORE);
-    let points: Vec<Point> = before[from..].iter().map(place).collect();
+    let points: Vec<Point> = TouchedFlight::last_of(before).iter().map(place).collect();
+    if points.is_empty() {
+        return None;
+    }
     let third = points.len().div_ceil(3);
     let drift =
         median_point(&points[..third]).distance(median_point(&points[points.len() - third..]));
@@ -70,14 +120,20 @@ fn place(frame: &Sample) -> Point {
     Point::new(frame.x, frame.y)
 }
 
-/// The strike of a flight that the tip began; `before` are the frames before it.
+/// The strike of a flight that the tip began; the camera's stamps lie so far behind the tip's, in s.
 pub(crate) fn strike(
-    flight: &Flight,
-    before: &[Sample],
-    begun: &Break,
-    touch: &Touch,
+    touched: &TouchedFlight,
+    camera_delay: f64,
     rig: &Rig,
 ) -> Result<TouchedStrike, Rejection> {
+    let TouchedFlight {
+        flight,
+        before,
+        begun,
+        touch,
+        ..
+    } = touched;
+    let touch = &touch.earlier(begun.stamp, camera_delay);
     let rest = rested(before, rig.camera.noise);
     let initial = rest.unwrap_or(begun.bounce.place);
     let moving = match rest {
@@ -94,7 +150,18 @@ pub(crate) fn strike(
         );
         return Err(Rejection::new(RejectReason::NoRestAfter, detail));
     }
-    let first = frames[0].stamp;
+    let (first, last) = (&frames[0], &frames[frames.len() - 1]);
+    let gone = place(first).distance(place(last));
+    let freely = begun.bounce.after.norm() * since(first.stamp, last.stamp);
+    if end != End::Rest && gone < SLIDES * freely {
+        let detail = format!(
+            "after the impact the object goes {:.0} mm where it would slide {:.0} mm unbraked, and does not rest: something holds it, or pushes it on",
+            1e3 * gone,
+            1e3 * freely
+        );
+        return Err(Rejection::new(RejectReason::NoRestAfter, detail));
+    }
+    let first = first.stamp;
     let track = Track {
         t: frames
             .iter()
@@ -171,11 +238,11 @@ fn seen<'a>(all: &'a [Sample], is_broken: bool, rig: &Rig) -> (&'a [Sample], End
         _ => (all.len(), End::LeftView),
     };
     let rests = rests(all, rig.camera.noise);
-    let rest = rests.map(|(at, _)| match caught(all, at) {
-        Some(caught) => (caught, End::Contact),
-        None => (at, End::Rest),
-    });
-    let (at, end) = [off, met, rest]
+    let rest = rests.map(|(at, _)| (at, End::Rest));
+    let slide = in_time(all);
+    let until = rests.map_or(slide.len(), |(at, _)| held_until(&slide, at));
+    let held = held(&slide[..until], rig.object.shape()).map(|at| (at, End::Contact));
+    let (at, end) = [off, met, rest, held]
         .into_iter()
         .flatten()
         .fold(
@@ -186,40 +253,15 @@ fn seen<'a>(all: &'a [Sample], is_broken: bool, rig: &Rig) -> (&'a [Sample], End
     (&all[..at], end, stop)
 }
 
-/// Where it was held, if it was: it stops far sooner than what braked it before would have stopped it.
-fn caught(frames: &[Sample], rest: usize) -> Option<usize> {
-    /// Speeds are taken over this time, in s.
-    const SPEED: f64 = 0.06;
-    /// A brake this many times as hard, and this much harder (m/s²), is no table's.
-    const HARDER: f64 = 4.0;
-    const MARGIN: f64 = 2.0;
-    let before = |at: usize| {
-        frames[..at].partition_point(|frame| since(frame.stamp, frames[at].stamp) > SPEED)
-    };
-    let speed = |end: usize| {
-        let from = before(end);
-        let time = since(frames[from].stamp, frames[end].stamp);
-        place(&frames[from]).distance(place(&frames[end])) / time.max(1e-6)
-    };
-    // Over the last of its way but one, and in the first half of it.
-    let near = before(rest);
-    let early = before(near) / 2;
-    if early < FEWEST / 2 {
-        return None;
-    }
-    let between = since(frames[early].stamp, frames[near].stamp);
-    let (early, speed) = (speed(early), speed(near));
-    let braking = (early - speed).max(0.0) / between;
-    (speed / (2.0 * SPEED) > HARDER * braking + MARGIN).then_some(near)
+/// Frames in time since the first one.
+fn in_time(frames: &[Sample]) -> Vec<Frame> {
+    let start = frames.first().map_or(0, |first| first.stamp);
+    frames.iter().map(|s| Frame::of(s, start)).collect()
 }
 
 /// The frames but those that jump away for one frame, and those that repeat the one before while the object moves.
 fn without_outliers(frames: &[Sample], noise: f64) -> Vec<Sample> {
-    let all: Vec<Frame> = frames
-        .iter()
-        .map(|s| Frame::of(s, frames[0].stamp))
-        .collect();
-    let marked = outliers(&all, noise);
+    let marked = outliers(&in_time(frames), noise);
     let kept = frames.iter().zip(marked).filter(|(_, is_one)| !is_one);
     kept.map(|(frame, _)| *frame).collect()
 }

@@ -14,7 +14,7 @@ use crate::scatter::{ANGLE, CLOCK, FRICTION, Nuisances, SPEED};
 /// Parameters that planar form knows; the impact depends on the others, or they are the air's.
 const PLANAR: &[&str] = &["friction", "restitution", "torsional_friction", "inertia_z"];
 
-/// A track that does not end at rest is followed for so much longer, in s: differences by the clock look beyond its end.
+/// A track is followed for so much longer than it lasts, in s: differences by the clock look beyond its end.
 const MARGIN: f64 = 0.05;
 
 /// Scatter of launches, relative and in rad: one that is farther from its command is a gap of the world.
@@ -86,11 +86,8 @@ impl<'a> StrikeSimulator<'a> {
         Simulator::new(self.rig, world)?
             .map(self.strikes, |worker, strike| {
                 let command = launch.of(strike.command);
-                let until = if strike.has_stop() {
-                    f64::INFINITY
-                } else {
-                    launch.delay + MARGIN + strike.track.t.last().copied().unwrap_or(0.0)
-                };
+                let last = strike.track.t.last().copied().unwrap_or(0.0);
+                let until = launch.delay + MARGIN + last;
                 let (initial, conditions) = (strike.initial, &strike.conditions);
                 let simulated = worker.strike_until(initial, command, conditions, until)?;
                 Ok(SimulatedStrike::Whole(simulated))
@@ -115,8 +112,10 @@ impl<'a> StrikeSimulator<'a> {
             .zip(launches)
             .map(|(strike, near)| {
                 let command = launch.of(strike.command);
+                // A table that hardly brakes brings nothing to rest in good time: frames are all that count.
                 let input = StrikeInput {
                     command,
+                    to_rest: false,
                     ..StrikeInput::from(*strike)
                 };
                 planar
@@ -156,6 +155,7 @@ impl StrikeSimulator<'_> {
             .map(|((strike, near), (guess, slopes))| {
                 let input = StrikeInput {
                     command: launch.of(strike.command),
+                    to_rest: false,
                     ..StrikeInput::from(*strike)
                 };
                 let own = Nuisances::from_column_slice(&[

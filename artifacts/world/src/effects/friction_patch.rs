@@ -19,8 +19,8 @@ const fn centre(name: &'static str, neutral: f64) -> EffectParameter {
     EffectParameter {
         name,
         unit: "m",
-        low: -2.0,
-        high: 2.0,
+        low: -5.0,
+        high: 5.0,
         neutral,
         scale: 0.1,
     }

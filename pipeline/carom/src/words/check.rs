@@ -152,6 +152,7 @@ pub fn say(finding: &Finding, rig: &Rig) -> Said {
             delay,
             uncertainty,
             strikes,
+            certain,
         } => said(
             format!(
                 "{log}: objects move {delay:.2} s (± {uncertainty:.2}) {} the commands that strike them, {strikes} times",
@@ -159,8 +160,13 @@ pub fn say(finding: &Finding, rig: &Rig) -> Said {
             ),
             "the camera's clock and the arm's differ",
             format!(
-                "set both by one clock; or state `[frames] camera_delay = {:.2}`",
-                delay + rig.frames.camera_delay
+                "set both by one clock; or state `[frames] camera_delay = {:.2}`{}",
+                delay + rig.frames.camera_delay,
+                if *certain {
+                    ""
+                } else {
+                    " (tracks are timed from first motion, and are not moved by it)"
+                }
             ),
         ),
         Finding::ClockDrift { log, rate, drifted } => said(

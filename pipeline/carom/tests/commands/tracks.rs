@@ -5,7 +5,7 @@ use std::path::Path;
 use carom::Outcome;
 use rig::{AirTable, FenceTruth, Hidden, demo};
 use serde_json::Value;
-use values::{Point, Shape, Strike};
+use values::{Point, Reject, Shape, Strike};
 
 use crate::fixture::{carom, done};
 
@@ -102,7 +102,14 @@ fn an_air_table_on_which_nothing_stops_is_identified_and_diagnosed_and_not_publi
     ));
     let said = said.unwrap_or_else(|error| panic!("failed to {error}"));
     assert_eq!(said.outcome, Outcome::Refused, "{}", said.text);
-    assert!(said.json["strikes"].as_u64() >= Some(40), "{}", said.text);
+    // Of 51 hits, all but those that graze, or after which the puck meets a wall within the frames that tell nothing.
+    assert!(said.json["strikes"].as_u64() > Some(35), "{}", said.text);
+    let rejects = tables::read_rejects(&folder.path().join("run")).expect("tables");
+    let tells_nothing = |reject: &Reject| {
+        let said = &reject.detail;
+        said.contains("only grazes it") || said.contains("frames after the impact")
+    };
+    assert!(rejects.iter().all(tells_nothing), "{rejects:?}");
     assert!(said.text.contains("nothing is published"), "{}", said.text);
     assert!(!folder.path().join("run/latest").exists());
     assert!(

@@ -6,7 +6,7 @@
 
 use nalgebra::{DMatrix, DVector, SMatrix};
 use rayon::prelude::*;
-use values::Point;
+use values::{Point, Strike};
 use world::GRAVITY;
 
 use crate::{
@@ -32,7 +32,8 @@ pub(crate) enum Column {
     Heading,
     /// Friction, relative.
     Friction,
-    /// How far the object slides, relative: twice the launch less the friction.
+    /// How far the object slides, relative: twice the launch less the friction, where slides end at rest. To the end of a track on which
+    /// friction takes little of the speed it is the launch ([`Row::brakes`]).
     Stop,
     /// A push along the way that grows from its beginning to its end, in m/s².
     Fade,
@@ -68,8 +69,11 @@ pub(super) struct Row {
     pub(super) across: [Cell; HATS],
     /// Where the object is at the middle of each.
     pub(super) places: [Point; HATS],
-    /// How far it slides from its start, in m, and how far one m/s² of fade and of curve takes its stop.
+    /// How far it slides from its start, in m, and how far one m/s² of fade and of curve takes its stop. Where most strikes do not rest, to the
+    /// end of the track.
     pub(super) slide: f64,
+    /// Part of that way by which friction shortens it: 1 to a rest, next to nothing where nothing brakes.
+    pub(super) brakes: f64,
     pub(super) reach: [f64; 2],
 }
 
@@ -121,10 +125,12 @@ fn row(prepared: &PreparedStrikes<'_>, fitted: &Fitted, i: usize) -> Row {
         value: theta[place],
         error: covariance[(place, place)].max(0.0).sqrt(),
     };
+    let (launch, brakes) = (1.0 + way.brakes, way.brakes);
     let stop = Cell {
-        value: 2.0 * theta[SPEED] - theta[FRICTION],
-        error: (4.0 * covariance[(SPEED, SPEED)] - 4.0 * covariance[(SPEED, FRICTION)]
-            + covariance[(FRICTION, FRICTION)])
+        value: launch * theta[SPEED] - brakes * theta[FRICTION],
+        error: (launch * launch * covariance[(SPEED, SPEED)]
+            - 2.0 * launch * brakes * covariance[(SPEED, FRICTION)]
+            + brakes * brakes * covariance[(FRICTION, FRICTION)])
             .max(0.0)
             .sqrt(),
     };
@@ -152,7 +158,7 @@ fn row(prepared: &PreparedStrikes<'_>, fitted: &Fitted, i: usize) -> Row {
             with_start(SPEED),
             with_start(ANGLE),
             with_start(FRICTION),
-            with_start(SPEED) * 2.0 + with_start(FRICTION) * -1.0,
+            with_start(SPEED) * launch + with_start(FRICTION) * -brakes,
             none,
             none,
         ],
@@ -160,6 +166,7 @@ fn row(prepared: &PreparedStrikes<'_>, fitted: &Fitted, i: usize) -> Row {
         across: std::array::from_fn(|k| cell(score[HATS + k], information[(HATS + k, HATS + k)])),
         places: way.places,
         slide: way.slide,
+        brakes,
         reach: [moved(&LINEAR, 0), moved(&CONSTANT, HATS)],
     }
 }
@@ -185,6 +192,7 @@ struct Way {
     columns: DMatrix<f64>,
     places: [Point; HATS],
     slide: f64,
+    brakes: f64,
 }
 
 impl Way {
@@ -223,9 +231,16 @@ impl Way {
                 columns[(n + k, HATS + h)] = aside.y;
             }
         }
-        let unseen = match strike.has_stop() {
+        let by_stops = Strike::most_rest(prepared.strikes.iter().copied());
+        let unseen = match strike.has_stop() || !by_stops {
             true => 0.0,
             false => speeds[n - 1].powi(2) / (2.0 * GRAVITY * fitted.model.values[model::FRICTION]),
+        };
+        // A constant brake takes half of what it takes of the speed, for as long.
+        let lost = 0.5 * (speeds[1] - speeds[n - 1]) * (strike.track.t[n - 1] - strike.track.t[0]);
+        let brakes = match by_stops {
+            true => 1.0,
+            false => (lost / seen).clamp(0.0, 1.0),
         };
         let places = std::array::from_fn(|h| {
             let middle = (h as f64 + 0.5) / HATS as f64 * seen;
@@ -236,6 +251,7 @@ impl Way {
             places,
             // The track begins some frames after the impact, and may end before rest: the way before it and after it counts, too.
             slide: strike.initial.distance(at(0)) + seen + unseen,
+            brakes,
         }
     }
 }
