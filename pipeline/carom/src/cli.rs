@@ -1,6 +1,6 @@
 //! The command line as typed by a person.
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 
 use crate::Error;
 use crate::args::{Global, LogsArgs, examples};
@@ -208,15 +208,13 @@ pub fn execute(cli: &Cli) -> Result<Output, Error> {
         Command::Rebuild(args) => rebuild::run(args, global),
         Command::Key(command) => key::run(command),
         Command::Artifacts(command) => artifacts::run(command),
-        Command::Completions(args) => Ok(shell::completions(args)),
-        Command::Manual(args) => shell::manual(args),
+        Command::Completions(args) => Ok(shell::completions(args, &Cli::command())),
+        Command::Manual(args) => shell::manual(args, &Cli::command()),
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use clap::CommandFactory;
-
     use super::*;
 
     #[test]

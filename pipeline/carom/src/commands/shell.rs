@@ -51,22 +51,23 @@ pub enum Program {
 }
 
 impl Program {
-    fn command(self) -> Command {
+    /// What it takes; `carom` is what this program does.
+    fn command(self, carom: &Command) -> Command {
         match self {
-            Self::Carom => crate::Cli::command(),
+            Self::Carom => carom.clone(),
             Self::Strike => strike::Args::command(),
         }
     }
 }
 
 /// A script that completes a program's words in a shell.
-pub fn completions(args: &CompletionsArgs) -> Output {
+pub fn completions(args: &CompletionsArgs, carom: &Command) -> Output {
     let shell = match args.shell {
         Reader::Bash => Shell::Bash,
         Reader::Zsh => Shell::Zsh,
         Reader::Fish => Shell::Fish,
     };
-    let mut command = args.program.command();
+    let mut command = args.program.command(carom);
     let name = command.get_name().to_owned();
     let mut script = Vec::new();
     command.set_bin_name(name);
@@ -77,8 +78,8 @@ pub fn completions(args: &CompletionsArgs) -> Output {
 }
 
 /// The pages of both programs, one for each command.
-pub fn manual(args: &ManualArgs) -> Result<Output, Error> {
-    write_pages(&args.out).map_err(|error| {
+pub fn manual(args: &ManualArgs, carom: &Command) -> Result<Output, Error> {
+    write_pages(&args.out, carom).map_err(|error| {
         Error::failed(format!(
             "write manual pages to {}: {error}",
             args.out.display()
@@ -90,10 +91,10 @@ pub fn manual(args: &ManualArgs) -> Result<Output, Error> {
     ))
 }
 
-fn write_pages(out: &Path) -> io::Result<()> {
+fn write_pages(out: &Path, carom: &Command) -> io::Result<()> {
     fs::create_dir_all(out)?;
     for program in Program::value_variants() {
-        clap_mangen::generate_to(program.command().disable_help_subcommand(true), out)?;
+        clap_mangen::generate_to(program.command(carom).disable_help_subcommand(true), out)?;
     }
     Ok(())
 }
