@@ -1,6 +1,6 @@
 # Everything that carom needs beside rustup's stable Rust, Python 3 with pip and a C compiler is set up here,
 # under .native/. A second run of any target does nothing that is done.
-.PHONY: build install report run test lint blind kuka first-day curve bench pages fuzz arm loop living soak setup clean
+.PHONY: build install report run test lint tracked blind kuka first-day curve bench pages fuzz arm loop living soak setup clean
 .DEFAULT_GOAL := build
 
 DEMO := artifacts/demo
@@ -23,6 +23,7 @@ install: build
 	install -m 755 $(BIN)/carom $(BIN)/strike "$(DESTDIR)$(PREFIX)/lib/carom"
 	install -m 644 .native/lib/libmujoco.so.3.17.0 "$(DESTDIR)$(PREFIX)/lib/carom"
 	ln -sf ../lib/carom/carom ../lib/carom/strike "$(DESTDIR)$(PREFIX)/bin"
+	$(BIN)/carom manual --out "$(DESTDIR)$(PREFIX)/share/man/man1"
 
 # 500 demo strikes, the whole pipeline, and one strike at a target with what came of it.
 run: build
@@ -40,6 +41,15 @@ $(BROWSER)/done: tests/peers/requirements_report.txt
 report: $(BROWSER)/done
 	@test -e $(DEMO)/report.html || $(MAKE) run
 	$(BROWSER)/bin/python tests/peers/report.py $(DEMO)/report.html "$$(command -v $(CHROMIUM))" artifacts/runs/report pipeline/carom/docs/report.png
+
+# Nights as runs of a real MLflow server.
+MLFLOW := artifacts/runs/mlflow
+$(MLFLOW)/python/done: tests/peers/requirements_mlflow.txt
+	python3 -m venv $(MLFLOW)/python
+	$(MLFLOW)/python/bin/python -m pip install --quiet --disable-pip-version-check --requirement $<
+	touch $@
+tracked: build $(MLFLOW)/python/done
+	$(MLFLOW)/python/bin/python tests/peers/mlflow_nights.py $(BIN)/carom $(MLFLOW)
 
 lint: setup
 	cargo fmt --check

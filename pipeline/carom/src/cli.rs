@@ -1,12 +1,12 @@
 //! The command line as typed by a person.
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 
 use crate::Error;
 use crate::args::{Global, LogsArgs, examples};
 use crate::commands::{
     artifacts, camera, check, collect, dataset, demo, key, nightly, predict, query, rebuild,
-    report, rig, run, score, step, track, trial,
+    report, rig, run, score, shell, step, track, trial,
 };
 use crate::output::Output;
 use crate::pipeline::Step;
@@ -159,6 +159,15 @@ pub enum Command {
     /// Write the HTML report again.
     #[command(after_help = examples(&["carom report artifacts/demo"]))]
     Report(report::ReportArgs),
+    /// Print a script that completes a program's words in a shell.
+    #[command(after_help = examples(&[
+        "carom completions bash > ~/.local/share/bash-completion/completions/carom",
+        "carom completions zsh --program strike > ~/.zfunc/_strike",
+    ]))]
+    Completions(shell::CompletionsArgs),
+    /// Write the manual pages of both programs.
+    #[command(after_help = examples(&["carom manual --out ~/.local/share/man/man1"]))]
+    Manual(shell::ManualArgs),
 }
 
 /// What `--version` prints behind the name.
@@ -199,13 +208,13 @@ pub fn execute(cli: &Cli) -> Result<Output, Error> {
         Command::Rebuild(args) => rebuild::run(args, global),
         Command::Key(command) => key::run(command),
         Command::Artifacts(command) => artifacts::run(command),
+        Command::Completions(args) => Ok(shell::completions(args, &Cli::command())),
+        Command::Manual(args) => shell::manual(args, &Cli::command()),
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use clap::CommandFactory;
-
     use super::*;
 
     #[test]

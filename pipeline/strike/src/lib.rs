@@ -6,6 +6,7 @@
 //! form that `carom run` ingests. Polars, arrow and burn are absent on purpose: this runs on the robot's own computer.
 
 mod about;
+mod args;
 pub mod batch;
 mod clearance;
 pub mod collect;
@@ -32,6 +33,7 @@ mod trust;
 mod watched;
 
 pub use about::{about, built_from};
+pub use args::Args;
 pub use command::CommandPlanner;
 pub use config::{Config, ConfigError};
 pub use count::take_number;

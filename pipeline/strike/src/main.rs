@@ -15,7 +15,7 @@ fn main() -> ExitCode {
         let said = writeln!(std::io::stdout(), "strike {about}");
         return said.map_or(ExitCode::FAILURE, |()| ExitCode::SUCCESS);
     }
-    let args = cli::Args::parse();
+    let args = strike::Args::parse();
     cli::run(&args).unwrap_or_else(|failure| {
         if args.json {
             let _ = writeln!(std::io::stdout(), "{}", failure.to_json());

@@ -17,6 +17,7 @@ pub mod report;
 pub mod rig;
 pub mod run;
 pub mod score;
+pub mod shell;
 pub mod step;
 pub mod track;
 pub mod trial;

@@ -21,8 +21,8 @@ use crate::first_version::FirstVersion;
 use crate::inputs::Inputs;
 use crate::left_out::LeftOut;
 use crate::nightly::{
-    Change, ExecutorGate, HeldOutGate, Log, Night, Since, Status, changed, compare_held_out, keep,
-    kept, new_strikes, plan_paths, promised, unseen,
+    Change, ExecutorGate, HeldOutGate, Log, Night, Server, Since, Status, changed,
+    compare_held_out, keep, kept, new_strikes, plan_paths, promised, unseen,
 };
 use crate::output::{Output, to_json};
 use crate::pipeline::{Step, pipeline};
@@ -69,6 +69,10 @@ pub struct NightlyArgs {
     /// Log as JSON, an object a line, on standard error, and nothing else there.
     #[arg(long)]
     pub log_json: bool,
+    /// Tell an MLflow server what was decided, as a run with the report and the version in use. Where it does not answer the night's
+    /// work stands all the same.
+    #[arg(long, value_name = "http://HOST:PORT")]
+    pub mlflow: Option<Server>,
     /// Who signs.
     #[command(flatten)]
     pub sign: SignArgs,
@@ -102,11 +106,15 @@ pub fn run(args: &NightlyArgs, global: Global) -> Result<Output, Error> {
                 "end",
                 &json!({ "status": night.status, "latest": night.latest }),
             );
-            Ok(Output {
+            let mut output = Output {
                 outcome: night.outcome(),
                 json: to_json(&night)?,
                 text: night.text(),
-            })
+            };
+            if let Some(server) = &args.mlflow {
+                track(server, dir, &night, &log, &mut output);
+            }
+            Ok(output)
         }
         Err(error) => {
             let outcome = error.outcome() as u8;
@@ -118,6 +126,26 @@ pub fn run(args: &NightlyArgs, global: Global) -> Result<Output, Error> {
             Err(error)
         }
     }
+}
+
+/// Tells a server of the night, unless there was nothing to decide; where that fails it is said, and the night stands.
+fn track(server: &Server, dir: &Path, night: &Night, log: &Log, output: &mut Output) {
+    if night.status == Status::NothingNew {
+        return;
+    }
+    let (level, said, line) = match server.track(dir, night) {
+        Ok(tracked) => {
+            let line = format!("run {}, {} files", tracked.run, tracked.files);
+            ("info", json!(tracked), line)
+        }
+        Err(error) => {
+            let line = format!("failed to {error}");
+            ("warning", json!({ "error": line }), line)
+        }
+    };
+    log.line(level, "mlflow", &said);
+    output.json["mlflow"] = said;
+    output.text += &format!("mlflow     {line}\n");
 }
 
 /// The run, locked; its store; and the logs as they are tonight.

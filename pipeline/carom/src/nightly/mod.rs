@@ -4,6 +4,7 @@ mod change;
 mod executor_gate;
 mod held_out_gate;
 mod log;
+mod mlflow;
 mod new_data;
 mod night;
 
@@ -11,5 +12,6 @@ pub use change::{Change, Since};
 pub use executor_gate::{ExecutorGate, plan_paths, promised};
 pub use held_out_gate::{HeldOutGate, compare_held_out, unseen};
 pub use log::Log;
+pub use mlflow::Server;
 pub use new_data::{changed, new_strikes};
 pub use night::{Night, Status, keep, kept};

@@ -7,4 +7,5 @@ mod logs;
 mod nights;
 mod pixels;
 mod runs;
+mod shell;
 mod tracks;

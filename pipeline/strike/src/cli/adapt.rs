@@ -8,10 +8,10 @@ use std::{fs, io};
 use ingest::{IngestError, LogOutcome};
 use serde::{Deserialize, Serialize};
 use store::Artifact;
-use strike::{Planner, PlannerError, Reason, Recent, SESSION_GAP};
+use strike::{Args, Planner, PlannerError, Reason, Recent, SESSION_GAP};
 use values::Strike;
 
-use super::{Args, Failure};
+use super::Failure;
 
 /// Where what is known of the table is kept, beside the logs.
 const FILE: &str = "adapted.json";

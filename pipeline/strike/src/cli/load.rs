@@ -4,10 +4,10 @@ use std::path::{Path, PathBuf};
 use std::{env, io};
 
 use store::{Artifact, Store};
-use strike::{Config, Reason, Trust, allows, identity};
+use strike::{Args, Config, Reason, Trust, allows, identity};
 use values::Rig;
 
-use super::{Args, Failure};
+use super::Failure;
 
 /// The artifact, and the rig within whose limits it is used: this robot's own where its file is given. Nothing else is
 /// opened, and no robot, before the artifact has passed every check.

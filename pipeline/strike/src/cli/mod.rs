@@ -1,7 +1,6 @@
 //! The command line: arguments become one plan, one strike and one answer.
 
 mod adapt;
-mod args;
 mod failure;
 mod load;
 mod show;
@@ -13,10 +12,9 @@ use std::io::{self, Write};
 use std::path::Path;
 use std::process::ExitCode;
 
-use strike::{Choice, Planner, batch};
+use strike::{Args, Choice, Planner, batch};
 use values::Point;
 
-pub use args::Args;
 use failure::Failure;
 use load::load;
 use strike_one::strike_one;

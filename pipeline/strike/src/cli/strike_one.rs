@@ -8,7 +8,7 @@ use strike::arm::{Arm, ports_of};
 use strike::ur::Ur;
 use strike::xarm::XArm;
 use strike::{
-    Choice, Destination, DryRun, Guarded, Lineage, OpenLog, Plan, Planner, Reason, Received,
+    Args, Choice, Destination, DryRun, Guarded, Lineage, OpenLog, Plan, Planner, Reason, Received,
     Refusal, Robot, RobotError, Samples, catch_signals, execute, tell,
 };
 #[cfg(feature = "sim")]
@@ -17,7 +17,7 @@ use values::{Point, Topics};
 
 use super::show::{self, Answer};
 use super::watching::Watching;
-use super::{Args, Failure, REJECTED, point};
+use super::{Failure, REJECTED, point};
 
 /// Bytes of a strike's log without a camera's messages, at the most.
 const ROOM: u64 = 8 << 20;

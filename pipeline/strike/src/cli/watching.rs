@@ -4,11 +4,11 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
-use strike::{Live, Plan, Received, Resting, Watched};
+use strike::{Args, Live, Plan, Received, Resting, Watched};
 use values::Rig;
 
+use super::Failure;
 use super::show::Answer;
-use super::{Args, Failure};
 
 /// The object is waited for so long to be seen at rest before a strike.
 const BEFORE: Duration = Duration::from_secs(3);

@@ -12,7 +12,7 @@ use crate::{
 
 /// Candidates that are fitted at each step at the most, the best by their linear gains.
 const FITTED: usize = 5;
-/// Starts of each at the most.
+/// Starts of each, and further ones where none of these leads to a possible model.
 const STARTS: usize = 2;
 
 /// A candidate fitted beside a model.
@@ -59,7 +59,10 @@ pub(super) fn fit_best(
         .map(|(_, s)| {
             // Of its forms, the one that brings most for its values. A strength at the end of its range stands for something else.
             let mut possible: Option<Fitted> = None;
-            for start in s.starts.iter().take(STARTS) {
+            for (rank, start) in s.starts.iter().enumerate() {
+                if rank >= STARTS && possible.is_some() {
+                    break;
+                }
                 let found = fit(prepared, from, start)?;
                 let better = found.filter(|found| {
                     found.model.is_possible()
@@ -92,7 +95,7 @@ fn worth(fitted: &Fitted) -> f64 {
     fitted.likelihood() - fitted.model.free.len() as f64
 }
 
-/// A fit from a start; from where the model stands, where a whole step was too long.
+/// A fit from a start; from where the model stands, where a whole step was too long or led to what is not possible.
 fn fit(
     prepared: &PreparedStrikes<'_>,
     from: &Fitted,
@@ -106,7 +109,7 @@ fn fit(
     )?;
     if fitted
         .as_ref()
-        .is_some_and(|fitted| fitted.likelihood() > from.likelihood())
+        .is_some_and(|fitted| fitted.likelihood() > from.likelihood() && fitted.model.is_possible())
     {
         return Ok(fitted);
     }

@@ -1,10 +1,11 @@
-//! The command line's arguments.
+//! What the command line takes: here, so that its manual and its completions are written beside carom's.
 
 use std::path::PathBuf;
 
 use clap::{ArgAction, Parser};
 use store::Model;
-use strike::Choice;
+
+use crate::Choice;
 
 const EXAMPLES: &str = "\
 Examples:
