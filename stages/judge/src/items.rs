@@ -15,7 +15,7 @@ pub struct Predict;
 
 impl ItemStage for Predict {
     const NAME: &'static str = "predict";
-    const VERSION: u32 = 6;
+    const VERSION: u32 = 7;
     type Shared = Model;
     type Item = HeldOut;
     type Output = Predicted;
@@ -41,7 +41,7 @@ pub struct Repeat;
 
 impl ItemStage for Repeat {
     const NAME: &'static str = "repeat";
-    const VERSION: u32 = 4;
+    const VERSION: u32 = 5;
     type Shared = Model;
     type Item = HeldOut;
     type Output = Option<Slopes>;
@@ -63,7 +63,7 @@ pub struct Observe;
 
 impl ItemStage for Observe {
     const NAME: &'static str = "observe";
-    const VERSION: u32 = 1;
+    const VERSION: u32 = 2;
     type Shared = Model;
     type Item = Strike;
     type Output = Option<Observation>;

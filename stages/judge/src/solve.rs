@@ -64,7 +64,7 @@ impl From<&Strike> for Path {
 
 impl ItemStage for Solve {
     const NAME: &'static str = "solve";
-    const VERSION: u32 = 7;
+    const VERSION: u32 = 8;
     /// Its world alone is asked.
     type Shared = Model;
     type Item = Path;
