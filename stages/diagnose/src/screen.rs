@@ -103,9 +103,8 @@ pub(crate) fn screen_by(
             }
             beside.sort_by(|a, b| b.penalised_gain().total_cmp(&a.penalised_gain()));
             let scores = || beside.iter().map(|beside| &beside.score);
-            let mut starts: Vec<Start> = beside
-                .par_iter()
-                .take(STEPS)
+            let mut starts: Vec<Start> = best_of_each_form(&beside)
+                .into_par_iter()
                 .map(|beside| beside.start(test))
                 .collect();
             starts.sort_by(|a, b| b.penalised_gain().total_cmp(&a.penalised_gain()));
@@ -134,6 +133,17 @@ pub(crate) fn screen_by(
             })
         })
         .collect()
+}
+
+/// The starts from which a whole step is taken: the best of each form, and then the next best. A form of more values often has the greatest
+/// score, and its step the farthest to go.
+fn best_of_each_form<'s, 'b>(ranked: &'s [ScoredStart<'b>]) -> Vec<&'s ScoredStart<'b>> {
+    let (mut best, mut others): (Vec<&ScoredStart<'_>>, Vec<_>) = (Vec::new(), Vec::new());
+    for start in ranked {
+        let is_new = best.iter().all(|best| best.begin.free != start.begin.free);
+        if is_new { &mut best } else { &mut others }.push(start);
+    }
+    best.into_iter().chain(others).take(STEPS).collect()
 }
 
 /// Whether the last effect acts as another command would. Its column is then taken as a change of launches, which is right however
