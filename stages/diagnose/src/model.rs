@@ -304,4 +304,27 @@ mod tests {
         let air = Model::plain(0.026, 0.8, &rig, &Thresholds::default());
         assert_eq!(air.free[FRICTION].low, 0.0);
     }
+
+    #[test]
+    fn a_law_of_restitution_needs_a_restitution() {
+        let part = |name| Part {
+            name,
+            parameters: BTreeMap::new(),
+            free: Vec::new(),
+            strengths: Vec::new(),
+            within: BTreeMap::new(),
+            shrinks_to: None,
+        };
+        let rig = Rig::demo(Shape::Cylinder);
+        let plain = Model::plain(0.2, -0.1, &rig, &Thresholds::default());
+        let below = |model: &Model| model.free[RESTITUTION].low < 0.0;
+        for name in ["speed_dependent_restitution", "restitution_drift"] {
+            let with = plain.with(part(name));
+            assert_eq!(with.values[RESTITUTION], 0.0, "{name}");
+            assert!(!below(&with) && below(&with.without(0)), "{name}");
+        }
+        // An arm that delivers less than it is told moves objects as a restitution below nothing would.
+        let arm = plain.with(part("striker_speed_error"));
+        assert!(below(&arm) && arm.values[RESTITUTION] < 0.0);
+    }
 }

@@ -16,7 +16,7 @@ use crate::output::Output;
 pub struct CompletionsArgs {
     /// Shell that reads them.
     #[arg(value_name = "SHELL")]
-    pub shell: Reader,
+    pub shell: Shell,
     /// Program whose words are completed.
     #[arg(long, value_name = "PROGRAM", default_value = "carom")]
     pub program: Program,
@@ -28,17 +28,6 @@ pub struct ManualArgs {
     /// Folder for the pages, such as ~/.local/share/man/man1; made where it is not there.
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
-}
-
-/// A shell.
-#[derive(Clone, Copy, Debug, ValueEnum)]
-pub enum Reader {
-    /// Bash.
-    Bash,
-    /// Zsh.
-    Zsh,
-    /// Fish.
-    Fish,
 }
 
 /// A program of carom.
@@ -62,17 +51,12 @@ impl Program {
 
 /// A script that completes a program's words in a shell.
 pub fn completions(args: &CompletionsArgs, carom: &Command) -> Output {
-    let shell = match args.shell {
-        Reader::Bash => Shell::Bash,
-        Reader::Zsh => Shell::Zsh,
-        Reader::Fish => Shell::Fish,
-    };
     let mut command = args.program.command(carom);
     let name = command.get_name().to_owned();
     let mut script = Vec::new();
     command.set_bin_name(name);
     command.build();
-    shell.generate(&command, &mut script);
+    args.shell.generate(&command, &mut script);
     let script = String::from_utf8_lossy(&script).into_owned();
     Output::done(json!({ "script": script }), script)
 }
