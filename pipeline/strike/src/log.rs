@@ -35,7 +35,7 @@ pub enum LogError {
 pub struct WrittenLog {
     /// Where it lies.
     pub path: PathBuf,
-    /// Why it does not lie where it was to; none where it does.
+    /// Why it does not lie where it was to, or only at a second attempt.
     pub moved: Option<LogError>,
 }
 
@@ -76,7 +76,8 @@ impl OpenLog {
     }
 
     /// Writes one strike, syncs it and gives it its name. The strike was made: where its name was taken meanwhile, the next free
-    /// one beside it is used, and where its folder cannot be written to any more, the system's folder for temporary files.
+    /// one beside it is used; where its folder is gone, it is made again; and where it cannot be written to any more, the system's folder
+    /// for temporary files is used.
     /// Errors only where that fails too.
     pub fn write(self, samples: &Samples, topics: &Topics) -> Result<WrittenLog, LogError> {
         self.write_with(samples, &[], topics)
@@ -98,11 +99,12 @@ impl OpenLog {
         match write(aside, &destination, recorded, topics) {
             Ok(kept) => Ok(kept),
             Err(moved) => {
-                let rescue = Destination::Next(env::temp_dir());
-                let rescued = Aside::create(rescue.folder(), ASIDE)
-                    .map_err(LogError::from)
-                    .and_then(|aside| write(aside, &rescue, recorded, topics));
-                match rescued {
+                let rescue = |to: Destination| {
+                    let aside = Aside::create(to.folder(), ASIDE)?;
+                    write(aside, &to, recorded, topics)
+                };
+                // The folder may be gone, and is made again: what is looked for there is found.
+                match rescue(destination).or_else(|_| rescue(Destination::Next(env::temp_dir()))) {
                     Ok(kept) => Ok(WrittenLog {
                         moved: Some(moved),
                         ..kept

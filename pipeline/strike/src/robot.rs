@@ -65,9 +65,7 @@ pub enum RobotError {
         why: String,
     },
     /// Another program drives it.
-    #[error(
-        "drive robot {robot}: another program on this computer does; try again when it has ended"
-    )]
+    #[error("drive robot {robot}: another program does; try again when it has ended")]
     Busy {
         /// Its name.
         robot: String,

@@ -5,7 +5,8 @@ use values::{Command, Point, Robot};
 
 /// Length in m over which the tip holds the striking speed before it strikes (paper, section 3.1).
 const PLATEAU: f64 = 0.010;
-/// An arm that is limited in jerk also holds it so far beyond, in m: its controller may begin to brake a little early.
+/// An arm also holds it so far beyond, in m: its controller may begin to brake a little early, and reports, 4 ms apart, show the speed of
+/// the touch between two of them.
 const FOLLOW_THROUGH: f64 = 0.005;
 
 /// A change of speed from rest, or to rest, limited in acceleration and jerk.
@@ -99,7 +100,9 @@ impl Stroke {
     pub fn plan(initial: Point, command: Command, robot: &Robot, standoff: f64) -> Self {
         let direction = Point::polar(1.0, command.angle);
         let ramp = Ramp::to(command.speed, robot.acceleration, robot.jerk);
-        let beyond = robot.jerk.map_or(0.0, |_| FOLLOW_THROUGH);
+        // What strikes at a height, or with a jerk, is an arm; the paper's trapezoid has neither.
+        let is_arm = robot.jerk.is_some() || robot.strike_height.is_some();
+        let beyond = if is_arm { FOLLOW_THROUGH } else { 0.0 };
         let strike = initial - direction * standoff;
         let pre_strike = strike - direction * PLATEAU;
         let t_strike = ramp.duration + PLATEAU / command.speed;

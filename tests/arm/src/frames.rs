@@ -64,6 +64,8 @@ pub struct Reported {
     pub waiting: u16,
     /// Whether motors are enabled.
     pub enabled: bool,
+    /// Those that are not, even then: a bit each.
+    pub off: u8,
     /// Error and warning code.
     pub codes: [u8; 2],
     /// mm and rad.
@@ -123,7 +125,7 @@ impl Reported {
         frame[4] = self.mode << 4 | self.state;
         frame[5..7].copy_from_slice(&self.waiting.to_be_bytes());
         put(&mut frame, 35, &self.pose);
-        let motors = if self.enabled { 0x7f } else { 0 };
+        let motors = if self.enabled { 0x7f & !self.off } else { 0 };
         frame[87] = motors;
         frame[88] = motors;
         frame[89..91].copy_from_slice(&self.codes);

@@ -38,6 +38,8 @@ pub struct Model {
     pub is_stopped: bool,
     /// Whether its motors are enabled at first.
     pub is_enabled: bool,
+    /// Motors that stay off, a bit each.
+    pub off: u8,
     /// Whether its pendant has it: scripts are not taken.
     pub is_local: bool,
     /// Beyond this x, in mm, the controller says that it cannot move.
@@ -76,6 +78,7 @@ impl Default for Model {
             fence: [0; 6],
             is_stopped: false,
             is_enabled: false,
+            off: 0,
             is_local: false,
             wall: f64::INFINITY,
         }
@@ -439,6 +442,7 @@ impl State {
             },
             waiting,
             enabled: self.enabled,
+            off: self.model.off,
             codes: self.codes,
             pose,
             velocity,

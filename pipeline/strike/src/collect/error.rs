@@ -18,8 +18,8 @@ pub enum CollectError {
     /// A strike could not be kept.
     #[error(transparent)]
     Log(#[from] LogError),
-    /// The log of a strike that was made lies elsewhere: move it into the folder.
-    #[error("{why}; the log of the last strike lies at {}: move it into the folder", path.display())]
+    /// The log of a strike that was made could not be kept as it was to: something is wrong with the folder.
+    #[error("{why}; the log of the last strike lies at {}: keep it in the folder", path.display())]
     Moved {
         /// Where.
         path: PathBuf,

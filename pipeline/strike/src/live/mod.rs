@@ -28,7 +28,7 @@ use connection::Connection;
 pub use error::LiveError;
 use recording::MOST_BYTES;
 pub use rest::Resting;
-use rest::resting;
+use rest::{FRESH, resting};
 use seen::Seen;
 pub use seen::{ServerMessage, read_messages};
 
@@ -48,6 +48,8 @@ const PLACES: u64 = 8 << 20;
 const CLOCK: f64 = 0.5;
 /// How often what is waited for is looked at.
 const TICK: Duration = Duration::from_millis(20);
+/// And how often for the camera's next place.
+const FRAME: Duration = Duration::from_millis(2);
 
 /// The live topics of a server.
 #[derive(Debug)]
@@ -128,8 +130,10 @@ impl Live {
         self.wait(patience, is_over, || self.at_rest())
     }
 
-    /// Whether the object rests where it did, within the camera's noise and 3 mm, and what is not round as it did, within 3°.
+    /// Whether the object rests where it did, within the camera's noise and 3 mm, and what is not round as it did, within 3°: by a place
+    /// that comes from now on, for what was taken away a moment ago is seen no more.
     pub fn is_still(&self, before: &Resting) -> Result<(), LiveError> {
+        self.wait_for_place()?;
         let (now, place) = (self.at_rest()?, before.point);
         let moved = now.point.distance(place);
         if moved > MOVED + self.rig.camera.noise {
@@ -199,6 +203,26 @@ impl Live {
         }
     }
 
+    /// Waits until the camera sees the object once more.
+    fn wait_for_place(&self) -> Result<(), LiveError> {
+        let asked = Instant::now();
+        loop {
+            let seen = self.shared.lock();
+            if let Some(fault) = &seen.fault {
+                return Err(fault.clone());
+            }
+            if seen.places.since(asked).next().is_some() {
+                return Ok(());
+            }
+            if asked.elapsed() > FRESH {
+                let why = format!("the camera has not seen it for {} ms", FRESH.as_millis());
+                return Err(seen.not_at_rest(why));
+            }
+            drop(seen);
+            thread::sleep(FRAME);
+        }
+    }
+
     /// Judges the places since a moment over a window.
     fn judge(&self, window: Duration, since: Instant) -> Result<Resting, LiveError> {
         let seen = self.shared.lock();
@@ -207,12 +231,7 @@ impl Live {
         }
         let places = seen.places.since(since);
         let found = resting(places, Instant::now(), window, self.rig.camera.noise);
-        let found = found.map_err(|why| {
-            LiveError::NotAtRest(match &seen.unread {
-                Some(unread) => format!("{why}; {unread}"),
-                None => why,
-            })
-        })?;
+        let found = found.map_err(|why| seen.not_at_rest(why))?;
         match seen.behind {
             Some(behind) if behind.abs() > CLOCK => Err(LiveError::NotAtRest(format!(
                 "its stamps are {behind:.1} s behind this computer's clock, and a log joins both: set the clocks alike (NTP, PTP)"

@@ -11,7 +11,7 @@ const NOISE: f64 = 4.0;
 /// A rest takes so many places at the least.
 const FEWEST: usize = 5;
 /// The last place may be so old.
-const FRESH: Duration = Duration::from_millis(250);
+pub(super) const FRESH: Duration = Duration::from_millis(250);
 /// Share of the places that may lie elsewhere: outliers of a tracker.
 const OUTLIERS: f64 = 0.2;
 

@@ -24,6 +24,8 @@ pub(super) struct Seen {
     pub(super) unread: Option<String>,
     /// By how much (s) the last stamp was behind this computer's clock.
     pub(super) behind: Option<f64>,
+    /// The last stamp, in ns.
+    stamp: Option<i64>,
 }
 
 impl Seen {
@@ -35,7 +37,16 @@ impl Seen {
             fault: None,
             unread: None,
             behind: None,
+            stamp: None,
         }
+    }
+
+    /// That the object does not rest, and what was wrong with the last message.
+    pub(super) fn not_at_rest(&self, why: String) -> LiveError {
+        LiveError::NotAtRest(match &self.unread {
+            Some(unread) => format!("{why}; {unread}"),
+            None => why,
+        })
     }
 
     /// Takes a control message; gives what the server is to be asked. Errors where it is against the protocol.
@@ -68,8 +79,17 @@ impl Seen {
             return Ok(());
         };
         match listened.read(message) {
+            // A tracker that has lost the object may tell its last place again and again.
+            Ok(Some(sighting))
+                if self.channels.object() == Some(listened.role)
+                    && sighting.stamp.is_some()
+                    && sighting.stamp == self.stamp =>
+            {
+                self.unread = Some("its stamps stand still".into());
+            }
             Ok(Some(sighting)) if self.channels.object() == Some(listened.role) => {
                 self.unread = None;
+                self.stamp = sighting.stamp;
                 self.behind = sighting
                     .stamp
                     .map(|stamp| (i128::from(log_time) - i128::from(stamp)) as f64 * 1e-9);

@@ -71,9 +71,12 @@ pub fn strike(emulator: &Emulator, plan: &Plan) -> Result<Option<StrikeRecord>, 
 
 /// A strike that nothing disturbs. This process shares its processors: where they are taken from it for longer than reports may fail
 /// to come, the strike stops, as it should, and is made again, twice at the most.
-pub fn undisturbed(plan: &Plan) -> (Emulator, Result<Option<StrikeRecord>, RobotError>) {
+pub fn undisturbed(
+    maker: Maker,
+    plan: &Plan,
+) -> (Emulator, Result<Option<StrikeRecord>, RobotError>) {
     for _ in 0..2 {
-        let (emulator, outcome) = run(model(), None, plan);
+        let (emulator, outcome) = maker.run(None, plan);
         match &outcome {
             Err(RobotError::Interrupted { why, .. })
                 if why.starts_with("no report came") || why.starts_with("its reports lag") =>
@@ -83,7 +86,7 @@ pub fn undisturbed(plan: &Plan) -> (Emulator, Result<Option<StrikeRecord>, Robot
             _ => return (emulator, outcome),
         }
     }
-    run(model(), None, plan)
+    maker.run(None, plan)
 }
 
 /// How long this process may be without a processor for a strike to be judged: the arm reports every 4 ms, and is stopped where none comes.

@@ -8,7 +8,7 @@ use durable::hex;
 use strike::xarm::{Register, line_payload, request};
 use values::Point;
 
-use crate::bench::{in_time, plan, rig, undisturbed};
+use crate::bench::{Maker, in_time, plan, rig, undisturbed};
 
 /// Frames of the SDK by the name of their call, numbered as if each were the first.
 fn sdk() -> BTreeMap<&'static str, &'static str> {
@@ -38,7 +38,7 @@ fn every_other_request_of_a_strike_and_its_stop_is_one_of_the_sdks() {
     in_time(|| {
         let sdk = sdk();
         let rig = rig();
-        let (emulator, outcome) = undisturbed(&plan(&rig, Point::new(0.62, 0.0)));
+        let (emulator, outcome) = undisturbed(Maker::XArm, &plan(&rig, Point::new(0.62, 0.0)));
         outcome.unwrap();
         let mut names: Vec<&str> = Vec::new();
         for (_, event) in emulator.events() {

@@ -154,6 +154,39 @@ fn an_object_that_was_not_seen_to_rest_is_not_struck_until_it_was_put_elsewhere(
 }
 
 #[test]
+fn a_folder_that_is_deleted_during_a_strike_does_not_forget_where_the_object_stopped() {
+    in_time(|| {
+        let (rig, outer) = (rig(), tempfile::tempdir().unwrap());
+        let folder = outer.path().join("logs");
+        let lab = lab(&rig, false);
+        let strikes = || lab.0.table(|table| table.counts.0).unwrap();
+        let ended = thread::scope(|scope| {
+            scope.spawn(|| {
+                wait_for(|| strikes() > 0);
+                std::fs::remove_dir_all(&folder).unwrap();
+            });
+            gather(&lab, &rig, &folder, 2, &mut |_| strikes() > 1)
+        });
+        let error = ended.unwrap_err();
+        let CollectError::Moved { path, .. } = &error else {
+            panic!("{error}");
+        };
+        assert!(path.starts_with(&folder) && path.exists(), "{error}");
+        // A new call looks there, and waits for a hand.
+        let mut waits_for_a_hand = false;
+        gather(&lab, &rig, &folder, 2, &mut |news| {
+            if let CollectEvent::Waiting(why) = news {
+                waits_for_a_hand |= why.contains("put it elsewhere");
+            }
+            waits_for_a_hand || strikes() > 1
+        })
+        .unwrap_err();
+        assert!(waits_for_a_hand);
+        assert_eq!(strikes(), 1);
+    });
+}
+
+#[test]
 fn whoever_is_told_to_step_back_late_has_the_whole_time_from_then_on() {
     in_time(|| {
         let (rig, folder) = (rig(), tempfile::tempdir().unwrap());

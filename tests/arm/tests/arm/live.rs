@@ -2,7 +2,7 @@
 
 use std::io::Write;
 use std::net::{TcpListener, TcpStream};
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::sync::mpsc::{self, Receiver, TryRecvError};
 use std::sync::{Arc, Mutex};
 use std::thread;
@@ -138,13 +138,48 @@ fn what_is_not_at_rest_is_reported_and_waiting_ends() {
 }
 
 #[test]
+fn an_object_that_was_taken_away_a_moment_ago_or_whose_stamps_stand_still_is_not_there() {
+    let topic = Topic::serve(([127, 0, 0, 1], 0).into(), "/object/centroid").unwrap();
+    let live = Live::connect(&format!("ws://{}", topic.address), &rig()).unwrap();
+    let mut rest = None;
+    let begun = Instant::now();
+    while rest.is_none() && begun.elapsed() < HANGS {
+        topic.publish(0.3, 0.0);
+        thread::sleep(Duration::from_millis(10));
+        rest = live.at_rest().ok();
+    }
+    let rest = rest.expect("it rests");
+    // Nothing is published any more; what is on its way may still come.
+    let is_gone = (0..5).any(|_| live.is_still(&rest).is_err());
+    assert!(is_gone, "it was seen a moment ago, and is gone");
+    // The last place again and again.
+    let stamp = Epoch::now().stamp(Instant::now());
+    let (seconds, rest_of_it) = (stamp / 1_000_000_000, stamp % 1_000_000_000);
+    let last = format!(
+        r#"{{"header":{{"stamp":{{"sec":{seconds},"nanosec":{rest_of_it}}}}},"point":{{"x":0.3,"y":0.0}}}}"#
+    );
+    until(
+        || {
+            topic.send(&last);
+            live.is_still(&rest)
+        },
+        |seen| {
+            let text = seen.as_ref().err().map(ToString::to_string);
+            text.is_some_and(|text| text.contains("stamps stand still"))
+        },
+    );
+}
+
+#[test]
 fn a_clock_that_differs_is_reported_before_a_log_joins_both() {
     let topic = Topic::serve(([127, 0, 0, 1], 0).into(), "/object/centroid").unwrap();
     let live = Live::connect(&format!("ws://{}", topic.address), &rig()).unwrap();
     let sends = |message: &str, said: &str| {
+        let sent = AtomicU32::new(0);
         until(
             || {
-                topic.send(message);
+                let number = sent.fetch_add(1, Ordering::Relaxed);
+                topic.send(&message.replace("NUMBER", &number.to_string()));
                 live.at_rest()
             },
             |seen| {
@@ -154,7 +189,7 @@ fn a_clock_that_differs_is_reported_before_a_log_joins_both() {
         );
     };
     sends(
-        r#"{"header":{"stamp":{"sec":1000,"nanosec":0}},"point":{"x":0.3,"y":0.0}}"#,
+        r#"{"header":{"stamp":{"sec":1000,"nanosec":NUMBER}},"point":{"x":0.3,"y":0.0}}"#,
         "behind this computer's clock",
     );
     // Messages that make no sense are reported beside what is missing.

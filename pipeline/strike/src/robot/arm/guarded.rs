@@ -101,7 +101,10 @@ impl<D: Arm> Guarded<D> {
         interrupted: Arc<AtomicBool>,
     ) -> Result<Self, RobotError> {
         let setup = Setup::of(rig).map_err(|why| not_ready(name, why))?;
-        let failed = |error: io::Error| unreachable_arm(name, &error);
+        let failed = |error: io::Error| match error.kind() {
+            io::ErrorKind::ResourceBusy => RobotError::Busy { robot: name.into() },
+            _ => unreachable_arm(name, &error),
+        };
         let claim = |what: &str| match Claim::take(what) {
             Ok(Some(claim)) => Ok(claim),
             Ok(None) => Err(RobotError::Busy { robot: name.into() }),
@@ -341,9 +344,12 @@ impl<D: Arm> Guarded<D> {
         let now = if is_ready {
             status.clone()
         } else {
-            // Enabling takes seconds, in which somebody may have set something else.
+            // Enabling takes seconds, in which somebody may have set something else; and a motor may stay off.
             self.checked_status().map_err(text)??
         };
+        if !now.is_enabled {
+            return Err("a motor is still off after all were switched on: look at the arm by its own program".into());
+        }
         self.before.get_or_insert(status);
         self.driver
             .set_ramp(self.setup.acceleration.max(TRAVEL.1), self.setup.jerk)
