@@ -80,6 +80,8 @@ pub enum Fault {
     CannotMove,
     /// Another client sends a line.
     OtherLine,
+    /// Another program that only waits takes the place of the one that waits for lines.
+    OtherProgram,
     /// Somebody turns the speed down to a half: the slider of a pendant, or reduced mode.
     SlowedDown,
     /// Another tool is set, 50 mm longer.
@@ -100,7 +102,7 @@ pub enum Fault {
 
 impl Fault {
     /// All of them.
-    pub const ALL: [Self; 40] = [
+    pub const ALL: [Self; 41] = [
         Self::Reset,
         Self::Gone,
         Self::HalfOpen,
@@ -133,6 +135,7 @@ impl Fault {
         Self::Turned,
         Self::CannotMove,
         Self::OtherLine,
+        Self::OtherProgram,
         Self::SlowedDown,
         Self::ToolChanged,
         Self::FreeDrive,

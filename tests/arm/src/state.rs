@@ -126,6 +126,8 @@ struct Script {
     begun: Instant,
     /// It waits for signs of life after its lines.
     waits: bool,
+    /// It writes the last one that it read.
+    echoes: bool,
 }
 
 /// The controller.
@@ -257,6 +259,9 @@ impl State {
                     ..script
                 });
             }
+            Fault::OtherProgram if self.script.is_some() => {
+                self.run("def other():\n  while (True):\n    sync()\n  end\nend\n");
+            }
             Fault::SlowedDown => {
                 self.model.modes[0] = true;
                 if let Some((begun, motion)) = &mut self.motion {
@@ -310,13 +315,15 @@ impl State {
         let [in_line, idle] = LIFELESS;
         match (script.waits, is_idle) {
             (false, true) => self.script = None,
-            (true, _) if at.elapsed() > if is_idle { idle } else { in_line } => {
+            (true, _) if script.echoes && at.elapsed() > if is_idle { idle } else { in_line } => {
                 self.events.push((Instant::now(), Event::Lifeless));
                 self.halt();
             }
             // It takes a moment to begin.
             (true, true)
-                if !self.is_made(Fault::NeverReady) && script.begun.elapsed() > 2 * REPLACED =>
+                if script.echoes
+                    && !self.is_made(Fault::NeverReady)
+                    && script.begun.elapsed() > 2 * REPLACED =>
             {
                 self.registers[1] = life;
             }
@@ -605,10 +612,17 @@ impl State {
             return;
         }
         let waits = text.contains("while (True)");
+        let echoes = text.contains("write_output_integer_register(25");
         self.script = Some(Script {
             begun: Instant::now(),
             waits,
+            echoes,
         });
+        if let (false, Some((begun, motion))) = (echoes || !waits, &mut self.motion) {
+            // The program that it replaces moves no more.
+            self.queue.clear();
+            motion.stop(begun.elapsed().as_secs_f64());
+        }
         if waits && text.contains("rtde_set_watchdog(") {
             // It begins to count with the script.
             self.life.0 = Instant::now();

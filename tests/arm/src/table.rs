@@ -44,6 +44,8 @@ pub struct Table {
     since: Instant,
     puts_back: bool,
     before: Option<Point>,
+    /// Where the last strike left the object.
+    pub stop: Option<Point>,
     /// Strikes, and how often the tip came into the object again while it slid.
     pub counts: (usize, usize),
 }
@@ -59,6 +61,7 @@ impl Table {
             since: Instant::now(),
             puts_back,
             before: None,
+            stop: None,
             counts: (0, 0),
         })
     }
@@ -123,6 +126,7 @@ impl Table {
                 };
                 let shot = self.sim.meet(self.at, tip, aside);
                 self.counts.0 += 1;
+                self.stop = Some(shot.stop());
                 self.struck = Some((now, shot));
             }
             Some((impact, rest_time, stop)) => {

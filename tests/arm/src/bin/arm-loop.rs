@@ -60,7 +60,7 @@ fn main() -> Result<(), Failed> {
     };
     let number =
         |at: usize, otherwise: usize| numbers.get(at).map_or(Ok(otherwise), |text| text.parse());
-    let (strikes, targets): (usize, usize) = (number(0, 100)?, number(1, 20)?);
+    let (strikes, targets): (usize, usize) = (number(0, 100)?, number(1, 60)?);
     let lab = Lab::open(folder.as_ref(), bin.as_ref(), maker)?;
     let begun = Instant::now();
     let mut stops = lab.gather(strikes)?;
@@ -278,7 +278,8 @@ impl Lab {
                 return Ok(None);
             }
         }
-        let stop = self.emulator.table(|table| table.place(Instant::now()));
+        // A hand may have put the object back by now: its stop is kept.
+        let stop = self.emulator.table(|table| table.stop.take()).flatten();
         let plan: serde_json::Value = serde_json::from_slice(&output.stdout)?;
         let number = |value: &serde_json::Value| value.as_f64().ok_or("no number in the answer");
         let point = |value: &serde_json::Value| -> Result<Point, Failed> {
@@ -292,7 +293,7 @@ impl Lab {
                 angle: number(&plan["angle"])?,
             },
             delivered: number(&plan["delivered_speed"])?,
-            stop: stop.ok_or("there is no table")?,
+            stop: stop.ok_or("the strike did not meet the object")?,
         }))
     }
 
@@ -342,6 +343,13 @@ fn page_of(
         |numbers: &mut dyn Iterator<Item = f64>| numbers.sum::<f64>() / struck.len().max(1) as f64;
     let miss = mean(&mut struck.iter().map(TargetStrike::miss));
     let floor = mean(&mut floors.iter().copied());
+    let ratio = miss / floor;
+    // Of the ratio of two means: what misses scatter by about it.
+    let about = struck
+        .iter()
+        .zip(floors)
+        .map(|(one, floor)| (one.miss() - ratio * floor).powi(2));
+    let error = about.sum::<f64>().sqrt() / struck.len().max(1) as f64 / floor;
     let off = struck
         .iter()
         .map(|one| (one.delivered / one.command.speed - 1.0).abs())
@@ -357,7 +365,7 @@ fn page_of(
          | times that the watchdog stopped the arm and the same command went on | {stops} |\n\
          | mean miss | {:.2} mm |\n\
          | mean scatter of repeats of the same commands ({REPEATS} each): the floor | {:.2} mm |\n\
-         | mean miss over the floor | {:.2} |\n\
+         | mean miss over the floor, and its standard error | {:.2} ± {:.2} |\n\
          | delivered speed at contact, farthest from the command | {:.2} % |\n\
          | strikes that met the object; times that the tip came into it again (since this emulator began) | {met}; {again} |\n\n\
          | from, m | to, m | command | delivered, m/s | miss, mm | repeats, mm |\n|---|---|---|---|---|---|\n",
@@ -365,7 +373,8 @@ fn page_of(
         struck.len(),
         miss * 1e3,
         floor * 1e3,
-        miss / floor,
+        ratio,
+        error,
         off * 100.0,
     );
     for (one, floor) in struck.iter().zip(floors) {

@@ -128,14 +128,15 @@ fn one(maker: Maker, name: &str, step: Step, fault: Fault) -> Row {
                     | Fault::Jogged
             ),
         }
-        // What this maker's arm does not know: a sign of life; or no program runs yet that could be stopped, and its pose is told by reports
+        // What this maker's arm does not know: a sign of life, a program; or no program runs yet that could be stopped, and its pose is told by reports
         // alone.
         || match maker {
-            Maker::XArm => fault == Fault::Deaf,
+            Maker::XArm => matches!(fault, Fault::Deaf | Fault::OtherProgram),
             Maker::Ur if is_moving => false,
             Maker::Ur => matches!(
                 (fault, step),
                 (Fault::OperatorStop, Step::Check)
+                    | (Fault::OtherProgram, Step::Connect | Step::Check)
                     | (Fault::Stuck | Fault::WrongPose, _)
                     | (Fault::SlowReplies | Fault::GarbageReply, Step::Enable)
             ),
