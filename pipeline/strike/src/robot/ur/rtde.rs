@@ -34,8 +34,6 @@ const RECIPE: [(&str, &str); 12] = [
 ];
 /// Where the sign of life goes. One program can claim it.
 pub(super) const LIFE: &str = "input_int_register_24";
-/// What the controller answers for a quantity that another program has claimed.
-const IN_USE: &str = "IN_USE";
 /// A program that waits for carom's lines echoes one of so many last signs of life.
 const ECHOES: i32 = 12;
 /// No program is shown for so many samples where one replaces another, and longer where somebody stopped it: 0.1 s.
@@ -175,21 +173,16 @@ fn numbers<const N: usize, const B: usize, T: Copy + Default>(
     Ok(numbers)
 }
 
-/// Asks for a recipe; gives its number. Errors where the controller gives other kinds of numbers, or where another program has claimed one:
-/// `ResourceBusy`.
+/// Asks for a recipe; gives its number. Errors where other kinds of numbers are given: `ResourceBusy` where another program claims one.
 fn agree(stream: &mut TcpStream, kind: u8, wanted: &[u8], kinds: &str) -> io::Result<u8> {
     let reply = ask(stream, kind, wanted)?;
-    match reply.split_first() {
-        Some((recipe, given)) if given == kinds.as_bytes() => Ok(*recipe),
-        _ => {
-            let given = String::from_utf8_lossy(reply.get(1..).unwrap_or_default());
-            if given.split(',').any(|kind| kind == IN_USE) {
-                return Err(io::ErrorKind::ResourceBusy.into());
-            }
-            Err(garbage(format!(
-                "it gives {given} for {kinds}: its software is too old"
-            )))
-        }
+    let (recipe, given) = reply.split_first().unwrap_or((&0, &[]));
+    match String::from_utf8_lossy(given) {
+        given if given == kinds => Ok(*recipe),
+        given if given.contains("IN_USE") => Err(io::ErrorKind::ResourceBusy.into()),
+        given => Err(garbage(format!(
+            "it gives {given} for {kinds}: its software is too old"
+        ))),
     }
 }
 
