@@ -7,7 +7,7 @@ use world::{
 };
 
 use crate::{
-    Diagnose, DiagnoseError, Diagnosed, Input,
+    Diagnose, DiagnoseError, Diagnosed, Input, camera_drift,
     diagnosis::{
         Detectable, Diagnosis, Gap, NamedEffect, NextStrike, Noise, Parameter, Ranked, SmoothMap,
         Verdict,
@@ -279,6 +279,12 @@ impl Case<'_, '_> {
                 Some(words::finding(finding)),
                 Some(note),
             ));
+        }
+        let last = |last: f64, strike: &&Strike| last.max(strike.conditions.order);
+        if camera_drift::could_be(fitted, prepared.strikes.iter().fold(0.0, last)) {
+            let note = notes::not_named(&self.names(), "a camera that drifts would do the same");
+            let cause = Some(notes::CAMERA_DRIFTS.into());
+            return Ok(unnamed(unexplained, cause, Some(note)));
         }
         let world = fitted_world()?;
         let after = gap::stop_residuals(rig, &world, strikes)?;

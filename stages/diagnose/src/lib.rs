@@ -10,6 +10,7 @@
 //! still find beside the best model ([`smooth`], [`maps`]). The gap is judged in MuJoCo ([`gap`]).
 
 mod arm;
+mod camera_drift;
 mod candidates;
 mod conclude;
 mod diagnosis;

@@ -143,6 +143,11 @@ pub(crate) fn astray() -> String {
         .into()
 }
 
+/// What stands behind a drift of launch speed and friction at once.
+pub(crate) const CAMERA_DRIFTS: &str = "launch speed and friction change together with the order of strikes, in the proportion that a drift of the camera's \
+     scale (its height, its zoom) or of its clock would show; a tip that wears on a table that changes may do so too: measure a known length at \
+     the beginning and at the end, and the camera's rate";
+
 /// Effects that fit the strikes and are not named.
 pub(crate) fn not_named(names: &[&str], why: &str) -> String {
     format!(

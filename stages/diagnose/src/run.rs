@@ -36,7 +36,7 @@ use crate::{
 
 impl Stage for Diagnose {
     const NAME: &'static str = "diagnose";
-    const VERSION: u32 = 35;
+    const VERSION: u32 = 36;
     type Input = Input;
     type Output = Diagnosed;
     type Error = DiagnoseError;

@@ -128,6 +128,12 @@ pub(crate) fn finding(finding: &Finding) -> String {
         ("start", _) => "depends on where strikes start".into(),
         ("position", _) => "depends on the place on the table".into(),
         ("command", _) => "depends on speed, angle and start together".into(),
+        ("command and order", _) => {
+            "depends on speed, angle or start otherwise as strikes go on".into()
+        }
+        ("command and session", _) => {
+            "depends on speed, angle or start otherwise in one session than in another".into()
+        }
         ("speed", _) => "depends on the commanded speed".into(),
         ("angle", _) => "depends on the commanded angle".into(),
         ("pause", _) => "depends on the pause before a strike".into(),

@@ -22,6 +22,7 @@ mod friction_step;
 mod library;
 mod off_centre_contact;
 mod parameters;
+mod path_curl;
 mod quadratic_drag;
 mod restitution_drift;
 mod sessions;

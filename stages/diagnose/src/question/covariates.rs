@@ -62,7 +62,6 @@ impl Covariates {
         let start = self.start_of(rows, column, scatter);
         let [x, y] = &start;
         let power = |values: &DVector<f64>, k: i32| values.map(|v| v.powi(k));
-        let product = |a: &DVector<f64>, b: &DVector<f64>| a.component_mul(b);
         let mut groups = Vec::new();
         let mut add = |name, functions: Vec<DVector<f64>>| {
             if !functions.is_empty() {
@@ -83,18 +82,12 @@ impl Covariates {
         for place in start.iter().flatten() {
             quadratic.extend([place.clone(), power(place, 2)]);
         }
-        quadratic.extend(x.iter().zip(y).map(|(x, y)| product(x, y)));
+        quadratic.extend(x.iter().zip(y).map(|(x, y)| x.component_mul(y)));
         let linear: Vec<DVector<f64>> = start.iter().flatten().cloned().collect();
         add("start", linear);
         add("start", quadratic);
-        let all: Vec<&DVector<f64>> = [&self.speed, &self.angle, x, y]
-            .into_iter()
-            .flatten()
-            .collect();
-        let pairs = (0..all.len())
-            .flat_map(|i| (0..i).map(move |j| (i, j)))
-            .map(|(i, j)| product(all[i], all[j]));
-        add("command", pairs.collect());
+        let all = [&self.speed, &self.angle, x, y];
+        add("command", products(all.into_iter().flatten()));
         add("pause", self.pause.iter().cloned().collect());
         groups
     }
@@ -127,12 +120,43 @@ impl Covariates {
             .collect()
     }
 
+    /// Products of each two commands.
+    pub(super) fn products(&self) -> Vec<DVector<f64>> {
+        let [x, y] = &self.start;
+        products([&self.speed, &self.angle, x, y].into_iter().flatten())
+    }
+
+    /// Commands and their squares times the place in the order, and times each session but the first (`sessions`: of all strikes, then these).
+    pub(super) fn by_time(
+        &self,
+        sessions: &[DVector<f64>],
+    ) -> Vec<(&'static str, Vec<DVector<f64>>)> {
+        let place = DVector::from_fn(self.strikes, |i, _| i as f64);
+        let times = |time: &DVector<f64>| {
+            let commands = self.linear().into_iter();
+            let both = commands.flat_map(|c| [c.component_mul(&c), c]);
+            both.map(|c| c.component_mul(time)).collect::<Vec<_>>()
+        };
+        let by_order = scaled(place, 0.0).map(|place| ("command and order", times(&place)));
+        let by_session = sessions.iter().skip(1).flat_map(times).collect();
+        by_order
+            .into_iter()
+            .chain([("command and session", by_session)])
+            .collect()
+    }
+
     /// The commands themselves.
     pub(super) fn linear(&self) -> Vec<DVector<f64>> {
         let [x, y] = &self.start;
         let each = [&self.speed, &self.angle, x, y];
         each.into_iter().flatten().cloned().collect()
     }
+}
+
+fn products<'a>(all: impl Iterator<Item = &'a DVector<f64>>) -> Vec<DVector<f64>> {
+    let all: Vec<_> = all.collect();
+    let pairs = (0..all.len()).flat_map(|i| (0..i).map(move |j| (i, j)));
+    pairs.map(|(i, j)| all[i].component_mul(all[j])).collect()
 }
 
 /// Cosines of the rank, beyond those that a cubic holds.

@@ -17,6 +17,7 @@ mod place;
 mod projection;
 mod table;
 mod wander;
+mod ways;
 mod weighed;
 
 pub(crate) use components::Components;
@@ -24,9 +25,9 @@ pub(crate) use families::{PERMUTED, REAL};
 pub(crate) use order::Form;
 pub(crate) use table::Column;
 
-use std::f64::consts::FRAC_1_SQRT_2;
+use std::f64::consts::{FRAC_1_SQRT_2, SQRT_2};
 
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector};
 
 use self::{
     covariates::Covariates,
@@ -42,6 +43,8 @@ use crate::{fit::Fitted, strikes::PreparedStrikes};
 
 /// Over what repeats scatter by, what moves stops by less adds less than 5 % to a stop's error: no gap.
 const LITTLE: f64 = 1.0 / 3.0;
+/// Part of the variance by which strikes scatter that is repeats' at the least, whatever else is found in it.
+const LEAST_FLOOR: f64 = 0.1;
 /// Families, each with its share of that.
 const FAMILIES: f64 = 3.0;
 /// Squared correlation with the order above which commands run with it: then what depends on them is not taken off.
@@ -67,6 +70,14 @@ pub(crate) struct Finding {
     pub(crate) size: f64,
     /// Of the order.
     pub(crate) form: Option<Form>,
+}
+
+impl Finding {
+    /// Whether it is what strikes share beside smooth functions of their commands.
+    fn is_beside_smooth(&self) -> bool {
+        let of_ways = self.covariate == "position" && matches!(self.what, What::Column(_));
+        of_ways || ["command and order", "command and session"].contains(&self.covariate)
+    }
 }
 
 /// What the question answers of a world.
@@ -96,13 +107,14 @@ impl Answer {
             .any(|found| found.size > LITTLE * self.floor)
     }
 
-    /// What still moves stops by more than repeats scatter, and is more than half of the variance of the greatest that was found before: beside
-    /// it, no name is what the gap is. A form that is nearly right leaves less.
+    /// What still moves stops by more than repeats scatter, and is more than half of the variance of the greatest that was found before, or twice
+    /// that of repeats: beside it, no name is what the gap is. A form that is nearly right leaves less.
     pub(crate) fn great_beside(&self, before: &Self) -> Option<&Finding> {
         let greatest = before.findings.first();
         let half = greatest.map_or(0.0, |most| FRAC_1_SQRT_2 * most.size);
+        let least = self.floor.max(half).min(SQRT_2 * self.floor);
         let largest = self.findings.first();
-        largest.filter(|found| found.size > self.floor.max(half))
+        largest.filter(|found| found.size > least)
     }
 
     /// What no effect by the order (by session, too) is: it changes in a form that the library lacks, or steps within a session where sessions
@@ -138,7 +150,10 @@ pub(crate) fn variation(prepared: &PreparedStrikes<'_>, fitted: &Fitted) -> Vari
 
 /// Whether commands were repeated so often that what repeats scatter by is measured; otherwise it is what no smooth part takes.
 pub(crate) fn has_repeats(prepared: &PreparedStrikes<'_>) -> bool {
-    let commands = commands(prepared);
+    are_repeated(&commands(prepared))
+}
+
+fn are_repeated(commands: &[usize]) -> bool {
     let distinct = commands.iter().max().map_or(0, |last| last + 1);
     commands.len() - distinct >= components::REPEATS
 }
@@ -264,8 +279,21 @@ impl Asking {
             form != Some(Form::Wander)
         });
         findings.extend(ordered);
-        let floor = self.variation().repeats;
-        let most = (self.total().powi(2) - floor * floor).max(0.0).sqrt();
+        let total = self.total();
+        for finding in &mut findings {
+            finding.size = finding.size.min(total);
+        }
+        // What strikes share that no smooth function of commands holds, repeats do not scatter by; only repeats themselves show it apart.
+        let unseen = findings.iter().filter(|_| !are_repeated(&self.commands));
+        let unseen = unseen
+            .filter(|found| found.is_beside_smooth())
+            .map(|found| found.size);
+        let unseen = unseen.fold(0.0, f64::max);
+        let repeats = self.variation().repeats;
+        let floor = (repeats * repeats - unseen * unseen)
+            .max(LEAST_FLOOR * repeats * repeats)
+            .sqrt();
+        let most = (total * total - floor * floor).max(0.0).sqrt();
         findings.retain_mut(|finding| {
             let is_of_all = finding.covariate == "phase";
             if is_of_all {
@@ -405,6 +433,7 @@ impl Asking {
                 });
             }
         }
+        asked.extend(self.beside_smooth());
         let places: Vec<_> = self.rows.iter().map(|row| row.places).collect();
         for (what, pushes) in self.pushes() {
             for statistic in pushes.asked(&places, &self.shuffles) {
@@ -414,6 +443,60 @@ impl Asking {
                     statistic,
                     weight: pushes.weight,
                 });
+            }
+        }
+        asked
+    }
+
+    /// What no smooth function of a command or of two holds: dependences on commands that change with the order or from session to session, and
+    /// needs that strikes share which slide over the same places, in all sessions or in one.
+    fn beside_smooth(&self) -> Vec<Asked> {
+        let n = self.rows.len();
+        let by_time = self.covariates.by_time(&self.sessions());
+        let ways = ways::shared(&self.rows);
+        let is_same = |i: usize, j: usize| self.sessions[i] == self.sessions[j];
+        let in_session = DMatrix::from_fn(n, n, |i, j| ways[(i, j)] * f64::from(is_same(i, j)));
+        let kernels = match self.sessions().len() {
+            1 => vec![ways],
+            _ => vec![ways, in_session],
+        };
+        let mut asked = Vec::new();
+        for of in [
+            Column::Launch,
+            Column::Heading,
+            Column::Friction,
+            Column::Stop,
+        ] {
+            let column = self.weighed(of, true);
+            let ratio = self.wander_of(of, &column);
+            let whitened = |c: &DVector<f64>| {
+                self.wander
+                    .whitened(ratio, &c.component_mul(&column.weights))
+            };
+            let beside = self.sessions().into_iter().chain(self.covariates.smooth());
+            let beside = beside.chain(self.covariates.products());
+            let basis = Basis::new(beside.map(|c| whitened(&c)));
+            if 3 * basis.0.len() > n {
+                continue;
+            }
+            let left = basis.off(self.wander.whitened(ratio, &column.values));
+            let all = self.shuffles.permuted(left.as_slice());
+            let weight = column.weights.norm_squared();
+            let changes = by_time
+                .iter()
+                .map(|(name, functions)| (*name, basis.beside(functions.iter().map(whitened))));
+            let places = kernels
+                .iter()
+                .map(|kernel| ("position", ways::score(kernel, &basis, weight, whitened)));
+            for (covariate, questions) in changes.chain(places) {
+                if !questions.is_empty() {
+                    asked.push(Asked {
+                        what: What::Column(of),
+                        covariate,
+                        statistic: explained(&questions, &all),
+                        weight,
+                    });
+                }
             }
         }
         asked

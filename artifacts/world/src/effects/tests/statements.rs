@@ -128,6 +128,12 @@ fn fitted_values_are_stated_in_a_sentence() {
              as glue, tape, a scratch or a smooth strip would do; look at the table there, and log again once it is clean",
         ),
         (
+            "path_curl",
+            &[("part", -0.12)],
+            "paths curl to the right, by a force across the way of 12 % of friction's: an object that spins or stands on one edge does so; look at its \
+             base, and at whether the tip strikes its middle",
+        ),
+        (
             "camera_lean",
             &[("lean_x", 0.035)],
             "the camera leans: it shows lengths 3.5 % smaller for every metre towards 0° from +x",

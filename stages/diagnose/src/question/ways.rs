@@ -1,0 +1,63 @@
+//! Questions about the ways: do strikes that slide over the same places need the same, however small these places are?
+
+use nalgebra::{DMatrix, DVector};
+use values::Point;
+
+use super::{
+    projection::Basis,
+    table::{HATS, Row},
+};
+
+/// Distance in m at which two places have little in common: some object's width.
+const NEAR: f64 = 0.03;
+/// Part of the greatest variance along a direction below which the direction is left out.
+const LEAST: f64 = 1e-4;
+/// Part of the covariance that must be its own beside a basis: where few commands are repeated, ways are these commands over again.
+const OWN: f64 = 0.1;
+
+/// How much of their ways strikes share, 1 where each is the other's (a Gaussian of the distance, mean over all pairs of fifths, relative to
+/// each way with itself).
+pub(super) fn shared(rows: &[Row]) -> DMatrix<f64> {
+    let near = |a: &[Point; HATS], b: &[Point; HATS]| -> f64 {
+        let pairs = a
+            .iter()
+            .flat_map(|a| b.iter().map(move |b| a.distance(*b) / NEAR));
+        pairs.map(|d| (-0.5 * d * d).exp()).sum()
+    };
+    let own: Vec<f64> = rows
+        .iter()
+        .map(|row| near(&row.places, &row.places).sqrt())
+        .collect();
+    DMatrix::from_fn(rows.len(), rows.len(), |i, j| {
+        near(&rows[i].places, &rows[j].places) / (own[i] * own[j])
+    })
+}
+
+/// Columns q whose Σ(qᵀe)² is the score of a part of e with this covariance, beside a basis (Wu et al. 2011, "SKAT"), scaled so that it
+/// grows by the sum of squared weights where that part has variance 1; `whitened` is what a column of such a part becomes.
+pub(super) fn score(
+    covariance: &DMatrix<f64>,
+    basis: &Basis,
+    weight: f64,
+    whitened: impl Fn(&DVector<f64>) -> DVector<f64>,
+) -> Vec<DVector<f64>> {
+    let eigen = covariance.clone().symmetric_eigen();
+    let greatest = eigen.eigenvalues.max();
+    let kept = (0..eigen.eigenvalues.len()).filter(|k| eigen.eigenvalues[*k] > LEAST * greatest);
+    let whole: Vec<DVector<f64>> = kept
+        .map(|k| whitened(&(eigen.eigenvectors.column(k) * eigen.eigenvalues[k].sqrt())))
+        .collect();
+    let trace = |parts: &[DVector<f64>]| parts.iter().map(DVector::norm_squared).sum::<f64>();
+    let all_of_it = trace(&whole);
+    let parts: Vec<DVector<f64>> = whole.into_iter().map(|part| basis.off(part)).collect();
+    if parts.is_empty() || trace(&parts) < OWN * all_of_it {
+        return Vec::new();
+    }
+    let all = DMatrix::from_columns(&parts);
+    let square = all.tr_mul(&all).norm_squared();
+    if square <= 0.0 {
+        return Vec::new();
+    }
+    let scale = (weight / square).sqrt();
+    parts.into_iter().map(|part| part * scale).collect()
+}
