@@ -295,10 +295,11 @@ impl Case<'_, '_> {
         // meet a fence, or none rests, those that rest are no fair choice among all.
         let all_rest = strikes.iter().all(|strike| strike.has_stop());
         let is_judged = all_rest && !(self.left.is_astray || self.is_delivered);
-        let is_much_left = is_judged && stops > GREAT * accounted;
+        let great = if is_judged { GREAT } else { f64::INFINITY };
+        let is_much_left = stops > great * accounted;
         let finding = match is_much_left {
             true => self.remaining.findings.first(),
-            false => self.remaining.great_beside(&self.asked),
+            false => self.remaining.great_beside(&self.asked, great),
         };
         if is_much_left || finding.is_some() {
             let note = notes::not_named(

@@ -68,6 +68,40 @@ fn friction_that_steps_or_cycles_with_the_order_is_no_wander() {
 }
 
 #[test]
+fn what_changes_with_the_command_halfway_or_waves_over_the_table_is_no_scatter() {
+    for (hidden, cause) in [
+        (Hidden::GainHalfway(0.5), "otherwise as strikes go on"),
+        (Hidden::Ripple(0.5), "the table"),
+    ] {
+        let found = diagnosed(Plan::Random, hidden, 65);
+        assert_eq!(
+            found.verdict,
+            Verdict::Unexplained,
+            "{hidden:?}: {}",
+            found.summary
+        );
+        assert!(found.summary.contains(cause), "{}", found.summary);
+    }
+}
+
+#[test]
+fn what_a_spin_or_a_clock_does_is_not_given_the_names_of_a_table_that_does_nearly_the_same() {
+    for (hidden, cause) in [
+        (Hidden::Curl(0.2), "curl to the left"),
+        (Hidden::SlowingClock(0.06), "clock"),
+    ] {
+        let found = diagnosed(Plan::Random, hidden, 66);
+        assert_eq!(
+            found.verdict,
+            Verdict::Unexplained,
+            "{hidden:?}: {}",
+            found.summary
+        );
+        assert!(found.summary.contains(cause), "{}", found.summary);
+    }
+}
+
+#[test]
 fn the_floor_is_what_repeats_of_one_command_scatter_by_where_they_stop() {
     let table = Table {
         plan: Plan::OneCommand,

@@ -25,7 +25,7 @@ pub(crate) use families::{PERMUTED, REAL};
 pub(crate) use order::Form;
 pub(crate) use table::Column;
 
-use std::f64::consts::{FRAC_1_SQRT_2, SQRT_2};
+use std::f64::consts::FRAC_1_SQRT_2;
 
 use nalgebra::{DMatrix, DVector};
 
@@ -107,12 +107,12 @@ impl Answer {
             .any(|found| found.size > LITTLE * self.floor)
     }
 
-    /// What still moves stops by more than repeats scatter, and is more than half of the variance of the greatest that was found before, or twice
-    /// that of repeats: beside it, no name is what the gap is. A form that is nearly right leaves less.
-    pub(crate) fn great_beside(&self, before: &Self) -> Option<&Finding> {
+    /// What still moves stops by more than repeats scatter, and is more than half of the variance of the greatest that was found before, or by
+    /// more than `great` times what repeats scatter: beside it, no name is what the gap is. A form that is nearly right leaves less.
+    pub(crate) fn great_beside(&self, before: &Self, great: f64) -> Option<&Finding> {
         let greatest = before.findings.first();
         let half = greatest.map_or(0.0, |most| FRAC_1_SQRT_2 * most.size);
-        let least = self.floor.max(half).min(SQRT_2 * self.floor);
+        let least = self.floor.max(half).min(great * self.floor);
         let largest = self.findings.first();
         largest.filter(|found| found.size > least)
     }
@@ -206,6 +206,8 @@ struct Asking {
     sessions: Vec<usize>,
     shuffles: Shuffles,
     wander: Wander,
+    /// Where each is expected to slide.
+    ways: Vec<ways::Way>,
     seed: u64,
     /// Numbers of the commands: those of repeats are the same.
     commands: Vec<usize>,
@@ -222,6 +224,7 @@ impl Asking {
             sessions: sessions(prepared),
             shuffles: Shuffles::new(rows.len(), seed),
             wander: Wander::new(rows.len()),
+            ways: ways::commanded(&prepared.strikes, &rows),
             seed,
             commands: commands(prepared),
             resting,
@@ -453,7 +456,7 @@ impl Asking {
     fn beside_smooth(&self) -> Vec<Asked> {
         let n = self.rows.len();
         let by_time = self.covariates.by_time(&self.sessions());
-        let ways = ways::shared(&self.rows);
+        let ways = ways::shared(&self.ways);
         let is_same = |i: usize, j: usize| self.sessions[i] == self.sessions[j];
         let in_session = DMatrix::from_fn(n, n, |i, j| ways[(i, j)] * f64::from(is_same(i, j)));
         let kernels = match self.sessions().len() {

@@ -75,6 +75,14 @@ pub enum Hidden {
     StepInOrder(f64),
     /// Friction goes up and down by this share, every so many strikes.
     CycleInOrder(f64, f64),
+    /// Delivered angle is off by this share of the commanded, from the middle strike on.
+    GainHalfway(f64),
+    /// Friction waves over the table by this share, crest to crest 12 cm.
+    Ripple(f64),
+    /// A force across the velocity, in m/s².
+    Curl(f64),
+    /// The camera's clock runs slower by this share at the last strike than at the first.
+    SlowingClock(f64),
 }
 
 /// What is commanded, and where strikes start.
@@ -147,6 +155,7 @@ impl Set {
             Hidden::Step(share) if at.x > 0.5 => *share,
             Hidden::Grain(share) => share * (velocity.x / speed.max(1e-6)).abs(),
             Hidden::Stribeck(share) => share / (1.0 + speed / 0.2),
+            Hidden::Ripple(share) => share * (TAU * at.dot(Point::polar(1.0, 0.6)) / 0.12).sin(),
             _ => 0.0,
         });
         1.0 + each.sum::<f64>()
@@ -157,6 +166,9 @@ impl Set {
             Hidden::Drag(rate) => velocity * -rate,
             Hidden::Tilt(x, y) => Point::new(9.81 * x, 9.81 * y),
             Hidden::Magnus(rate) => Point::new(-velocity.y, velocity.x) * *rate,
+            Hidden::Curl(push) => {
+                Point::new(-velocity.y, velocity.x) * (push / velocity.norm().max(1e-9))
+            }
             _ => Point::default(),
         });
         each.fold(Point::default(), |sum, f| sum + f)
@@ -287,8 +299,12 @@ impl Table {
         }
         let mut delivered = set.delivered(command);
         for hidden in &set.hidden {
-            if let Hidden::Reach(share) = hidden {
-                delivered.speed *= 1.0 + share * origin.y;
+            match hidden {
+                Hidden::Reach(share) => delivered.speed *= 1.0 + share * origin.y,
+                Hidden::GainHalfway(share) if 2 * order >= self.strikes => {
+                    delivered.angle += share * command.angle;
+                }
+                _ => {}
             }
         }
         let grows = match set.noise {
@@ -365,6 +381,12 @@ impl Table {
             track.x.push(seen.x);
             track.y.push(seen.y);
             k += 1;
+        }
+        for hidden in &set.hidden {
+            if let Hidden::SlowingClock(share) = hidden {
+                let pace = 1.0 - share * order as f64 / self.strikes as f64;
+                track.t.iter_mut().for_each(|t| *t *= pace);
+            }
         }
         for i in 1..track.t.len() {
             track.t[i] = track.t[i].max(track.t[i - 1] + 1e-4);
