@@ -445,6 +445,8 @@ struct Candidate {
     /// Beside the version in use, on strikes that neither learnt from.
     gate: HeldOutGate,
     executor: ExecutorGate,
+    /// Whether it is the version from before the last change: the change found tonight takes that back.
+    takes_back: bool,
 }
 
 impl Candidate {
@@ -472,6 +474,7 @@ fn choose(
     // A version of a few strikes does not know the table well enough to say that it changed.
     let is_mature = score::varies(before).strikes >= MATURE;
     let is_changed = is_mature && night.drift.as_ref().is_some_and(Drift::is_beyond_chance);
+    let last_change = night.change.clone().filter(|_| is_changed);
     if let (true, Some(first)) = (is_changed, new.first()) {
         night.change = Some(Change {
             version: before.version.clone(),
@@ -488,28 +491,52 @@ fn choose(
         .map_or(f64::NEG_INFINITY, |change| change.since);
     let all = contents(results)?;
     let mut waits = all.clone();
-    let mut candidates = Vec::new();
-    let mut add = |name: &str, contents: &Contents| -> Result<(), Error> {
+    let judged = |name: &str, contents: &Contents| -> Result<Option<Candidate>, Error> {
         let artifact = loaded(contents)?;
         if before.manifest == artifact.manifest {
-            return Ok(());
+            return Ok(None);
         }
         let judges = unseen(&results.strikes, since, [before, &artifact]);
-        candidates.push(Candidate {
+        Ok(Some(Candidate {
             name: name.into(),
             contents: contents.clone(),
             gate: compare_held_out(run, before, &artifact, &judges)?,
             executor: plan_paths(&artifact, &results.strikes),
-        });
-        Ok(())
+            takes_back: false,
+        }))
     };
-    add("all nights", all)?;
+    // What is put to use tonight knows all that was read tonight, whatever it learnt from.
+    let (strikes_read, logs_read) = (
+        publishing::logged(&results.strikes),
+        publishing::input_files(&results.read.logs)?,
+    );
+    let as_of_tonight = |mut contents: Contents| {
+        contents.provenance.strikes = Some(strikes_read);
+        contents.provenance.inputs.clone_from(&logs_read);
+        contents
+    };
+    let mut candidates: Vec<Candidate> = judged("all nights", all)?.into_iter().collect();
     // What came out last night and waits: it learnt from none of tonight's strikes, so all of them judge. One that is gone is no candidate.
     let waiting = night.waiting.as_deref();
     let waiting =
         waiting.and_then(|name| Store::open(&run.dir().join(WAITING)).load(Some(name)).ok());
     if let Some(waiting) = waiting {
-        add("the nights before tonight", &Contents::from(waiting))?;
+        candidates.extend(judged(
+            "the nights before tonight",
+            &Contents::from(waiting),
+        )?);
+    }
+    // A change may take back the one before: a shift of a day. What was known before both is right again.
+    if let Some(change) = &last_change
+        && let Ok(earlier) = store.load(Some(&change.version))
+    {
+        let name = format!("{} from before the last change", change.version);
+        let earlier = judged(&name, &Contents::from(earlier))?;
+        candidates.extend(earlier.map(|one| Candidate {
+            contents: as_of_tonight(one.contents),
+            takes_back: true,
+            ..one
+        }));
     }
     let base = night.change.as_ref().map(|change| &change.version);
     if let Some(base) = base.and_then(|version| store.load(Some(version)).ok()) {
@@ -522,14 +549,12 @@ fn choose(
             let older = older.filter(|log| !logs.contains(log.name.as_str()));
             let older: Vec<String> = older.map(|log| log.name.clone()).collect();
             let alone = pipeline(run, &inputs.without(&older), Step::Publish)?;
-            waits = contents(&alone)?.clone();
-            add("the strikes since the change alone", &waits)?;
+            waits = as_of_tonight(contents(&alone)?.clone());
+            candidates.extend(judged("the strikes since the change alone", &waits)?);
         }
         let since = Since {
             base: &base,
             strikes: latest,
-            all: publishing::logged(&results.strikes),
-            inputs: publishing::input_files(&results.read.logs)?,
         };
         if let Some(moved) = since.moved(run)? {
             candidates.push(Candidate {
@@ -539,7 +564,8 @@ fn choose(
                 ),
                 gate: since.compare_cross_fitted(run, before)?,
                 executor: plan_paths(&loaded(&moved.contents)?, &results.strikes),
-                contents: moved.contents,
+                contents: as_of_tonight(moved.contents),
+                takes_back: false,
             });
         }
     }
@@ -562,6 +588,12 @@ fn choose(
         }
         night.beats = Some(one.gate.clone());
         night.executor = Some(one.executor.clone());
+    }
+    if let (Some(change), Some(last)) = (night.change.as_mut(), last_change)
+        && best.is_some_and(|best| best.takes_back)
+    {
+        // What is learnt since stands on what is right again.
+        change.version = last.version;
     }
     // A table that changed and is not followed is somebody's business, and so is what the executor cannot use.
     let is_unusable = candidates.first().is_some_and(|one| !one.executor.passed);

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use judge::{HeldOut, stop_errors};
 use serde::{Deserialize, Serialize};
 use stage::Run;
-use store::{Artifact, Calibrated, Contents, InputFile, Logged, Moved};
+use store::{Artifact, Calibrated, Contents, Moved};
 use values::{Split, StopErrors, Strike};
 use world::{Session, Shift};
 
@@ -51,10 +51,6 @@ pub struct Since<'a> {
     pub base: &'a Artifact,
     /// All strikes since, in order of time.
     pub strikes: &'a [Strike],
-    /// All strikes, and all logs, that the night read.
-    pub all: Logged,
-    /// The logs.
-    pub inputs: Vec<InputFile>,
 }
 
 impl Since<'_> {
@@ -82,8 +78,6 @@ impl Since<'_> {
         for varies in provenance.varies.values_mut() {
             *varies = varies.moved(fitted.certainty);
         }
-        provenance.strikes = Some(self.all);
-        provenance.inputs = self.inputs.clone();
         provenance.moved = Some(Moved {
             version: self.base.version.clone(),
             strikes: fitted.seen.0.len(),

@@ -137,4 +137,16 @@ fn friction_that_rises_for_good_is_followed_the_same_night_and_learnt_from_after
         "{next}"
     );
     assert_eq!(next["change"]["what"], changed["change"]["what"]);
+
+    // It was a shift of two days: what was known before is right again.
+    truth.friction /= 1.12;
+    night(&truth, 3, 25, &logs);
+    let back = nightly();
+    assert_eq!(back["status"], "promoted", "{back}");
+    let why = back["why"][0].as_str().expect("a sentence");
+    assert!(
+        why.starts_with("from v0001 from before the last change: not worse"),
+        "{why}"
+    );
+    assert_eq!(back["change"]["version"], "v0001");
 }
