@@ -44,7 +44,7 @@ pub fn program(words: impl IntoIterator<Item = OsString>, commit: Option<&'stati
         }
         Err(error) => {
             if !cli.logs_json() {
-                eprintln!("carom: failed to {error}");
+                strike::tell(&format!("carom: failed to {error}"));
             }
             error.outcome() as u8
         }

@@ -488,8 +488,11 @@ impl Asking {
             let changes = by_time
                 .iter()
                 .map(|(name, functions)| (*name, basis.beside(functions.iter().map(whitened))));
+            // What places do to headings is asked of pushes.
+            let is_braked = matches!(of, Column::Friction | Column::Stop);
             let places = kernels
                 .iter()
+                .filter(|_| is_braked)
                 .map(|kernel| ("position", ways::score(kernel, &basis, weight, whitened)));
             for (covariate, questions) in changes.chain(places) {
                 if !questions.is_empty() {

@@ -15,7 +15,7 @@ const NEAR: f64 = 0.03;
 /// Part of the greatest variance along a direction below which the direction is left out.
 const LEAST: f64 = 1e-4;
 /// Part of the covariance that must be its own beside a basis: where few commands are repeated, ways are these commands over again.
-const OWN: f64 = 0.1;
+const OWN: f64 = 0.2;
 
 /// Places along a way, in m.
 pub(super) type Way = [Point; HATS];

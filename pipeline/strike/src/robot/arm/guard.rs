@@ -110,6 +110,11 @@ impl OnLine {
         self.sent
     }
 
+    /// Whether the tip has come along it.
+    pub(super) fn has_begun(&self) -> bool {
+        self.began.is_some()
+    }
+
     /// Whether the tip rests at the end of the line.
     pub(super) fn is_over(&self) -> bool {
         self.at_end >= ARRIVED.2

@@ -16,7 +16,7 @@ use super::line::{Line, Profile};
 use super::outlet::Outlet;
 use super::record::samples;
 use super::setup::{Setup, TRAVEL};
-use super::signals::{alarm, tell};
+use super::signals::{alarm, tell, told};
 use super::watch::Watch;
 use crate::Plan;
 use crate::epoch::Epoch;
@@ -34,6 +34,10 @@ const TELL: Duration = Duration::from_millis(400);
 const GIVE_UP: Duration = Duration::from_millis(1_500);
 /// An arm that was sent a line and has not answered is watched, and stopped again and again, for so long: the line may come late.
 const ON_ITS_WAY: Duration = Duration::from_secs(3);
+/// A program that waits for lines and is gone so soon after a stop was ended by that, not by signs of life that cease.
+const HEARD: Duration = Duration::from_millis(800);
+/// A line that was taken up shows in positions within this time.
+const BEGINS: Duration = Duration::from_millis(250);
 /// How long a new connection may take to ask after a stop.
 const QUICK: Duration = Duration::from_millis(100);
 /// A pose that is asked for and the reports agree within m and rad.
@@ -424,14 +428,16 @@ impl<D: Arm> Guarded<D> {
         let sent = Instant::now();
         self.is_unanswered = true;
         let accepted = self.driver.line(request);
-        self.is_unanswered = accepted.is_err();
+        self.is_unanswered = accepted.is_err() || !D::ANSWERS;
         if reached_at.is_some() {
             self.begun = Some(sent);
         }
         accepted.map_err(|error| self.watch.fault().unwrap_or_else(|| error.to_string()))?;
         let (share, more) = LONGER;
         let patience = profile.duration * (1.0 + share) + more;
-        self.watch.wait_for_end(Duration::from_secs_f64(patience))
+        let ended = self.watch.wait_for_end(Duration::from_secs_f64(patience));
+        self.is_unanswered &= ended.is_err() && !self.watch.has_begun();
+        ended
     }
 
     /// How far (m) the tip has come in a record.
@@ -502,8 +508,12 @@ impl<D: Arm> Robot for Guarded<D> {
         self.check_fence(&status, here, &lines)
             .map_err(|why| self.not_ready(why))?;
         // A person who holds back what the terminal shows has not read it: it is waited for, and the plan grows old.
-        tell(&format!("{}: the arm moves now: stand clear", self.name));
-        Ok(())
+        let told = told(&format!("{}: the arm moves now: stand clear", self.name));
+        told.map_err(|error| {
+            self.not_ready(format!(
+                "standard error cannot be written ({error}), so that nobody would be told that the arm moves; give it a terminal or a file"
+            ))
+        })
     }
 
     fn strike(&mut self, plan: &Plan) -> Result<Option<StrikeRecord>, RobotError> {
@@ -567,14 +577,19 @@ impl<D: Arm> Robot for Guarded<D> {
         let mut sent = self.stop_everywhere();
         self.is_moving = false;
         self.watch.release();
-        let (mut asking, mut is_told) = (None, false);
-        let watched = if self.is_unanswered {
-            ON_ITS_WAY
-        } else {
-            Duration::ZERO
-        };
+        let (mut asking, mut is_told, mut taken_up) = (None, false, None);
         loop {
             let rest = self.is_at_rest(&mut asking);
+            if !D::ANSWERS && begun.elapsed() < HEARD && self.watch.is_taken_up() {
+                taken_up.get_or_insert_with(Instant::now);
+            }
+            // It was the stop that was taken up, or the line: then the tip moves soon.
+            let is_heard = taken_up.is_some_and(|since| since.elapsed() >= BEGINS);
+            self.is_unanswered &= !(is_heard && rest == Some(true));
+            let watched = match self.is_unanswered {
+                true => ON_ITS_WAY,
+                false => Duration::ZERO,
+            };
             if rest == Some(true) && begun.elapsed() >= watched {
                 let before = self
                     .before

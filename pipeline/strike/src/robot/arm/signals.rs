@@ -49,8 +49,13 @@ pub fn catch_signals() -> io::Result<Arc<AtomicBool>> {
 /// Tells a person something on standard error, wherever that leads, and whether or not anybody reads it: a terminal that is gone ends
 /// nothing.
 pub fn tell(what: &str) {
+    let _ = told(what);
+}
+
+/// The same; errors where nothing can be written there.
+pub(super) fn told(what: &str) -> io::Result<()> {
     use io::Write;
-    let _ = io::stderr().write_all(format!("{what}\n").as_bytes());
+    io::stderr().write_all(format!("{what}\n").as_bytes())
 }
 
 /// The same at once: a terminal that holds back what is written (Ctrl-S, a pager, a slow line) holds back nothing else.

@@ -177,6 +177,20 @@ impl Watch {
         }
     }
 
+    /// Whether the tip has come along the guarded line.
+    pub(super) fn has_begun(&self) -> bool {
+        let seen = self.shared.lock();
+        let line = seen.guard.as_ref().and_then(Guard::on_line);
+        line.is_some_and(OnLine::has_begun)
+    }
+
+    /// Whether the last report, a new one, shows that nothing is ready for lines.
+    pub(super) fn is_taken_up(&self) -> bool {
+        let seen = self.shared.lock();
+        let last = seen.last.filter(|last| last.at.elapsed() <= SILENCE);
+        last.is_some_and(|last| last.report.condition != Condition::Ready)
+    }
+
     /// Whether the positions of the last reports show the arm at rest; none where reports have ceased, or
     /// repeat one.
     pub(super) fn rests(&self) -> Option<bool> {
