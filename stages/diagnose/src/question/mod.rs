@@ -483,7 +483,10 @@ impl Asking {
                 continue;
             }
             let left = basis.off(self.wander.whitened(ratio, &column.values));
-            let all = self.shuffles.permuted(left.as_slice());
+            // Exchanged, what is left of n values beside p columns spreads over all n directions again, of which questions see the n − p others.
+            let spread = (n as f64 / (n - basis.0.len()) as f64).sqrt();
+            let mut all = self.shuffles.permuted(left.as_slice());
+            all.columns_mut(1, PERMUTED).scale_mut(spread);
             let weight = column.weights.norm_squared();
             let changes = by_time
                 .iter()
