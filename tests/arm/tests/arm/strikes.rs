@@ -1,8 +1,9 @@
 //! Strikes that nothing disturbs, and those that are refused before anything moves.
 
-use std::net::TcpListener;
+use std::io::{self, Read, Write};
+use std::net::{SocketAddr, TcpListener, TcpStream};
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, mpsc};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -356,6 +357,61 @@ fn an_arm_that_its_pendant_has_or_another_program_is_not_moved() {
         assert_eq!(is_busy, said == "another program", "{text}");
         assert_eq!(lines(&emulator), 0);
     }
+}
+
+/// A way to an address on which all that is sent arrives late.
+fn late(to: SocketAddr, by: Duration) -> SocketAddr {
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let at = listener.local_addr().unwrap();
+    thread::spawn(move || {
+        for from in listener.incoming().map_while(Result::ok) {
+            let mut onward = TcpStream::connect(to).unwrap();
+            let (mut replies, mut back) = (onward.try_clone().unwrap(), from.try_clone().unwrap());
+            thread::spawn(move || io::copy(&mut replies, &mut back));
+            let (sent, held) = mpsc::channel::<(Instant, Vec<u8>)>();
+            thread::spawn(move || {
+                for (at, bytes) in held {
+                    thread::sleep((at + by).saturating_duration_since(Instant::now()));
+                    if onward.write_all(&bytes).is_err() {
+                        break;
+                    }
+                }
+            });
+            thread::spawn(move || {
+                let (mut from, mut bytes) = (from, [0; 4096]);
+                while let Ok(count @ 1..) = from.read(&mut bytes) {
+                    if sent
+                        .send((Instant::now(), bytes[..count].to_vec()))
+                        .is_err()
+                    {
+                        break;
+                    }
+                }
+            });
+        }
+    });
+    at
+}
+
+#[test]
+fn scripts_that_come_late_are_waited_for_until_the_stop_has_come_too() {
+    in_time(|| {
+        let plan = plan(&Maker::Ur.rig(), TO);
+        let emulator = Maker::Ur.emulator(None);
+        let mut ports = emulator.ports;
+        for port in &mut ports[..2] {
+            *port = late(*port, Duration::from_millis(600));
+        }
+        let mut arm = Guarded::<Ur>::connect("arm", &ports, plan.rig(), Arc::default()).unwrap();
+        execute(&mut arm, &plan).unwrap_err();
+        drop(arm);
+        assert!(lines(&emulator) > 0);
+        let left = emulator.pose();
+        thread::sleep(Duration::from_secs(1));
+        let [x, y, z, ..] = emulator.pose();
+        let moved = (x - left[0]).hypot(y - left[1]).hypot(z - left[2]);
+        assert!(moved < 0.1, "{moved} mm after it was given up");
+    });
 }
 
 #[test]

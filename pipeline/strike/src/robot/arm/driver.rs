@@ -200,7 +200,7 @@ pub trait Arm: Sized + Send {
 
     /// Whether a line is accepted once [`Self::line`] returns. Where it is not, only reports show it: of the line that the tip moves on it, of a
     /// stop that nothing is ready for lines any more.
-    const ANSWERS: bool = true;
+    const ANSWERS: bool = false;
 
     /// Connects; changes nothing. A reply may take `patience`.
     fn connect(ports: &Ports, patience: Duration) -> io::Result<Self>;

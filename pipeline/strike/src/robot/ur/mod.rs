@@ -80,8 +80,6 @@ impl Drop for Ur {
 
 impl Arm for Ur {
     const PORTS: [u16; 4] = [30_001, 30_002, 30_004, 29_999];
-    /// Scripts are taken without a word.
-    const ANSWERS: bool = false;
 
     fn connect(ports: &Ports, patience: Duration) -> io::Result<Self> {
         let stop = format!("def carom_stop():\n  stopl({BRAKE})\nend\n").into_bytes();

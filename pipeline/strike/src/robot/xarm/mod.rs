@@ -83,6 +83,7 @@ fn numbers(line: &LineRequest) -> ([f64; 6], f64, f64) {
 
 impl Arm for XArm {
     const PORTS: [u16; 4] = [502, 30_000, 30_001, 30_002];
+    const ANSWERS: bool = true;
 
     fn connect(ports: &Ports, patience: Duration) -> io::Result<Self> {
         Ok(Self {
