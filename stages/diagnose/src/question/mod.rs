@@ -27,7 +27,7 @@ pub(crate) use table::Column;
 
 use std::f64::consts::FRAC_1_SQRT_2;
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 
 use self::{
     covariates::Covariates,
@@ -45,6 +45,13 @@ use crate::{fit::Fitted, strikes::PreparedStrikes};
 const LITTLE: f64 = 1.0 / 3.0;
 /// Part of the variance by which strikes scatter that is repeats' at the least, whatever else is found in it.
 const LEAST_FLOOR: f64 = 0.1;
+/// Columns of whole strikes, which may change with the order.
+const NEEDS: [Column; 4] = [
+    Column::Launch,
+    Column::Heading,
+    Column::Friction,
+    Column::Stop,
+];
 /// Families, each with its share of that.
 const FAMILIES: f64 = 3.0;
 /// Squared correlation with the order above which commands run with it: then what depends on them is not taken off.
@@ -404,6 +411,7 @@ impl Asking {
 
     fn commands(&self) -> Vec<Asked> {
         let mut asked = Vec::new();
+        let (by_time, ways) = (self.covariates.by_time(&self.sessions()), self.ways());
         for of in COLUMNS {
             let column = self.weighed(of, true);
             let ratio = self.wander_of(of, &column);
@@ -435,8 +443,10 @@ impl Asking {
                     weight,
                 });
             }
+            if NEEDS.contains(&of) {
+                asked.extend(self.beside_smooth(of, &column, ratio, &by_time, &ways));
+            }
         }
-        asked.extend(self.beside_smooth());
         let places: Vec<_> = self.rows.iter().map(|row| row.places).collect();
         for (what, pushes) in self.pushes() {
             for statistic in pushes.asked(&places, &self.shuffles) {
@@ -451,64 +461,67 @@ impl Asking {
         asked
     }
 
-    /// What no smooth function of a command or of two holds: dependences on commands that change with the order or from session to session, and
-    /// needs that strikes share which slide over the same places, in all sessions or in one.
-    fn beside_smooth(&self) -> Vec<Asked> {
+    /// What no smooth function of a command or of two holds: dependences on commands that change with the order or from session to session
+    /// (`by_time`), and needs that strikes share which slide over the same places, in all sessions or in one (`ways`, roots of covariances).
+    fn beside_smooth(
+        &self,
+        of: Column,
+        column: &Weighed,
+        ratio: f64,
+        by_time: &[(&'static str, Vec<DVector<f64>>)],
+        ways: &[Vec<DVector<f64>>],
+    ) -> Vec<Asked> {
         let n = self.rows.len();
-        let by_time = self.covariates.by_time(&self.sessions());
-        let ways = ways::shared(&self.ways);
-        let is_same = |i: usize, j: usize| self.sessions[i] == self.sessions[j];
-        let in_session = DMatrix::from_fn(n, n, |i, j| ways[(i, j)] * f64::from(is_same(i, j)));
-        let kernels = match self.sessions().len() {
-            1 => vec![ways],
-            _ => vec![ways, in_session],
+        let whitened = |c: &DVector<f64>| {
+            self.wander
+                .whitened(ratio, &c.component_mul(&column.weights))
         };
-        let mut asked = Vec::new();
-        for of in [
-            Column::Launch,
-            Column::Heading,
-            Column::Friction,
-            Column::Stop,
-        ] {
-            let column = self.weighed(of, true);
-            let ratio = self.wander_of(of, &column);
-            let whitened = |c: &DVector<f64>| {
-                self.wander
-                    .whitened(ratio, &c.component_mul(&column.weights))
-            };
-            let beside = self.sessions().into_iter().chain(self.covariates.smooth());
-            let beside = beside.chain(self.covariates.products());
-            let basis = Basis::new(beside.map(|c| whitened(&c)));
-            if 3 * basis.0.len() > n {
-                continue;
-            }
-            let left = basis.off(self.wander.whitened(ratio, &column.values));
-            // Exchanged, what is left of n values beside p columns spreads over all n directions again, of which questions see the n − p others.
-            let spread = (n as f64 / (n - basis.0.len()) as f64).sqrt();
-            let mut all = self.shuffles.permuted(left.as_slice());
-            all.columns_mut(1, PERMUTED).scale_mut(spread);
-            let weight = column.weights.norm_squared();
-            let changes = by_time
-                .iter()
-                .map(|(name, functions)| (*name, basis.beside(functions.iter().map(whitened))));
-            // What places do to headings is asked of pushes.
-            let is_braked = matches!(of, Column::Friction | Column::Stop);
-            let places = kernels
-                .iter()
-                .filter(|_| is_braked)
-                .map(|kernel| ("position", ways::score(kernel, &basis, weight, whitened)));
-            for (covariate, questions) in changes.chain(places) {
-                if !questions.is_empty() {
-                    asked.push(Asked {
-                        what: What::Column(of),
-                        covariate,
-                        statistic: explained(&questions, &all),
-                        weight,
-                    });
-                }
-            }
+        let beside = self.sessions().into_iter().chain(self.covariates.smooth());
+        let beside = beside.chain(self.covariates.products());
+        let basis = Basis::new(beside.map(|c| whitened(&c)));
+        if 3 * basis.0.len() > n {
+            return Vec::new();
         }
-        asked
+        let left = basis.off(self.wander.whitened(ratio, &column.values));
+        // Exchanged, what is left of n values beside p columns spreads over all n directions again, of which questions see the n − p others.
+        let spread = (n as f64 / (n - basis.0.len()) as f64).sqrt();
+        let mut all = self.shuffles.permuted(left.as_slice());
+        all.columns_mut(1, PERMUTED).scale_mut(spread);
+        let weight = column.weights.norm_squared();
+        let changes = by_time
+            .iter()
+            .map(|(name, functions)| (*name, basis.beside(functions.iter().map(whitened))));
+        // What places do to headings is asked of pushes.
+        let is_braked = matches!(of, Column::Friction | Column::Stop);
+        let places = ways.iter().filter(|_| is_braked).map(|root| {
+            let root = root.iter().map(whitened).collect();
+            ("position", ways::score(root, &basis, weight))
+        });
+        changes
+            .chain(places)
+            .filter(|(_, questions)| !questions.is_empty())
+            .map(|(covariate, questions)| Asked {
+                what: What::Column(of),
+                covariate,
+                statistic: explained(&questions, &all),
+                weight,
+            })
+            .collect()
+    }
+
+    /// Roots of how much of their ways strikes share: in all sessions, and within each.
+    fn ways(&self) -> Vec<Vec<DVector<f64>>> {
+        let shared = ways::shared(&self.ways);
+        let is_same = |i: usize, j: usize| self.sessions[i] == self.sessions[j];
+        let mut within = shared.clone();
+        for (at, each) in within.iter_mut().enumerate() {
+            *each *= f64::from(is_same(at % shared.nrows(), at / shared.nrows()));
+        }
+        let covariances = match self.sessions.iter().any(|s| *s > 0) {
+            true => vec![shared, within],
+            false => vec![shared],
+        };
+        covariances.into_iter().map(ways::root).collect()
     }
 
     fn pushes(&self) -> [(What, Pushes); 2] {
@@ -553,12 +566,7 @@ impl Asking {
 
     fn order(&self) -> Vec<Asked> {
         let mut asked = Vec::new();
-        for of in [
-            Column::Launch,
-            Column::Heading,
-            Column::Friction,
-            Column::Stop,
-        ] {
+        for of in NEEDS {
             let Some((weight, at)) = self.in_order(of) else {
                 continue;
             };

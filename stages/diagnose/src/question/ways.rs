@@ -1,7 +1,5 @@
 //! Questions about the ways: do strikes that slide over the same places need the same, however small these places are?
 
-use std::f64::consts::{PI, TAU};
-
 use nalgebra::{DMatrix, DVector};
 use values::{Point, Strike, median};
 
@@ -25,7 +23,12 @@ pub(super) type Way = [Point; HATS];
 pub(super) fn commanded(strikes: &[&Strike], rows: &[Row]) -> Vec<Way> {
     let of = |each: &dyn Fn(usize) -> f64| median((0..rows.len()).map(each).collect());
     let reach = of(&|i| rows[i].slide / strikes[i].command.speed.powi(2)).unwrap_or(0.0);
-    let turned = of(&|i| angle_between(strikes[i].path().bearing(), strikes[i].command.angle));
+    let turned = of(&|i| {
+        strikes[i]
+            .path()
+            .rotated(-strikes[i].command.angle)
+            .bearing()
+    });
     let way = |strike: &&Strike| {
         let length = reach * strike.command.speed.powi(2);
         let heading = strike.command.angle + turned.unwrap_or(0.0);
@@ -35,11 +38,6 @@ pub(super) fn commanded(strikes: &[&Strike], rows: &[Row]) -> Vec<Way> {
         })
     };
     strikes.iter().map(way).collect()
-}
-
-/// From one bearing to another, within half a turn.
-fn angle_between(to: f64, from: f64) -> f64 {
-    (to - from + PI).rem_euclid(TAU) - PI
 }
 
 /// How much of their ways strikes share, 1 where each is the other's (a Gaussian of the distance, mean over all pairs of fifths, relative to
@@ -57,24 +55,22 @@ pub(super) fn shared(ways: &[Way]) -> DMatrix<f64> {
     })
 }
 
-/// Columns q whose Σ(qᵀe)² is the score of a part of e with this covariance, beside a basis (Wu et al. 2011, "SKAT"), scaled so that it
-/// grows by the sum of squared weights where that part has variance 1; `whitened` is what a column of such a part becomes.
-pub(super) fn score(
-    covariance: &DMatrix<f64>,
-    basis: &Basis,
-    weight: f64,
-    whitened: impl Fn(&DVector<f64>) -> DVector<f64>,
-) -> Vec<DVector<f64>> {
-    let eigen = covariance.clone().symmetric_eigen();
-    let greatest = eigen.eigenvalues.max();
-    let kept = (0..eigen.eigenvalues.len()).filter(|k| eigen.eigenvalues[*k] > LEAST * greatest);
-    let whole: Vec<DVector<f64>> = kept
-        .map(|k| whitened(&(eigen.eigenvectors.column(k) * eigen.eigenvalues[k].sqrt())))
-        .collect();
+/// Columns whose products with themselves, summed, are a covariance.
+pub(super) fn root(covariance: DMatrix<f64>) -> Vec<DVector<f64>> {
+    let eigen = covariance.symmetric_eigen();
+    let least = LEAST * eigen.eigenvalues.max();
+    let kept = (0..eigen.eigenvalues.len()).filter(|k| eigen.eigenvalues[*k] > least);
+    kept.map(|k| eigen.eigenvectors.column(k) * eigen.eigenvalues[k].sqrt())
+        .collect()
+}
+
+/// Columns q whose Σ(qᵀe)² is the score of a part of e whose covariance has this root, beside a basis (Wu et al. 2011, "SKAT"), scaled so that it
+/// grows by the sum of squared weights where that part has variance 1. None where the basis holds nearly all of it.
+pub(super) fn score(root: Vec<DVector<f64>>, basis: &Basis, weight: f64) -> Vec<DVector<f64>> {
     let trace = |parts: &[DVector<f64>]| parts.iter().map(DVector::norm_squared).sum::<f64>();
-    let all_of_it = trace(&whole);
-    let parts: Vec<DVector<f64>> = whole.into_iter().map(|part| basis.off(part)).collect();
-    if parts.is_empty() || trace(&parts) < OWN * all_of_it {
+    let whole = trace(&root);
+    let parts: Vec<DVector<f64>> = root.into_iter().map(|part| basis.off(part)).collect();
+    if parts.is_empty() || trace(&parts) < OWN * whole {
         return Vec::new();
     }
     let all = DMatrix::from_columns(&parts);
