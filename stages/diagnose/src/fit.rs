@@ -14,13 +14,20 @@ use crate::{
 };
 
 /// Iterations at the most.
-pub(crate) const ITERATIONS: usize = 12;
+const ITERATIONS: usize = 12;
 /// The fit ends when no value moves by more than this share of its standard error.
 const SETTLED: f64 = 0.05;
 /// Standard errors within which 95 % lie.
 pub(crate) const NINETY_FIVE: f64 = 1.96;
 /// A step that loses more log-likelihood than this is taken back.
 const LOSS: f64 = 0.05;
+/// Log-likelihood that a step must promise for a fit to go on, where it is to be compared alone; how far below its rival a fit that promises no
+/// more is given up; and share of the promise within which a step must gain it for derivatives to be kept.
+const COMPARED: f64 = 0.02;
+const HOPELESS: f64 = 5.0;
+const REACH: f64 = 0.2;
+/// Change of a strike's own speed or friction (logarithm) or angle (rad) over which its track is as good as linear.
+const CLOSE: f64 = 0.01;
 /// Damping (Marquardt 1963), relative to the strikes' information on each value: its factors after a step that was good and one that
 /// was not, and where the fit gives up.
 const DAMPING: (f64, f64, f64) = (0.1, 10.0, 1e4);
@@ -75,6 +82,44 @@ impl Fitted {
             let to = (from + self.estimated.beta[i]).clamp(free.low, free.high);
             (to - from).abs() < SETTLED * covariance[(i, i)].max(0.0).sqrt()
         })
+    }
+
+    /// What its next step promises, in log-likelihood.
+    fn promise(&self) -> f64 {
+        self.estimated.likelihood_there - self.estimated.likelihood_here
+    }
+
+    /// Whether a fit need go no further.
+    fn is_at(&self, goal: Goal) -> bool {
+        match goal {
+            Goal::Settled => self.is_settled(),
+            Goal::Compared { .. } => {
+                let is_near = self.promise() < COMPARED && self.are_launches_near();
+                is_near || self.is_hopeless(goal)
+            }
+        }
+    }
+
+    /// Whether the strikes' own launches and frictions are within reach of where they were linearised: what they still gain, no step of the
+    /// model's values promises.
+    fn are_launches_near(&self) -> bool {
+        let mut each = self.estimated.nuisances.iter().zip(&self.nuisances);
+        each.all(|(to, from)| {
+            let mut places = mixed::ESTIMATED.into_iter();
+            places.all(|place| (to[place] - from[place]).abs() < CLOSE)
+        })
+    }
+
+    /// Whether what a step promises is far from what it is compared with.
+    fn is_hopeless(&self, goal: Goal) -> bool {
+        let there = self.likelihood() + self.promise() + HOPELESS;
+        matches!(goal, Goal::Compared { with } if there < with)
+    }
+
+    /// Whether a step gained what it had promised.
+    fn is_as_promised(&self, from: &Self) -> bool {
+        let gained = self.likelihood() - from.likelihood();
+        (gained - from.promise()).abs() < f64::max(LOSS, REACH * from.promise())
     }
 
     /// Of the model's values, with the priors, which keep what the data do not determine finite.
@@ -169,6 +214,21 @@ impl PreparedStrikes<'_> {
         }))
     }
 
+    /// The same of a model that has moved, by the derivatives from where it was: one slide a strike.
+    fn moves(
+        &self,
+        model: Model,
+        nuisances: Vec<Nuisances>,
+        from: &Fitted,
+        damping: f64,
+    ) -> Result<Option<Fitted>, WorldError> {
+        let linearisation = from.linearisation.moved(self, &model, &nuisances)?;
+        let components = &from.estimated.components;
+        Ok(linearisation.and_then(|linearisation| {
+            weighed(model, linearisation, nuisances, components, damping)
+        }))
+    }
+
     /// A fit under the noise and with the frames that these strikes have now; it goes on from where it was left.
     pub(crate) fn refit(
         &self,
@@ -179,7 +239,7 @@ impl PreparedStrikes<'_> {
         let linearisation = Linearisation::new(self, Arc::clone(&fitted.linearisation.raw));
         let (model, nuisances) = (fitted.model.clone(), fitted.nuisances.clone());
         weighed(model, linearisation, nuisances, &components, 0.0)
-            .map(|first| self.proceed(first, iterations))
+            .map(|first| self.proceed(first, iterations, Goal::Settled))
             .transpose()
     }
 
@@ -189,28 +249,51 @@ impl PreparedStrikes<'_> {
         model: &Model,
         components: &VarianceComponents,
         nuisances: &[Nuisances],
-        iterations: usize,
+        goal: Goal,
     ) -> Result<Option<Fitted>, WorldError> {
         self.stands(model.clone(), nuisances.to_vec(), components, 0.0)?
-            .map(|first| self.proceed(first, iterations - 1))
+            .map(|first| self.proceed(first, ITERATIONS - 1, goal))
             .transpose()
     }
 
-    /// Fits a model, to the end, from where another one stands.
+    /// Fits a model from where another one stands.
     pub(crate) fn fit_from(
         &self,
         from: &Fitted,
         model: &Model,
+        goal: Goal,
     ) -> Result<Option<Fitted>, WorldError> {
         let components = &from.estimated.components;
-        self.fit(model, components, &from.nuisances, ITERATIONS)
+        self.fit(model, components, &from.nuisances, goal)
+    }
+
+    /// The same, its derivatives taken anew.
+    fn anew(&self, fitted: &Fitted) -> Result<Option<Fitted>, WorldError> {
+        let (model, nuisances) = (fitted.model.clone(), fitted.nuisances.clone());
+        self.stands(model, nuisances, &fitted.estimated.components, 0.0)
     }
 
     /// So many good steps at the most.
-    fn proceed(&self, mut best: Fitted, iterations: usize) -> Result<Fitted, WorldError> {
+    fn proceed(
+        &self,
+        mut best: Fitted,
+        iterations: usize,
+        goal: Goal,
+    ) -> Result<Fitted, WorldError> {
         let mut damping = 0.0;
         let mut accepted = 0;
-        while accepted < iterations && !best.is_settled() {
+        let mut is_fresh = true;
+        while accepted < iterations {
+            if best.is_at(goal) {
+                if is_fresh || best.is_hopeless(goal) {
+                    break;
+                }
+                let Some(anew) = self.anew(&best)? else {
+                    break;
+                };
+                (best, is_fresh) = (anew, true);
+                continue;
+            }
             let mut model = best.model.clone();
             for (place, free) in best.model.free.iter().enumerate() {
                 let moved = model.values[place] + step(&best, place);
@@ -220,12 +303,34 @@ impl PreparedStrikes<'_> {
             shorten(&mut nuisances, &best.nuisances);
             centre(&mut model, &mut nuisances);
             let components = best.estimated.components;
-            let found = self.stands(model, nuisances, &components, damping)?;
-            match found.filter(|found| found.likelihood() > best.likelihood() - LOSS) {
+            let is_better = |found: &Fitted| found.likelihood() > best.likelihood() - LOSS;
+            // One slide a strike shows whether a step is good, and whether derivatives reach to where it leads.
+            let near = match goal {
+                Goal::Settled => None,
+                Goal::Compared { .. } => self
+                    .moves(model.clone(), nuisances.clone(), &best, damping)?
+                    .filter(&is_better),
+            };
+            let is_kept = near.as_ref().is_some_and(|near| near.is_as_promised(&best));
+            let found = match (near, goal) {
+                (near, _) if is_kept => near,
+                (None, Goal::Compared { .. }) => None,
+                _ => self
+                    .stands(model, nuisances, &components, damping)?
+                    .filter(&is_better),
+            };
+            match found {
                 Some(found) => {
+                    is_fresh = !is_kept;
                     best = found;
                     damping *= DAMPING.0;
                     accepted += 1;
+                }
+                None if !is_fresh => {
+                    let Some(anew) = self.anew(&best)? else {
+                        break;
+                    };
+                    (best, is_fresh) = (anew, true);
                 }
                 // The columns mislead so far away: nearer, and the scatter with it.
                 None => {
@@ -240,6 +345,23 @@ impl PreparedStrikes<'_> {
         }
         Ok(best)
     }
+}
+
+/// How far a fit goes.
+#[derive(Clone, Copy)]
+pub(crate) enum Goal {
+    /// Until no value moves.
+    Settled,
+    /// Until its likelihood is known well enough to be compared, by derivatives that are taken anew only where they fail to promise what a step
+    /// gains; or until it is plain that it does not come near to what it is compared with.
+    Compared { with: f64 },
+}
+
+impl Goal {
+    /// Its likelihood matters whatever it is.
+    pub(crate) const LIKELIHOOD: Self = Self::Compared {
+        with: f64::NEG_INFINITY,
+    };
 }
 
 /// What strikes linearised about a model say of it; `None` where they do not determine it.

@@ -3,7 +3,7 @@
 use world::WorldError;
 
 use crate::{
-    fit::ITERATIONS,
+    fit::Goal,
     mixed::GREATEST,
     model::Model,
     remaining_gain::RemainingGain,
@@ -30,7 +30,7 @@ impl GreatWander {
         let free = fitted.estimated.components.with_greatest_wander(GREATEST);
         // What a model gains on the one that was found, under a great wander.
         let gain = |model: &Model| -> Result<f64, WorldError> {
-            let wandering = prepared.fit(model, &free, &fitted.nuisances, ITERATIONS)?;
+            let wandering = prepared.fit(model, &free, &fitted.nuisances, Goal::LIKELIHOOD)?;
             Ok(wandering.map_or(f64::NEG_INFINITY, |wandering| {
                 wandering.likelihood() - fitted.likelihood()
             }))

@@ -94,6 +94,47 @@ impl Linearisation {
         }
     }
 
+    /// Of a model that has moved, by these derivatives; `None` where a strike does not come to rest.
+    pub(crate) fn moved(
+        &self,
+        prepared: &PreparedStrikes<'_>,
+        model: &Model,
+        nuisances: &[Nuisances],
+    ) -> Result<Option<Self>, WorldError> {
+        let effects = model.effects(prepared.rig, &model.values)?;
+        let planar = prepared.planar(&model.values, &effects);
+        let clock = model.values[CLOCK];
+        let of_strike = |i: usize| {
+            let (b, from) = (&nuisances[i], &self.raw[i]);
+            let simulated = stack(&prepared.simulate(&planar, i, clock, b)?.at);
+            let raw = Linearised {
+                residual: measured(prepared.strikes[i]) - &simulated + &from.nuisances * b,
+                derivatives: Arc::clone(&from.derivatives),
+                simulated,
+            };
+            let whitened = Whitened {
+                derivatives: Arc::clone(&self.whitened[i].derivatives),
+                residual: prepared.whitenings[i].column(&raw.residual),
+            };
+            let (g, x) = (&whitened.nuisances, &whitened.values);
+            let products = self.products[i].beside(g, x, &[], &whitened.residual);
+            Some((raw, whitened, products))
+        };
+        let strikes = (0..prepared.strikes.len()).into_par_iter();
+        let found: Option<Vec<_>> = strikes.map(of_strike).collect();
+        Ok(found.map(|found| {
+            let mut moved = Self::default();
+            let mut all = Vec::with_capacity(found.len());
+            for (raw, whitened, products) in found {
+                all.push(raw);
+                moved.whitened.push(whitened);
+                moved.products.push(products);
+            }
+            moved.raw = all.into();
+            moved
+        }))
+    }
+
     /// Of some of the strikes, to be weighed.
     pub(crate) fn only(&self, places: &[usize]) -> Self {
         let raw: Vec<_> = places.iter().map(|i| self.raw[*i].clone()).collect();

@@ -7,7 +7,7 @@ use world::{World, WorldError};
 
 use crate::{
     DiagnoseError,
-    fit::{Fitted, ITERATIONS, prior},
+    fit::{Fitted, Goal, prior},
     linearisation::products_under,
     mixed::{VarianceComponents, estimate_within},
     model::{Model, RESTITUTION},
@@ -40,7 +40,7 @@ pub(crate) fn fit_null<'a>(
     let components = VarianceComponents::initial(camera.noise, frame, greatest_wander);
     let start = vec![Nuisances::zeros(); prepared.strikes.len()];
     let mut null = prepared
-        .fit(&plain, &components, &start, ITERATIONS)?
+        .fit(&plain, &components, &start, Goal::Settled)?
         .ok_or_else(diverges)?;
     for _ in 0..REBASED {
         if (null.model.values[RESTITUTION] - about).abs() < FAR {
@@ -54,7 +54,7 @@ pub(crate) fn fit_null<'a>(
                 &null.model,
                 &null.estimated.components,
                 &null.estimated.nuisances,
-                ITERATIONS,
+                Goal::Settled,
             )?
             .ok_or_else(diverges)?;
     }

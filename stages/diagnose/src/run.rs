@@ -12,6 +12,7 @@ use crate::{
     candidates::{Candidate, candidates, is_of_whole_strikes},
     conclude::Case,
     evidence::{self, Alarm, Statistic, replicates},
+    fit::Goal,
     great_wander::GreatWander,
     heldout::{self, Gains},
     maps,
@@ -36,7 +37,7 @@ use crate::{
 
 impl Stage for Diagnose {
     const NAME: &'static str = "diagnose";
-    const VERSION: u32 = 36;
+    const VERSION: u32 = 37;
     type Input = Input;
     type Output = Diagnosed;
     type Error = DiagnoseError;
@@ -105,7 +106,7 @@ impl Diagnose {
                 why: "friction and restitution cannot be distinguished".into(),
             }
         })?;
-        let mut screened = screen_by(&prepared, &null, &test, &candidates, replicates)?;
+        let mut screened = screen_by(&prepared, &null, &test, &candidates)?;
         let before = dependences_of(&prepared, &null, &test)?;
         let mut chance = evidence::chance(&screened);
         let alarm = Alarm::new(&Statistic::all(&screened, &[]));
@@ -116,7 +117,7 @@ impl Diagnose {
         } else {
             Vec::new()
         };
-        let screened_last = screen_by(&prepared, &null, &test, &last_resorts, replicates)?;
+        let screened_last = screen_by(&prepared, &null, &test, &last_resorts)?;
         chance.extend(evidence::chance(&screened_last));
         drop(test);
 
@@ -134,15 +135,9 @@ impl Diagnose {
             last_resorts.clear();
             selection = search(&prepared, &null, &screened, &candidates, &chance, &limits)?;
         }
-        let selection = with_last_resorts(selection, &last_resorts, &candidates, &chance)?;
+        let selection = with_last_resorts(selection, &last_resorts, &chance)?;
         let never_named = named(Naming::Never);
-        let selection = with_never_named(
-            selection,
-            &never_named,
-            &candidates,
-            &mut chance,
-            replicates,
-        )?;
+        let selection = with_never_named(selection, &never_named, &mut chance, replicates)?;
         let (selection, left) = self.pruned(selection, &candidates, &chance, is_astray)?;
         let wander = GreatWander::beside(&selection, left)?;
         let (selection, gains, mut notes) = paying(selection)?;
@@ -196,7 +191,6 @@ impl Diagnose {
         chance: &Chance,
         is_astray: bool,
     ) -> Result<(Selection<'a>, RemainingGain), DiagnoseError> {
-        let mut is_pruned = false;
         while !selection.effects.is_empty() {
             let after = dependences(
                 &selection.prepared,
@@ -206,7 +200,12 @@ impl Diagnose {
             let left = left(&selection, &after, is_astray);
             let weak = selection.weaker_than(left.beyond_form);
             let Some(weak) = weak.or_else(|| selection.fitted.unsure()) else {
-                if is_pruned {
+                // They are known where the search ended here.
+                if selection
+                    .effects
+                    .iter()
+                    .all(|effect| effect.rivals.is_empty())
+                {
                     selection = with_rivals(selection, candidates, chance)?;
                 }
                 // A strange slide is far from any form.
@@ -223,7 +222,6 @@ impl Diagnose {
                 ));
             };
             selection = without(selection, weak, chance)?;
-            is_pruned = true;
         }
         Ok((selection, RemainingGain::default()))
     }
@@ -365,7 +363,7 @@ fn about_itself<'a>(
     let prepared = selection.prepared.about(world, &selection.fitted.model)?;
     if !selection.effects.is_empty() {
         let from = &selection.fitted;
-        if let Some(fitted) = prepared.fit_from(from, &from.model)? {
+        if let Some(fitted) = prepared.fit_from(from, &from.model, Goal::Settled)? {
             selection.fitted = fitted;
         }
     }

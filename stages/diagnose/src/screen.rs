@@ -1,7 +1,8 @@
 //! Every candidate by the score of each of its starts, and a whole linear step from the best of them.
 
-use std::collections::BTreeMap;
+use std::{collections::BTreeMap, sync::Arc};
 
+use nalgebra::DMatrix;
 use rayon::prelude::*;
 use world::{
     WorldError,
@@ -62,12 +63,24 @@ pub(crate) struct Screened {
     pub(crate) strength: (String, f64),
     /// The greatest score in each replicate.
     pub(crate) by_chance: Vec<f64>,
+    /// What each start says.
+    scores: Vec<Arc<Score>>,
 }
 
 impl Screened {
     /// Gain in log-likelihood of its best start.
     pub(crate) fn gain(&self) -> f64 {
         self.starts.first().map_or(0.0, |start| start.gain)
+    }
+
+    /// Takes the greatest score where the signs of strikes (a row each) are flipped, in each column, for what chance brings.
+    pub(crate) fn flip(&mut self, signs: &DMatrix<f64>) {
+        self.by_chance = vec![0.0; signs.ncols()];
+        for score in &self.scores {
+            for (most, gain) in self.by_chance.iter_mut().zip(score.flipped(signs)) {
+                *most = most.max(gain);
+            }
+        }
     }
 }
 
@@ -78,7 +91,7 @@ pub(crate) fn screen(
     candidates: &[Candidate],
 ) -> Result<Vec<Screened>, WorldError> {
     match ScoreTest::new(prepared, fitted, &[], Replicates::NONE) {
-        Some(test) => screen_by(prepared, fitted, &test, candidates, Replicates::NONE),
+        Some(test) => screen_by(prepared, fitted, &test, candidates),
         None => Ok(Vec::new()),
     }
 }
@@ -89,9 +102,8 @@ pub(crate) fn screen_by(
     fitted: &Fitted,
     test: &ScoreTest<'_, '_>,
     candidates: &[Candidate],
-    replicates: Replicates,
 ) -> Result<Vec<Screened>, WorldError> {
-    let replicates = replicates.drawn + replicates.flipped;
+    let replicates = test.replicates.drawn + test.replicates.flipped;
     let held = |name: &str| fitted.model.parts.iter().any(|part| part.name == name);
     candidates
         .par_iter()
@@ -130,6 +142,7 @@ pub(crate) fn screen_by(
                     .map(|beside| beside.begin.clone())
                     .collect(),
                 starts,
+                scores: beside.into_iter().map(|beside| beside.score).collect(),
             })
         })
         .collect()
@@ -189,7 +202,7 @@ fn scored<'b>(
                     name,
                     begin,
                     moved,
-                    score,
+                    score: score.into(),
                 })
             });
     Ok(scored.collect())
@@ -239,7 +252,7 @@ struct ScoredStart<'b> {
     begin: &'b FitStart,
     /// What it changes of each strike, and what that says.
     moved: StrikeColumns,
-    score: Score,
+    score: Arc<Score>,
 }
 
 impl<'b> ScoredStart<'b> {

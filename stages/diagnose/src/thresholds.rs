@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// What decides whether an effect is tried, added, exchanged, excluded and named. Evidence is gain in log-likelihood beyond chance.
+/// What decides whether an effect is tried, added, replaced, excluded and named. Evidence is gain in log-likelihood beyond chance.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Thresholds {
     /// Least share of the gap's evidence that a model must hold, what another form of its effects would take not counted.
@@ -19,8 +19,6 @@ pub struct Thresholds {
     pub explained_by_field: f64,
     /// Share of the best candidate's linear gain, or of that of the effect in whose place it is tried, below which another is not fitted.
     pub fitted: f64,
-    /// Share of a rival's disadvantage that some further effect must promise to recover for pairs with it to be fitted.
-    pub recovered: f64,
     /// Log-odds below which a rival is not excluded: a hundred to one.
     pub excluded: f64,
     /// Evidence by which a rival takes an effect's place.
@@ -66,7 +64,6 @@ impl Default for Thresholds {
             explained_by_places: 0.8,
             explained_by_field: 0.85,
             fitted: 0.75,
-            recovered: 0.5,
             excluded: 4.6,
             better: 0.5,
             alike: 0.6,

@@ -327,7 +327,7 @@ fn a_drag_of_any_power_is_no_friction_that_weakens_with_speed() {
 }
 
 #[test]
-fn two_effects_that_are_both_taken_for_others_are_exchanged_together() {
+fn two_effects_that_may_both_be_taken_for_others_are_both_named() {
     let found = diagnose(&input(
         "viscous_drag=1.2+viscoelastic_restitution=1.8",
         120,

@@ -1,6 +1,6 @@
 //! Columns that a fitted model lacks, and what they say.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 /// A column of which less than this share is left beside the model's own differs from them by rounding.
 const APART: f64 = 1e-6;
@@ -33,6 +33,64 @@ pub(crate) struct Score {
     pub(crate) error: f64,
     /// The gain in each replicate: those drawn, then those flipped.
     pub(crate) by_chance: Vec<f64>,
+    form: QuadraticForm,
+    by_strike: DMatrix<f64>,
+}
+
+impl Score {
+    /// The gain where the signs of strikes (a row each) are flipped, in each column.
+    pub(crate) fn flipped(&self, signs: &DMatrix<f64>) -> Vec<f64> {
+        self.form.gains(&(&self.by_strike * signs))
+    }
+}
+
+/// What scores u gain: uᵀ·1 − ½·1ᵀV·1 of the columns that are kept at a coefficient of 1, and ½·uᵀV⁻¹u of what that leaves of the others.
+#[derive(Clone, Debug)]
+struct QuadraticForm {
+    kept: Vec<usize>,
+    free: Vec<usize>,
+    all_or_nothing: f64,
+    moved: DVector<f64>,
+    factor: Cholesky<f64, Dyn>,
+}
+
+impl QuadraticForm {
+    fn new(information: &DMatrix<f64>, is_kept: &[bool]) -> Option<Self> {
+        let at = |kept: bool| -> Vec<usize> {
+            let all = 0..is_kept.len();
+            all.filter(|i| is_kept[*i] == kept).collect()
+        };
+        let (kept, free) = (at(true), at(false));
+        let between = |a: &[usize], b: &[usize]| information.select_rows(a).select_columns(b);
+        let ones = DVector::repeat(kept.len(), 1.0);
+        Some(Self {
+            all_or_nothing: -0.5 * ones.dot(&(between(&kept, &kept) * &ones)),
+            moved: between(&free, &kept) * ones,
+            factor: between(&free, &free).cholesky()?,
+            kept,
+            free,
+        })
+    }
+
+    /// Scores of the columns that are free, less what those that are kept take.
+    fn left(&self, scores: &DMatrix<f64>) -> DMatrix<f64> {
+        let mut left = scores.select_rows(&self.free);
+        for mut column in left.column_iter_mut() {
+            column -= &self.moved;
+        }
+        left
+    }
+
+    /// Of each column of scores: ½·uᵀV⁻¹u is half the square of L⁻¹u.
+    fn gains(&self, scores: &DMatrix<f64>) -> Vec<f64> {
+        let mut left = self.left(scores);
+        self.factor.l_dirty().solve_lower_triangular_mut(&mut left);
+        let gain = |k: usize| {
+            let by_kept: f64 = self.kept.iter().map(|i| scores[(*i, k)]).sum();
+            self.all_or_nothing + by_kept + 0.5 * left.column(k).norm_squared()
+        };
+        (0..scores.ncols()).map(gain).collect()
+    }
 }
 
 /// Scores u and information V of columns, the model's own projected off.
@@ -42,44 +100,36 @@ pub(crate) struct ColumnScores {
     pub(crate) alone: Vec<f64>,
     /// One column for the residual, then one for each replicate.
     pub(crate) scores: DMatrix<f64>,
+    /// Each strike's own score, a column each.
+    pub(super) by_strike: DMatrix<f64>,
     /// How far each of the model's own values (columns) makes up for each of these (rows).
     pub(crate) made_up: DMatrix<f64>,
 }
 
 impl ColumnScores {
     /// The joint score, columns that are kept at a coefficient of 1; `None` where the model's own columns leave nothing of these.
-    pub(crate) fn score(&self, is_kept: &[bool]) -> Option<Score> {
+    pub(crate) fn score(self, is_kept: &[bool]) -> Option<Score> {
         let count = self.information.nrows();
         if (0..count).any(|i| self.information[(i, i)] < APART * self.alone[i]) {
             return None;
         }
         let errors = self.information.clone().cholesky()?.inverse();
-        let at =
-            |kept: bool| -> Vec<usize> { (0..count).filter(|i| is_kept[*i] == kept).collect() };
-        let (kept, free) = (at(true), at(false));
-        let between = |a: &[usize], b: &[usize]| self.information.select_rows(a).select_columns(b);
-        let ones = DVector::repeat(kept.len(), 1.0);
-        let all_or_nothing = -0.5 * ones.dot(&(between(&kept, &kept) * &ones));
-        let moved = between(&free, &kept) * ones;
-        let factor = between(&free, &free).cholesky()?;
-        let gained = |k: usize| {
-            let u = self.scores.column(k);
-            let left = DVector::from_fn(free.len(), |i, _| u[free[i]] - moved[i]);
-            let coefficients = factor.solve(&left);
-            let by_kept: f64 = kept.iter().map(|i| u[*i]).sum();
-            let gain = all_or_nothing + by_kept + 0.5 * left.dot(&coefficients);
-            (gain, coefficients)
-        };
-        let (gain, found) = gained(0);
+        let form = QuadraticForm::new(&self.information, is_kept)?;
+        let mut found = form.left(&self.scores.columns(0, 1).into_owned());
+        form.factor.solve_mut(&mut found);
         let mut coefficients = vec![1.0; count];
-        for (i, place) in free.iter().enumerate() {
+        for (i, place) in form.free.iter().enumerate() {
             coefficients[*place] = found[i];
         }
+        let mut gains = form.gains(&self.scores);
+        let by_chance = gains.split_off(1);
         Some(Score {
-            gain,
+            gain: gains[0],
             error: errors[(0, 0)].max(0.0).sqrt(),
             coefficients,
-            by_chance: (1..self.scores.ncols()).map(|k| gained(k).0).collect(),
+            by_chance,
+            form,
+            by_strike: self.by_strike,
         })
     }
 }

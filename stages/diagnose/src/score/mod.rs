@@ -13,7 +13,7 @@ mod strike;
 
 pub(crate) use columns::{ColumnScores, RandomColumns, Score, StrikeColumns};
 pub(crate) use deviations::Deviations;
-pub(crate) use replicates::{DRAWN, FLIPPED, Replicates};
+pub(crate) use replicates::{DRAWN, FLIPPED, Replicates, signs};
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -22,7 +22,7 @@ use world::planar::{self, Job, Planar};
 
 use self::{
     products::StrikeProducts,
-    replicates::{common_heights, signs, standard_normals, studentised},
+    replicates::{common_heights, standard_normals, studentised},
     strike::StrikeAtFit,
 };
 use crate::{
@@ -79,7 +79,7 @@ pub(crate) struct ScoreTest<'f, 'a> {
     studentised: Vec<f64>,
     /// Whether random columns stand beside the model, its wander apart.
     pub(crate) is_beside: bool,
-    replicates: Replicates,
+    pub(crate) replicates: Replicates,
 }
 
 impl<'f, 'a> ScoreTest<'f, 'a> {
@@ -312,13 +312,14 @@ impl<'f, 'a> ScoreTest<'f, 'a> {
         for k in 1..seen {
             scores.column_mut(k).scale_mut(self.studentised[k - 1]);
         }
+        let by_strike = self.by_strike(count, moved, &beside);
         if flipped > 0 {
-            let by_strike = self.by_strike(count, moved, &beside);
             scores
                 .columns_mut(seen, flipped)
-                .copy_from(&(by_strike * &self.signs));
+                .copy_from(&(&by_strike * &self.signs));
         }
         ColumnScores {
+            by_strike,
             alone: own.diagonal().iter().copied().collect(),
             information: own - &beside * cross.columns(0, p).transpose(),
             scores,

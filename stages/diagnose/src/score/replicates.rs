@@ -42,7 +42,8 @@ pub(super) fn common_heights(random: &[&RandomColumns], replicates: Replicates) 
     })
 }
 
-pub(super) fn signs(strikes: usize, replicates: Replicates) -> DMatrix<f64> {
+/// A row for each strike, a column for each flip: 1 or −1.
+pub(crate) fn signs(strikes: usize, replicates: Replicates) -> DMatrix<f64> {
     let mut stream = ChaCha8Rng::seed_from_u64(replicates.seed);
     stream.set_stream(u64::MAX - 1);
     DMatrix::from_fn(strikes, replicates.flipped, |_, _| {

@@ -5,7 +5,7 @@ use world::WorldError;
 
 use super::penalty::evidence_of;
 use crate::{
-    fit::{Fitted, ITERATIONS},
+    fit::{Fitted, Goal},
     screen::{Chance, Screened, Start},
     strikes::PreparedStrikes,
 };
@@ -25,17 +25,28 @@ pub(crate) struct CandidateFit {
 }
 
 /// Which candidates are fitted.
-#[derive(Clone, Copy, Default)]
+#[derive(Clone, Copy)]
 pub(super) struct FitCriteria<'r> {
     /// Those that are fitted in any case.
     pub(super) required: &'r [&'r str],
-    /// Linear gain of the effect in whose place candidates are tried: they must come near to it. None where they come near to the best of
-    /// themselves.
-    pub(super) incumbent_gain: Option<f64>,
+    /// Least linear gain; none where they come near to the best of themselves, which is fitted in any case.
+    pub(super) least_gain: Option<f64>,
+    /// Evidence below which it does not matter how little one brings, where that is all that is asked.
+    pub(super) least_evidence: f64,
+}
+
+impl Default for FitCriteria<'_> {
+    fn default() -> Self {
+        Self {
+            required: &[],
+            least_gain: None,
+            least_evidence: f64::NEG_INFINITY,
+        }
+    }
 }
 
 /// The candidates worth a fit, each fitted beside a model from the best of its starts; the best first. A linear gain predicts that of the fit
-/// to some per cent, so that those far behind stay there. The best is fitted in any case.
+/// to some per cent, so that those far behind stay there.
 pub(super) fn fit_best(
     prepared: &PreparedStrikes<'_>,
     from: &Fitted,
@@ -48,22 +59,29 @@ pub(super) fn fit_best(
     let mut order: Vec<&Screened> = screened.iter().collect();
     order.sort_by(|a, b| beyond_chance(b).total_cmp(&beyond_chance(a)));
     let best = order.first().map_or(0.0, |best| best.gain());
-    let least = thresholds.fitted * criteria.incumbent_gain.unwrap_or(best);
+    let least = criteria.least_gain.unwrap_or(thresholds.fitted * best);
     let fits: Vec<Option<CandidateFit>> = order
         .into_par_iter()
         .enumerate()
         .filter(|(rank, s)| {
-            let is_near = *rank == 0 || *rank < FITTED && s.gain() >= least;
+            let is_best = *rank == 0 && !criteria.least_evidence.is_finite();
+            let is_near = is_best || *rank < FITTED && s.gain() >= least;
             is_near || criteria.required.contains(&s.name)
         })
         .map(|(_, s)| {
             // Of its forms, the one that brings most for its values. A strength at the end of its range stands for something else.
             let mut possible: Option<Fitted> = None;
+            // What is named, or beside it, is fitted to the end, for its form decides as well.
+            let with = from.likelihood() + chance[s.name] + criteria.least_evidence;
+            let goal = match criteria.least_evidence.is_finite() {
+                true => Goal::Compared { with },
+                false => Goal::Settled,
+            };
             for (rank, start) in s.starts.iter().enumerate() {
                 if rank >= STARTS && possible.is_some() {
                     break;
                 }
-                let found = fit(prepared, from, start)?;
+                let found = fit(prepared, from, start, goal)?;
                 let better = found.filter(|found| {
                     found.model.is_possible()
                         && possible
@@ -100,13 +118,9 @@ fn fit(
     prepared: &PreparedStrikes<'_>,
     from: &Fitted,
     start: &Start,
+    goal: Goal,
 ) -> Result<Option<Fitted>, WorldError> {
-    let fitted = prepared.fit(
-        &start.model,
-        &start.components,
-        &start.nuisances,
-        ITERATIONS,
-    )?;
+    let fitted = prepared.fit(&start.model, &start.components, &start.nuisances, goal)?;
     if fitted
         .as_ref()
         .is_some_and(|fitted| fitted.likelihood() > from.likelihood() && fitted.model.is_possible())
@@ -116,5 +130,5 @@ fn fit(
     let own = from.model.values.len();
     let mut model = start.model.clone();
     model.values[..own].copy_from_slice(&from.model.values);
-    prepared.fit_from(from, &model)
+    prepared.fit_from(from, &model, goal)
 }

@@ -1,20 +1,19 @@
-//! Adds effects one by one; when none is left to add, exchanges two.
+//! Adds effects one by one; when none is left to add, replaces those for which another is better.
 
 use world::WorldError;
 
 use super::{
     CandidateFit, Selection,
-    exchange::exchanged,
     fits::{FitCriteria, fit_best},
     penalty::alike,
-    refine::refine,
+    refine::{refine, standing, with_rivals},
 };
 use crate::{
     candidates::Candidate,
-    evidence::{Alarm, Statistic},
+    evidence::{Alarm, REAL, Statistic},
     fit::Fitted,
     null::renewed,
-    score::{Replicates, ScoreTest},
+    score::{Replicates, ScoreTest, signs},
     screen::{Chance, Screened, screen_by},
     smooth::family_columns,
     strikes::PreparedStrikes,
@@ -44,23 +43,13 @@ pub(crate) fn search<'a>(
         fitted: null.clone(),
         effects: Vec::new(),
     };
-    let mut screening = Some(Screening {
-        screened: first.to_vec(),
-        significant: None,
-    });
+    let mut screened = first.to_vec();
     let mut short = candidates.to_vec();
-    // Each exchange makes the model better: so many at the most, for noise is estimated anew between them.
+    // Each effect that is replaced makes the model better: so often at the most, for noise is estimated anew between.
     for _ in 0..=limits.effects {
-        while let Some(Screening {
-            screened,
-            significant,
-        }) = screening.take()
-        {
-            if selection.effects.len() >= limits.effects {
-                break;
-            }
-            let Some(fit) = next_effect(&selection, &screened, chance, significant.as_ref())?
-            else {
+        let mut is_larger = false;
+        while selection.effects.len() < limits.effects {
+            let Some(fit) = next_effect(&selection, &screened, chance, limits)? else {
                 break;
             };
             let Some((prepared, null, fitted)) =
@@ -76,67 +65,65 @@ pub(crate) fn search<'a>(
                 effects: Vec::new(),
             };
             short = shortlist(candidates, &screened);
-            selection = refine(larger, &short, chance, held)?;
-            if selection.effects.len() > held {
-                screening = screen_beside_family(&selection, candidates, limits)?;
+            selection = standing(larger, chance)?;
+            is_larger = true;
+            if selection.effects.len() <= held {
+                break;
             }
+            screened = screen_beside_family(&selection, candidates)?;
         }
-        let (better, is_better) = exchanged(selection, &short, chance)?;
-        selection = better;
-        if !is_better {
+        if !is_larger {
             break;
         }
-        screening = screen_beside_family(&selection, candidates, limits)?;
+        let before = selection.names();
+        selection = refine(selection, &short, chance, before.len())?;
+        if selection.names() == before {
+            break;
+        }
+        screened = screen_beside_family(&selection, candidates)?;
     }
-    Ok(selection)
-}
-
-/// Candidates beside a model; beside one with effects, how likely each is by chance.
-struct Screening {
-    screened: Vec<Screened>,
-    significant: Option<Alarm>,
+    with_rivals(selection, &short, chance)
 }
 
 /// Every candidate beside the model and what a wrong form of its effects would leave; and how likely each is by chance.
 fn screen_beside_family(
     selection: &Selection<'_>,
     candidates: &[Candidate],
-    limits: &Limits<'_>,
-) -> Result<Option<Screening>, WorldError> {
+) -> Result<Vec<Screened>, WorldError> {
     let Selection {
         prepared, fitted, ..
     } = selection;
     let family = family_columns(prepared, fitted)?;
-    let Some(test) = ScoreTest::new(prepared, fitted, &family, limits.flips) else {
-        return Ok(None);
-    };
-    let screened = screen_by(prepared, fitted, &test, candidates, limits.flips)?;
-    Ok(Some(Screening {
-        significant: Some(limits.alarm.beside(&Statistic::all(&screened, &[]))),
-        screened,
-    }))
+    match ScoreTest::new(prepared, fitted, &family, Replicates::NONE) {
+        Some(test) => screen_by(prepared, fitted, &test, candidates),
+        None => Ok(Vec::new()),
+    }
 }
 
-/// The effect that is added next, fitted; none where no candidate brings enough.
+/// The effect that is added next, fitted; none where no candidate brings enough. Beside effects that are held it must be no chance: that takes
+/// flips of all candidates, which are made once one brings enough.
 fn next_effect(
     selection: &Selection<'_>,
     screened: &[Screened],
     chance: &Chance,
-    significant: Option<&Alarm>,
+    limits: &Limits<'_>,
 ) -> Result<Option<CandidateFit>, WorldError> {
     let Selection {
         prepared, fitted, ..
     } = selection;
+    let is_first = selection.effects.is_empty();
+    let drawn = limits.alarm.beside(&Statistic::all(screened, &[]));
     let mut open: Vec<Screened> = screened
         .iter()
         .filter(|s| s.gain() > prepared.thresholds.fitted * chance[s.name])
-        .filter(|s| significant.is_none_or(|alarm| alarm.p_value_of(s.name).is_real()))
+        .filter(|s| is_first || drawn.p_value_of(s.name).drawn < REAL)
         .cloned()
         .collect();
     let is_enough = |fit: &CandidateFit| {
         let by_form = taken_by_form(screened, fit.name, prepared.thresholds.form_least);
         fit.evidence > required_evidence(selection, fit, by_form)
     };
+    let mut significant: Option<Alarm> = None;
     while !open.is_empty() {
         let best = open
             .iter()
@@ -149,8 +136,19 @@ fn next_effect(
         let fits = fit_best(prepared, fitted, &open, chance, criteria)?;
         let is_fitted = |name: &str| names.contains(&name) || fits.iter().any(|f| f.name == name);
         open.retain(|s| !is_fitted(s.name));
-        if let Some(fit) = fits.into_iter().find(is_enough) {
-            return Ok(Some(fit));
+        for fit in fits.into_iter().filter(is_enough) {
+            if is_first {
+                return Ok(Some(fit));
+            }
+            let significant = significant.get_or_insert_with(|| {
+                let signs = signs(prepared.strikes.len(), limits.flips);
+                let mut flipped = screened.to_vec();
+                flipped.iter_mut().for_each(|s| s.flip(&signs));
+                limits.alarm.beside(&Statistic::all(&flipped, &[]))
+            });
+            if significant.p_value_of(fit.name).is_real() {
+                return Ok(Some(fit));
+            }
         }
     }
     Ok(None)

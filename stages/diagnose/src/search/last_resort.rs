@@ -9,26 +9,22 @@ use world::{
 use super::{
     Selection,
     fits::{FitCriteria, fit_best},
-    refine::refine,
+    refine::{MANY, standing},
 };
 use crate::{
     candidates::Candidate,
     evidence,
-    fit::Fitted,
+    fit::{Fitted, Goal},
     null::renewed,
     score::{Replicates, ScoreTest},
     screen::{Chance, Screened, screen, screen_by},
 };
-
-/// Values of a model beside which no rivals are asked, and that is fitted only where a linear step promises enough.
-const MANY: usize = 40;
 
 /// Asks each last resort whether it stands better than all effects of its kind together, which hold less than what explains a gap of what
 /// it gains; where no effect is held, whether it stands at all.
 pub(crate) fn with_last_resorts<'a>(
     mut selection: Selection<'a>,
     last_resorts: &[Candidate],
-    candidates: &[Candidate],
     chance: &Chance,
 ) -> Result<Selection<'a>, WorldError> {
     for last_resort in last_resorts {
@@ -43,7 +39,7 @@ pub(crate) fn with_last_resorts<'a>(
         let thresholds = selection.prepared.thresholds;
         let evidence = thresholds.explained * gain.alone - chance[last_resort.name];
         if evidence > gain.held + thresholds.better {
-            selection = with_fitted(selection, &fitted, candidates, chance)?;
+            selection = with_fitted(selection, &fitted, chance)?;
         }
     }
     Ok(selection)
@@ -54,7 +50,6 @@ pub(crate) fn with_last_resorts<'a>(
 pub(crate) fn with_never_named<'a>(
     mut selection: Selection<'a>,
     never_named: &[Candidate],
-    candidates: &[Candidate],
     chance: &mut Chance,
     replicates: Replicates,
 ) -> Result<Selection<'a>, WorldError> {
@@ -82,11 +77,11 @@ pub(crate) fn with_never_named<'a>(
             continue;
         };
         let screened = std::slice::from_ref(candidate);
-        let screened = screen_by(prepared, null, &test, screened, replicates)?;
+        let screened = screen_by(prepared, null, &test, screened)?;
         drop(test);
         chance.extend(evidence::chance(&screened));
         if is_better(chance[candidate.name]) {
-            selection = with_fitted(selection, &fitted, candidates, chance)?;
+            selection = with_fitted(selection, &fitted, chance)?;
         }
     }
     Ok(selection)
@@ -141,7 +136,7 @@ fn in_place_of_its_kind(
             by_chance += chance[name];
         }
     }
-    let Some(reduced) = prepared.fit_from(fitted, &model)? else {
+    let Some(reduced) = prepared.fit_from(fitted, &model, Goal::LIKELIHOOD)? else {
         return Ok(None);
     };
     let held = (fitted.likelihood() - reduced.likelihood() - by_chance).max(0.0);
@@ -172,7 +167,6 @@ fn in_place_of_its_kind(
 fn with_fitted<'a>(
     selection: Selection<'a>,
     fitted: &Fitted,
-    candidates: &[Candidate],
     chance: &Chance,
 ) -> Result<Selection<'a>, WorldError> {
     let Some((prepared, null, fitted)) = renewed(&selection.prepared, &selection.null, fitted)?
@@ -185,7 +179,5 @@ fn with_fitted<'a>(
         fitted,
         effects: Vec::new(),
     };
-    // Beside a field of many values each rival costs as much as all.
-    let is_large = other.fitted.model.free.len() > MANY;
-    refine(other, if is_large { &[] } else { candidates }, chance, 0)
+    standing(other, chance)
 }

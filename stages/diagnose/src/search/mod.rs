@@ -4,7 +4,6 @@
 //! leave standing beside the model, and where its fit brings more than chance and form do ([`forward`]). After each, the noise
 //! is estimated anew, and every effect held is asked whether another fits better in its place ([`refine`]).
 
-mod exchange;
 mod fits;
 mod forward;
 mod last_resort;
@@ -40,6 +39,11 @@ impl Selection<'_> {
         (self.effects.len() > 1 && weakest.evidence < left).then_some(place)
     }
 
+    /// The effects' names.
+    fn names(&self) -> Vec<&'static str> {
+        self.effects.iter().map(|effect| effect.name).collect()
+    }
+
     /// Gain in log-likelihood of all effects together.
     pub(crate) fn gain(&self) -> f64 {
         self.fitted.likelihood() - self.null.likelihood()
@@ -55,13 +59,4 @@ pub(crate) struct SelectedEffect {
     pub(crate) equivalent: Vec<&'static str>,
     /// Models with another effect in its place, the best first.
     pub(crate) rivals: Vec<CandidateFit>,
-}
-
-impl SelectedEffect {
-    /// Forgets the columns that its rivals were fitted from.
-    fn drop_columns(&mut self) {
-        for rival in &mut self.rivals {
-            rival.fitted.drop_columns();
-        }
-    }
 }

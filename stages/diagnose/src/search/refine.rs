@@ -11,7 +11,7 @@ use super::{
 use crate::{
     Thresholds,
     candidates::Candidate,
-    fit::Fitted,
+    fit::{Fitted, Goal},
     model::Part,
     screen::{Chance, Screened, screen},
 };
@@ -23,85 +23,144 @@ pub(crate) fn without<'a>(
     chance: &Chance,
 ) -> Result<Selection<'a>, WorldError> {
     let null = || selection.null.clone();
-    selection.fitted = reduced(&selection, place)?.unwrap_or_else(null);
-    selection.effects = (0..selection.fitted.model.parts.len())
-        .map(|place| {
-            let reduced = reduced(&selection, place)?;
-            Ok(effect_alone(&selection, place, reduced.as_ref(), chance))
-        })
-        .collect::<Result<_, WorldError>>()?;
+    selection.fitted = reduced(&selection, place, Goal::Settled)?.unwrap_or_else(null);
+    selection.effects = alone(&selection, chance, Goal::LIKELIHOOD)?
+        .into_iter()
+        .map(|(effect, _)| effect)
+        .collect();
     Ok(selection)
 }
 
-/// The same, and who could stand in the place of each effect.
-pub(crate) fn with_rivals<'a>(
-    selection: Selection<'a>,
-    candidates: &[Candidate],
-    chance: &Chance,
-) -> Result<Selection<'a>, WorldError> {
-    refine(selection, candidates, chance, 0)
-}
-
-/// Replaces or drops an effect where that is better, at most so many times, then says how firmly each stands.
-pub(super) fn refine<'a>(
+/// The same without the effects that bring nothing beside the others; of these, the evidence alone is known.
+pub(super) fn standing<'a>(
     mut selection: Selection<'a>,
-    candidates: &[Candidate],
     chance: &Chance,
-    mut changes: usize,
 ) -> Result<Selection<'a>, WorldError> {
     loop {
-        let mut better = None;
-        let mut effects = Vec::new();
-        let places: Vec<usize> = (0..selection.fitted.model.parts.len()).collect();
-        // As many at once as there are threads: the first that is replaced decides, however many were asked beside it.
-        'places: for places in places.chunks(rayon::current_num_threads()) {
-            let assessed: Vec<_> = places
-                .par_iter()
-                .map(|place| assess(&selection, *place, candidates, chance))
-                .collect::<Result<_, WorldError>>()?;
-            for (mut effect, reduced) in assessed {
-                if changes > 0 {
-                    better = replacement(&effect, reduced, selection.prepared.thresholds);
-                    if better.is_some() {
-                        break 'places;
-                    }
-                }
-                effect.drop_columns();
-                effects.push(effect);
-            }
-        }
-        match better {
-            Some(fitted) => {
-                selection.fitted = fitted;
-                changes -= 1;
-            }
+        let mut alone = alone(&selection, chance, Goal::LIKELIHOOD)?;
+        let idle = alone
+            .iter()
+            .position(|(effect, reduced)| effect.evidence < 0.0 && reduced.is_some());
+        match idle.and_then(|place| alone.swap_remove(place).1) {
+            Some(reduced) => selection.fitted = reduced,
             None => {
-                selection.effects = effects;
+                selection.effects = alone.into_iter().map(|(effect, _)| effect).collect();
                 return Ok(selection);
             }
         }
     }
 }
 
-/// The model that is better than the one with this effect: without it, or with a rival in its place.
-fn replacement(
-    effect: &SelectedEffect,
-    reduced: Option<Fitted>,
-    thresholds: &Thresholds,
-) -> Option<Fitted> {
-    if effect.evidence < 0.0 {
-        return reduced;
+/// Each effect and its evidence beside the others, and the model without it.
+fn alone(
+    selection: &Selection<'_>,
+    chance: &Chance,
+    goal: Goal,
+) -> Result<Vec<(SelectedEffect, Option<Fitted>)>, WorldError> {
+    (0..selection.fitted.model.parts.len())
+        .into_par_iter()
+        .map(|place| {
+            let reduced = reduced(selection, place, goal)?;
+            let effect = effect_alone(selection, place, reduced.as_ref(), chance);
+            Ok((effect, reduced))
+        })
+        .collect()
+}
+
+/// Values of a model beside which no rivals are asked: each costs as much as all.
+pub(super) const MANY: usize = 40;
+
+/// The same, and who could stand in the place of each effect.
+pub(crate) fn with_rivals<'a>(
+    mut selection: Selection<'a>,
+    candidates: &[Candidate],
+    chance: &Chance,
+) -> Result<Selection<'a>, WorldError> {
+    let is_large = selection.fitted.model.free.len() > MANY;
+    let candidates = if is_large { &[] } else { candidates };
+    let effects = alone(&selection, chance, Goal::Settled)?
+        .into_par_iter()
+        .enumerate()
+        .map(|(place, (effect, reduced))| match reduced {
+            Some(reduced) => assessed(&selection, place, effect, &reduced, candidates, chance),
+            None => Ok(effect),
+        })
+        .collect::<Result<_, WorldError>>()?;
+    selection.effects = effects;
+    Ok(selection)
+}
+
+/// Replaces or drops an effect where that is better, at most so many times; of those that stand, the evidence alone is known.
+pub(super) fn refine<'a>(
+    mut selection: Selection<'a>,
+    candidates: &[Candidate],
+    chance: &Chance,
+    changes: usize,
+) -> Result<Selection<'a>, WorldError> {
+    for _ in 0..changes {
+        selection = standing(selection, chance)?;
+        let places: Vec<usize> = (0..selection.fitted.model.parts.len()).collect();
+        let mut better = None;
+        // As many at once as there are threads: the first that is replaced decides, however many were asked beside it.
+        for places in places.chunks(rayon::current_num_threads()) {
+            let found: Vec<Option<Fitted>> = places
+                .par_iter()
+                .map(|place| replaced(&selection, *place, candidates, chance))
+                .collect::<Result<_, WorldError>>()?;
+            better = found.into_iter().flatten().next();
+            if better.is_some() {
+                break;
+            }
+        }
+        match better {
+            Some(fitted) => selection.fitted = fitted,
+            None => return Ok(selection),
+        }
     }
-    let rival = effect.rivals.first()?;
-    (rival.evidence > effect.evidence + thresholds.better).then(|| rival.fitted.clone())
+    standing(selection, chance)
+}
+
+/// Share of an effect's linear gain below which no rival replaced one: a linear gain predicts that of the fit to some per cent.
+const NEAR: f64 = 0.9;
+
+/// The model with the best rival in the place of one of its effects, where that is better.
+fn replaced(
+    selection: &Selection<'_>,
+    place: usize,
+    candidates: &[Candidate],
+    chance: &Chance,
+) -> Result<Option<Fitted>, WorldError> {
+    let prepared = &selection.prepared;
+    let Some(reduced) = reduced(selection, place, Goal::LIKELIHOOD)? else {
+        return Ok(None);
+    };
+    let SelectedEffect { name, evidence, .. } = selection.effects[place];
+    let (own, screened): (Vec<Screened>, Vec<Screened>) = screen(prepared, &reduced, candidates)?
+        .into_iter()
+        .partition(|s| s.name == name);
+    let better = evidence + prepared.thresholds.better;
+    let criteria = FitCriteria {
+        required: &[],
+        least_gain: Some(NEAR * own.first().map_or(evidence, |own| own.gain().min(evidence))),
+        least_evidence: better,
+    };
+    let rivals = fit_best(prepared, &reduced, &screened, chance, criteria)?;
+    let best = rivals.into_iter().next();
+    Ok(best
+        .filter(|rival| rival.evidence > better)
+        .map(|rival| rival.fitted))
 }
 
 /// The model without one of its effects, fitted; `None` where that diverges.
-fn reduced(selection: &Selection<'_>, place: usize) -> Result<Option<Fitted>, WorldError> {
+fn reduced(
+    selection: &Selection<'_>,
+    place: usize,
+    goal: Goal,
+) -> Result<Option<Fitted>, WorldError> {
     let from = &selection.fitted;
     selection
         .prepared
-        .fit_from(from, &from.model.without(place))
+        .fit_from(from, &from.model.without(place), goal)
 }
 
 /// An effect and its evidence beside the others; without bound where no model without it can be fitted.
@@ -130,37 +189,40 @@ fn effect_alone(
     }
 }
 
-/// How firmly one effect stands beside the others, and the model without it.
-fn assess(
+/// An effect, and who could stand in its place beside the others.
+fn assessed(
     selection: &Selection<'_>,
     place: usize,
+    effect: SelectedEffect,
+    reduced: &Fitted,
     candidates: &[Candidate],
     chance: &Chance,
-) -> Result<(SelectedEffect, Option<Fitted>), WorldError> {
+) -> Result<SelectedEffect, WorldError> {
     let Selection {
         prepared, fitted, ..
     } = selection;
     let thresholds = prepared.thresholds;
-    let reduced = reduced(selection, place)?;
-    let effect = effect_alone(selection, place, reduced.as_ref(), chance);
-    let Some(reduced) = reduced else {
-        return Ok((effect, None));
-    };
     let (name, evidence) = (effect.name, effect.evidence);
     let is_offset = is_speed_offset(&fitted.model.fitted_parts(&fitted.model.values)[place]);
-    let (own, screened): (Vec<Screened>, Vec<Screened>) = screen(prepared, &reduced, candidates)?
-        .into_iter()
-        .partition(|s| s.name == name);
-    let criteria = FitCriteria {
-        required: alike(name),
-        incumbent_gain: own.first().map(|own| own.gain().min(evidence)),
-    };
-    let rivals = fit_best(prepared, &reduced, &screened, chance, criteria)?;
     let at_end = fitted.forms_at_end();
     let is_at_end = fitted
         .model
         .forms()
         .any(|(i, of, _)| of == place && at_end.contains(&i));
+    let (own, screened): (Vec<Screened>, Vec<Screened>) = screen(prepared, reduced, candidates)?
+        .into_iter()
+        .partition(|s| s.name == name);
+    let incumbent = own.first().map(|own| own.gain().min(evidence));
+    let criteria = FitCriteria {
+        required: alike(name),
+        least_gain: incumbent.map(|gain| thresholds.fitted * gain),
+        least_evidence: f64::NEG_INFINITY,
+    };
+    let mut rivals = fit_best(prepared, reduced, &screened, chance, criteria)?;
+    // They are to compare with, not to fit on from.
+    for rival in &mut rivals {
+        rival.fitted.drop_columns();
+    }
     let equivalent = rivals
         .iter()
         .enumerate()
@@ -173,12 +235,11 @@ fn assess(
         })
         .map(|(_, rival)| rival.name)
         .collect();
-    let effect = SelectedEffect {
+    Ok(SelectedEffect {
         equivalent,
         rivals,
         ..effect
-    };
-    Ok((effect, Some(reduced)))
+    })
 }
 
 /// Whether an arm delivers the commanded speed and a constant more. Restitution that falls as that constant over the speed launches
