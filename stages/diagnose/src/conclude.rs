@@ -7,7 +7,7 @@ use world::{
 };
 
 use crate::{
-    Diagnose, DiagnoseError, Diagnosed, Input, camera_drift,
+    Diagnose, DiagnoseError, Diagnosed, Input, camera_drift, constancy,
     diagnosis::{
         Detectable, Diagnosis, Gap, NamedEffect, NextStrike, Noise, Parameter, Ranked, SmoothMap,
         Verdict,
@@ -285,6 +285,11 @@ impl Case<'_, '_> {
             let note = notes::not_named(&self.names(), "a camera that drifts would do the same");
             let cause = Some(notes::CAMERA_DRIFTS.into());
             return Ok(unnamed(unexplained, cause, Some(note)));
+        }
+        if let Some(changing) = constancy::changing(self.selection, self.stage.seed) {
+            let note = notes::not_named(&self.names(), "it does not act alike in all strikes");
+            let cause = Some(notes::changes(&changing));
+            return Ok(unnamed(Verdict::Unexplained, cause, Some(note)));
         }
         let world = fitted_world()?;
         let after = gap::stop_residuals(rig, &world, strikes)?;

@@ -13,6 +13,7 @@ mod arm;
 mod camera_drift;
 mod candidates;
 mod conclude;
+mod constancy;
 mod diagnosis;
 mod error;
 mod evidence;

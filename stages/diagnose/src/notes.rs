@@ -4,6 +4,7 @@ use values::{Rig, Shape, Strike};
 use world::{Estimate, World};
 
 use crate::{
+    constancy::Changing,
     diagnosis::{Gap, Noise, Verdict},
     fit::Fitted,
     heldout::{self, Gains},
@@ -147,6 +148,19 @@ pub(crate) fn astray() -> String {
 pub(crate) const CAMERA_DRIFTS: &str = "launch speed and friction change together with the order of strikes, in the proportion that a drift of the camera's \
      scale (its height, its zoom) or of its clock would show; a tip that wears on a table that changes may do so too: measure a known length at \
      the beginning and at the end, and the camera's rate";
+
+/// An effect that acts in a part of the strikes alone.
+pub(crate) fn changes(changing: &Changing) -> String {
+    let how = match changing.is_by_session {
+        true => "in some sessions and not in others",
+        false => "in some part of the strikes, by their order, and not in others",
+    };
+    format!(
+        "what looks like {} acts {how}: look what was changed between them (the camera, the table, the object, the tip), and diagnose each part \
+         alone",
+        changing.name
+    )
+}
 
 /// Effects that fit the strikes and are not named.
 pub(crate) fn not_named(names: &[&str], why: &str) -> String {

@@ -19,7 +19,7 @@ use crate::{
     mixed::GREATEST,
     notes,
     null::fit_null,
-    question::{self, Answer},
+    question::{self, Answer, Before},
     remaining_gain::RemainingGain,
     score::ScoreTest,
     screen::{Chance, screen_by},
@@ -93,8 +93,8 @@ impl Diagnose {
 
         progress.set_message("the world without effects, and the noise about it");
         let (prepared, null) = fit_null(prepared, &input.world, greatest_wander)?;
-        let pauses = pauses(input, &prepared);
-        let asked = question::ask(&prepared, &null, &pauses, self.seed);
+        let came_before = before(input, &prepared);
+        let asked = question::ask(&prepared, &null, &came_before, self.seed);
 
         progress.set_message("every candidate by its score");
         let named = |naming| candidates(rig, &prepared.strikes, naming);
@@ -155,7 +155,12 @@ impl Diagnose {
         // Where tracks differ from any slide of the world, what is left of them says nothing against the effects.
         let remaining = match selection.effects.is_empty() || is_astray {
             true => Answer::default(),
-            false => question::ask(&selection.prepared, &selection.fitted, &pauses, self.seed),
+            false => question::ask(
+                &selection.prepared,
+                &selection.fitted,
+                &came_before,
+                self.seed,
+            ),
         };
         notes.extend(notes::wrong_sizes(rig, &selection.fitted, is_delivered));
         notes.extend(notes::arm_or_sizes(rig, &selection.fitted));
@@ -251,26 +256,29 @@ impl Diagnose {
     }
 }
 
-/// How long before each strike none was made, in s; that of the first of a session is the second's.
-fn pauses(input: &Input, prepared: &PreparedStrikes<'_>) -> Vec<f64> {
-    let mut times: BTreeMap<&str, Vec<f64>> = BTreeMap::new();
+/// What came before each strike; the first of a session came as long after nothing as the second after it.
+fn before(input: &Input, prepared: &PreparedStrikes<'_>) -> Vec<Before> {
+    let mut logs: BTreeMap<&str, Vec<&Strike>> = BTreeMap::new();
     for strike in &input.strikes {
-        times.entry(&strike.log).or_default().push(strike.t_start);
+        logs.entry(&strike.log).or_default().push(strike);
     }
-    for times in times.values_mut() {
-        times.sort_by(f64::total_cmp);
+    for strikes in logs.values_mut() {
+        strikes.sort_by(|a, b| a.t_start.total_cmp(&b.t_start));
     }
-    let pause = |strike: &&Strike| {
-        let times = times
-            .get(strike.log.as_str())
-            .map_or(&[][..], Vec::as_slice);
-        let place = times.partition_point(|t| *t < strike.t_start).max(1);
-        match (times.get(place - 1), times.get(place)) {
-            (Some(before), Some(at)) => at - before,
-            _ => 1.0,
+    let before = |strike: &&Strike| {
+        let strikes = logs.get(strike.log.as_str()).map_or(&[][..], Vec::as_slice);
+        let place = strikes.partition_point(|other| other.t_start < strike.t_start);
+        let last = place.checked_sub(1).and_then(|last| strikes.get(last));
+        let pair = (strikes.get(place.max(1) - 1), strikes.get(place.max(1)));
+        Before {
+            pause: match pair {
+                (Some(before), Some(at)) => at.t_start - before.t_start,
+                _ => 1.0,
+            },
+            command: last.map(|last| last.command),
         }
     };
-    prepared.strikes.iter().map(pause).collect()
+    prepared.strikes.iter().map(before).collect()
 }
 
 /// Strikes with their launches, and how many were left out, for their object does not leave the tip.

@@ -136,6 +136,7 @@ pub(crate) fn finding(finding: &Finding) -> String {
         }
         ("speed", _) => "depends on the commanded speed".into(),
         ("angle", _) => "depends on the commanded angle".into(),
+        ("command before", _) => "depends on the command of the strike before".into(),
         ("pause", _) => "depends on the pause before a strike".into(),
         (covariate, _) => format!("depends on the {covariate}"),
     };

@@ -40,6 +40,7 @@ pub const EFFECTS: &[&EffectSpec] = &[
     &super::friction_line::SPEC,
     &super::striker_error_by_place::SPEC,
     &super::path_curl::SPEC,
+    &super::camera_stretch::SPEC,
 ];
 
 /// Effects of other crates.

@@ -10,6 +10,7 @@ mod anisotropic_friction;
 mod camera_distortion;
 mod camera_lean;
 mod camera_rotation;
+mod camera_stretch;
 mod field;
 mod footprint;
 mod friction_by_session;

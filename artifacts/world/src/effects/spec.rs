@@ -97,6 +97,8 @@ pub enum Family {
     LaunchByPlace,
     /// What is seen, by place on the table.
     SeenByPlace,
+    /// What is seen, by the direction of the slide.
+    SeenByHeading,
 }
 
 impl Family {

@@ -1,9 +1,9 @@
 //! What a strike may depend on: what was commanded, where it starts, how long the arm paused before. Never what was realised.
 
 use nalgebra::{DMatrix, DVector};
-use values::{Point, Strike};
+use values::{Command, Point, Strike};
 
-use super::table::Row;
+use super::{Before, projection::Basis, table::Row};
 use crate::strikes::PreparedStrikes;
 
 /// A covariate takes part where it varies by more than so many standard errors of its measurement.
@@ -30,13 +30,19 @@ pub(super) struct Covariates {
     angle: Option<DVector<f64>>,
     start: [Option<DVector<f64>>; 2],
     pause: Option<DVector<f64>>,
+    /// The command before, and on which side of it a command lies.
+    before: Vec<DVector<f64>>,
     /// Standard deviations of the start, in m.
     spread: [f64; 2],
     strikes: usize,
 }
 
 impl Covariates {
-    pub(super) fn new(prepared: &PreparedStrikes<'_>, resting: f64, pauses: &[f64]) -> Self {
+    pub(super) fn new(
+        prepared: &PreparedStrikes<'_>,
+        resting: f64,
+        came_before: &[Before],
+    ) -> Self {
         let strikes = &prepared.strikes;
         let of = |value: &dyn Fn(&Strike) -> f64| -> DVector<f64> {
             DVector::from_iterator(strikes.len(), strikes.iter().map(|strike| value(strike)))
@@ -45,13 +51,25 @@ impl Covariates {
         let angle = of(&|s| s.command.angle);
         let start = [of(&|s| s.initial.x), of(&|s| s.initial.y)];
         let spread = [deviation(&start[0]), deviation(&start[1])];
-        let pause = DVector::from_iterator(strikes.len(), pauses.iter().map(|p| p.max(1e-3).ln()));
+        let pause = DVector::from_iterator(
+            strikes.len(),
+            came_before.iter().map(|before| before.pause.max(1e-3).ln()),
+        );
         let varies = VARIES * speed.mean().abs();
+        let before = [
+            (&speed, varies, (|c| c.speed) as fn(Command) -> f64),
+            (&angle, VARIES, |c| c.angle),
+        ];
+        let before = before
+            .into_iter()
+            .flat_map(|(own, least, of)| last(own, least, of, came_before))
+            .collect();
         Self {
             speed: scaled(speed, varies),
             angle: scaled(angle, VARIES),
             start: start.map(|values| scaled(values, BEYOND_ERROR * resting)),
             pause: scaled(pause, 0.1),
+            before,
             spread,
             strikes: strikes.len(),
         }
@@ -89,6 +107,8 @@ impl Covariates {
         let all = [&self.speed, &self.angle, x, y];
         add("command", products(all.into_iter().flatten()));
         add("pause", self.pause.iter().cloned().collect());
+        let smooth = Basis::new(self.smooth());
+        add("command before", smooth.beside(self.before.iter().cloned()));
         groups
     }
 
@@ -186,6 +206,33 @@ pub(super) fn cosines(places: &DVector<f64>, count: usize) -> Vec<DVector<f64>> 
 
 pub(super) fn deviation(values: &DVector<f64>) -> f64 {
     values.variance().sqrt()
+}
+
+/// The value of the command before, and whether the own one is greater (1) or less (−1); a strike without one before stands in the middle. None
+/// where commands hardly vary.
+fn last(
+    own: &DVector<f64>,
+    least: f64,
+    of: fn(Command) -> f64,
+    before: &[Before],
+) -> Vec<DVector<f64>> {
+    let middle = own.mean();
+    let value = DVector::from_iterator(
+        own.len(),
+        before
+            .iter()
+            .map(|before| before.command.map_or(middle, of)),
+    );
+    let side = DVector::from_fn(own.len(), |i, _| {
+        let is_same = before[i].command.is_none() || (own[i] - value[i]).abs() < least;
+        if is_same {
+            0.0
+        } else {
+            (own[i] - value[i]).signum()
+        }
+    });
+    let both = [scaled(value, least), scaled(side, 0.0)];
+    both.into_iter().flatten().collect()
 }
 
 /// To mean 0 and standard deviation 1; none where it is less than `least`.

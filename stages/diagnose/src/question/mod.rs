@@ -28,6 +28,7 @@ pub(crate) use table::Column;
 use std::f64::consts::FRAC_1_SQRT_2;
 
 use nalgebra::DVector;
+use values::Command;
 
 use self::{
     covariates::Covariates,
@@ -56,6 +57,15 @@ const NEEDS: [Column; 4] = [
 const FAMILIES: f64 = 3.0;
 /// Squared correlation with the order above which commands run with it: then what depends on them is not taken off.
 const RUNS_WITH_ORDER: f64 = 0.5;
+
+/// What came before a strike.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Before {
+    /// How long no strike was made, in s.
+    pub(crate) pause: f64,
+    /// The command of the strike before in the same log, where there is one.
+    pub(crate) command: Option<Command>,
+}
 
 /// What a finding is about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -139,20 +149,20 @@ impl Answer {
     }
 }
 
-/// Asks of a fitted model; `pauses` are those before each strike, in s.
+/// Asks of a fitted model.
 pub(crate) fn ask(
     prepared: &PreparedStrikes<'_>,
     fitted: &Fitted,
-    pauses: &[f64],
+    before: &[Before],
     seed: u64,
 ) -> Answer {
-    Asking::new(prepared, fitted, pauses, seed).answer()
+    Asking::new(prepared, fitted, before, seed).answer()
 }
 
 /// How the stops of these strikes vary about a fitted model.
 pub(crate) fn variation(prepared: &PreparedStrikes<'_>, fitted: &Fitted) -> Variation {
-    let pauses = vec![1.0; prepared.strikes.len()];
-    Asking::new(prepared, fitted, &pauses, 0).variation()
+    let before = vec![Before::default(); prepared.strikes.len()];
+    Asking::new(prepared, fitted, &before, 0).variation()
 }
 
 /// Whether commands were repeated so often that what repeats scatter by is measured; otherwise it is what no smooth part takes.
@@ -166,7 +176,7 @@ fn are_repeated(commands: &[usize]) -> bool {
 }
 
 /// Numbers of the sessions, by their first strikes.
-fn sessions(prepared: &PreparedStrikes<'_>) -> Vec<usize> {
+pub(crate) fn sessions(prepared: &PreparedStrikes<'_>) -> Vec<usize> {
     let mut names: Vec<&str> = Vec::new();
     let each = prepared.strikes.iter().map(|strike| {
         let name = strike.conditions.session.as_str();
@@ -184,10 +194,10 @@ fn sessions(prepared: &PreparedStrikes<'_>) -> Vec<usize> {
 /// Numbers of the commands, by their first strikes: repeats differ by less than `SAME` (m/s, rad).
 fn commands(prepared: &PreparedStrikes<'_>) -> Vec<usize> {
     const SAME: f64 = 1e-3;
-    let mut seen: Vec<values::Command> = Vec::new();
+    let mut seen: Vec<Command> = Vec::new();
     let each = prepared.strikes.iter().map(|strike| {
         let own = strike.command;
-        let is_same = |other: &values::Command| {
+        let is_same = |other: &Command| {
             (other.speed - own.speed).abs() < SAME && (other.angle - own.angle).abs() < SAME
         };
         seen.iter().position(is_same).unwrap_or_else(|| {
@@ -223,11 +233,11 @@ struct Asking {
 }
 
 impl Asking {
-    fn new(prepared: &PreparedStrikes<'_>, fitted: &Fitted, pauses: &[f64], seed: u64) -> Self {
+    fn new(prepared: &PreparedStrikes<'_>, fitted: &Fitted, before: &[Before], seed: u64) -> Self {
         let rows = table(prepared, fitted);
         let resting = fitted.estimated.components.nuisance[3];
         Self {
-            covariates: Covariates::new(prepared, resting, pauses),
+            covariates: Covariates::new(prepared, resting, before),
             sessions: sessions(prepared),
             shuffles: Shuffles::new(rows.len(), seed),
             wander: Wander::new(rows.len()),

@@ -98,11 +98,15 @@ fn held_beside(selection: &Selection<'_>, candidate: &Candidate) -> Vec<&'static
 
 /// Whether a candidate stands in the place of such an effect: of one of its kind; a surface of any shape, for which patches and edges of friction or a
 /// lens may have been taken, of those too: beside a lens it would take what the lens's form leaves. A path that curls is taken for a slope and a
-/// grain together.
+/// grain together; a picture that is stretched, for an arm that errs by angle and a grain.
 fn takes_place_of(candidate: &str, held: &str) -> bool {
     match (kind(candidate), kind(held)) {
         (Some(Family::ForceByPlace), Some(Family::FrictionByPlace | Family::SeenByPlace)) => true,
         (Some(Family::FrictionByHeading), Some(Family::ForceByPlace)) => true,
+        (
+            Some(Family::SeenByHeading),
+            Some(Family::LaunchAngle | Family::LaunchAngleByCommand | Family::FrictionByHeading),
+        ) => true,
         (candidate, held) => candidate == held,
     }
 }

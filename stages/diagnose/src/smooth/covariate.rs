@@ -89,7 +89,7 @@ pub(crate) fn family(name: &str) -> &'static [Covariate] {
         Family::RestitutionByOrder | Family::LaunchAngleByOrder => &[Covariate::Order],
         Family::FrictionByPlace => &[Covariate::Surface],
         Family::FrictionBySpeed => &[Covariate::SlidingSpeed],
-        Family::FrictionByHeading => &[Covariate::Heading],
+        Family::FrictionByHeading | Family::SeenByHeading => &[Covariate::Heading],
         Family::LaunchByPlace => &[Covariate::Start],
         Family::LaunchSpeed | Family::RestitutionBySpeed => &[Covariate::Speed],
         Family::LaunchAngle => &[Covariate::Angle],

@@ -134,6 +134,12 @@ fn fitted_values_are_stated_in_a_sentence() {
              base, and at whether the tip strikes its middle",
         ),
         (
+            "camera_stretch",
+            &[("diagonal", 0.01)],
+            "the camera shows lengths 2.0 % longer towards 45° from +x than across it: its calibration is not that of this table (a homography of other \
+             points, pixels that are not square); calibrate it again, and measure a known length both ways",
+        ),
+        (
             "camera_lean",
             &[("lean_x", 0.035)],
             "the camera leans: it shows lengths 3.5 % smaller for every metre towards 0° from +x",

@@ -1,0 +1,131 @@
+//! A camera whose picture is stretched or sheared: seen = c + (R + S)·(p − c), R a rotation, S symmetric with no trace, c the
+//! point it looks down on.
+
+use values::{Point, Rig};
+
+use super::{
+    action::{Acts, Effect},
+    parameters::{EffectParameter, Parameters, Values, centre},
+    spec::{EffectSpec, Family, Naming, Origin},
+    start::{Column, Experiment, FitStart},
+    wording,
+};
+
+const fn stretch(name: &'static str) -> EffectParameter {
+    EffectParameter {
+        name,
+        unit: "",
+        low: -0.3,
+        high: 0.3,
+        neutral: 0.0,
+        scale: 0.01,
+    }
+}
+
+/// Camera stretch; parameters `along` = a and `diagonal` = b of S = [[a, b], [b, −a]], `turn`, the angle of R (rad), and `center_x`, `center_y` = c
+/// (the rig's camera where they are not given).
+pub const SPEC: EffectSpec = EffectSpec {
+    name: "camera_stretch",
+    parameters: Parameters::Listed(&[
+        stretch("along"),
+        stretch("diagonal"),
+        EffectParameter {
+            unit: "rad",
+            ..stretch("turn")
+        },
+        centre("center_x", 0.45),
+        centre("center_y", 0.0),
+    ]),
+    family: Family::SeenByHeading,
+    origin: Origin::Camera,
+    equivalent: &[],
+    contains: &[],
+    naming: Naming::Never,
+    source: "the affine part of a plane's homography (Hartley and Zisserman 2004, section 2.4), scale apart",
+    starts: |experiment: &Experiment<'_>| {
+        let form = experiment.camera_centre();
+        let columns = ["along", "diagonal", "turn"].map(|name| Column::new(&form, (name, 0.005)));
+        vec![FitStart::new(
+            columns.into(),
+            &["along", "diagonal", "turn"],
+        )]
+    },
+    build: |values: &Values, rig: &Rig| {
+        Box::new(CameraStretch {
+            centre: values.camera_centre(rig),
+            along: values.get("along"),
+            diagonal: values.get("diagonal"),
+            turn: values.get("turn"),
+        })
+    },
+    statement: |values| {
+        let stretch = Point::new(values.get("along"), values.get("diagonal"));
+        format!(
+            "the camera shows lengths {} longer towards {} from +x than across it: its calibration is not that of this table (a homography of other \
+             points, pixels that are not square); calibrate it again, and measure a known length both ways",
+            wording::percent((1.0 + stretch.norm()) / (1.0 - stretch.norm()) - 1.0),
+            wording::degrees(0.5 * stretch.bearing())
+        )
+    },
+};
+
+struct CameraStretch {
+    centre: Point,
+    along: f64,
+    diagonal: f64,
+    turn: f64,
+}
+
+impl Effect for CameraStretch {
+    fn acts(&self) -> Acts {
+        Acts::Camera
+    }
+
+    fn seen_turn(&self) -> f64 {
+        self.turn
+    }
+
+    fn observe(&self, point: Point) -> Point {
+        let apart = point - self.centre;
+        let more = Point::new(
+            self.along * apart.x + self.diagonal * apart.y,
+            self.diagonal * apart.x - self.along * apart.y,
+        );
+        self.centre + apart.rotated(self.turn) + more
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use values::Point;
+
+    use crate::effects::tests::{Bench, START, assert_near};
+
+    #[test]
+    fn it_changes_the_track() {
+        Bench::with("camera_stretch", &[("along", 0.01)]).assert_changes_track();
+    }
+
+    #[test]
+    fn a_path_is_turned() {
+        let seen = Bench::with("camera_stretch", &[("turn", 0.1)]).strike(0.8, 0.2);
+        let path = Bench::plain().strike(0.8, 0.2).stop - START;
+        assert_near(seen.stop - seen.at(0.0), path.rotated(0.1), 1e-6);
+    }
+
+    #[test]
+    fn a_path_is_longer_one_way_and_shorter_across() {
+        for (angle, form) in [(0.0, "along"), (45f64.to_radians(), "diagonal")] {
+            let seen = Bench::with("camera_stretch", &[(form, 0.1)]);
+            let plain = Bench::plain();
+            for (turned, factor) in [(0.0, 1.1), (90f64.to_radians(), 0.9)] {
+                let (seen, plain) = (
+                    seen.strike(0.8, angle + turned),
+                    plain.strike(0.8, angle + turned),
+                );
+                let path: Point = plain.stop - START;
+                assert_near(seen.stop - seen.at(0.0), path * factor, 1e-6);
+            }
+        }
+    }
+}
