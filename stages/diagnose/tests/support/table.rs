@@ -83,6 +83,12 @@ pub enum Hidden {
     Curl(f64),
     /// The camera's clock runs slower by this share at the last strike than at the first.
     SlowingClock(f64),
+    /// A lens that shows what is 1 m from its centre farther by this share, from the middle strike on.
+    LensHalfway(f64),
+    /// The image is longer by this share towards 30° than across it, and turned by half of that.
+    Stretched(f64),
+    /// Delivered angle is off by this, in rad, towards where the arm struck before.
+    Backlash(f64),
 }
 
 /// What is commanded, and where strikes start.
@@ -122,6 +128,8 @@ struct Set {
     hidden: Vec<Hidden>,
     friction: f64,
     gain: f64,
+    /// Commanded angle of the strike before, in rad.
+    before: f64,
 }
 
 impl Set {
@@ -174,11 +182,14 @@ impl Set {
         each.fold(Point::default(), |sum, f| sum + f)
     }
 
-    fn seen(&self, at: Point) -> Point {
+    fn seen(&self, at: Point, is_late: bool) -> Point {
+        let away = at - Point::new(0.5, 0.0);
         self.hidden.iter().fold(at, |at, hidden| match hidden {
-            Hidden::Lean(lean) => {
-                let away = at - Point::new(0.5, 0.0);
-                Point::new(0.5, 0.0) + away * (1.0 + lean * away.x).recip()
+            Hidden::Lean(lean) => Point::new(0.5, 0.0) + away * (1.0 + lean * away.x).recip(),
+            Hidden::LensHalfway(k) if is_late => at + away * (k * away.dot(away)),
+            Hidden::Stretched(share) => {
+                let long = Point::polar(1.0, 30f64.to_radians());
+                (at + long * (share * long.dot(away))).rotated(0.5 * share)
             }
             _ => at,
         })
@@ -242,6 +253,7 @@ impl Table {
             hidden: self.hidden.clone(),
             friction: 0.0,
             gain: 0.0,
+            before: 0.0,
         };
         set.friction = set.between(0.15, 0.3);
         set.gain = set.between(1.4, 1.6);
@@ -304,9 +316,13 @@ impl Table {
                 Hidden::GainHalfway(share) if 2 * order >= self.strikes => {
                     delivered.angle += share * command.angle;
                 }
+                Hidden::Backlash(angle) => {
+                    delivered.angle -= angle * (command.angle - set.before).signum();
+                }
                 _ => {}
             }
         }
+        set.before = command.angle;
         let grows = match set.noise {
             Noise::GrowsWithSpeed => {
                 let share =
@@ -354,7 +370,7 @@ impl Table {
             for e in &mut error {
                 *e = correlation * *e + CAMERA * fresh * set.heavy();
             }
-            let mut seen = set.seen(at) + Point::new(error[0], error[1]);
+            let mut seen = set.seen(at, 2 * order >= self.strikes) + Point::new(error[0], error[1]);
             if may_stray && is_stray && set.random.random::<f64>() < 0.01 {
                 seen = seen + Point::new(0.1 * set.normal(), 0.1 * set.normal());
             }
