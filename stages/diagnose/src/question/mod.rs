@@ -422,6 +422,7 @@ impl Asking {
     fn commands(&self) -> Vec<Asked> {
         let mut asked = Vec::new();
         let (by_time, ways) = (self.covariates.by_time(&self.sessions()), self.ways());
+        let waves = ways::waves(&self.ways);
         for of in COLUMNS {
             let column = self.weighed(of, true);
             let ratio = self.wander_of(of, &column);
@@ -454,7 +455,7 @@ impl Asking {
                 });
             }
             if NEEDS.contains(&of) {
-                asked.extend(self.beside_smooth(of, &column, ratio, &by_time, &ways));
+                asked.extend(self.beside_smooth(of, &column, ratio, &by_time, &ways, &waves));
             }
         }
         let places: Vec<_> = self.rows.iter().map(|row| row.places).collect();
@@ -472,7 +473,8 @@ impl Asking {
     }
 
     /// What no smooth function of a command or of two holds: dependences on commands that change with the order or from session to session
-    /// (`by_time`), and needs that strikes share which slide over the same places, in all sessions or in one (`ways`, roots of covariances).
+    /// (`by_time`), needs that strikes share which slide over the same places, in all sessions or in one (`ways`, roots of covariances), and needs that
+    /// wave over the table.
     fn beside_smooth(
         &self,
         of: Column,
@@ -480,6 +482,7 @@ impl Asking {
         ratio: f64,
         by_time: &[(&'static str, Vec<DVector<f64>>)],
         ways: &[Vec<DVector<f64>>],
+        waves: &[[DVector<f64>; 2]],
     ) -> Vec<Asked> {
         let n = self.rows.len();
         let whitened = |c: &DVector<f64>| {
@@ -507,13 +510,17 @@ impl Asking {
             let root = root.iter().map(whitened).collect();
             ("position", ways::score(root, &basis, weight))
         });
+        let waves = waves.iter().map(|wave| wave.each_ref().map(whitened));
+        let waved = is_braked.then(|| ways::most_explained(waves, &basis, &all));
         changes
             .chain(places)
             .filter(|(_, questions)| !questions.is_empty())
-            .map(|(covariate, questions)| Asked {
+            .map(|(covariate, questions)| (covariate, explained(&questions, &all)))
+            .chain(waved.flatten().map(|waved| ("position", waved)))
+            .map(|(covariate, statistic)| Asked {
                 what: What::Column(of),
                 covariate,
-                statistic: explained(&questions, &all),
+                statistic,
                 weight,
             })
             .collect()

@@ -1,4 +1,7 @@
-//! Questions about the ways: do strikes that slide over the same places need the same, however small these places are?
+//! Questions about the ways: do strikes that slide over the same places need the same, however small these places are? Does what they need wave over the
+//! table, as over planks, tiles or ruts?
+
+use std::f64::consts::{PI, TAU};
 
 use nalgebra::{DMatrix, DVector};
 use values::{Point, Strike, median};
@@ -14,6 +17,9 @@ const NEAR: f64 = 0.03;
 const LEAST: f64 = 1e-4;
 /// Part of the covariance that must be its own beside a basis: where few commands are repeated, ways are these commands over again.
 const OWN: f64 = 0.2;
+
+/// The shortest and the longest wave that is asked about, in m: objects are as wide as the first, fields and smooth functions hold the second.
+const WAVES: (f64, f64) = (0.08, 0.5);
 
 /// Places along a way, in m.
 pub(super) type Way = [Point; HATS];
@@ -38,6 +44,60 @@ pub(super) fn commanded(strikes: &[&Strike], rows: &[Row]) -> Vec<Way> {
         })
     };
     strikes.iter().map(way).collect()
+}
+
+/// Mean over each way of the cosine and of the sine of each plane wave over the table, as far apart as these ways tell them apart.
+pub(super) fn waves(ways: &[Way]) -> Vec<[DVector<f64>; 2]> {
+    let extent = |of: fn(&Point) -> f64| {
+        let places = ways.iter().flatten().map(of);
+        let (low, high) = places.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), at| {
+            (low.min(at), high.max(at))
+        });
+        (high - low).max(WAVES.0)
+    };
+    let (x, y) = (extent(|p| p.x), extent(|p| p.y));
+    let steps = |extent: f64| (2.0 * extent / WAVES.0).floor() as i32;
+    let of = |i: i32, j: i32| Point::new(PI * f64::from(i) / x, PI * f64::from(j) / y);
+    let numbers = (0..=steps(x)).flat_map(|i| (-steps(y)..=steps(y)).map(move |j| of(i, j)));
+    let known = |number: &Point| {
+        let length = TAU / number.norm().max(f64::MIN_POSITIVE);
+        (WAVES.0..=WAVES.1).contains(&length) && (number.x > 0.0 || number.y > 0.0)
+    };
+    let of_ways = |number: Point| {
+        let mean = |wave: fn(f64) -> f64| {
+            let each = ways.iter().map(|way| {
+                let whole = (way[HATS - 1] - way[0]) * (HATS as f64 / (HATS - 1) as f64);
+                let half = 0.5 * number.dot(whole);
+                let kept = if half == 0.0 { 1.0 } else { half.sin() / half };
+                kept * wave(number.dot(way[HATS / 2]))
+            });
+            DVector::from_iterator(ways.len(), each)
+        };
+        [mean(f64::cos), mean(f64::sin)]
+    };
+    numbers.filter(known).map(of_ways).collect()
+}
+
+/// What the wave that explains most explains of each column of a matrix; none where a basis holds them all.
+pub(super) fn most_explained(
+    waves: impl Iterator<Item = [DVector<f64>; 2]>,
+    basis: &Basis,
+    all: &DMatrix<f64>,
+) -> Option<Vec<f64>> {
+    let questions: Vec<Vec<DVector<f64>>> = waves.map(|wave| basis.beside(wave)).collect();
+    let columns: Vec<DVector<f64>> = questions.iter().flatten().cloned().collect();
+    if columns.is_empty() {
+        return None;
+    }
+    let products = DMatrix::from_columns(&columns).tr_mul(all);
+    let most = products.column_iter().map(|product| {
+        let mut squares = product.iter().map(|p| p * p);
+        let each = questions
+            .iter()
+            .map(|wave| squares.by_ref().take(wave.len()).sum::<f64>());
+        each.fold(0.0, f64::max)
+    });
+    Some(most.collect())
 }
 
 /// How much of their ways strikes share, 1 where each is the other's (a Gaussian of the distance, mean over all pairs of fifths, relative to
