@@ -78,6 +78,10 @@ struct Conclusion {
     cause: Option<String>,
 }
 
+fn is_never_named(name: &str) -> bool {
+    effect(name).is_ok_and(|spec| spec.naming == Naming::Never)
+}
+
 impl Case<'_, '_> {
     pub(crate) fn conclude(self) -> Result<Diagnosed, DiagnoseError> {
         let strikes: Vec<&Strike> = self
@@ -116,7 +120,6 @@ impl Case<'_, '_> {
         let values = &self.selection.fitted.model.values;
         notes.push(notes::camera_scale(values[FRICTION], values[RESTITUTION]));
         notes.extend(notes::few_judges(judged.gap.heldout_strikes));
-        let is_caused = judged.cause.is_some();
         Ok(Diagnosed {
             residuals: gap::residuals(&strikes, &judged.before, &judged.after),
             diagnosis: Diagnosis {
@@ -142,7 +145,7 @@ impl Case<'_, '_> {
                 effects: named,
                 ranking: self.ranking(),
                 gap: judged.gap,
-                next_strikes: match is_caused {
+                next_strikes: match self.is_stated() {
                     true => Vec::new(),
                     false => self.next(verdict)?,
                 },
@@ -167,6 +170,11 @@ impl Case<'_, '_> {
             notes::at_end(effect, name, value, specification(effect, name).unit)
         });
         notes.collect()
+    }
+
+    /// Whether one of the effects is stated as the cause, and never named.
+    fn is_stated(&self) -> bool {
+        self.names().into_iter().any(is_never_named)
     }
 
     /// Share of the log-likelihood that the effects hold.
@@ -240,10 +248,8 @@ impl Case<'_, '_> {
             let cause = self.asked.findings.first().map(words::finding);
             return Ok(unnamed(Verdict::Unexplained, cause, None));
         }
-        let is_never_named =
-            |name: &str| effect(name).is_ok_and(|spec| spec.naming == Naming::Never);
         let fitted_world = || fitted_world(&self.input.world, fitted, prepared.noise);
-        if self.names().into_iter().any(is_never_named) {
+        if self.is_stated() {
             let (never_named, others): (Vec<AddedEffect>, Vec<AddedEffect>) = fitted_world()?
                 .effects
                 .into_iter()
@@ -258,7 +264,9 @@ impl Case<'_, '_> {
         if !self.explains() {
             let note = (!self.selection.effects.is_empty())
                 .then(|| notes::not_named(&self.names(), "too much of the gap is left beside"));
-            return Ok(unnamed(unexplained, None, note));
+            let (left, all) = (&self.remaining.findings, &self.asked.findings);
+            let cause = left.first().or(all.first()).map(words::finding);
+            return Ok(unnamed(unexplained, cause, note));
         }
         let any_is = |of: fn(&EffectSpec) -> bool| {
             let mut specs = self.names().into_iter().flat_map(effect);
