@@ -4,6 +4,7 @@
 //! (1 − q)/q of that again. The score of its strengths by groups says so (tests of structural change: Zeileis and Hornik 2007).
 
 use nalgebra::DMatrix;
+use world::effects::effect;
 
 use crate::{
     evidence::{self, REAL},
@@ -37,7 +38,12 @@ pub(crate) fn changing(selection: &Selection<'_>, seed: u64) -> Option<Changing>
     ];
     let mut most: Option<(f64, Changing)> = None;
     for (is_by_session, group) in &groups {
-        for (place, effect) in selection.effects.iter().enumerate() {
+        for (place, held) in selection.effects.iter().enumerate() {
+            // How one of these changes with the order is its form, which the question about the order judges.
+            let is_by_order = effect(held.name).is_ok_and(|spec| spec.family.is_by_order());
+            if is_by_order {
+                continue;
+            }
             let Some((count, moved)) = by_group(selection, place, group) else {
                 continue;
             };
@@ -48,13 +54,13 @@ pub(crate) fn changing(selection: &Selection<'_>, seed: u64) -> Option<Changing>
             let by_chance = score.by_chance.iter().sum::<f64>() / flips;
             let beyond = score.by_chance.iter().filter(|gain| **gain >= score.gain);
             let p_value = (1.0 + beyond.count() as f64) / (1.0 + flips);
-            let again = (score.gain - by_chance) / effect.evidence;
+            let again = (score.gain - by_chance) / held.evidence;
             if p_value < REAL
                 && again > ACTS_IN_PART
                 && most.as_ref().is_none_or(|(most, _)| again > *most)
             {
                 let changing = Changing {
-                    name: effect.name,
+                    name: held.name,
                     is_by_session: *is_by_session,
                 };
                 most = Some((again, changing));
