@@ -186,7 +186,9 @@ impl Breaks {
             return None;
         }
         let impulse = other.velocity - one.velocity;
-        let noise = self.noise * one.slope_error.max(other.slope_error);
+        // A camera may be noisier than its rig file says, in one log of many.
+        let seen = (0.5 * (one.misfit.powi(2) + other.misfit.powi(2))).sqrt();
+        let noise = self.noise.max(seen) * one.slope_error.max(other.slope_error);
         if impulse.norm() < BREAK.max(BREAK_NOISE * noise) || one.brakes_to(&other, noise) {
             return None;
         }
