@@ -45,34 +45,48 @@ const SCANNED: &[f64] = &[0.1, 0.2, 0.3, 0.4, 0.6, 0.8, 1.2];
 /// Share of the residual by which another value must be better than the one that stands.
 const BETTER: f64 = 0.01;
 
-/// The world with the best of a few values of each candidate, of those that hold a box as all strikes show, and the simulations that
-/// it took.
+/// The world with each of a few values of what an impact on a face may have, of those that hold a box as all strikes show.
+pub(crate) fn others(rig: &Rig, world: &World, all: &[&Strike]) -> Vec<World> {
+    let names = candidates(rig)
+        .iter()
+        .filter(|name| **name == "tip_friction");
+    let worlds = names.flat_map(|name| {
+        let values = SCANNED.iter().filter(|value| holds(rig, all, **value));
+        values.map(|value| world.clone().with(name, *value))
+    });
+    worlds.collect()
+}
+
+/// A part of the strikes, which stand for all.
+fn some<'s>(all: &[&'s Strike]) -> Vec<&'s Strike> {
+    let stride = all.len().div_ceil(STRIKES);
+    all.iter().step_by(stride).copied().collect()
+}
+
+/// Root mean square by which tracks of a part of the strikes differ from a fit's world, in m.
+pub(crate) fn rms(rig: &Rig, fitted: &Fitted, all: &[&Strike]) -> Result<f64, WorldError> {
+    let strikes = some(all);
+    let lab = StrikeSimulator::mujoco(rig, &strikes);
+    Ok(lab.simulate(&fitted.world, fitted.launch)?.rms(&strikes))
+}
+
+/// The best of the [`others`] beside a fit's world, and the simulations that it took.
 pub(crate) fn scan(
     rig: &Rig,
     fitted: &Fitted,
     all: &[&Strike],
 ) -> Result<(World, u64), WorldError> {
-    let stride = all.len().div_ceil(STRIKES);
-    let strikes: Vec<&Strike> = all.iter().step_by(stride).copied().collect();
+    let strikes = some(all);
     let lab = StrikeSimulator::mujoco(rig, &strikes);
-    let rms = |world: &World| -> Result<f64, WorldError> {
-        Ok(lab.simulate(world, fitted.launch)?.rms(&strikes))
-    };
+    let others = others(rig, &fitted.world, all);
+    let simulations = (strikes.len() * (others.len() + 1)) as u64;
     let mut best = fitted.world.clone();
-    let mut simulations = 0;
-    for name in candidates(rig)
-        .iter()
-        .filter(|name| **name == "tip_friction")
-    {
-        let mut least = rms(&fitted.world)? * (1.0 - BETTER);
-        for value in SCANNED.iter().filter(|value| holds(rig, all, **value)) {
-            let trial = fitted.world.clone().with(name, *value);
-            let left = rms(&trial)?;
-            if left < least {
-                (least, best) = (left, trial);
-            }
+    let mut least = rms(rig, fitted, all)? * (1.0 - BETTER);
+    for trial in others {
+        let left = lab.simulate(&trial, fitted.launch)?.rms(&strikes);
+        if left < least {
+            (least, best) = (left, trial);
         }
-        simulations += (strikes.len() * (SCANNED.len() + 1)) as u64;
     }
     Ok((best, simulations))
 }
@@ -83,8 +97,7 @@ pub(crate) fn identifiability(
     fitted: &Fitted,
     strikes: &[&Strike],
 ) -> Result<Identifiability, WorldError> {
-    let stride = strikes.len().div_ceil(STRIKES);
-    let strikes: Vec<&Strike> = strikes.iter().step_by(stride).copied().collect();
+    let strikes = some(strikes);
     let others: Vec<String> = PARAMETERS
         .iter()
         .map(|spec| spec.name.to_string())
