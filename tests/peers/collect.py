@@ -5,6 +5,7 @@ Usage: collect.py MAKER ARM_EMULATOR CAROM FOLDER, of the maker xarm or ur
 
 import json
 import math
+import os
 import pathlib
 import resource
 import shutil
@@ -95,6 +96,7 @@ def main():
     maker, emulator, carom, folder = *sys.argv[1:4], pathlib.Path(sys.argv[4])
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
+    os.environ["XDG_STATE_HOME"] = str(folder.resolve())
     file, logs = rig(carom, folder, maker), folder / "logs"
     command = [carom, "collect", "--rig", file, "--robot", f"{maker}:{HOST}", "--watch", f"ws://{HOST}:8765"]
     command += ["--out", logs, "--pause", "0.5", "--json", "--quiet"]

@@ -1,5 +1,6 @@
 //! The log of a strike: whole or absent, never over another one, and kept wherever it can be once the strike was made.
 
+use std::io::{ErrorKind, Seek, Write};
 use std::path::{Path, PathBuf};
 use std::{env, fs};
 
@@ -23,8 +24,16 @@ pub enum LogError {
     #[error("log to {}: the file is there already and logs are never overwritten; give another --log", .0.display())]
     Exists(PathBuf),
     /// The system refused a step.
-    #[error("{0}; give a --log in a folder that can be written to")]
+    #[error("{0}; give a folder that can be written to: --log of strike, --out of collect")]
     File(#[from] durable::Error),
+    /// The log of a strike that was made does not fit anywhere.
+    #[error("{why}; what could be written of it is in {}, a log that is cut off", path.display())]
+    CutOff {
+        /// Where its beginning lies.
+        path: PathBuf,
+        /// Why not all of it.
+        why: Box<LogError>,
+    },
     /// The content could not be written.
     #[error(transparent)]
     Content(#[from] WriteError),
@@ -104,12 +113,19 @@ impl OpenLog {
                     write(aside, &to, recorded, topics)
                 };
                 // The folder may be gone, and is made again: what is looked for there is found.
-                match rescue(destination).or_else(|_| rescue(Destination::Next(env::temp_dir()))) {
+                let in_place = rescue(destination.clone());
+                match in_place.or_else(|_| rescue(Destination::Next(env::temp_dir()))) {
                     Ok(kept) => Ok(WrittenLog {
                         moved: Some(moved),
                         ..kept
                     }),
-                    Err(_) => Err(moved),
+                    Err(_) => Err(match write_what_fits(&destination, recorded, topics) {
+                        Some(path) => LogError::CutOff {
+                            path,
+                            why: Box::new(moved),
+                        },
+                        None => moved,
+                    }),
                 }
             }
         }
@@ -128,26 +144,57 @@ impl Destination {
     }
 }
 
+/// Writes as much of a log as the system lets, under a name that no reader of the folder takes for a log. None where that is nothing.
+fn write_what_fits(
+    destination: &Destination,
+    recorded: (&Samples, &[Received], &Lineage),
+    topics: &Topics,
+) -> Option<PathBuf> {
+    let folder = destination.folder();
+    let paths =
+        (1..=HIGHEST).map(|number| folder.join(format!("{PREFIX}cut_off_{number}.partial_log")));
+    let begin = |path: PathBuf| match fs::File::create_new(&path) {
+        Ok(file) => Some(Some((file, path))),
+        Err(error) if error.kind() == ErrorKind::AlreadyExists => None,
+        Err(_) => Some(None),
+    };
+    let (file, path) = paths.into_iter().find_map(begin)??;
+    // Its error is the one that the caller has.
+    let _ = fill(std::io::BufWriter::new(file), recorded, topics);
+    let written = fs::metadata(&path).map_or(0, |found| found.len());
+    if written == 0 {
+        let _ = fs::remove_file(&path);
+    }
+    (written > 0).then_some(path)
+}
+
+/// The whole content of a log.
+fn fill(
+    file: impl Write + Seek,
+    (samples, received, lineage): (&Samples, &[Received], &Lineage),
+    topics: &Topics,
+) -> Result<(), LogError> {
+    let mut writer = if received.is_empty() {
+        RecordingWriter::new(file, topics)?
+    } else {
+        RecordingWriter::beside_received(file, topics)?
+    };
+    writer.write_with(samples, received)?;
+    if !lineage.is_empty() {
+        writer.lineage(lineage)?;
+    }
+    writer.finish()?;
+    Ok(())
+}
+
 /// Fills the file and names it.
 fn write(
     mut aside: Aside,
     destination: &Destination,
-    (samples, received, lineage): (&Samples, &[Received], &Lineage),
+    recorded: (&Samples, &[Received], &Lineage),
     topics: &Topics,
 ) -> Result<WrittenLog, LogError> {
-    aside.fill(|file| -> Result<(), LogError> {
-        let mut writer = if received.is_empty() {
-            RecordingWriter::new(file, topics)?
-        } else {
-            RecordingWriter::beside_received(file, topics)?
-        };
-        writer.write_with(samples, received)?;
-        if !lineage.is_empty() {
-            writer.lineage(lineage)?;
-        }
-        writer.finish()?;
-        Ok(())
-    })?;
+    aside.fill(|file| fill(file, recorded, topics))?;
     match destination {
         Destination::Next(folder) => Ok(WrittenLog {
             path: first_free(&aside, numbered(folder))?,
@@ -328,6 +375,26 @@ mod tests {
                 break;
             }
         }
+    }
+
+    #[test]
+    fn of_a_log_that_fits_nowhere_the_beginning_is_kept_and_named() {
+        let dir = tempfile::tempdir().expect("folder");
+        for _ in 0..2 {
+            let log = OpenLog::open(Destination::Next(dir.path().into())).expect("opens");
+            let write = || log.write(&Samples::default(), &Topics::default());
+            let (failed, _) = durable::faults::after(1, write);
+            let error = failed.expect_err("no file can be ended");
+            let LogError::CutOff { path, .. } = &error else {
+                panic!("{error}");
+            };
+            assert!(fs::metadata(path).expect("is there").len() > 0);
+            assert!(error.to_string().contains(&path.display().to_string()));
+        }
+        let begun = fs::read_dir(dir.path()).expect("folder").flatten();
+        let names = begun.map(|entry| entry.file_name().into_string().expect("text"));
+        assert_eq!(names.filter(|name| name.contains("cut_off")).count(), 2);
+        assert_eq!(highest(dir.path()), 0, "it is no log");
     }
 
     #[test]

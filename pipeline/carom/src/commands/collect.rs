@@ -13,6 +13,7 @@ use store::{Artifact, Store};
 use strike::arm::{Arm, ports_of};
 use strike::collect::{
     ArmStation, CollectError, CollectEvent, Collected, SimStation, Station, StrikeRequest,
+    memory_folder,
 };
 use strike::ur::Ur;
 use strike::xarm::XArm;
@@ -290,7 +291,9 @@ fn arm_station<D: Arm + 'static>(
     let robot = Guarded::<D>::connect(name, &ports, rig, interrupted.clone());
     let robot = robot.map_err(|error| failed(error.into()))?;
     let pause = Duration::from_secs_f64(args.pause);
-    Ok(Box::new(ArmStation::new(robot, live, pause, interrupted)))
+    let memory = memory_folder().map_err(failed)?;
+    let station = ArmStation::new(robot, live, pause, interrupted, &memory);
+    Ok(Box::new(station.map_err(failed)?))
 }
 
 fn refused(error: impl std::fmt::Display) -> Error {

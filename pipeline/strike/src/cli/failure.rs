@@ -120,7 +120,9 @@ impl From<LogError> for Failure {
     fn from(error: LogError) -> Self {
         match error {
             LogError::Exists(_) => Self::input(error),
-            LogError::File(_) | LogError::Content(_) => Self::failed(error),
+            LogError::File(_) | LogError::Content(_) | LogError::CutOff { .. } => {
+                Self::failed(error)
+            }
         }
     }
 }

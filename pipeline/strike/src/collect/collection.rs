@@ -12,7 +12,6 @@ use values::{Command, Point, Rig};
 
 use super::error::CollectError;
 use super::request::StrikeRequest;
-use super::station::LastStop;
 use crate::CommandPlanner;
 use crate::log::LogError;
 
@@ -44,7 +43,6 @@ pub(super) struct Collection {
     folder: PathBuf,
     made: Vec<CollectedStrike>,
     useless: usize,
-    last_stop: LastStop,
     _lock: Lock,
 }
 
@@ -53,17 +51,12 @@ impl Collection {
     pub(super) fn open(folder: &Path, rig: &Rig) -> Result<Self, CollectError> {
         durable::create_dir(folder)?;
         let lock = Lock::acquire(&folder.join(LOCK))?;
-        // A log is begun before its strike: one that was left says that nobody knows what came of a strike. It is left until the next
-        // strike is in the folder, whatever ends the program before that.
-        let cut_off = fs::read_dir(folder)
-            .map_err(|source| durable::Error::new("read", folder, source))?
-            .flatten()
-            .any(|entry| durable::is_partial(&entry.path()));
+        // The folder is locked: what was begun there is nobody's any more.
+        durable::sweep(folder)?;
         let mut collection = Self {
             folder: folder.into(),
             made: Vec::new(),
             useless: 0,
-            last_stop: LastStop::None,
             _lock: lock,
         };
         for path in named(folder, SESSION)? {
@@ -84,9 +77,6 @@ impl Collection {
                 collection.add(outcome);
             }
         }
-        if cut_off {
-            collection.last_stop = LastStop::Unseen;
-        }
         Ok(collection)
     }
 
@@ -98,11 +88,6 @@ impl Collection {
     /// Strikes, those that cannot be used included.
     pub(super) fn strikes_made(&self) -> usize {
         self.made.len() + self.useless
-    }
-
-    /// Where the last strike left the object, as its log says.
-    pub(super) fn last_stop(&self) -> LastStop {
-        self.last_stop
     }
 
     /// What was struck from where.
@@ -164,15 +149,10 @@ impl Collection {
         let shows_nothing = outcome.strikes.is_empty() && outcome.rejects.is_empty();
         self.useless += usize::from(shows_nothing);
         self.add(outcome);
-        durable::sweep(&self.folder)?;
         Ok(why.map_or(Ok(()), Err))
     }
 
     fn add(&mut self, outcome: LogOutcome) {
-        self.last_stop = match (outcome.strikes.last(), outcome.rejects.is_empty()) {
-            (Some(last), true) => LastStop::At(last.stop),
-            _ => LastStop::Unseen,
-        };
         self.useless += outcome.rejects.len();
         self.made
             .extend(outcome.strikes.into_iter().map(|strike| CollectedStrike {
@@ -265,26 +245,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_came_of_a_strike_that_was_cut_off_is_unknown_until_the_next_one_whatever_ends_before() {
+    fn a_log_that_was_only_begun_is_removed_at_the_next_start() {
         let (folder, rig) = (
             tempfile::tempdir().expect("folder"),
             Rig::demo(Shape::Cylinder),
         );
         let begun = folder.path().join(".strike.1_0.partial");
         fs::write(&begun, "").expect("writes");
-        for _ in 0..3 {
-            let collection = Collection::open(folder.path(), &rig).expect("opens");
-            assert!(matches!(collection.last_stop(), LastStop::Unseen));
-        }
-        let mut collection = Collection::open(folder.path(), &rig).expect("opens");
-        let log = crate::OpenLog::open(crate::Destination::Next(folder.path().into()));
-        let log = log
-            .expect("opens")
-            .write(&Default::default(), &rig.topics)
-            .expect("writes");
-        // A log without a strike.
-        let taken = collection.take(&log.path, &rig).expect("reads");
-        assert!(taken.is_err());
-        assert!(!begun.exists(), "the log of a later strike says more");
+        Collection::open(folder.path(), &rig).expect("opens");
+        assert!(!begun.exists());
     }
 }

@@ -35,6 +35,11 @@ pub enum CollectError {
     /// Another collection works in the folder.
     #[error("gather into the folder: {0}")]
     Lock(#[from] durable::LockError),
+    /// Nowhere to keep where an arm's last strike left the object.
+    #[error(
+        "find a folder for where the object stopped last: neither XDG_STATE_HOME nor HOME is set; set one"
+    )]
+    NoMemory,
     /// Nothing can be struck from where the object lies, or from anywhere.
     #[error("choose a strike: {0}")]
     NoStrike(String),

@@ -6,6 +6,7 @@ mod collection;
 mod error;
 mod event;
 mod filling;
+mod memory;
 mod request;
 mod station;
 
@@ -16,10 +17,11 @@ pub use collection::SESSION;
 pub use error::CollectError;
 pub use event::CollectEvent;
 use filling::{choose, request};
+pub use memory::memory_folder;
 pub use request::StrikeRequest;
 #[cfg(feature = "sim")]
 pub use station::SimStation;
-pub use station::{ArmStation, LastStop, Recorded, Station, Unfinished};
+pub use station::{ArmStation, Recorded, Station, Unfinished};
 
 use crate::{CommandPlanner, Destination, OpenLog};
 
@@ -56,7 +58,7 @@ pub fn collect(
     let mut requested = collection.left_of(requested);
     let (mut made, mut useless, mut in_a_row) = (0, 0, 0);
     while collection.len() < strikes && !is_over() {
-        station.goes_on(collection.strikes_made(), collection.last_stop());
+        station.goes_on(collection.strikes_made());
         let next = requested.first().copied();
         let put = match next {
             Some(request) => request,

@@ -1,5 +1,6 @@
 //! What strikes in a collection: an arm and a camera, or the embedded rig.
 
+use std::path::Path;
 #[cfg(feature = "sim")]
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -13,6 +14,7 @@ use values::Rig;
 
 use super::error::CollectError;
 use super::event::CollectEvent;
+use super::memory::{LastStop, Memory};
 use crate::robot::arm::{Arm, Guarded};
 use crate::{
     Live, LiveError, Plan, Received, Resting, RobotError, Samples, StrikeRecord, Watched, execute,
@@ -20,8 +22,6 @@ use crate::{
 #[cfg(feature = "sim")]
 use crate::{SimRobot, TruthSource};
 
-/// An object that was put back lies farther than this, in m, from where it stopped.
-const PUT_BACK: f64 = 0.02;
 /// How often it is looked at.
 const TICK: Duration = Duration::from_millis(50);
 
@@ -47,8 +47,8 @@ pub struct Unfinished {
 
 /// An object, and something that strikes it.
 pub trait Station {
-    /// How many strikes were made before, and where the last one left the object.
-    fn goes_on(&mut self, strikes: usize, last_stop: LastStop);
+    /// How many strikes were made before.
+    fn goes_on(&mut self, _strikes: usize) {}
 
     /// Bytes that the messages of a strike may come to.
     fn room(&self) -> u64;
@@ -89,7 +89,7 @@ impl SimStation {
 
 #[cfg(feature = "sim")]
 impl Station for SimStation {
-    fn goes_on(&mut self, strikes: usize, _: LastStop) {
+    fn goes_on(&mut self, strikes: usize) {
         self.strikes = strikes;
     }
 
@@ -131,63 +131,33 @@ pub struct ArmStation<D: Arm> {
     interrupted: Arc<AtomicBool>,
     /// The object lies still for so long before the arm moves.
     pause: Duration,
-    stop: LastStop,
+    memory: Memory,
     /// The object as it was seen ready.
     ready: Option<Resting>,
 }
 
-/// Where the last strike left the object: there it must not be struck, for nobody has put it anywhere.
-#[derive(Clone, Copy, Debug)]
-pub enum LastStop {
-    /// It was not struck.
-    None,
-    /// There, in m.
-    At(Point),
-    /// It was not seen to stop: wherever it is seen at rest next, it may have stopped.
-    Unseen,
-}
-
-impl LastStop {
-    /// Whether the object lies where its last strike left it, or may have.
-    fn is_at(&mut self, place: Point) -> bool {
-        match *self {
-            Self::None => false,
-            Self::At(stop) => stop.distance(place) < PUT_BACK,
-            Self::Unseen => {
-                *self = Self::At(place);
-                true
-            }
-        }
-    }
-}
-
 impl<D: Arm> ArmStation<D> {
-    /// The object must lie still for `pause` before the arm moves: time to step back. `interrupted` ends the waiting.
+    /// The object must lie still for `pause` before the arm moves: time to step back. `interrupted` ends the waiting. The folder `memory`
+    /// holds where the arm's last strike left the object.
     pub fn new(
         robot: Guarded<D>,
         live: Live,
         pause: Duration,
         interrupted: Arc<AtomicBool>,
-    ) -> Self {
-        Self {
+        memory: &Path,
+    ) -> Result<Self, CollectError> {
+        Ok(Self {
+            memory: Memory::open(memory, robot.serial())?,
             robot,
             live: Arc::new(live),
             interrupted,
             pause,
-            stop: LastStop::None,
             ready: None,
-        }
+        })
     }
 }
 
 impl<D: Arm> Station for ArmStation<D> {
-    fn goes_on(&mut self, _: usize, last_stop: LastStop) {
-        // What this station saw itself is better known.
-        if let LastStop::None = self.stop {
-            self.stop = last_stop;
-        }
-    }
-
     fn is_by_hand(&self) -> bool {
         true
     }
@@ -207,10 +177,12 @@ impl<D: Arm> Station for ArmStation<D> {
                 return Err(LiveError::NotAtRest("it was interrupted by a signal".into()).into());
             }
             match self.live.at_rest() {
-                Ok(rest) if self.stop.is_at(rest.point) => {
+                Ok(rest) if self.memory.is_at(rest.point) => {
                     still = None;
-                    let why = "it lies within 2 cm of where it stopped, or was first seen after that: put it elsewhere";
-                    report(CollectEvent::Waiting(why.into()));
+                    report(CollectEvent::Waiting(format!(
+                        "it lies within 2 cm of where it stopped, or was first seen after that: put it elsewhere (as {} says)",
+                        self.memory.path().display()
+                    )));
                 }
                 Ok(rest) => match still {
                     None => {
@@ -242,14 +214,24 @@ impl<D: Arm> Station for ArmStation<D> {
         });
         let watched = Watched::new(self.live.clone(), rest);
         self.robot.look_first(watched.look());
+        // Whatever ends this program from here on, the object may have been struck: unseen rest is no permission to strike again.
+        let before = self.memory.stop();
+        if let Err(error) = self.memory.keep(LastStop::Unseen) {
+            return Err(Box::new(Unfinished {
+                recorded: None,
+                error: self.robot.not_ready(format!("failed to {error}")),
+            }));
+        }
         let outcome = execute(&mut self.robot, plan);
+        // What cannot be kept of the following leaves a file that says less: that it was not seen to stop.
         let Some(seen) = watched.ended(plan, outcome.is_ok(), &self.interrupted) else {
+            let _ = self.memory.keep(before);
             return recorded(outcome, Vec::new());
         };
-        // Unseen rest is no permission to strike again.
-        self.stop = seen
+        let stop = seen
             .rest
             .map_or(LastStop::Unseen, |rest| LastStop::At(rest.point));
+        let _ = self.memory.keep(stop);
         recorded(outcome, seen.received).map(|recorded| Recorded {
             warning: recorded.warning.or(seen.left_out),
             ..recorded
@@ -280,24 +262,5 @@ fn recorded(
                 error,
             }))
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn an_object_that_was_not_seen_to_stop_is_put_elsewhere_before_it_is_struck() {
-        let (here, near, there) = (
-            Point::new(0.5, 0.1),
-            Point::new(0.51, 0.1),
-            Point::new(0.3, 0.0),
-        );
-        let mut stop = LastStop::Unseen;
-        assert!(stop.is_at(here), "it may have stopped there");
-        assert!(stop.is_at(near) && stop.is_at(here));
-        assert!(!stop.is_at(there));
-        assert!(!LastStop::None.is_at(here));
     }
 }

@@ -134,6 +134,9 @@ impl Lab {
     fn program(&self, name: &str, arguments: &[&str]) -> Program {
         let mut program = Program::new(self.bin.join(name));
         program.args(arguments).stdin(Stdio::null());
+        // Each emulated table is another one: where an object stopped on one is nothing to the next.
+        let state = std::path::absolute(&self.folder).unwrap_or_else(|_| self.folder.clone());
+        program.env("XDG_STATE_HOME", state);
         program
     }
 

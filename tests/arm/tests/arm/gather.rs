@@ -13,12 +13,16 @@ use rig::{Hidden, Truth};
 use strike::collect::{ArmStation, CollectError, CollectEvent, Collected, collect};
 use strike::xarm::XArm;
 use strike::{CommandPlanner, Live, RobotError, execute};
+use tempfile::TempDir;
 use values::{Command, Point, Rig};
 
 use crate::bench::{Maker, connect_to, in_time, rig, wait_for};
 
-/// An arm at a table, whose object a hand puts back or not, and the address of its camera.
-fn lab(rig: &Rig, puts_back: bool) -> (Emulator, String) {
+/// An arm at a table, the address of its camera, and the folder of what is kept by arm.
+type Lab = (Emulator, String, TempDir);
+
+/// A lab whose object a hand puts back or not.
+fn lab(rig: &Rig, puts_back: bool) -> Lab {
     let truth = Truth {
         hidden: Hidden::none(),
         ..Truth::demo(rig, 5)
@@ -27,12 +31,13 @@ fn lab(rig: &Rig, puts_back: bool) -> (Emulator, String) {
     let url = format!("ws://{}", camera.address);
     let table = Table::new(truth, Point::new(0.34, 0.02), puts_back).unwrap();
     let emulator = Maker::XArm.emulator(None);
-    (emulator.with_table(table, (camera, rig.camera.rate)), url)
+    let emulator = emulator.with_table(table, (camera, rig.camera.rate));
+    (emulator, url, tempfile::tempdir().unwrap())
 }
 
 /// Gathers strikes until `report` says that it is over.
 fn gather(
-    lab: &(Emulator, String),
+    lab: &Lab,
     rig: &Rig,
     folder: &Path,
     strikes: usize,
@@ -44,7 +49,7 @@ fn gather(
 /// The same by another clock of the day.
 fn gather_by(
     clock: fn() -> SystemTime,
-    (emulator, url): &(Emulator, String),
+    (emulator, url, memory): &Lab,
     rig: &Rig,
     folder: &Path,
     strikes: usize,
@@ -54,7 +59,7 @@ fn gather_by(
     let live = Live::connect(url, rig).unwrap();
     let pause = Duration::from_millis(500);
     let arm = connect_to::<XArm>(emulator, rig, interrupted.clone()).unwrap();
-    let mut station = ArmStation::new(arm, live, pause, interrupted.clone());
+    let mut station = ArmStation::new(arm, live, pause, interrupted.clone(), memory.path())?;
     let planner = CommandPlanner::nominal(rig).unwrap().by_clock(clock);
     let is_over = || interrupted.load(Ordering::Relaxed);
     collect(
@@ -182,6 +187,29 @@ fn a_folder_that_is_deleted_during_a_strike_does_not_forget_where_the_object_sto
         })
         .unwrap_err();
         assert!(waits_for_a_hand);
+        assert_eq!(strikes(), 1);
+    });
+}
+
+#[test]
+fn an_object_that_nobody_put_back_is_not_struck_by_a_call_that_gathers_elsewhere() {
+    in_time(|| {
+        let (rig, lab) = (rig(), lab(&rig(), false));
+        let strikes = || lab.0.table(|table| table.counts.0).unwrap();
+        // Each call has a new folder: no log says where the object stopped.
+        let gather_anew = |report: &mut dyn FnMut(CollectEvent) -> bool| {
+            let folder = tempfile::tempdir().unwrap();
+            gather(&lab, &rig, folder.path(), 1, report)
+        };
+        gather_anew(&mut |_| false).unwrap();
+        let mut waits_for_a_hand = false;
+        let ended = gather_anew(&mut |news| {
+            if let CollectEvent::Waiting(why) = news {
+                waits_for_a_hand |= why.contains("put it elsewhere");
+            }
+            waits_for_a_hand || strikes() > 1
+        });
+        assert!(waits_for_a_hand, "{ended:?}");
         assert_eq!(strikes(), 1);
     });
 }

@@ -78,6 +78,7 @@ pub struct Guarded<D: Arm> {
     name: String,
     ports: Ports,
     setup: Setup,
+    serial: String,
     limits: ArmLimits,
     driver: D,
     watch: Watch,
@@ -133,6 +134,7 @@ impl<D: Arm> Guarded<D> {
             name: name.into(),
             ports: *ports,
             setup,
+            serial: identity.serial,
             limits: identity.limits,
             driver,
             watch,
@@ -161,7 +163,12 @@ impl<D: Arm> Guarded<D> {
         self.driver.outlet().clone()
     }
 
-    fn not_ready(&self, why: impl Into<String>) -> RobotError {
+    /// The arm's serial number.
+    pub(crate) fn serial(&self) -> &str {
+        &self.serial
+    }
+
+    pub(crate) fn not_ready(&self, why: impl Into<String>) -> RobotError {
         not_ready(&self.name, why)
     }
 

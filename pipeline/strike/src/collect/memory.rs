@@ -1,0 +1,144 @@
+//! Where an arm's last strike left the object, kept by the arm's serial number and not by folder of logs: whichever call strikes next, and
+//! whatever became of the logs, an object that nobody put back is not struck.
+
+use std::path::{Path, PathBuf};
+use std::{env, fs, io};
+
+use values::Point;
+
+use super::error::CollectError;
+
+/// An object that was put back lies farther than this, in m, from where it stopped.
+const PUT_BACK: f64 = 0.02;
+
+/// Where the last strike left the object: there it must not be struck, for nobody has put it anywhere.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum LastStop {
+    /// It was not struck.
+    None,
+    /// There, in m.
+    At(Point),
+    /// It was not seen to stop: wherever it is seen at rest next, it may have stopped.
+    Unseen,
+}
+
+/// The last stop, and the file that holds it.
+#[derive(Debug)]
+pub(super) struct Memory {
+    path: PathBuf,
+    stop: LastStop,
+}
+
+/// The folder of what is kept by arm: `carom` in XDG_STATE_HOME, or in `.local/state` of the user's home. Errors where neither is set.
+pub fn memory_folder() -> Result<PathBuf, CollectError> {
+    let set = |name: &str| env::var_os(name).map(PathBuf::from);
+    let state = set("XDG_STATE_HOME").filter(|path| path.is_absolute());
+    state
+        .or_else(|| Some(set("HOME")?.join(".local/state")))
+        .map(|state| state.join("carom"))
+        .ok_or(CollectError::NoMemory)
+}
+
+impl Memory {
+    /// What is kept of an arm. A file that cannot be understood says that an object may lie where it stopped.
+    pub(super) fn open(folder: &Path, serial: &str) -> Result<Self, CollectError> {
+        let plain = |c: char| if c.is_ascii_alphanumeric() { c } else { '_' };
+        let name: String = serial.chars().map(plain).take(100).collect();
+        let path = folder.join(format!("stop_of_{name}"));
+        let stop = match fs::read_to_string(&path) {
+            Ok(text) => parse(&text).map_or(LastStop::Unseen, LastStop::At),
+            Err(error) if error.kind() == io::ErrorKind::NotFound => LastStop::None,
+            Err(error) if error.kind() == io::ErrorKind::InvalidData => LastStop::Unseen,
+            Err(error) => return Err(durable::Error::new("read", &path, error).into()),
+        };
+        Ok(Self { path, stop })
+    }
+
+    /// The last stop.
+    pub(super) fn stop(&self) -> LastStop {
+        self.stop
+    }
+
+    /// The file.
+    pub(super) fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Keeps a stop, on the disk too. Where that fails, the disk holds what it held.
+    pub(super) fn keep(&mut self, stop: LastStop) -> Result<(), durable::Error> {
+        self.stop = stop;
+        let text = match stop {
+            LastStop::None => {
+                return match fs::remove_file(&self.path) {
+                    Err(error) if error.kind() != io::ErrorKind::NotFound => {
+                        Err(durable::Error::new("remove", &self.path, error))
+                    }
+                    _ => Ok(()),
+                };
+            }
+            LastStop::At(at) => format!("{:.4} {:.4}\n", at.x, at.y),
+            LastStop::Unseen => "unseen\n".into(),
+        };
+        if let Some(folder) = self.path.parent() {
+            durable::create_dir(folder)?;
+        }
+        durable::write_bytes(&self.path, text.as_bytes())
+    }
+
+    /// Whether the object lies where its last strike left it, or may have.
+    pub(super) fn is_at(&mut self, place: Point) -> bool {
+        match self.stop {
+            LastStop::None => false,
+            LastStop::At(stop) => stop.distance(place) < PUT_BACK,
+            LastStop::Unseen => {
+                self.stop = LastStop::At(place);
+                true
+            }
+        }
+    }
+}
+
+fn parse(text: &str) -> Option<Point> {
+    let (x, y) = text.trim_end().split_once(' ')?;
+    let number = |text: &str| text.parse().ok().filter(|v: &f64| v.is_finite());
+    Some(Point::new(number(x)?, number(y)?))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_known_of_a_stop_outlives_the_program_and_is_an_arms_own() {
+        let folder = tempfile::tempdir().expect("folder");
+        let open = |serial: &str| Memory::open(folder.path(), serial).expect("opens");
+        assert_eq!(open("XI1").stop(), LastStop::None);
+        for stop in [
+            LastStop::Unseen,
+            LastStop::At(Point::new(0.5, -0.1)),
+            LastStop::None,
+        ] {
+            open("XI1").keep(stop).expect("keeps");
+            assert_eq!(open("XI1").stop(), stop);
+            assert_eq!(open("XI2").stop(), LastStop::None);
+        }
+        fs::write(open("XI1").path(), "0.5 nan").expect("writes");
+        assert_eq!(open("XI1").stop(), LastStop::Unseen);
+    }
+
+    #[test]
+    fn an_object_that_was_not_seen_to_stop_is_put_elsewhere_before_it_is_struck() {
+        let folder = tempfile::tempdir().expect("folder");
+        let (here, near, there) = (
+            Point::new(0.5, 0.1),
+            Point::new(0.51, 0.1),
+            Point::new(0.3, 0.0),
+        );
+        let mut memory = Memory::open(folder.path(), "XI1").expect("opens");
+        assert!(!memory.is_at(here));
+        memory.keep(LastStop::Unseen).expect("keeps");
+        assert!(memory.is_at(here), "it may have stopped there");
+        assert!(memory.is_at(near) && memory.is_at(here));
+        assert!(!memory.is_at(there));
+    }
+}
