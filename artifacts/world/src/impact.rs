@@ -15,6 +15,8 @@ pub struct Impact {
     pub restitution: f64,
     /// How the object is turned, in rad: 0 where a box's faces lie along the table's axes. Of a round one it counts for nothing.
     pub yaw: f64,
+    /// Logarithm of a factor on the world's friction between tip and object, over which a launch is interpolated.
+    pub tip_friction: f64,
 }
 
 impl Impact {
@@ -28,6 +30,7 @@ impl Impact {
         Self {
             command: delivered,
             tip_offset: effects.iter().map(|effect| effect.tip_offset()).sum(),
+            tip_friction: effects.iter().map(|effect| effect.tip_friction()).sum(),
             restitution: effects
                 .iter()
                 .map(|effect| effect.restitution_factor(delivered.speed, conditions))

@@ -266,6 +266,7 @@ impl Case<'_, '_> {
                 .then(|| notes::not_named(&self.names(), "too much of the gap is left beside"));
             let (left, all) = (&self.remaining.findings, &self.asked.findings);
             let cause = left.first().or(all.first()).map(words::finding);
+            let cause = cause.filter(|_| unexplained == Verdict::Unexplained);
             return Ok(unnamed(unexplained, cause, note));
         }
         let any_is = |of: fn(&EffectSpec) -> bool| {

@@ -48,6 +48,24 @@ pub(crate) fn fitted_world(
     for (name, place) in [("friction", FRICTION), ("restitution", RESTITUTION)] {
         world.parameters.insert(name.into(), estimate(place));
     }
+    if let Some(place) = model.tip_friction() {
+        let log = estimate(place);
+        // What the strikes say nothing of is left to its prior, and stays as it was.
+        let is_known = log
+            .high
+            .zip(log.low)
+            .is_some_and(|(high, low)| high - low < model.free[place].width);
+        if is_known {
+            let identified = world.value("tip_friction")?;
+            let tip_friction = |log: f64| identified * log.exp();
+            let bounds = (
+                log.low.map_or(0.0, tip_friction),
+                log.high.map_or(0.0, tip_friction),
+            );
+            let estimate = Estimate::with_interval(tip_friction(log.value), bounds.0, bounds.1);
+            world.parameters.insert("tip_friction".into(), estimate);
+        }
+    }
     for (place, part) in model.fitted_parts(&model.values).iter().enumerate() {
         let mut parameters: BTreeMap<String, Estimate> = part
             .parameters

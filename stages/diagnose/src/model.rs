@@ -11,7 +11,7 @@ use world::{
 
 use crate::{
     Thresholds,
-    wrong_sizes::{self, WrongSizes},
+    wrong_sizes::{self, TipFriction, WrongSizes},
 };
 
 /// One number that a fit may change.
@@ -37,6 +37,8 @@ pub(crate) const RESTITUTION: usize = 1;
 pub(crate) const CLOCK: usize = 2;
 /// Place of the share by which launch angles are off where sizes are wrong: every model of a box has it.
 const SIZES: usize = 3;
+/// And of the logarithm of a factor on the tip's friction, which a box that is struck aslant shows where the tip slips.
+const TIP_FRICTION: usize = 4;
 
 /// An effect in a model: some parameters free, the others fixed.
 #[derive(Clone, Debug, PartialEq)]
@@ -59,7 +61,7 @@ pub(crate) struct Part {
 pub(crate) struct Model {
     pub(crate) parts: Vec<Part>,
     pub(crate) free: Vec<FreeParameter>,
-    /// Friction, restitution, clock (s), for a box the share of its wrong sizes, then the free parameters of the parts in order.
+    /// Friction, restitution, clock (s), for a box the share of its wrong sizes and the tip's friction, then the free parameters of the parts in order.
     pub(crate) values: Vec<f64>,
 }
 
@@ -75,6 +77,10 @@ pub(crate) const PRIOR: f64 = 20.0;
 const EDGE: f64 = 1e-3;
 /// Steps of finite differences, as a share of a parameter's scale.
 const STEP: f64 = 0.05;
+/// Logarithm by which the tip's friction may differ from where it was identified, effects left out, and its prior's standard deviation.
+const TIP_FRICTIONS: (f64, f64) = (0.7, 0.3);
+/// Step of the differences by it.
+const STEP_OF_TIP_FRICTION: f64 = 0.02;
 /// Step of the differences by the share of wrong sizes.
 const STEP_OF_SHARE: f64 = 0.005;
 
@@ -121,6 +127,10 @@ impl Model {
             let share = base(STEP_OF_SHARE, -most, most, 0.0, scatter);
             model.free.push(share);
             model.values.push(0.0);
+            let (most, width) = TIP_FRICTIONS;
+            let friction = base(STEP_OF_TIP_FRICTION, -most, most, 0.0, width);
+            model.free.push(friction);
+            model.values.push(0.0);
         }
         model
     }
@@ -138,11 +148,16 @@ impl Model {
         (self.own() > SIZES).then_some(SIZES)
     }
 
-    /// Logarithm of the prior of that share, above that of none: the other priors move nothing that the data determine.
+    /// Place of the logarithm of the factor on the tip's friction; none for a round object, which is struck through its centre.
+    pub(crate) fn tip_friction(&self) -> Option<usize> {
+        self.sizes().map(|_| TIP_FRICTION)
+    }
+
+    /// Logarithm of the priors of these two, above those of none: the other priors move nothing that the data determine.
     pub(crate) fn log_prior(&self) -> f64 {
-        self.sizes().map_or(0.0, |place| {
-            -0.5 * (self.values[place] / self.free[place].width).powi(2)
-        })
+        let both = self.sizes().into_iter().chain(self.tip_friction());
+        both.map(|place| -0.5 * (self.values[place] / self.free[place].width).powi(2))
+            .sum()
     }
 
     /// The same with one effect more. A law of restitution needs one: below nothing, an object would leave slower than the tip that struck it,
@@ -251,8 +266,12 @@ impl Model {
             let share = values[place];
             Ok(Box::new(WrongSizes { share }) as Box<dyn Effect>)
         });
+        let tip_friction = self.tip_friction().map(|place| {
+            let log = values[place];
+            Ok(Box::new(TipFriction { log }) as Box<dyn Effect>)
+        });
         let effects = parts.iter().map(|part| effects::build(&added(part), rig));
-        effects.chain(sizes).collect()
+        effects.chain(sizes).chain(tip_friction).collect()
     }
 }
 

@@ -35,6 +35,22 @@ impl Effect for WrongSizes {
     }
 }
 
+/// Friction between tip and object that is not the identified one.
+pub(crate) struct TipFriction {
+    /// Logarithm of the factor.
+    pub(crate) log: f64,
+}
+
+impl Effect for TipFriction {
+    fn acts(&self) -> Acts {
+        Acts::Launch
+    }
+
+    fn tip_friction(&self) -> f64 {
+        self.log
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use world::{Impact, Simulator, World};

@@ -49,6 +49,11 @@ pub trait Effect: Send + Sync {
         0.0
     }
 
+    /// Logarithm of a factor on friction between tip and object.
+    fn tip_friction(&self) -> f64 {
+        0.0
+    }
+
     /// Factor on restitution at an impact speed in m/s.
     fn restitution_factor(&self, _impact_speed: f64, _conditions: &Conditions) -> f64 {
         1.0

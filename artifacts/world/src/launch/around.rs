@@ -5,10 +5,13 @@ use std::collections::BTreeMap;
 use values::{Command, Conditions, Rig, Shape};
 
 use super::Launch;
-use crate::{Impact, Simulator, Worker, World, WorldError};
+use crate::{Impact, Simulator, Worker, World, WorldError, release::Scaled};
 
 /// What is changed beside an impact, and by how much: relative speed, angle (rad), offset of the tip (m), restitution.
 const STEPS: [f64; 4] = [0.08, 0.04, 0.003, 0.1];
+/// Place of the tip's friction beside them, and by how much its logarithm is changed: none of it matters to a round object that is struck through its
+/// centre.
+const TIP_FRICTION: (usize, f64) = (STEPS.len(), 0.1);
 
 /// The launches around these strikes' commands in a world, its effects left out; `None` where the object does not leave the tip.
 pub fn launches<'s>(
@@ -38,7 +41,7 @@ pub fn launches_about(
         simulator.map(impacts, |worker, about| launch(worker, *about))
     };
     if rig.object.shape() == Shape::Box {
-        return Ok(all(impacts));
+        return beside_tip_friction(rig, world, impacts, all(impacts));
     }
     let rung = |impact: &Impact| (impact.command.speed.ln() / STEPS[0]).round() as i64;
     let rungs: BTreeMap<i64, Impact> = impacts
@@ -69,6 +72,33 @@ pub fn launches_about(
         .collect())
 }
 
+/// The launches with what another friction of the tip does to each.
+fn beside_tip_friction(
+    rig: &Rig,
+    world: &World,
+    impacts: &[Impact],
+    mut launches: Vec<Option<Launch>>,
+) -> Result<Vec<Option<Launch>>, WorldError> {
+    let (place, step) = TIP_FRICTION;
+    let friction = world.value("tip_friction")?;
+    let with = |change: f64| -> Result<Vec<Option<Scaled>>, WorldError> {
+        let other = world.clone().with("tip_friction", friction * change.exp());
+        let simulator = Simulator::new(rig, &other)?;
+        Ok(simulator.map(impacts, |worker, about| {
+            let release = worker.release(*about)?;
+            Some(release.scaled(about.command.speed))
+        }))
+    };
+    let (more, less) = (with(step)?, with(-step)?);
+    for (launch, (more, less)) in launches.iter_mut().zip(more.into_iter().zip(less)) {
+        *launch = launch.and_then(|mut launch| {
+            launch.bends(place, step, more?, less?);
+            Some(launch)
+        });
+    }
+    Ok(launches)
+}
+
 fn launch(worker: &mut Worker<'_>, about: Impact) -> Option<Launch> {
     let mut at = |away: [f64; 4]| {
         let speed = about.command.speed * (1.0 + away[0]);
@@ -78,27 +108,26 @@ fn launch(worker: &mut Worker<'_>, about: Impact) -> Option<Launch> {
                 command: Command { speed, angle },
                 tip_offset: about.tip_offset + away[2],
                 restitution: about.restitution + away[3],
-                yaw: about.yaw,
+                ..about
             })
             .map(|release| release.scaled(speed))
     };
     let base = at([0.0; 4])?;
-    let (mut slope, mut bend) = ([[0.0; 6]; 4], [[0.0; 6]; 4]);
+    let mut launch = Launch {
+        about: Impact {
+            tip_friction: 0.0,
+            ..about
+        },
+        base,
+        slope: [[0.0; 6]; 5],
+        bend: [[0.0; 6]; 5],
+    };
     for (direction, step) in STEPS.iter().enumerate() {
         let mut away = [0.0; 4];
         away[direction] = *step;
         let after = at(away)?;
         away[direction] = -step;
-        let before = at(away)?;
-        for i in 0..base.len() {
-            slope[direction][i] = (after[i] - before[i]) / (2.0 * step);
-            bend[direction][i] = (after[i] + before[i] - 2.0 * base[i]) / (2.0 * step * step);
-        }
+        launch.bends(direction, *step, after, at(away)?);
     }
-    Some(Launch {
-        about,
-        base,
-        slope,
-        bend,
-    })
+    Some(launch)
 }

@@ -8,16 +8,25 @@ pub use around::{launches, launches_about};
 
 mod around;
 
-/// One strike's release around its command: a parabola in each of four directions.
+/// One strike's release around its command: a parabola in each of five directions.
 #[derive(Clone, Copy, Debug)]
 pub struct Launch {
     about: Impact,
     base: Scaled,
-    slope: [Scaled; 4],
-    bend: [Scaled; 4],
+    slope: [Scaled; 5],
+    bend: [Scaled; 5],
 }
 
 impl Launch {
+    /// The parabola in one direction, through what is a step after and before.
+    fn bends(&mut self, direction: usize, step: f64, after: Scaled, before: Scaled) {
+        for i in 0..self.base.len() {
+            self.slope[direction][i] = (after[i] - before[i]) / (2.0 * step);
+            self.bend[direction][i] =
+                (after[i] + before[i] - 2.0 * self.base[i]) / (2.0 * step * step);
+        }
+    }
+
     /// The release of this strike for an impact near its command.
     pub fn release(&self, impact: &Impact) -> Release {
         let away = [
@@ -26,6 +35,7 @@ impl Launch {
             impact.command.angle - self.about.command.angle - (impact.yaw - self.about.yaw),
             impact.tip_offset - self.about.tip_offset,
             impact.restitution - self.about.restitution,
+            impact.tip_friction - self.about.tip_friction,
         ];
         let mut state = self.base;
         for ((away, slope), bend) in away.iter().zip(&self.slope).zip(&self.bend) {

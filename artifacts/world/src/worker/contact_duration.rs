@@ -28,6 +28,7 @@ impl Worker<'_> {
             tip_offset: 0.0,
             restitution,
             yaw: 0.0,
+            tip_friction: 0.0,
         };
         let motion = self.place(Point::default(), impact, ContactDuration::default())?;
         let release = self.released(motion, 0.0)?;

@@ -29,6 +29,9 @@ pub(super) struct Covariates {
     speed: Option<DVector<f64>>,
     angle: Option<DVector<f64>>,
     start: [Option<DVector<f64>>; 2],
+    /// Of the start, seen from the arm's base: in rad, in m.
+    bearing: DVector<f64>,
+    reach: DVector<f64>,
     pause: Option<DVector<f64>>,
     /// The command before, and on which side of it a command lies.
     before: Vec<DVector<f64>>,
@@ -50,6 +53,12 @@ impl Covariates {
         let speed = of(&|s| s.command.speed);
         let angle = of(&|s| s.command.angle);
         let start = [of(&|s| s.initial.x), of(&|s| s.initial.y)];
+        let base = prepared.rig.robot.base.unwrap_or_default();
+        let from_base = |s: &Strike| s.initial - base;
+        let (bearing, reach) = (
+            of(&|s| from_base(s).bearing()),
+            of(&|s| from_base(s).norm()),
+        );
         let spread = [deviation(&start[0]), deviation(&start[1])];
         let pause = DVector::from_iterator(
             strikes.len(),
@@ -69,6 +78,8 @@ impl Covariates {
             angle: scaled(angle, VARIES),
             start: start.map(|values| scaled(values, BEYOND_ERROR * resting)),
             pause: scaled(pause, 0.1),
+            bearing,
+            reach,
             before,
             spread,
             strikes: strikes.len(),
@@ -104,6 +115,11 @@ impl Covariates {
         let linear: Vec<DVector<f64>> = start.iter().flatten().cloned().collect();
         add("start", linear);
         add("start", quadratic);
+        // A joint's gears wave over where it stands.
+        if let [Some(_), Some(_)] = start {
+            add("start", waves(&self.bearing));
+            add("start", waves(&self.reach));
+        }
         let all = [&self.speed, &self.angle, x, y];
         add("command", products(all.into_iter().flatten()));
         add("pause", self.pause.iter().cloned().collect());
