@@ -88,19 +88,19 @@ impl World {
         })
     }
 
-    #[pyo3(signature = (start, speed, angle, session = String::new(), order = 0.0))]
+    #[pyo3(signature = (start, speed, angle, session = "", order = 0.0))]
     fn simulate(
         &self,
         py: Python<'_>,
         start: (f64, f64),
         speed: f64,
         angle: f64,
-        session: String,
+        session: &str,
         order: f64,
     ) -> PyResult<Strike> {
         let (start, command) = (self.start(start)?, command(speed, angle)?);
         let conditions = Conditions {
-            session,
+            session: session.to_owned(),
             order,
             ..Conditions::default()
         };
