@@ -1,6 +1,6 @@
 # Everything that carom needs beside rustup's stable Rust, Python 3 with pip and a C compiler is set up here,
 # under .native/. A second run of any target does nothing that is done.
-.PHONY: build install report run test lint tracked blind kuka first-day curve bench pages fuzz arm loop living soak setup clean
+.PHONY: build install report run test lint wheel dist programs tracked blind kuka first-day curve bench pages fuzz arm loop living soak setup clean
 .DEFAULT_GOAL := build
 
 DEMO := artifacts/demo
@@ -24,6 +24,42 @@ install: build
 	install -m 644 .native/lib/libmujoco.so.3.17.0 "$(DESTDIR)$(PREFIX)/lib/carom"
 	ln -sf ../lib/carom/carom ../lib/carom/strike "$(DESTDIR)$(PREFIX)/bin"
 	$(BIN)/carom manual --out "$(DESTDIR)$(PREFIX)/share/man/man1"
+
+# What is shipped, in dist/: small, for this machine's architecture and glibc 2.31 and later (Ubuntu 20.04, JetPack 5), linked by zig. It
+# compiles everything a second time: half an hour on two cores.
+TARGET := $(shell uname -m)-unknown-linux-gnu
+GLIBC := 2.31
+SHIPPED := artifacts/runs/dist
+TOOLS := $(SHIPPED)/tools
+WITH_TOOLS = PATH="$(CURDIR)/$(TOOLS)/bin:$$PATH"
+$(TOOLS)/done: pipeline/dist/requirements.txt
+	python3 -m venv $(TOOLS)
+	$(TOOLS)/bin/python -m pip install --quiet --disable-pip-version-check --requirement $<
+	touch $@
+# The package is compiled with carom: both have the same dependencies. `strike` has neither the embedded rig nor SQLite.
+ZIGBUILD = $(WITH_TOOLS) cargo zigbuild --locked --profile dist --target $(TARGET).$(GLIBC)
+programs: setup $(TOOLS)/done
+	$(ZIGBUILD) --package carom --package carom-python --features carom-python/extension
+	$(ZIGBUILD) --package strike --no-default-features
+	$(TOOLS)/bin/python pipeline/dist/notices.py > $(SHIPPED)/NOTICES
+
+# An archive of both programs, MuJoCo's library, completions, manual pages and notices; tried in an empty folder with an empty PATH.
+dist: programs
+	python3 pipeline/dist/archive.py target/$(TARGET)/dist .native/lib/libmujoco.so.3.17.0 $(SHIPPED)/NOTICES $(TARGET) dist
+
+# The Python package with both programs inside, installed into an empty environment; its tests and its notebook run there with an empty
+# PATH. The notebook with its pictures is left in $(SHIPPED).
+wheel: programs
+	install -D target/$(TARGET)/dist/strike pipeline/python/carom/bin/strike
+	install -m 644 $(SHIPPED)/NOTICES pipeline/python/carom
+	rm -rf dist/*.whl $(SHIPPED)/empty
+	cd pipeline/python && $(WITH_TOOLS) CARGO="$(CURDIR)/pipeline/dist/cargo.sh" CAROM_TARGET=$(TARGET) CAROM_GLIBC=$(GLIBC) \
+		maturin build --locked --target $(TARGET) --compatibility manylinux_$(subst .,_,$(GLIBC)) --out $(CURDIR)/dist
+	python3 pipeline/dist/wheel.py dist
+	python3 -m venv $(SHIPPED)/empty
+	$(SHIPPED)/empty/bin/python -m pip install --quiet --disable-pip-version-check dist/*.whl --requirement pipeline/python/tests/requirements.txt
+	cd $(SHIPPED)/empty && env -i PATH= HOME="$(CURDIR)/$(SHIPPED)/empty" CAROM_NOTEBOOK="$(CURDIR)/$(SHIPPED)" \
+		bin/python -m pytest -q -p no:cacheprovider "$(CURDIR)/pipeline/python/tests"
 
 # 500 demo strikes, the whole pipeline, and one strike at a target with what came of it.
 run: build

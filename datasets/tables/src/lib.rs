@@ -20,4 +20,4 @@ pub use layout::SCHEMA_VERSION;
 pub use rejects::{read_rejects, write_rejects};
 pub use residuals::{read_residuals, write_residuals};
 pub use solutions::{SolutionRow, read_solutions, write_solutions};
-pub use strikes::{read_strikes, stream_strikes, write_strikes};
+pub use strikes::{read_strikes, stream_strikes, strikes_as_arrow, tracks_as_arrow, write_strikes};

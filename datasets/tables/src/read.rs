@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use arrow::array::types::{Float64Type, UInt32Type};
 use arrow::array::{Array, AsArray, RecordBatch, StringArray};
-use arrow::datatypes::Schema;
+use arrow::datatypes::{Schema, SchemaRef};
 use parquet::arrow::arrow_reader::{ParquetRecordBatchReader, ParquetRecordBatchReaderBuilder};
 use parquet::errors::ParquetError;
 use parquet::file::metadata::{ColumnChunkMetaData, RowGroupMetaData};
@@ -83,6 +83,15 @@ pub(crate) fn read<const N: usize>(dir: &Path, table: &Table<N>) -> Result<Batch
         is_damaged: false,
         row: 0,
     })
+}
+
+/// All batches of a table, with its schema.
+pub(crate) fn read_whole<const N: usize>(
+    dir: &Path,
+    table: &Table<N>,
+) -> Result<(SchemaRef, Vec<RecordBatch>), TableError> {
+    let batches = read(dir, table)?.map(|batch| Ok::<_, TableError>(batch?.batch));
+    Ok((table.shared_schema(), batches.collect::<Result<_, _>>()?))
 }
 
 /// What the library does not foresee of a damaged file is an error of that file, not of the program.

@@ -4,11 +4,13 @@ use std::borrow::Borrow;
 use std::collections::HashMap;
 use std::path::Path;
 
+use arrow::array::RecordBatch;
+use arrow::datatypes::SchemaRef;
 use values::{Command, Conditions, Delivered, End, Point, Split, Strike, Track, Yaw};
 
 use crate::TableError;
 use crate::layout::{Table, count, real, text};
-use crate::read::{Batch, read};
+use crate::read::{Batch, read, read_whole};
 use crate::write::{Cell, write_with};
 
 /// The columns of the public interface, `order`, and what else is known of a strike where the arm's state or the object's yaw was
@@ -125,6 +127,16 @@ fn cells(strike: &Strike) -> [Cell<'_>; 24] {
         Cell::real_or_null(strike.conditions.moving.map(|moving| moving.x)),
         Cell::real_or_null(strike.conditions.moving.map(|moving| moving.y)),
     ]
+}
+
+/// `strikes.parquet` as it lies there, checked to be that table.
+pub fn strikes_as_arrow(dir: &Path) -> Result<(SchemaRef, Vec<RecordBatch>), TableError> {
+    read_whole(dir, &STRIKES)
+}
+
+/// `tracks.parquet` as it lies there, checked to be that table.
+pub fn tracks_as_arrow(dir: &Path) -> Result<(SchemaRef, Vec<RecordBatch>), TableError> {
+    read_whole(dir, &TRACKS)
 }
 
 /// Reads both tables and joins them: each strike with its track, in the order written.
