@@ -1,4 +1,5 @@
-//! Where the tip may go: the disc that it sweeps along a path, against the table, the base, the reach and the obstacles.
+//! Where the tip may go: the disc that it sweeps along a path, against the table, the base, the reach and the obstacles. And where the object may
+//! slide: beside the obstacles.
 
 use values::{Interval, Obstacle, Point, Rig};
 
@@ -106,23 +107,63 @@ fn segment(rig: &Rig, line: &str, a: Point, b: Point) -> Result<(), BrokenLimit>
         ));
     }
     for (number, obstacle) in robot.obstacles.iter().enumerate() {
-        let gap = match *obstacle {
-            Obstacle::Disc { centre, radius } => to_segment(centre, a, b) - radius,
-            Obstacle::Box { x, y } => box_to_segment(x, y, a, b),
-        };
+        let gap = beside(*obstacle, a, b);
         if gap < radius + MARGIN {
             return Err((
                 Reason::Obstacle,
                 format!(
-                    "{line} the tip, of radius {radius} m, meets obstacle {} of robot.obstacles ({obstacle:?}): its centre comes \
+                    "{line} the tip, of radius {radius} m, meets obstacle {} of robot.obstacles ({}): its centre comes \
                      within {:.4} m, and {MARGIN} m beside the tip are kept for what the arm may be off its line",
                     number + 1,
+                    described(*obstacle),
                     gap.max(0.0)
                 ),
             ));
         }
     }
     Ok(())
+}
+
+/// An object may slide from here to there (m), whatever way it is turned.
+pub(crate) fn object(rig: &Rig, from: Point, to: Point) -> Result<(), BrokenLimit> {
+    let half_width = rig.object.solid.reach();
+    for (number, obstacle) in rig.robot.obstacles.iter().enumerate() {
+        let gap = beside(*obstacle, from, to);
+        if gap < half_width {
+            return Err((
+                Reason::Obstacle,
+                format!(
+                    "on its way from {} to {} the object, {half_width:.4} m from its centre to its edge at the most, meets obstacle {} of \
+                     robot.obstacles ({}): its centre comes within {:.4} m; lay it elsewhere, or take another target",
+                    place(from),
+                    place(to),
+                    number + 1,
+                    described(*obstacle),
+                    gap.max(0.0)
+                ),
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// Distance in m from an obstacle to the line between two points; 0 or less where the line enters it.
+fn beside(obstacle: Obstacle, a: Point, b: Point) -> f64 {
+    match obstacle {
+        Obstacle::Disc { centre, radius } => to_segment(centre, a, b) - radius,
+        Obstacle::Box { x, y } => box_to_segment(x, y, a, b),
+    }
+}
+
+fn described(obstacle: Obstacle) -> String {
+    match obstacle {
+        Obstacle::Disc { centre, radius } => {
+            format!("a disc of radius {radius} m about {}", place(centre))
+        }
+        Obstacle::Box { x, y } => {
+            format!("a box, x in {} and y in {} m", range(x), range(y))
+        }
+    }
 }
 
 /// Distance in m from a point to the line between two.
@@ -218,6 +259,35 @@ mod tests {
         assert_eq!(check(reach, [0.4, 0.0], [0.55, 0.0]), None);
         assert_eq!(check(reach, [0.4, 0.0], [0.7, 0.0]), Some(Reason::Reach));
         assert_eq!(check(reach, [0.25, -0.4], [0.25, 0.4]), Some(Reason::Reach));
+    }
+
+    #[test]
+    fn an_object_slides_beside_obstacles_alone() {
+        let mut rig = Rig::demo(Shape::Cylinder);
+        let (from, to) = (Point::new(0.3, 0.0), Point::new(0.7, 0.0));
+        let reach = rig.object.solid.reach();
+        for (gap, is_met) in [(reach - 1e-3, true), (reach + 1e-3, false)] {
+            for obstacle in [
+                Obstacle::Disc {
+                    centre: Point::new(0.5, 0.05 + gap),
+                    radius: 0.05,
+                },
+                Obstacle::Box {
+                    x: Interval {
+                        low: 0.65,
+                        high: 0.9,
+                    },
+                    y: Interval {
+                        low: gap,
+                        high: 0.3,
+                    },
+                },
+            ] {
+                rig.robot.obstacles = vec![obstacle];
+                let met = object(&rig, from, to);
+                assert_eq!(met.is_err(), is_met, "{obstacle:?}: {met:?}");
+            }
+        }
     }
 
     #[test]

@@ -242,6 +242,7 @@ impl Plan {
         };
         limits::command(&self.rig, self.command(), simulated)?;
         limits::points(&self.rig, self.from, self.to)?;
+        clearance::object(&self.rig, self.from, self.to)?;
         clearance::path(&self.rig, &[("start", self.start), ("stop", self.stop)])
     }
 
