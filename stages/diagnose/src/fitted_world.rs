@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use world::{AddedEffect, Estimate, Scatter, World};
+use world::{AddedEffect, Estimate, Scatter, World, parameter};
 
 use crate::{
     DiagnoseError,
@@ -57,7 +57,8 @@ pub(crate) fn fitted_world(
             .is_some_and(|(high, low)| high - low < model.free[place].width);
         if is_known {
             let identified = world.value("tip_friction")?;
-            let tip_friction = |log: f64| identified * log.exp();
+            let most = parameter("tip_friction")?.high;
+            let tip_friction = |log: f64| (identified * log.exp()).min(most);
             let bounds = (
                 log.low.map_or(0.0, tip_friction),
                 log.high.map_or(0.0, tip_friction),

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use values::{Command, Conditions, Rig, Shape};
 
 use super::Launch;
-use crate::{Impact, Simulator, Worker, World, WorldError, release::Scaled};
+use crate::{Impact, Simulator, Worker, World, WorldError, parameter, release::Scaled};
 
 /// What is changed beside an impact, and by how much: relative speed, angle (rad), offset of the tip (m), restitution.
 const STEPS: [f64; 4] = [0.08, 0.04, 0.003, 0.1];
@@ -81,6 +81,10 @@ fn beside_tip_friction(
 ) -> Result<Vec<Option<Launch>>, WorldError> {
     let (place, step) = TIP_FRICTION;
     let friction = world.value("tip_friction")?;
+    // A tip that holds so well slips nowhere.
+    if friction * step.exp() > parameter("tip_friction")?.high {
+        return Ok(launches);
+    }
     let with = |change: f64| -> Result<Vec<Option<Scaled>>, WorldError> {
         let other = world.clone().with("tip_friction", friction * change.exp());
         let simulator = Simulator::new(rig, &other)?;
