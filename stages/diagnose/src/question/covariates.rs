@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 use values::{Command, Point, Strike};
 
-use super::{Before, projection::Basis, table::Row};
+use super::{projection::Basis, table::Row};
 use crate::strikes::PreparedStrikes;
 
 /// A covariate takes part where it varies by more than so many standard errors of its measurement.
@@ -15,6 +15,15 @@ const VARIES: f64 = 2e-3;
 const SHARED: f64 = 0.25;
 /// Waves over a command, by its rank.
 const WAVES: usize = 10;
+
+/// What came before a strike.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Before {
+    /// How long no strike was made, in s.
+    pub(crate) pause: f64,
+    /// The command of the strike before in the same log, where there is one.
+    pub(crate) command: Option<Command>,
+}
 
 /// A set of functions that a column is asked about together.
 #[derive(Clone, Debug)]

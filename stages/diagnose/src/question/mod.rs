@@ -21,6 +21,7 @@ mod ways;
 mod weighed;
 
 pub(crate) use components::Components;
+pub(crate) use covariates::Before;
 pub(crate) use families::{PERMUTED, REAL};
 pub(crate) use order::Form;
 pub(crate) use table::Column;
@@ -57,15 +58,6 @@ const NEEDS: [Column; 4] = [
 const FAMILIES: f64 = 3.0;
 /// Squared correlation with the order above which commands run with it: then what depends on them is not taken off.
 const RUNS_WITH_ORDER: f64 = 0.5;
-
-/// What came before a strike.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Before {
-    /// How long no strike was made, in s.
-    pub(crate) pause: f64,
-    /// The command of the strike before in the same log, where there is one.
-    pub(crate) command: Option<Command>,
-}
 
 /// What a finding is about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
