@@ -76,11 +76,14 @@ pub(crate) fn scan(
     fitted: &Fitted,
     all: &[&Strike],
 ) -> Result<(World, u64), WorldError> {
+    let mut best = fitted.world.clone();
+    let others = others(rig, &fitted.world, all);
+    if others.is_empty() {
+        return Ok((best, 0));
+    }
     let strikes = some(all);
     let lab = StrikeSimulator::mujoco(rig, &strikes);
-    let others = others(rig, &fitted.world, all);
     let simulations = (strikes.len() * (others.len() + 1)) as u64;
-    let mut best = fitted.world.clone();
     let mut least = rms(rig, fitted, all)? * (1.0 - BETTER);
     for trial in others {
         let left = lab.simulate(&trial, fitted.launch)?.rms(&strikes);
