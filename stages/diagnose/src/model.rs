@@ -79,8 +79,8 @@ const EDGE: f64 = 1e-3;
 const STEP: f64 = 0.05;
 /// Logarithm by which the tip's friction may differ from where it was identified, effects left out, and its prior's standard deviation.
 const TIP_FRICTIONS: (f64, f64) = (0.7, 0.3);
-/// Step of the differences by it.
-const STEP_OF_TIP_FRICTION: f64 = 0.02;
+/// Step of the differences by it: where a tip begins to slip, a launch bends much.
+const STEP_OF_TIP_FRICTION: f64 = 0.001;
 /// Step of the differences by the share of wrong sizes.
 const STEP_OF_SHARE: f64 = 0.005;
 

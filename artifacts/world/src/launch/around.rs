@@ -97,8 +97,6 @@ fn beside_tip_friction(
     for (launch, (more, less)) in launches.iter_mut().zip(more.into_iter().zip(less)) {
         *launch = launch.and_then(|mut launch| {
             launch.bends(place, step, more?, less?);
-            // Where a tip begins to slip there is an edge, and no parabola.
-            launch.bend[place] = [0.0; 6];
             Some(launch)
         });
     }
