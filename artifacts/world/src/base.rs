@@ -53,6 +53,11 @@ impl Base {
         }
     }
 
+    /// Mean distance of its elements from the centre in m, times the world's torsional friction.
+    pub fn arm(&self) -> f64 {
+        self.arm
+    }
+
     /// Of μ times the weight: force over the speed v, and torque over w and the arm, both in s/m; w is the spin times the
     /// arm. Both speeds are given as their squares, in m²/s².
     #[inline]

@@ -209,7 +209,11 @@ impl Case<'_, '_> {
         } else {
             refitted
         };
-        let floor = question::variation(prepared, fitted);
+        let answer = match self.selection.effects.is_empty() {
+            true => &self.asked,
+            false => &self.remaining,
+        };
+        let floor = question::variation(prepared, fitted, answer);
         let gap_to =
             |after: &[Option<Point>]| gap::gap(&part(&before, true), &part(after, true), floor);
         let unnamed = |verdict, cause, note| Conclusion {

@@ -24,6 +24,7 @@ mod great_wander;
 mod heldout;
 mod input;
 mod linearisation;
+mod load_shift;
 mod maps;
 mod mixed;
 mod model;

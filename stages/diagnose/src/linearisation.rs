@@ -223,6 +223,7 @@ impl<'w, 'a> Worlds<'w, 'a> {
         let source = |place: usize| match (&model.free[place].of, place) {
             (_, CLOCK) => Source::Clock,
             (None, model::FRICTION) => Source::Even,
+            (None, model::LOAD_SHIFT) => Source::Slide,
             (None, _) => Source::Launch,
             (Some((part, _)), _) => match effects.here[*part].acts() {
                 Acts::Launch => Source::Launch,

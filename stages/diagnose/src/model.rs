@@ -4,13 +4,14 @@ use std::collections::BTreeMap;
 
 use values::Rig;
 use world::{
-    AddedEffect, Estimate, ParameterSpec, WorldError,
+    AddedEffect, Base, Estimate, ParameterSpec, WorldError,
     effects::{self, Effect, EffectParameter},
     parameter,
 };
 
 use crate::{
     Thresholds,
+    load_shift::LoadShift,
     wrong_sizes::{self, TipFriction, WrongSizes},
 };
 
@@ -39,6 +40,8 @@ pub(crate) const CLOCK: usize = 2;
 const SIZES: usize = 3;
 /// And of the logarithm of a factor on the tip's friction, which a box that is struck aslant shows where the tip slips.
 const TIP_FRICTION: usize = 4;
+/// And of the part of the load that shifts to its front as it brakes.
+pub(crate) const LOAD_SHIFT: usize = 5;
 
 /// An effect in a model: some parameters free, the others fixed.
 #[derive(Clone, Debug, PartialEq)]
@@ -61,7 +64,7 @@ pub(crate) struct Part {
 pub(crate) struct Model {
     pub(crate) parts: Vec<Part>,
     pub(crate) free: Vec<FreeParameter>,
-    /// Friction, restitution, clock (s), for a box the share of its wrong sizes and the tip's friction, then the free parameters of the parts in order.
+    /// Friction, restitution, clock (s), for a box the share of its wrong sizes, the tip's friction and the part of its load that shifts, then the free parameters of the parts in order.
     pub(crate) values: Vec<f64>,
 }
 
@@ -81,6 +84,10 @@ const STEP: f64 = 0.05;
 const TIP_FRICTIONS: (f64, f64) = (0.7, 0.3);
 /// Step of the differences by it: where a tip begins to slip, a launch bends much.
 const STEP_OF_TIP_FRICTION: f64 = 0.001;
+/// Greatest part of a box's load that may shift (less than none by as much), and its prior's standard deviation.
+const LOAD_SHIFTS: (f64, f64) = (2.0, 1.0);
+/// Step of the differences by it.
+const STEP_OF_LOAD_SHIFT: f64 = 0.1;
 /// Step of the differences by the share of wrong sizes.
 const STEP_OF_SHARE: f64 = 0.005;
 
@@ -131,6 +138,10 @@ impl Model {
             let friction = base(STEP_OF_TIP_FRICTION, -most, most, 0.0, width);
             model.free.push(friction);
             model.values.push(0.0);
+            let (most, width) = LOAD_SHIFTS;
+            let shift = base(STEP_OF_LOAD_SHIFT, -most, most, 0.0, width);
+            model.free.push(shift);
+            model.values.push(0.0);
         }
         model
     }
@@ -153,10 +164,16 @@ impl Model {
         self.sizes().map(|_| TIP_FRICTION)
     }
 
-    /// Logarithm of the priors of these two, above those of none: the other priors move nothing that the data determine.
+    /// Place of the part of the load that shifts; none for a round object, which hardly turns.
+    fn load_shift(&self) -> Option<usize> {
+        self.sizes().map(|_| LOAD_SHIFT)
+    }
+
+    /// Logarithm of the priors of these three, above those of none: the other priors move nothing that the data determine.
     pub(crate) fn log_prior(&self) -> f64 {
-        let both = self.sizes().into_iter().chain(self.tip_friction());
-        both.map(|place| -0.5 * (self.values[place] / self.free[place].width).powi(2))
+        let sizes = self.sizes().into_iter();
+        let all = sizes.chain(self.tip_friction()).chain(self.load_shift());
+        all.map(|place| -0.5 * (self.values[place] / self.free[place].width).powi(2))
             .sum()
     }
 
@@ -270,8 +287,19 @@ impl Model {
             let log = values[place];
             Ok(Box::new(TipFriction { log }) as Box<dyn Effect>)
         });
+        let load_shift = self.load_shift().map(|place| {
+            Ok(Box::new(LoadShift {
+                part: values[place],
+                height: rig.object.solid.half_height(),
+                arm: Base::of(&rig.object).arm(),
+            }) as Box<dyn Effect>)
+        });
         let effects = parts.iter().map(|part| effects::build(&added(part), rig));
-        effects.chain(sizes).chain(tip_friction).collect()
+        effects
+            .chain(sizes)
+            .chain(tip_friction)
+            .chain(load_shift)
+            .collect()
     }
 }
 

@@ -14,6 +14,8 @@ pub struct Slide<'a> {
     pub position: Point,
     /// Velocity in m/s.
     pub velocity: Point,
+    /// Turning in rad/s, to the left.
+    pub spin: f64,
     /// Deceleration by dry friction alone, in m/s²: μ·g of the world without effects for [`Effect::friction_factor`], and
     /// that times the factors of all effects for [`Effect::acceleration`].
     pub dry: f64,

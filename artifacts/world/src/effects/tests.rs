@@ -295,6 +295,7 @@ fn each_acts_where_it_says_and_nowhere_else() {
             let slide = Slide {
                 position,
                 velocity: Point::new(2.0 * position.x, position.y),
+                spin: 0.0,
                 dry: DRY,
                 conditions: &conditions,
             };

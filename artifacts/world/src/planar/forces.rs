@@ -49,6 +49,7 @@ impl<'s> Forces<'s> {
         let mut slide = Slide {
             position: Point::default(),
             velocity: Point::default(),
+            spin: 0.0,
             dry,
             conditions,
         };
@@ -77,6 +78,7 @@ impl<'s> Forces<'s> {
         let mut slide = Slide {
             position: body.position,
             velocity: body.velocity,
+            spin: body.spin,
             dry: self.dry,
             conditions: self.conditions,
         };

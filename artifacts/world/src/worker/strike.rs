@@ -93,6 +93,7 @@ impl Worker<'_> {
             let slide = Slide {
                 position: position + velocity * (0.5 * timestep),
                 velocity: velocity + acceleration * (0.5 * timestep),
+                spin: self.engine.spin(),
                 dry: weight,
                 conditions,
             };

@@ -31,13 +31,14 @@ pub(crate) struct Components {
     pub(crate) sessions: f64,
 }
 
-/// Of a column, clipped and as it is, with the variance of its measurement, covariates (of mean 0 and standard deviation 1), each strike's session, and which
-/// strikes repeat a command.
+/// Of a column, clipped and as it is, with the variance of its measurement, covariates (of mean 0 and standard deviation 1), what was found to depend on
+/// the order of strikes otherwise than a wander, each strike's session, and which strikes repeat a command.
 pub(super) fn components(
     values: &DVector<f64>,
     raw: &DVector<f64>,
     error: f64,
     covariates: &[DVector<f64>],
+    by_order: &[DVector<f64>],
     sessions: &[usize],
     commands: &[usize],
 ) -> Components {
@@ -52,6 +53,8 @@ pub(super) fn components(
     parts.push(together(covariates));
     let wander = parts.len();
     parts.push(walk(&order));
+    let found = parts.len();
+    parts.push(by_order.to_vec());
     let count = sessions.iter().max().map_or(1, |last| last + 1);
     let is_in = |s: usize| DVector::from_fn(n, |i, _| f64::from(sessions[i] == s));
     if count > 1 {
@@ -78,7 +81,7 @@ pub(super) fn components(
     let mut tau = vec![0.1 * whole; parts.len()];
     let mut sigma = 0.5 * whole;
     let mut freedom = n as f64 - 1.0;
-    let mut smooth = DVector::zeros(n);
+    let (mut smooth, mut by_order) = (DVector::zeros(n), DVector::zeros(n));
     for _ in 0..ITERATIONS {
         let mut information = &gram / sigma;
         for (k, c) in of.iter().enumerate() {
@@ -90,6 +93,7 @@ pub(super) fn components(
         let spread = factor.inverse();
         let heights = &spread * &seen / sigma;
         smooth = &z * &heights;
+        by_order = &z * DVector::from_fn(of.len(), |k, _| heights[k] * f64::from(of[k] == found));
         let left = &y - &smooth;
         let taken = (&gram * &spread).trace() / sigma;
         freedom = (n as f64 - 1.0 - taken).max(1.0);
@@ -105,17 +109,18 @@ pub(super) fn components(
         sigma = (left.norm_squared() / freedom).max(1e-12 * whole);
     }
     // What lies far out is no smooth part, but repeats do scatter so.
-    let left = mean.off(raw.clone()) - smooth;
+    let raw = mean.off(raw.clone());
+    let left = &raw - smooth;
     let most = (FAR * FAR * sigma).sqrt();
     let sigma = left.map(|v| v.clamp(-most, most)).norm_squared() / freedom;
-    let (variance, freedom) = repeated(raw, commands).unwrap_or((sigma, freedom));
+    let (variance, freedom) = repeated(&(raw - by_order), commands).unwrap_or((sigma, freedom));
     let scatter = (variance - error * error).max(0.0).sqrt();
     let half = (1.96 / (2.0 * freedom).sqrt()).exp();
     Components {
         repeats: (scatter, scatter / half, scatter * half),
         wander: (tau[wander] * rms(&parts[wander])).sqrt(),
         sessions: if count > 1 {
-            tau[wander + 1].sqrt()
+            tau[found + 1].sqrt()
         } else {
             0.0
         },
@@ -206,7 +211,7 @@ mod tests {
                 at + 4.0 * speed[i].sin() + scatter[i]
             });
             let commands: Vec<usize> = (0..n).collect();
-            let found = components(&values, &values, 0.0, &[speed], &vec![0; n], &commands);
+            let found = components(&values, &values, 0.0, &[speed], &[], &vec![0; n], &commands);
             repeats.push(found.repeats.0);
             wander.push(found.wander);
         }
@@ -224,7 +229,7 @@ mod tests {
             10.0 * (i % 4) as f64 + normal
         });
         let commands: Vec<usize> = (0..100).map(|i| i % 4).collect();
-        let found = components(&values, &values, 0.0, &[], &[0; 100], &commands);
+        let found = components(&values, &values, 0.0, &[], &[], &[0; 100], &commands);
         assert!((0.8..1.2).contains(&found.repeats.0), "{found:?}");
         assert!(found.repeats.1 < 1.0 && 1.0 < found.repeats.2, "{found:?}");
     }

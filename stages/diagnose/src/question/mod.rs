@@ -29,7 +29,7 @@ pub(crate) use table::Column;
 use std::f64::consts::FRAC_1_SQRT_2;
 
 use nalgebra::DVector;
-use values::Command;
+use values::{Command, Point, Strike};
 
 use self::{
     covariates::Covariates,
@@ -96,6 +96,8 @@ pub(crate) struct Answer {
     pub(crate) findings: Vec<Finding>,
     /// What repeats of these commands scatter by at rest, in m.
     pub(crate) floor: f64,
+    /// Functions of the strikes that hold what was found in a column to depend on the order.
+    by_order: Vec<(Column, Vec<DVector<f64>>)>,
 }
 
 /// How stops vary for no reason that a command could foretell, root mean square in m.
@@ -151,10 +153,14 @@ pub(crate) fn ask(
     Asking::new(prepared, fitted, before, seed).answer()
 }
 
-/// How the stops of these strikes vary about a fitted model.
-pub(crate) fn variation(prepared: &PreparedStrikes<'_>, fitted: &Fitted) -> Variation {
+/// How the stops of these strikes vary about a fitted model, of which this was answered.
+pub(crate) fn variation(
+    prepared: &PreparedStrikes<'_>,
+    fitted: &Fitted,
+    answer: &Answer,
+) -> Variation {
     let before = vec![Before::default(); prepared.strikes.len()];
-    Asking::new(prepared, fitted, &before, 0).variation()
+    Asking::new(prepared, fitted, &before, 0).variation(&answer.by_order)
 }
 
 /// Whether commands were repeated so often that what repeats scatter by is measured; otherwise it is what no smooth part takes.
@@ -183,17 +189,31 @@ pub(crate) fn sessions(prepared: &PreparedStrikes<'_>) -> Vec<usize> {
     each.collect()
 }
 
-/// Numbers of the commands, by their first strikes: repeats differ by less than `SAME` (m/s, rad).
+/// Where in the order each strike is, from the first (0) to the last (1).
+fn places(prepared: &PreparedStrikes<'_>) -> DVector<f64> {
+    let order = |strike: &&Strike| strike.conditions.order;
+    let strikes = prepared.strikes.iter();
+    let first = strikes.clone().map(order).fold(f64::INFINITY, f64::min);
+    let last = strikes.clone().map(order).fold(first, f64::max);
+    let each = strikes.map(|strike| (order(&strike) - first + 0.5) / (last - first + 1.0));
+    DVector::from_iterator(prepared.strikes.len(), each)
+}
+
+/// Numbers of the commands, by their first strikes: repeats differ by less than `SAME` (m/s, rad), and were put down within `NEAR` (m).
 fn commands(prepared: &PreparedStrikes<'_>) -> Vec<usize> {
     const SAME: f64 = 1e-3;
-    let mut seen: Vec<Command> = Vec::new();
+    const NEAR: f64 = 0.01;
+    let mut seen: Vec<(Command, Point)> = Vec::new();
     let each = prepared.strikes.iter().map(|strike| {
-        let own = strike.command;
-        let is_same = |other: &Command| {
-            (other.speed - own.speed).abs() < SAME && (other.angle - own.angle).abs() < SAME
+        let (own, start) = (strike.command, strike.initial);
+        let is_same = |(other, from): &(Command, Point)| {
+            let is_near = from.distance(start) < NEAR;
+            is_near
+                && (other.speed - own.speed).abs() < SAME
+                && (other.angle - own.angle).abs() < SAME
         };
         seen.iter().position(is_same).unwrap_or_else(|| {
-            seen.push(own);
+            seen.push((own, start));
             seen.len() - 1
         })
     });
@@ -213,6 +233,8 @@ struct Asking {
     rows: Vec<Row>,
     covariates: Covariates,
     sessions: Vec<usize>,
+    /// Where in the order each strike is, 0 to 1: strikes that take no part count.
+    place: DVector<f64>,
     shuffles: Shuffles,
     wander: Wander,
     /// Where each is expected to slide.
@@ -231,6 +253,7 @@ impl Asking {
         Self {
             covariates: Covariates::new(prepared, resting, before),
             sessions: sessions(prepared),
+            place: places(prepared),
             shuffles: Shuffles::new(rows.len(), seed),
             wander: Wander::new(rows.len()),
             ways: ways::commanded(&prepared.strikes, &rows),
@@ -241,11 +264,12 @@ impl Asking {
         }
     }
 
-    fn variation(&self) -> Variation {
-        let (stop, heading) = (
-            self.components(Column::Stop),
-            self.components(Column::Heading),
-        );
+    fn variation(&self, by_order: &[(Column, Vec<DVector<f64>>)]) -> Variation {
+        let of = |column| {
+            let found = by_order.iter().find(|(of, _)| *of == column);
+            self.components(column, found.map_or(&[], |(_, functions)| functions))
+        };
+        let (stop, heading) = (of(Column::Stop), of(Column::Heading));
         let slide = self.moves(What::Column(Column::Stop));
         let of = |part: fn(&Components) -> f64| slide * part(&stop).hypot(part(&heading));
         Variation {
@@ -273,6 +297,7 @@ impl Asking {
         findings.extend(self.found(&levels));
         let mut ordered = self.found(&order);
         let mut forms = Vec::new();
+        let mut by_order = Vec::new();
         ordered.retain_mut(|finding| {
             let What::Column(column) = finding.what else {
                 return true;
@@ -281,8 +306,12 @@ impl Asking {
             let form = match known {
                 Some((_, form)) => *form,
                 None => {
-                    let at = self.in_order(column);
-                    let form = at.map(|at| at.1.form(&self.wander, self.seed));
+                    let found = self.in_order(column);
+                    let found = found.map(|(_, at)| at.form(&self.wander, self.seed));
+                    let form = found.map(|(form, functions)| {
+                        by_order.push((column, functions));
+                        form
+                    });
                     forms.push((column, form));
                     form
                 }
@@ -301,7 +330,7 @@ impl Asking {
             .filter(|found| found.is_beside_smooth())
             .map(|found| found.size);
         let unseen = unseen.fold(0.0, f64::max);
-        let repeats = self.variation().repeats;
+        let repeats = self.variation(&by_order).repeats;
         let floor = (repeats * repeats - unseen * unseen)
             .max(LEAST_FLOOR * repeats * repeats)
             .sqrt();
@@ -314,7 +343,11 @@ impl Asking {
             !is_of_all || finding.size > floor
         });
         findings.sort_by(|a, b| b.size.total_cmp(&a.size));
-        Answer { floor, findings }
+        Answer {
+            floor,
+            findings,
+            by_order,
+        }
     }
 
     /// What is no chance in a family.
@@ -396,7 +429,7 @@ impl Asking {
         }
     }
 
-    fn components(&self, of: Column) -> Components {
+    fn components(&self, of: Column, by_order: &[DVector<f64>]) -> Components {
         let column = self.weighed(of, true);
         let (raw, errors) = column_of(&self.rows, of);
         let error = (errors.norm_squared() / errors.len().max(1) as f64).sqrt();
@@ -406,6 +439,7 @@ impl Asking {
             &raw,
             error,
             &self.covariates.linear(),
+            by_order,
             &self.sessions,
             &self.commands,
         )
@@ -544,9 +578,8 @@ impl Asking {
     fn in_order(&self, of: Column) -> Option<(f64, InOrder)> {
         let column = self.weighed(of, true);
         let n = self.rows.len();
-        let place = DVector::from_fn(n, |i, _| (i as f64 + 0.5) / n as f64);
         let mean = Basis::new([DVector::repeat(n, 1.0)]);
-        let slow = mean.beside(covariates::cosines(&place, 3));
+        let slow = mean.beside(covariates::cosines(&self.place, 3));
         let runs = self.covariates.linear().into_iter().any(|command| {
             let command = mean.off(command);
             let shared: f64 = slow.iter().map(|q| q.dot(&command).powi(2)).sum();
@@ -568,6 +601,7 @@ impl Asking {
                 values,
                 weights: column.weights,
                 beside,
+                place: self.place.clone(),
                 sessions: self.sessions.clone(),
             },
         ))

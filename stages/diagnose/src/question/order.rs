@@ -12,6 +12,7 @@ use super::{
     families::{REAL, Shuffles, Statistic},
     projection::{Basis, explained},
     wander::{self, Wander},
+    ways::most_explained,
 };
 
 /// Cosines over the order.
@@ -78,16 +79,13 @@ pub(super) struct InOrder {
     pub(super) weights: DVector<f64>,
     /// What was taken off.
     pub(super) beside: Basis,
+    /// Where in the order each strike is, 0 to 1: strikes that take no part count.
+    pub(super) place: DVector<f64>,
     /// Which session each strike is of.
     pub(super) sessions: Vec<usize>,
 }
 
 impl InOrder {
-    fn place(&self) -> DVector<f64> {
-        let n = self.values.len();
-        DVector::from_fn(n, |i, _| (i as f64 + 0.5) / n as f64)
-    }
-
     fn of_sessions(&self) -> Vec<DVector<f64>> {
         let count = self.sessions.iter().max().map_or(0, |last| last + 1);
         let is_in =
@@ -110,7 +108,7 @@ impl InOrder {
         }
         let mut asked = vec![(
             "order",
-            explained(&self.beside(cosines(&self.place(), COSINES)), &all),
+            explained(&self.beside(cosines(&self.place, COSINES)), &all),
         )];
         let sessions = self.of_sessions();
         if !sessions.is_empty() {
@@ -121,7 +119,21 @@ impl InOrder {
         asked.push(("order", columns(&all).map(best).collect()));
         let alike = |c: &[f64]| c.windows(2).map(|pair| (pair[0] + pair[1]).powi(2)).sum();
         asked.push(("order", columns(&all).map(alike).collect()));
+        let turns = self.turns().map(|turns| self.turning(turns));
+        let waved = most_explained(turns, &self.beside, &all);
+        asked.extend(waved.map(|waved| ("order", waved)));
         asked
+    }
+
+    /// Cycles over the order that are tried.
+    fn turns(&self) -> impl Iterator<Item = f64> {
+        let most = MOST_TURNS.min(0.25 * self.values.len() as f64);
+        let next = |turns: &f64| Some(turns + if *turns < SLOW { 0.125 } else { 0.5 });
+        std::iter::successors(Some(1.0), next).take_while(move |turns| *turns <= most)
+    }
+
+    fn turning(&self, turns: f64) -> [DVector<f64>; 2] {
+        [f64::cos, f64::sin].map(|of| self.place.map(|t| of(TAU * turns * t)))
     }
 
     fn steps(&self) -> Steps {
@@ -141,14 +153,16 @@ impl InOrder {
     /// The form: a wander, unless the column differs from wanders that are drawn with its own likeliest ratio. It may differ in how much
     /// better another form describes it, in how much likelier a smooth change is, or in the largest of its innovations (what a Kalman filter of
     /// that wander does not foresee): a wander makes no step.
-    pub(super) fn form(&self, wander: &Wander, seed: u64) -> Form {
+    ///
+    /// With it, functions of the strikes that hold what is of this form; none of a wander.
+    pub(super) fn form(&self, wander: &Wander, seed: u64) -> (Form, Vec<DVector<f64>>) {
         let (forms, steps) = (self.forms(), self.steps());
         let n = self.values.len();
         let beside = wander.beside(&self.beside.0);
         let smooth = wander.smooth();
         let smooth = smooth.beside(&self.beside.0);
         let values = (n as f64).ln();
-        // Bayes' information criterion of each other form.
+        // Bayes' information criterion of each other form, in the order of `forms`, and of the best step.
         let all = |column: &DVector<f64>| -> Vec<(Form, f64)> {
             let whole = column.norm_squared();
             let criterion = |taken: f64, count: f64| {
@@ -190,17 +204,31 @@ impl InOrder {
             compared(&drawn, &all(&drawn)).1
         }));
         if share_as_far(&rows) >= REAL {
-            return Form::Wander;
+            return (Form::Wander, Vec::new());
         }
         let best = least(&own, &|_| true);
         let named = least(&own, &|form| !form.has_no_name());
-        match if named.1 - best.1 < EXCLUDED {
-            named.0
-        } else {
-            best.0
-        } {
-            Form::Step(k) if self.is_inside(k, &steps) => Form::StepInSession(k),
-            form => form,
+        let (form, criterion) = match named.1 - best.1 < EXCLUDED {
+            true => named,
+            false => best,
+        };
+        match form {
+            Form::Step(k) => {
+                let before = DVector::from_fn(n, |i, _| f64::from(i < k));
+                let form = match self.is_inside(k, &steps) {
+                    true => Form::StepInSession(k),
+                    false => form,
+                };
+                (form, vec![before])
+            }
+            form => {
+                let chosen = own.iter().position(|other| *other == (form, criterion));
+                let functions = chosen.and_then(|k| forms.get(k)).map(|(_, functions, _)| {
+                    let functions = functions.iter();
+                    functions.map(|f| f.component_div(&self.weights)).collect()
+                });
+                (form, functions.unwrap_or_default())
+            }
         }
     }
 
@@ -215,18 +243,15 @@ impl InOrder {
 
     /// The other forms but a step, each with the functions that it takes and how many values it has.
     fn forms(&self) -> Vec<(Form, Vec<DVector<f64>>, f64)> {
-        let place = self.place();
+        let place = &self.place;
         let mut forms = vec![(Form::Drift, self.beside(vec![place.clone()]), 1.0)];
         for length in [0.06, 0.125, 0.25, 0.5] {
             let worn = place.map(|t| 1.0 - (-t / length).exp());
             forms.push((Form::Wear, self.beside(vec![worn]), 2.0));
         }
-        let mut turns = 1.0;
-        while turns <= MOST_TURNS.min(0.25 * self.values.len() as f64) {
-            let wave = |of: fn(f64) -> f64| place.map(|t| of(TAU * turns * t));
-            let cycle = vec![wave(f64::cos), wave(f64::sin)];
+        for turns in self.turns() {
+            let cycle = self.turning(turns).into();
             forms.push((Form::Cycle, self.beside(cycle), 3.0));
-            turns += if turns < SLOW { 0.125 } else { 0.5 };
         }
         let every = (self.values.len() / BEGINNINGS).max(1);
         for k in (SIDE..self.values.len() - SIDE).step_by(every) {
@@ -348,9 +373,10 @@ mod tests {
                 .off(wander.drawn(ratio, &independent) + DVector::from_fn(n, |i, _| hidden(i))),
             weights: DVector::repeat(n, 1.0),
             beside,
+            place: DVector::from_fn(n, |i, _| (i as f64 + 0.5) / n as f64),
             sessions: (0..n).map(|i| i / session).collect(),
         };
-        column.form(&wander, seed)
+        column.form(&wander, seed).0
     }
 
     #[test]
