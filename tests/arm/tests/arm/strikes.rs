@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 use arm::{Emulator, Event, Fault, Listening, Model, Step};
 use strike::arm::{Arm, LineRequest};
 use strike::ur::Ur;
-use strike::xarm::XArm;
+use strike::xarm::{Register, XArm, request};
 use strike::{CommandPlanner, Guarded, Look, RobotError, execute};
 use values::{Command, Point};
 
@@ -190,6 +190,29 @@ fn who_stops_an_arm_that_waits_for_the_next_strike_or_moves_it_is_in_charge() {
         twice::<Ur>(Maker::Ur, Fault::OperatorStop, "no program runs");
         twice::<Ur>(Maker::Ur, Fault::OtherLine, "was moved");
         twice::<Ur>(Maker::Ur, Fault::FreeDrive, "free drive");
+    });
+}
+
+#[test]
+fn motors_that_were_off_between_two_strikes_end_it_though_they_are_on_again() {
+    in_time(|| {
+        let plan = plan(&Maker::XArm.rig(), TO);
+        let emulator = Maker::XArm.emulator(None);
+        let mut arm = connect_to::<XArm>(&emulator, plan.rig(), Arc::default()).unwrap();
+        execute(&mut arm, &plan).unwrap();
+        let lines = lines(&emulator);
+        // Another client: the state that it leaves is as before.
+        let mut other = TcpStream::connect(emulator.ports[0]).unwrap();
+        for on in [0, 1] {
+            let frame = request(1, Register::MotionEnable, &[8, on]);
+            other.write_all(&frame).unwrap();
+            thread::sleep(Duration::from_secs(1));
+        }
+        let error = execute(&mut arm, &plan).unwrap_err();
+        assert!(matches!(error, RobotError::NotReady { .. }), "{error}");
+        let text = error.to_string();
+        assert!(text.contains("motors were switched off"), "{text}");
+        assert_eq!(self::lines(&emulator), lines);
     });
 }
 
