@@ -12,11 +12,11 @@ use ingest::{Ingest, ingest_log};
 use rig::{Hidden, Truth};
 use strike::collect::{ArmStation, CollectError, CollectEvent, Collected, collect};
 use strike::xarm::XArm;
-use strike::{CommandPlanner, Live, RobotError, execute};
+use strike::{CommandPlanner, Live, Memory, RobotError, execute, strike_and_keep};
 use tempfile::TempDir;
 use values::{Command, Point, Rig};
 
-use crate::bench::{Maker, connect_to, in_time, rig, wait_for};
+use crate::bench::{self, Maker, connect_to, in_time, rig, wait_for};
 
 /// An arm at a table, the address of its camera, and the folder of what is kept by arm.
 type Lab = (Emulator, String, TempDir);
@@ -204,6 +204,32 @@ fn an_object_that_nobody_put_back_is_not_struck_by_a_call_that_gathers_elsewhere
         gather_anew(&mut |_| false).unwrap();
         let mut waits_for_a_hand = false;
         let ended = gather_anew(&mut |news| {
+            if let CollectEvent::Waiting(why) = news {
+                waits_for_a_hand |= why.contains("put it elsewhere");
+            }
+            waits_for_a_hand || strikes() > 1
+        });
+        assert!(waits_for_a_hand, "{ended:?}");
+        assert_eq!(strikes(), 1);
+    });
+}
+
+#[test]
+fn an_object_that_strike_has_struck_is_not_gathered_from_until_it_was_put_elsewhere() {
+    in_time(|| {
+        let (rig, lab, folder) = (rig(), lab(&rig(), false), tempfile::tempdir().unwrap());
+        let strikes = || lab.0.table(|table| table.counts.0).unwrap();
+        let plan = bench::plan(&rig, Point::new(0.62, 0.0));
+        lab.0.table(|table| table.put(plan.from));
+        let mut arm = connect_to::<XArm>(&lab.0, &rig, Arc::default()).unwrap();
+        let mut memory = Memory::open(lab.2.path(), arm.serial()).unwrap();
+        let never = AtomicBool::new(false);
+        // Without a camera.
+        let (outcome, seen) = strike_and_keep(&mut arm, &plan, None, &mut memory, &never);
+        assert!(outcome.is_ok() && seen.is_none(), "{outcome:?}");
+        drop(arm);
+        let mut waits_for_a_hand = false;
+        let ended = gather(&lab, &rig, folder.path(), 1, &mut |news| {
             if let CollectEvent::Waiting(why) = news {
                 waits_for_a_hand |= why.contains("put it elsewhere");
             }

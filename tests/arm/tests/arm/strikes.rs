@@ -30,12 +30,8 @@ fn registers(emulator: &Emulator) -> Vec<u8> {
     events.filter_map(register).collect()
 }
 
-/// The speed (m/s) that an xArm delivers at the impact where it is commanded this one; none where the plan is refused.
-pub fn delivered(speed: f64) -> Option<f64> {
-    delivered_by(Maker::XArm, speed)
-}
-
-fn delivered_by(maker: Maker, speed: f64) -> Option<f64> {
+/// The speed (m/s) that a maker's arm delivers at the impact where it is commanded this one; none where the plan is refused.
+pub fn delivered(maker: Maker, speed: f64) -> Option<f64> {
     // A table on which the object may slide far: it is the arm that is looked at.
     let mut rig = maker.rig();
     rig.table.x.high = 3.0;
@@ -59,12 +55,29 @@ fn from_the_least_to_the_greatest_speed_it_is_delivered_and_told_within_a_thousa
             .into_iter()
             .flat_map(|maker| SPEEDS.map(|speed| (maker, speed)))
         {
-            let delivered = delivered_by(maker, speed).unwrap();
+            let delivered = delivered(maker, speed).unwrap();
             println!("{maker:?}: commanded {speed:.2} m/s, delivered {delivered:.4} m/s");
             assert!(
                 (delivered / speed - 1.0).abs() < 1e-3,
                 "{maker:?}: {delivered} of {speed}"
             );
+        }
+    });
+}
+
+#[test]
+fn half_a_turn_to_the_left_is_half_a_turn_to_the_right() {
+    in_time(|| {
+        for maker in [Maker::XArm, Maker::Ur] {
+            let mut pose = model().pose;
+            pose[3] = -pose[3];
+            let turned = Model {
+                pose,
+                ..maker.model()
+            };
+            let emulator = maker.listening(turned, None);
+            let outcome = maker.strike(&emulator, &plan(&maker.rig(), TO));
+            assert!(matches!(outcome, Ok(Some(_))), "{maker:?}: {outcome:?}");
         }
     });
 }
@@ -601,7 +614,7 @@ fn a_rig_file_that_lacks_what_an_arm_needs_is_reported_before_a_connection() {
 
 /// Strikes, and stops in the middle of the strike's line by what is done from another thread.
 fn stopped_by(
-    stop: impl FnOnce(&Guarded<XArm>, &AtomicBool) -> Box<dyn FnOnce() + Send>,
+    stop: impl FnOnce(&Guarded<XArm>, &Arc<AtomicBool>) -> Box<dyn FnOnce() + Send>,
     said: &str,
 ) {
     let rig = rig();
@@ -660,20 +673,12 @@ fn a_stop_handle_stops_it_while_it_strikes() {
 #[test]
 fn a_signal_stops_it_while_it_strikes() {
     in_time(|| {
-        let flag: Arc<AtomicBool> = Arc::default();
-        let rig = rig();
-        let plan = plan(&rig, TO);
-        let emulator = Emulator::start(Listening::Free, model(), None).unwrap();
-        let mut arm = connect_to::<XArm>(&emulator, plan.rig(), flag.clone()).unwrap();
-        let outcome = thread::scope(|scope| {
-            scope.spawn(|| {
-                wait_for(|| emulator.pose()[2] <= 30.0);
-                flag.store(true, Ordering::Relaxed);
-            });
-            execute(&mut arm, &plan)
-        });
-        let error = outcome.unwrap_err().to_string();
-        assert!(error.contains("signal"), "{error}");
-        assert_eq!(emulator.state(), 4);
+        stopped_by(
+            |_, interrupted| {
+                let interrupted = interrupted.clone();
+                Box::new(move || interrupted.store(true, Ordering::Relaxed))
+            },
+            "signal",
+        );
     });
 }

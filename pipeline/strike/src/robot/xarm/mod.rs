@@ -17,7 +17,7 @@ pub use wire::{Register, line_payload, request};
 
 use super::arm::{
     Arm, CONNECT, Condition, Identity, LineRequest, Outlet, Ports, Pose, Report, Reports, Said,
-    Status, Turn, listen,
+    Status, Turn, listen, shown,
 };
 
 /// mm in a metre.
@@ -244,9 +244,9 @@ fn wrong((error, warning): (u8, u8), settings: &wire::Settings) -> Vec<String> {
         [x, y, z].iter().any(|v| v.abs() > far) || turns.iter().any(|v| v.abs() > turned);
     if is_shifted || settings.world_offset.iter().any(|v| !v.is_finite()) {
         wrong.push(format!(
-            "the controller shifts its frame by the world offset {:?} (mm, rad); set it to zero by the arm's own program, and state where \
+            "the controller shifts its frame by the world offset {} (mm, rad); set it to zero by the arm's own program, and state where \
              the base stands in the rig file: robot.base, base_yaw, base_height",
-            settings.world_offset
+            shown(&settings.world_offset)
         ));
     }
     let (upright, tilted) = UPRIGHT;
