@@ -180,7 +180,7 @@ arm: build $(XARM)/done
 	$(XARM)/bin/python tests/peers/collect.py ur $(BIN)/arm-emulator $(BIN)/carom artifacts/runs/arm/collect_ur
 	ARM_PAGE=$(CURDIR)/tests/ARM.md cargo test --workspace --locked --test arm -- --nocapture --test-threads 1
 
-# The paper's script on the emulated arms of both makers: collect 100 strikes, run, publish signed, strike 60 targets; half an hour each,
+# The paper's script on the emulated arms of both makers: collect 100 strikes, run, publish signed, strike 200 targets; three quarters of an hour each,
 # for an arm moves as fast as one. It goes on where it was ended; the pages are those that are committed. The same ports as above are taken, and 8765.
 loop: build
 	$(BIN)/arm-loop xarm artifacts/runs/loop $(BIN) tests/LOOP.md

@@ -31,7 +31,7 @@ base.Port.write = recording_write
 
 def main():
     emulator, fixtures, *rest = sys.argv[1:]
-    process = subprocess.Popen([emulator, ADDRESS], stdout=subprocess.PIPE, text=True)
+    process = subprocess.Popen([emulator, "xarm", ADDRESS], stdout=subprocess.PIPE, text=True)
     try:
         process.stdout.readline()
         calls, bytes_of = drive()

@@ -110,7 +110,7 @@ def main():
         )
 
     def listen():
-        arm = subprocess.Popen([emulator] + ["ur"] * (maker == "ur") + [HOST, folder / "demo/truth.json"], stdout=subprocess.PIPE, text=True)
+        arm = subprocess.Popen([emulator, maker, HOST, folder / "demo/truth.json"], stdout=subprocess.PIPE, text=True)
         assert "listens" in arm.stdout.readline()
         return arm
 
@@ -126,6 +126,14 @@ def main():
         assert full.returncode == 1 and "room" in full.stderr, full
         refused = subprocess.run(unsigned + ["--strikes", "1"], capture_output=True, text=True)
         assert refused.returncode == 4 and "key" in refused.stderr, refused
+        # Where nobody reads standard error, nobody would be told to step back.
+        unread, deaf = os.pipe()
+        os.close(unread)
+        unheard = subprocess.run(command + ["--strikes", "1"], stdout=subprocess.DEVNULL, stderr=deaf)
+        os.close(deaf)
+        assert unheard.returncode == 4 and not list(logs.glob("*.mcap")), unheard
+        assert reports.speed == 0.0
+        print("standard error without a reader: nothing moves, exit code 4")
         first = start(14)
         time.sleep(1.5)
         second = subprocess.run([folder / "other" if part == logs else part for part in command] + ["--strikes", "1"], capture_output=True, text=True)
@@ -141,11 +149,21 @@ def main():
                 time.sleep(0.001)
             stopped = time.time() - begun
             _, printed = program.communicate(timeout=30)
-            assert "step back" in printed, printed
+            # With --quiet, too.
+            assert "put the object near" in printed and "step back" in printed, printed
             assert program.returncode == 1, (program.returncode, printed)
             assert "signal" in printed, printed
             assert reports.speed == 0.0
             print(f"{name.name} in the middle of a strike: stopped {stopped * 1e3:.0f} ms after it, exit code 1")
+        # The reader of standard error is gone in the middle of a strike, which is ended and kept; none follows.
+        before = len(list(logs.glob("*.mcap")))
+        program = reports.wait_for_strike(start)
+        program.stderr.close()
+        program.stdout.close()
+        code = program.wait(timeout=60)
+        assert code in (1, 4) and reports.speed == 0.0, code
+        assert len(list(logs.glob("*.mcap"))) == before + 1
+        print(f"the reader of standard error gone in the middle of a strike: it is kept, no other follows, exit code {code}")
         # Arm and camera die together: what a person must do is said before anything is waited for.
         program = reports.wait_for_strike(start)
         arm.kill()

@@ -1,36 +1,55 @@
 //! A file that is opened before its name is decided, and that never takes another file's place.
 
-use std::fs::{self, File, OpenOptions};
+use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, BufWriter, ErrorKind, Read, Seek, Write};
 use std::path::{Path, PathBuf};
 
-use crate::write::{Output, sync_dir};
+use rustix::fs::{FallocateFlags, fallocate};
+use rustix::io::{Errno, retry_on_intr};
+
+use crate::write::{Output, is_partial};
 use crate::{Error, faults};
 
 /// Names that are tried for the file aside before the folder is given up.
 const TRIES: u32 = 1_000;
 
-/// A file written aside in its folder, under the name `.NAME.N.partial`. Dropped without a name, it is removed.
+/// A file written aside in its folder, under the name `.NAME.N.partial`. Dropped without a name, it is removed; where the program is killed,
+/// the next one that is created there removes it.
 #[derive(Debug)]
 pub struct Aside {
     path: PathBuf,
     file: Option<File>,
+    /// Once it is filled: locked until it is named.
+    filled: Option<File>,
+    /// Open from the start: naming a file takes no other one.
+    folder: File,
 }
 
 impl Aside {
     /// Creates a file aside in a folder, which is made where there is none. Errors where it cannot be written to.
     pub fn create(folder: &Path, name: &str) -> Result<Self, Error> {
         crate::create_dir(folder)?;
+        sweep_abandoned(folder, name);
+        let held = File::open(folder).map_err(|error| Error::new("open", folder, error))?;
         let mut last = io::Error::from(ErrorKind::AlreadyExists);
         for number in 0..TRIES {
             let process = std::process::id();
             let path = folder.join(format!(".{name}.{process}_{number}.partial"));
             let create = || OpenOptions::new().write(true).create_new(true).open(&path);
             match faults::step().and_then(|()| create()) {
-                Ok(file) => {
-                    let file = Some(file);
-                    return Ok(Self { path, file });
+                // Another one may have swept it before it was locked; a disk without locks sweeps nothing.
+                Ok(file)
+                    if !matches!(file.try_lock(), Err(TryLockError::WouldBlock))
+                        && path.exists() =>
+                {
+                    return Ok(Self {
+                        path,
+                        file: Some(file),
+                        filled: None,
+                        folder: held,
+                    });
                 }
+                Ok(_) => {}
                 Err(error) if error.kind() == ErrorKind::AlreadyExists => last = error,
                 Err(error) => return Err(Error::new("create a file in", folder, error)),
             }
@@ -38,19 +57,31 @@ impl Aside {
         Err(Error::new("create a file in", folder, last))
     }
 
-    /// Writes so many zeros into the file that is to be filled, so that the disk has the room for it then. Errors where it has none.
+    /// Takes so many bytes of the disk for the file that is to be filled. Errors where it has none.
     pub fn reserve(&mut self, bytes: u64) -> Result<(), Error> {
-        let path = &self.path;
-        let Some(file) = &mut self.file else {
+        let allocate = |file: &File| fallocate(file, FallocateFlags::empty(), 0, bytes);
+        self.reserve_by(bytes, allocate)
+    }
+
+    /// By what the file system has for it, and by zeros that are written where it has nothing.
+    fn reserve_by(
+        &mut self,
+        bytes: u64,
+        allocate: impl Fn(&File) -> rustix::io::Result<()>,
+    ) -> Result<(), Error> {
+        let Some(file) = self.file.as_mut().filter(|_| bytes > 0) else {
             return Ok(());
         };
-        let mut zeros = |bytes: u64| -> io::Result<()> {
-            io::copy(&mut io::repeat(0).take(bytes), file)?;
-            file.rewind()
+        let mut take = || match retry_on_intr(|| allocate(file)) {
+            Err(Errno::OPNOTSUPP | Errno::NOSYS) => {
+                io::copy(&mut io::repeat(0).take(bytes), file)?;
+                file.rewind()
+            }
+            taken => Ok(taken?),
         };
         faults::step()
-            .and_then(|()| zeros(bytes))
-            .map_err(|source| Error::new("reserve room in", path, source))
+            .and_then(|()| take())
+            .map_err(|source| Error::new("reserve room in", &self.path, source))
     }
 
     /// Fills the file and syncs it. It can be filled once.
@@ -71,9 +102,11 @@ impl Aside {
         // Without its buffer, whose drop would write again.
         let (output, _) = file.into_parts();
         let file = output.finish().map_err(failed("write"))?;
-        Ok(faults::step()
+        faults::step()
             .and_then(|()| file.sync_all())
-            .map_err(failed("sync"))?)
+            .map_err(failed("sync"))?;
+        self.filled = Some(file);
+        Ok(())
     }
 
     /// Gives the file its name, in the same folder, and syncs the folder. False where a file of that name is there, which is
@@ -99,7 +132,9 @@ impl Aside {
             }
             Err(error) => return Err(failed(error)),
         }
-        path.parent().map_or(Ok(()), sync_dir)?;
+        faults::step()
+            .and_then(|()| self.folder.sync_all())
+            .map_err(|source| Error::new("sync the folder of", path, source))?;
         Ok(true)
     }
 }
@@ -109,6 +144,24 @@ impl Drop for Aside {
         if !faults::dead() {
             // Gone already where it was renamed; else a name of its own remains, or it is not wanted.
             let _ = fs::remove_file(&self.path);
+        }
+    }
+}
+
+/// Removes files aside of that name that no program holds any more. What cannot be removed stays.
+fn sweep_abandoned(folder: &Path, name: &str) {
+    let begins = format!(".{name}.");
+    for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
+        let (path, named) = (entry.path(), entry.file_name());
+        let is_named = named.as_encoded_bytes().starts_with(begins.as_bytes());
+        let is_file = entry.file_type().is_ok_and(|kind| kind.is_file());
+        if is_file && is_named && is_partial(&path) {
+            // The lock is held until it is removed: whoever creates one meanwhile sees that.
+            if let Ok(file) = File::open(&path)
+                && file.try_lock().is_ok()
+            {
+                let _ = fs::remove_file(&path);
+            }
         }
     }
 }
@@ -128,20 +181,50 @@ mod tests {
 
     #[test]
     fn what_was_reserved_and_is_not_used_is_given_back() {
+        // Of a file system that takes room, and of one that has nothing for it.
+        for has_it in [true, false] {
+            let dir = tempfile::tempdir().expect("folder");
+            let mut aside = Aside::create(dir.path(), "value").expect("creates");
+            match has_it {
+                true => aside.reserve(3 << 20),
+                false => aside.reserve_by(3 << 20, |_| Err(Errno::OPNOTSUPP)),
+            }
+            .expect("reserves");
+            let held = fs::metadata(&aside.path).expect("there");
+            assert!(std::os::unix::fs::MetadataExt::blocks(&held) * 512 >= 3 << 20);
+            aside
+                .fill(|file| {
+                    file.write_all(b"short")
+                        .map_err(|error| Error::new("write", dir.path(), error))
+                })
+                .expect("fills");
+            assert!(aside.name(&dir.path().join("value")).expect("names"));
+            assert_eq!(fs::read(dir.path().join("value")).expect("there"), b"short");
+        }
+    }
+
+    #[test]
+    fn room_that_no_disk_has_is_refused_before_anything_is_written() {
         let dir = tempfile::tempdir().expect("folder");
         let mut aside = Aside::create(dir.path(), "value").expect("creates");
-        aside.reserve(3 << 20).expect("reserves");
-        let held = fs::read_dir(dir.path()).expect("folder").next();
-        let held = held.expect("a file").expect("read").metadata();
-        assert_eq!(held.expect("there").len(), 3 << 20);
-        aside
-            .fill(|file| {
-                file.write_all(b"short")
-                    .map_err(|error| Error::new("write", dir.path(), error))
-            })
-            .expect("fills");
-        assert!(aside.name(&dir.path().join("value")).expect("names"));
-        assert_eq!(fs::read(dir.path().join("value")).expect("there"), b"short");
+        aside.reserve(1 << 60).expect_err("no room");
+        assert_eq!(fs::metadata(&aside.path).expect("there").len(), 0);
+    }
+
+    #[test]
+    fn what_a_killed_program_left_aside_is_removed_by_the_next_and_what_is_being_written_is_not() {
+        let dir = tempfile::tempdir().expect("folder");
+        for name in [".value.1_0.partial", ".other.1_0.partial", ".value.1_0"] {
+            fs::write(dir.path().join(name), "begun").expect("writes");
+        }
+        let one = Aside::create(dir.path(), "value").expect("creates");
+        let mut two = Aside::create(dir.path(), "value").expect("creates");
+        two.fill(|_| Ok::<(), Error>(())).expect("fills");
+        let _three = Aside::create(dir.path(), "value").expect("creates");
+        assert!(one.path.exists() && two.path.exists());
+        let is_there = |name: &str| dir.path().join(name).exists();
+        assert!(!is_there(".value.1_0.partial"));
+        assert!(is_there(".other.1_0.partial") && is_there(".value.1_0"));
     }
 
     #[test]

@@ -6,13 +6,17 @@ use std::time::{Duration, Instant};
 
 use logs::write::Received;
 
-use crate::Plan;
+use crate::last_stop::{LastStop, Memory};
 use crate::live::{Live, LiveError, Resting};
-use crate::robot::arm::Look;
+use crate::robot::arm::{Arm, Guarded, Look};
+use crate::{Plan, RobotError, StrikeRecord, execute};
 
 /// The object is waited for so long to be seen at rest: after a strike, and after one that was not finished.
 const AFTER: Duration = Duration::from_secs(15);
 const AFTER_FAILURE: Duration = Duration::from_secs(2);
+
+/// An object that a strike has moved lies farther than this, in m, from where it lay.
+const MOVED: f64 = 0.003;
 
 /// An object that was seen at rest, and is to be struck there.
 #[derive(Debug)]
@@ -22,6 +26,40 @@ pub struct Watched {
     begun: Arc<Mutex<Option<Instant>>>,
 }
 
+/// Strikes, and keeps where that left the object: whatever ends this program meanwhile, the object may have been struck, and unseen rest is no
+/// permission to strike it again. Where that cannot be kept nothing is struck. Also gives what the camera saw, if one watches and the tip came
+/// down to strike; `is_over` ends the waiting for that.
+pub fn strike_and_keep<D: Arm>(
+    robot: &mut Guarded<D>,
+    plan: &Plan,
+    watched: Option<&Watched>,
+    memory: &mut Memory,
+    is_over: &AtomicBool,
+) -> (Result<Option<StrikeRecord>, RobotError>, Option<Seen>) {
+    if let Some(watched) = watched {
+        robot.look_first(watched.look());
+    }
+    let before = memory.stop();
+    if let Err(error) = memory.keep(LastStop::Unseen(None)) {
+        return (Err(robot.not_ready(format!("failed to {error}"))), None);
+    }
+    let outcome = execute(robot, plan);
+    let seen = watched.and_then(|watched| watched.ended(plan, outcome.is_ok(), is_over));
+    let may_have_struck = match (&outcome, watched) {
+        (_, Some(_)) => seen.is_some(),
+        (Ok(_), None) => true,
+        (Err(error), None) => error.samples().is_some(),
+    };
+    let stop = match &seen {
+        _ if !may_have_struck => before,
+        Some(Seen { rest: Ok(rest), .. }) => LastStop::At(rest.point),
+        _ => LastStop::Unseen(None),
+    };
+    // What cannot be kept of it leaves a file that says less: that it was not seen to stop.
+    let _ = memory.keep(stop);
+    (outcome, seen)
+}
+
 /// What the camera saw of a strike.
 #[derive(Debug)]
 pub struct Seen {
@@ -29,8 +67,8 @@ pub struct Seen {
     pub rest: Result<Resting, LiveError>,
     /// All messages, in order of time.
     pub received: Vec<Received>,
-    /// What was left out of them, for want of memory or of one clock.
-    pub left_out: Option<String>,
+    /// What was left out of them, for want of memory or of one clock; and that the object was not moved.
+    pub warning: Option<String>,
 }
 
 impl Watched {
@@ -63,16 +101,24 @@ impl Watched {
         let begun = *self.begun.lock().unwrap_or_else(PoisonError::into_inner);
         let patience = if is_struck { AFTER } else { AFTER_FAILURE };
         let rest = self.live.wait_for_stop(begun?, patience, is_over);
-        let (mut received, mut left_out) = self.live.recorded(plan.epoch());
+        let (mut received, mut warning) = self.live.recorded(plan.epoch());
         // Stamps of two clocks in one log would be a strike that never was.
         if let Some(set) = plan.epoch().was_set() {
             received.clear();
-            left_out = Some(format!("{set}: they are left out of its log"));
+            warning = Some(format!("{set}: they are left out of its log"));
+        }
+        let is_unmoved = |rest: &Resting| rest.point.distance(self.rest.point) < MOVED;
+        if is_struck && rest.as_ref().is_ok_and(is_unmoved) {
+            warning.get_or_insert_with(|| {
+                "the object was not moved: if the tip passed beside it, the rig file does not say where the arm stands (robot.base, base_yaw, \
+                 base_height), or the camera's frame is not the table's"
+                    .into()
+            });
         }
         Some(Seen {
             rest,
             received,
-            left_out,
+            warning,
         })
     }
 }

@@ -1,6 +1,4 @@
-//! `arm-emulator [ADDRESS]`: an xArm7's controller on the maker's ports of an address, 127.0.0.1 unless given, until it is
-//! interrupted. `arm-emulator ADDRESS TRUTH`: the same with a table before it, the embedded rig of a `truth.json`, whose object a
-//! hand puts back after each strike, and with its camera's topic at ws://ADDRESS:8765. `arm-emulator ur …`: a Universal Robots controller.
+//! An emulated arm's controller as a program of its own.
 
 use std::error::Error;
 use std::net::IpAddr;
@@ -8,6 +6,8 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
+
+use clap::{Parser, ValueEnum};
 
 use arm::foxglove::Topic;
 use arm::{Emulator, Listening, Model, Table};
@@ -19,20 +19,41 @@ const CAMERA_PORT: u16 = 8765;
 /// Where the object lies at first, in m.
 const FIRST: Point = Point::new(0.33, 0.0);
 
+/// A controller of an arm that is not there, until it is interrupted: it listens on the maker's own ports, of which 502 needs root.
+#[derive(Parser)]
+#[command(name = "arm-emulator")]
+struct Args {
+    /// Whose controller.
+    maker: Maker,
+    /// Address that it listens on.
+    #[arg(default_value = "127.0.0.1")]
+    address: IpAddr,
+    /// A truth.json, as `carom demo` writes it: its object lies before the arm, a hand puts it back after each strike, and a camera publishes
+    /// where it is at ws://ADDRESS:8765.
+    truth: Option<PathBuf>,
+}
+
+/// Who made the arm.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Maker {
+    /// UFACTORY's xArm7.
+    Xarm,
+    /// Universal Robots' e-Series.
+    Ur,
+}
+
 fn main() -> Result<(), Box<dyn Error>> {
-    let mut arguments = std::env::args().skip(1).peekable();
-    let is_ur = arguments.next_if(|text| text == "ur").is_some();
-    let address: IpAddr = arguments
-        .next()
-        .unwrap_or_else(|| "127.0.0.1".into())
-        .parse()?;
-    let truth: Option<PathBuf> = arguments.next().map(Into::into);
+    let Args {
+        maker,
+        address,
+        truth,
+    } = Args::parse();
     let ends = Arc::new(AtomicBool::new(false));
     for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
         signal_hook::flag::register(signal, ends.clone())?;
     }
     let listening = Listening::Standard(address);
-    let mut emulator = if is_ur {
+    let mut emulator = if maker == Maker::Ur {
         Emulator::start_ur(listening, Model::ur(), None)?
     } else {
         Emulator::start(listening, Model::default(), None)?

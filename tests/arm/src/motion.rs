@@ -4,6 +4,8 @@
 //! window that limits the acceleration and over one that limits the jerk (Biagiotti and Melchiorri, "FIR filters for online trajectory
 //! planning", Control Engineering Practice 20, 2012).
 
+use std::f64::consts::PI;
+
 /// How the arm brakes when it is stopped, in mm/s².
 const BRAKE: f64 = 8_000.0;
 
@@ -74,6 +76,11 @@ impl Profile {
 impl Motion {
     /// A line at a speed (mm/s), acceleration (mm/s²) and jerk (mm/s³).
     pub fn line(from: [f64; 6], to: [f64; 6], speed: f64, acceleration: f64, jerk: f64) -> Self {
+        // The tool turns the shorter way.
+        let to = std::array::from_fn(|i| match i {
+            0..3 => to[i],
+            _ => from[i] + (to[i] - from[i] + PI).rem_euclid(2.0 * PI) - PI,
+        });
         let length = (0..3)
             .map(|i| (to[i] - from[i]).powi(2))
             .sum::<f64>()

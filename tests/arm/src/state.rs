@@ -631,12 +631,11 @@ impl State {
             let cannot = self.is_made(Fault::CannotMove).then_some(4);
             let wall = self.model.wall;
             let beyond = text
-                .split("is_within_safety_limits(p")
+                .split("  ask(p")
                 .skip(1)
-                .find_map(|place| {
-                    let is_beyond = numbers(place).first().is_some_and(|x| x * 1e3 > wall);
-                    let (_, line) = place.split_once("wrong = ")?;
-                    is_beyond.then(|| numbers(line).first().map(|line| *line as i32))?
+                .find_map(|place| match numbers(place)[..] {
+                    [x, _, _, _, _, _, line, ..] => (x * 1e3 > wall).then_some(line as i32),
+                    _ => None,
                 });
             let question = question.first().copied().unwrap_or_default() as i32;
             self.registers[0] = question + cannot.or(beyond).unwrap_or(0);

@@ -13,13 +13,12 @@ use store::{Artifact, Store};
 use strike::arm::{Arm, ports_of};
 use strike::collect::{
     ArmStation, CollectError, CollectEvent, Collected, SimStation, Station, StrikeRequest,
-    memory_folder,
 };
 use strike::ur::Ur;
 use strike::xarm::XArm;
 use strike::{
     Choice, CommandPlanner, Guarded, Live, LiveError, RobotError, Trust, catch_signals, identity,
-    tell,
+    memory_folder, tell,
 };
 use values::Rig;
 
@@ -91,7 +90,7 @@ pub fn run(args: &CollectArgs, global: Global) -> Result<Output, Error> {
         args.strikes as usize,
         &requested,
         &|| interrupted.load(Ordering::Relaxed),
-        &mut |news| show(&bar, waits, global.quiet, &mut told, &news),
+        &mut |news| show(&bar, waits, &mut told, &news),
     );
     bar.finish_and_clear();
     finished(
@@ -123,7 +122,8 @@ impl Told {
     }
 }
 
-fn show(bar: &ProgressBar, waits: bool, quiet: bool, told: &mut Told, news: &CollectEvent) {
+/// What a person must do or know is told with `--quiet` too.
+fn show(bar: &ProgressBar, waits: bool, told: &mut Told, news: &CollectEvent) {
     // Printed where there is no bar too.
     let say = |what: String| bar.suspend(|| tell(&format!("carom: {what}")));
     let is_shown = !bar.is_hidden();
@@ -135,7 +135,7 @@ fn show(bar: &ProgressBar, waits: bool, quiet: bool, told: &mut Told, news: &Col
             );
             if is_shown {
                 bar.set_prefix(put);
-            } else if !quiet {
+            } else {
                 say(put);
             }
         }
@@ -143,7 +143,7 @@ fn show(bar: &ProgressBar, waits: bool, quiet: bool, told: &mut Told, news: &Col
         CollectEvent::Waiting(what) => {
             if is_shown {
                 bar.set_message(what.clone());
-            } else if !quiet && told.is_due() {
+            } else if told.is_due() {
                 say(what.clone());
             }
         }
@@ -221,10 +221,8 @@ fn planner(args: &CollectArgs, rig: &Rig) -> Result<CommandPlanner, Error> {
     let store = Store::open(folder);
     let artifact = match &args.key {
         Some(key) => {
-            let trust = Trust::open(key, None).map_err(refused)?;
-            trust
-                .load::<Loading>(&store, None, |artifact| is_own(artifact).map_err(Loading))
-                .map_err(|Loading(error)| error)?
+            let trust = Trust::open(key, None)?;
+            trust.load(&store, None, is_own)?
         }
         None => {
             let artifact = store.load(None).map_err(Error::input)?;
@@ -235,12 +233,9 @@ fn planner(args: &CollectArgs, rig: &Rig) -> Result<CommandPlanner, Error> {
     CommandPlanner::published(&artifact, rig).map_err(Error::input)
 }
 
-/// Why a version is not used.
-struct Loading(Error);
-
-impl From<strike::TrustError> for Loading {
+impl From<strike::TrustError> for Error {
     fn from(error: strike::TrustError) -> Self {
-        Self(refused(error))
+        refused(error)
     }
 }
 
@@ -286,12 +281,12 @@ fn arm_station<D: Arm + 'static>(
     let live = Live::connect(url, rig).map_err(|error| failed(error.into()))?;
     strike::allows(args.key.is_some(), true, true).map_err(refused)?;
     if let (Some(key), None) = (&args.key, &args.artifacts) {
-        Trust::open(key, None).map_err(refused)?;
+        Trust::open(key, None)?;
     }
     let robot = Guarded::<D>::connect(name, &ports, rig, interrupted.clone());
     let robot = robot.map_err(|error| failed(error.into()))?;
     let pause = Duration::from_secs_f64(args.pause);
-    let memory = memory_folder().map_err(failed)?;
+    let memory = memory_folder().map_err(|error| failed(error.into()))?;
     let station = ArmStation::new(robot, live, pause, interrupted, &memory);
     Ok(Box::new(station.map_err(failed)?))
 }

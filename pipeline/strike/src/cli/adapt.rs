@@ -8,7 +8,7 @@ use std::{fs, io};
 use ingest::{IngestError, LogOutcome};
 use serde::{Deserialize, Serialize};
 use store::Artifact;
-use strike::{Args, Planner, PlannerError, Reason, Recent, SESSION_GAP};
+use strike::{Args, Planner, PlannerError, Reason, Recent, SESSION_GAP, tell};
 use values::Strike;
 
 use super::Failure;
@@ -93,7 +93,7 @@ pub fn by_own_strikes(
         match ingested(log, &planner) {
             Ok(outcome) => outcomes.push(outcome),
             // What a robot wrote as it lost power must not stop every strike to come.
-            Err(error) => eprintln!("strike: {error}; it shows nothing of the table"),
+            Err(error) => tell(&format!("strike: {error}; it shows nothing of the table")),
         }
     }
     let mut strikes = in_order(outcomes);
@@ -104,7 +104,9 @@ pub fn by_own_strikes(
         && let Err(error) = keep(&place, &kept)
     {
         // The logs are there: the next plan follows them again.
-        eprintln!("strike: what is known of the table was not kept: {error}");
+        tell(&format!(
+            "strike: what is known of the table was not kept: {error}"
+        ));
     }
     followed.map_err(failure)?;
     Ok(planner.adapted(&kept.recent, all.last().is_some_and(|log| is_of_today(log))))

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::{env, io};
 
 use store::{Artifact, Store};
-use strike::{Args, Config, Reason, Trust, allows, identity};
+use strike::{Args, Config, Reason, Trust, allows, identity, tell};
 use values::Rig;
 
 use super::Failure;
@@ -40,10 +40,10 @@ pub fn load(args: &Args) -> Result<(Artifact, Rig), Failure> {
         let artifact = store.load(version).map_err(Failure::input)?;
         is_own(&artifact)?;
         if !args.quiet {
-            eprintln!(
+            tell(&format!(
                 "strike: no key is configured: {} is whole, but nobody vouches for it (see --key)",
                 artifact.version
-            );
+            ));
         }
         artifact
     };

@@ -1,6 +1,7 @@
 //! One target: plan, strike, log, answer.
 
 use std::process::ExitCode;
+use std::sync::atomic::AtomicBool;
 
 #[cfg(feature = "sim")]
 use rig::SimChoice;
@@ -8,8 +9,9 @@ use strike::arm::{Arm, ports_of};
 use strike::ur::Ur;
 use strike::xarm::XArm;
 use strike::{
-    Args, Choice, Destination, DryRun, Guarded, Lineage, OpenLog, Plan, Planner, Reason, Received,
-    Refusal, Robot, RobotError, Samples, catch_signals, execute, tell,
+    Args, Choice, Destination, DryRun, Guarded, Lineage, Memory, OpenLog, Plan, Planner, Reason,
+    Received, Refusal, RobotError, Samples, Seen, StrikeRecord, catch_signals, execute,
+    memory_folder, strike_and_keep, tell,
 };
 #[cfg(feature = "sim")]
 use strike::{SimRobot, TruthSource, take_number};
@@ -56,21 +58,20 @@ pub fn strike_one(
         #[cfg(feature = "sim")]
         Choice::Sim(sim) => {
             let (mut robot, log) = open_sim(args, planner, sim)?;
-            strike_with(&mut robot, &plan, Some((log, about("sim"))), None, topics)?
+            let outcome = execute(&mut robot, &plan);
+            answered(&plan, outcome, None, Some((log, about("sim"))), topics)?
         }
         Choice::XArm(host) => {
             let name = format!("xarm:{host}");
-            let (mut robot, log) = open_arm::<XArm>(args, planner, (&name, host), &watching)?;
-            let log = Some((log, about(&name)));
-            strike_with(&mut robot, &plan, log, watching.as_ref(), topics)?
+            let about = about(&name);
+            strike_with_arm::<XArm>(args, &plan, (&name, host), watching.as_ref(), about)?
         }
         Choice::Ur(host) => {
             let name = format!("ur:{host}");
-            let (mut robot, log) = open_arm::<Ur>(args, planner, (&name, host), &watching)?;
-            let log = Some((log, about(&name)));
-            strike_with(&mut robot, &plan, log, watching.as_ref(), topics)?
+            let about = about(&name);
+            strike_with_arm::<Ur>(args, &plan, (&name, host), watching.as_ref(), about)?
         }
-        Choice::DryRun => strike_with(&mut DryRun, &plan, None, None, topics)?,
+        Choice::DryRun => answered(&plan, execute(&mut DryRun, &plan), None, None, topics)?,
     };
     if args.json {
         show::json(&answer)?;
@@ -99,11 +100,11 @@ fn open_sim(
 ) -> Result<(SimRobot, OpenLog), Failure> {
     let truth = sim.truth(&args.artifacts);
     if truth.is_none() && !args.quiet {
-        eprintln!(
+        tell(&format!(
             "strike: there is no truth.json in {0} or {0}/rig: the demo's default rig is struck, with hidden effects of its own; \
              name another with --robot sim:FOLDER",
             args.artifacts.display()
-        );
+        ));
     }
     let source = truth
         .as_deref()
@@ -118,22 +119,21 @@ fn open_sim(
     Ok((robot, log))
 }
 
-/// An arm, stopped by whatever signal would end this program, and the log of its strike.
-fn open_arm<D: Arm>(
+/// Strikes with an arm, which whatever signal would end this program stops.
+fn strike_with_arm<D: Arm>(
     args: &Args,
-    planner: &Planner,
+    plan: &Plan,
     (name, host): (&str, &str),
-    watching: &Option<Watching>,
-) -> Result<(Guarded<D>, OpenLog), Failure> {
+    watching: Option<&Watching>,
+    lineage: Lineage,
+) -> Result<Answer, Failure> {
     let interrupted =
         catch_signals().map_err(|error| Failure::failed(format!("take signals: {error}")))?;
-    let room = watching
-        .as_ref()
-        .map_or(ROOM, |watching| ROOM + watching.room());
+    let room = watching.map_or(ROOM, |watching| ROOM + watching.room());
     let log = OpenLog::open(destination(args))?.reserve(room)?;
     let ports = ports_of::<D>(host)
         .map_err(|error| Failure::input(format!("find the arm at `{host}`: {error}")))?;
-    let robot = Guarded::<D>::connect(name, &ports, planner.rig(), interrupted);
+    let robot = Guarded::<D>::connect(name, &ports, plan.rig(), interrupted);
     let mut robot = robot.map_err(|error| match error {
         RobotError::NotReady { .. } => {
             Failure::refused(Reason::NotReady, format!("failed to {error}"))
@@ -141,10 +141,33 @@ fn open_arm<D: Arm>(
         RobotError::Busy { .. } => Failure::Busy(error.to_string()),
         error => Failure::failed(error),
     })?;
+    let folder = memory_folder().map_err(Failure::failed)?;
+    let mut memory = Memory::open(&folder, robot.serial()).map_err(Failure::failed)?;
     if let Some(watching) = watching {
-        robot.look_first(watching.strike.look());
+        memory
+            .permits(watching.rest.point)
+            .map_err(|why| not_ready(plan, why))?;
     }
-    Ok((robot, log))
+    // A signal that comes once nothing moves any more ends no recording.
+    let never = AtomicBool::new(false);
+    let watched = watching.map(|watching| &watching.strike);
+    let (outcome, seen) = strike_and_keep(&mut robot, plan, watched, &mut memory, &never);
+    answered(
+        plan,
+        outcome,
+        seen,
+        Some((log, lineage)),
+        &plan.rig().topics,
+    )
+}
+
+fn not_ready(plan: &Plan, detail: impl ToString) -> Failure {
+    Failure::Refused(Refusal {
+        from: Some(plan.from),
+        to: Some(plan.to),
+        refused: Reason::NotReady,
+        detail: detail.to_string(),
+    })
 }
 
 fn destination(args: &Args) -> Destination {
@@ -154,43 +177,37 @@ fn destination(args: &Args) -> Destination {
     )
 }
 
-/// Strikes and keeps the log. Errors only where nothing was struck: a strike that was made is reported, whatever fails after it.
-fn strike_with(
-    robot: &mut dyn Robot,
+/// What came of a strike, and its log. Errors only where nothing was struck: a strike that was made is reported, whatever fails after it.
+fn answered(
     plan: &Plan,
+    outcome: Result<Option<StrikeRecord>, RobotError>,
+    seen: Option<Seen>,
     log: Option<(OpenLog, Lineage)>,
-    watching: Option<&Watching>,
     topics: &Topics,
 ) -> Result<Answer, Failure> {
     let mut answer = Answer::planned(plan);
-    let outcome = execute(robot, plan);
-    let is_over = outcome.is_ok();
-    let received = |answer: &mut Answer| {
-        watching.map_or_else(Vec::new, |watching| watching.ended(plan, is_over, answer))
-    };
-    match outcome {
+    match &outcome {
         Ok(None) => return Ok(answer),
-        Ok(Some(struck)) => {
-            answer.struck(&struck);
-            let received = received(&mut answer);
-            keep(&mut answer, log, (&struck.samples, &received), topics);
-        }
-        Err(RobotError::Refused(refusal)) => return Err(Failure::Refused(refusal)),
+        Ok(Some(struck)) => answer.struck(struck),
+        Err(RobotError::Refused(refusal)) => return Err(Failure::Refused(refusal.clone())),
         Err(error @ RobotError::NotReady { .. }) => {
-            return Err(Failure::Refused(Refusal {
-                from: Some(plan.from),
-                to: Some(plan.to),
-                refused: Reason::NotReady,
-                detail: format!("failed to {error}"),
-            }));
+            return Err(not_ready(plan, format!("failed to {error}")));
         }
-        Err(error) => {
-            answer.failed = Some(error.to_string());
-            if let Some(samples) = error.samples() {
-                let received = received(&mut answer);
-                keep(&mut answer, log, (samples, &received), topics);
-            }
+        Err(error) => answer.failed = Some(error.to_string()),
+    }
+    let received = seen.map_or_else(Vec::new, |seen| {
+        answer.came_to_rest(seen.rest);
+        if let Some(warning) = seen.warning {
+            answer.warn(&warning);
         }
+        seen.received
+    });
+    let samples = match &outcome {
+        Ok(struck) => struck.as_ref().map(|struck| &struck.samples),
+        Err(error) => error.samples(),
+    };
+    if let Some(samples) = samples {
+        keep(&mut answer, log, (samples, &received), topics);
     }
     Ok(answer)
 }

@@ -4,11 +4,10 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
-use strike::{Args, Live, Plan, Received, Resting, Watched};
+use strike::{Args, Live, Resting, Watched};
 use values::Rig;
 
 use super::Failure;
-use super::show::Answer;
 
 /// The object is waited for so long to be seen at rest before a strike.
 const BEFORE: Duration = Duration::from_secs(3);
@@ -38,19 +37,5 @@ impl Watching {
     /// Bytes that the messages may come to.
     pub fn room(&self) -> u64 {
         self.live.room()
-    }
-
-    /// Waits until the object rests again, and gives all messages. `is_struck` says that the strike was made as planned.
-    pub fn ended(&self, plan: &Plan, is_struck: bool, answer: &mut Answer) -> Vec<Received> {
-        // A signal that comes now ends the program's motion, of which there is none any more, and not the recording.
-        let never = AtomicBool::new(false);
-        let Some(seen) = self.strike.ended(plan, is_struck, &never) else {
-            return Vec::new();
-        };
-        answer.came_to_rest(seen.rest);
-        if let Some(left_out) = seen.left_out {
-            answer.warn(&left_out);
-        }
-        seen.received
     }
 }

@@ -8,7 +8,7 @@ use durable::{Aside, Lock};
 use ingest::{Ingest, LogOutcome, ingest_log};
 use logs::write::CopyWriter;
 use logs::{Limits, LogError as ReadError};
-use values::{Command, Point, Rig};
+use values::{Command, Point, RejectReason, Rig};
 
 use super::error::CollectError;
 use super::request::StrikeRequest;
@@ -25,6 +25,8 @@ const UNKNOWN: f64 = 2.0;
 /// Strikes from which its distance is estimated; and by how much more than the farthest of these the next one may.
 const TELLING: usize = 3;
 const BEYOND: f64 = 1.15;
+/// What to mend where a camera's stamps are late.
+const LATE: &str = "; set the clocks of camera and computer alike (NTP, PTP), or state frames.camera_delay, which `carom check` measures";
 /// A strike is the one that was requested within so many m/s and rad.
 const SAME: f64 = 2e-3;
 
@@ -143,7 +145,13 @@ impl Collection {
         let outcome = ingest_log(path, rig, &Ingest::default())?;
         let why = match (outcome.strikes.is_empty(), outcome.rejects.first()) {
             (false, _) => None,
-            (true, Some(reject)) => Some(format!("{}: {}", reject.reason.name(), reject.detail)),
+            (true, Some(reject)) => {
+                let mend = match reject.reason {
+                    RejectReason::ClockSkew => LATE,
+                    _ => "",
+                };
+                Some(format!("{}: {}{mend}", reject.reason.name(), reject.detail))
+            }
             (true, None) => Some("its log shows no strike".into()),
         };
         let shows_nothing = outcome.strikes.is_empty() && outcome.rejects.is_empty();

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use ingest::IngestError;
 
+use crate::last_stop::NoMemory;
 use crate::{LiveError, LogError, RobotError};
 
 /// Texts complete "failed to …".
@@ -36,10 +37,8 @@ pub enum CollectError {
     #[error("gather into the folder: {0}")]
     Lock(#[from] durable::LockError),
     /// Nowhere to keep where an arm's last strike left the object.
-    #[error(
-        "find a folder for where the object stopped last: neither XDG_STATE_HOME nor HOME is set; set one"
-    )]
-    NoMemory,
+    #[error(transparent)]
+    NoMemory(#[from] NoMemory),
     /// Nothing can be struck from where the object lies, or from anywhere.
     #[error("choose a strike: {0}")]
     NoStrike(String),

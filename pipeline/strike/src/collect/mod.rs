@@ -6,7 +6,6 @@ mod collection;
 mod error;
 mod event;
 mod filling;
-mod memory;
 mod request;
 mod station;
 
@@ -17,7 +16,6 @@ pub use collection::SESSION;
 pub use error::CollectError;
 pub use event::CollectEvent;
 use filling::{choose, request};
-pub use memory::memory_folder;
 pub use request::StrikeRequest;
 #[cfg(feature = "sim")]
 pub use station::SimStation;

@@ -14,13 +14,12 @@ use values::Rig;
 
 use super::error::CollectError;
 use super::event::CollectEvent;
-use super::memory::{LastStop, Memory};
+use crate::last_stop::Memory;
 use crate::robot::arm::{Arm, Guarded};
-use crate::{
-    Live, LiveError, Plan, Received, Resting, RobotError, Samples, StrikeRecord, Watched, execute,
-};
+use crate::watched::strike_and_keep;
+use crate::{Live, LiveError, Plan, Received, Resting, RobotError, Samples, StrikeRecord, Watched};
 #[cfg(feature = "sim")]
-use crate::{SimRobot, TruthSource};
+use crate::{SimRobot, TruthSource, execute};
 
 /// How often it is looked at.
 const TICK: Duration = Duration::from_millis(50);
@@ -213,27 +212,17 @@ impl<D: Arm> Station for ArmStation<D> {
             yaw: None,
         });
         let watched = Watched::new(self.live.clone(), rest);
-        self.robot.look_first(watched.look());
-        // Whatever ends this program from here on, the object may have been struck: unseen rest is no permission to strike again.
-        let before = self.memory.stop();
-        if let Err(error) = self.memory.keep(LastStop::Unseen) {
-            return Err(Box::new(Unfinished {
-                recorded: None,
-                error: self.robot.not_ready(format!("failed to {error}")),
-            }));
-        }
-        let outcome = execute(&mut self.robot, plan);
-        // What cannot be kept of the following leaves a file that says less: that it was not seen to stop.
-        let Some(seen) = watched.ended(plan, outcome.is_ok(), &self.interrupted) else {
-            let _ = self.memory.keep(before);
-            return recorded(outcome, Vec::new());
-        };
-        let stop = seen
-            .rest
-            .map_or(LastStop::Unseen, |rest| LastStop::At(rest.point));
-        let _ = self.memory.keep(stop);
-        recorded(outcome, seen.received).map(|recorded| Recorded {
-            warning: recorded.warning.or(seen.left_out),
+        let (outcome, seen) = strike_and_keep(
+            &mut self.robot,
+            plan,
+            Some(&watched),
+            &mut self.memory,
+            &self.interrupted,
+        );
+        let (received, warning) =
+            seen.map_or_else(Default::default, |seen| (seen.received, seen.warning));
+        recorded(outcome, received).map(|recorded| Recorded {
+            warning: recorded.warning.or(warning),
             ..recorded
         })
     }

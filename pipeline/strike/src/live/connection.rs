@@ -13,6 +13,7 @@ use tungstenite::{Error, Message, WebSocket};
 
 use super::LiveError;
 use super::protocol::SUBPROTOCOLS;
+use crate::robot::arm::{is_nothing_yet, why_none};
 
 /// How long connecting may take, the handshake included.
 const CONNECT: Duration = Duration::from_secs(5);
@@ -22,6 +23,9 @@ const TICK: Duration = Duration::from_millis(50);
 const SEND: Duration = Duration::from_secs(1);
 /// Largest message that is taken, in bytes: an uncompressed image of 20 megapixels.
 const LARGEST: usize = 64 << 20;
+
+/// What to mend where nothing answers, or not as a server does.
+const MEND: &str = "check that the server runs there, such as ROS 2's foxglove_bridge";
 
 /// A connection to a server of live topics.
 pub(super) struct Connection {
@@ -33,9 +37,9 @@ impl Connection {
     /// Connects to `ws://HOST:PORT`.
     pub(super) fn open(url: &str) -> Result<Self, LiveError> {
         let until = Instant::now() + CONNECT;
-        let failed = |why: String| LiveError::Connection {
+        let failed = |error: &io::Error| LiveError::Connection {
             url: url.into(),
-            why,
+            why: why_none(error, MEND),
         };
         let not_an_address = || LiveError::Address(url.into());
         let mut request = url.into_client_request().map_err(|_| not_an_address())?;
@@ -45,7 +49,7 @@ impl Connection {
         let port = request.uri().port_u16().ok_or_else(not_an_address)?;
         // An IPv6 address stands in brackets in an address, and without them in a lookup.
         let host = host.trim_start_matches('[').trim_end_matches(']');
-        let stream = connect(host, port, until).map_err(|error| failed(error.to_string()))?;
+        let stream = connect(host, port, until).map_err(|error| failed(&error))?;
         request.headers_mut().insert(
             SEC_WEBSOCKET_PROTOCOL,
             HeaderValue::from_static(SUBPROTOCOLS),
@@ -63,13 +67,13 @@ impl Connection {
                     });
                 }
                 Err(HandshakeError::Interrupted(_)) if Instant::now() > until => {
-                    return Err(failed(format!(
-                        "the handshake was not over within {} s",
-                        CONNECT.as_secs()
-                    )));
+                    let why = format!("the handshake was not over within {} s", CONNECT.as_secs());
+                    return Err(failed(&io::Error::other(why)));
                 }
                 Err(HandshakeError::Interrupted(middle)) => shaking = middle.handshake(),
-                Err(HandshakeError::Failure(error)) => return Err(failed(error.to_string())),
+                Err(HandshakeError::Failure(error)) => {
+                    return Err(failed(&io::Error::other(error)));
+                }
             }
         }
     }
@@ -105,7 +109,7 @@ impl Connection {
     fn broken(&self, why: &str) -> LiveError {
         LiveError::Connection {
             url: self.url.clone(),
-            why: why.into(),
+            why: format!("{why}; {MEND}"),
         }
     }
 }
@@ -137,11 +141,4 @@ fn connect(host: &str, port: u16, until: Instant) -> io::Result<TcpStream> {
         }
     }
     Err(last)
-}
-
-fn is_nothing_yet(error: &io::Error) -> bool {
-    matches!(
-        error.kind(),
-        ErrorKind::WouldBlock | ErrorKind::TimedOut | ErrorKind::Interrupted
-    )
 }

@@ -10,13 +10,11 @@ pub enum LiveError {
     )]
     Address(String),
     /// No connection, or one that broke off.
-    #[error(
-        "reach the live topics at {url}: {why}; check that the server runs there, such as ROS 2's foxglove_bridge"
-    )]
+    #[error("reach the live topics at {url}: {why}")]
     Connection {
         /// The server.
         url: String,
-        /// What happened.
+        /// What happened, and how to mend it.
         why: String,
     },
     /// The server does not keep to the protocol.

@@ -138,7 +138,7 @@ impl Live {
         let moved = now.point.distance(place);
         if moved > MOVED + self.rig.camera.noise {
             return Err(LiveError::NotAtRest(format!(
-                "it has moved by {:.1} mm since it was seen at {}, {} m",
+                "it has moved by {:.1} mm since it was seen at ({:.4}, {:.4}) m",
                 moved * 1e3,
                 place.x,
                 place.y
@@ -234,7 +234,9 @@ impl Live {
         let found = found.map_err(|why| seen.not_at_rest(why))?;
         match seen.behind {
             Some(behind) if behind.abs() > CLOCK => Err(LiveError::NotAtRest(format!(
-                "its stamps are {behind:.1} s behind this computer's clock, and a log joins both: set the clocks alike (NTP, PTP)"
+                "its stamps are {:.1} s {} this computer's clock, and a log joins both: set the clocks alike (NTP, PTP)",
+                behind.abs(),
+                if behind > 0.0 { "behind" } else { "ahead of" }
             ))),
             _ => Ok(found),
         }

@@ -13,7 +13,7 @@ pub enum Choice {
     /// `sim` or `sim:FOLDER`: the embedded rig.
     #[cfg(feature = "sim")]
     Sim(SimChoice),
-    /// `xarm:HOST`: UFACTORY's xArm7.
+    /// `xarm:HOST`: an arm of UFACTORY.
     XArm(String),
     /// `ur:HOST`: Universal Robots' e-Series.
     Ur(String),

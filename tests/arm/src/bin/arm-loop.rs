@@ -60,7 +60,7 @@ fn main() -> Result<(), Failed> {
     };
     let number =
         |at: usize, otherwise: usize| numbers.get(at).map_or(Ok(otherwise), |text| text.parse());
-    let (strikes, targets): (usize, usize) = (number(0, 100)?, number(1, 60)?);
+    let (strikes, targets): (usize, usize) = (number(0, 100)?, number(1, 200)?);
     let lab = Lab::open(folder.as_ref(), bin.as_ref(), maker)?;
     let begun = Instant::now();
     let mut stops = lab.gather(strikes)?;

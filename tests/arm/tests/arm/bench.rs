@@ -154,17 +154,27 @@ impl Maker {
         rig
     }
 
+    /// Such an arm, near the start of the plan.
+    pub fn model(self) -> Model {
+        match self {
+            Self::XArm => model(),
+            Self::Ur => Model {
+                pose: model().pose,
+                ..Model::ur()
+            },
+        }
+    }
+
     /// An emulator of such an arm.
     pub fn emulator(self, fault: Option<(Step, Fault)>) -> Emulator {
+        self.listening(self.model(), fault)
+    }
+
+    /// An emulator of this arm of the maker.
+    pub fn listening(self, model: Model, fault: Option<(Step, Fault)>) -> Emulator {
         match self {
-            Self::XArm => Emulator::start(Listening::Free, model(), fault).unwrap(),
-            Self::Ur => {
-                let model = Model {
-                    pose: model().pose,
-                    ..Model::ur()
-                };
-                Emulator::start_ur(Listening::Free, model, fault).unwrap()
-            }
+            Self::XArm => Emulator::start(Listening::Free, model, fault).unwrap(),
+            Self::Ur => Emulator::start_ur(Listening::Free, model, fault).unwrap(),
         }
     }
 

@@ -12,11 +12,11 @@ use ingest::{Ingest, ingest_log};
 use rig::{Hidden, Truth};
 use strike::collect::{ArmStation, CollectError, CollectEvent, Collected, collect};
 use strike::xarm::XArm;
-use strike::{CommandPlanner, Live, RobotError, execute};
+use strike::{CommandPlanner, Live, Memory, RobotError, execute, strike_and_keep};
 use tempfile::TempDir;
 use values::{Command, Point, Rig};
 
-use crate::bench::{Maker, connect_to, in_time, rig, wait_for};
+use crate::bench::{self, Maker, connect_to, in_time, rig, wait_for};
 
 /// An arm at a table, the address of its camera, and the folder of what is kept by arm.
 type Lab = (Emulator, String, TempDir);
@@ -87,6 +87,24 @@ fn over_at(most: usize) -> impl FnMut(CollectEvent) -> bool {
     }
 }
 
+/// Gathers; the object is waited for to be put elsewhere, and not struck again.
+fn waits_for_a_hand(lab: &Lab, rig: &Rig, folder: &Path) {
+    let mut waits = false;
+    let ended = gather(lab, rig, folder, 2, &mut |news| {
+        if let CollectEvent::Waiting(why) = news {
+            waits |= why.contains("put it elsewhere");
+        }
+        waits || met(lab) > 1
+    });
+    assert!(waits, "{ended:?}");
+    assert_eq!(met(lab), 1);
+}
+
+/// How often the object was struck.
+fn met(lab: &Lab) -> usize {
+    lab.0.table(|table| table.counts.0).unwrap()
+}
+
 #[test]
 fn strikes_are_gathered_where_the_camera_sees_the_object_and_go_on_after_an_end() {
     in_time(|| {
@@ -138,22 +156,13 @@ fn an_object_that_was_not_seen_to_rest_is_not_struck_until_it_was_put_elsewhere(
     in_time(|| {
         let (rig, folder) = (rig(), tempfile::tempdir().unwrap());
         let lab = lab(&rig, false);
-        let strikes = || lab.0.table(|table| table.counts.0).unwrap();
         thread::scope(|scope| {
             // From the impact on the camera is covered for longer than the object is waited for.
             scope.spawn(|| {
-                wait_for(|| strikes() > 0);
+                wait_for(|| met(&lab) > 0);
                 lab.0.table(|table| table.cover(Duration::from_secs(17)));
             });
-            let mut waits_for_a_hand = false;
-            let ended = gather(&lab, &rig, folder.path(), 2, &mut |news| {
-                if let CollectEvent::Waiting(why) = news {
-                    waits_for_a_hand |= why.contains("put it elsewhere");
-                }
-                waits_for_a_hand || strikes() > 1
-            });
-            assert!(waits_for_a_hand, "{ended:?}");
-            assert_eq!(strikes(), 1);
+            waits_for_a_hand(&lab, &rig, folder.path());
         });
     });
 }
@@ -164,13 +173,12 @@ fn a_folder_that_is_deleted_during_a_strike_does_not_forget_where_the_object_sto
         let (rig, outer) = (rig(), tempfile::tempdir().unwrap());
         let folder = outer.path().join("logs");
         let lab = lab(&rig, false);
-        let strikes = || lab.0.table(|table| table.counts.0).unwrap();
         let ended = thread::scope(|scope| {
             scope.spawn(|| {
-                wait_for(|| strikes() > 0);
+                wait_for(|| met(&lab) > 0);
                 std::fs::remove_dir_all(&folder).unwrap();
             });
-            gather(&lab, &rig, &folder, 2, &mut |_| strikes() > 1)
+            gather(&lab, &rig, &folder, 2, &mut |_| met(&lab) > 1)
         });
         let error = ended.unwrap_err();
         let CollectError::Moved { path, .. } = &error else {
@@ -178,16 +186,7 @@ fn a_folder_that_is_deleted_during_a_strike_does_not_forget_where_the_object_sto
         };
         assert!(path.starts_with(&folder) && path.exists(), "{error}");
         // A new call looks there, and waits for a hand.
-        let mut waits_for_a_hand = false;
-        gather(&lab, &rig, &folder, 2, &mut |news| {
-            if let CollectEvent::Waiting(why) = news {
-                waits_for_a_hand |= why.contains("put it elsewhere");
-            }
-            waits_for_a_hand || strikes() > 1
-        })
-        .unwrap_err();
-        assert!(waits_for_a_hand);
-        assert_eq!(strikes(), 1);
+        waits_for_a_hand(&lab, &rig, &folder);
     });
 }
 
@@ -195,22 +194,27 @@ fn a_folder_that_is_deleted_during_a_strike_does_not_forget_where_the_object_sto
 fn an_object_that_nobody_put_back_is_not_struck_by_a_call_that_gathers_elsewhere() {
     in_time(|| {
         let (rig, lab) = (rig(), lab(&rig(), false));
-        let strikes = || lab.0.table(|table| table.counts.0).unwrap();
         // Each call has a new folder: no log says where the object stopped.
-        let gather_anew = |report: &mut dyn FnMut(CollectEvent) -> bool| {
-            let folder = tempfile::tempdir().unwrap();
-            gather(&lab, &rig, folder.path(), 1, report)
-        };
-        gather_anew(&mut |_| false).unwrap();
-        let mut waits_for_a_hand = false;
-        let ended = gather_anew(&mut |news| {
-            if let CollectEvent::Waiting(why) = news {
-                waits_for_a_hand |= why.contains("put it elsewhere");
-            }
-            waits_for_a_hand || strikes() > 1
-        });
-        assert!(waits_for_a_hand, "{ended:?}");
-        assert_eq!(strikes(), 1);
+        let [one, other] = [(); 2].map(|()| tempfile::tempdir().unwrap());
+        gather(&lab, &rig, one.path(), 1, &mut |_| false).unwrap();
+        waits_for_a_hand(&lab, &rig, other.path());
+    });
+}
+
+#[test]
+fn an_object_that_strike_has_struck_is_not_gathered_from_until_it_was_put_elsewhere() {
+    in_time(|| {
+        let (rig, lab, folder) = (rig(), lab(&rig(), false), tempfile::tempdir().unwrap());
+        let plan = bench::plan(&rig, Point::new(0.62, 0.0));
+        lab.0.table(|table| table.put(plan.from));
+        let mut arm = connect_to::<XArm>(&lab.0, &rig, Arc::default()).unwrap();
+        let mut memory = Memory::open(lab.2.path(), arm.serial()).unwrap();
+        let never = AtomicBool::new(false);
+        // Without a camera.
+        let (outcome, seen) = strike_and_keep(&mut arm, &plan, None, &mut memory, &never);
+        assert!(outcome.is_ok() && seen.is_none(), "{outcome:?}");
+        drop(arm);
+        waits_for_a_hand(&lab, &rig, folder.path());
     });
 }
 
@@ -252,11 +256,10 @@ fn a_strike_in_which_the_clock_was_set_is_no_strike_to_learn_from() {
         let (rig, folder) = (rig(), tempfile::tempdir().unwrap());
         let lab = lab(&rig, true);
         SET.store(0, Ordering::Relaxed);
-        let strikes = || lab.0.table(|table| table.counts.0).unwrap();
         let mut reasons = Vec::new();
         let gathered = thread::scope(|scope| {
             scope.spawn(|| {
-                wait_for(|| strikes() == 1);
+                wait_for(|| met(&lab) == 1);
                 SET.store(40, Ordering::Relaxed);
             });
             gather_by(set_clock, &lab, &rig, folder.path(), 1, &mut |news| {

@@ -1,5 +1,6 @@
 //! Live topics: servers that keep to the protocol, and servers that do not.
 
+use std::f64::consts::PI;
 use std::io::Write;
 use std::net::{TcpListener, TcpStream};
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
@@ -11,7 +12,7 @@ use std::time::{Duration, Instant};
 use arm::foxglove::{Topic, accept};
 use strike::{Epoch, Live, LiveError, Resting};
 use tungstenite::{Message, WebSocket};
-use values::Point;
+use values::{Point, Rig, Shape};
 
 use crate::bench::rig;
 
@@ -27,7 +28,19 @@ fn never() -> AtomicBool {
 
 /// A camera that publishes places at 60 Hz until the flag is set.
 fn camera(at: impl Fn(f64) -> Option<[f64; 2]> + Send + 'static) -> (String, Arc<AtomicBool>) {
-    let topic = Topic::serve(([127, 0, 0, 1], 0).into(), "/object/centroid").unwrap();
+    publishing("/object/centroid", move |topic, t| {
+        if let Some([x, y]) = at(t) {
+            topic.publish(x, y);
+        }
+    })
+}
+
+/// A topic that this publishes at 60 Hz, given the seconds since it began, until the flag is set.
+fn publishing(
+    name: &str,
+    publish: impl Fn(&Topic, f64) + Send + 'static,
+) -> (String, Arc<AtomicBool>) {
+    let topic = Topic::serve(([127, 0, 0, 1], 0).into(), name).unwrap();
     let (url, ends) = (
         format!("ws://{}", topic.address),
         Arc::<AtomicBool>::default(),
@@ -36,9 +49,7 @@ fn camera(at: impl Fn(f64) -> Option<[f64; 2]> + Send + 'static) -> (String, Arc
     thread::spawn(move || {
         let begun = Instant::now();
         while !until.load(Ordering::Relaxed) {
-            if let Some([x, y]) = at(begun.elapsed().as_secs_f64()) {
-                topic.publish(x, y);
-            }
+            publish(&topic, begun.elapsed().as_secs_f64());
             thread::sleep(Duration::from_millis(16));
         }
     });
@@ -168,6 +179,34 @@ fn an_object_that_was_taken_away_a_moment_ago_or_whose_stamps_stand_still_is_not
             text.is_some_and(|text| text.contains("stamps stand still"))
         },
     );
+}
+
+#[test]
+fn a_box_that_was_turned_where_it_lies_is_not_still_and_half_a_turn_is_none() {
+    let yaw: Arc<Mutex<f64>> = Arc::new(Mutex::new(0.1));
+    let shown = yaw.clone();
+    let (url, ends) = publishing("/object/pose", move |topic, _| {
+        let (z, w) = (0.5 * *shown.lock().unwrap()).sin_cos();
+        let stamp = Epoch::now().stamp(Instant::now());
+        let (seconds, rest_of_it) = (stamp / 1_000_000_000, stamp % 1_000_000_000);
+        topic.send(&format!(
+            r#"{{"header":{{"stamp":{{"sec":{seconds},"nanosec":{rest_of_it}}}}},"pose":{{"position":{{"x":0.3,"y":0.0}},"orientation":{{"x":0.0,"y":0.0,"z":{z},"w":{w}}}}}}}"#
+        ));
+    });
+    let mut rig = rig();
+    rig.object.solid = Rig::demo(Shape::Box).object.solid;
+    let live = Live::connect(&url, &rig).unwrap();
+    let rest = live.wait_for_rest(HANGS, &never()).unwrap();
+    until(|| live.is_still(&rest), Result::is_ok);
+    let is_turned = |seen: &Result<(), LiveError>| {
+        let said = seen.as_ref().err().map(ToString::to_string);
+        said.is_some_and(|said| said.contains("turned by 0.060"))
+    };
+    *yaw.lock().unwrap() = 0.16;
+    until(|| live.is_still(&rest), is_turned);
+    *yaw.lock().unwrap() = 0.1 - PI;
+    until(|| live.is_still(&rest), Result::is_ok);
+    ends.store(true, Ordering::Relaxed);
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! The driver of the xArm7 against the emulated controller.
+//! The drivers of arms against the emulated controllers.
 
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
 

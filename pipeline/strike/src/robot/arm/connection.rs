@@ -12,9 +12,31 @@ pub(crate) const CONNECT: Duration = Duration::from_secs(2);
 const SEND: Duration = Duration::from_millis(50);
 
 /// Nothing came within a socket's time.
-pub(super) fn is_nothing_yet(error: &io::Error) -> bool {
+pub(crate) fn is_nothing_yet(error: &io::Error) -> bool {
     use io::ErrorKind::{Interrupted, TimedOut, WouldBlock};
     matches!(error.kind(), WouldBlock | TimedOut | Interrupted)
+}
+
+/// What happened to a connection, where the system's words say little.
+pub(super) fn what_happened(error: &io::Error) -> String {
+    match error.kind() {
+        io::ErrorKind::UnexpectedEof => "the connection was closed from there".into(),
+        _ if is_nothing_yet(error) => "nothing came in time".into(),
+        _ => error.to_string(),
+    }
+}
+
+/// Why there is no connection, and what to mend: where the system gives no more files, that is no fault of the network.
+pub(crate) fn why_none(error: &io::Error, mend: &str) -> String {
+    const NO_MORE_FILES: [i32; 2] = [23, 24];
+    match error.raw_os_error() {
+        Some(code) if NO_MORE_FILES.contains(&code) => {
+            format!(
+                "{error}: this computer gives no more files; end other programs, or raise its limit (`ulimit -n`)"
+            )
+        }
+        _ => format!("{}; {mend}", what_happened(error)),
+    }
 }
 
 /// A connection to a port of an arm.
@@ -76,4 +98,17 @@ pub(crate) fn version_in(text: &str) -> Option<(u32, u32)> {
 /// What came and makes no sense.
 pub(crate) fn garbage(why: impl Into<String>) -> io::Error {
     io::Error::new(io::ErrorKind::InvalidData, why.into())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn files_that_have_run_out_are_no_fault_of_the_network() {
+        let told = |code| why_none(&io::Error::from_raw_os_error(code), "check the network");
+        assert!(told(111).ends_with("check the network"));
+        assert!(told(11).contains("in time"));
+        assert!(told(24).contains("ulimit") && !told(24).contains("network"));
+    }
 }

@@ -48,6 +48,14 @@ pub(crate) fn norm(vector: [f64; 3]) -> f64 {
     vector.iter().map(|v| v * v).sum::<f64>().sqrt()
 }
 
+/// Numbers as a person reads them: to a tenth of a mm, or of a mrad.
+pub(crate) fn shown(numbers: &[f64]) -> String {
+    // Nothing is below nothing.
+    let rounded = |number: &f64| format!("{:.4}", (number * 1e4).round() / 1e4 + 0.0);
+    let numbers: Vec<String> = numbers.iter().map(rounded).collect();
+    format!("({})", numbers.join(", "))
+}
+
 /// A state or mode of a controller, in its maker's words and number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Said(pub &'static str, pub i64);
@@ -69,6 +77,17 @@ pub enum Condition {
     Stopped(Said),
     /// Another program, a pause or a fault holds it: a person must release it.
     Held(Said),
+}
+
+impl fmt::Display for Condition {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Ready => f.write_str("it takes lines"),
+            Self::Moving => f.write_str("it moves"),
+            Self::Stopped(said) => write!(f, "it is stopped ({said})"),
+            Self::Held(said) => write!(f, "it is held ({said})"),
+        }
+    }
 }
 
 /// One report of the stream: what the arm does, as measured.

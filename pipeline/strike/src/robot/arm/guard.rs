@@ -23,7 +23,7 @@ const BEHIND: (f64, f64) = (0.04, 0.0005);
 /// And so much earlier, in s, and this far ahead, in m, of what its limits allow.
 const AHEAD: (f64, f64) = (0.02, 0.003);
 /// Within so many m of a line's ends, a place says little of the time.
-const ENDS: f64 = 0.002;
+const ENDS: f64 = 0.001;
 /// The tip may be turned by so much from its orientation while it moves, in rad.
 const TURNED: f64 = 0.03;
 /// At rest at the end of its line: within m, slower than m/s, in so many reports one after another.

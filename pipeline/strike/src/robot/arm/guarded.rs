@@ -9,8 +9,10 @@ use std::{fmt, io};
 use values::{Point, Rig};
 
 use super::claim::Claim;
-use super::connection::CONNECT;
-use super::driver::{Arm, ArmLimits, Condition, LineRequest, Ports, Pose, Status, distance, norm};
+use super::connection::{CONNECT, what_happened, why_none};
+use super::driver::{
+    Arm, ArmLimits, Condition, LineRequest, Ports, Pose, Status, distance, norm, shown as numbers,
+};
 use super::guard::Sample;
 use super::line::{Line, Profile};
 use super::outlet::Outlet;
@@ -164,7 +166,7 @@ impl<D: Arm> Guarded<D> {
     }
 
     /// The arm's serial number.
-    pub(crate) fn serial(&self) -> &str {
+    pub fn serial(&self) -> &str {
         &self.serial
     }
 
@@ -212,14 +214,15 @@ impl<D: Arm> Guarded<D> {
     /// Where the tip is: what is asked for and what is reported agree, and the strike may be made from there.
     fn here(&mut self, plan: &Plan) -> Result<Pose, String> {
         let asked = self.driver.pose().and_then(Pose::checked);
-        let asked = asked.map_err(|error| error.to_string())?;
+        let asked = asked.map_err(|error| what_happened(&error))?;
         let shown = self.watch.next(PATIENCE)?.report.pose;
         let (far, turned) = SAME;
         let apart = distance(asked.at, shown.at);
         if apart > far || asked.turn.angle_to(shown.turn) > turned {
             return Err(format!(
-                "asked for its pose, the controller answers {:?} m, and its reports say {:?} m: they contradict each other",
-                asked.at, shown.at
+                "asked for its pose, the controller answers {} m, and its reports say {} m: they contradict each other",
+                numbers(&asked.at),
+                numbers(&shown.at)
             ));
         }
         self.setup.check_orientation(&shown)?;
@@ -274,7 +277,8 @@ impl<D: Arm> Guarded<D> {
         let mut at = here.at;
         let lines = self.lines(plan, self.setup.on_table(here.at));
         if let Some((what, line)) = lines.iter().find(|(_, line)| !line.is_finite()) {
-            return Err((what, format!("{line:?} is not sent to an arm")));
+            let why = format!("a line to {} m is none", numbers(&line.to.at));
+            return Err((what, why));
         }
         self.check_fence(&status, here, &lines)
             .map_err(|why| ("enable", why))?;
@@ -282,7 +286,7 @@ impl<D: Arm> Guarded<D> {
         self.ready().map_err(|why| ("enable", why))?;
         self.driver
             .can_move(&lines.map(|(_, line)| line))
-            .map_err(|error| ("enable", error.to_string()))?
+            .map_err(|error| ("enable", what_happened(&error)))?
             .map_err(|(number, why)| {
                 let what = lines.get(number).map_or("strike", |(what, _)| what);
                 let why = format!("the controller says that it cannot `{what}`: {why}");
@@ -321,7 +325,7 @@ impl<D: Arm> Guarded<D> {
     /// Makes the controller ready for lines: where it is not, once a call, and not where somebody stops it meanwhile. Gives what it is
     /// set to then.
     fn make_ready(&mut self) -> Result<Status, String> {
-        let text = |error: io::Error| error.to_string();
+        let text = |error: io::Error| what_happened(&error);
         let status = self.checked_status().map_err(text)??;
         self.is_nobodys()?;
         let is_ready =
@@ -385,9 +389,7 @@ impl<D: Arm> Guarded<D> {
                     );
                 }
                 condition if Instant::now() > until => {
-                    return Err(format!(
-                        "the controller does not become ready: {condition:?}"
-                    ));
+                    return Err(format!("the controller does not become ready: {condition}"));
                 }
                 _ => std::thread::sleep(Duration::from_millis(10)),
             }
@@ -439,7 +441,7 @@ impl<D: Arm> Guarded<D> {
         if reached_at.is_some() {
             self.begun = Some(sent);
         }
-        accepted.map_err(|error| self.watch.fault().unwrap_or_else(|| error.to_string()))?;
+        accepted.map_err(|error| self.watch.fault().unwrap_or_else(|| what_happened(&error)))?;
         let (share, more) = LONGER;
         let patience = profile.duration * (1.0 + share) + more;
         let ended = self.watch.wait_for_end(Duration::from_secs_f64(patience));
@@ -453,7 +455,7 @@ impl<D: Arm> Guarded<D> {
         record
             .windows(2)
             .map(|pair| distance(place(&pair[0]), place(&pair[1])))
-            .sum()
+            .fold(0.0, |sum, step| sum + step)
     }
 
     /// Whether the arm rests, by every source that answers: the reports, and a connection of its own that asks for the pose. None where
@@ -669,6 +671,9 @@ fn not_ready(name: &str, why: impl Into<String>) -> RobotError {
 fn unreachable_arm(name: &str, error: &io::Error) -> RobotError {
     RobotError::Connection {
         robot: name.into(),
-        why: format!("{error}; check its power and network, and that no other program drives it"),
+        why: why_none(
+            error,
+            "check its power and network, and that no other program drives it",
+        ),
     }
 }

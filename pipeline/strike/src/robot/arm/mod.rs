@@ -18,12 +18,14 @@ mod turn;
 mod watch;
 
 pub(crate) use connection::{
-    CONNECT, connect, connect_unread, garbage, listen, read_frame, version_in,
+    CONNECT, connect, connect_unread, garbage, is_nothing_yet, listen, read_frame, version_in,
+    why_none,
 };
 pub use driver::{
     Arm, ArmLimits, Condition, Identity, LineRequest, Ports, Pose, Report, Reports, Said, Status,
     ports_of,
 };
+pub(crate) use driver::{distance, shown};
 pub(crate) use guard::MARGIN;
 pub use guarded::{Guarded, Look};
 pub use outlet::Outlet;

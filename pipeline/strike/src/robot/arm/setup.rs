@@ -2,7 +2,7 @@
 
 use values::{Point, Rig};
 
-use super::driver::{ArmLimits, Pose, Status, distance};
+use super::driver::{ArmLimits, Pose, Status, distance, shown};
 use super::guard::ASIDE;
 use super::turn::Turn;
 
@@ -177,12 +177,14 @@ impl Setup {
         let is_same = distance(self.tool.at, status.tool.at) <= far
             && self.tool.turn.angle_to(status.tool.turn) <= turned;
         if !is_same {
-            let shown =
-                |pose: &Pose| format!("{:?} m, turned by {:?} rad", pose.at, pose.turn.to_vector());
+            let told = |pose: &Pose| {
+                let turn = pose.turn.to_rpy();
+                format!("{} m, turned by {} rad", shown(&pose.at), shown(&turn))
+            };
             return Err(format!(
                 "the controller has the tool offset {}, the rig file says {}; set one right",
-                shown(&status.tool),
-                shown(&self.tool)
+                told(&status.tool),
+                told(&self.tool)
             ));
         }
         let is_light = (self.payload - status.payload).abs() <= heavy;
@@ -202,8 +204,11 @@ impl Setup {
         let is_inside = (0..3).all(|i| (low[i]..=high[i]).contains(&place[i]));
         is_inside.then_some(()).ok_or_else(|| {
             format!(
-                "the arm's own fence holds its tip between {low:?} and {high:?} m, and the strike goes to {place:?} m; choose another \
-                 target, or set the fence by the arm's own program"
+                "the arm's own fence holds its tip between {} and {} m, and the strike goes to {} m; choose another target, or set the fence \
+                 by the arm's own program",
+                shown(&low),
+                shown(&high),
+                shown(&place)
             )
         })
     }

@@ -1,6 +1,6 @@
 //! Signals that end a program, or stop it: the motion ends first, and the record is kept.
 
-use std::io;
+use std::io::{self, Write};
 use std::ops::RangeInclusive;
 use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, mpsc};
@@ -54,13 +54,16 @@ pub fn tell(what: &str) {
 
 /// The same; errors where nothing can be written there.
 pub(super) fn told(what: &str) -> io::Result<()> {
-    use io::Write;
     io::stderr().write_all(format!("{what}\n").as_bytes())
 }
 
-/// The same at once: a terminal that holds back what is written (Ctrl-S, a pager, a slow line) holds back nothing else.
+/// The same at once, on standard output where standard error is gone: a terminal that holds back what is written (Ctrl-S, a pager, a slow
+/// line) holds back nothing else.
 pub(super) fn alarm(what: String) {
-    beside(move || tell(&what));
+    beside(move || {
+        // Where neither is left, nobody is.
+        let _ = told(&what).or_else(|_| io::stdout().write_all(format!("{what}\n").as_bytes()));
+    });
 }
 
 /// Does something on a thread of its own, and waits for it for a moment at the most.

@@ -6,7 +6,7 @@ use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-use super::connection::is_nothing_yet;
+use super::connection::{is_nothing_yet, what_happened};
 use super::driver::{Condition, Report, Reports, distance};
 use super::guard::{Clocks, Guard, OnLine, STILL, Sample};
 use super::line::Line;
@@ -286,7 +286,7 @@ fn read(shared: &Shared, mut reports: Box<dyn Reports>) {
                 let why = if is_nothing_yet(&error) {
                     "its reports ceased".to_owned()
                 } else {
-                    format!("its reports broke off: {error}")
+                    format!("its reports broke off: {}", what_happened(&error))
                 };
                 if seen.guard.is_some() {
                     stop(&shared.outlet, &mut seen, why.clone());

@@ -13,15 +13,18 @@ use rtde::{LIFE, Stream, number};
 
 use super::arm::{
     Arm, ArmLimits, CONNECT, Identity, LineRequest, Outlet, Ports, Pose, Reports, Status, connect,
-    connect_unread, listen, version_in,
+    connect_unread, distance, listen, version_in,
 };
 
 /// How the arm brakes when it is stopped, in m/s².
 const BRAKE: f64 = 8.0;
 /// Signs of life a second, without which the controller stops a line, and ends a program that only waits.
 const LEAST_LIFE: (f64, f64) = (10.0, 1.0);
-/// The controller is asked about places on a line that are so far apart at the most, in m.
+/// The controller is asked about places so far apart at the most, in m, and whether no joint turns faster between them, in rad/s.
 const APART: f64 = 0.05;
+const FASTEST: f64 = std::f64::consts::PI;
+/// A place has a solution, within safety limits as a place and by its joints (URScript's manual; tried on an emulator alone).
+const ASK: &str = include_str!("ask.script");
 /// The oldest software that is driven: its RTDE gives the tool.
 const SOFTWARE: (u32, u32) = (5, 11);
 
@@ -149,19 +152,18 @@ impl Arm for Ur {
         self.outlet.send(&self.script, &waiting("wait", ""))
     }
 
-    /// A script asks about places along the lines (reach, and its safety planes), and writes the answer into a register.
+    /// A script asks about places along the lines, and writes the answer into a register.
     fn can_move(&mut self, lines: &[LineRequest]) -> io::Result<Result<(), (usize, String)>> {
         let mut stream = stream(&self.ports, self.patience, None)?;
         let mut from = stream.next()?.report.pose.at;
-        let mut text = "  wrong = 0\n".to_owned();
+        let mut text = ASK.to_owned();
         for (number, line) in (1..).zip(lines) {
             for at in line.places(from, APART) {
+                let most = FASTEST * distance(from, at) / line.speed;
                 let place = written(&Pose { at, ..line.to });
-                text += &format!(
-                    "  if (wrong == 0) and not is_within_safety_limits({place}):\n    wrong = {number}\n  end\n"
-                );
+                text += &format!("  ask({place}, {number}, {most:.4})\n");
+                from = at;
             }
-            from = line.to.at;
         }
         // The line's number is the last digit.
         let question = number();
@@ -171,11 +173,9 @@ impl Arm for Ur {
         while Instant::now() < until {
             let answer = stream.next()?.answer;
             if answer / 10 == question {
-                let why = "it leaves the arm's reach or safety planes; lay the object elsewhere";
-                let number = (answer % 10) as usize;
-                return Ok(number
-                    .checked_sub(1)
-                    .map_or(Ok(()), |at| Err((at, why.into()))));
+                let why = "it leaves the arm's reach, safety planes or joint limits, or a joint would turn too fast; lay the object elsewhere";
+                let line = ((answer % 10) as usize).checked_sub(1);
+                return Ok(line.map_or(Ok(()), |line| Err((line, why.into()))));
             }
         }
         Err(io::ErrorKind::TimedOut.into())

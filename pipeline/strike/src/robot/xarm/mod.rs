@@ -5,7 +5,10 @@ mod version;
 mod wire;
 
 use std::io;
-use std::net::TcpStream;
+use std::net::{SocketAddr, TcpStream};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
 use std::time::Duration;
 
 use control::Control;
@@ -14,7 +17,7 @@ pub use wire::{Register, line_payload, request};
 
 use super::arm::{
     Arm, CONNECT, Condition, Identity, LineRequest, Outlet, Ports, Pose, Report, Reports, Said,
-    Status, Turn, listen,
+    Status, Turn, listen, shown,
 };
 
 /// mm in a metre.
@@ -33,17 +36,50 @@ pub struct XArm {
     axes: u32,
 }
 
-/// The real-time report.
-struct Stream(TcpStream);
+/// The real-time report, and whether the rich one has shown that a motor was switched off.
+struct Stream {
+    reports: TcpStream,
+    is_off: Arc<AtomicBool>,
+}
+
+impl Stream {
+    /// Looks at the motors, which only the rich report holds, until the stream is dropped.
+    fn watch_motors(is_off: &Arc<AtomicBool>, address: SocketAddr) {
+        let mut before = 0;
+        let mut rich = None;
+        while Arc::strong_count(is_off) > 1 {
+            let stream = match rich.take() {
+                Some(stream) => Ok(stream),
+                None => listen(address, CONNECT),
+            };
+            let read = stream.and_then(|mut stream| {
+                let settings = wire::read_settings(&mut stream)?;
+                Ok((stream, settings.enabled))
+            });
+            match read {
+                Ok((stream, on)) => {
+                    is_off.fetch_or(before & !on != 0, Ordering::Relaxed);
+                    (rich, before) = (Some(stream), on);
+                }
+                // Without it motors are looked at before each strike alone.
+                Err(_) => thread::sleep(CONNECT / 10),
+            }
+        }
+    }
+}
 
 impl Reports for Stream {
     fn next(&mut self) -> io::Result<Report> {
-        let report = wire::read_realtime(&mut self.0)?;
+        let report = wire::read_realtime(&mut self.reports)?;
+        let condition = match self.is_off.load(Ordering::Relaxed) {
+            true => Condition::Held(Said("motors were switched off, state", report.state.into())),
+            false => condition(report.mode, report.state, report.held),
+        };
         Ok(Report {
             clock: report.clock as f64 * 1e-6,
             pose: pose(report.pose),
             velocity: report.velocity.map(|speed| speed / MM),
-            condition: condition(report.mode, report.state, report.held),
+            condition,
         })
     }
 }
@@ -94,7 +130,13 @@ impl Arm for XArm {
     }
 
     fn reports(ports: &Ports, _: &Outlet) -> io::Result<Box<dyn Reports>> {
-        Ok(Box::new(Stream(listen(ports[1], CONNECT)?)))
+        let reports = listen(ports[1], CONNECT)?;
+        let is_off = Arc::new(AtomicBool::new(false));
+        let (watched, address) = (is_off.clone(), ports[3]);
+        thread::Builder::new()
+            .name("arm-motors".into())
+            .spawn(move || Stream::watch_motors(&watched, address))?;
+        Ok(Box::new(Stream { reports, is_off }))
     }
 
     fn outlet(&self) -> &Outlet {
@@ -202,9 +244,9 @@ fn wrong((error, warning): (u8, u8), settings: &wire::Settings) -> Vec<String> {
         [x, y, z].iter().any(|v| v.abs() > far) || turns.iter().any(|v| v.abs() > turned);
     if is_shifted || settings.world_offset.iter().any(|v| !v.is_finite()) {
         wrong.push(format!(
-            "the controller shifts its frame by the world offset {:?} (mm, rad); set it to zero by the arm's own program, and state where \
+            "the controller shifts its frame by the world offset {} (mm, rad); set it to zero by the arm's own program, and state where \
              the base stands in the rig file: robot.base, base_yaw, base_height",
-            settings.world_offset
+            shown(&settings.world_offset)
         ));
     }
     let (upright, tilted) = UPRIGHT;

@@ -6,66 +6,71 @@ use std::{env, fs, io};
 
 use values::Point;
 
-use super::error::CollectError;
-
 /// An object that was put back lies farther than this, in m, from where it stopped.
 const PUT_BACK: f64 = 0.02;
 
 /// Where the last strike left the object: there it must not be struck, for nobody has put it anywhere.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum LastStop {
+pub(crate) enum LastStop {
     /// It was not struck.
     None,
     /// There, in m.
     At(Point),
-    /// It was not seen to stop: wherever it is seen at rest next, it may have stopped.
-    Unseen,
+    /// It was not seen to stop: where it is seen at rest next, in m once it was, it may have stopped.
+    Unseen(Option<Point>),
 }
+
+/// Nowhere to keep where an arm's last strike left the object.
+#[derive(Debug, thiserror::Error)]
+#[error(
+    "find a folder for where the object stopped last: neither XDG_STATE_HOME nor HOME is set; set one"
+)]
+pub struct NoMemory;
 
 /// The last stop, and the file that holds it.
 #[derive(Debug)]
-pub(super) struct Memory {
+pub struct Memory {
     path: PathBuf,
     stop: LastStop,
 }
 
 /// The folder of what is kept by arm: `carom` in XDG_STATE_HOME, or in `.local/state` of the user's home. Errors where neither is set.
-pub fn memory_folder() -> Result<PathBuf, CollectError> {
+pub fn memory_folder() -> Result<PathBuf, NoMemory> {
     let set = |name: &str| env::var_os(name).map(PathBuf::from);
     let state = set("XDG_STATE_HOME").filter(|path| path.is_absolute());
     state
         .or_else(|| Some(set("HOME")?.join(".local/state")))
         .map(|state| state.join("carom"))
-        .ok_or(CollectError::NoMemory)
+        .ok_or(NoMemory)
 }
 
 impl Memory {
     /// What is kept of an arm. A file that cannot be understood says that an object may lie where it stopped.
-    pub(super) fn open(folder: &Path, serial: &str) -> Result<Self, CollectError> {
+    pub fn open(folder: &Path, serial: &str) -> Result<Self, durable::Error> {
         let plain = |c: char| if c.is_ascii_alphanumeric() { c } else { '_' };
         let name: String = serial.chars().map(plain).take(100).collect();
         let path = folder.join(format!("stop_of_{name}"));
         let stop = match fs::read_to_string(&path) {
-            Ok(text) => parse(&text).map_or(LastStop::Unseen, LastStop::At),
+            Ok(text) => parse(&text).unwrap_or(LastStop::Unseen(None)),
             Err(error) if error.kind() == io::ErrorKind::NotFound => LastStop::None,
-            Err(error) if error.kind() == io::ErrorKind::InvalidData => LastStop::Unseen,
-            Err(error) => return Err(durable::Error::new("read", &path, error).into()),
+            Err(error) if error.kind() == io::ErrorKind::InvalidData => LastStop::Unseen(None),
+            Err(error) => return Err(durable::Error::new("read", &path, error)),
         };
         Ok(Self { path, stop })
     }
 
     /// The last stop.
-    pub(super) fn stop(&self) -> LastStop {
+    pub(crate) fn stop(&self) -> LastStop {
         self.stop
     }
 
     /// The file.
-    pub(super) fn path(&self) -> &Path {
+    pub(crate) fn path(&self) -> &Path {
         &self.path
     }
 
     /// Keeps a stop, on the disk too. Where that fails, the disk holds what it held.
-    pub(super) fn keep(&mut self, stop: LastStop) -> Result<(), durable::Error> {
+    pub(crate) fn keep(&mut self, stop: LastStop) -> Result<(), durable::Error> {
         self.stop = stop;
         let text = match stop {
             LastStop::None => {
@@ -77,7 +82,8 @@ impl Memory {
                 };
             }
             LastStop::At(at) => format!("{:.4} {:.4}\n", at.x, at.y),
-            LastStop::Unseen => "unseen\n".into(),
+            LastStop::Unseen(None) => "unseen\n".into(),
+            LastStop::Unseen(Some(at)) => format!("unseen {:.4} {:.4}\n", at.x, at.y),
         };
         if let Some(folder) = self.path.parent() {
             durable::create_dir(folder)?;
@@ -86,22 +92,44 @@ impl Memory {
     }
 
     /// Whether the object lies where its last strike left it, or may have.
-    pub(super) fn is_at(&mut self, place: Point) -> bool {
+    pub(crate) fn is_at(&mut self, place: Point) -> bool {
         match self.stop {
             LastStop::None => false,
-            LastStop::At(stop) => stop.distance(place) < PUT_BACK,
-            LastStop::Unseen => {
-                self.stop = LastStop::At(place);
+            LastStop::At(stop) | LastStop::Unseen(Some(stop)) => stop.distance(place) < PUT_BACK,
+            LastStop::Unseen(None) => {
+                self.stop = LastStop::Unseen(Some(place));
                 true
             }
         }
     }
+
+    /// Whether one strike that a person calls for may be made where the object is seen at rest: anywhere once it was seen to stop; else not
+    /// where it may have stopped, which is kept. Errors with why not.
+    pub fn permits(&mut self, place: Point) -> Result<(), String> {
+        if matches!(self.stop, LastStop::At(_)) || !self.is_at(place) {
+            return Ok(());
+        }
+        // What cannot be kept is asked for once more.
+        let _ = self.keep(self.stop);
+        Err(format!(
+            "this arm's last strike was not seen to its end: where the object lies now that strike may have left it. Put it 2 cm or more \
+             from ({:.3}, {:.3}) m and call again (as {} says)",
+            place.x,
+            place.y,
+            self.path.display()
+        ))
+    }
 }
 
-fn parse(text: &str) -> Option<Point> {
-    let (x, y) = text.trim_end().split_once(' ')?;
+fn parse(text: &str) -> Option<LastStop> {
     let number = |text: &str| text.parse().ok().filter(|v: &f64| v.is_finite());
-    Some(Point::new(number(x)?, number(y)?))
+    let words: Vec<&str> = text.split_whitespace().collect();
+    let at = |x: &str, y: &str| Some(Point::new(number(x)?, number(y)?));
+    match words[..] {
+        ["unseen", x, y] => Some(LastStop::Unseen(Some(at(x, y)?))),
+        [x, y] => Some(LastStop::At(at(x, y)?)),
+        _ => None,
+    }
 }
 
 #[cfg(test)]
@@ -114,7 +142,8 @@ mod tests {
         let open = |serial: &str| Memory::open(folder.path(), serial).expect("opens");
         assert_eq!(open("XI1").stop(), LastStop::None);
         for stop in [
-            LastStop::Unseen,
+            LastStop::Unseen(None),
+            LastStop::Unseen(Some(Point::new(0.5, -0.1))),
             LastStop::At(Point::new(0.5, -0.1)),
             LastStop::None,
         ] {
@@ -123,7 +152,24 @@ mod tests {
             assert_eq!(open("XI2").stop(), LastStop::None);
         }
         fs::write(open("XI1").path(), "0.5 nan").expect("writes");
-        assert_eq!(open("XI1").stop(), LastStop::Unseen);
+        assert_eq!(open("XI1").stop(), LastStop::Unseen(None));
+    }
+
+    #[test]
+    fn a_strike_that_is_called_for_is_permitted_where_the_object_was_seen_to_stop_or_was_put() {
+        let folder = tempfile::tempdir().expect("folder");
+        let open = || Memory::open(folder.path(), "XI1").expect("opens");
+        let (here, there) = (Point::new(0.5, 0.1), Point::new(0.3, 0.0));
+        assert!(open().permits(here).is_ok());
+        open().keep(LastStop::At(here)).expect("keeps");
+        assert!(open().permits(here).is_ok());
+        open().keep(LastStop::Unseen(None)).expect("keeps");
+        // However often it is called.
+        for _ in 0..2 {
+            let why = open().permits(here).expect_err("nobody put it there");
+            assert!(why.contains("(0.500, 0.100)"), "{why}");
+        }
+        assert!(open().permits(there).is_ok());
     }
 
     #[test]
@@ -136,7 +182,7 @@ mod tests {
         );
         let mut memory = Memory::open(folder.path(), "XI1").expect("opens");
         assert!(!memory.is_at(here));
-        memory.keep(LastStop::Unseen).expect("keeps");
+        memory.keep(LastStop::Unseen(None)).expect("keeps");
         assert!(memory.is_at(here), "it may have stopped there");
         assert!(memory.is_at(near) && memory.is_at(here));
         assert!(!memory.is_at(there));
