@@ -48,7 +48,8 @@ const SEARCHED: usize = 250;
 /// Cells across an image in which light is even, and most of a spot's brightness, of 255.
 const CELLS: usize = 4;
 const MOST_OFF: f32 = 20.0;
-/// What is left of its noise where it is worth the search.
+/// What is left, of its noise, where a turn is worth a fit, and where a far movement is worth the search.
+const NOISY: f32 = 1.1;
 const ODD: f32 = 2.0;
 /// Places from which a fit begins, and how far from one another two are others, in px.
 const STARTS: usize = 6;
@@ -102,8 +103,10 @@ impl Spots {
         }
         // A camera that was pushed is mostly turned as well.
         let from = moved.map_or(self.still(), |fit| fit.flow);
-        let turned = self.fitted::<TURNED>(&seen, from);
-        let tilted = self.fitted::<ALL>(&seen, turned.map_or(from, |fit| fit.flow));
+        let is_odd = still.scatter > NOISY * self.noise;
+        let turned = is_odd.then(|| self.fitted::<TURNED>(&seen, from)).flatten();
+        let from = turned.map_or(from, |fit| fit.flow);
+        let tilted = is_odd.then(|| self.fitted::<ALL>(&seen, from)).flatten();
         // The last that is surely better than all that are simpler.
         let (mut best, mut least) = (None, still);
         for (fit, sure) in [(moved, SURE), (turned, SURE_TURNED), (tilted, SURE_TURNED)] {
