@@ -20,6 +20,8 @@ pub(crate) struct Aligned {
     pub(crate) flow: Flow,
     /// How far it has moved since the log began: what is known of the camera is of then.
     pub(crate) moved: Flow,
+    /// How well that is known: standard deviation in px, nothing where it has not moved.
+    pub(crate) deviation: f64,
     light: f32,
 }
 
@@ -29,6 +31,7 @@ impl Aligned {
         Self {
             flow: Flow::still([0; 2]),
             moved: Flow::still([0; 2]),
+            deviation: 0.0,
             light: 1.0,
         }
     }
@@ -134,6 +137,7 @@ impl Spots {
         (fit.scatter <= most).then_some(Aligned {
             flow: fit.flow,
             moved: if is_moved { moved } else { self.still() },
+            deviation: if is_moved { fit.deviation } else { 0.0 },
             // Of light, from bytes.
             light: fit.gain.max(0.1).powf(2.2) as f32,
         })

@@ -121,6 +121,10 @@ impl Tracker {
         let middle = [0.5 * image.width as f64, 0.5 * image.height as f64];
         let at = looked.observation.pixel.unwrap_or(middle);
         looked.observation.shift = aligned.moved.at(at);
+        let [fx, fy, ..] = self.camera.lens.matrix;
+        let metres = self.camera.position[2] / fx.min(fy);
+        let deviation = &mut looked.observation.deviation;
+        *deviation = deviation.hypot(metres * aligned.deviation);
         looked
     }
 
