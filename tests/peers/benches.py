@@ -101,7 +101,7 @@ class Scene:
         s.told_height = k.get("told_height", s.height); s.lines = k.get("lines", False)
         s.extra = k.get("extra", ()); s.hide = k.get("hide"); s.push = k.get("push"); s.rate = k.get("rate", 30.)
         s.arm = k.get("arm", True); s.wb = np.array(k.get("wb", (1, 1, 1.))); s.drift = k.get("drift", 0.)
-        s.rect = k.get("rect", False); s.mode = k.get("mode"); s.hue = k.get("hue", (340., 20.)); s.r = k.get("r", .03); s.sat = k.get("sat", .4)
+        s.rect = k.get("rect", False); s.before = k.get("before", False); s.mode = k.get("mode"); s.hue = k.get("hue", (340., 20.)); s.r = k.get("r", .03); s.sat = k.get("sat", .4)
         s.half = (.03, .03); s.strikes = k.get("strikes", 2); s.sides = k.get("sides", (.75, .4)); s.tip = k.get("tip", True)
         s.hand = k.get("hand", False); s.glare = k.get("glare", False)
         w, h = s.cam.w, s.cam.h
@@ -271,7 +271,7 @@ class Scene:
     def shoot(s, img, rng, gain=1., shift=(0, 0)):
         img = img*gain*s.wb
         if s.blur: img = cv2.GaussianBlur(img, (0, 0), s.blur)
-        if any(shift): img = cv2.warpAffine(img.astype(np.float32), np.float32([[1, 0, shift[0]], [0, 1, shift[1]]]), (s.cam.w, s.cam.h), flags=cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE)
+        if any(shift): img = cv2.warpAffine(img.astype(np.float32), np.float32(turned(s.cam, *shift)), (s.cam.w, s.cam.h), flags=cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE)
         b = SRGB[np.clip(img*LUT_N, 0, LUT_N).astype(int)]
         if s.curve: z = b/255; b = 255*(z + s.curve*(z - .5)*z*(1 - z)*4)
         if s.sharp: b = b + s.sharp*(b - cv2.GaussianBlur(b, (0, 0), 1.0))
@@ -284,6 +284,10 @@ class Scene:
             o = np.empty(b.shape[:2], np.uint8); o[0::2, 0::2] = b[0::2, 0::2, 0]; o[0::2, 1::2] = b[0::2, 1::2, 1]; o[1::2, 0::2] = b[1::2, 0::2, 1]; o[1::2, 1::2] = b[1::2, 1::2, 2]; return o.tobytes()
         return b.tobytes()
 
+def turned(cam, x, y, degrees=0., zoom=1.):
+    c, q = zoom*np.cos(np.radians(degrees)), zoom*np.sin(np.radians(degrees)); u, v = cam.w/2, cam.h/2
+    return [[c, -q, x + u - c*u + q*v], [q, c, y + v - q*u - c*v]]
+
 def cdr(parts):
     b = bytearray()
     for k, v in parts:
@@ -294,9 +298,12 @@ def cdr(parts):
         else: b += b"\0"*(-len(b) % 4) + struct.pack("<I", len(v)) + v
     return b"\0\1\0\0" + bytes(b)
 
+RAW = [-.21, .06, .001, -.001, 0.]  # the lens that rectified images had before
+
+def raw(cam): return [cam.K[0]*1.03, cam.K[1]*1.03, cam.K[2] - 5, cam.K[3] + 4]
+
 def rig_toml(s, info=False):
-    c = s.cam; o = {"cylinder": f'radius = {s.r}\nhalf_height = {s.told_height/2}', "box": f'half_size = [{s.half[0]}, {s.half[1]}, {s.told_height/2}]', "sphere": f'radius = {s.r}'}[s.shape]
-    K = list(c.K); D = list(c.dist)
+    c = s.cam; K, D = (raw(c), RAW) if s.before else (list(c.K), list(c.dist)); o = {"cylinder": f'radius = {s.r}\nhalf_height = {s.told_height/2}', "box": f'half_size = [{s.half[0]}, {s.half[1]}, {s.told_height/2}]', "sphere": f'radius = {s.r}'}[s.shape]
     cam = "" if info else f"matrix = {K}\nsize = [{c.w}, {c.h}]\ndistortion = {D}\n"
     return f"""[object]
 shape = "{s.shape}"
@@ -335,7 +342,7 @@ def strikes_of(s, rng):
 
 def write(s, name, folder, seed):
     rng = np.random.default_rng(seed); folder = pathlib.Path(folder)/name; folder.mkdir(parents=True, exist_ok=True)
-    (folder/"rig.toml").write_text(rig_toml(s, s.rect))
+    (folder/"rig.toml").write_text(rig_toml(s, s.rect and not s.before))
     truth = []; f = open(folder/"log.mcap", "wb"); w = Writer(f); w.start()
     rawk = s.enc != "jpeg"; schema = "sensor_msgs/msg/Image" if rawk else "sensor_msgs/msg/CompressedImage"
     sid = w.register_schema(schema, "ros2msg", b""); topic = "/camera/image_rect/compressed" if s.rect else "/camera/image"
@@ -343,8 +350,8 @@ def write(s, name, folder, seed):
     jid = w.register_schema("geometry_msgs/msg/TwistStamped", "jsonschema", b"{}"); cc = w.register_channel("/striker/command", "json", jid)
     if s.rect:
         iid = w.register_schema("sensor_msgs/msg/CameraInfo", "ros2msg", b""); ic = w.register_channel("/camera/camera_info", "cdr", iid)
-        K = s.cam.K; kk = [K[0]*1.03, 0, K[2] - 5, 0, K[1]*1.03, K[3] + 4, 0, 0, 1]; P = [K[0], 0, K[2], 0, 0, K[1], K[3], 0, 0, 0, 1, 0]
-        m = [("u32", T0), ("u32", 0), ("str", "camera"), ("u32", s.cam.h), ("u32", s.cam.w), ("str", "plumb_bob"), ("u32", 5)] + [("f64", v) for v in (-.21, .06, .001, -.001, 0)] + [("f64", v) for v in kk] + [("f64", v) for v in (1, 0, 0, 0, 1, 0, 0, 0, 1)] + [("f64", v) for v in P]
+        K = s.cam.K; r = raw(s.cam); kk = [r[0], 0, r[2], 0, r[1], r[3], 0, 0, 1]; P = [K[0], 0, K[2], 0, 0, K[1], K[3], 0, 0, 0, 1, 0]
+        m = [("u32", T0), ("u32", 0), ("str", "camera"), ("u32", s.cam.h), ("u32", s.cam.w), ("str", "plumb_bob"), ("u32", 5)] + [("f64", v) for v in RAW] + [("f64", v) for v in kk] + [("f64", v) for v in (1, 0, 0, 0, 1, 0, 0, 0, 1)] + [("f64", v) for v in P]
         m += [("u32", 0), ("u32", 0), ("u32", 0), ("u32", 0), ("u32", 0), ("u32", 0), ("u8", 0)]
         w.add_message(ic, T0*10**9, cdr(m), T0*10**9)
     t = 0.; per = 1/s.rate; n = 0; pending = []
@@ -379,7 +386,7 @@ def write(s, name, folder, seed):
             still = (pose(t - .05)[0] == pose(t + .05)[0]) and np.allclose(tip(t - .05), tip(t + .05)) and (s.hide is None or abs(t - t_imp) > .2)
             if not (still and cache is not None):
                 cache_img = s.clean(pose, tip, cover, t); cache = cache_img if still else None
-            gain = 1 + s.drift*np.sin(t*.9); shift = s.push[1] if s.push and k >= s.push[0] else (0, 0)
+            gain = 1 + s.drift*np.sin(t*.9); shift = s.push[1] if s.push and (k, t) >= (s.push[0], t_imp + s.push[2]) else (0, 0)
             b = s.shoot(cache_img, rng, gain, shift); data = s.pack(b)
             stamp = T0*10**9 + int(round(t*1e9))
             while pending and pending[0][0] <= t:
@@ -388,8 +395,8 @@ def write(s, name, folder, seed):
             if rawk: m = cdr([("u32", sec), ("u32", ns), ("str", "c"), ("u32", s.cam.h), ("u32", s.cam.w), ("str", "bayer_rggb8" if s.enc == "bayer" else "rgb8"), ("u8", 0), ("u32", s.cam.w*(1 if s.enc == "bayer" else 3)), ("bytes", data)])
             else: m = cdr([("u32", sec), ("u32", ns), ("str", "c"), ("str", "jpeg"), ("bytes", data)])
             w.add_message(ch, stamp, m, stamp)
-            # truth at the middle of the exposure of the object's rows
-            row = s.cam.project([[*pose(t)[:2], .02]])[0, 1]; d = s.readout*row/(s.cam.h - 1)
+            # truth at the middle of the exposure of the rows of the object, where the rig file tells when that is; else at the stamp
+            row = s.cam.project([[*pose(t)[:2], .02]])[0, 1]; d = s.readout*row/(s.cam.h - 1) if s.told else 0.
             truth.append(dict(stamp=stamp, delay=d, strike=k, at=list(map(float, pose(t + d))), speed=float(max(0, st["v"] - st["g"]*max(0, t + d - t_imp)) if t + d > t_imp else 0), hidden=bool(s.hide is not None and abs(t - t_imp) <= 2*per)))
             if n in (3, 30): cv2.imwrite(str(folder/f"shot{n}.png"), b[..., ::-1])
             n += 1; t += per
@@ -413,9 +420,11 @@ SCENES = {
  "box": dict(shape="box"), "sphere": dict(shape="sphere", r=.025), "box_label": dict(shape="box", print="label"), "blue_wood": dict(colour=(38, 70, 180), hue=(200., 250.), table="wood"),
  "green_cloth": dict(colour=(40, 150, 60), hue=(100., 160.), table="cloth"), "tilt25": dict(cam=C(640, 480, 470, (.15, .04, 1.15), (0, 20))), "lens": dict(cam=C(640, 480, 520, (.5, .04, 1.2), (2, -3), [-.22, .07, .001, -.0008, 0.])),
  "p720": dict(cam=C(1280, 720, 1000, (.5, .04, 1.2), (2, -3)), strikes=3), "defocus": dict(blur=1.5), "sharpened": dict(sharp=1.2), "auto_exposure": dict(drift=.25), "hand": dict(hand=True),
- "glare": dict(glare=True), "low_wood_jpeg60": dict(table="wood", jpeg=60, noise=4.), "orange_oak": dict(table="oak", colour=(235, 95, 20), hue=(5., 30.), sat=.65), "all": dict(table="wood", lines=True, print="label", extra=("cable",), jpeg=75, vig=.3, noise=3.),
+ "smooth_dark": dict(table="dark", colour=(225, 190, 40), hue=(35., 65.)), "glare": dict(glare=True), "low_wood_jpeg60": dict(table="wood", jpeg=60, noise=4.), "orange_oak": dict(table="oak", colour=(235, 95, 20), hue=(5., 30.), sat=.65), "all": dict(table="wood", lines=True, print="label", extra=("cable",), jpeg=75, vig=.3, noise=3.),
 }
-WRONG = {"untold_readout": dict(readout=.020, told=False), "untold_exposure": dict(exposure=.033, told=False), "pushed": dict(push=(1, (1.5, -1.4))), "pushed_wood": dict(push=(1, (2.0, 0.)), table="wood"), "rectified": dict(rect=True), "height30": dict(told_height=.03), "height50": dict(told_height=.05)}
+WRONG = {"untold_readout": dict(readout=.020, told=False), "untold_exposure": dict(exposure=.033, told=False), "pushed": dict(push=(1, (1.5, -1.4), -1.)), "pushed_wood": dict(push=(1, (2.0, 0.), -1.), table="wood"), "pushed_early": dict(push=(0, (2., 1.4), -.5), table="wood"),
+ "pushed_between": dict(push=(0, (1.6, 1.2), .3)), "pushed_far": dict(push=(1, (10., 6.), -1.)), "pushed_farther": dict(push=(1, (25., -14.), -1.), table="wood"), "turned": dict(push=(1, (0., 0., 1.), -1.), table="wood"), "zoomed": dict(push=(1, (1., -.5, 0., 1.012), -1.), table="wood"),
+ "rectified": dict(rect=True), "rectified_lens_of_before": dict(rect=True, before=True), "height30": dict(told_height=.03), "height50": dict(told_height=.05)}
 
 def main():
     """Writes the logs of all benches that are not there yet: FOLDER SEED STRIKES [NAMES]."""

@@ -16,7 +16,7 @@ use crate::left_out::LeftOut;
 /// Where a run keeps the logs with centroids that it made.
 const FOLDER: &str = "tracked";
 /// Raised when the same images give other centroids.
-const VERSION: u32 = 5;
+const VERSION: u32 = 6;
 
 /// Logs to ingest.
 #[derive(Debug, Default)]

@@ -17,6 +17,8 @@ pub(crate) struct CameraInfo {
     pub(crate) lens: Lens,
     /// Width and height in px.
     pub(crate) size: [usize; 2],
+    /// Of rectified images: the matrix that holds for them before.
+    before: Option<[f64; 4]>,
 }
 
 impl CameraInfo {
@@ -31,13 +33,13 @@ impl CameraInfo {
             }
             let parsed = parse(&message, is_rectified(images));
             if is_beside(topic, images) {
-                return Err(Stop::Found(topic.clone(), parsed));
+                return Err(Stop::Found(Box::new((topic.clone(), parsed))));
             }
             others.push((topic.clone(), parsed));
             Ok(())
         });
         let (topic, info) = match read {
-            Err(Stop::Found(topic, info)) => (topic, info),
+            Err(Stop::Found(found)) => *found,
             Err(Stop::Log(error)) => return Err(error.into()),
             Ok(_) if others.len() == 1 => others.remove(0),
             Ok(_) => return Ok(None),
@@ -50,9 +52,30 @@ impl CameraInfo {
     }
 }
 
+impl CameraInfo {
+    /// Whether a lens is that of the images before they were rectified.
+    pub(crate) fn is_before(&self, lens: &Lens) -> bool {
+        let is_like = |matrix: &[f64; 4]| is_alike(matrix, &lens.matrix, self.size[0]);
+        let is_after = is_like(&self.lens.matrix) && lens.bend() < MOST_BEND;
+        self.before.as_ref().is_some_and(is_like) && !is_after
+    }
+}
+
+/// A lens that bends the image's corners by more than this, of their distance from its middle, is none of rectified images.
+pub(crate) const MOST_BEND: f64 = 0.02;
+
+/// Whether two matrices (`[fx, fy, cx, cy]`) of images of this width (px) differ by no more than calibrations of one camera do.
+fn is_alike(a: &[f64; 4], b: &[f64; 4], width: usize) -> bool {
+    /// Of a focal length, and of the image's width for the principal point.
+    const MOST: f64 = 0.01;
+    let width = width.max(1) as f64;
+    let scales = [b[0], b[1], width, width];
+    (0..4).all(|i| (a[i] - b[i]).abs() <= MOST * scales[i])
+}
+
 /// How the search in a log ends.
 enum Stop {
-    Found(String, Result<CameraInfo, String>),
+    Found(Box<(String, Result<CameraInfo, String>)>),
     Log(LogError),
 }
 
@@ -89,17 +112,22 @@ pub(crate) struct CameraMessage {
 
 fn parse(message: &RawMessage<'_>, is_rectified: bool) -> Result<CameraInfo, String> {
     let message = CameraMessage::of(message)?;
-    let message = if is_rectified {
-        message.rectified()?
-    } else {
-        message
+    if !is_rectified {
+        return message.checked();
+    }
+    let before = match message.matrix[..] {
+        [fx, _, cx, _, fy, cy, ..] => Some([fx, fy, cx, cy]),
+        _ => None,
     };
-    message.checked()
+    let info = message.rectified()?.checked()?;
+    Ok(CameraInfo { before, ..info })
 }
 
-/// Whether the images of a topic are rectified, as ROS names it: `image_rect`, `image_rect_color`, `image_rect_raw`. They have no lens left.
-fn is_rectified(images: &str) -> bool {
-    images.split('/').any(|part| part.starts_with("image_rect"))
+/// Whether the images of a topic are rectified, as drivers name it: `image_rect`, `image_rect_color`, `image_rect_raw`, `rect/image`. They
+/// have no lens left.
+pub(crate) fn is_rectified(images: &str) -> bool {
+    let is_name = |part: &str| part.starts_with("image_rect") || part.starts_with("rect");
+    images.split('/').any(is_name)
 }
 
 /// Coefficients of a distortion at the most: what no model exceeds.
@@ -196,8 +224,6 @@ impl CameraMessage {
 
     /// Where it contradicts the lens in use and the size of the images.
     pub(crate) fn contradictions(&self, lens: &Lens, size: Option<[usize; 2]>) -> Vec<String> {
-        /// Of a focal length, and of the image's width for the principal point: more than calibrations of one camera differ by.
-        const MOST: f64 = 0.01;
         let mut found = Vec::new();
         let mut add = |what: String| {
             found.push(format!(
@@ -211,23 +237,13 @@ impl CameraMessage {
                 self.model
             ));
         }
-        if let [fx, _, cx, _, fy, cy, ..] = self.matrix[..] {
-            let width = f64::from(self.size[0].max(1));
-            let [own_fx, own_fy, own_cx, own_cy] = lens.matrix;
-            let is_other = [
-                (fx, own_fx, own_fx),
-                (fy, own_fy, own_fy),
-                (cx, own_cx, width),
-                (cy, own_cy, width),
-            ]
-            .into_iter()
-            .any(|(theirs, ours, scale)| (theirs - ours).abs() > MOST * scale);
-            if is_other {
-                let [a, b, c, d] = lens.matrix;
-                add(format!(
-                    "its matrix is {fx:.1}, {fy:.1}, {cx:.1}, {cy:.1} (fx, fy, cx, cy in px), the rig file's {a:.1}, {b:.1}, {c:.1}, {d:.1}"
-                ));
-            }
+        if let [fx, _, cx, _, fy, cy, ..] = self.matrix[..]
+            && !is_alike(&[fx, fy, cx, cy], &lens.matrix, self.size[0] as usize)
+        {
+            let [a, b, c, d] = lens.matrix;
+            add(format!(
+                "its matrix is {fx:.1}, {fy:.1}, {cx:.1}, {cy:.1} (fx, fy, cx, cy in px), the rig file's {a:.1}, {b:.1}, {c:.1}, {d:.1}"
+            ));
         }
         let theirs = self.size.map(|pixels| pixels as usize);
         if let Some(size) = size.filter(|size| *size != theirs) {
@@ -296,6 +312,7 @@ impl CameraMessage {
                 distortion: [0, 1, 2, 3, 4].map(coefficient),
             },
             size: self.size.map(|pixels| pixels as usize),
+            before: None,
         })
     }
 }
@@ -340,6 +357,7 @@ mod tests {
     #[test]
     fn rectified_images_have_the_projection_and_no_lens() {
         assert!(is_rectified("/left/image_rect_color/compressed"));
+        assert!(is_rectified("/zed/rgb/color/rect/image"));
         assert!(!is_rectified("/left/image_raw/compressed"));
         let info = message("rational_polynomial", &[0.1; 8]).rectified();
         let info = info

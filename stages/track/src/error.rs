@@ -263,6 +263,19 @@ pub enum TrackError {
         /// What is wrong with it.
         why: String,
     },
+    /// Rectified images have no lens that bends, and the rig file states one.
+    #[error(
+        "track the images of topic {topic} in log {log}: they are rectified, by their name, and camera.distortion in the rig file bends their corners by {percent:.0} %; log \
+         the CameraInfo beside them, or write its projection P into the rig file as camera.matrix, without distortion"
+    )]
+    Rectified {
+        /// The file.
+        log: String,
+        /// The topic.
+        topic: String,
+        /// How far the lens bends, of the distance from the middle.
+        percent: f64,
+    },
     /// A log from which one image was wanted has none.
     #[error("find an image in log {log}: {why}")]
     NoImage {

@@ -1,6 +1,6 @@
 //! The pose at which the outline lies on the edges seen, step by step.
 
-use crate::background::Alignment;
+use crate::aligned::Alignment;
 use crate::change::{BandSums, Change, Prior};
 use crate::colour::{Contrast, Map, Part, Range};
 use crate::edges::{Edge, Edges, Ray, SideSums, edges, rays};

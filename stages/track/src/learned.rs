@@ -1,7 +1,8 @@
 //! What is known of a log's images before each is looked at.
 
 use crate::Image;
-use crate::background::{Alignment, Background};
+use crate::aligned::Aligned;
+use crate::background::Background;
 use crate::edges::Side;
 
 /// What is known before an image is looked at.
@@ -29,13 +30,10 @@ const LARGER: f64 = 0.4;
 
 impl Learned {
     /// How the background lies in an image; as it was where nothing is known of it; none where it is elsewhere.
-    pub(crate) fn align(&self, image: &Image) -> Option<Alignment> {
+    pub(crate) fn align(&self, image: &Image) -> Option<Aligned> {
         match &self.background {
             Some(background) => background.align(image),
-            None => Some(Alignment {
-                shift: [0.0; 2],
-                light: 1.0,
-            }),
+            None => Some(Aligned::still()),
         }
     }
 }

@@ -49,6 +49,14 @@ impl Lens {
         at
     }
 
+    /// How far it bends the corners of an image about its principal point, of their distance from there.
+    pub(crate) fn bend(&self) -> f64 {
+        let [fx, fy, cx, cy] = self.matrix;
+        let corner = [cx / fx, cy / fy];
+        let [u, v] = self.distorted(corner);
+        (u - corner[0]).hypot(v - corner[1]) / corner[0].hypot(corner[1]).max(1e-9)
+    }
+
     fn distorted(&self, [u, v]: [f64; 2]) -> [f64; 2] {
         let [k1, k2, p1, p2, k3] = self.distortion;
         let r2 = u * u + v * v;

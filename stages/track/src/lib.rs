@@ -15,6 +15,7 @@
 //! What is measured is the object's centre on the table, not the centroid of its picture: the outline is that of the shape at its
 //! height, seen through the camera's lens from its pose. Stamps are moved to the middle of the exposure of the object's rows.
 
+mod aligned;
 mod background;
 mod bayer;
 mod board;
@@ -31,6 +32,7 @@ mod error;
 mod first_image;
 mod first_pose;
 mod fit;
+mod flow;
 mod frame;
 mod homography;
 mod huffman;
@@ -40,6 +42,7 @@ mod learn;
 mod learned;
 mod lens;
 mod log;
+mod log_lens;
 mod message;
 mod message_queue;
 mod minimise;
@@ -51,6 +54,7 @@ mod rotation;
 mod seen_point;
 mod sequence;
 mod size;
+mod spots;
 mod stamps;
 mod standard_codes;
 mod table;

@@ -8,9 +8,10 @@ use logs::write::{CopyWriter, Received, Stamped};
 use logs::{Limits, LogError};
 use values::{ImageTopic, Rig};
 
-use crate::camera_info::{CameraInfo, CameraMessage};
+use crate::camera_info::CameraMessage;
 use crate::frame::TrackedFrame;
 use crate::learned::Learned;
+use crate::log_lens::LogLens;
 use crate::message_queue::{FrameTracker, MessageQueue, Processed};
 use crate::notes::Notes;
 use crate::report::QUALITY_SCHEMA;
@@ -65,21 +66,8 @@ fn track_into(
     view: Option<View<'_>>,
 ) -> Result<TrackOutcome, TrackError> {
     let topic = rig.topics.image.as_ref().ok_or(TrackError::NoTopic)?;
-    let info = match rig.camera.matrix {
-        Some(_) => None,
-        None => CameraInfo::of_log(log, &topic.name)?,
-    };
-    let mut rig = rig.clone();
-    if let Some(CameraInfo { lens, .. }) = info {
-        rig.camera.matrix = Some(lens.matrix);
-        rig.camera.distortion = Some(lens.distortion);
-    }
+    let LogLens { rig, size, note } = LogLens::of(log, rig, &topic.name)?;
     let tracker = Tracker::new(&rig)?;
-    let of_rig = rig
-        .camera
-        .size
-        .map(|size| size.map(|pixels| pixels as usize));
-    let size = info.map_or(of_rig, |info| Some(info.size));
     let learned = Learned::of_log(log, &topic.name, &tracker)?;
     let frames = FrameTracker::new(&tracker, &learned, view.is_some());
     let (summary, mut outcome) = rayon::scope_fifo(|scope| {
@@ -125,6 +113,7 @@ fn track_into(
             why: outcome.notes.pop().unwrap_or_default(),
         });
     }
+    outcome.notes.splice(0..0, note);
     let damage = summary.damage.iter();
     let damage = damage.filter(|damage| damage.extent != Extent::Index);
     let notes = damage.map(|damage| format!("damaged at byte {}: {}", damage.offset, damage.why));
@@ -272,12 +261,13 @@ impl Tracking<'_, '_, '_> {
             let point = frame.centre.ok();
             let (log_time, seen) = frame.with;
             self.notes.add(frame.stamp, point, seen.shift);
+            let late = self.notes.late(self.tracker.camera());
             let reason = frame.centre.err();
             let report = FrameReport {
                 stamp: frame.stamp,
                 x: point.map(|point| point.x),
                 y: point.map(|point| point.y),
-                deviation: point.map(|_| seen.deviation),
+                deviation: point.map(|_| seen.deviation.hypot(late)),
                 shift: seen.shift,
                 quality: seen.quality,
                 reason,

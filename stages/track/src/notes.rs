@@ -14,6 +14,8 @@ pub(crate) struct Notes {
     /// The fastest that the object was between two frames, in m/s, and the last one's stamp and place.
     fastest: f64,
     last: Option<(i64, Point)>,
+    /// How fast it was between the last two frames, in m/s.
+    speed: f64,
 }
 
 /// Frames that are no single one that was misjudged.
@@ -23,6 +25,15 @@ const SLOW: f64 = 0.1;
 /// Frames that are farther apart, in s, tell no speed, and an object that is put elsewhere by a hand is none that was struck.
 const APART: f64 = 0.1;
 const FASTEST: f64 = 3.0;
+
+/// When a row is seen after a stamp whose exposure and readout are not known, in s: up to the 33 ms of an image of most cameras, as likely
+/// the one as the other.
+const UNKNOWN: f64 = 0.033 * 0.289;
+
+/// Whether exposure or readout are stated.
+fn is_timed(camera: &CameraModel) -> bool {
+    camera.exposure > 0.0 || camera.readout > 0.0
+}
 
 impl Notes {
     /// Adds a frame: its stamp (ns), the object's centre, and how far the table is seen from where it was (px).
@@ -35,13 +46,25 @@ impl Notes {
             self.moved += 1;
             self.farthest = self.farthest.max(far);
         }
+        self.speed = 0.0;
         let Some(centre) = centre else { return };
         if let Some((last, place)) = self.last.replace((stamp, centre)) {
             let seconds = 1e-9 * (stamp - last) as f64;
             let speed = centre.distance(place) / seconds;
             if (0.0..APART).contains(&seconds) && speed < FASTEST {
                 self.fastest = self.fastest.max(speed);
+                self.speed = speed;
             }
+        }
+    }
+
+    /// Standard deviation (m) of a coordinate of the last frame's centre for what is not known of the camera's timing: nothing where that is
+    /// stated, or the object rests.
+    pub(crate) fn late(&self, camera: &CameraModel) -> f64 {
+        if is_timed(camera) {
+            0.0
+        } else {
+            UNKNOWN * self.speed
         }
     }
 
@@ -60,7 +83,7 @@ impl Notes {
                  {frames} frames; their centres are corrected by that, a new pose is better: `carom camera calibrate`"
             ));
         }
-        if camera.exposure == 0.0 && camera.readout == 0.0 && self.fastest > SLOW {
+        if !is_timed(camera) && self.fastest > SLOW {
             let speed = self.fastest;
             said.push(format!(
                 "camera.exposure and camera.readout are not stated: at {speed:.1} m/s each millisecond of them puts a moving object {speed:.1} mm \
@@ -69,5 +92,34 @@ impl Notes {
             ));
         }
         said
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use values::{Rig, Shape};
+
+    #[test]
+    fn a_moving_object_is_less_sure_where_the_cameras_timing_is_not_stated() {
+        let mut rig = Rig::demo(Shape::Cylinder);
+        rig.camera.matrix = Some([900.0, 900.0, 640.0, 360.0]);
+        rig.camera.position = Some([0.5, 0.1, 1.2]);
+        rig.camera.orientation = Some([1.0, 0.0, 0.0, 0.0]);
+        (rig.camera.exposure, rig.camera.readout) = (0.0, 0.0);
+        let untold = CameraModel::of(&rig).expect("complete");
+        rig.camera.exposure = 0.004;
+        let told = CameraModel::of(&rig).expect("complete");
+        let mut notes = Notes::default();
+        let mut late = |stamp: i64, x: f64| {
+            notes.add(stamp, Some(Point::new(x, 0.0)), [0.0; 2]);
+            [&untold, &told].map(|camera| notes.late(camera))
+        };
+        assert_eq!(late(0, 0.4), [0.0; 2], "nothing to compare with");
+        // 0.6 m/s.
+        let [untold, told] = late(33_333_333, 0.42);
+        assert!((untold - 0.6 * UNKNOWN).abs() < 1e-6, "{untold}");
+        assert_eq!(told, 0.0);
+        assert_eq!(late(66_666_666, 0.42), [0.0; 2], "at rest");
     }
 }

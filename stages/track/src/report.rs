@@ -50,7 +50,7 @@ pub struct FrameReport {
     pub x: Option<f64>,
     /// Its second coordinate.
     pub y: Option<f64>,
-    /// Standard deviation of each coordinate in m, where it is trusted.
+    /// Standard deviation of each coordinate in m, where it is trusted; of a moving object also for a timing that is not stated.
     pub deviation: Option<f64>,
     /// How far the table is seen from where it was in the log's other images, in px: the camera was pushed. The centre is corrected by it.
     pub shift: [f64; 2],

@@ -1,4 +1,4 @@
-//! Frames in order: images that were seen before, and stamps that go back.
+//! Frames in order: images that were seen before, stamps that go back, and an object that jumps there and back.
 
 use values::Point;
 
@@ -24,6 +24,16 @@ pub(crate) struct SequenceFrame<T> {
 pub(crate) struct Sequence<T> {
     stamps: Stamps<SequenceFrame<T>>,
     repeats: Repeats<T>,
+    jumps: Jumps<T>,
+}
+
+/// An object that rests before a frame and behind it has not jumped in between: what is seen in that frame is something else.
+#[derive(Debug)]
+struct Jumps<T> {
+    still: f64,
+    /// Where it was in the frame before the last, and that frame's stamp.
+    before: Option<(i64, Point)>,
+    last: Option<SequenceFrame<T>>,
 }
 
 #[derive(Debug)]
@@ -51,30 +61,81 @@ impl<T> Sequence<T> {
                 before: None,
                 held: Vec::new(),
             },
+            jumps: Jumps {
+                still,
+                before: None,
+                last: None,
+            },
         }
     }
 
     /// Takes a frame, and gives those that are decided.
     pub(crate) fn push(&mut self, frame: SequenceFrame<T>, out: &mut dyn FnMut(SequenceFrame<T>)) {
-        let Self { stamps, repeats } = self;
+        let Self {
+            stamps,
+            repeats,
+            jumps,
+        } = self;
         stamps.push(frame.stamp, frame, &mut |frame, is_stale| {
-            repeats.push(marked(frame, is_stale), out);
+            repeats.push(marked(frame, is_stale), &mut |frame| jumps.push(frame, out));
         });
     }
 
     /// Gives what is held back, though nothing has shown whether it is right: there is no more room for what waits behind it. Frames that
     /// repeat may be stale, and are marked.
     pub(crate) fn give_up(&mut self, out: &mut dyn FnMut(SequenceFrame<T>)) {
-        let Self { stamps, repeats } = self;
-        stamps.finish(&mut |frame, is_stale| repeats.push(marked(frame, is_stale), out));
-        repeats.release(true, out);
+        self.settle(out);
+        let Self { repeats, jumps, .. } = self;
+        repeats.release(true, &mut |frame| jumps.push(frame, out));
+        jumps.finish(out);
     }
 
     /// Gives what is still held back, at the end.
     pub(crate) fn finish(&mut self, out: &mut dyn FnMut(SequenceFrame<T>)) {
-        let Self { stamps, repeats } = self;
-        stamps.finish(&mut |frame, is_stale| repeats.push(marked(frame, is_stale), out));
-        repeats.finish(out);
+        self.settle(out);
+        let Self { repeats, jumps, .. } = self;
+        repeats.finish(&mut |frame| jumps.push(frame, out));
+        jumps.finish(out);
+    }
+
+    fn settle(&mut self, out: &mut dyn FnMut(SequenceFrame<T>)) {
+        let Self {
+            stamps,
+            repeats,
+            jumps,
+        } = self;
+        stamps.finish(&mut |frame, is_stale| {
+            repeats.push(marked(frame, is_stale), &mut |frame| jumps.push(frame, out));
+        });
+    }
+}
+
+/// Frames that are farther apart than this (ns) say nothing of what was between.
+const MOST_APART: i64 = 150_000_000;
+
+impl<T> Jumps<T> {
+    fn push(&mut self, frame: SequenceFrame<T>, out: &mut dyn FnMut(SequenceFrame<T>)) {
+        if let (Some((stamp, before)), Some(last), Ok(behind)) =
+            (self.before, &mut self.last, frame.centre)
+        {
+            let middle = Point::new(0.5 * (before.x + behind.x), 0.5 * (before.y + behind.y));
+            let is_near = frame.stamp - stamp < MOST_APART;
+            let rests = before.distance(behind) < 0.5 * self.still;
+            if is_near && rests && last.centre.is_ok_and(|at| at.distance(middle) > self.still) {
+                last.centre = Err(Reason::Jumped);
+            }
+        }
+        self.finish(out);
+        self.last = Some(frame);
+    }
+
+    fn finish(&mut self, out: &mut dyn FnMut(SequenceFrame<T>)) {
+        if let Some(last) = self.last.take() {
+            if let Ok(centre) = last.centre {
+                self.before = Some((last.stamp, centre));
+            }
+            out(last);
+        }
     }
 }
 
@@ -176,6 +237,20 @@ mod tests {
             (5, 2, 5.2),
         ];
         assert_eq!(reasons(&frames), [None; 5]);
+    }
+
+    #[test]
+    fn an_object_at_rest_does_not_jump_there_and_back() {
+        let jumped = Some(Reason::Jumped);
+        let frames = [
+            (1, 1, 5.0),
+            (2, 2, 5.2),
+            (3, 3, 8.0),
+            (4, 4, 5.1),
+            (5, 5, 8.0),
+            (6, 6, 11.0),
+        ];
+        assert_eq!(reasons(&frames), [None, None, jumped, None, None, None]);
     }
 
     #[test]

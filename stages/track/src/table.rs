@@ -1,7 +1,8 @@
 //! The table around the object in one image: as it was seen without the object where the log shows that, else as it is around.
 
 use crate::Image;
-use crate::background::{Alignment, Background};
+use crate::aligned::Alignment;
+use crate::background::Background;
 
 /// What the table looks like.
 #[derive(Clone, Copy)]

@@ -4,6 +4,7 @@ use std::f64::consts::{FRAC_PI_4, FRAC_PI_6};
 
 use values::{Interval, Point, Rig};
 
+use crate::aligned::Aligned;
 use crate::background::{Background, Pilot};
 use crate::change::BandSums;
 use crate::colour::{Range, light_of_bytes};
@@ -113,37 +114,48 @@ impl Tracker {
 
     /// Finds the object in an image of a log that taught something.
     pub(crate) fn look(&self, image: &Image, learned: &Learned) -> Looked {
-        let Some(alignment) = learned.align(image) else {
+        let Some(aligned) = learned.align(image) else {
             return Looked::none(Reason::Moved);
         };
-        // Where the table has moved in the image, the object's picture has moved with it.
-        let mut camera = self.camera;
-        camera.lens.matrix[2] += alignment.shift[0];
-        camera.lens.matrix[3] += alignment.shift[1];
-        let scene = Scene {
-            image,
-            camera: &camera,
-            solid: &self.solid,
-            range: &self.range,
-            light: &self.light,
-            blur: self.blur,
-            learned,
-            alignment,
-            is_strict: false,
-        };
-        let mut looked = self.likeliest(&scene);
-        looked.observation.shift = alignment.shift;
+        let mut looked = self.likeliest(image, learned, &aligned);
+        let middle = [0.5 * image.width as f64, 0.5 * image.height as f64];
+        let at = looked.observation.pixel.unwrap_or(middle);
+        looked.observation.shift = aligned.moved.at(at);
+        let [fx, fy, ..] = self.camera.lens.matrix;
+        let metres = self.camera.position[2] / fx.min(fy);
+        let deviation = &mut looked.observation.deviation;
+        *deviation = deviation.hypot(metres * aligned.deviation);
         looked
     }
 
+    /// The camera as it sees what is near a pixel: where the table has moved in the image, the object's picture has moved with it.
+    fn camera_near(&self, aligned: &Aligned, pixel: [f64; 2]) -> CameraModel {
+        let mut camera = self.camera;
+        let [x, y] = aligned.moved.at(pixel);
+        camera.lens.matrix[2] += x;
+        camera.lens.matrix[3] += y;
+        camera
+    }
+
     /// All that may be the object is fitted: it is what has its shape. Where nothing has, the reason is the largest's.
-    fn likeliest(&self, scene: &Scene<'_>) -> Looked {
+    fn likeliest(&self, image: &Image, learned: &Learned, aligned: &Aligned) -> Looked {
         let mut best: Option<Looked> = None;
         // Blobs as large as the object that were not found to be it: one of them may be, and what was found another.
         let mut like_it = 0;
-        for (blob, pose) in self.candidates(scene) {
+        for (blob, pose) in self.candidates(image, learned, aligned) {
             let area = self.area(pose);
-            let mut found = self.fit(scene, pose);
+            let scene = Scene {
+                image,
+                camera: &self.camera_near(aligned, blob.centre),
+                solid: &self.solid,
+                range: &self.range,
+                light: &self.light,
+                blur: self.blur,
+                learned,
+                alignment: aligned.near(blob.centre),
+                is_strict: false,
+            };
+            let mut found = self.fit(&scene, pose);
             if blob.area > MOST_AREA * area && found.observation.centre.is_ok() {
                 found.observation.centre = Err(Reason::Occluded);
             }
@@ -170,12 +182,13 @@ impl Tracker {
     }
 
     /// Blobs that may be the object, on the table: the largest first. Where none is on the table, the largest beside it.
-    fn candidates(&self, scene: &Scene<'_>) -> Vec<(Blob, Pose)> {
+    fn candidates(&self, image: &Image, learned: &Learned, aligned: &Aligned) -> Vec<(Blob, Pose)> {
         let stride = self.stride();
         let (mut on, mut beside) = (Vec::new(), None);
-        let background = scene.learned.background.as_ref();
-        for blob in blobs(scene.image, &self.range, stride, background) {
-            let Some(at) = scene.camera.point(blob.centre, self.solid.middle()) else {
+        let background = learned.background.as_ref();
+        for blob in blobs(image, &self.range, stride, background) {
+            let camera = self.camera_near(aligned, blob.centre);
+            let Some(at) = camera.point(blob.centre, self.solid.middle()) else {
                 continue;
             };
             let pose = Pose {

@@ -29,6 +29,8 @@ pub enum Reason {
     Shape,
     /// The table is not where it was in the log's other images: the camera was pushed, or something large lies before it.
     Moved,
+    /// It is seen elsewhere than where it rests in the frames before and behind.
+    Jumped,
     /// The image was seen before, while the object moved.
     Repeated,
     /// The stamp is not after the one before, ahead of those behind, or before 1970.
@@ -49,6 +51,7 @@ impl Reason {
             Self::Shaded => "shaded",
             Self::Shape => "shape",
             Self::Moved => "moved",
+            Self::Jumped => "jumped",
             Self::Repeated => "repeated",
             Self::Stale => "stale",
             Self::Undecodable => "undecodable",

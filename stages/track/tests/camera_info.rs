@@ -6,9 +6,21 @@ mod common;
 
 use std::collections::BTreeSet;
 
-use common::messages::{Wire, compressed, pictures, small, write, write_with};
+use common::messages::{Wire, centroids, compressed, pictures, small, write, write_on, write_with};
 use render::Optics;
 use track::{Reason, TrackError, track_log};
+use values::Point;
+
+/// The same up to its projection.
+fn rectified(distortion: &[f64], matrix: [f64; 4], [fx, fy, cx, cy]: [f64; 4]) -> Vec<u8> {
+    let mut wire = Wire(info("plumb_bob", distortion, matrix, [320, 240]), true);
+    let rotation = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
+    let projection = [fx, 0.0, cx, 0.0, 0.0, fy, cy, 0.0, 0.0, 0.0, 1.0, 0.0];
+    for number in rotation.into_iter().chain(projection) {
+        wire = wire.f64(number);
+    }
+    wire.0
+}
 
 /// `sensor_msgs/msg/CameraInfo` up to its matrix.
 fn info(model: &str, distortion: &[f64], [fx, fy, cx, cy]: [f64; 4], size: [u32; 2]) -> Vec<u8> {
@@ -104,6 +116,55 @@ fn a_camera_info_that_contradicts_the_rig_file_is_told() {
     assert!(said.contains("equidistant"), "{said}");
     let said = notes(&info("plumb_bob", &[0.0; 5], near, [640, 480]));
     assert!(said.contains("640 × 480"), "{said}");
+}
+
+#[test]
+fn a_lens_of_the_images_before_they_were_rectified_is_not_used_of_those_after() {
+    const TOPIC: &str = "/camera/image_rect/compressed";
+    let (mut rig, dir) = (small(), tempfile::tempdir().unwrap());
+    let (log, out) = (dir.path().join("in.mcap"), dir.path().join("out.mcap"));
+    let after = Optics::of(&rig, [320, 240]).unwrap().matrix;
+    let places = pictures(&rig, 2);
+    let frames: Vec<_> = (1u32..)
+        .zip(&places)
+        .map(|(k, (_, picture))| compressed(&picture.png().unwrap(), k))
+        .collect();
+    rig.topics.image.as_mut().unwrap().name = TOPIC.into();
+    let [fx, fy, cx, cy] = after;
+    let before = [1.04 * fx, 1.04 * fy, cx - 3.0, cy + 2.0];
+    let distortion = [-0.2, 0.05, 0.001, -0.001, 0.0];
+    let mut track = |matrix: [f64; 4], distortion: [f64; 5], first: Option<&[u8]>| {
+        rig.camera.matrix = Some(matrix);
+        rig.camera.distortion = Some(distortion);
+        let images = ("sensor_msgs/msg/CompressedImage", "cdr");
+        let first = first.map(|data| ("/camera/camera_info", "sensor_msgs/msg/CameraInfo", data));
+        write_on(TOPIC, &log, images, &frames, first);
+        track_log(&log, &rig, &out, None)
+    };
+    let info = rectified(&distortion, before, after);
+    let outcome = track(before, distortion, Some(&info)).unwrap();
+    let notes = outcome.notes.join("\n");
+    assert!(
+        notes.contains("rectified") && notes.contains("matrix"),
+        "{notes}"
+    );
+    let found = centroids(&out, &small());
+    assert_eq!(found.len(), 2);
+    for ((_, found), (at, _)) in found.iter().zip(&places) {
+        let off = found.distance(Point::new(at.x, at.y));
+        assert!(off < 0.0015, "{off}");
+    }
+    // The right one needs no CameraInfo.
+    for info in [None, Some(&info[..])] {
+        let outcome = track(after, [0.0; 5], info).unwrap();
+        assert_eq!(
+            (outcome.centroids, outcome.notes.len()),
+            (2, 0),
+            "{outcome:?}"
+        );
+    }
+    let said = track(before, distortion, None).unwrap_err().to_string();
+    assert!(said.contains(TOPIC) && said.contains("rectified"), "{said}");
 }
 
 #[test]

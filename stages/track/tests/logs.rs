@@ -6,28 +6,13 @@ mod common;
 
 use std::path::Path;
 
-use common::messages::{SECOND, Wire, compressed, pictures, protobuf, raw, small, write};
+use common::messages::{
+    SECOND, Wire, centroids, compressed, pictures, protobuf, raw, small, write,
+};
 use common::tall;
-use logs::{Event, Limits, TopicRequest};
 use render::{Optics, Picture};
 use track::{FrameReport, QUALITY_TOPIC, Reason, TrackError, track_log};
 use values::{Point, Rig, Shape, StampMark};
-
-fn centroids(path: &Path, rig: &Rig) -> Vec<(i64, Point)> {
-    let wanted = [TopicRequest {
-        topic: &rig.topics.centroid,
-        more: &[],
-        required: true,
-    }];
-    let mut found = Vec::new();
-    logs::read(path, &wanted, Limits::default(), &mut |event| {
-        if let Event::Sample(_, sample) = event {
-            found.push((sample.stamp, Point::new(sample.x, sample.y)));
-        }
-    })
-    .unwrap();
-    found
-}
 
 fn reports(path: &Path) -> Vec<FrameReport> {
     let bytes = std::fs::read(path).unwrap();

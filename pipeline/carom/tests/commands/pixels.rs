@@ -71,9 +71,18 @@ fn a_run_starts_from_images_tracks_them_once_and_is_rebuilt_from_them() {
         "camera tune {dir}/rig/logs/session_000.mcap --rig {dir}/rig/rig.toml --out {dir}/found.png"
     ));
     assert!(tuned["area"].as_u64() > Some(100), "{tuned}");
+    assert_eq!(tuned["found"]["trusted"], true, "{tuned}");
+    let rig = std::fs::read_to_string(folder.path().join("rig/rig.toml")).expect("a rig");
+    let large = rig.replace("radius = 0.03\n", "radius = 0.05\n");
+    assert_ne!(rig, large);
+    write(&folder.path().join("large.toml"), &large);
+    let tuned = done(&format!(
+        "camera tune {dir}/rig/logs/session_000.mcap --rig {dir}/large.toml --out {dir}/large.png"
+    ));
+    assert_eq!(tuned["found"]["trusted"], false, "{tuned}");
+    assert!(tuned["found"]["reason"].is_string(), "{tuned}");
 
     // Another colour is another question: nothing of it is seen.
-    let rig = std::fs::read_to_string(folder.path().join("rig/rig.toml")).expect("a rig");
     let blue = rig.replace("hue = [340.0, 20.0]", "hue = [200.0, 240.0]");
     assert_ne!(rig, blue);
     write(&folder.path().join("blue.toml"), &blue);

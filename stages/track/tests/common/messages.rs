@@ -5,8 +5,9 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use logs::{Event, Limits, TopicRequest};
 use render::{Moment, Optics, Picture, Renderer, Scene};
-use values::{Rig, Shape};
+use values::{Point, Rig, Shape};
 
 use super::{Case, places, rig, tall};
 
@@ -92,10 +93,21 @@ pub fn write_with(
     messages: &[Vec<u8>],
     first: Option<(&str, &str, &[u8])>,
 ) {
+    write_on("/camera/image", path, (schema, encoding), messages, first);
+}
+
+/// The same, on a topic.
+pub fn write_on(
+    topic: &str,
+    path: &Path,
+    (schema, encoding): (&str, &str),
+    messages: &[Vec<u8>],
+    first: Option<(&str, &str, &[u8])>,
+) {
     let mut writer = mcap::Writer::new(std::fs::File::create(path).unwrap()).unwrap();
     let id = writer.add_schema(schema, "ros2msg", b"").unwrap();
     let images = writer
-        .add_channel(id, "/camera/image", encoding, &BTreeMap::new())
+        .add_channel(id, topic, encoding, &BTreeMap::new())
         .unwrap();
     let others = writer
         .add_channel(0, "/striker/command", "json", &BTreeMap::new())
@@ -147,4 +159,21 @@ pub fn small() -> Rig {
             ..Case::flat()
         },
     )
+}
+
+/// The centroids of a log: stamps in ns and places.
+pub fn centroids(path: &Path, rig: &Rig) -> Vec<(i64, Point)> {
+    let wanted = [TopicRequest {
+        topic: &rig.topics.centroid,
+        more: &[],
+        required: true,
+    }];
+    let mut found = Vec::new();
+    logs::read(path, &wanted, Limits::default(), &mut |event| {
+        if let Event::Sample(_, sample) = event {
+            found.push((sample.stamp, Point::new(sample.x, sample.y)));
+        }
+    })
+    .unwrap();
+    found
 }

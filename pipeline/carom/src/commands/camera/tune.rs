@@ -4,9 +4,9 @@ use std::fs;
 use std::path::PathBuf;
 
 use clap::Args;
-use serde_json::json;
+use serde_json::{Value, json};
 use track::{Image, Tracker, Tuned, draw_observation, png_of};
-use values::Rig;
+use values::{Point, Rig};
 
 use super::files::load_image;
 use super::typed::pixel;
@@ -47,6 +47,7 @@ pub(super) fn tune(args: &TuneArgs) -> Result<Output, Error> {
         pixel.iter_mut().for_each(|byte| *byte /= 4);
     }
     let found = rig.map(|rig| look(rig, &tuned, &image, &mut picture));
+    let (seen, found) = found.unzip();
     let png = png_of(&picture).ok_or_else(|| Error::failed("encode the picture"))?;
     fs::write(&args.out, png)
         .map_err(|error| Error::input(format!("write {}: {error}", args.out.display())))?;
@@ -74,28 +75,38 @@ pub(super) fn tune(args: &TuneArgs) -> Result<Output, Error> {
         args.out.display()
     );
     let json = json!({
-        "colour": colour, "pixel": tuned.pixel, "area": tuned.area, "elsewhere": tuned.elsewhere, "picture": args.out,
+        "colour": colour, "pixel": tuned.pixel, "area": tuned.area, "elsewhere": tuned.elsewhere, "picture": args.out, "found": seen,
     });
     Ok(Output::done(json, text))
 }
 
-/// Finds the object as `carom track` would with the colour proposed, draws it, and reports the result.
-fn look(mut rig: Rig, tuned: &Tuned, image: &Image, picture: &mut Image) -> String {
+/// Finds the object as `carom track` would with the colour proposed, draws it, and reports the result: as data and in words.
+fn look(mut rig: Rig, tuned: &Tuned, image: &Image, picture: &mut Image) -> (Value, String) {
     rig.object.colour = Some(tuned.colour);
     match Tracker::new(&rig) {
-        Err(error) => format!("not tracked, for it failed to {error}\n"),
+        Err(error) => {
+            let why = format!("not tracked, for it failed to {error}\n");
+            (json!({ "trusted": false, "why": why.trim() }), why)
+        }
         Ok(tracker) => {
             let observation = tracker.observe(image);
             draw_observation(picture, &observation);
             match observation.centre {
-                Ok(centre) => format!(
-                    "found at x = {:.4} m, y = {:.4} m on the table, quality {:.2}\n",
-                    centre.x, centre.y, observation.quality
-                ),
-                Err(reason) => format!(
-                    "`carom track` would not trust this frame: {}\n",
-                    reason.name()
-                ),
+                Ok(Point { x, y }) => {
+                    let quality = observation.quality;
+                    let found = json!({ "trusted": true, "x": x, "y": y, "quality": quality });
+                    let said = format!(
+                        "found at x = {x:.4} m, y = {y:.4} m on the table, quality {quality:.2}\n"
+                    );
+                    (found, said)
+                }
+                Err(reason) => {
+                    let said = format!(
+                        "`carom track` would not trust this frame: {}\n",
+                        reason.name()
+                    );
+                    (json!({ "trusted": false, "reason": reason }), said)
+                }
             }
         }
     }
