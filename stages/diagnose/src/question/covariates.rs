@@ -233,7 +233,7 @@ pub(super) fn deviation(values: &DVector<f64>) -> f64 {
     values.variance().sqrt()
 }
 
-/// The value of the command before, and whether the own one is greater (1) or less (−1); a strike without one before stands in the middle. None
+/// The value of the command before, whether the own one is greater (1) or less (−1), and by how much it is another; a strike without one before stands in the middle. None
 /// where commands hardly vary.
 fn last(
     own: &DVector<f64>,
@@ -256,8 +256,9 @@ fn last(
             (own[i] - value[i]).signum()
         }
     });
-    let both = [scaled(value, least), scaled(side, 0.0)];
-    both.into_iter().flatten().collect()
+    let far = side.component_mul(&(own - &value));
+    let all = [scaled(value, least), scaled(side, 0.0), scaled(far, least)];
+    all.into_iter().flatten().collect()
 }
 
 /// To mean 0 and standard deviation 1; none where it is less than `least`.

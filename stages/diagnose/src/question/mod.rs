@@ -29,7 +29,7 @@ pub(crate) use table::Column;
 use std::f64::consts::FRAC_1_SQRT_2;
 
 use nalgebra::DVector;
-use values::{Command, Point, Strike};
+use values::{Command, Point};
 
 use self::{
     covariates::Covariates,
@@ -47,6 +47,13 @@ use crate::{fit::Fitted, strikes::PreparedStrikes};
 const LITTLE: f64 = 1.0 / 3.0;
 /// Part of the variance by which strikes scatter that is repeats' at the least, whatever else is found in it.
 const LEAST_FLOOR: f64 = 0.1;
+/// What no smooth function of a strike's own command holds, beside what it shares with others that slide over the same places.
+const BESIDE_SMOOTH: [&str; 4] = [
+    "command and order",
+    "command and session",
+    "command before",
+    "pause",
+];
 /// Columns of whole strikes, which may change with the order.
 const NEEDS: [Column; 4] = [
     Column::Launch,
@@ -82,10 +89,10 @@ pub(crate) struct Finding {
 }
 
 impl Finding {
-    /// Whether it is what strikes share beside smooth functions of their commands.
+    /// Whether it is beside smooth functions of the strikes' own commands.
     fn is_beside_smooth(&self) -> bool {
         let of_ways = self.covariate == "position" && matches!(self.what, What::Column(_));
-        of_ways || ["command and order", "command and session"].contains(&self.covariate)
+        of_ways || BESIDE_SMOOTH.contains(&self.covariate)
     }
 }
 
@@ -160,7 +167,14 @@ pub(crate) fn variation(
     answer: &Answer,
 ) -> Variation {
     let before = vec![Before::default(); prepared.strikes.len()];
-    Asking::new(prepared, fitted, &before, 0).variation(&answer.by_order)
+    let variation = Asking::new(prepared, fitted, &before, 0).variation(&answer.by_order);
+    Variation {
+        repeats: match answer.floor > 0.0 {
+            true => answer.floor,
+            false => variation.repeats,
+        },
+        ..variation
+    }
 }
 
 /// Whether commands were repeated so often that what repeats scatter by is measured; otherwise it is what no smooth part takes.
@@ -189,14 +203,17 @@ pub(crate) fn sessions(prepared: &PreparedStrikes<'_>) -> Vec<usize> {
     each.collect()
 }
 
-/// Where in the order each strike is, from the first (0) to the last (1).
-fn places(prepared: &PreparedStrikes<'_>) -> DVector<f64> {
-    let order = |strike: &&Strike| strike.conditions.order;
-    let strikes = prepared.strikes.iter();
-    let first = strikes.clone().map(order).fold(f64::INFINITY, f64::min);
-    let last = strikes.clone().map(order).fold(first, f64::max);
-    let each = strikes.map(|strike| (order(&strike) - first + 0.5) / (last - first + 1.0));
+/// The number of each strike.
+fn numbers(prepared: &PreparedStrikes<'_>) -> DVector<f64> {
+    let each = prepared.strikes.iter();
+    let each = each.map(|strike| strike.conditions.order);
     DVector::from_iterator(prepared.strikes.len(), each)
+}
+
+/// Where in the order each number is, from the first (0) to the last (1).
+fn places(numbers: &DVector<f64>) -> DVector<f64> {
+    let (first, last) = (numbers.min(), numbers.max());
+    numbers.map(|number| (number - first + 0.5) / (last - first + 1.0))
 }
 
 /// Numbers of the commands, by their first strikes: repeats differ by less than `SAME` (m/s, rad), and were put down within `NEAR` (m).
@@ -233,8 +250,8 @@ struct Asking {
     rows: Vec<Row>,
     covariates: Covariates,
     sessions: Vec<usize>,
-    /// Where in the order each strike is, 0 to 1: strikes that take no part count.
-    place: DVector<f64>,
+    /// The number of each strike: strikes that take no part count.
+    numbers: DVector<f64>,
     shuffles: Shuffles,
     wander: Wander,
     /// Where each is expected to slide.
@@ -253,7 +270,7 @@ impl Asking {
         Self {
             covariates: Covariates::new(prepared, resting, before),
             sessions: sessions(prepared),
-            place: places(prepared),
+            numbers: numbers(prepared),
             shuffles: Shuffles::new(rows.len(), seed),
             wander: Wander::new(rows.len()),
             ways: ways::commanded(&prepared.strikes, &rows),
@@ -579,7 +596,7 @@ impl Asking {
         let column = self.weighed(of, true);
         let n = self.rows.len();
         let mean = Basis::new([DVector::repeat(n, 1.0)]);
-        let slow = mean.beside(covariates::cosines(&self.place, 3));
+        let slow = mean.beside(covariates::cosines(&places(&self.numbers), 3));
         let runs = self.covariates.linear().into_iter().any(|command| {
             let command = mean.off(command);
             let shared: f64 = slow.iter().map(|q| q.dot(&command).powi(2)).sum();
@@ -601,7 +618,8 @@ impl Asking {
                 values,
                 weights: column.weights,
                 beside,
-                place: self.place.clone(),
+                numbers: self.numbers.clone(),
+                place: places(&self.numbers),
                 sessions: self.sessions.clone(),
             },
         ))

@@ -25,6 +25,8 @@ const SIDE: usize = 3;
 /// Cycles over the order that are tried: up to `SLOW` turns by eighths, for then a quarter of a turn shows; up to `MOST_TURNS` by halves.
 const SLOW: f64 = 6.0;
 const MOST_TURNS: f64 = 40.0;
+/// Strikes in turn of as many objects, tips or people, at the most.
+const IN_TURN: usize = 6;
 /// How long what was done to a table lasts, as a share of the strikes.
 const LASTS: [f64; 3] = [0.06, 0.125, 0.25];
 /// Places of a beginning that are tried.
@@ -79,7 +81,8 @@ pub(super) struct InOrder {
     pub(super) weights: DVector<f64>,
     /// What was taken off.
     pub(super) beside: Basis,
-    /// Where in the order each strike is, 0 to 1: strikes that take no part count.
+    /// The number of each strike, and where in the order that is, 0 to 1: strikes that take no part count.
+    pub(super) numbers: DVector<f64>,
     pub(super) place: DVector<f64>,
     /// Which session each strike is of.
     pub(super) sessions: Vec<usize>,
@@ -119,6 +122,10 @@ impl InOrder {
         asked.push(("order", columns(&all).map(best).collect()));
         let alike = |c: &[f64]| c.windows(2).map(|pair| (pair[0] + pair[1]).powi(2)).sum();
         asked.push(("order", columns(&all).map(alike).collect()));
+        let in_turn = self
+            .in_turn()
+            .map(|each| explained(&self.beside(each), &all));
+        asked.extend(in_turn.map(|explained| ("order", explained)));
         let turns = self.turns().map(|turns| self.turning(turns));
         let waved = most_explained(turns, &self.beside, &all);
         asked.extend(waved.map(|waved| ("order", waved)));
@@ -130,6 +137,18 @@ impl InOrder {
         let most = MOST_TURNS.min(0.25 * self.values.len() as f64);
         let next = |turns: &f64| Some(turns + if *turns < SLOW { 0.125 } else { 0.5 });
         std::iter::successors(Some(1.0), next).take_while(move |turns| *turns <= most)
+    }
+
+    /// Which of two, three and more each strike is, by its number, where they are used in turn.
+    fn in_turn(&self) -> impl Iterator<Item = Vec<DVector<f64>>> {
+        let most = IN_TURN.min(self.values.len() / (2 * SIDE));
+        (2..=most).map(|all| {
+            let is = |one| {
+                self.numbers
+                    .map(|number| f64::from(number as usize % all == one))
+            };
+            (1..all).map(is).collect()
+        })
     }
 
     fn turning(&self, turns: f64) -> [DVector<f64>; 2] {
@@ -262,6 +281,10 @@ impl InOrder {
                 forms.push((Form::WearsOff, self.beside(vec![place.map(worn)]), 3.0));
             }
         }
+        for each in self.in_turn() {
+            let count = each.len() as f64 + 1.0;
+            forms.push((Form::Cycle, self.beside(each), count));
+        }
         // Wears, and is made as new again and again.
         for rounds in 2..=(self.values.len() / (2 * SIDE)).min(ROUNDS) {
             for phase in 0..PHASES {
@@ -373,6 +396,7 @@ mod tests {
                 .off(wander.drawn(ratio, &independent) + DVector::from_fn(n, |i, _| hidden(i))),
             weights: DVector::repeat(n, 1.0),
             beside,
+            numbers: DVector::from_fn(n, |i, _| i as f64),
             place: DVector::from_fn(n, |i, _| (i as f64 + 0.5) / n as f64),
             sessions: (0..n).map(|i| i / session).collect(),
         };
@@ -419,6 +443,8 @@ mod tests {
         let mut worn_off_told = 0;
         for seed in 0..5 {
             assert_eq!(formed(seed, 0.0, 120, 60, cycle), Form::Cycle);
+            let third = |i: usize| if i % 3 == 1 { 4.0 } else { 0.0 };
+            assert_eq!(formed(seed, 0.0, 120, 60, third), Form::Cycle);
             let form = formed(seed, 0.0, 120, 30, each_session);
             assert!(form.has_no_name(), "{form:?}");
             // A wander may look like it.
