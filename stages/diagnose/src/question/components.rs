@@ -81,7 +81,7 @@ pub(super) fn components(
     let mut tau = vec![0.1 * whole; parts.len()];
     let mut sigma = 0.5 * whole;
     let mut freedom = n as f64 - 1.0;
-    let (mut smooth, mut by_order) = (DVector::zeros(n), DVector::zeros(n));
+    let mut smooth = DVector::zeros(n);
     for _ in 0..ITERATIONS {
         let mut information = &gram / sigma;
         for (k, c) in of.iter().enumerate() {
@@ -93,7 +93,6 @@ pub(super) fn components(
         let spread = factor.inverse();
         let heights = &spread * &seen / sigma;
         smooth = &z * &heights;
-        by_order = &z * DVector::from_fn(of.len(), |k, _| heights[k] * f64::from(of[k] == found));
         let left = &y - &smooth;
         let taken = (&gram * &spread).trace() / sigma;
         freedom = (n as f64 - 1.0 - taken).max(1.0);
@@ -113,7 +112,13 @@ pub(super) fn components(
     let left = &raw - smooth;
     let most = (FAR * FAR * sigma).sqrt();
     let sigma = left.map(|v| v.clamp(-most, most)).norm_squared() / freedom;
-    let (variance, freedom) = repeated(&(raw - by_order), commands).unwrap_or((sigma, freedom));
+    // Repeats differ by where they start, and by what was found in the order.
+    let told = covariates.iter().chain(by_order).cloned();
+    let told = Basis::new(std::iter::once(DVector::repeat(n, 1.0)).chain(told));
+    let kept = (n as f64 - told.0.len() as f64).max(1.0) / (n as f64 - 1.0);
+    let repeated = repeated(&told.off(raw), commands);
+    let repeated = repeated.map(|(variance, freedom)| (variance / kept, freedom));
+    let (variance, freedom) = repeated.unwrap_or((sigma, freedom));
     let scatter = (variance - error * error).max(0.0).sqrt();
     let half = (1.96 / (2.0 * freedom).sqrt()).exp();
     Components {

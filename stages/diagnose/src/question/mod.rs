@@ -2,7 +2,7 @@
 //! order, or differ from none where the world says none?
 //!
 //! The strike table ([`table`]) has what each strike needs. Each of its columns is asked by permutations, which believe no noise model, in
-//! three families (commands, order, levels), a third of the level each. The strongest answer of a family is calibrated by what the same
+//! four families (commands, order, cycles over the order, levels), a quarter of the level each. The strongest answer of a family is calibrated by what the same
 //! questions answer to the same 1999 permutations, so that the many looks count ([`families`]). Commands and starts are the only
 //! covariates: what was realised holds the errors that it would be asked about. Before commands are asked, a wander of launch or friction
 //! over the order is taken off, the greatest that the strikes do not exclude; sessions are projected out (Freedman and Lane 1983). What
@@ -29,7 +29,7 @@ pub(crate) use table::Column;
 use std::f64::consts::FRAC_1_SQRT_2;
 
 use nalgebra::DVector;
-use values::{Command, Point};
+use values::Command;
 
 use self::{
     covariates::Covariates,
@@ -62,7 +62,7 @@ const NEEDS: [Column; 4] = [
     Column::Stop,
 ];
 /// Families, each with its share of that.
-const FAMILIES: f64 = 3.0;
+const FAMILIES: f64 = 4.0;
 /// Squared correlation with the order above which commands run with it: then what depends on them is not taken off.
 const RUNS_WITH_ORDER: f64 = 0.5;
 
@@ -210,27 +210,17 @@ fn numbers(prepared: &PreparedStrikes<'_>) -> DVector<f64> {
     DVector::from_iterator(prepared.strikes.len(), each)
 }
 
-/// Where in the order each number is, from the first (0) to the last (1).
-fn places(numbers: &DVector<f64>) -> DVector<f64> {
-    let (first, last) = (numbers.min(), numbers.max());
-    numbers.map(|number| (number - first + 0.5) / (last - first + 1.0))
-}
-
-/// Numbers of the commands, by their first strikes: repeats differ by less than `SAME` (m/s, rad), and were put down within `NEAR` (m).
+/// Numbers of the commands, by their first strikes: repeats differ by less than `SAME` (m/s, rad).
 fn commands(prepared: &PreparedStrikes<'_>) -> Vec<usize> {
     const SAME: f64 = 1e-3;
-    const NEAR: f64 = 0.01;
-    let mut seen: Vec<(Command, Point)> = Vec::new();
+    let mut seen: Vec<Command> = Vec::new();
     let each = prepared.strikes.iter().map(|strike| {
-        let (own, start) = (strike.command, strike.initial);
-        let is_same = |(other, from): &(Command, Point)| {
-            let is_near = from.distance(start) < NEAR;
-            is_near
-                && (other.speed - own.speed).abs() < SAME
-                && (other.angle - own.angle).abs() < SAME
+        let own = strike.command;
+        let is_same = |other: &Command| {
+            (other.speed - own.speed).abs() < SAME && (other.angle - own.angle).abs() < SAME
         };
         seen.iter().position(is_same).unwrap_or_else(|| {
-            seen.push((own, start));
+            seen.push(own);
             seen.len() - 1
         })
     });
@@ -308,11 +298,12 @@ impl Asking {
 
     fn answer(&self) -> Answer {
         let commands = self.commands();
-        let order = self.order();
+        let [order, cycles] = self.order();
         let levels = self.levels();
         let mut findings = self.found(&commands);
         findings.extend(self.found(&levels));
         let mut ordered = self.found(&order);
+        ordered.extend(self.found(&cycles));
         let mut forms = Vec::new();
         let mut by_order = Vec::new();
         ordered.retain_mut(|finding| {
@@ -595,8 +586,9 @@ impl Asking {
     fn in_order(&self, of: Column) -> Option<(f64, InOrder)> {
         let column = self.weighed(of, true);
         let n = self.rows.len();
+        let place = DVector::from_fn(n, |i, _| (i as f64 + 0.5) / n as f64);
         let mean = Basis::new([DVector::repeat(n, 1.0)]);
-        let slow = mean.beside(covariates::cosines(&places(&self.numbers), 3));
+        let slow = mean.beside(covariates::cosines(&place, 3));
         let runs = self.covariates.linear().into_iter().any(|command| {
             let command = mean.off(command);
             let shared: f64 = slow.iter().map(|q| q.dot(&command).powi(2)).sum();
@@ -619,28 +611,28 @@ impl Asking {
                 weights: column.weights,
                 beside,
                 numbers: self.numbers.clone(),
-                place: places(&self.numbers),
                 sessions: self.sessions.clone(),
             },
         ))
     }
 
-    fn order(&self) -> Vec<Asked> {
-        let mut asked = Vec::new();
+    /// Of the order, and of cycles over it.
+    fn order(&self) -> [Vec<Asked>; 2] {
+        let mut both = [Vec::new(), Vec::new()];
         for of in NEEDS {
             let Some((weight, at)) = self.in_order(of) else {
                 continue;
             };
-            for (covariate, statistic) in at.asked(&self.shuffles) {
-                asked.push(Asked {
+            for (family, asked) in both.iter_mut().zip(at.asked(&self.shuffles)) {
+                family.extend(asked.into_iter().map(|(covariate, statistic)| Asked {
                     what: What::Column(of),
                     covariate,
                     statistic,
                     weight,
-                });
+                }));
             }
         }
-        asked
+        both
     }
 
     fn levels(&self) -> Vec<Asked> {

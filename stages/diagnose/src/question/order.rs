@@ -81,14 +81,25 @@ pub(super) struct InOrder {
     pub(super) weights: DVector<f64>,
     /// What was taken off.
     pub(super) beside: Basis,
-    /// The number of each strike, and where in the order that is, 0 to 1: strikes that take no part count.
+    /// The number of each strike: strikes that take no part count.
     pub(super) numbers: DVector<f64>,
-    pub(super) place: DVector<f64>,
     /// Which session each strike is of.
     pub(super) sessions: Vec<usize>,
 }
 
 impl InOrder {
+    fn place(&self) -> DVector<f64> {
+        let n = self.values.len();
+        DVector::from_fn(n, |i, _| (i as f64 + 0.5) / n as f64)
+    }
+
+    /// Where among all numbers each strike's is, 0 to 1: a cycle goes on while strikes take no part.
+    fn among_all(&self) -> DVector<f64> {
+        let (first, last) = (self.numbers.min(), self.numbers.max());
+        self.numbers
+            .map(|number| (number - first + 0.5) / (last - first + 1.0))
+    }
+
     fn of_sessions(&self) -> Vec<DVector<f64>> {
         let count = self.sessions.iter().max().map_or(0, |last| last + 1);
         let is_in =
@@ -101,8 +112,8 @@ impl InOrder {
             .beside(functions.iter().map(|f| f.component_mul(&self.weights)))
     }
 
-    /// How neighbours, steps, slow changes and sessions show: of the column as it is, then in every order.
-    pub(super) fn asked(&self, shuffles: &Shuffles) -> Vec<(&'static str, Statistic)> {
+    /// How neighbours, steps, slow changes and sessions show, and how cycles do: of the column as it is, then in every order.
+    pub(super) fn asked(&self, shuffles: &Shuffles) -> [Vec<(&'static str, Statistic)>; 2] {
         let mut all = shuffles.permuted(self.values.as_slice());
         // What is taken off stays with its place.
         for own in &self.beside.0 {
@@ -111,7 +122,7 @@ impl InOrder {
         }
         let mut asked = vec![(
             "order",
-            explained(&self.beside(cosines(&self.place, COSINES)), &all),
+            explained(&self.beside(cosines(&self.place(), COSINES)), &all),
         )];
         let sessions = self.of_sessions();
         if !sessions.is_empty() {
@@ -125,11 +136,11 @@ impl InOrder {
         let in_turn = self
             .in_turn()
             .map(|each| explained(&self.beside(each), &all));
-        asked.extend(in_turn.map(|explained| ("order", explained)));
+        let mut cycles: Vec<_> = in_turn.map(|explained| ("order", explained)).collect();
         let turns = self.turns().map(|turns| self.turning(turns));
         let waved = most_explained(turns, &self.beside, &all);
-        asked.extend(waved.map(|waved| ("order", waved)));
-        asked
+        cycles.extend(waved.map(|waved| ("order", waved)));
+        [asked, cycles]
     }
 
     /// Cycles over the order that are tried.
@@ -152,7 +163,8 @@ impl InOrder {
     }
 
     fn turning(&self, turns: f64) -> [DVector<f64>; 2] {
-        [f64::cos, f64::sin].map(|of| self.place.map(|t| of(TAU * turns * t)))
+        let place = self.among_all();
+        [f64::cos, f64::sin].map(|of| place.map(|t| of(TAU * turns * t)))
     }
 
     fn steps(&self) -> Steps {
@@ -262,7 +274,7 @@ impl InOrder {
 
     /// The other forms but a step, each with the functions that it takes and how many values it has.
     fn forms(&self) -> Vec<(Form, Vec<DVector<f64>>, f64)> {
-        let place = &self.place;
+        let place = self.place();
         let mut forms = vec![(Form::Drift, self.beside(vec![place.clone()]), 1.0)];
         for length in [0.06, 0.125, 0.25, 0.5] {
             let worn = place.map(|t| 1.0 - (-t / length).exp());
@@ -288,7 +300,8 @@ impl InOrder {
         // Wears, and is made as new again and again.
         for rounds in 2..=(self.values.len() / (2 * SIDE)).min(ROUNDS) {
             for phase in 0..PHASES {
-                let since = place
+                let since = self
+                    .among_all()
                     .map(|t| (t * rounds as f64 + f64::from(phase) / f64::from(PHASES)).fract());
                 forms.push((Form::Cycle, self.beside(vec![since]), 3.0));
             }
@@ -397,7 +410,6 @@ mod tests {
             weights: DVector::repeat(n, 1.0),
             beside,
             numbers: DVector::from_fn(n, |i, _| i as f64),
-            place: DVector::from_fn(n, |i, _| (i as f64 + 0.5) / n as f64),
             sessions: (0..n).map(|i| i / session).collect(),
         };
         column.form(&wander, seed).0
