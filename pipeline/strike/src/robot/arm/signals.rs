@@ -1,7 +1,9 @@
 //! Signals that end a program, or stop it: the motion ends first, and the record is kept.
 
+use std::fs;
 use std::io::{self, Write};
 use std::ops::RangeInclusive;
+use std::os::unix::fs::MetadataExt;
 use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, mpsc};
 use std::thread;
@@ -52,8 +54,14 @@ pub fn tell(what: &str) {
     let _ = told(what);
 }
 
-/// The same; errors where nothing can be written there.
+/// The same; errors where nothing can be written there, or where what is written is thrown away, as by a program that was started with
+/// standard error closed.
 pub(super) fn told(what: &str) -> io::Result<()> {
+    let device = |path| fs::metadata(path).ok().map(|file| (file.dev(), file.ino()));
+    let null = device("/dev/null");
+    if null.is_some() && device("/proc/self/fd/2") == null {
+        return Err(io::Error::other("it is closed, or leads to /dev/null"));
+    }
     io::stderr().write_all(format!("{what}\n").as_bytes())
 }
 
@@ -93,6 +101,33 @@ mod tests {
         beside(move || held.recv().unwrap_or_default());
         // It is held until now.
         free.send(()).expect("it still waits");
+    }
+
+    #[test]
+    fn what_is_thrown_away_is_told_to_nobody() {
+        use std::process::{Command, Stdio};
+        const CHILD: &str = "CAROM_TEST_TELLS";
+        if std::env::var(CHILD).is_ok_and(|reader| reader == "none") {
+            told("stand clear").expect_err("it goes to /dev/null");
+            return;
+        }
+        if std::env::var(CHILD).is_ok() {
+            return told("stand clear").expect("it is read");
+        }
+        for (reader, stderr) in [("none", Stdio::null()), ("one", Stdio::piped())] {
+            let path = std::env::current_exe().expect("this test");
+            let child = Command::new(path)
+                .arg("robot::arm::signals::tests::what_is_thrown_away_is_told_to_nobody")
+                .arg("--exact")
+                .args(["--nocapture", "--test-threads", "1"])
+                .env(CHILD, reader)
+                .stderr(stderr)
+                .output()
+                .expect("it runs");
+            let told = String::from_utf8_lossy(&child.stdout);
+            assert!(child.status.success(), "{reader}: {told}");
+            assert!(told.contains("1 passed"), "{reader}: {told}");
+        }
     }
 
     #[test]
