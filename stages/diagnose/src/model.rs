@@ -164,16 +164,11 @@ impl Model {
         self.sizes().map(|_| TIP_FRICTION)
     }
 
-    /// Place of the part of the load that shifts; none for a round object, which hardly turns.
-    fn load_shift(&self) -> Option<usize> {
-        self.sizes().map(|_| LOAD_SHIFT)
-    }
-
-    /// Logarithm of the priors of these three, above those of none: the other priors move nothing that the data determine.
+    /// Logarithm of the priors of what a box alone has, above those of none: the other priors move nothing that the data determine.
     pub(crate) fn log_prior(&self) -> f64 {
-        let sizes = self.sizes().into_iter();
-        let all = sizes.chain(self.tip_friction()).chain(self.load_shift());
-        all.map(|place| -0.5 * (self.values[place] / self.free[place].width).powi(2))
+        let of_a_box = SIZES..self.own().max(SIZES);
+        of_a_box
+            .map(|place| -0.5 * (self.values[place] / self.free[place].width).powi(2))
             .sum()
     }
 
@@ -272,34 +267,29 @@ impl Model {
         value < free.low + margin || value > free.high - margin
     }
 
-    /// The effects at these values, and what wrong sizes do.
+    /// The effects at these values, and what a box alone has.
     pub(crate) fn effects(
         &self,
         rig: &Rig,
         values: &[f64],
     ) -> Result<Vec<Box<dyn Effect>>, WorldError> {
         let parts = self.fitted_parts(values);
-        let sizes = self.sizes().map(|place| {
-            let share = values[place];
-            Ok(Box::new(WrongSizes { share }) as Box<dyn Effect>)
-        });
-        let tip_friction = self.tip_friction().map(|place| {
-            let log = values[place];
-            Ok(Box::new(TipFriction { log }) as Box<dyn Effect>)
-        });
-        let load_shift = self.load_shift().map(|place| {
-            Ok(Box::new(LoadShift {
-                part: values[place],
+        let effects = parts.iter().map(|part| effects::build(&added(part), rig));
+        let mut effects = effects.collect::<Result<Vec<_>, WorldError>>()?;
+        if self.sizes().is_some() {
+            effects.push(Box::new(WrongSizes {
+                share: values[SIZES],
+            }));
+            effects.push(Box::new(TipFriction {
+                log: values[TIP_FRICTION],
+            }));
+            effects.push(Box::new(LoadShift {
+                part: values[LOAD_SHIFT],
                 height: rig.object.solid.half_height(),
                 arm: Base::of(&rig.object).arm(),
-            }) as Box<dyn Effect>)
-        });
-        let effects = parts.iter().map(|part| effects::build(&added(part), rig));
-        effects
-            .chain(sizes)
-            .chain(tip_friction)
-            .chain(load_shift)
-            .collect()
+            }));
+        }
+        Ok(effects)
     }
 }
 

@@ -8,7 +8,7 @@ pub use around::{launches, launches_about};
 
 mod around;
 
-/// One strike's release around its command: a parabola in each of four directions, and a line over the tip's friction.
+/// One strike's release around its command: a parabola in each of five directions.
 #[derive(Clone, Copy, Debug)]
 pub struct Launch {
     about: Impact,

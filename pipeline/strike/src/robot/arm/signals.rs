@@ -57,7 +57,7 @@ pub fn tell(what: &str) {
 /// The same; errors where nothing can be written there, or where what is written is thrown away, as by a program that was started with
 /// standard error closed.
 pub(super) fn told(what: &str) -> io::Result<()> {
-    let device = |path| fs::metadata(path).ok().map(|file| (file.dev(), file.ino()));
+    let device = |path| fs::metadata(path).ok().map(|file| file.rdev());
     let null = device("/dev/null");
     if null.is_some() && device("/proc/self/fd/2") == null {
         return Err(io::Error::other("it is closed, or leads to /dev/null"));
