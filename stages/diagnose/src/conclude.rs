@@ -21,11 +21,9 @@ use crate::{
     next::next_strikes,
     notes,
     question::{self, Answer},
-    remaining_gain::RemainingGain,
     score::DRAWN,
     screen::{Chance, Screened},
     search::{CandidateFit, SelectedEffect, Selection},
-    smooth::Dependence,
     words,
 };
 
@@ -46,9 +44,8 @@ pub(crate) struct Case<'c, 'a> {
     pub(crate) selection: &'c Selection<'a>,
     pub(crate) screened: &'c [Screened],
     pub(crate) chance: &'c Chance,
-    pub(crate) before: &'c [Dependence],
-    /// What smooth dependences gain beside the model: all, and those that no other form of its effects would take.
-    pub(crate) left: RemainingGain,
+    /// Whether objects slide otherwise than any world says.
+    pub(crate) is_astray: bool,
     /// What the effects gain on strikes that were left out of their fit.
     pub(crate) gains: Gains,
     pub(crate) p_value: PValue,
@@ -100,12 +97,6 @@ impl Case<'_, '_> {
         notes.extend(judged.note.clone());
         let noise = self.noise();
         notes.extend(notes::noise(&noise, &self.selection.fitted, verdict));
-        if verdict == Verdict::Named && self.left.all > 0.0 {
-            notes.push(format!(
-                "{:.0} % of the gap's evidence is left beside the effects named; the residual model carries it",
-                100.0 * (1.0 - self.share())
-            ));
-        }
         if verdict == Verdict::Named {
             notes.extend(self.at_ends());
         }
@@ -123,13 +114,7 @@ impl Case<'_, '_> {
         Ok(Diagnosed {
             residuals: gap::residuals(&strikes, &judged.before, &judged.after),
             diagnosis: Diagnosis {
-                summary: words::summary(
-                    verdict,
-                    &named,
-                    self.p_value,
-                    self.share(),
-                    judged.cause.as_deref(),
-                ),
+                summary: words::summary(verdict, &named, self.p_value, judged.cause.as_deref()),
                 verdict,
                 cause: judged.cause,
                 p_value: self.p_value.drawn,
@@ -139,7 +124,6 @@ impl Case<'_, '_> {
                 strikes: self.selection.prepared.strikes.len(),
                 r#where: match verdict {
                     Verdict::Consistent => Vec::new(),
-                    _ if self.p_value.is_real() => words::r#where(self.before),
                     _ => words::found(&self.asked),
                 },
                 effects: named,
@@ -177,16 +161,10 @@ impl Case<'_, '_> {
         self.names().into_iter().any(is_never_named)
     }
 
-    /// Share of the log-likelihood that the effects hold.
-    fn share(&self) -> f64 {
-        self.left.share(self.selection.gain())
-    }
-
+    /// Whether effects were found, in a world as one may be.
     fn explains(&self) -> bool {
-        let names = self.names();
         let is_possible = self.selection.fitted.model.world_at_end().is_none();
-        let is_small = |gain| self.left.is_small(gain, &names, &self.stage.thresholds);
-        !names.is_empty() && is_possible && is_small(self.selection.gain())
+        !self.selection.effects.is_empty() && is_possible
     }
 
     fn judge(&self, strikes: &[&Strike]) -> Result<Conclusion, DiagnoseError> {
@@ -233,11 +211,13 @@ impl Case<'_, '_> {
         // form than the one that was drawn.
         // Where no command was repeated, what no question finds is taken for scatter, so that stops alone cannot say that there is no gap: tracks that
         // leave the world's by far more than the camera's noise do. A box may tip on its way.
-        let are_tracks_other = rig.object.shape() != Shape::Box
-            && !question::has_repeats(prepared)
-            && self.p_value.is_real()
-            && null.estimated.components.camera > self.stage.thresholds.astray * rig.camera.noise;
-        let is_gap = self.asked.is_gap() || are_tracks_other;
+        let are_tracks_other = |model: &Fitted| {
+            let noise = model.estimated.components.camera;
+            rig.object.shape() != Shape::Box
+                && noise > self.stage.thresholds.astray * rig.camera.noise
+        };
+        let is_gap = self.asked.is_gap()
+            || !question::has_repeats(prepared) && self.p_value.is_real() && are_tracks_other(null);
         let is_tried = !self.gains.likelihood.is_empty() || !self.selection.effects.is_empty();
         if !(is_gap || self.p_value.is_real() && is_tried) {
             return Ok(unnamed(Verdict::Consistent, None, None));
@@ -262,12 +242,16 @@ impl Case<'_, '_> {
                 all.iter().map(effects::statement).collect()
             };
             let cause = statements(&never_named)?.join("; ");
-            let note = notes::beside_never_named(&statements(&others)?, self.share());
-            return Ok(unnamed(Verdict::Unexplained, Some(cause), Some(note)));
+            let note = notes::beside_never_named(&statements(&others)?);
+            return Ok(unnamed(Verdict::Unexplained, Some(cause), note));
         }
         if !self.explains() {
-            let note = (!self.selection.effects.is_empty())
-                .then(|| notes::not_named(&self.names(), "too much of the gap is left beside"));
+            let note = (!self.selection.effects.is_empty()).then(|| {
+                notes::not_named(
+                    &self.names(),
+                    "friction or restitution would have to be what no world has",
+                )
+            });
             let (left, all) = (&self.remaining.findings, &self.asked.findings);
             let cause = left.first().or(all.first()).map(words::finding);
             let cause = cause.filter(|_| unexplained == Verdict::Unexplained);
@@ -304,6 +288,13 @@ impl Case<'_, '_> {
             let cause = Some(notes::changes(&changing));
             return Ok(unnamed(Verdict::Unexplained, cause, Some(note)));
         }
+        if are_tracks_other(fitted) {
+            let note = notes::not_named(
+                &self.names(),
+                "tracks still leave the world's by far more than the camera's stated noise",
+            );
+            return Ok(unnamed(Verdict::Unexplained, None, Some(note)));
+        }
         let world = fitted_world()?;
         let after = gap::stop_residuals(rig, &world, strikes)?;
         let gap = gap_to(&after);
@@ -312,7 +303,7 @@ impl Case<'_, '_> {
         // From delivered launches strikes repeat without the arm's scatter, which is most of what repeats of a command scatter by; where some
         // meet a fence, or none rests, those that rest are no fair choice among all.
         let all_rest = strikes.iter().all(|strike| strike.has_stop());
-        let is_judged = all_rest && !(self.left.is_astray || self.is_delivered);
+        let is_judged = all_rest && !(self.is_astray || self.is_delivered);
         let great = if is_judged { GREAT } else { f64::INFINITY };
         let is_much_left = stops > great * accounted;
         let finding = match is_much_left {

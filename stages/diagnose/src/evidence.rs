@@ -1,7 +1,6 @@
 //! Whether: is there a gap at all?
 //!
-//! One statistic over everything that is looked at, candidates and smooth dependences alike: the most that any of them gains
-//! beyond its own 99 % quantile under drawn residuals. Its distribution, the choice among all statistics included, comes from the
+//! One statistic over all candidates: the most that any of them gains beyond its own 99 % quantile under drawn residuals. Its distribution, the choice among all statistics included, comes from the
 //! same replicates: drawn from the fitted world and its noise, and by flipping the signs of whole strikes' scores.
 
 use std::collections::BTreeMap;
@@ -11,7 +10,6 @@ use statrs::statistics::{Data, OrderStatistics};
 use crate::{
     score::{DRAWN, FLIPPED, Replicates},
     screen::{Chance, Screened},
-    smooth::{Dependence, covariate::Covariate},
 };
 
 /// A gap is real below this probability by drawn residuals, if it is below the other by flipped signs.
@@ -54,7 +52,7 @@ fn quantile(by_chance: &[f64]) -> f64 {
     Data::new(drawn).quantile(QUANTILE)
 }
 
-/// What is looked at: a candidate's best score or a smooth dependence.
+/// What is looked at: a candidate's best score.
 pub(crate) struct Statistic<'s> {
     pub(crate) name: &'s str,
     pub(crate) gain: f64,
@@ -62,19 +60,14 @@ pub(crate) struct Statistic<'s> {
 }
 
 impl<'s> Statistic<'s> {
-    /// All that was screened, then all dependences.
-    pub(crate) fn all(screened: &'s [Screened], dependences: &'s [Dependence]) -> Vec<Self> {
+    /// All that was screened.
+    pub(crate) fn all(screened: &'s [Screened]) -> Vec<Self> {
         let candidates = screened.iter().map(|s| Self {
             name: s.name,
             gain: s.score,
             by_chance: &s.by_chance,
         });
-        let smooth = dependences.iter().map(|d| Self {
-            name: d.covariate.name(),
-            gain: d.gain,
-            by_chance: &d.by_chance,
-        });
-        candidates.chain(smooth).collect()
+        candidates.collect()
     }
 }
 
@@ -179,16 +172,6 @@ impl Alarm {
         let found = self.excess.iter().find(|(statistic, _)| statistic == name);
         self.of_excess(found.map_or(f64::NEG_INFINITY, |(_, excess)| *excess))
     }
-}
-
-/// Gain in log-likelihood of the dependence that explains most, of those that are no chance and count.
-pub(crate) fn left(dependences: &[Dependence], counts: impl Fn(Covariate) -> bool) -> f64 {
-    let alarm = Alarm::new(&Statistic::all(&[], dependences));
-    dependences
-        .iter()
-        .filter(|d| counts(d.covariate) && alarm.p_value_of(d.covariate.name()).is_real())
-        .map(|d| d.gain)
-        .fold(0.0, f64::max)
 }
 
 #[cfg(test)]

@@ -6,8 +6,8 @@
 //! Worlds are tried in planar form ([`world::planar`]), which follows MuJoCo's to a twentieth of a millimetre, a hundred times as
 //! fast. Whether: score tests of every candidate, against residuals drawn from the fitted world and its noise, confirmed by
 //! flipped signs of whole strikes ([`evidence`]). Which: fits of the best candidates, forward, replaced and dropped again
-//! ([`search`]); what they name must predict strikes that took no part ([`heldout`]). None of these: what smooth dependences
-//! still find beside the best model ([`smooth`], [`maps`]). The gap is judged in MuJoCo ([`gap`]).
+//! ([`search`]); what they name must predict strikes that took no part ([`heldout`]). Whatever it is called: what depends on
+//! commands, places and order, asked by permutations, before and beside the effects ([`question`]). The gap is judged in MuJoCo ([`gap`]).
 
 mod arm;
 mod camera_drift;
@@ -20,7 +20,6 @@ mod evidence;
 mod fit;
 mod fitted_world;
 mod gap;
-mod great_wander;
 mod heldout;
 mod input;
 mod linearisation;
@@ -33,7 +32,6 @@ mod noise;
 mod notes;
 mod null;
 mod question;
-mod remaining_gain;
 mod run;
 mod score;
 mod screen;

@@ -41,7 +41,7 @@ pub(crate) fn maps(
             continue;
         };
         let scores = test.scores(bumps.count(), &bumps.moved);
-        let ridge = Ridge::new(&scores, bumps.scale, &DMatrix::zeros(0, 0));
+        let ridge = Ridge::new(&scores, bumps.scale);
         let Some([before, after]) = judged(prepared, fitted, &bumps, ridge.variance) else {
             continue;
         };

@@ -170,19 +170,14 @@ pub(crate) fn not_named(names: &[&str], why: &str) -> String {
     )
 }
 
-/// What stands beside effects that are stated as the cause and never named, and the share of the gap's evidence that all hold together.
-pub(crate) fn beside_never_named(others: &[String], share: f64) -> String {
-    let beside = match others {
-        [] => String::new(),
-        others => format!(
-            ", with what stands beside it and is not named: {}",
+/// What stands beside effects that are stated as the cause and never named.
+pub(crate) fn beside_never_named(others: &[String]) -> Option<String> {
+    (!others.is_empty()).then(|| {
+        format!(
+            "beside what is stated as the cause there stands, and is not named: {}",
             others.join(", and ")
-        ),
-    };
-    format!(
-        "what is stated as the cause holds {:.0} % of the gap's evidence{beside}",
-        100.0 * share
-    )
+        )
+    })
 }
 
 /// That effects do not pay on strikes that took no part in their fit.

@@ -7,29 +7,21 @@ use values::{Rig, Shape, Strike};
 use world::{World, effects::Naming, launch::launches};
 
 use crate::{
-    Diagnose, DiagnoseError, Diagnosed, Input, Thresholds, Verdict,
+    Diagnose, DiagnoseError, Diagnosed, Input, Thresholds,
     arm::{self, Arm},
     candidates::{Candidate, candidates, is_of_whole_strikes},
     conclude::Case,
     evidence::{self, Alarm, Statistic, replicates},
     fit::Goal,
-    great_wander::GreatWander,
     heldout::{self, Gains},
-    maps,
-    mixed::GREATEST,
-    notes,
+    maps, notes,
     null::fit_null,
     question::{self, Answer, Before},
-    remaining_gain::RemainingGain,
     score::ScoreTest,
     screen::{Chance, screen_by},
     search::{
-        Limits, Selection, search, with_last_resorts, with_never_named, with_rivals, without,
-    },
-    smooth::{
-        Dependence,
-        covariate::{Covariate, family, left_of_launches},
-        dependences, dependences_of, family_columns,
+        Limits, SelectedEffect, Selection, search, with_last_resorts, with_never_named,
+        with_rivals, with_wander, without,
     },
     strikes::PreparedStrikes,
     usable::FEWEST,
@@ -37,7 +29,7 @@ use crate::{
 
 impl Stage for Diagnose {
     const NAME: &'static str = "diagnose";
-    const VERSION: u32 = 38;
+    const VERSION: u32 = 39;
     type Input = Input;
     type Output = Diagnosed;
     type Error = DiagnoseError;
@@ -58,41 +50,19 @@ impl Stage for Diagnose {
 
 impl Diagnose {
     /// The diagnosis of strikes as they were commanded, or as they were delivered, which no effect of the arm explains.
-    ///
-    /// A drift is a wander that goes one way: a wander without bound would hold it. So effects are sought beside a small one; where
-    /// a great wander holds as much as they do, or what is left unexplained is no more than a great wander holds, they are sought beside a
-    /// great one.
     fn diagnose(
         &self,
         input: &Input,
         is_delivered: bool,
         progress: &Progress,
     ) -> Result<Diagnosed, DiagnoseError> {
-        let small = self.thresholds.small_wander;
-        let (found, wander) = self.diagnose_beside(small, input, is_delivered, progress)?;
-        let is_unexplained = found.diagnosis.verdict == Verdict::Unexplained;
-        if !(wander.replaces || is_unexplained && wander.could_explain) {
-            return Ok(found);
-        }
-        let (wandering, _) = self.diagnose_beside(GREATEST, input, is_delivered, progress)?;
-        Ok(wandering)
-    }
-
-    /// The same beside a wander of friction that is no greater than this; and what a great one would hold.
-    fn diagnose_beside(
-        &self,
-        greatest_wander: f64,
-        input: &Input,
-        is_delivered: bool,
-        progress: &Progress,
-    ) -> Result<(Diagnosed, GreatWander), DiagnoseError> {
         let rig = &input.rig;
         progress.set_message("how the object leaves the tip");
         let usable = self.usable(input)?;
         let (prepared, pushed) = prepare(rig, &input.world, &usable.strikes, &self.thresholds)?;
 
         progress.set_message("the world without effects, and the noise about it");
-        let (prepared, null) = fit_null(prepared, &input.world, greatest_wander)?;
+        let (prepared, null) = fit_null(prepared, &input.world, self.thresholds.small_wander)?;
         let came_before = before(input, &prepared);
         let asked = question::ask(&prepared, &null, &came_before, self.seed);
 
@@ -107,10 +77,9 @@ impl Diagnose {
             }
         })?;
         let mut screened = screen_by(&prepared, &null, &test, &candidates)?;
-        let before = dependences_of(&prepared, &null, &test)?;
         let mut chance = evidence::chance(&screened);
-        let alarm = Alarm::new(&Statistic::all(&screened, &[]));
-        let p_value = Alarm::new(&Statistic::all(&screened, &before)).p_value();
+        let alarm = Alarm::new(&Statistic::all(&screened));
+        let p_value = alarm.p_value();
         let is_sought = p_value.is_real() && !usable.are_pushed_again;
         let mut last_resorts = if is_sought {
             named(Naming::LastResort)
@@ -138,8 +107,7 @@ impl Diagnose {
         let selection = with_last_resorts(selection, &last_resorts, &chance)?;
         let never_named = named(Naming::Never);
         let selection = with_never_named(selection, &never_named, &mut chance, replicates)?;
-        let (selection, left) = self.pruned(selection, &candidates, &chance, is_astray)?;
-        let wander = GreatWander::beside(&selection, left)?;
+        let selection = pruned(selection, &candidates, &chance)?;
         let (selection, gains, mut notes) = paying(selection)?;
         notes.extend(notes::left_out(&usable, pushed));
         notes.extend(notes::turned(rig, &selection.prepared.strikes));
@@ -164,14 +132,13 @@ impl Diagnose {
         };
         notes.extend(notes::wrong_sizes(rig, &selection.fitted, is_delivered));
         notes.extend(notes::arm_or_sizes(rig, &selection.fitted));
-        let found = Case {
+        Case {
             stage: self,
             input,
             selection: &selection,
             screened: &screened,
             chance: &chance,
-            before: &before,
-            left,
+            is_astray,
             gains,
             p_value,
             asked,
@@ -181,78 +148,30 @@ impl Diagnose {
             maps,
             notes,
         }
-        .conclude()?;
-        Ok((found, wander))
+        .conclude()
     }
 }
 
-impl Diagnose {
-    /// Without the effects that are weaker than what no candidate explains, and those whose strength may as well be none; and
-    /// what smooth dependences gain beside the rest.
-    fn pruned<'a>(
-        &self,
-        mut selection: Selection<'a>,
-        candidates: &[Candidate],
-        chance: &Chance,
-        is_astray: bool,
-    ) -> Result<(Selection<'a>, RemainingGain), DiagnoseError> {
-        while !selection.effects.is_empty() {
-            let after = dependences(
-                &selection.prepared,
-                &selection.fitted,
-                evidence::flips(self.seed),
-            )?;
-            let left = left(&selection, &after, is_astray);
-            let weak = selection.weaker_than(left.beyond_form);
-            let Some(weak) = weak.or_else(|| selection.fitted.unsure()) else {
-                // They are known where the search ended here.
-                if selection
-                    .effects
-                    .iter()
-                    .all(|effect| effect.rivals.is_empty())
-                {
-                    selection = with_rivals(selection, candidates, chance)?;
-                }
-                // A strange slide is far from any form.
-                if is_astray {
-                    return Ok((selection, left));
-                }
-                let beyond_form = self.beyond_form(&selection)?;
-                return Ok((
-                    selection,
-                    RemainingGain {
-                        beyond_form,
-                        ..left
-                    },
-                ));
-            };
-            selection = without(selection, weak, chance)?;
+/// Without the effects whose strength may as well be none, and without those of friction by the order that a wander holds as well.
+fn pruned<'a>(
+    mut selection: Selection<'a>,
+    candidates: &[Candidate],
+    chance: &Chance,
+) -> Result<Selection<'a>, DiagnoseError> {
+    loop {
+        if let Some(unsure) = selection.fitted.unsure() {
+            selection = without(selection, unsure, chance)?;
+        } else if let Some(wandering) = with_wander(&selection, chance)? {
+            selection = wandering;
+        } else {
+            break;
         }
-        Ok((selection, RemainingGain::default()))
     }
-}
-
-impl Diagnose {
-    /// What smooth dependences gain beside the model and all that another form of its effects would take.
-    fn beyond_form(&self, selection: &Selection<'_>) -> Result<f64, DiagnoseError> {
-        let Selection {
-            prepared, fitted, ..
-        } = selection;
-        let family = family_columns(prepared, fitted)?;
-        let test = ScoreTest::new(prepared, fitted, &family, evidence::flips(self.seed));
-        let beside = match &test {
-            Some(test) => dependences_of(prepared, fitted, test)?,
-            None => Vec::new(),
-        };
-        let in_form: Vec<Covariate> = selection
-            .effects
-            .iter()
-            .flat_map(|effect| left_of_launches(effect.name))
-            .copied()
-            .collect();
-        Ok(evidence::left(&beside, |covariate| {
-            !in_form.contains(&covariate)
-        }))
+    // They are known where the search ended here.
+    let has_rivals = |effect: &SelectedEffect| !effect.rivals.is_empty();
+    match selection.effects.iter().any(has_rivals) {
+        true => Ok(selection),
+        false => Ok(with_rivals(selection, candidates, chance)?),
     }
 }
 
@@ -313,27 +232,6 @@ fn is_astray(selection: &Selection<'_>) -> bool {
     } = selection.prepared;
     let noise = selection.fitted.estimated.components.camera;
     rig.object.shape() == Shape::Box && noise > thresholds.astray * rig.camera.noise
-}
-
-/// What smooth dependences gain beside a model; where objects slide otherwise than the world says, those of whole strikes alone.
-fn left(selection: &Selection<'_>, after: &[Dependence], is_astray: bool) -> RemainingGain {
-    let held: Vec<_> = selection
-        .effects
-        .iter()
-        .flat_map(|effect| {
-            family(effect.name)
-                .iter()
-                .chain(left_of_launches(effect.name))
-        })
-        .collect();
-    let counts = |covariate: Covariate| !is_astray || covariate.is_of_whole_strikes();
-    RemainingGain {
-        all: evidence::left(after, counts),
-        beyond_form: evidence::left(after, |covariate| {
-            counts(covariate) && !held.contains(&&covariate)
-        }),
-        is_astray,
-    }
 }
 
 /// The effects, if together they predict strikes that took no part in their fit better, beyond chance; none otherwise, with a sentence that says so.

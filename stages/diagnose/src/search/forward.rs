@@ -112,7 +112,7 @@ fn next_effect(
         prepared, fitted, ..
     } = selection;
     let is_first = selection.effects.is_empty();
-    let drawn = limits.alarm.beside(&Statistic::all(screened, &[]));
+    let drawn = limits.alarm.beside(&Statistic::all(screened));
     let mut open: Vec<Screened> = screened
         .iter()
         .filter(|s| s.gain() > prepared.thresholds.fitted * chance[s.name])
@@ -144,7 +144,7 @@ fn next_effect(
                 let signs = signs(prepared.strikes.len(), limits.flips);
                 let mut flipped = screened.to_vec();
                 flipped.iter_mut().for_each(|s| s.flip(&signs));
-                limits.alarm.beside(&Statistic::all(&flipped, &[]))
+                limits.alarm.beside(&Statistic::all(&flipped))
             });
             if significant.p_value_of(fit.name).is_real() {
                 return Ok(Some(fit));

@@ -13,7 +13,7 @@ mod refine;
 pub(crate) use fits::CandidateFit;
 pub(crate) use forward::{Limits, search};
 pub(crate) use last_resort::{with_last_resorts, with_never_named};
-pub(crate) use refine::{with_rivals, without};
+pub(crate) use refine::{with_rivals, with_wander, without};
 
 use crate::{fit::Fitted, strikes::PreparedStrikes};
 
@@ -29,16 +29,6 @@ pub(crate) struct Selection<'a> {
 }
 
 impl Selection<'_> {
-    /// The effect that stands least firmly, if others stand beside it and its evidence is less than `left`.
-    pub(crate) fn weaker_than(&self, left: f64) -> Option<usize> {
-        let (place, weakest) = self
-            .effects
-            .iter()
-            .enumerate()
-            .min_by(|a, b| a.1.evidence.total_cmp(&b.1.evidence))?;
-        (self.effects.len() > 1 && weakest.evidence < left).then_some(place)
-    }
-
     /// The effects' names.
     fn names(&self) -> Vec<&'static str> {
         self.effects.iter().map(|effect| effect.name).collect()

@@ -12,8 +12,10 @@ use crate::{
     Thresholds,
     candidates::Candidate,
     fit::{Fitted, Goal},
-    model::Part,
+    mixed::GREATEST,
+    model::{Model, Part},
     screen::{Chance, Screened, screen},
+    smooth::covariate::{Covariate, family},
 };
 
 /// The same without one of its effects; of the others, the evidence alone is known ([`with_rivals`]).
@@ -29,6 +31,42 @@ pub(crate) fn without<'a>(
         .map(|(effect, _)| effect)
         .collect();
     Ok(selection)
+}
+
+/// The same without the first effect of friction by the order of strikes that a wander holds as well: a drift is a wander that goes one way. It
+/// was found beside a small wander, for one without bound holds every drift. `None` where there is none.
+pub(crate) fn with_wander<'a>(
+    selection: &Selection<'a>,
+    chance: &Chance,
+) -> Result<Option<Selection<'a>>, WorldError> {
+    let Selection {
+        prepared,
+        null,
+        fitted,
+        ..
+    } = selection;
+    let wandering = |from: &Fitted, model: &Model| {
+        let free = from.estimated.components.with_greatest_wander(GREATEST);
+        prepared.fit(model, &free, &from.nuisances, Goal::Settled)
+    };
+    let least = fitted.likelihood() - prepared.thresholds.beyond_wander;
+    for (place, part) in fitted.model.parts.iter().enumerate() {
+        if !family(part.name).contains(&Covariate::Wear) {
+            continue;
+        }
+        let without = wandering(fitted, &fitted.model.without(place))?;
+        let holds = |without: &Fitted| without.likelihood() > least;
+        if let (Some(fitted), Some(null)) = (without.filter(holds), wandering(null, &null.model)?) {
+            let selection = Selection {
+                prepared: prepared.clone(),
+                null,
+                fitted,
+                effects: Vec::new(),
+            };
+            return standing(selection, chance).map(Some);
+        }
+    }
+    Ok(None)
 }
 
 /// The same without the effects that bring nothing beside the others; of these, the evidence alone is known.

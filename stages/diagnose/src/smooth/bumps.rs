@@ -29,11 +29,11 @@ const STARTS: f64 = 0.005;
 const PUSH: f64 = 0.02;
 
 /// A bump's place, and the direction in which it acts.
-pub(super) type Place = (Point, Point);
+type Place = (Point, Point);
 
 /// The bumps of one covariate.
 pub(crate) struct Bumps {
-    pub(super) places: Vec<Place>,
+    places: Vec<Place>,
     pub(crate) moved: StrikeColumns,
     /// Height that is neither small nor large.
     pub(crate) scale: f64,
@@ -64,7 +64,7 @@ impl Bumps {
 }
 
 /// Height of a bump at a distance from its middle.
-pub(super) fn bump(distance: f64, spacing: f64) -> f64 {
+fn bump(distance: f64, spacing: f64) -> f64 {
     (-0.5 * (distance / (WIDTH * spacing)).powi(2)).exp()
 }
 
@@ -149,15 +149,6 @@ pub(crate) fn bumps(
                 },
             )?
         }
-        Covariate::Sideways => {
-            let fastest = strikes.iter().map(|s| s.command.speed).fold(0.0, f64::max);
-            let speeds = line([0.0, 1.5 * fastest].into_iter(), BUMPS);
-            let places = on_line(&speeds, &[left]);
-            builder.pushed(Acts::AsForce, places, &|(centre, _), _, _, v| {
-                let aside = push(true, ahead, v);
-                Point::new(aside.y, -aside.x) * bump(v.norm() - centre.x, speeds.1)
-            })?
-        }
         Covariate::Heading => {
             let headings = line(strikes.iter().map(|s| s.path().bearing()), BUMPS);
             let places = on_line(&headings, &[ahead, left]);
@@ -169,16 +160,6 @@ pub(crate) fn bumps(
                     Point::new(-along.y, along.x)
                 };
                 acts * bump(v.bearing() - centre.x, headings.1)
-            })?
-        }
-        Covariate::Phase => {
-            let times = line(
-                strikes.iter().flat_map(|s| s.track.t.iter().copied()),
-                BUMPS,
-            );
-            let places = on_line(&times, &[ahead, left]);
-            builder.pushed(Acts::AsForce, places, &|(centre, direction), t, _, _| {
-                direction * bump(t - centre.x, times.1)
             })?
         }
         Covariate::Wear => {
