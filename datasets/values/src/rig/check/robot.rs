@@ -115,7 +115,7 @@ pub(super) fn check(robot: &Robot) -> Result<(), RigError> {
             "must be [x, y, z, roll, pitch, yaw] in m and rad",
         )?;
     }
-    robot.obstacles.iter().try_for_each(|obstacle| {
+    robot.obstacles.iter().enumerate().try_for_each(|(index, obstacle)| {
         let (numbers, is_sound) = match *obstacle {
             Obstacle::Box { x, y } => (
                 [x.low, x.high, y.low, y.high],
@@ -125,11 +125,14 @@ pub(super) fn check(robot: &Robot) -> Result<(), RigError> {
                 ([centre.x, centre.y, radius, radius], radius > 0.0)
             }
         };
-        if is_sound && numbers.iter().all(|number| number.abs() <= FARTHEST) {
+        let why = if numbers.iter().any(|number| number.is_finite() && number.abs() > FARTHEST) {
+            "it looks like millimetres; state it in metres, 50 mm as 0.05"
+        } else if is_sound && numbers.iter().all(|number| number.is_finite()) {
             return Ok(());
-        }
-        let why = "a box needs x = [low, high] and y = [low, high], a disc centre = [x, y] and radius above 0, in m";
-        Err(wrong("obstacles", format!("{obstacle:?}"), why))
+        } else {
+            "a box needs x = [low, high] and y = [low, high], a disc centre = [x, y] and radius above 0, in m"
+        };
+        Err(wrong("obstacles", format!("{obstacle} (number {})", index + 1), why))
     })
 }
 
@@ -198,8 +201,32 @@ radius = 0.05
             ),
             ("payload = 0.3", "payload = 300.0", "robot.payload"),
             ("3.14159", "180.0", "robot.tool_orientation"),
-            ("x = [0.5, 0.6]", "x = [0.6, 0.5]", "robot.obstacles"),
-            ("radius = 0.05", "radius = 0.0", "robot.obstacles"),
+            (
+                "x = [0.5, 0.6]",
+                "x = [0.6, 0.5]",
+                "(number 1): a box needs",
+            ),
+            (
+                "[[robot.obstacles]]",
+                "[[obstacles]]",
+                "did you mean `robot.obstacles`",
+            ),
+            (
+                "radius = 0.05",
+                "radius = 0.0",
+                "robot.obstacles = a disc of radius 0 m about (0.5, -0.4) m (number 2): a box needs",
+            ),
+            (
+                "centre = [0.5, -0.4]\nradius = 0.05",
+                "centre = [500, -400]\nradius = 50",
+                "robot.obstacles = a disc of radius 50 m about (500, -400) m (number 2): it looks like millimetres",
+            ),
+            (
+                "x = [0.5, 0.6]",
+                "x = [500, 600]",
+                "a box, x in [500, 600] and y in [0.3, 0.4] m (number 1): it looks like millimetres",
+            ),
+            ("x = [0.5, 0.6]", "x = [nan, 0.6]", "(number 1)"),
             ("radius = 0.05", "size = 0.05", "size"),
             ("base = [-0.1, 0.0]", "base = [-100.0, 0.0]", "robot.base"),
             ("jerk = 100.0", "jrek = 100.0", "robot.jerk"),
