@@ -9,6 +9,9 @@ const LARGEST_JERK: f64 = 1e6;
 /// Heaviest tool, in kg.
 const HEAVIEST: f64 = 50.0;
 
+/// In rad, as 3.1416 too.
+const HALF_A_TURN: f64 = std::f64::consts::PI + 1e-5;
+
 /// Checks what `[robot]` says of the arm's place.
 pub(super) fn check(robot: &Robot) -> Result<(), RigError> {
     let wrong = |key: &str, value: String, why: &str| RigError::Value {
@@ -37,7 +40,7 @@ pub(super) fn check(robot: &Robot) -> Result<(), RigError> {
         (
             "base_yaw",
             robot.base_yaw,
-            std::f64::consts::PI + 1e-9,
+            HALF_A_TURN,
             "must be an angle in rad, at most half a turn (not degrees?)",
         ),
         (
@@ -92,18 +95,11 @@ pub(super) fn check(robot: &Robot) -> Result<(), RigError> {
         (0.0, HEAVIEST),
         "must be a mass in kg (not grams?)",
     )?;
-    let turn = std::f64::consts::PI + 1e-9;
-    within(
-        "base_yaw",
-        robot.base_yaw.unwrap_or(0.0),
-        (-turn, turn),
-        "must be an angle in rad (not degrees?)",
-    )?;
     for angle in robot.tool_orientation.unwrap_or_default() {
         within(
             "tool_orientation",
             angle,
-            (-turn, turn),
+            (-HALF_A_TURN, HALF_A_TURN),
             "must be [roll, pitch, yaw] in rad (not degrees?)",
         )?;
     }
@@ -185,6 +181,21 @@ radius = 0.05
                 .robot
                 .is_placed()
         );
+    }
+
+    #[test]
+    fn what_the_template_proposes_for_an_arm_is_accepted() {
+        let (before, robot) = Rig::template()
+            .split_once("# Where the arm stands")
+            .expect("there");
+        let (robot, after) = robot.split_once("\n\n").expect("ends");
+        let keys: String = robot
+            .lines()
+            .skip(1)
+            .map(|line| format!("{}\n", line.trim_start_matches("# ")))
+            .collect();
+        let rig = Rig::parse(&format!("{before}{keys}\n{after}")).expect("parses");
+        assert!(rig.robot.tool_orientation.is_some() && rig.robot.obstacles.len() == 1);
     }
 
     #[test]
