@@ -112,10 +112,9 @@ fn segment(rig: &Rig, line: &str, a: Point, b: Point) -> Result<(), BrokenLimit>
             return Err((
                 Reason::Obstacle,
                 format!(
-                    "{line} the tip, of radius {radius} m, meets obstacle {} of robot.obstacles ({}): its centre comes \
+                    "{line} the tip, of radius {radius} m, meets obstacle {} of robot.obstacles ({obstacle}): its centre comes \
                      within {:.4} m, and {MARGIN} m beside the tip are kept for what the arm may be off its line",
                     number + 1,
-                    described(*obstacle),
                     gap.max(0.0)
                 ),
             ));
@@ -134,11 +133,10 @@ pub(crate) fn object(rig: &Rig, from: Point, to: Point) -> Result<(), BrokenLimi
                 Reason::Obstacle,
                 format!(
                     "on its way from {} to {} the object, {half_width:.4} m from its centre to its edge at the most, meets obstacle {} of \
-                     robot.obstacles ({}): its centre comes within {:.4} m; lay it elsewhere, or take another target",
+                     robot.obstacles ({obstacle}): its centre comes within {:.4} m; lay it elsewhere, or take another target",
                     place(from),
                     place(to),
                     number + 1,
-                    described(*obstacle),
                     gap.max(0.0)
                 ),
             ));
@@ -152,17 +150,6 @@ fn beside(obstacle: Obstacle, a: Point, b: Point) -> f64 {
     match obstacle {
         Obstacle::Disc { centre, radius } => to_segment(centre, a, b) - radius,
         Obstacle::Box { x, y } => box_to_segment(x, y, a, b),
-    }
-}
-
-fn described(obstacle: Obstacle) -> String {
-    match obstacle {
-        Obstacle::Disc { centre, radius } => {
-            format!("a disc of radius {radius} m about {}", place(centre))
-        }
-        Obstacle::Box { x, y } => {
-            format!("a box, x in {} and y in {} m", range(x), range(y))
-        }
     }
 }
 

@@ -26,6 +26,12 @@ pub enum LogError {
     /// The system refused a step.
     #[error("{0}; give a folder that can be written to: --log of strike, --out of collect")]
     File(#[from] durable::Error),
+    /// The log of a strike lies where it was to, at a second attempt.
+    #[error(
+        "write the log at once: its folder was taken away, or full, and it was written there at a second attempt; leave the folder as it is \
+         while carom works in it, and call again"
+    )]
+    Again,
     /// The log of a strike that was made does not fit anywhere.
     #[error("{why}; what could be written of it is in {}, a log that is cut off", path.display())]
     CutOff {
@@ -113,8 +119,13 @@ impl OpenLog {
                     write(aside, &to, recorded, topics)
                 };
                 // The folder may be gone, and is made again: what is looked for there is found.
-                let in_place = rescue(destination.clone());
-                match in_place.or_else(|_| rescue(Destination::Next(env::temp_dir()))) {
+                if let Ok(kept) = rescue(destination.clone()) {
+                    return Ok(WrittenLog {
+                        moved: Some(LogError::Again),
+                        ..kept
+                    });
+                }
+                match rescue(Destination::Next(env::temp_dir())) {
                     Ok(kept) => Ok(WrittenLog {
                         moved: Some(moved),
                         ..kept

@@ -67,9 +67,16 @@ pub struct Seen {
     pub rest: Result<Resting, LiveError>,
     /// All messages, in order of time.
     pub received: Vec<Received>,
-    /// What was left out of them, for want of memory or of one clock; and that the object was not moved.
+    /// What was left out of them, for want of memory or of one clock.
     pub warning: Option<String>,
+    /// Where the tip passed through the place of an object that was not moved: what that tells.
+    pub unmoved: Option<&'static str>,
 }
+
+/// What it tells that the object was not moved.
+const UNMOVED: &str = "the tip passed through where the camera saw the object, and it was not moved: if the tip passed beside it, the rig file \
+                       does not say where the arm stands (robot.base, base_yaw, base_height), or the camera's frame is not the table's; if \
+                       it passed over it, look at robot.strike_height; if through it, the tracker takes another thing for the object";
 
 impl Watched {
     /// Of an object that was seen at rest there.
@@ -108,17 +115,12 @@ impl Watched {
             warning = Some(format!("{set}: they are left out of its log"));
         }
         let is_unmoved = |rest: &Resting| rest.point.distance(self.rest.point) < MOVED;
-        if is_struck && rest.as_ref().is_ok_and(is_unmoved) {
-            warning.get_or_insert_with(|| {
-                "the object was not moved: if the tip passed beside it, the rig file does not say where the arm stands (robot.base, base_yaw, \
-                 base_height), or the camera's frame is not the table's"
-                    .into()
-            });
-        }
+        let unmoved = is_struck && rest.as_ref().is_ok_and(is_unmoved);
         Some(Seen {
             rest,
             received,
             warning,
+            unmoved: unmoved.then_some(UNMOVED),
         })
     }
 }

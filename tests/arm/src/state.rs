@@ -38,6 +38,8 @@ pub struct Model {
     pub is_stopped: bool,
     /// Whether its motors are enabled at first.
     pub is_enabled: bool,
+    /// Whether switching its motors on or off leaves its state: by the maker's protocol that is the same as a stop.
+    pub keeps_state: bool,
     /// Motors that stay off, a bit each.
     pub off: u8,
     /// Whether its pendant has it: scripts are not taken.
@@ -78,6 +80,7 @@ impl Default for Model {
             fence: [0; 6],
             is_stopped: false,
             is_enabled: false,
+            keeps_state: false,
             off: 0,
             is_local: false,
             wall: f64::INFINITY,
@@ -92,6 +95,8 @@ const DELAY: Duration = Duration::from_millis(1_500);
 const REPLACED: Duration = Duration::from_millis(12);
 /// Signs of life may be missing for so long in a line, and where a script waits.
 const LIFELESS: [Duration; 2] = [Duration::from_millis(100), Duration::from_secs(1)];
+/// Between two looks at where the tip is before a table.
+const STEP: Duration = Duration::from_millis(1);
 /// Stops that are lost.
 const LOST: u32 = 2;
 
@@ -167,6 +172,8 @@ pub(crate) struct State {
     checked: Option<f64>,
     /// When the next line begins at the earliest.
     not_before: Option<Instant>,
+    /// Up to when time has passed.
+    passed: Instant,
     /// What lies before the arm, whose base is the origin of the table.
     pub(crate) table: Option<Table>,
 }
@@ -175,7 +182,10 @@ impl State {
     pub(crate) fn new(model: Model, fault: Option<(Step, Fault)>) -> Self {
         let mut state = Self {
             begun: Instant::now(),
-            state: if model.is_stopped { STOPPED } else { READY },
+            state: match model.is_stopped || !(model.is_enabled || model.keeps_state) {
+                true => STOPPED,
+                false => READY,
+            },
             mode: 0,
             enabled: model.is_enabled,
             codes: model.codes,
@@ -198,6 +208,7 @@ impl State {
             is_claimed: false,
             checked: None,
             not_before: None,
+            passed: Instant::now(),
             table: None,
             model,
         };
@@ -293,15 +304,25 @@ impl State {
         self.move_on();
         self.run_on();
         let now = Instant::now();
-        let (pose, velocity) = self
-            .motion
-            .map_or((self.pose, [0.0; 3]), |(begun, motion)| {
-                motion.at(now.saturating_duration_since(begun).as_secs_f64())
-            });
-        if let Some(table) = &mut self.table {
+        let mut at = std::mem::replace(&mut self.passed, now);
+        let Some(table) = &mut self.table else {
+            return;
+        };
+        // In small steps: an object is met where it lies, also by an arm whose computer stood still for some milliseconds.
+        while at < now {
+            at = now.min(at + STEP);
+            let (pose, velocity) = self
+                .motion
+                .map_or((self.pose, [0.0; 3]), |(begun, motion)| {
+                    motion.at(at.saturating_duration_since(begun).as_secs_f64())
+                });
             let flat = |[x, y, _]: [f64; 3]| Point::new(x * 1e-3, y * 1e-3);
-            let at = flat([pose[0], pose[1], pose[2]]);
-            table.tip(at, pose[2], flat(velocity), now);
+            table.tip(
+                flat([pose[0], pose[1], pose[2]]),
+                pose[2],
+                flat(velocity),
+                at,
+            );
         }
     }
 
@@ -485,6 +506,9 @@ impl State {
             2 => vec![0; 40],
             11 => {
                 self.enabled = request.payload().get(1) == Some(&1);
+                if !self.model.keeps_state {
+                    self.halt();
+                }
                 if self.fault.is_some_and(|(step, _)| step == Step::Enable) {
                     self.make_fault();
                 }

@@ -164,7 +164,7 @@ fn children(path: &str) -> impl Iterator<Item = (&'static str, &'static Option<&
     })
 }
 
-/// The known key most like this one: a sibling where one is alike, else any whose last name is.
+/// The known key most like this one: one of that very name, else a sibling where one is alike, else any whose last name is.
 fn nearest(path: &str, key: &str) -> String {
     let best = |candidates: &mut dyn Iterator<Item = (String, &str)>| {
         candidates
@@ -179,6 +179,8 @@ fn nearest(path: &str, key: &str) -> String {
         )
     }));
     match (sibling, anywhere) {
+        // The very name, at another place.
+        (_, Some((alike, dotted))) if alike >= 1.0 => dotted,
         (Some((alike, dotted)), _) if alike >= ALIKE => dotted,
         (_, Some((alike, dotted))) if alike >= ALIKE => dotted,
         (Some((_, dotted)), _) | (None, Some((_, dotted))) => dotted,

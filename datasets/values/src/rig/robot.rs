@@ -1,5 +1,7 @@
 //! What the arm may do, where it stands and what it must not touch.
 
+use std::fmt;
+
 use serde::{Deserialize, Serialize};
 
 use crate::exact;
@@ -107,4 +109,21 @@ pub enum Obstacle {
         /// Its radius in m.
         radius: f64,
     },
+}
+
+impl fmt::Display for Obstacle {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Box { x, y } => write!(
+                f,
+                "a box, x in [{}, {}] and y in [{}, {}] m",
+                x.low, x.high, y.low, y.high
+            ),
+            Self::Disc { centre, radius } => write!(
+                f,
+                "a disc of radius {radius} m about ({}, {}) m",
+                centre.x, centre.y
+            ),
+        }
+    }
 }

@@ -1,5 +1,6 @@
 //! `carom collect`: strikes that gather data.
 
+use std::collections::HashMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -105,18 +106,20 @@ fn style() -> ProgressStyle {
         .unwrap_or_else(|_| ProgressStyle::default_bar())
 }
 
-/// What was told last where there is no bar, and when.
+/// What was told where there is no bar, without its numbers, which change from look to look; and when.
 #[derive(Default)]
-struct Told(Option<Instant>);
+struct Told(HashMap<String, Instant>);
 
 impl Told {
-    /// Where there is no bar, what is waited for is told this often.
+    /// Where there is no bar, the same thing is told this often; another one at once.
     const AGAIN: Duration = Duration::from_secs(10);
 
-    fn is_due(&mut self) -> bool {
-        let is_due = self.0.is_none_or(|at| at.elapsed() >= Self::AGAIN);
+    fn is_due(&mut self, what: &str, now: Instant) -> bool {
+        let what = what.replace(|c: char| c.is_ascii_digit(), "");
+        let last = self.0.get(&what);
+        let is_due = last.is_none_or(|at| now.saturating_duration_since(*at) >= Self::AGAIN);
         if is_due {
-            self.0 = Some(Instant::now());
+            self.0.insert(what, now);
         }
         is_due
     }
@@ -143,7 +146,7 @@ fn show(bar: &ProgressBar, waits: bool, told: &mut Told, news: &CollectEvent) {
         CollectEvent::Waiting(what) => {
             if is_shown {
                 bar.set_message(what.clone());
-            } else if told.is_due() {
+            } else if told.is_due(what, Instant::now()) {
                 say(what.clone());
             }
         }
@@ -306,5 +309,25 @@ fn failed(error: CollectError) -> Error {
             Error::input(error)
         }
         _ => Error::failed(error),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_waited_for_next_is_told_at_once_and_the_same_only_now_and_then() {
+        let (mut told, start) = (Told::default(), Instant::now());
+        let mut is_due = |what: &str, ms: u64| told.is_due(what, start + Duration::from_millis(ms));
+        assert!(is_due("seen 3 times in the last 0.5 s: too short", 0));
+        assert!(!is_due("seen 4 times in the last 0.5 s: too short", 50));
+        assert!(is_due("it lies where it stopped: put it elsewhere", 100));
+        assert!(!is_due("seen 9 times in the last 0.5 s: too short", 150));
+        assert!(!is_due(
+            "it lies where it stopped: put it elsewhere",
+            10_050
+        ));
+        assert!(is_due("it lies where it stopped: put it elsewhere", 10_100));
     }
 }

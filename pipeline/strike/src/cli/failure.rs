@@ -120,9 +120,10 @@ impl From<LogError> for Failure {
     fn from(error: LogError) -> Self {
         match error {
             LogError::Exists(_) => Self::input(error),
-            LogError::File(_) | LogError::Content(_) | LogError::CutOff { .. } => {
-                Self::failed(error)
-            }
+            LogError::File(_)
+            | LogError::Again
+            | LogError::Content(_)
+            | LogError::CutOff { .. } => Self::failed(error),
         }
     }
 }

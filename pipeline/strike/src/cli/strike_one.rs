@@ -197,8 +197,8 @@ fn answered(
     }
     let received = seen.map_or_else(Vec::new, |seen| {
         answer.came_to_rest(seen.rest);
-        if let Some(warning) = seen.warning {
-            answer.warn(&warning);
+        for warning in seen.warning.as_deref().into_iter().chain(seen.unmoved) {
+            answer.warn(warning);
         }
         seen.received
     });

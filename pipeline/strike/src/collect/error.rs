@@ -20,7 +20,10 @@ pub enum CollectError {
     #[error(transparent)]
     Log(#[from] LogError),
     /// The log of a strike that was made could not be kept as it was to: something is wrong with the folder.
-    #[error("{why}; the log of the last strike lies at {}: keep it in the folder", path.display())]
+    #[error(
+        "{why}; the log of the last strike is whole, lies at {}, and counts once that is the folder of --out",
+        path.display()
+    )]
     Moved {
         /// Where.
         path: PathBuf,
@@ -42,6 +45,9 @@ pub enum CollectError {
     /// Nothing can be struck from where the object lies, or from anywhere.
     #[error("choose a strike: {0}")]
     NoStrike(String),
+    /// The tip passed through the place of an object that was not moved.
+    #[error("gather usable strikes: {0}")]
+    Unmoved(&'static str),
     /// Strikes cannot be used.
     #[error(
         "gather usable strikes: {strikes} in a row are none, the last because {why}; look at the camera, the table and the topics"

@@ -95,6 +95,7 @@ pub fn collect(
             samples,
             received,
             warning,
+            unmoved,
         }) = recorded
         {
             let answered = failed.as_ref().map_or("struck".into(), ToString::to_string);
@@ -131,6 +132,10 @@ pub fn collect(
                         });
                     }
                 }
+            }
+            // The next one would pass beside the object, too, and might meet something else.
+            if let Some(why) = unmoved {
+                return Err(CollectError::Unmoved(why));
             }
         }
         if let Some(error) = failed {

@@ -33,6 +33,8 @@ pub struct Recorded {
     pub received: Vec<Received>,
     /// A warning for the operator.
     pub warning: Option<String>,
+    /// Where the tip passed through the place of an object that was not moved: what that tells.
+    pub unmoved: Option<&'static str>,
 }
 
 /// A strike that was not made, or not finished.
@@ -175,6 +177,8 @@ impl<D: Arm> Station for ArmStation<D> {
             if self.interrupted.load(Ordering::Relaxed) {
                 return Err(LiveError::NotAtRest("it was interrupted by a signal".into()).into());
             }
+            // Nobody is told to step back from an arm that will not move.
+            self.robot.is_free()?;
             match self.live.at_rest() {
                 Ok(rest) if self.memory.is_at(rest.point) => {
                     still = None;
@@ -219,10 +223,12 @@ impl<D: Arm> Station for ArmStation<D> {
             &mut self.memory,
             &self.interrupted,
         );
-        let (received, warning) =
-            seen.map_or_else(Default::default, |seen| (seen.received, seen.warning));
+        let (received, warning, unmoved) = seen.map_or_else(Default::default, |seen| {
+            (seen.received, seen.warning, seen.unmoved)
+        });
         recorded(outcome, received).map(|recorded| Recorded {
             warning: recorded.warning.or(warning),
+            unmoved,
             ..recorded
         })
     }
@@ -238,13 +244,14 @@ fn recorded(
             samples: struck.samples,
             received,
             warning: struck.warning,
+            unmoved: None,
         }),
         Ok(None) => Ok(Recorded::default()),
         Err(error) => {
             let kept = error.samples().map(|samples| Recorded {
                 samples: samples.clone(),
                 received,
-                warning: None,
+                ..Recorded::default()
             });
             Err(Box::new(Unfinished {
                 recorded: kept,

@@ -7,7 +7,7 @@ use std::thread;
 use std::time::{Duration, Instant, SystemTime};
 
 use arm::foxglove::Topic;
-use arm::{Emulator, Event, Table};
+use arm::{Emulator, Event, Fault, Table};
 use ingest::{Ingest, ingest_log};
 use rig::{Hidden, Truth};
 use strike::collect::{ArmStation, CollectError, CollectEvent, Collected, collect};
@@ -185,6 +185,11 @@ fn a_folder_that_is_deleted_during_a_strike_does_not_forget_where_the_object_sto
             panic!("{error}");
         };
         assert!(path.starts_with(&folder) && path.exists(), "{error}");
+        let text = error.to_string();
+        assert!(
+            text.contains("leave the folder") && !text.contains("give a folder"),
+            "{text}"
+        );
         // A new call looks there, and waits for a hand.
         waits_for_a_hand(&lab, &rig, &folder);
     });
@@ -215,6 +220,45 @@ fn an_object_that_strike_has_struck_is_not_gathered_from_until_it_was_put_elsewh
         assert!(outcome.is_ok() && seen.is_none(), "{outcome:?}");
         drop(arm);
         waits_for_a_hand(&lab, &rig, folder.path());
+    });
+}
+
+#[test]
+fn nobody_is_told_to_step_back_from_an_arm_that_somebody_stopped() {
+    in_time(|| {
+        let (rig, folder) = (rig(), tempfile::tempdir().unwrap());
+        let lab = lab(&rig, true);
+        let (mut is_stopped, mut told) = (false, 0);
+        let ended = gather(&lab, &rig, folder.path(), 3, &mut |news| {
+            match news {
+                CollectEvent::Kept { .. } => {
+                    lab.0.make(Fault::OperatorStop);
+                    is_stopped = true;
+                }
+                CollectEvent::StepBack(_) if is_stopped => told += 1,
+                _ => {}
+            }
+            false
+        });
+        let error = ended.unwrap_err().to_string();
+        assert!(error.contains("is in charge"), "{error}");
+        assert_eq!(told, 0);
+    });
+}
+
+#[test]
+fn an_arm_that_does_not_stand_where_the_rig_file_says_strikes_once() {
+    in_time(|| {
+        let (mut rig, folder) = (rig(), tempfile::tempdir().unwrap());
+        let lab = lab(&rig, true);
+        // It passes 10 cm beside the object.
+        rig.robot.base = Some(Point::new(0.0, 0.1));
+        let error = gather(&lab, &rig, folder.path(), 9, &mut |_| false).unwrap_err();
+        assert!(matches!(error, CollectError::Unmoved(_)), "{error}");
+        let events = lab.0.events();
+        let is_line = |(_, event): &&(Instant, Event)| matches!(event, Event::Line);
+        assert_eq!((met(&lab), events.iter().filter(is_line).count()), (0, 5));
+        assert!(folder.path().join("strike_000001.mcap").exists());
     });
 }
 

@@ -208,24 +208,55 @@ fn who_stops_an_arm_that_waits_for_the_next_strike_or_moves_it_is_in_charge() {
 
 #[test]
 fn motors_that_were_off_between_two_strikes_end_it_though_they_are_on_again() {
-    in_time(|| {
+    let off_for = |off: Duration| {
         let plan = plan(&Maker::XArm.rig(), TO);
         let emulator = Maker::XArm.emulator(None);
         let mut arm = connect_to::<XArm>(&emulator, plan.rig(), Arc::default()).unwrap();
         execute(&mut arm, &plan).unwrap();
         let lines = lines(&emulator);
-        // Another client: the state that it leaves is as before.
+        // Another client, which makes it ready again, too.
         let mut other = TcpStream::connect(emulator.ports[0]).unwrap();
-        for on in [0, 1] {
-            let frame = request(1, Register::MotionEnable, &[8, on]);
-            other.write_all(&frame).unwrap();
-            thread::sleep(Duration::from_secs(1));
+        for (register, content) in [
+            (Register::MotionEnable, &[8, 0][..]),
+            (Register::MotionEnable, &[8, 1]),
+            (Register::SetState, &[0]),
+        ] {
+            other.write_all(&request(1, register, content)).unwrap();
+            thread::sleep(off);
         }
         let error = execute(&mut arm, &plan).unwrap_err();
         assert!(matches!(error, RobotError::NotReady { .. }), "{error}");
         let text = error.to_string();
-        assert!(text.contains("motors were switched off"), "{text}");
+        assert!(text.contains("is in charge"), "{text}");
         assert_eq!(self::lines(&emulator), lines);
+    };
+    // The state shows what is over before motors are told of.
+    in_time(|| off_for(Duration::from_millis(20)));
+    in_time(|| off_for(Duration::from_secs(1)));
+}
+
+#[test]
+fn whoever_is_told_to_press_the_emergency_stop_is_told_once_the_arm_rests() {
+    const CHILD: &str = "CAROM_TEST_LOSES_STOPS";
+    if std::env::var_os(CHILD).is_some() {
+        // Stops are lost; the line, of a second and more, ends by itself.
+        let mut far = model();
+        far.pose[1] += 130.0;
+        let (_, outcome) = run(far, Some((Step::Line(2), Fault::NoStop)), &plan(&rig(), TO));
+        outcome.unwrap_err();
+        return;
+    }
+    in_time(|| {
+        let child = std::process::Command::new(std::env::current_exe().unwrap())
+            .arg("strikes::whoever_is_told_to_press_the_emergency_stop_is_told_once_the_arm_rests")
+            .args(["--exact", "--nocapture", "--test-threads", "1"])
+            .env(CHILD, "1")
+            .output()
+            .unwrap();
+        let told = String::from_utf8_lossy(&child.stderr);
+        let prompt = told.find("PRESS THE EMERGENCY STOP");
+        let rests = told.find("the arm rests now");
+        assert!(prompt.is_some() && rests > prompt, "{told}");
     });
 }
 

@@ -9,6 +9,9 @@ const LARGEST_JERK: f64 = 1e6;
 /// Heaviest tool, in kg.
 const HEAVIEST: f64 = 50.0;
 
+/// In rad, as 3.1416 too.
+const HALF_A_TURN: f64 = std::f64::consts::PI + 1e-5;
+
 /// Checks what `[robot]` says of the arm's place.
 pub(super) fn check(robot: &Robot) -> Result<(), RigError> {
     let wrong = |key: &str, value: String, why: &str| RigError::Value {
@@ -37,7 +40,7 @@ pub(super) fn check(robot: &Robot) -> Result<(), RigError> {
         (
             "base_yaw",
             robot.base_yaw,
-            std::f64::consts::PI + 1e-9,
+            HALF_A_TURN,
             "must be an angle in rad, at most half a turn (not degrees?)",
         ),
         (
@@ -92,18 +95,11 @@ pub(super) fn check(robot: &Robot) -> Result<(), RigError> {
         (0.0, HEAVIEST),
         "must be a mass in kg (not grams?)",
     )?;
-    let turn = std::f64::consts::PI + 1e-9;
-    within(
-        "base_yaw",
-        robot.base_yaw.unwrap_or(0.0),
-        (-turn, turn),
-        "must be an angle in rad (not degrees?)",
-    )?;
     for angle in robot.tool_orientation.unwrap_or_default() {
         within(
             "tool_orientation",
             angle,
-            (-turn, turn),
+            (-HALF_A_TURN, HALF_A_TURN),
             "must be [roll, pitch, yaw] in rad (not degrees?)",
         )?;
     }
@@ -115,7 +111,7 @@ pub(super) fn check(robot: &Robot) -> Result<(), RigError> {
             "must be [x, y, z, roll, pitch, yaw] in m and rad",
         )?;
     }
-    robot.obstacles.iter().try_for_each(|obstacle| {
+    robot.obstacles.iter().enumerate().try_for_each(|(index, obstacle)| {
         let (numbers, is_sound) = match *obstacle {
             Obstacle::Box { x, y } => (
                 [x.low, x.high, y.low, y.high],
@@ -125,11 +121,14 @@ pub(super) fn check(robot: &Robot) -> Result<(), RigError> {
                 ([centre.x, centre.y, radius, radius], radius > 0.0)
             }
         };
-        if is_sound && numbers.iter().all(|number| number.abs() <= FARTHEST) {
+        let why = if numbers.iter().any(|number| number.is_finite() && number.abs() > FARTHEST) {
+            "it looks like millimetres; state it in metres, 50 mm as 0.05"
+        } else if is_sound && numbers.iter().all(|number| number.is_finite()) {
             return Ok(());
-        }
-        let why = "a box needs x = [low, high] and y = [low, high], a disc centre = [x, y] and radius above 0, in m";
-        Err(wrong("obstacles", format!("{obstacle:?}"), why))
+        } else {
+            "a box needs x = [low, high] and y = [low, high], a disc centre = [x, y] and radius above 0, in m"
+        };
+        Err(wrong("obstacles", format!("{obstacle} (number {})", index + 1), why))
     })
 }
 
@@ -185,6 +184,21 @@ radius = 0.05
     }
 
     #[test]
+    fn what_the_template_proposes_for_an_arm_is_accepted() {
+        let (before, robot) = Rig::template()
+            .split_once("# Where the arm stands")
+            .expect("there");
+        let (robot, after) = robot.split_once("\n\n").expect("ends");
+        let keys: String = robot
+            .lines()
+            .skip(1)
+            .map(|line| format!("{}\n", line.trim_start_matches("# ")))
+            .collect();
+        let rig = Rig::parse(&format!("{before}{keys}\n{after}")).expect("parses");
+        assert!(rig.robot.tool_orientation.is_some() && rig.robot.obstacles.len() == 1);
+    }
+
+    #[test]
     fn what_makes_no_sense_is_refused_by_its_key() {
         for (from, to, said) in [
             ("keep_out = 0.2", "keep_out = 200.0", "robot.keep_out"),
@@ -198,8 +212,32 @@ radius = 0.05
             ),
             ("payload = 0.3", "payload = 300.0", "robot.payload"),
             ("3.14159", "180.0", "robot.tool_orientation"),
-            ("x = [0.5, 0.6]", "x = [0.6, 0.5]", "robot.obstacles"),
-            ("radius = 0.05", "radius = 0.0", "robot.obstacles"),
+            (
+                "x = [0.5, 0.6]",
+                "x = [0.6, 0.5]",
+                "(number 1): a box needs",
+            ),
+            (
+                "[[robot.obstacles]]",
+                "[[obstacles]]",
+                "did you mean `robot.obstacles`",
+            ),
+            (
+                "radius = 0.05",
+                "radius = 0.0",
+                "robot.obstacles = a disc of radius 0 m about (0.5, -0.4) m (number 2): a box needs",
+            ),
+            (
+                "centre = [0.5, -0.4]\nradius = 0.05",
+                "centre = [500, -400]\nradius = 50",
+                "robot.obstacles = a disc of radius 50 m about (500, -400) m (number 2): it looks like millimetres",
+            ),
+            (
+                "x = [0.5, 0.6]",
+                "x = [500, 600]",
+                "a box, x in [500, 600] and y in [0.3, 0.4] m (number 1): it looks like millimetres",
+            ),
+            ("x = [0.5, 0.6]", "x = [nan, 0.6]", "(number 1)"),
             ("radius = 0.05", "size = 0.05", "size"),
             ("base = [-0.1, 0.0]", "base = [-100.0, 0.0]", "robot.base"),
             ("jerk = 100.0", "jrek = 100.0", "robot.jerk"),

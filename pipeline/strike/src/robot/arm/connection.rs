@@ -76,7 +76,11 @@ pub(crate) fn read_frame<const HEADER: usize>(
     stream.read_exact(&mut header)?;
     let length = length(header);
     if !lengths.contains(&length) {
-        let why = format!("a frame says that it has {length} bytes, {lengths:?} are known");
+        let why = format!(
+            "a frame says that it has {length} bytes, {} to {} are known",
+            lengths.start(),
+            lengths.end()
+        );
         return Err(garbage(why));
     }
     let mut frame = vec![0; length];

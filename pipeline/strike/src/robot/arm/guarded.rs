@@ -178,6 +178,13 @@ impl<D: Arm> Guarded<D> {
         unreachable_arm(&self.name, error)
     }
 
+    /// Whether its reports still come, and nobody has stopped or taken it since this program was started. Waits for nothing.
+    pub(crate) fn is_free(&self) -> Result<(), RobotError> {
+        let comes = self.watch.broken().map_or(Ok(()), Err);
+        let free = comes.and_then(|()| self.is_nobodys());
+        free.map_err(|why| self.not_ready(why))
+    }
+
     /// The arm at rest, as reports show it, and that nobody has stopped it since it was ready. Moves nothing.
     fn at_rest(&self) -> Result<Sample, String> {
         let begun = Instant::now();
@@ -610,6 +617,12 @@ impl<D: Arm> Robot for Guarded<D> {
                 };
                 if let Some(warning) = warning {
                     tell(&format!("{}: {warning}", self.name));
+                }
+                if is_told {
+                    alarm(format!(
+                        "{}: the arm rests now, as its positions show; look at it before you go near it",
+                        self.name
+                    ));
                 }
                 return Ok(());
             }

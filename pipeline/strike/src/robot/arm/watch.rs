@@ -116,6 +116,11 @@ impl Watch {
         self.shared.lock().taken.clone()
     }
 
+    /// Why no report comes any more.
+    pub(super) fn broken(&self) -> Option<String> {
+        self.shared.lock().broken.clone()
+    }
+
     /// Records from now on.
     pub(super) fn record(&self) {
         let mut seen = self.shared.lock();

@@ -15,8 +15,12 @@ const CHECK: Duration = Duration::from_secs(10);
 const STOP: u8 = 4;
 /// Number of the stop's request: no other request has it.
 const STOP_TRANSACTION: u16 = u16::MAX;
-/// Bits of a reply's status: an error or a warning is set, the request is invalid.
-const REFUSED: u8 = 0x40 | 0x20 | 0x08;
+/// Bits of a reply's status that refuse a request, and what each says.
+const REFUSALS: [(u8, &str); 3] = [
+    (0x40, "it has an error"),
+    (0x20, "it has a warning"),
+    (0x08, "it finds the request invalid"),
+];
 
 /// A connection to the control port, and a second one that nothing but a stop goes out over: what ails the first does not ail it.
 #[derive(Debug)]
@@ -114,7 +118,7 @@ impl Control {
     ) -> io::Result<u8> {
         let payload = wire::line_payload(pose, speed, acceleration, kind)?;
         let reply = self.ask(Register::MoveLine, &payload, CHECK)?;
-        if reply.status & REFUSED != 0 {
+        if refusal(&reply).is_some() {
             return Ok(reply.status);
         }
         // Two bytes of waiting requests, and the code.
@@ -129,11 +133,10 @@ impl Control {
         patience: Duration,
     ) -> io::Result<()> {
         let reply = self.ask(register, payload, patience)?;
-        if reply.status & REFUSED == 0 {
-            return Ok(());
-        }
-        let why = format!("{register:?} was refused with status {:#04x}", reply.status);
-        Err(io::Error::other(why))
+        refusal(&reply).map_or(Ok(()), |said| {
+            let why = format!("the controller refused to {}: {said}", register.asks());
+            Err(io::Error::other(why))
+        })
     }
 
     fn ask(&mut self, register: Register, payload: &[u8], patience: Duration) -> io::Result<Reply> {
@@ -151,13 +154,23 @@ impl Control {
                 if reply.register == register as u8 {
                     return Ok(reply);
                 }
-                let why = format!("{register:?} was answered as register {}", reply.register);
+                let why = format!(
+                    "asked to {}, the controller answered about register {} of its protocol",
+                    register.asks(),
+                    reply.register
+                );
                 return Err(io::Error::new(io::ErrorKind::InvalidData, why));
             }
             let more = self.outlet.read(&self.stream, until)?;
             self.waiting.extend(more);
         }
     }
+}
+
+/// What a reply says where it refuses.
+fn refusal(reply: &Reply) -> Option<&'static str> {
+    let is_set = |(bit, _): &&(u8, &str)| reply.status & bit != 0;
+    REFUSALS.iter().find(is_set).map(|(_, said)| *said)
 }
 
 fn short(reply: &Reply) -> io::Error {

@@ -42,6 +42,22 @@ pub enum Register {
     GetPose = 41,
 }
 
+impl Register {
+    /// What a request to it asks for, in words.
+    pub(super) fn asks(self) -> &'static str {
+        match self {
+            Self::Version => "tell its version",
+            Self::MotionEnable => "switch the motors on",
+            Self::SetState => "set its state",
+            Self::GetError => "tell its errors",
+            Self::MoveLine => "move a line",
+            Self::TcpJerk => "set the jerk",
+            Self::TcpAcceleration => "set the acceleration",
+            Self::GetPose => "tell the tip's pose",
+        }
+    }
+}
+
 /// A request, ready to send.
 pub fn request(transaction: u16, register: Register, payload: &[u8]) -> Vec<u8> {
     let mut frame = Vec::with_capacity(HEADER + payload.len());
