@@ -138,11 +138,7 @@ fn bytes_after_the_fields_of_records_are_passed_over() {
 fn a_missing_topic_is_named_with_those_that_are_there() {
     let file = write(Encoding::Cdr, WriteOptions::new(), &samples(3));
     let topic = common::topic("/object/centroid");
-    let wanted = [TopicRequest {
-        topic: &topic,
-        more: &[],
-        required: true,
-    }];
+    let wanted = [TopicRequest::required(&topic)];
     let error = logs::read_from(
         "a.mcap",
         std::io::Cursor::new(&file),
@@ -183,11 +179,7 @@ fn a_schema_without_a_stamp_leaves_the_log_time() {
     let summary = logs::read_from(
         "a.mcap",
         std::io::Cursor::new(&file),
-        &[TopicRequest {
-            topic: &topic,
-            more: &[],
-            required: true,
-        }],
+        &[TopicRequest::required(&topic)],
         Limits::default(),
         &mut |event| {
             if let Event::Sample(_, sample) = event {
@@ -249,11 +241,7 @@ fn files_that_others_recorded_are_read() {
         let mut samples = Vec::new();
         let summary = logs::read(
             &path,
-            &[TopicRequest {
-                topic: &topic,
-                more: &[],
-                required: true,
-            }],
+            &[TopicRequest::required(&topic)],
             Limits::default(),
             &mut |event| {
                 if let Event::Sample(_, sample) = event {
@@ -356,11 +344,7 @@ fn messages_that_rosbag2_packed_one_by_one_are_read_as_if_they_were_plain() {
     .expect("reads");
     copy.finish().expect("finishes");
     let [plain, packed] = [plain, packed].map(|log| {
-        let wanted = [&topics.centroid, &topics.command].map(|topic| TopicRequest {
-            topic,
-            more: &[],
-            required: true,
-        });
+        let wanted = [&topics.centroid, &topics.command].map(TopicRequest::required);
         let mut seen = Vec::new();
         read(&log, &wanted, Limits::default(), &mut |event| match event {
             Event::Sample(topic, sample) => seen.push((topic, sample)),

@@ -245,11 +245,7 @@ pub fn read(bytes: &[u8]) -> Result<(Vec<Sample>, Summary), LogError> {
     let summary = logs::read_from(
         "test.mcap",
         Cursor::new(bytes),
-        &[TopicRequest {
-            topic: &topic,
-            more: &[],
-            required: true,
-        }],
+        &[TopicRequest::required(&topic)],
         Limits::default(),
         &mut |event| {
             if let Event::Sample(0, sample) = event {

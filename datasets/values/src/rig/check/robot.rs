@@ -23,6 +23,7 @@ pub(super) fn check(robot: &Robot) -> Result<(), RigError> {
             .ok_or_else(|| wrong(key, number.to_string(), why))
     };
     let length = (0.0, FARTHEST);
+    let turn = std::f64::consts::PI + 1e-9;
     if let Some(base) = robot.base {
         for number in [base.x, base.y] {
             within(
@@ -37,7 +38,7 @@ pub(super) fn check(robot: &Robot) -> Result<(), RigError> {
         (
             "base_yaw",
             robot.base_yaw,
-            std::f64::consts::PI + 1e-9,
+            turn,
             "must be an angle in rad, at most half a turn (not degrees?)",
         ),
         (
@@ -91,13 +92,6 @@ pub(super) fn check(robot: &Robot) -> Result<(), RigError> {
         robot.payload.unwrap_or(0.0),
         (0.0, HEAVIEST),
         "must be a mass in kg (not grams?)",
-    )?;
-    let turn = std::f64::consts::PI + 1e-9;
-    within(
-        "base_yaw",
-        robot.base_yaw.unwrap_or(0.0),
-        (-turn, turn),
-        "must be an angle in rad (not degrees?)",
     )?;
     for angle in robot.tool_orientation.unwrap_or_default() {
         within(
