@@ -1,6 +1,6 @@
 # Everything that carom needs beside rustup's stable Rust, Python 3 with pip and a C compiler is set up here,
 # under .native/. A second run of any target does nothing that is done.
-.PHONY: build install report run test lint wheel dist programs tracked blind kuka first-day curve bench pages fuzz arm loop living soak setup clean
+.PHONY: build install report run test quick lint wheel dist programs tracked blind kuka first-day curve bench pages fuzz arm loop living soak setup clean
 .DEFAULT_GOAL := build
 
 DEMO := artifacts/demo
@@ -93,6 +93,11 @@ lint: setup
 
 test: lint
 	cargo test --workspace --locked
+
+# What a change needs while it is made: lint, the structure, and the tests of the crates that differ from where this branch left BASE.
+BASE := main
+quick: lint
+	python3 tests/quick.py $(BASE)
 
 # The hidden-effect benchmark: every effect at four magnitudes, pairs, controls, effects that no candidate has, a box; peers on the
 # same sets, and strikes chosen against strikes at random. `make blind HARD=1`: sets drawn at random from noise, forms and phenomena

@@ -6,3 +6,15 @@ pub mod fuzz;
 pub mod kuka;
 pub mod living;
 pub mod soak;
+
+use carom::{Cli, Output, execute};
+use clap::Parser;
+
+/// Runs a `carom` command line, of words without blanks, quietly; the error says which.
+pub fn carom(line: &str) -> anyhow::Result<Output> {
+    let words = ["carom", "--quiet"]
+        .into_iter()
+        .chain(line.split_whitespace());
+    let cli = Cli::try_parse_from(words)?;
+    execute(&cli).map_err(|error| anyhow::anyhow!("failed to {error}").context(line.to_owned()))
+}

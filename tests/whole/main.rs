@@ -14,18 +14,9 @@ mod rows;
 mod sessions;
 mod soak;
 
-use carom::{Cli, Output, execute};
-use clap::Parser;
-
 /// Runs a `carom` command line that must succeed.
-fn carom(line: &str) -> Output {
-    let cli = Cli::try_parse_from(
-        ["carom", "--quiet"]
-            .into_iter()
-            .chain(line.split_whitespace()),
-    )
-    .unwrap_or_else(|error| panic!("{line}: {error}"));
-    execute(&cli).unwrap_or_else(|error| panic!("{line}: failed to {error}"))
+fn carom(line: &str) -> carom::Output {
+    tests::carom(line).unwrap_or_else(|error| panic!("{error:#}"))
 }
 
 /// Mean stop error in m of a model in a table of models.

@@ -23,10 +23,7 @@ fn a_path_on_which_nothing_rests_is_a_row_and_the_others_are_solved() {
         strike_id: x.to_string(),
         initial: Point::new(x, 0.0),
         target: Point::new(x + length, 0.01),
-        command: Command {
-            speed: 0.7,
-            angle: 0.0,
-        },
+        command: Command::new(0.7, 0.0),
         conditions: Conditions::default(),
     });
     let items: Vec<&Path> = paths.iter().collect();

@@ -46,71 +46,13 @@ pub enum ArtifactError {
         /// The version in use.
         version: String,
     },
-    /// A version's manifest is not there.
-    #[error("load {version}: it has no manifest.json; {MEND}")]
-    NoManifest {
-        /// The version.
-        version: String,
-    },
-    /// A version's manifest is no manifest.
-    #[error("load {version}: manifest.json is damaged ({why}); {MEND}")]
-    BadManifest {
+    /// A version is not what it should be.
+    #[error("load {version}: {fault}")]
+    Unsound {
         /// The version.
         version: String,
         /// What is wrong with it.
-        why: String,
-    },
-    /// A layout that this program does not know.
-    #[error(
-        "load {version}: its layout is schema {found}, this program knows {known}; use the carom that wrote it"
-    )]
-    UnknownSchema {
-        /// The version.
-        version: String,
-        /// Its schema.
-        found: u64,
-        /// The schema that is known.
-        known: u32,
-    },
-    /// Written by a carom that computes differently.
-    #[error(
-        "load {version}: carom {found} wrote it, this is carom {here}; use that one, or run again to publish anew"
-    )]
-    OtherCarom {
-        /// The version.
-        version: String,
-        /// Version of carom that wrote it.
-        found: String,
-        /// Version of this program.
-        here: String,
-    },
-    /// Identified with another MuJoCo.
-    #[error(
-        "load {version}: it was identified with MuJoCo {found}, here is {here}; install that one, or run again to publish anew"
-    )]
-    OtherMujoco {
-        /// The version.
-        version: String,
-        /// MuJoCo of the version.
-        found: String,
-        /// MuJoCo that is loaded.
-        here: String,
-    },
-    /// Nobody vouches for the version.
-    #[error(
-        "load {version}: it is not signed, and a key is configured; sign it with `carom artifacts sign --key FILE` where it was published"
-    )]
-    NotSigned {
-        /// The version.
-        version: String,
-    },
-    /// The signature is damaged, of another key, or of something else.
-    #[error("load {version}: its signature does not hold ({why}); {MEND}")]
-    BadSignature {
-        /// The version.
-        version: String,
-        /// What is wrong with it.
-        why: String,
+        fault: Fault,
     },
     /// Robots that check signatures would not take what is about to be put to use.
     #[error(
@@ -142,44 +84,6 @@ pub enum ArtifactError {
         /// Why.
         why: String,
     },
-    /// The manifest lists other files than a version has.
-    #[error("load {version}: its manifest lists [{found}], a version holds [{expected}]; {MEND}")]
-    FileList {
-        /// The version.
-        version: String,
-        /// Files listed.
-        found: String,
-        /// Files that must be.
-        expected: String,
-    },
-    /// A file is there that the manifest does not list.
-    #[error("load {version}: {file} is no part of it; take it out of the version's folder")]
-    ExtraFile {
-        /// The version.
-        version: String,
-        /// The file.
-        file: String,
-    },
-    /// A file is not there.
-    #[error("load {version}: {file} is missing; {MEND}")]
-    MissingFile {
-        /// The version.
-        version: String,
-        /// The file.
-        file: String,
-    },
-    /// A file is longer than any that a version has, whatever its manifest says.
-    #[error("load {version}: {file} has {found} bytes, more than the {most} that are read; {MEND}")]
-    TooLong {
-        /// The version.
-        version: String,
-        /// The file.
-        file: String,
-        /// Its length in bytes.
-        found: u64,
-        /// The longest that is read, in bytes.
-        most: u64,
-    },
     /// Another version came into use since the one that a promotion was decided against.
     #[error(
         "promote in {store}: {} is in use now, and the candidate was compared with {}; run again",
@@ -194,23 +98,66 @@ pub enum ArtifactError {
         /// The version in use now.
         found: Option<String>,
     },
-    /// A file has another length than the manifest says.
-    #[error("load {version}: {file} has {found} bytes instead of {expected}; {MEND}")]
+}
+
+/// What is wrong with a version; each text says how to mend it.
+#[derive(Debug, thiserror::Error)]
+pub enum Fault {
+    /// A file of it could not be read.
+    #[error(transparent)]
+    Io(#[from] durable::Error),
+    /// Its manifest is not there.
+    #[error("it has no manifest.json; {MEND}")]
+    NoManifest,
+    /// Its manifest is no manifest, for this reason.
+    #[error("manifest.json is damaged ({0}); {MEND}")]
+    BadManifest(String),
+    /// A layout that this program does not know.
+    #[error("its layout is schema {0}, this program knows {known}; use the carom that wrote it", known = crate::SCHEMA_VERSION)]
+    UnknownSchema(u64),
+    /// Written by a carom of this version, which computes differently.
+    #[error(
+        "carom {0} wrote it, this is carom {here}; use that one, or run again to publish anew", here = env!("CARGO_PKG_VERSION")
+    )]
+    OtherCarom(String),
+    /// Identified with another MuJoCo, of this version.
+    #[error(
+        "it was identified with MuJoCo {0}, here is {here}; install that one, or run again to publish anew", here = world::mujoco_version()
+    )]
+    OtherMujoco(String),
+    /// Nobody vouches for it.
+    #[error(
+        "it is not signed, and a key is configured; sign it with `carom artifacts sign --key FILE` where it was published"
+    )]
+    NotSigned,
+    /// The signature is damaged, of another key, or of something else.
+    #[error("its signature does not hold ({0}); {MEND}")]
+    BadSignature(String),
+    /// The manifest lists these files, and not those that a version has.
+    #[error("its manifest lists [{0}], a version holds [{1}]; {MEND}")]
+    FileList(String, String),
+    /// A file is there that the manifest does not list.
+    #[error("{0} is no part of it; take it out of the version's folder")]
+    ExtraFile(String),
+    /// A file is not there.
+    #[error("{0} is missing; {MEND}")]
+    MissingFile(String),
+    /// A file has more bytes than any that a version has, whatever its manifest says.
+    #[error("{0} has {1} bytes, more than the {most} that are read; {MEND}", most = crate::LONGEST_FILE)]
+    TooLong(String, u64),
+    /// A file has another length in bytes than the manifest says.
+    #[error("{file} has {found} bytes instead of {expected}; {MEND}")]
     WrongSize {
-        /// The version.
-        version: String,
         /// The file.
         file: String,
-        /// Its length in bytes.
+        /// Its length.
         found: u64,
-        /// The length that it must have, in bytes.
+        /// The length that it must have.
         expected: u64,
     },
     /// A file has another content than the manifest says.
-    #[error("load {version}: {file} was changed (SHA-256 {found} instead of {expected}); {MEND}")]
+    #[error("{file} was changed (SHA-256 {found} instead of {expected}); {MEND}")]
     WrongHash {
-        /// The version.
-        version: String,
         /// The file.
         file: String,
         /// SHA-256 of its content.
@@ -219,65 +166,36 @@ pub enum ArtifactError {
         expected: String,
     },
     /// `rig.toml` is no rig file.
-    #[error("load {version}: rig.toml makes no sense ({source}); {MEND}")]
-    BadRig {
-        /// The version.
-        version: String,
-        /// What is wrong with it.
-        source: values::RigError,
-    },
-    /// `rig.toml` is not the rig that the version was made for.
-    #[error(
-        "load {version}: rig.toml is another rig's (identity {found} instead of {expected}); {MEND}"
-    )]
-    OtherRig {
-        /// The version.
-        version: String,
-        /// Identity of the file's rig.
-        found: String,
-        /// Identity that it must have.
-        expected: String,
-    },
-    /// A world file makes no sense.
-    #[error("load {version}: {file} makes no sense ({why}); {MEND}")]
-    BadWorld {
-        /// The version.
-        version: String,
-        /// The file.
-        file: String,
-        /// What is wrong with it.
-        why: String,
-    },
+    #[error("rig.toml makes no sense ({0}); {MEND}")]
+    BadRig(values::RigError),
+    /// `rig.toml` is of the first identity, and the version was made for the second.
+    #[error("rig.toml is another rig's (identity {0} instead of {1}); {MEND}")]
+    OtherRig(String, String),
+    /// A world file makes no sense, for this reason.
+    #[error("{0} makes no sense ({1}); {MEND}")]
+    BadWorld(String, String),
     /// A residual's weights make no sense.
-    #[error("load {version}: {file} makes no sense (failed to {source}); {MEND}")]
-    BadNetwork {
-        /// The version.
-        version: String,
-        /// The file.
-        file: String,
-        /// What is wrong with it.
-        source: ResidualModelError,
-    },
-    /// The manifest names a model that the version does not hold.
-    #[error("load {version}: its manifest names the model {model}, it holds [{has}]; {MEND}")]
-    NoModel {
-        /// The version.
-        version: String,
-        /// The model.
-        model: Model,
-        /// Models that it holds.
-        has: String,
-    },
-    /// A number of the manifest makes no sense.
-    #[error("load {version}: {name} of its manifest makes no sense ({why}); {MEND}")]
-    BadNumber {
-        /// The version.
-        version: String,
-        /// Which number.
-        name: String,
-        /// What is wrong with it.
-        why: String,
-    },
+    #[error("{0} makes no sense (failed to {1}); {MEND}")]
+    BadNetwork(String, ResidualModelError),
+    /// The manifest names a model that the version does not hold; those that it does.
+    #[error("its manifest names the model {0}, it holds [{1}]; {MEND}")]
+    NoModel(Model, String),
+    /// A number of the manifest makes no sense, for this reason.
+    #[error("{0} of its manifest makes no sense ({1}); {MEND}")]
+    BadNumber(String, String),
+}
+
+impl Fault {
+    /// The error of this version.
+    pub(crate) fn of(self, version: &str) -> ArtifactError {
+        match self {
+            Self::Io(error) => error.into(),
+            fault => ArtifactError::Unsound {
+                version: version.into(),
+                fault,
+            },
+        }
+    }
 }
 
 const MEND: &str = "copy the version again from where it was published, go back with `carom artifacts rollback`, or publish anew with `carom run`";

@@ -150,10 +150,7 @@ impl LaunchMap {
         let within = |value: f64, i: usize| {
             value.clamp(centre[i] - half_width[i], centre[i] + half_width[i])
         };
-        let nearest = Command {
-            speed: within(command.speed, 0),
-            angle: within(command.angle, 1),
-        };
+        let nearest = Command::new(within(command.speed, 0), within(command.angle, 1));
         let at = features(centre, half_width, command);
         let nearest = features(centre, half_width, nearest);
         let (speed, by_speed) = self.parts.speed.at(&at, &nearest);
@@ -177,10 +174,10 @@ impl Delivery for LaunchMap {
     fn deliver(&self, commanded: Command, by_effects: &dyn Fn(Command) -> Command) -> Command {
         let offset = self.offset(commanded);
         let by_effects = by_effects(self.held(commanded));
-        Command {
-            speed: by_effects.speed * offset.speed.exp(),
-            angle: by_effects.angle + offset.angle,
-        }
+        Command::new(
+            by_effects.speed * offset.speed.exp(),
+            by_effects.angle + offset.angle,
+        )
     }
 }
 

@@ -22,7 +22,7 @@ mod version;
 
 pub use artifact::Artifact;
 pub use contents::{Calibrated, Contents};
-pub use error::ArtifactError;
+pub use error::{ArtifactError, Fault};
 pub use launch_map::{LaunchMap, LaunchMapError, LaunchOffset};
 pub use manifest::{
     FileHash, InputFile, Logged, Manifest, Moved, Provenance, StageRecord, TrainedRegion,
@@ -36,3 +36,6 @@ pub use store::{Listing, Store};
 
 /// Version of the store's layout and of `manifest.json`; raised when a file or key changes its name or meaning.
 pub const SCHEMA_VERSION: u32 = 2;
+
+/// Longest file of a version that is read, in bytes. A world or a rig is some kilobytes, an ensemble of networks below a megabyte.
+const LONGEST_FILE: u64 = 1 << 26;

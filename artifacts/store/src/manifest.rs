@@ -215,32 +215,20 @@ impl TrainedRegion {
 
 fn bounds(numbers: impl Iterator<Item = f64>) -> Option<Interval> {
     numbers
-        .map(|number| Interval {
-            low: number,
-            high: number,
-        })
-        .reduce(|all, one| Interval {
-            low: all.low.min(one.low),
-            high: all.high.max(one.high),
-        })
+        .map(|number| Interval::new(number, number))
+        .reduce(|all, one| Interval::new(all.low.min(one.low), all.high.max(one.high)))
 }
 
 /// The shortest arc that holds all bearings: what it leaves out is the widest gap between neighbours.
 fn arc(mut bearings: Vec<f64>) -> Option<Interval> {
     bearings.sort_by(f64::total_cmp);
     let (first, last) = (*bearings.first()?, *bearings.last()?);
-    let mut arc = Interval {
-        low: first,
-        high: last,
-    };
+    let mut arc = Interval::new(first, last);
     let mut widest = first + TAU - last;
     for pair in bearings.windows(2) {
         if pair[1] - pair[0] > widest {
             widest = pair[1] - pair[0];
-            arc = Interval {
-                low: pair[1],
-                high: pair[0] + TAU,
-            };
+            arc = Interval::new(pair[1], pair[0] + TAU);
         }
     }
     Some(arc)

@@ -69,10 +69,7 @@ impl ResidualModel {
             let path = worker.strike(initial, command, conditions).ok()?.stop - initial;
             let [d_speed, d_angle] =
                 networks.predict([path.x, path.y, command.speed, command.angle]);
-            command = Command {
-                speed: sent.speed - d_speed,
-                angle: sent.angle - d_angle,
-            };
+            command = Command::new(sent.speed - d_speed, sent.angle - d_angle);
         }
         Some(command)
     }

@@ -12,8 +12,8 @@ use std::path::Path;
 
 use minisign_verify::{PublicKey, Signature};
 
-use crate::ArtifactError;
 use crate::version::number;
+use crate::{ArtifactError, Fault};
 
 /// The signature of a version's manifest.
 pub const SIGNATURE: &str = "manifest.json.minisig";
@@ -56,19 +56,9 @@ impl Key {
     }
 
     /// The count of a version's signature, if this key made it for this version and these bytes of its manifest.
-    pub(crate) fn check(
-        &self,
-        dir: &Path,
-        version: &str,
-        manifest: &[u8],
-    ) -> Result<u64, ArtifactError> {
-        let bad = |why: String| ArtifactError::BadSignature {
-            version: version.into(),
-            why,
-        };
-        let text = read(&dir.join(SIGNATURE))?.ok_or_else(|| ArtifactError::NotSigned {
-            version: version.into(),
-        })?;
+    pub(crate) fn check(&self, dir: &Path, version: &str, manifest: &[u8]) -> Result<u64, Fault> {
+        let bad = Fault::BadSignature;
+        let text = read(&dir.join(SIGNATURE))?.ok_or(Fault::NotSigned)?;
         let signature = Signature::decode(&text).map_err(|error| bad(error.to_string()))?;
         self.0
             .verify(manifest, &signature, false)
@@ -109,13 +99,13 @@ fn parse_comment(comment: &str) -> Option<(&str, u64)> {
 }
 
 /// The text of a signature; none where there is no file. Bytes that are no text are as good as a wrong signature.
-fn read(path: &Path) -> Result<Option<String>, ArtifactError> {
+fn read(path: &Path) -> Result<Option<String>, durable::Error> {
     let mut bytes = Vec::new();
     let reading = File::open(path).and_then(|file| file.take(LONGEST).read_to_end(&mut bytes));
     match reading {
         Ok(_) => Ok(Some(String::from_utf8_lossy(&bytes).into_owned())),
         Err(error) if error.kind() == ErrorKind::NotFound => Ok(None),
-        Err(error) => Err(durable::Error::new("read", path, error).into()),
+        Err(error) => Err(durable::Error::new("read", path, error)),
     }
 }
 

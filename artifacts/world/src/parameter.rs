@@ -22,10 +22,8 @@ pub struct ParameterSpec {
 const fn spec(
     name: &'static str,
     nominal: f64,
-    low: f64,
-    high: f64,
+    [low, high]: [f64; 2],
     unit: &'static str,
-    meaning: &'static str,
 ) -> ParameterSpec {
     ParameterSpec {
         name,
@@ -33,166 +31,59 @@ const fn spec(
         low,
         high,
         unit,
-        meaning,
+        meaning: "",
+    }
+}
+
+impl ParameterSpec {
+    const fn does(self, meaning: &'static str) -> Self {
+        Self { meaning, ..self }
     }
 }
 
 /// All parameters. `contact_time` and `restitution` are the strike's `solref` in terms that can be identified. Restitution is the
 /// whole launch factor: with one object and one striker, a mass ratio or a constant gain of speed cannot be distinguished from it.
 pub const PARAMETERS: &[ParameterSpec] = &[
-    spec(
-        "friction",
-        0.30,
-        0.0,
-        1.5,
-        "",
-        "sliding friction between object and table",
+    spec("friction", 0.30, [0.0, 1.5], "").does("sliding friction between object and table"),
+    spec("torsional_friction", 1.0, [0.0, 3.0], "× shape's").does(
+        "friction against turning on the spot, relative to that of an even pressure on the \
+         base (MuJoCo's friction[1])",
     ),
-    spec(
-        "torsional_friction",
-        1.0,
-        0.0,
-        3.0,
-        "× shape's",
-        "friction against turning on the spot, relative to that of an even pressure on the base (MuJoCo's friction[1])",
+    spec("rolling_friction", 0.001, [0.0, 0.02], "m")
+        .does("rolling friction of a ball (MuJoCo's friction[2])"),
+    spec("restitution", 0.50, [-0.6, 0.99], "").does(
+        "separation speed over approach speed of tip and object; below zero: delivered speed \
+         falls short",
     ),
-    spec(
-        "rolling_friction",
-        0.001,
-        0.0,
-        0.02,
-        "m",
-        "rolling friction of a ball (MuJoCo's friction[2])",
-    ),
-    spec(
-        "restitution",
-        0.50,
-        -0.6,
-        0.99,
-        "",
-        "separation speed over approach speed of tip and object; below zero: delivered speed falls short",
-    ),
-    spec(
-        "contact_time",
-        0.0005,
-        0.0004,
-        0.005,
-        "s",
-        "how long tip and object touch (half period of the undamped contact)",
-    ),
-    spec(
-        "tip_friction",
-        0.50,
-        0.0,
-        1.5,
-        "",
-        "sliding friction between tip and object",
-    ),
-    spec(
-        "solimp_dmin",
-        0.99,
-        0.5,
-        0.999,
-        "",
-        "least impedance of the contact of tip and object (solimp[0])",
-    ),
-    spec(
-        "solimp_dmax",
-        0.99,
-        0.5,
-        0.999,
-        "",
-        "greatest impedance of that contact (solimp[1])",
-    ),
-    spec(
-        "solimp_width",
-        0.001,
-        0.0001,
-        0.01,
-        "m",
-        "penetration over which the impedance rises (solimp[2])",
-    ),
-    spec(
-        "solimp_midpoint",
-        0.5,
-        0.1,
-        0.9,
-        "",
-        "midpoint of the impedance's rise (solimp[3])",
-    ),
-    spec(
-        "solimp_power",
-        2.0,
-        1.0,
-        5.0,
-        "",
-        "power of the impedance's rise (solimp[4])",
-    ),
-    spec(
-        // Air slows a sliding body by some 0.01 per metre, far below what strikes can show: none unless it is freed.
-        "fluid_blunt_drag",
-        0.0,
-        0.0,
-        5.0,
-        "",
-        "blunt drag coefficient in air (fluidcoef[0])",
-    ),
-    spec(
-        "fluid_slender_drag",
-        0.0,
-        0.0,
-        5.0,
-        "",
-        "slender drag coefficient in air (fluidcoef[1])",
-    ),
-    spec(
-        "fluid_angular_drag",
-        1.5,
-        0.0,
-        10.0,
-        "",
-        "angular drag coefficient in air (fluidcoef[2])",
-    ),
-    spec(
-        "fluid_kutta_lift",
-        1.0,
-        0.0,
-        5.0,
-        "",
-        "Kutta lift coefficient in air (fluidcoef[3])",
-    ),
-    spec(
-        "fluid_magnus_lift",
-        1.0,
-        0.0,
-        5.0,
-        "",
-        "Magnus lift coefficient in air (fluidcoef[4])",
-    ),
-    spec(
-        "inertia_x",
-        1.0,
-        0.2,
-        5.0,
-        "× shape's",
-        "moment of inertia about x, relative to the uniform shape's",
-    ),
-    spec(
-        "inertia_y",
-        1.0,
-        0.2,
-        5.0,
-        "× shape's",
-        "moment of inertia about y, relative to the uniform shape's",
-    ),
-    spec(
-        "inertia_z",
-        1.0,
-        0.2,
-        5.0,
-        "× shape's",
-        "moment of inertia about z, relative to the uniform shape's",
-    ),
+    spec("contact_time", 0.0005, [0.0004, 0.005], "s")
+        .does("how long tip and object touch (half period of the undamped contact)"),
+    spec("tip_friction", 0.50, [0.0, 1.5], "").does("sliding friction between tip and object"),
+    spec("solimp_dmin", 0.99, [0.5, 0.999], "")
+        .does("least impedance of the contact of tip and object (solimp[0])"),
+    spec("solimp_dmax", 0.99, [0.5, 0.999], "")
+        .does("greatest impedance of that contact (solimp[1])"),
+    spec("solimp_width", 0.001, [0.0001, 0.01], "m")
+        .does("penetration over which the impedance rises (solimp[2])"),
+    spec("solimp_midpoint", 0.5, [0.1, 0.9], "")
+        .does("midpoint of the impedance's rise (solimp[3])"),
+    spec("solimp_power", 2.0, [1.0, 5.0], "").does("power of the impedance's rise (solimp[4])"),
+    // Air slows a sliding body by some 0.01 per metre, far below what strikes can show: none unless it is freed.
+    spec("fluid_blunt_drag", 0.0, [0.0, 5.0], "")
+        .does("blunt drag coefficient in air (fluidcoef[0])"),
+    spec("fluid_slender_drag", 0.0, [0.0, 5.0], "")
+        .does("slender drag coefficient in air (fluidcoef[1])"),
+    spec("fluid_angular_drag", 1.5, [0.0, 10.0], "")
+        .does("angular drag coefficient in air (fluidcoef[2])"),
+    spec("fluid_kutta_lift", 1.0, [0.0, 5.0], "")
+        .does("Kutta lift coefficient in air (fluidcoef[3])"),
+    spec("fluid_magnus_lift", 1.0, [0.0, 5.0], "")
+        .does("Magnus lift coefficient in air (fluidcoef[4])"),
+    spec("inertia_x", 1.0, [0.2, 5.0], "× shape's")
+        .does("moment of inertia about x, relative to the uniform shape's"),
+    spec("inertia_y", 1.0, [0.2, 5.0], "× shape's")
+        .does("moment of inertia about y, relative to the uniform shape's"),
+    spec("inertia_z", 1.0, [0.2, 5.0], "× shape's")
+        .does("moment of inertia about z, relative to the uniform shape's"),
 ];
 
 /// The parameter of that name; the error lists the valid ones.

@@ -82,10 +82,7 @@ mod tests {
 
     #[test]
     fn the_profile_is_continuous_and_reaches_its_positions() {
-        let command = Command {
-            speed: 0.8,
-            angle: 0.3,
-        };
+        let command = Command::new(0.8, 0.3);
         let profile = Profile::plan(Point::new(0.3, 0.1), command, 5.0, 0.042);
         for (t, place) in [
             (0.0, profile.start),

@@ -69,10 +69,7 @@ mod tests {
     #[test]
     fn a_cubic_is_met_within_and_at_the_ends() {
         let cube = |x: f64| 1.0 - 2.0 * x + 3.0 * x * x - 0.5 * x * x * x;
-        let range = Interval {
-            low: 0.31,
-            high: 1.0,
-        };
+        let range = Interval::new(0.31, 1.0);
         for at in [0.31, 0.35, 0.52, 0.777, 0.99] {
             let places = cubic(at, range, 0.1).expect("wide enough");
             let sum: f64 = places

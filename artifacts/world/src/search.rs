@@ -115,10 +115,10 @@ impl<'a> Search<'a> {
                 }
                 command = match self.best {
                     // Half way back to what came to rest, or half as fast.
-                    Some(best) => Command {
-                        speed: (command.speed * best.command.speed).sqrt(),
-                        angle: 0.5 * (command.angle + best.command.angle),
-                    },
+                    Some(best) => Command::new(
+                        (command.speed * best.command.speed).sqrt(),
+                        0.5 * (command.angle + best.command.angle),
+                    ),
                     None => self.within(Command {
                         speed: 0.5 * command.speed,
                         ..command
@@ -169,10 +169,10 @@ impl<'a> Search<'a> {
                 let reach = 0.5 * faster.hypot(turned) / step[0].hypot(step[1]).max(1e-300);
                 step = step.map(|component| component * reach.min(1.0));
             }
-            command = self.within(Command {
-                speed: best.command.speed * step[0].exp(),
-                angle: best.command.angle + step[1],
-            });
+            command = self.within(Command::new(
+                best.command.speed * step[0].exp(),
+                best.command.angle + step[1],
+            ));
             if is_saturated {
                 // An arm that delivers no more, whatever it is commanded: its fastest command shows what is out of reach.
                 command.speed = self.settings.speed.high;
@@ -195,10 +195,10 @@ impl<'a> Search<'a> {
     pub(crate) fn come_near(&mut self) {
         if let Some(best) = self.best {
             let ratio = best.error[0].exp() * best.error[1].cos();
-            let command = self.within(Command {
-                speed: best.command.speed * ratio.max(0.0).sqrt(),
-                angle: best.command.angle,
-            });
+            let command = self.within(Command::new(
+                best.command.speed * ratio.max(0.0).sqrt(),
+                best.command.angle,
+            ));
             if command != best.command {
                 self.try_command(command);
             }
@@ -215,22 +215,13 @@ impl<'a> Search<'a> {
             return;
         }
         let (settings, far) = (self.settings, 10.0 * self.path.norm() + 10.0);
-        let mut angle = Interval {
-            low: start.angle - 1.2,
-            high: start.angle + 1.2,
-        };
+        let mut angle = Interval::new(start.angle - 1.2, start.angle + 1.2);
         if let Some(face) = self.face {
-            angle = Interval {
-                low: angle.low.max(face.low),
-                high: angle.high.min(face.high),
-            };
+            angle = Interval::new(angle.low.max(face.low), angle.high.min(face.high));
         }
         let shared = RefCell::new(self);
         let miss = |x: &[f64], _: Option<&mut [f64]>, _: &mut ()| {
-            let command = Command {
-                speed: x[0],
-                angle: x[1],
-            };
+            let command = Command::new(x[0], x[1]);
             shared
                 .borrow_mut()
                 .try_command(command)

@@ -149,10 +149,10 @@ impl Simulator {
             None => by_effects(command),
         };
         let shift = self.whole_shift();
-        Command {
-            speed: delivered.speed * shift.gain.exp(),
-            angle: delivered.angle + shift.heading,
-        }
+        Command::new(
+            delivered.speed * shift.gain.exp(),
+            delivered.angle + shift.heading,
+        )
     }
 
     /// The compiled model in MuJoCo's binary format (.mjb), for other programs that load the same release's. Its tip and

@@ -24,10 +24,7 @@ impl Default for SolveSettings {
     fn default() -> Self {
         Self {
             tolerance: 0.5e-3,
-            speed: Interval {
-                low: 0.05,
-                high: 4.0,
-            },
+            speed: Interval::new(0.05, 4.0),
             corrections: 12,
             fallback: 25,
         }

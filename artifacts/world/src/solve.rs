@@ -157,19 +157,16 @@ impl Worker<'_> {
         let turned = impact.command.angle - first.angle;
         let onto_face = path.bearing() + turned - impact.yaw;
         let face = touch::face(&rig.object, &rig.striker, impact.tip_offset, onto_face)?;
-        Some(Interval {
-            low: face.low + impact.yaw - turned,
-            high: face.high + impact.yaw - turned,
-        })
+        Some(Interval::new(
+            face.low + impact.yaw - turned,
+            face.high + impact.yaw - turned,
+        ))
     }
 
     /// v = √(2·μ·g·d)/(1 + e), straight at the target.
     fn straight(&self, path: Point) -> Command {
         let (friction, restitution) = self.simulator.coefficients();
         let release = (2.0 * friction * GRAVITY * path.norm()).sqrt();
-        Command {
-            speed: release / (1.0 + restitution),
-            angle: path.bearing(),
-        }
+        Command::new(release / (1.0 + restitution), path.bearing())
     }
 }

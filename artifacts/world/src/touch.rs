@@ -92,10 +92,7 @@ pub(crate) fn face(
     });
     limits
         .min_by(|a, b| (a.0.abs() - a.1).total_cmp(&(b.0.abs() - b.1)))
-        .map(|(aside, half)| Interval {
-            low: bearing - aside - half,
-            high: bearing - aside + half,
-        })
+        .map(|(aside, half)| Interval::new(bearing - aside - half, bearing - aside + half))
 }
 
 /// Where tip and object are nearest.

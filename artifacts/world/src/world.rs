@@ -241,21 +241,15 @@ mod tests {
             "restitution".into(),
             Estimate::with_interval(0.4, 0.39, 0.41),
         );
-        world.effects.push(AddedEffect {
-            name: "viscous_drag".into(),
-            parameters: [("rate".to_string(), Estimate::fixed(0.2))].into(),
-        });
+        world
+            .effects
+            .push(AddedEffect::fixed("viscous_drag", &[("rate", 0.2)]));
         assert_eq!(World::parse(&world.to_toml()).expect("valid"), world);
     }
 
     #[test]
     fn a_session_that_is_left_out_has_the_mean_of_the_others() {
-        let effect = |name: &str| AddedEffect {
-            name: name.into(),
-            parameters: [("a", 0.3), ("b", 0.1), ("c", -0.1)]
-                .map(|(name, value)| (name.to_string(), Estimate::fixed(value)))
-                .into(),
-        };
+        let effect = |name: &str| AddedEffect::fixed(name, &[("a", 0.3), ("b", 0.1), ("c", -0.1)]);
         let mut world = World::nominal(&Rig::demo(values::Shape::Cylinder));
         world.effects = vec![
             effect("friction_by_session"),

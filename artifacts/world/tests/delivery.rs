@@ -3,9 +3,7 @@
 use std::sync::Arc;
 
 use values::{Command, Conditions, Point, Rig, Shape};
-use world::{
-    AddedEffect, AsCommanded, Delivery, Estimate, Simulator, SolveSettings, SolveStatus, World,
-};
+use world::{AddedEffect, AsCommanded, Delivery, Simulator, SolveSettings, SolveStatus, World};
 
 /// A tenth faster and 0.05 rad further left than the effects say.
 struct Off;
@@ -13,10 +11,7 @@ struct Off;
 impl Delivery for Off {
     fn deliver(&self, commanded: Command, by_effects: &dyn Fn(Command) -> Command) -> Command {
         let by_effects = by_effects(commanded);
-        Command {
-            speed: 1.1 * by_effects.speed,
-            angle: by_effects.angle + 0.05,
-        }
+        Command::new(1.1 * by_effects.speed, by_effects.angle + 0.05)
     }
 }
 
@@ -37,10 +32,9 @@ fn stop(simulator: &Simulator, speed: f64, angle: f64) -> Point {
 #[test]
 fn a_correction_acts_after_the_effects() {
     let mut world = World::nominal(&rig());
-    world.effects.push(AddedEffect {
-        name: "striker_speed_error".into(),
-        parameters: [("slope".to_string(), Estimate::fixed(0.8))].into(),
-    });
+    world
+        .effects
+        .push(AddedEffect::fixed("striker_speed_error", &[("slope", 0.8)]));
     let plain = Simulator::new(&rig(), &World::nominal(&rig())).expect("valid");
     let corrected = Simulator::new(&rig(), &world)
         .expect("valid")

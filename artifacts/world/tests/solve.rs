@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use values::{Command, Conditions, Point, Rig, Shape};
-use world::{AddedEffect, Estimate, Simulator, SolveSettings, SolveStatus, Worker, World};
+use world::{AddedEffect, Simulator, SolveSettings, SolveStatus, Worker, World};
 
 const ORIGIN: Point = Point::new(0.3, 0.0);
 
@@ -48,20 +48,16 @@ fn every_reachable_target_is_solved_in_about_one_simulation() {
 fn what_lies_beyond_an_arm_that_saturates_is_reported_in_a_few_simulations() {
     let rig = Rig::demo(Shape::Cylinder);
     let mut world = World::nominal(&rig);
-    world.effects.push(AddedEffect {
-        name: "striker_speed_error".into(),
-        parameters: [("cap".to_string(), Estimate::fixed(0.8))].into(),
-    });
+    world
+        .effects
+        .push(AddedEffect::fixed("striker_speed_error", &[("cap", 0.8)]));
     let simulator = Simulator::new(&rig, &world).expect("valid");
     let mut worker = simulator.worker();
     let mut reach = |command| {
         let strike = worker.strike(ORIGIN, command, &Conditions::default());
         (strike.expect("rests").stop - ORIGIN).norm()
     };
-    let furthest = reach(Command {
-        speed: 1.0,
-        angle: 0.1,
-    });
+    let furthest = reach(Command::new(1.0, 0.1));
     for (share, status) in [
         (0.95, SolveStatus::Solved),
         (1.05, SolveStatus::Unreachable),
@@ -125,10 +121,10 @@ fn nearest(
             (1.0, 0.0),
             (1.0, 1.0),
         ] {
-            let command = Command {
-                speed: around.speed + faster * step.speed,
-                angle: (around.angle + turned * step.angle).clamp(-edge, edge),
-            };
+            let command = Command::new(
+                around.speed + faster * step.speed,
+                (around.angle + turned * step.angle).clamp(-edge, edge),
+            );
             let strike = worker
                 .strike(ORIGIN, command, &Conditions::default())
                 .expect("rests");
@@ -136,10 +132,7 @@ fn nearest(
                 (best, miss) = (command, strike.stop.distance(target));
             }
         }
-        step = Command {
-            speed: 0.6 * step.speed,
-            angle: 0.6 * step.angle,
-        };
+        step = Command::new(0.6 * step.speed, 0.6 * step.angle);
     }
     miss
 }
@@ -155,10 +148,7 @@ fn what_is_reported_unreachable_no_strike_on_the_face_reaches_and_nothing_else_i
         let world = World::nominal(&rig).with("tip_friction", tip_friction);
         let simulator = Simulator::new(&rig, &world).expect("valid");
         let mut worker = simulator.worker();
-        let step = Command {
-            speed: 0.04,
-            angle: edge / 32.0,
-        };
+        let step = Command::new(0.04, edge / 32.0);
         let settings = SolveSettings {
             speed: [0.4, 1.2].into(),
             ..SolveSettings::default()
@@ -166,10 +156,8 @@ fn what_is_reported_unreachable_no_strike_on_the_face_reaches_and_nothing_else_i
         let mut grid = Vec::new();
         for i in 0..=20 {
             for j in 0..=32 {
-                let command = Command {
-                    speed: 0.4 + step.speed * f64::from(i),
-                    angle: step.angle * f64::from(j),
-                };
+                let command =
+                    Command::new(0.4 + step.speed * f64::from(i), step.angle * f64::from(j));
                 let strike = worker
                     .strike(ORIGIN, command, &Conditions::default())
                     .expect("rests");
@@ -207,10 +195,9 @@ fn what_is_reported_unreachable_no_strike_on_the_face_reaches_and_nothing_else_i
 fn what_never_comes_to_rest_is_given_up_soon() {
     let rig = Rig::demo(Shape::Cylinder);
     let mut world = World::nominal(&rig).with("friction", 0.02);
-    world.effects.push(AddedEffect {
-        name: "table_tilt".into(),
-        parameters: [("tilt_x".to_string(), Estimate::fixed(0.1))].into(),
-    });
+    world
+        .effects
+        .push(AddedEffect::fixed("table_tilt", &[("tilt_x", 0.1)]));
     let simulator = Simulator::new(&rig, &world).expect("valid");
     let solution = simulator.worker().solve(
         ORIGIN,

@@ -1,7 +1,7 @@
 //! A simulated strike against formulas, and against itself at finer steps.
 
 use values::{Command, Conditions, Point, Rig, Shape};
-use world::{AddedEffect, Estimate, GRAVITY, Simulator, Steps, World, WorldError};
+use world::{AddedEffect, GRAVITY, Simulator, Steps, World, WorldError};
 
 const ORIGIN: Point = Point::new(0.3, 0.0);
 
@@ -80,10 +80,7 @@ fn a_cylinder_released_at_e_slides_as_far_as_friction_says() {
 fn deceleration_is_friction_times_gravity_at_every_speed() {
     let rig = Rig::demo(Shape::Cylinder);
     let simulator = Simulator::new(&rig, &still_air(&rig).with("friction", 0.25)).expect("valid");
-    let command = Command {
-        speed: 1.0,
-        angle: 0.3,
-    };
+    let command = Command::new(1.0, 0.3);
     let strike = simulator
         .worker()
         .strike(ORIGIN, command, &Conditions::default())
@@ -102,23 +99,13 @@ fn deceleration_is_friction_times_gravity_at_every_speed() {
 fn the_same_strike_gives_the_same_bits() {
     let rig = Rig::demo(Shape::Box);
     let simulator = Simulator::new(&rig, &World::nominal(&rig)).expect("valid");
-    let command = Command {
-        speed: 0.8,
-        angle: 0.2,
-    };
+    let command = Command::new(0.8, 0.2);
     let mut worker = simulator.worker();
     let first = worker
         .strike(ORIGIN, command, &Conditions::default())
         .expect("rests");
     worker
-        .strike(
-            ORIGIN,
-            Command {
-                speed: 0.5,
-                angle: -0.3,
-            },
-            &Conditions::default(),
-        )
+        .strike(ORIGIN, Command::new(0.5, -0.3), &Conditions::default())
         .expect("rests");
     assert_eq!(
         first,
@@ -140,10 +127,7 @@ fn a_ball_rolls_on_after_it_has_slid() {
     let rig = Rig::demo(Shape::Sphere);
     let world = still_air(&rig).with("rolling_friction", 0.002);
     let simulator = Simulator::new(&rig, &world).expect("valid");
-    let command = Command {
-        speed: 0.4,
-        angle: 0.1,
-    };
+    let command = Command::new(0.4, 0.1);
     let strike = simulator
         .worker()
         .strike(ORIGIN, command, &Conditions::default())
@@ -179,16 +163,9 @@ fn what_cannot_be_struck_is_reported() {
 #[test]
 fn what_runs_away_downhill_takes_no_memory() {
     let rig = Rig::demo(Shape::Cylinder);
-    let tilt = |tilt_x: f64| AddedEffect {
-        name: "table_tilt".into(),
-        parameters: [("tilt_x", tilt_x), ("tilt_y", 0.0)]
-            .map(|(name, value)| (name.to_string(), Estimate::fixed(value)))
-            .into(),
-    };
-    let command = Command {
-        speed: 0.8,
-        angle: 0.0,
-    };
+    let tilt =
+        |tilt_x: f64| AddedEffect::fixed("table_tilt", &[("tilt_x", tilt_x), ("tilt_y", 0.0)]);
+    let command = Command::new(0.8, 0.0);
     for steeper in [-1e-3, -1e-6, -1e-9, -1e-12, 0.0, 1e-12, 1e-6, 1e-3, 0.1] {
         let mut world = still_air(&rig).with("friction", 0.02);
         world.effects.push(tilt(0.02_f64.asin() + steeper));
@@ -215,10 +192,7 @@ fn an_object_that_brakes_harder_than_the_tip_is_pushed_and_ends_at_rest() {
         .with("friction", 0.9)
         .with("restitution", -0.6);
     let simulator = Simulator::new(&rig, &world).expect("valid");
-    let command = Command {
-        speed: 0.8,
-        angle: 0.0,
-    };
+    let command = Command::new(0.8, 0.0);
     let stop = simulator
         .worker()
         .strike(ORIGIN, command, &Conditions::default())
@@ -237,10 +211,7 @@ fn a_worker_counts_its_steps_over_all_strikes() {
     let rig = Rig::demo(Shape::Cylinder);
     let simulator = Simulator::new(&rig, &World::nominal(&rig)).expect("valid");
     let mut worker = simulator.worker();
-    let command = Command {
-        speed: 0.7,
-        angle: 0.1,
-    };
+    let command = Command::new(0.7, 0.1);
     let mut counts = vec![worker.steps()];
     for _ in 0..2 {
         worker

@@ -2,7 +2,7 @@
 
 use values::{Command, Conditions, Point, Rig, Shape};
 use world::{
-    AddedEffect, Estimate, Impact, Simulator, SolveSettings, SolveStatus, World, effects,
+    AddedEffect, Impact, Simulator, SolveSettings, SolveStatus, World, effects,
     launch::launches_about,
     planar::{Deviation, Planar, StrikeInput},
 };
@@ -26,11 +26,10 @@ fn world(rig: &Rig, offset: f64) -> World {
         .with("friction", 0.22)
         .with("restitution", 0.5)
         .with("tip_friction", 0.7);
-    let parameters = [("offset".to_string(), Estimate::fixed(offset))];
-    world.effects.push(AddedEffect {
-        name: "off_centre_contact".into(),
-        parameters: parameters.into(),
-    });
+    world.effects.push(AddedEffect::fixed(
+        "off_centre_contact",
+        &[("offset", offset)],
+    ));
     world
 }
 
@@ -92,6 +91,33 @@ fn it_leaves_the_tip_as_from_a_rigid_impact_on_its_face() {
     }
 }
 
+#[test]
+fn a_box_that_stands_straight_leaves_the_tip_as_from_a_rigid_blow() {
+    let rig = Rig::demo(Shape::Box);
+    for (friction, speed, bearing) in [(0.7, 2e-3, 3e-4), (0.2, 1e-2, 3e-3)] {
+        // A table that brakes little while the impact lasts.
+        let world = World::nominal(&rig)
+            .with("tip_friction", friction)
+            .with("friction", 0.02);
+        let simulator = Simulator::new(&rig, &world).expect("valid");
+        let mut worker = simulator.worker();
+        for degrees in [-25, -8, 0, 5, 18, 25] {
+            let angle = f64::from(degrees).to_radians();
+            let command = Command { speed: 0.6, angle };
+            let impact = Impact::of(&[], 0.5, command, &Conditions::default());
+            let release = worker.release(impact).expect("parts");
+            let (velocity, spin) = rigid(&rig, angle, 0.0, 0.5, friction);
+            let case = format!("μ {friction}, {degrees}°");
+            let off = release.velocity.norm() / (0.6 * velocity.norm()) - 1.0;
+            assert!(off.abs() < speed, "{case}: speed {off}");
+            let turned = release.velocity.bearing() - velocity.rotated(-angle).bearing();
+            assert!(turned.abs() < bearing, "{case}: {turned}");
+            let most = 0.025 * spin.abs() + 1e-6;
+            assert!((release.spin / 0.6 - spin).abs() < most, "{case}: {spin}");
+        }
+    }
+}
+
 fn effects_of(rig: &Rig, world: &World) -> Vec<Box<dyn effects::Effect>> {
     let build = |added| effects::build(added, rig).expect("an effect of the library");
     world.effects.iter().map(build).collect()
@@ -108,10 +134,7 @@ fn planar_form_follows_mujoco() {
         let simulator = Simulator::new(&rig, &world).expect("valid");
         let mut worker = simulator.worker();
         for (i, yaw) in (0..).zip(YAWS) {
-            let command = Command {
-                speed: 0.5 + 0.1 * f64::from(i),
-                angle: 0.1 - 0.05 * f64::from(i),
-            };
+            let command = Command::new(0.5 + 0.1 * f64::from(i), 0.1 - 0.05 * f64::from(i));
             let conditions = turned(yaw);
             let case = format!("{yaw}°, {offset} m");
             let impact = Impact::of(&effects, 0.5, command, &conditions);
@@ -166,10 +189,7 @@ fn a_turned_box_on_a_turned_table_moves_as_a_straight_one() {
 fn a_round_object_does_not_care() {
     let rig = Rig::demo(Shape::Cylinder);
     let simulator = Simulator::new(&rig, &world(&rig, 0.003)).expect("valid");
-    let command = Command {
-        speed: 0.8,
-        angle: 0.15,
-    };
+    let command = Command::new(0.8, 0.15);
     let mut worker = simulator.worker();
     let straight = worker.strike(START, command, &Conditions::default());
     let turned = worker.strike(START, command, &turned(33.0));
@@ -203,17 +223,12 @@ fn a_strike_is_solved_for_the_yaw_that_the_box_has() {
 fn a_turned_camera_sees_the_box_turned() {
     let rig = Rig::demo(Shape::Box);
     let by: f64 = 0.05;
-    let parameters = [("angle".to_string(), Estimate::fixed(by))];
     let mut turned_camera = World::nominal(&rig);
-    turned_camera.effects.push(AddedEffect {
-        name: "camera_rotation".into(),
-        parameters: parameters.into(),
-    });
+    turned_camera
+        .effects
+        .push(AddedEffect::fixed("camera_rotation", &[("angle", by)]));
     let effects = effects_of(&rig, &turned_camera);
-    let command = Command {
-        speed: 0.8,
-        angle: 0.0,
-    };
+    let command = Command::new(0.8, 0.0);
     let impact = Impact::of(&effects, 0.5, command, &turned(10.0));
     assert!((impact.yaw - (10f64.to_radians() - by)).abs() < 1e-12);
     // A box whose yaw was not tracked stands straight on the table, whatever the camera.

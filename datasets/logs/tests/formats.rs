@@ -11,8 +11,8 @@ mod common;
 
 use std::path::PathBuf;
 
-use common::{ENCODINGS, Encoding, read, samples, write};
-use logs::{Event, Limits, LogError, Sample, TopicRequest};
+use common::{ENCODINGS, Encoding, read, read_topic, samples, write};
+use logs::{LogError, Sample, TopicRequest};
 use mcap::{Compression, WriteOptions};
 use proptest::prelude::*;
 use values::FieldTopic;
@@ -138,38 +138,17 @@ fn bytes_after_the_fields_of_records_are_passed_over() {
 fn a_missing_topic_is_named_with_those_that_are_there() {
     let file = write(Encoding::Cdr, WriteOptions::new(), &samples(3));
     let topic = common::topic("/object/centroid");
-    let wanted = [TopicRequest {
-        topic: &topic,
-        more: &[],
-        required: true,
-    }];
-    let error = logs::read_from(
-        "a.mcap",
-        std::io::Cursor::new(&file),
-        &wanted,
-        Limits::default(),
-        &mut |_| {},
-    );
-    let text = error.expect_err("refused").to_string();
+    let wanted = TopicRequest::required(&topic);
+    let text = read_topic(&file, wanted).expect_err("refused").to_string();
     assert!(
         text.contains("/object/centroid") && text.contains("/p (geometry_msgs/msg/PointStamped)"),
         "{text}"
     );
-    let optional = [TopicRequest {
-        topic: &topic,
-        more: &[],
+    let optional = TopicRequest {
         required: false,
-    }];
-    assert!(
-        logs::read_from(
-            "a.mcap",
-            std::io::Cursor::new(&file),
-            &optional,
-            Limits::default(),
-            &mut |_| {}
-        )
-        .is_ok()
-    );
+        ..wanted
+    };
+    assert!(read_topic(&file, optional).is_ok());
 }
 
 #[test]
@@ -179,30 +158,13 @@ fn a_schema_without_a_stamp_leaves_the_log_time() {
         stamp: "time".into(),
         ..common::topic("/p")
     };
-    let mut stamps = Vec::new();
-    let summary = logs::read_from(
-        "a.mcap",
-        std::io::Cursor::new(&file),
-        &[TopicRequest {
-            topic: &topic,
-            more: &[],
-            required: true,
-        }],
-        Limits::default(),
-        &mut |event| {
-            if let Event::Sample(_, sample) = event {
-                stamps.push(sample.stamp);
-            }
-        },
-    )
-    .expect("reads");
-    assert_eq!(
-        stamps,
-        samples(3)
-            .iter()
-            .map(|sample| sample.stamp + 5)
-            .collect::<Vec<_>>()
-    );
+    let (read, summary) = read_topic(&file, TopicRequest::required(&topic)).expect("reads");
+    let stamps = |samples: &[Sample]| samples.iter().map(|s| s.stamp).collect::<Vec<_>>();
+    let logged = stamps(&samples(3))
+        .iter()
+        .map(|stamp| stamp + 5)
+        .collect::<Vec<_>>();
+    assert_eq!(stamps(&read), logged);
     assert_eq!(summary.unstamped, [true]);
 }
 
@@ -246,22 +208,8 @@ fn files_that_others_recorded_are_read() {
     let mut all: Vec<Vec<Sample>> = Vec::new();
     for name in ["uncompressed.mcap", "compressed.mcap"] {
         let Some(path) = shipped(name) else { return };
-        let mut samples = Vec::new();
-        let summary = logs::read(
-            &path,
-            &[TopicRequest {
-                topic: &topic,
-                more: &[],
-                required: true,
-            }],
-            Limits::default(),
-            &mut |event| {
-                if let Event::Sample(_, sample) = event {
-                    samples.push(sample);
-                }
-            },
-        )
-        .expect("reads");
+        let file = std::fs::read(&path).expect("a file");
+        let (samples, summary) = read_topic(&file, TopicRequest::required(&topic)).expect("reads");
         assert!(
             summary.damage.is_empty() && summary.undecodable[0].0 == 0,
             "{summary:?}"
@@ -356,11 +304,7 @@ fn messages_that_rosbag2_packed_one_by_one_are_read_as_if_they_were_plain() {
     .expect("reads");
     copy.finish().expect("finishes");
     let [plain, packed] = [plain, packed].map(|log| {
-        let wanted = [&topics.centroid, &topics.command].map(|topic| TopicRequest {
-            topic,
-            more: &[],
-            required: true,
-        });
+        let wanted = [&topics.centroid, &topics.command].map(TopicRequest::required);
         let mut seen = Vec::new();
         read(&log, &wanted, Limits::default(), &mut |event| match event {
             Event::Sample(topic, sample) => seen.push((topic, sample)),

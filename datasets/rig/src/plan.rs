@@ -34,10 +34,7 @@ impl PlannedStrike {
 
     /// The command.
     pub fn command(&self) -> Command {
-        Command {
-            speed: self.speed,
-            angle: self.angle,
-        }
+        Command::new(self.speed, self.angle)
     }
 }
 
@@ -73,9 +70,11 @@ pub(crate) fn draw(
     random: &mut ChaCha8Rng,
 ) -> Result<Vec<PlannedStrike>, RigSimError> {
     let rig = &prepared.truth.rig;
-    let within = |interval: Interval, from: f64, to: f64| Interval {
-        low: interval.low + from * (interval.high - interval.low),
-        high: interval.low + to * (interval.high - interval.low),
+    let within = |interval: Interval, from: f64, to: f64| {
+        Interval::new(
+            interval.low + from * (interval.high - interval.low),
+            interval.low + to * (interval.high - interval.low),
+        )
     };
     let (x, y) = (
         within(rig.table.x, 1.0 / 9.0, 1.0 / 3.0),

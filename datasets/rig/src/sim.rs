@@ -285,10 +285,10 @@ impl Sim {
             angle * disturbance.launch[1] * growth,
         ];
         let scatter = truth.scatter;
-        Command {
-            speed: (delivered.speed * (1.0 + scatter.speed * speed)).max(0.0),
-            angle: delivered.angle + scatter.angle * angle,
-        }
+        Command::new(
+            (delivered.speed * (1.0 + scatter.speed * speed)).max(0.0),
+            delivered.angle + scatter.angle * angle,
+        )
     }
 
     fn random(&self, purpose: Purpose) -> ChaCha8Rng {

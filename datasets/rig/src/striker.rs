@@ -67,13 +67,7 @@ mod tests {
 
     #[test]
     fn a_trapezoid_reaches_its_speed_ten_millimetres_before_the_blow() {
-        let profile = Profile::new(
-            Command {
-                speed: 0.8,
-                angle: 0.0,
-            },
-            4.0,
-        );
+        let profile = Profile::new(Command::new(0.8, 0.0), 4.0);
         assert!((profile.speed(0.1) - 0.4).abs() < 1e-12);
         assert_eq!(profile.speed(profile.impact(0.8)), 0.8);
         assert!((profile.impact(0.8) - (0.2 + 0.0125)).abs() < 1e-12);

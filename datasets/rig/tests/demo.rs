@@ -150,13 +150,7 @@ fn a_plan_is_made_as_it_stands_and_a_wrong_one_is_refused() {
     let written = write(&plan(vec![strike, strike]), folder.path()).unwrap();
     let truth = Truth::load(&written.truth).unwrap();
     assert_eq!(truth.strikes.len(), 2);
-    assert_eq!(
-        truth.strikes[1].command,
-        Command {
-            speed: 0.7,
-            angle: 0.1
-        }
-    );
+    assert_eq!(truth.strikes[1].command, Command::new(0.7, 0.1));
     let error = write(
         &plan(vec![PlannedStrike {
             x0: f64::NAN,
@@ -194,10 +188,7 @@ fn launches_scatter_by_what_the_truth_says() {
     };
     truth.rig.camera.rate = 5.0;
     let mut sim = Sim::from(truth).unwrap();
-    let command = Command {
-        speed: 0.7,
-        angle: 0.2,
-    };
+    let command = Command::new(0.7, 0.2);
     let delivered: Vec<Command> = (0..2000)
         .map(|_| sim.strike(Point::new(0.3, 0.0), command).truth.delivered)
         .collect();
@@ -231,13 +222,7 @@ fn frames_are_lost_and_noisy_as_the_truth_says() {
     let mut sim = Sim::from(truth).unwrap();
     let (mut seen, mut possible, mut squares, mut resting) = (0usize, 0.0, 0.0, 0.0);
     for _ in 0..300 {
-        let recording = sim.strike(
-            Point::new(0.3, 0.0),
-            Command {
-                speed: 0.6,
-                angle: 0.0,
-            },
-        );
+        let recording = sim.strike(Point::new(0.3, 0.0), Command::new(0.6, 0.0));
         let frames = &recording.samples.centroids;
         seen += frames.len() - 1;
         possible += ((frames[frames.len() - 1].stamp - frames[0].stamp) as f64 * 60e-9).round();

@@ -79,10 +79,7 @@ fn least_squares(matrix: DMatrix<f64>, right: DVector<f64>) -> DVector<f64> {
 /// The command for which a model's object goes from one point to another; range goes as speed squared.
 fn solve(model: &Truth, from: Point, to: Point) -> Command {
     let path = to - from;
-    let mut command = Command {
-        speed: 0.6,
-        angle: path.bearing(),
-    };
+    let mut command = Command::new(0.6, path.bearing());
     for _ in 0..60 {
         let reached = model
             .outcome(from, command, StrikeIndex::default())
@@ -154,10 +151,10 @@ fn check(shape: Shape) {
         miss(
             from,
             to,
-            Command {
-                speed: solved.speed + speed.dot(&inputs),
-                angle: solved.angle + angle.dot(&inputs),
-            },
+            Command::new(
+                solved.speed + speed.dot(&inputs),
+                solved.angle + angle.dot(&inputs),
+            ),
         )
     }));
     let floor = mean(test.iter().map(|&(from, _, command, _)| {

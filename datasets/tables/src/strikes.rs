@@ -214,10 +214,7 @@ fn strike(batch: &Batch, row: usize) -> Result<Strike, TableError> {
         t_start: real("t_start"),
         initial: Point::new(real("x0"), real("y0")),
         stop: stop(batch, row)?,
-        command: Command {
-            speed: real("speed"),
-            angle: real("angle"),
-        },
+        command: Command::new(real("speed"), real("angle")),
         track: Track {
             yaw: batch.real_or_null("yaw0", row).map(|initial| Yaw {
                 initial,

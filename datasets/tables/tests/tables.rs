@@ -19,10 +19,7 @@ fn strike(number: usize, frames: usize) -> Strike {
         t_start: 1.7e9 + shift,
         initial: Point::new(0.25, 0.05 - shift),
         stop: Point::new(0.55 + shift, 0.1),
-        command: Command {
-            speed: 0.7 + shift,
-            angle: -0.2,
-        },
+        command: Command::new(0.7 + shift, -0.2),
         track: Track {
             t: (0..frames).map(|i| i as f64 / 60.0).collect(),
             x: (0..frames)

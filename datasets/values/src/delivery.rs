@@ -72,32 +72,22 @@ fn about_a_line(points: impl Iterator<Item = (f64, f64)>) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Command, Conditions, Delivered, Point, Split, Track};
+    use crate::{Command, Delivered, Point};
 
     fn strike(i: u32, is_logged: bool) -> Strike {
-        let command = Command {
-            speed: 0.5 + 0.01 * f64::from(i),
-            angle: 0.3 - 0.02 * f64::from(i),
-        };
+        let command = Command::new(0.5 + 0.01 * f64::from(i), 0.3 - 0.02 * f64::from(i));
         // A share of 0.9 and a turn, with 1 % and 2 mrad that alternate.
         let sign = if i.is_multiple_of(2) { 1.0 } else { -1.0 };
         Strike {
             id: i.to_string(),
-            log: String::new(),
             index: i,
-            t_start: 0.0,
-            initial: Point::default(),
-            stop: Point::default(),
-            command,
-            track: Track::default(),
-            split: Split::Train,
-            conditions: Conditions::default(),
             delivered: is_logged.then_some(Delivered {
                 tip_speed: command.speed * (0.9 + 0.01 * sign),
                 tip_angle: command.angle + 0.05 + 0.002 * sign,
                 contact: 0.0,
                 pushed_again: false,
             }),
+            ..Strike::bare(command, Point::default(), Point::default())
         }
     }
 

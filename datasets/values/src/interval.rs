@@ -15,6 +15,11 @@ pub struct Interval {
 }
 
 impl Interval {
+    /// From the lower end to the upper one.
+    pub const fn new(low: f64, high: f64) -> Self {
+        Self { low, high }
+    }
+
     /// Whether the value lies inside, ends included; NaN never does.
     pub fn contains(self, value: f64) -> bool {
         self.low <= value && value <= self.high

@@ -186,7 +186,7 @@ impl Track {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Command, Conditions, Point, Split};
+    use crate::{Command, Point};
 
     /// A strike along x under `braking` m/s².
     fn strike(braking: f64) -> Strike {
@@ -200,20 +200,12 @@ mod tests {
             track.y.push(0.0);
         }
         Strike {
-            id: String::new(),
-            log: String::new(),
-            index: 0,
-            t_start: 0.0,
-            initial: Point::new(0.0, 0.0),
-            stop: Point::new(whole, 0.0),
-            command: Command {
-                speed: 0.6,
-                angle: 0.0,
-            },
             track,
-            split: Split::Train,
-            conditions: Conditions::default(),
-            delivered: None,
+            ..Strike::bare(
+                Command::new(0.6, 0.0),
+                Point::new(0.0, 0.0),
+                Point::new(whole, 0.0),
+            )
         }
     }
 

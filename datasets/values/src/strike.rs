@@ -13,6 +13,13 @@ pub struct Command {
     pub angle: f64,
 }
 
+impl Command {
+    /// A speed in m/s and a direction in rad.
+    pub const fn new(speed: f64, angle: f64) -> Self {
+        Self { speed, angle }
+    }
+}
+
 /// What the arm did at contact, from its measured state: what the object met, whatever was commanded.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Delivered {
@@ -29,10 +36,7 @@ pub struct Delivered {
 impl Delivered {
     /// The launch that was delivered, in place of the one that was commanded.
     pub fn command(&self) -> Command {
-        Command {
-            speed: self.tip_speed,
-            angle: self.tip_angle,
-        }
+        Command::new(self.tip_speed, self.tip_angle)
     }
 }
 
@@ -165,6 +169,23 @@ pub struct Strike {
 }
 
 impl Strike {
+    /// A strike to learn from, of which no more is known than what was commanded, and where the object lay before and after.
+    pub fn bare(command: Command, initial: Point, stop: Point) -> Self {
+        Self {
+            id: String::new(),
+            log: String::new(),
+            index: 0,
+            t_start: 0.0,
+            initial,
+            stop,
+            command,
+            track: Track::default(),
+            split: Split::Train,
+            conditions: Conditions::default(),
+            delivered: None,
+        }
+    }
+
     /// The same strike as one of all logs' strikes: its rank among them, and how its object was turned, complete its conditions.
     pub fn among_all(mut self, order: u32) -> Self {
         self.conditions.order = order.into();

@@ -37,7 +37,7 @@ pub fn latest<T>(mut strikes: Vec<T>) -> Vec<T> {
 
 #[cfg(test)]
 mod tests {
-    use values::{Command, Conditions, Point, Split, Track};
+    use values::{Command, Point};
 
     use super::*;
 
@@ -45,19 +45,8 @@ mod tests {
     fn of_very_many_strikes_a_share_is_learnt_from_that_hardly_changes_as_they_grow() {
         let strike = |index: usize| Strike {
             id: index.to_string(),
-            log: String::new(),
-            index: 0,
             t_start: index as f64,
-            initial: Point::default(),
-            stop: Point::default(),
-            command: Command {
-                speed: 1.0,
-                angle: 0.0,
-            },
-            track: Track::default(),
-            split: Split::Train,
-            conditions: Conditions::default(),
-            delivered: None,
+            ..Strike::bare(Command::new(1.0, 0.0), Point::default(), Point::default())
         };
         let strikes: Vec<Strike> = (0..5 * MOST_LEARNT).map(strike).collect();
         let all = learnt(&strikes[..MOST_LEARNT]);

@@ -304,11 +304,7 @@ fn first(log: &Path, name: &str, fields: &[&str]) -> Option<Read> {
 /// A topic's samples, and whether they are stamped; none where the paths lead nowhere.
 fn samples(log: &Path, topic: &FieldTopic) -> Option<(Vec<Sample>, bool)> {
     let mut samples = Vec::new();
-    let wanted = [TopicRequest {
-        topic,
-        more: &[],
-        required: true,
-    }];
+    let wanted = [TopicRequest::required(topic)];
     let summary = logs::read(log, &wanted, Limits::default(), &mut |event| {
         if let Event::Sample(_, sample) = event {
             samples.push(sample);

@@ -72,27 +72,16 @@ fn sessions(strikes: &[Strike]) -> Vec<usize> {
 
 #[cfg(test)]
 mod tests {
-    use values::{Command, Conditions, Point, Track};
+    use values::{Command, Point};
 
     use super::*;
 
     #[test]
     fn a_log_is_a_session_unless_it_holds_a_strike_alone() {
         let strike = |(log, t_start): &(&str, f64)| Strike {
-            id: String::new(),
             log: (*log).into(),
-            index: 0,
             t_start: *t_start,
-            initial: Point::default(),
-            stop: Point::default(),
-            command: Command {
-                speed: 1.0,
-                angle: 0.0,
-            },
-            track: Track::default(),
-            split: Split::Train,
-            conditions: Conditions::default(),
-            delivered: None,
+            ..Strike::bare(Command::new(1.0, 0.0), Point::default(), Point::default())
         };
         let made = [
             ("monday", 0.0),

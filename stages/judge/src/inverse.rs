@@ -144,10 +144,10 @@ impl Anchor {
             let step = self.newton_step(networks, command, excess, wanted);
             let better = (0..HALVINGS).find_map(|halvings| {
                 let share = 0.5f64.powi(halvings as i32);
-                let next = Command {
-                    speed: (command.speed + share * step[0]).clamp(SPEED.0, SPEED.1),
-                    angle: command.angle + share * step[1],
-                };
+                let next = Command::new(
+                    (command.speed + share * step[0]).clamp(SPEED.0, SPEED.1),
+                    command.angle + share * step[1],
+                );
                 let left = self.excess(networks, next, wanted);
                 (size(left) < size(excess)).then_some((next, left))
             });

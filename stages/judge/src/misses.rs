@@ -135,7 +135,7 @@ fn summed_up(
 
 #[cfg(test)]
 mod tests {
-    use values::{Command, Conditions, Point, Split, Track};
+    use values::{Command, Conditions, Point, Split};
 
     use super::*;
     use crate::PredictionStatus;
@@ -145,22 +145,17 @@ mod tests {
         let strikes: Vec<Strike> = (0..24_u32)
             .map(|index| Strike {
                 id: index.to_string(),
-                log: String::new(),
                 index,
-                t_start: 0.0,
-                initial: Point::new(0.3, 0.0),
-                stop: Point::new(0.6, 0.0),
-                command: Command {
-                    speed: 0.4 + 0.02 * f64::from(index),
-                    angle: 0.0,
-                },
-                track: Track::default(),
                 split: Split::Test,
                 conditions: Conditions {
                     session: if index % 2 == 0 { "a" } else { "b" }.into(),
                     ..Conditions::default()
                 },
-                delivered: None,
+                ..Strike::bare(
+                    Command::new(0.4 + 0.02 * f64::from(index), 0.0),
+                    Point::new(0.3, 0.0),
+                    Point::new(0.6, 0.0),
+                )
             })
             .collect();
         let predictions: Vec<Prediction> = strikes

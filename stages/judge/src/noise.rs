@@ -70,10 +70,10 @@ impl Slopes {
     /// None where the world cannot simulate the strike.
     pub(crate) fn of(worker: &mut Worker<'_>, strike: &HeldOut) -> Option<Self> {
         let mut stop = |speed: f64, angle: f64| {
-            let command = Command {
-                speed: strike.command.speed * (1.0 + speed),
-                angle: strike.command.angle + angle,
-            };
+            let command = Command::new(
+                strike.command.speed * (1.0 + speed),
+                strike.command.angle + angle,
+            );
             last_place(worker, strike, command).ok()
         };
         Some(Self {

@@ -63,7 +63,7 @@ fn residual(strike: &Strike, solution: &Solution) -> Residual {
 mod tests {
     use std::f64::consts::TAU;
 
-    use values::{Command, Conditions, Point, Split, Track};
+    use values::{Command, Point, Split};
 
     use super::*;
 
@@ -71,15 +71,12 @@ mod tests {
         Strike {
             id: id.into(),
             log: "a.mcap".into(),
-            index: 0,
-            t_start: 0.0,
-            initial: Point::new(0.3, 0.1),
-            stop: Point::new(0.7, -0.1),
-            command: Command { speed, angle },
-            track: Track::default(),
             split: Split::Validation,
-            conditions: Conditions::default(),
-            delivered: None,
+            ..Strike::bare(
+                Command { speed, angle },
+                Point::new(0.3, 0.1),
+                Point::new(0.7, -0.1),
+            )
         }
     }
 

@@ -153,7 +153,7 @@ fn beside(needed: Command, delivered: Command) -> Option<LaunchResidual> {
 mod tests {
     use rayon::ThreadPoolBuilder;
     use values::{Rig, Shape};
-    use world::{AddedEffect, Estimate, World};
+    use world::{AddedEffect, World};
 
     use super::*;
 
@@ -315,10 +315,10 @@ mod tests {
         world.scatter.speed = 0.06;
         let strike = item(0.37);
         let nearest = residual_of(&world, &strike).expect("as near as repeats");
-        let launch = Command {
-            speed: strike.command.speed * nearest.speed.exp(),
-            angle: strike.command.angle + nearest.angle,
-        };
+        let launch = Command::new(
+            strike.command.speed * nearest.speed.exp(),
+            strike.command.angle + nearest.angle,
+        );
         let simulator = Simulator::new(&rig, &world).expect("valid");
         let simulated = simulator
             .worker()
@@ -332,10 +332,9 @@ mod tests {
     #[test]
     fn what_an_effect_explains_is_no_residual_even_beyond_a_cap() {
         let mut world = World::nominal(&Rig::demo(Shape::Cylinder));
-        world.effects.push(AddedEffect {
-            name: "striker_speed_error".into(),
-            parameters: [("cap".to_string(), Estimate::fixed(0.6))].into(),
-        });
+        world
+            .effects
+            .push(AddedEffect::fixed("striker_speed_error", &[("cap", 0.6)]));
         // The arm delivers a little more than the cap: no command reaches that path through it, and it has a residual all the same.
         let strike = struck(command(0.9, 0.1), command(0.63, 0.1));
         let residual = residual_of(world, &strike);

@@ -3,8 +3,8 @@
 use stage::{Options, Run};
 use store::network::{LAYERS, Layer, Network, SIZES};
 use store::{Networks, ResidualModel};
-use values::{Command, Conditions, Point, Rig, Shape, Split, Strike, Track};
-use world::{AddedEffect, Estimate, Simulator, SolveSettings, SolveStatus, World};
+use values::{Command, Conditions, Point, Rig, Shape, Split, Strike};
+use world::{AddedEffect, Simulator, SolveSettings, SolveStatus, World};
 
 use crate::{Candidate, Evaluation, HeldOut, Model, Noise, PredictionStatus, evaluate, predict};
 
@@ -35,14 +35,8 @@ fn strike(index: u32, command: Command, initial: Point, stop: Point, split: Spli
         id: format!("strike{index}"),
         log: "a.mcap".into(),
         index,
-        t_start: 0.0,
-        initial,
-        stop,
-        command,
-        track: Track::default(),
         split,
-        conditions: Conditions::default(),
-        delivered: None,
+        ..Strike::bare(command, initial, stop)
     }
 }
 
@@ -69,10 +63,7 @@ fn planned(rig: &Rig, world: &World) -> Vec<Strike> {
             assert_eq!(solution.status, SolveStatus::Solved);
             let sim = solution.command;
             let [d_speed, d_angle] = network.predict([path.x, path.y, sim.speed, sim.angle]);
-            let command = Command {
-                speed: sim.speed + d_speed,
-                angle: sim.angle + d_angle,
-            };
+            let command = Command::new(sim.speed + d_speed, sim.angle + d_angle);
             let split = if index % 3 == 0 {
                 Split::Test
             } else {
@@ -203,29 +194,19 @@ fn the_same_bytes_with_one_thread_and_with_two() {
 fn a_session_that_is_held_out_is_predicted_with_the_mean_of_the_others() {
     let rig = Rig::demo(Shape::Cylinder);
     let mut world = World::nominal(&rig);
-    world.effects.push(AddedEffect {
-        name: "friction_by_session".into(),
-        parameters: [("a", 0.2), ("b", -0.2), ("c", 0.0)]
-            .map(|(name, value)| (name.to_string(), Estimate::fixed(value)))
-            .into(),
-    });
+    world.effects.push(AddedEffect::fixed(
+        "friction_by_session",
+        &[("a", 0.2), ("b", -0.2), ("c", 0.0)],
+    ));
     let simulator = Simulator::new(&rig, &world).expect("a world");
-    let (initial, command) = (
-        Point::new(0.3, 0.0),
-        Command {
-            speed: 0.8,
-            angle: 0.1,
-        },
-    );
+    let (initial, command) = (Point::new(0.3, 0.0), Command::new(0.8, 0.1));
     let strikes: Vec<Strike> = ["a", "b", "c"]
         .into_iter()
         .zip(0..)
         .map(|(session, index)| {
             let conditions = Conditions {
                 session: session.into(),
-                order: 0.0,
-                yaw: None,
-                moving: None,
+                ..Conditions::default()
             };
             let struck = simulator.worker().strike(initial, command, &conditions);
             let stop = struck.expect("rests").stop;

@@ -239,16 +239,7 @@ mod tests {
     use crate::rotation::length;
 
     const WORKSPACE: Workspace = Workspace {
-        table: [
-            Interval {
-                low: 0.1,
-                high: 1.0,
-            },
-            Interval {
-                low: -0.5,
-                high: 0.5,
-            },
-        ],
+        table: [Interval::new(0.1, 1.0), Interval::new(-0.5, 0.5)],
         height: 0.02,
     };
 

@@ -251,10 +251,7 @@ fn range(colours: &[[f64; 3]], grey: bool) -> Colour {
     let [least, most] = ends(off.collect());
     let [low_saturation, _] = ends(colours.iter().map(|colour| colour[1]).collect());
     let hue = |off: f64| (mean + off).rem_euclid(360.0).round();
-    let interval = |low: f64| Interval {
-        low: rounded(low),
-        high: 1.0,
-    };
+    let interval = |low: f64| Interval::new(rounded(low), 1.0);
     Colour {
         hue: [hue(least - HUE_MARGIN), hue(most + HUE_MARGIN)].into(),
         saturation: interval(SATURATION_SHARE * low_saturation),

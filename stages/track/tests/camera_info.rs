@@ -6,7 +6,7 @@ mod common;
 
 use std::collections::BTreeSet;
 
-use common::messages::{Wire, centroids, compressed, pictures, small, write, write_on, write_with};
+use common::messages::{Wire, centroids, frames, pictures, small, write, write_on, write_with};
 use render::Optics;
 use track::{Reason, TrackError, track_log};
 use values::Point;
@@ -41,10 +41,7 @@ fn a_lens_is_taken_from_the_logs_camera_info_where_the_rig_file_has_none() {
     let (rig, dir) = (small(), tempfile::tempdir().unwrap());
     let (log, out) = (dir.path().join("in.mcap"), dir.path().join("out.mcap"));
     let optics = Optics::of(&rig, [320, 240]).unwrap();
-    let frames: Vec<_> = (1u32..)
-        .zip(pictures(&rig, 2))
-        .map(|(k, (_, picture))| compressed(&picture.png().unwrap(), k))
-        .collect();
+    let frames = frames(&pictures(&rig, 2));
     let images = ("sensor_msgs/msg/CompressedImage", "cdr");
     let mut without = rig.clone();
     (without.camera.matrix, without.camera.distortion) = (None, None);
@@ -90,10 +87,7 @@ fn a_camera_info_that_contradicts_the_rig_file_is_told() {
     let (rig, dir) = (small(), tempfile::tempdir().unwrap());
     let (log, out) = (dir.path().join("in.mcap"), dir.path().join("out.mcap"));
     let [fx, fy, cx, cy] = Optics::of(&rig, [320, 240]).unwrap().matrix;
-    let frames: Vec<_> = (1u32..)
-        .zip(pictures(&rig, 2))
-        .map(|(k, (_, picture))| compressed(&picture.png().unwrap(), k))
-        .collect();
+    let frames = frames(&pictures(&rig, 2));
     let images = ("sensor_msgs/msg/CompressedImage", "cdr");
     let notes = |data: &[u8]| {
         let first = ("/camera/camera_info", "sensor_msgs/msg/CameraInfo", data);
@@ -125,10 +119,7 @@ fn a_lens_of_the_images_before_they_were_rectified_is_not_used_of_those_after() 
     let (log, out) = (dir.path().join("in.mcap"), dir.path().join("out.mcap"));
     let after = Optics::of(&rig, [320, 240]).unwrap().matrix;
     let places = pictures(&rig, 2);
-    let frames: Vec<_> = (1u32..)
-        .zip(&places)
-        .map(|(k, (_, picture))| compressed(&picture.png().unwrap(), k))
-        .collect();
+    let frames = frames(&places);
     rig.topics.image.as_mut().unwrap().name = TOPIC.into();
     let [fx, fy, cx, cy] = after;
     let before = [1.04 * fx, 1.04 * fy, cx - 3.0, cy + 2.0];
@@ -171,10 +162,7 @@ fn a_lens_of_the_images_before_they_were_rectified_is_not_used_of_those_after() 
 fn images_of_another_size_than_the_rig_files_are_refused() {
     let (mut rig, dir) = (small(), tempfile::tempdir().unwrap());
     let (log, out) = (dir.path().join("in.mcap"), dir.path().join("out.mcap"));
-    let frames: Vec<_> = (1u32..)
-        .zip(pictures(&rig, 2))
-        .map(|(k, (_, picture))| compressed(&picture.png().unwrap(), k))
-        .collect();
+    let frames = frames(&pictures(&rig, 2));
     write(&log, "sensor_msgs/msg/CompressedImage", "cdr", &frames);
     rig.camera.size = Some([320, 240]);
     assert_eq!(track_log(&log, &rig, &out, None).unwrap().centroids, 2);
@@ -194,10 +182,7 @@ fn an_image_of_another_size_and_video_of_another_format_are_not_looked_at() {
     let (_, cut) = &mut shots[1];
     cut.rgb.truncate(3 * 320 * 200);
     cut.height = 200;
-    let frames: Vec<_> = (1u32..)
-        .zip(&shots)
-        .map(|(k, (_, picture))| compressed(&picture.png().unwrap(), k))
-        .collect();
+    let frames = frames(&shots);
     write(&log, "sensor_msgs/msg/CompressedImage", "cdr", &frames);
     let outcome = track_log(&log, &rig, &out, None).unwrap();
     assert_eq!(outcome.centroids, 1);
@@ -216,10 +201,7 @@ fn an_image_of_another_size_and_video_of_another_format_are_not_looked_at() {
 fn a_log_for_viewers_has_each_image_and_each_pose() {
     let (rig, dir) = (small(), tempfile::tempdir().unwrap());
     let file = |name: &str| dir.path().join(name);
-    let frames: Vec<_> = (1u32..)
-        .zip(pictures(&rig, 3))
-        .map(|(k, (_, picture))| compressed(&picture.png().unwrap(), k))
-        .collect();
+    let frames = frames(&pictures(&rig, 3));
     let log = file("in.mcap");
     write(&log, "sensor_msgs/msg/CompressedImage", "cdr", &frames);
     let view = file("view.mcap");

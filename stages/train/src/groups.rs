@@ -90,10 +90,8 @@ mod tests {
     #[test]
     fn chains_of_commands_that_are_alike_are_one_group_however_they_are_ordered() {
         // Steps of half of what counts as alike, from two ends to the middle.
-        let chain = [0, 6, 1, 5, 2, 4, 3].map(|step| Command {
-            speed: 1.0,
-            angle: 0.5 * ALIKE.1 * f64::from(step),
-        });
+        let chain =
+            [0, 6, 1, 5, 2, 4, 3].map(|step| Command::new(1.0, 0.5 * ALIKE.1 * f64::from(step)));
         assert_eq!(settings(&chain), [0; 7]);
     }
 

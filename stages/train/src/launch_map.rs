@@ -241,10 +241,7 @@ mod tests {
         let noise = Normal::new(0.0, 0.02).expect("finite");
         (0..count)
             .map(|_| {
-                let command = Command {
-                    speed: rng.random_range(0.4..1.6),
-                    angle: rng.random_range(-0.6..0.6),
-                };
+                let command = Command::new(rng.random_range(0.4..1.6), rng.random_range(-0.6..0.6));
                 let LaunchResidual { speed, angle } = truth(command);
                 let residual = LaunchResidual {
                     speed: speed + noise.sample(&mut rng),

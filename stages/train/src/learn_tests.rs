@@ -38,10 +38,7 @@ fn strikes(count: usize, seed: u64, truth: Truth) -> Vec<Example> {
         .map(|index| {
             let is_first = index % 2 == 0;
             let angle: f64 = rng.random_range(-0.6..0.6) + if is_first { -0.4 } else { 0.4 };
-            let command = Command {
-                speed: rng.random_range(0.4..1.2),
-                angle,
-            };
+            let command = Command::new(rng.random_range(0.4..1.2), angle);
             let session = if is_first { "a" } else { "b" };
             let [speed, turn] = truth(command, session).map(|truth| truth + noise.sample(&mut rng));
             let strike_id = format!("{seed}-{index}");

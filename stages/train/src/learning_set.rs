@@ -151,10 +151,7 @@ impl<'a> LearningSet<'a> {
                     Some(model.added(Default::default(), row.command, row.command))
                 }
                 (ResidualModel::Networks(_), Some(residual)) => {
-                    let simulated = Command {
-                        speed: residual.speed_sim,
-                        angle: residual.angle_sim,
-                    };
+                    let simulated = Command::new(residual.speed_sim, residual.angle_sim);
                     Some(model.added(residual.path, simulated, row.command))
                 }
                 _ => None,

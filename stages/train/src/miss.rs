@@ -85,10 +85,7 @@ mod tests {
             d_angle: 0.0,
             split: Split::Train,
         };
-        let sent = Command {
-            speed: 0.8,
-            angle: 0.0,
-        };
+        let sent = Command::new(0.8, 0.0);
         let exact = Miss::of_command(sent, &row, [0.1, 0.0]).expect("a speed");
         assert!(exact.share() < 1e-12);
         // What was sent stands for a longer path where the residual asks for less.

@@ -23,14 +23,8 @@ const ELSEWHERE: f64 = 0.03;
 /// An object that is in the hand is not seen for so long.
 const IN_HAND: Duration = Duration::from_millis(400);
 /// The hand puts it into this part of the table.
-const PUT_X: Interval = Interval {
-    low: 0.26,
-    high: 0.40,
-};
-const PUT_Y: Interval = Interval {
-    low: -0.15,
-    high: 0.15,
-};
+const PUT_X: Interval = Interval::new(0.26, 0.40);
+const PUT_Y: Interval = Interval::new(-0.15, 0.15);
 
 /// A table with one object.
 #[derive(Debug)]
@@ -120,10 +114,7 @@ impl Table {
                 let to_object = self.at - at;
                 // How far the tip's line passes to the left of the object's centre.
                 let aside = to_object.x * direction.y - to_object.y * direction.x;
-                let tip = Command {
-                    speed: velocity.norm(),
-                    angle: velocity.bearing(),
-                };
+                let tip = Command::new(velocity.norm(), velocity.bearing());
                 let shot = self.sim.meet(self.at, tip, aside);
                 self.counts.0 += 1;
                 self.stop = Some(shot.stop());

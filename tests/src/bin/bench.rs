@@ -292,10 +292,7 @@ fn log(rig: &Rig, bytes: u64, file: &Path) -> anyhow::Result<Value> {
         .map(|i| {
             let share = f64::from(i) / 100.0;
             let initial = Point::new(0.25, 0.2 * (share - 0.5));
-            let command = Command {
-                speed: 0.45 + 0.3 * share,
-                angle: 0.4 * (9.0 * share).sin(),
-            };
+            let command = Command::new(0.45 + 0.3 * share, 0.4 * (9.0 * share).sin());
             sim.strike(initial, command).samples
         })
         .collect();

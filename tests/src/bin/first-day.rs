@@ -3,9 +3,9 @@
 //! `first-day --page tests/FIRST_DAY.md [--strikes 60] [--first SEED] [--clean 200]`
 
 use std::fmt::Write;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use carom::{Cli, Outcome, Output, execute};
+use carom::Outcome;
 use clap::Parser;
 use rayon::prelude::*;
 use serde_json::Value;
@@ -159,13 +159,10 @@ fn ended(lab: &Lab) -> anyhow::Result<Ended> {
         return Ok(Ended::Check(said));
     }
     let folder = written(lab)?;
-    let path = |name: &str| folder.path().join(name).display().to_string();
-    let (logs, rig, out) = (path("logs"), path("rig.toml"), path("run"));
-    let words = [
-        "carom", "run", &logs, "--rig", &rig, "--out", &out, "--quiet",
-    ];
-    Ok(match execute(&Cli::try_parse_from(words)?) {
-        Err(error) => Ended::Gate(format!("failed to {error}")),
+    let dir = folder.path().display();
+    let line = format!("run {dir}/logs --rig {dir}/rig.toml --out {dir}/run");
+    Ok(match tests::carom(&line) {
+        Err(error) => Ended::Gate(error.root_cause().to_string()),
         Ok(_) if folder.path().join("run/latest").is_file() => Ended::Published,
         Ok(output) => {
             let said = output
@@ -189,7 +186,8 @@ fn written(lab: &Lab) -> anyhow::Result<tempfile::TempDir> {
 /// What is said where the check refuses the logs.
 fn refusal(lab: &Lab) -> anyhow::Result<Option<String>> {
     let folder = written(lab)?;
-    let output = carom(folder.path())?;
+    let dir = folder.path().display();
+    let output = tests::carom(&format!("check {dir}/logs --rig {dir}/rig.toml"))?;
     if output.outcome != Outcome::Refused {
         return Ok(None);
     }
@@ -211,17 +209,4 @@ fn refusal(lab: &Lab) -> anyhow::Result<Option<String>> {
         part("likely"),
         part("mend")
     )))
-}
-
-fn carom(folder: &Path) -> anyhow::Result<Output> {
-    let path = |name: &str| folder.join(name).display().to_string();
-    let cli = Cli::try_parse_from([
-        "carom",
-        "check",
-        &path("logs"),
-        "--rig",
-        &path("rig.toml"),
-        "--quiet",
-    ])?;
-    Ok(execute(&cli)?)
 }

@@ -79,57 +79,53 @@ pub const CLASSES: [&[&str]; 2] = [
 /// Magnitudes in units of the noise floor.
 pub const MAGNITUDES: [f64; 4] = [0.5, 1.0, 2.0, 4.0];
 /// Effects along the slide: those for which a regression on accelerations has a term.
-pub const SLIDING: [&str; 9] = [
-    "viscous_drag",
-    "quadratic_drag",
-    "speed_weakening_friction",
-    "anisotropic_friction",
-    "friction_patch",
-    "friction_drift",
-    "friction_by_session",
-    "table_tilt",
-    "table_bowl",
-];
+pub const SLIDING: &[&str] = EFFECTS.split_at(9).0;
 
 /// Numbers of strikes.
 pub const STRIKES: [usize; 2] = [40, 120];
 
-fn case(
-    kind: Kind,
-    hidden: &[&str],
-    magnitude: f64,
-    strikes: usize,
-    seed: u64,
-    variant: &str,
-) -> Case {
-    let name = match kind {
-        Kind::Control => "nothing".into(),
-        _ => hidden.join("+"),
-    };
-    Case {
-        id: format!("{name}-x{magnitude}-n{strikes}-{variant}-s{seed}"),
-        kind,
-        hidden: hidden.iter().map(|h| h.to_string()).collect(),
-        magnitude,
-        strikes,
-        seed,
-        variant: variant.into(),
+/// Sets, each with a seed of its own: launches and camera scatter anew in each.
+struct Cases {
+    first: u64,
+    all: Vec<Case>,
+}
+
+impl Cases {
+    fn add(
+        &mut self,
+        kind: Kind,
+        hidden: &[&str],
+        magnitude: f64,
+        (strikes, variant): (usize, &str),
+    ) {
+        let seed = self.first + self.all.len() as u64;
+        let name = match kind {
+            Kind::Control => "nothing".into(),
+            _ => hidden.join("+"),
+        };
+        self.all.push(Case {
+            id: format!("{name}-x{magnitude}-n{strikes}-{variant}-s{seed}"),
+            kind,
+            hidden: hidden.iter().map(|h| h.to_string()).collect(),
+            magnitude,
+            strikes,
+            seed,
+            variant: variant.into(),
+        });
     }
 }
 
 /// All sets of the benchmark; `seeds` for each combination, and seeds from `first` on.
 pub fn cases(seeds: u64, first: u64) -> Vec<Case> {
-    let mut all = Vec::new();
+    let all = Vec::new();
+    let mut sets = Cases { first, all };
     for variant in ["plain", "plain", "noise", "dropped", "start"] {
         for strikes in STRIKES {
             for _ in 0..10 * seeds {
-                let seed = first + all.len() as u64;
-                all.push(case(Kind::Control, &[], 0.0, strikes, seed, variant));
+                sets.add(Kind::Control, &[], 0.0, (strikes, variant));
             }
         }
     }
-    // Every set has a seed of its own: launches and camera scatter anew in each.
-    let next = |all: &Vec<Case>| first + all.len() as u64;
     for effect in EFFECTS {
         for magnitude in MAGNITUDES {
             for strikes in STRIKES {
@@ -137,15 +133,7 @@ pub fn cases(seeds: u64, first: u64) -> Vec<Case> {
                 let count = if magnitude < 2.0 { 1 } else { seeds };
                 for i in 0..count {
                     let variant = if i % 2 == 0 { "plain" } else { "textbook" };
-                    let seed = next(&all);
-                    all.push(case(
-                        Kind::Single,
-                        &[effect],
-                        magnitude,
-                        strikes,
-                        seed,
-                        variant,
-                    ));
+                    sets.add(Kind::Single, &[effect], magnitude, (strikes, variant));
                 }
             }
         }
@@ -154,27 +142,17 @@ pub fn cases(seeds: u64, first: u64) -> Vec<Case> {
         for magnitude in [2.0, 4.0] {
             for strikes in STRIKES {
                 for _ in 0..seeds {
-                    let seed = next(&all);
-                    all.push(case(
-                        Kind::Foreign,
-                        &[effect],
-                        magnitude,
-                        strikes,
-                        seed,
-                        "plain",
-                    ));
+                    sets.add(Kind::Foreign, &[effect], magnitude, (strikes, "plain"));
                 }
             }
         }
     }
     for _ in 0..10 * seeds {
-        let seed = next(&all);
-        all.push(case(Kind::Control, &[], 0.0, 120, seed, "box"));
+        sets.add(Kind::Control, &[], 0.0, (120, "box"));
     }
     for i in 0..10 * seeds as usize {
         let effect = EFFECTS[i % EFFECTS.len()];
-        let seed = next(&all);
-        all.push(case(Kind::Single, &[effect], 2.0, 120, seed, "box"));
+        sets.add(Kind::Single, &[effect], 2.0, (120, "box"));
     }
     // Every effect meets others, never one of its own class.
     for step in 1..=seeds as usize {
@@ -184,53 +162,25 @@ pub fn cases(seeds: u64, first: u64) -> Vec<Case> {
                 .iter()
                 .any(|class| class.contains(one) && class.contains(&other));
             if !is_one_class && *one != other {
-                let seed = next(&all);
-                all.push(case(Kind::Pair, &[one, other], 2.0, 120, seed, "plain"));
+                sets.add(Kind::Pair, &[one, other], 2.0, (120, "plain"));
             }
         }
     }
-    all
+    sets.all
 }
 
 /// The few sets that every test run makes: on other seeds than the benchmark's.
 pub fn slice() -> Vec<Case> {
-    let first = 9_000;
-    vec![
-        case(Kind::Control, &[], 0.0, 40, first, "plain"),
-        case(Kind::Control, &[], 0.0, 120, first + 1, "noise"),
-        case(Kind::Single, &["table_tilt"], 2.0, 40, first + 2, "plain"),
-        case(
-            Kind::Single,
-            &["friction_patch"],
-            4.0,
-            120,
-            first + 3,
-            "plain",
-        ),
-        case(
-            Kind::Single,
-            &["speed_weakening_friction"],
-            2.0,
-            120,
-            first + 4,
-            "plain",
-        ),
-        case(
-            Kind::Single,
-            &["camera_distortion"],
-            2.0,
-            120,
-            first + 5,
-            "plain",
-        ),
-        case(Kind::Foreign, &["vibration"], 4.0, 120, first + 6, "plain"),
-        case(
-            Kind::Pair,
-            &["table_tilt", "viscous_drag"],
-            2.0,
-            120,
-            first + 7,
-            "plain",
-        ),
-    ]
+    let (first, all) = (9_000, Vec::new());
+    let mut sets = Cases { first, all };
+    let (few, many) = ((40, "plain"), (120, "plain"));
+    sets.add(Kind::Control, &[], 0.0, few);
+    sets.add(Kind::Control, &[], 0.0, (120, "noise"));
+    sets.add(Kind::Single, &["table_tilt"], 2.0, few);
+    sets.add(Kind::Single, &["friction_patch"], 4.0, many);
+    sets.add(Kind::Single, &["speed_weakening_friction"], 2.0, many);
+    sets.add(Kind::Single, &["camera_distortion"], 2.0, many);
+    sets.add(Kind::Foreign, &["vibration"], 4.0, many);
+    sets.add(Kind::Pair, &["table_tilt", "viscous_drag"], 2.0, many);
+    sets.all
 }

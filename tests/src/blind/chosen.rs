@@ -163,11 +163,8 @@ impl Start {
         truth.seed += 1_000_000 * (1 + round);
         let folder = tempfile::tempdir().ok()?;
         let make = Make {
-            truth: &truth,
-            strikes: count,
-            sessions: None,
             plan,
-            missing: 0..0,
+            ..Make::random(&truth, count)
         };
         let mut made = strikes(make, folder.path())?.strikes;
         for (i, strike) in made.iter_mut().enumerate() {
@@ -236,13 +233,7 @@ pub fn separate(case: &Case) -> Separation {
 fn separated(case: &Case) -> Option<Vec<Pair>> {
     let folder = tempfile::tempdir().ok()?;
     let truth = hide::truth(case)?;
-    let make = Make {
-        truth: &truth,
-        strikes: case.strikes,
-        sessions: None,
-        plan: None,
-        missing: 0..0,
-    };
+    let make = Make::random(&truth, case.strikes);
     let Made {
         rig, strikes: base, ..
     } = strikes(make, folder.path())?;

@@ -31,11 +31,8 @@ impl Covered {
 pub fn figures(covered: &[&Covered]) -> [Figure; 3] {
     let figure = |what, goal, parameter: Option<&str>| {
         let of_it = |c: &&&Covered| parameter.is_none_or(|name| c.parameter == name);
-        Figure {
-            what,
-            goal,
-            got: Proportion::of(covered.iter().filter(of_it), |c| c.holds()),
-        }
+        let got = Proportion::of(covered.iter().filter(of_it), |c| c.holds());
+        Figure::new(what, goal, got)
     };
     [
         figure(
@@ -48,134 +45,56 @@ pub fn figures(covered: &[&Covered]) -> [Figure; 3] {
     ]
 }
 
-/// Parameters by the rig's effect and name and the library's, where both formulas give the parameter the same meaning; `true`
+/// Parameters by the rig's effect and name and the library's, where both formulas give the parameter the same meaning; with a `*`
 /// where that needs the rig's effect in the library's own form.
-const ALIKE: &[(&str, &str, &str, &str, bool)] = &[
-    ("viscous_drag", "c", "viscous_drag", "rate", false),
-    (
-        "quadratic_drag",
-        "k",
-        "quadratic_drag",
-        "coefficient",
-        false,
-    ),
-    ("table_tilt", "t_x", "table_tilt", "tilt_x", false),
-    ("table_tilt", "t_y", "table_tilt", "tilt_y", false),
-    ("table_bowl", "kappa", "table_bowl", "curvature", false),
-    ("table_bowl", "center_x", "table_bowl", "center_x", false),
-    ("table_bowl", "center_y", "table_bowl", "center_y", false),
-    (
-        "striker_angle_bias",
-        "delta",
-        "striker_angle_bias",
-        "bias",
-        false,
-    ),
-    (
-        "speed_weakening_friction",
-        "delta",
-        "speed_weakening_friction",
-        "rise",
-        true,
-    ),
-    (
-        "speed_weakening_friction",
-        "v_s",
-        "speed_weakening_friction",
-        "speed",
-        true,
-    ),
-    (
-        "friction_patch",
-        "center_x",
-        "friction_patch",
-        "center_x",
-        false,
-    ),
-    (
-        "friction_patch",
-        "center_y",
-        "friction_patch",
-        "center_y",
-        false,
-    ),
-    ("friction_patch", "radius", "friction_patch", "radius", true),
-    ("friction_patch", "change", "friction_patch", "change", true),
-    (
-        "rectangular_patch",
-        "center_x",
-        "friction_patch",
-        "center_x",
-        false,
-    ),
-    (
-        "rectangular_patch",
-        "center_y",
-        "friction_patch",
-        "center_y",
-        false,
-    ),
-    (
-        "camera_rotation",
-        "angle",
-        "camera_rotation",
-        "angle",
-        false,
-    ),
-    (
-        "off_centre_contact",
-        "offset",
-        "off_centre_contact",
-        "offset",
-        false,
-    ),
-];
+const ALIKE: &str = "\
+viscous_drag.c = viscous_drag.rate
+quadratic_drag.k = quadratic_drag.coefficient
+table_tilt.t_x = table_tilt.tilt_x
+table_tilt.t_y = table_tilt.tilt_y
+table_bowl.kappa = table_bowl.curvature
+table_bowl.center_x = table_bowl.center_x
+table_bowl.center_y = table_bowl.center_y
+striker_angle_bias.delta = striker_angle_bias.bias
+speed_weakening_friction.delta = speed_weakening_friction.rise *
+speed_weakening_friction.v_s = speed_weakening_friction.speed *
+friction_patch.center_x = friction_patch.center_x
+friction_patch.center_y = friction_patch.center_y
+friction_patch.radius = friction_patch.radius *
+friction_patch.change = friction_patch.change *
+rectangular_patch.center_x = friction_patch.center_x
+rectangular_patch.center_y = friction_patch.center_y
+camera_rotation.angle = camera_rotation.angle
+off_centre_contact.offset = off_centre_contact.offset";
 
 /// Effects beside which the rig's friction keeps its meaning for the library, once the effect is named; those of the second list
 /// where the rig has them in the library's own form.
-const KEEPS_FRICTION: &[&str] = &[
-    "viscous_drag",
-    "quadratic_drag",
-    "table_tilt",
-    "warped_tilt",
-    "table_bowl",
-    "sine_bowl",
-    "trough",
-    "striker_angle_bias",
-    "striker_angle_error",
-    "angle_backlash",
-    "striker_angle_by_session",
-    "camera_angle_by_session",
-    "off_centre_contact",
-    "camera_rotation",
-    "striker_speed_error",
-    "tanh_speed",
-    "rounded_speed",
-    "speed_dependent_restitution",
-    "viscoelastic_restitution",
-    "yielding_restitution",
-    "restitution_drift",
-    "restitution_step",
-    "camera_scale",
-];
-const KEEPS_FRICTION_AS_TEXTBOOK: &[&str] = &["speed_weakening_friction", "friction_patch"];
+const KEEPS_FRICTION: &str = "\
+    viscous_drag quadratic_drag table_tilt warped_tilt table_bowl sine_bowl trough striker_angle_bias
+    striker_angle_error angle_backlash striker_angle_by_session camera_angle_by_session off_centre_contact
+    camera_rotation striker_speed_error tanh_speed rounded_speed speed_dependent_restitution
+    viscoelastic_restitution yielding_restitution restitution_drift restitution_step camera_scale";
+const KEEPS_FRICTION_AS_TEXTBOOK: &str = "speed_weakening_friction friction_patch";
 /// Effects beside which the rig's restitution loses its meaning: one factor of launch is the same thing.
-const CHANGES_RESTITUTION: &[&str] = &[
-    "striker_speed_error",
-    "tanh_speed",
-    "rounded_speed",
-    "striker_error_by_place",
-    "speed_by_reach",
-    "speed_dependent_restitution",
-    "viscoelastic_restitution",
-    "yielding_restitution",
-    "restitution_drift",
-    "restitution_step",
-    "off_centre_contact",
-    "camera_lean",
-    "camera_distortion",
-    "brown_lens",
-];
+const CHANGES_RESTITUTION: &str = "\
+    striker_speed_error tanh_speed rounded_speed striker_error_by_place speed_by_reach speed_dependent_restitution
+    viscoelastic_restitution yielding_restitution restitution_drift restitution_step off_centre_contact
+    camera_lean camera_distortion brown_lens";
+
+/// Whether a list holds a name.
+fn lists(list: &str, name: &str) -> bool {
+    list.split_whitespace().any(|listed| listed == name)
+}
+
+/// The rows of [`ALIKE`].
+fn alike() -> impl Iterator<Item = ([&'static str; 2], [&'static str; 2], bool)> {
+    ALIKE.lines().filter_map(|line| {
+        let (theirs, library) = line.split_once(" = ")?;
+        let plain = library.trim_end_matches(" *");
+        let halves = |both: &'static str| both.split_once('.').map(|(a, b)| [a, b]);
+        Some((halves(theirs)?, halves(plain)?, plain != library))
+    })
+}
 
 /// The intervals of a set. Friction and restitution count where nothing is hidden, whatever was said; where effects are hidden,
 /// they and the effects' parameters count where each name is just what is hidden (`hidden`, by the rig's names).
@@ -191,14 +110,14 @@ pub(super) fn covered(hidden: &[String], is_textbook: bool, done: &DiagnosedSet)
     }
     let mut all = base(is_textbook, done);
     for effect in &done.truth.hidden.0 {
-        for (theirs, parameter, library, name, needs_textbook) in ALIKE {
-            let Some(found) = named.iter().find(|e| e.name == *library) else {
+        for ([theirs, parameter], [library, name], needs_textbook) in alike() {
+            let Some(found) = named.iter().find(|e| e.name == library) else {
                 continue;
             };
-            if effect.name() != *theirs || (*needs_textbook && !is_textbook) {
+            if effect.name() != theirs || (needs_textbook && !is_textbook) {
                 continue;
             }
-            if let (Some(truth), Some(found)) = (effect.get(parameter), found.parameters.get(*name))
+            if let (Some(truth), Some(found)) = (effect.get(parameter), found.parameters.get(name))
             {
                 all.push(Covered {
                     parameter: format!("{library}.{name}"),
@@ -218,10 +137,9 @@ fn base(is_textbook: bool, done: &DiagnosedSet) -> Vec<Covered> {
     let truth = &done.truth;
     let effects = || truth.hidden.0.iter().map(Effect::name);
     let keeps_friction = effects().all(|name| {
-        KEEPS_FRICTION.contains(&name)
-            || (is_textbook && KEEPS_FRICTION_AS_TEXTBOOK.contains(&name))
+        lists(KEEPS_FRICTION, name) || (is_textbook && lists(KEEPS_FRICTION_AS_TEXTBOOK, name))
     });
-    let keeps_restitution = effects().all(|name| !CHANGES_RESTITUTION.contains(&name));
+    let keeps_restitution = effects().all(|name| !lists(CHANGES_RESTITUTION, name));
     let scale = 1.0 + camera_scale(truth);
     let mut all = Vec::new();
     let mut add = |name: &str, truth: f64| {
@@ -264,4 +182,20 @@ fn wander(done: &DiagnosedSet) -> f64 {
         return 1.0;
     }
     (factors.iter().map(|f| f.ln()).sum::<f64>() / factors.len() as f64).exp()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_parameter_is_the_rigs_and_the_librarys() {
+        assert_eq!(alike().count(), ALIKE.lines().count());
+        for ([theirs, parameter], [library, name], _) in alike() {
+            let effect = Effect::named(theirs).expect("the rig's");
+            assert!(effect.get(parameter).is_some(), "{theirs}.{parameter}");
+            let spec = world::effects::effect(library).expect("the library's");
+            assert!(spec.parameter(name).is_some(), "{library}.{name}");
+        }
+    }
 }

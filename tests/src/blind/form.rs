@@ -24,193 +24,99 @@ fn set(effect: &mut Effect, parameter: &str, value: f64) {
 }
 
 /// A parameter, and the range from which it is drawn.
-pub(super) type Range = (&'static str, f64, f64);
+pub(super) type Range<'a> = (&'a str, f64, f64);
 
 /// Ranges from which each effect's parameters of place and form are drawn, each by itself.
-const RANGES: &[(&str, &[Range])] = &[
-    (
-        "speed_weakening_friction",
-        &[("v_s", 0.2, 0.6), ("exponent", 0.8, 2.5)],
-    ),
-    ("anisotropic_friction", &[("direction", -1.5, 1.5)]),
-    (
-        "friction_patch",
-        &[
-            ("center_x", 0.40, 0.60),
-            ("center_y", -0.12, 0.12),
-            ("radius", 0.06, 0.12),
-            ("stretch", 0.6, 1.8),
-            ("edge", 0.004, 0.03),
-        ],
-    ),
-    ("friction_drift", &[("over", 30.0, 300.0)]),
-    (
-        "table_bowl",
-        &[("center_x", 0.35, 0.55), ("center_y", -0.1, 0.1)],
-    ),
-    ("speed_dependent_restitution", &[("reference", 0.5, 0.9)]),
-    (
-        "air_jet",
-        &[
-            ("center_x", 0.42, 0.58),
-            ("center_y", -0.08, 0.08),
-            ("bearing", -3.1, 3.1),
-            ("radius", 0.03, 0.08),
-        ],
-    ),
-    (
-        "sticky_line",
-        &[
-            ("x", 0.42, 0.55),
-            ("lean", -0.5, 0.5),
-            ("width", 0.004, 0.012),
-        ],
-    ),
-    (
-        "vibration",
-        &[
-            ("frequency", 2.0, 5.0),
-            ("bearing", -3.1, 3.1),
-            ("decay", 0.3, 0.8),
-        ],
-    ),
-    (
-        "rectangular_patch",
-        &[
-            ("center_x", 0.40, 0.60),
-            ("center_y", -0.12, 0.12),
-            ("half_length", 0.06, 0.14),
-            ("half_width", 0.04, 0.09),
-            ("bearing", -1.5, 1.5),
-            ("edge", 0.002, 0.02),
-        ],
-    ),
-    (
-        "friction_step",
-        &[
-            ("x", 0.42, 0.56),
-            ("lean", -0.6, 0.6),
-            ("bend", -1.0, 1.0),
-            ("edge", 0.002, 0.02),
-        ],
-    ),
-    (
-        "friction_map",
-        &[("length", 0.10, 0.22), ("seed", 0.0, 1e4)],
-    ),
-    (
-        "rational_stribeck",
-        &[("v_s", 0.15, 0.5), ("exponent", 1.0, 3.0)],
-    ),
-    ("logarithmic_stribeck", &[("v_ref", 0.4, 0.9)]),
-    ("power_drag", &[("exponent", 0.8, 2.6)]),
-    ("cosine_grain", &[("direction", -1.5, 1.5)]),
-    (
-        "sine_bowl",
-        &[
-            ("center_x", 0.35, 0.55),
-            ("center_y", -0.1, 0.1),
-            ("radius", 0.5, 0.9),
-        ],
-    ),
-    (
-        "trough",
-        &[
-            ("center_x", 0.35, 0.55),
-            ("center_y", -0.1, 0.1),
-            ("bearing", -1.5, 1.5),
-        ],
-    ),
-    ("rounded_speed", &[("sharpness", 2.0, 8.0)]),
-    ("angle_backlash", &[("width", 0.1, 0.5)]),
-    ("running_in", &[("over", 10.0, 60.0)]),
-    ("restitution_drift", &[("over", 30.0, 300.0)]),
-    ("friction_of_sessions", &[("seed", 0.0, 1e4)]),
-    ("striker_angle_by_session", &[("seed", 0.0, 1e4)]),
-    ("camera_angle_by_session", &[("seed", 0.0, 1e4)]),
-    (
-        "camera_lean",
-        &[("bearing", -3.1, 3.1), ("height", 0.8, 1.6)],
-    ),
-    (
-        "magnet",
-        &[
-            ("center_x", 0.42, 0.58),
-            ("center_y", -0.10, 0.10),
-            ("depth", 0.04, 0.12),
-        ],
-    ),
-    (
-        "swirl",
-        &[("center_x", 0.40, 0.60), ("center_y", -0.2, 0.2)],
-    ),
-    ("sloshing", &[("frequency", 2.5, 6.0), ("decay", 0.2, 0.6)]),
-    (
-        "speed_ripple",
-        &[("period", 0.12, 0.25), ("phase", 0.0, 6.2)],
-    ),
-    ("angle_ripple", &[("period", 0.2, 0.4), ("phase", 0.0, 6.2)]),
-    ("stitched_cameras", &[("x", 0.44, 0.56)]),
-    (
-        "saddle",
-        &[
-            ("center_x", 0.35, 0.55),
-            ("center_y", -0.1, 0.1),
-            ("bearing", -1.5, 1.5),
-        ],
-    ),
-    ("table_map", &[("length", 0.10, 0.22), ("seed", 0.0, 1e4)]),
-    (
-        "off_centre_lens",
-        &[("off_x", -0.2, 0.2), ("off_y", -0.2, 0.2)],
-    ),
-    (
-        "striker_error_by_place",
-        &[
-            ("speed_x", -0.4, 0.4),
-            ("speed_y", -0.4, 0.4),
-            ("angle_x", -0.3, 0.3),
-            ("angle_y", -0.3, 0.3),
-        ],
-    ),
-    ("speed_by_reach", &[("best", 0.22, 0.40)]),
-    (
-        "heading_by_bearing",
-        &[("period", 0.7, 1.6), ("phase", 0.0, 6.2)],
-    ),
-    ("sanded_table", &[("over", 8.0, 40.0)]),
-    ("friction_cycle", &[("phase", 0.0, 6.2)]),
-];
+const RANGES: &str = "\
+speed_weakening_friction: v_s 0.2 0.6, exponent 0.8 2.5
+anisotropic_friction: direction -1.5 1.5
+friction_patch: center_x 0.40 0.60, center_y -0.12 0.12, radius 0.06 0.12, stretch 0.6 1.8, edge 0.004 0.03
+friction_drift: over 30.0 300.0
+table_bowl: center_x 0.35 0.55, center_y -0.1 0.1
+speed_dependent_restitution: reference 0.5 0.9
+air_jet: center_x 0.42 0.58, center_y -0.08 0.08, bearing -3.1 3.1, radius 0.03 0.08
+sticky_line: x 0.42 0.55, lean -0.5 0.5, width 0.004 0.012
+vibration: frequency 2.0 5.0, bearing -3.1 3.1, decay 0.3 0.8
+rectangular_patch: center_x 0.40 0.60, center_y -0.12 0.12, half_length 0.06 0.14, half_width 0.04 0.09, bearing -1.5 1.5, edge 0.002 0.02
+friction_step: x 0.42 0.56, lean -0.6 0.6, bend -1.0 1.0, edge 0.002 0.02
+friction_map: length 0.10 0.22, seed 0.0 1e4
+rational_stribeck: v_s 0.15 0.5, exponent 1.0 3.0
+logarithmic_stribeck: v_ref 0.4 0.9
+power_drag: exponent 0.8 2.6
+cosine_grain: direction -1.5 1.5
+sine_bowl: center_x 0.35 0.55, center_y -0.1 0.1, radius 0.5 0.9
+trough: center_x 0.35 0.55, center_y -0.1 0.1, bearing -1.5 1.5
+rounded_speed: sharpness 2.0 8.0
+angle_backlash: width 0.1 0.5
+running_in: over 10.0 60.0
+restitution_drift: over 30.0 300.0
+friction_of_sessions: seed 0.0 1e4
+striker_angle_by_session: seed 0.0 1e4
+camera_angle_by_session: seed 0.0 1e4
+camera_lean: bearing -3.1 3.1, height 0.8 1.6
+magnet: center_x 0.42 0.58, center_y -0.10 0.10, depth 0.04 0.12
+swirl: center_x 0.40 0.60, center_y -0.2 0.2
+sloshing: frequency 2.5 6.0, decay 0.2 0.6
+speed_ripple: period 0.12 0.25, phase 0.0 6.2
+angle_ripple: period 0.2 0.4, phase 0.0 6.2
+stitched_cameras: x 0.44 0.56
+saddle: center_x 0.35 0.55, center_y -0.1 0.1, bearing -1.5 1.5
+table_map: length 0.10 0.22, seed 0.0 1e4
+off_centre_lens: off_x -0.2 0.2, off_y -0.2 0.2
+striker_error_by_place: speed_x -0.4 0.4, speed_y -0.4 0.4, angle_x -0.3 0.3, angle_y -0.3 0.3
+speed_by_reach: best 0.22 0.40
+heading_by_bearing: period 0.7 1.6, phase 0.0 6.2
+sanded_table: over 8.0 40.0
+friction_cycle: phase 0.0 6.2";
 
-/// Parameters of strength whose sign is drawn; of several, the mixture is drawn in [`draw`].
-const SIGNED: &[(&str, &str)] = &[
-    ("friction_patch", "change"),
-    ("friction_drift", "change"),
-    ("table_bowl", "kappa"),
-    ("striker_angle_bias", "delta"),
-    ("off_centre_contact", "offset"),
-    ("camera_rotation", "angle"),
-    ("camera_distortion", "k1"),
-    ("rectangular_patch", "change"),
-    ("friction_step", "change"),
-    ("sine_bowl", "kappa"),
-    ("trough", "kappa"),
-    ("angle_backlash", "play"),
-    ("running_in", "change"),
-    ("linear_wear", "change"),
-    ("restitution_step", "change"),
-    ("side_force", "rate"),
-    ("swirl", "rate"),
-    ("magnet", "pull"),
-    ("saddle", "kappa"),
-    ("off_centre_lens", "k1"),
-    ("speed_by_reach", "loss"),
-    ("friction_change", "change"),
-    ("sanded_table", "change"),
-    ("wiped_table", "change"),
-    ("warming_arm", "change"),
-    ("pushed_camera", "turn"),
-];
+/// Parameters of strength whose sign is drawn, by effect; of several, the mixture is drawn in [`draw`].
+const SIGNED: &str = "\
+friction_patch: change
+friction_drift: change
+table_bowl: kappa
+striker_angle_bias: delta
+off_centre_contact: offset
+camera_rotation: angle
+camera_distortion: k1
+rectangular_patch: change
+friction_step: change
+sine_bowl: kappa
+trough: kappa
+angle_backlash: play
+running_in: change
+linear_wear: change
+restitution_step: change
+side_force: rate
+swirl: rate
+magnet: pull
+saddle: kappa
+off_centre_lens: k1
+speed_by_reach: loss
+friction_change: change
+sanded_table: change
+wiped_table: change
+warming_arm: change
+pushed_camera: turn";
+
+/// The entries of a table's row.
+fn row<'a>(table: &'a str, name: &str) -> impl Iterator<Item = &'a str> {
+    let rows = table.lines().filter_map(|line| line.split_once(": "));
+    let row = rows.filter(move |(of, _)| *of == name).map(|(_, row)| row);
+    row.flat_map(|row| row.split(", "))
+}
+
+/// The ranges of an effect's parameters.
+fn ranges(name: &str) -> impl Iterator<Item = Range<'static>> {
+    row(RANGES, name).map(|entry| {
+        let mut words = entry.split(' ');
+        let parameter = words.next().unwrap_or_default();
+        let [low, high] = [(); 2].map(|()| {
+            let word = words.next().and_then(|word| word.parse().ok());
+            word.expect("a range is two numbers")
+        });
+        (parameter, low, high)
+    })
+}
 
 /// Draws an effect's place, direction, sign and form for a set of this many strikes, and so many of them a session.
 pub(super) fn draw(
@@ -220,12 +126,11 @@ pub(super) fn draw(
 ) {
     let name = effect.name();
     let positive = random.random::<f64>() >= 0.5;
-    let ranges = RANGES.iter().filter(|(of, _)| *of == name);
-    for (parameter, low, high) in ranges.flat_map(|(_, ranges)| *ranges) {
-        let value = uniform(random, *low, *high);
+    for (parameter, low, high) in ranges(name) {
+        let value = uniform(random, low, high);
         set(effect, parameter, value);
     }
-    for (_, parameter) in SIGNED.iter().filter(|(of, _)| *of == name && !positive) {
+    for parameter in row(SIGNED, name).filter(|_| !positive) {
         let value = effect.get(parameter).unwrap_or_default();
         set(effect, parameter, -value);
     }
@@ -354,8 +259,8 @@ mod tests {
 
     #[test]
     fn tables_name_effects_that_the_rig_has() {
-        let names = RANGES.iter().map(|(name, _)| *name);
-        for name in names.chain(SIGNED.iter().map(|(name, _)| *name)) {
+        for line in RANGES.lines().chain(SIGNED.lines()) {
+            let name = line.split(':').next().expect("a name");
             assert!(Effect::named(name).is_some(), "{name}");
         }
     }

@@ -76,10 +76,10 @@ fn probe(
 ) -> (Point, Command, StrikeIndex) {
     let robot = &truth.rig.robot;
     let initial = Point::new(uniform(random, 0.2, 0.4), uniform(random, -0.2, 0.2));
-    let command = Command {
-        speed: uniform(random, robot.speed.low, robot.speed.high),
-        angle: uniform(random, robot.angle.low, robot.angle.high),
-    };
+    let command = Command::new(
+        uniform(random, robot.speed.low, robot.speed.high),
+        uniform(random, robot.angle.low, robot.angle.high),
+    );
     let order = i * strikes / PROBES;
     let session = SESSIONS * order / strikes;
     (initial, command, StrikeIndex { session, order })

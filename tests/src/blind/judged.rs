@@ -21,6 +21,13 @@ pub struct Figure {
     pub got: Proportion,
 }
 
+impl Figure {
+    /// What was measured, what was to be reached, and what came out.
+    pub fn new(what: &'static str, goal: &'static str, got: Proportion) -> Self {
+        Self { what, goal, got }
+    }
+}
+
 /// One run: its benchmark, its seeds, and its figures by what was measured.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Run {
@@ -108,11 +115,7 @@ mod tests {
     #[test]
     fn runs_are_pooled_and_one_that_is_made_again_counts_once() {
         let mut judged = Judged::default();
-        let figure = |hits, all| Figure {
-            what: "false alarms",
-            goal: "≤ 5 %",
-            got: Proportion { hits, all },
-        };
+        let figure = |hits, all| Figure::new("false alarms", "≤ 5 %", Proportion { hits, all });
         judged.note("hard", "one", &[figure(1, 10)]);
         judged.note("hard", "two", &[figure(3, 10)]);
         judged.note("hard", "two", &[figure(2, 10)]);

@@ -31,13 +31,7 @@ pub(super) fn believed_friction(case: &Case, friction: f64) -> Option<f64> {
 /// Makes a set and diagnoses it. `None` where the rig cannot make it, an error where identification or diagnosis gives one.
 pub fn diagnosed(case: &Case) -> Option<Result<DiagnosedSet, String>> {
     let truth = hide::truth(case)?;
-    let make = Make {
-        truth: &truth,
-        strikes: case.strikes,
-        sessions: None,
-        plan: None,
-        missing: 0..0,
-    };
+    let make = Make::random(&truth, case.strikes);
     set::diagnosed(make, believed_friction(case, truth.friction))
 }
 

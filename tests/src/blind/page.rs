@@ -91,51 +91,51 @@ fn figures(made: &[&Outcome]) -> Vec<Figure> {
     let strong = || of(Kind::Single, false).filter(|o| o.case.magnitude >= 2.0);
     let covered: Vec<&Covered> = made.iter().flat_map(|o| &o.covered).collect();
     let mut figures = vec![
-        Figure {
-            what: "false alarms with nothing hidden",
-            goal: "≤ 5 %, upper limit ≤ 8 %",
-            got: Proportion::of(of(Kind::Control, false), |o| !is_right(o)),
-        },
-        Figure {
-            what: "right name or class at ≥ 2× the floor",
-            goal: "≥ 95 %",
-            got: Proportion::of(strong(), |o| is_right(o)),
-        },
-        Figure {
-            what: "exact name alone at ≥ 2×, of all sets whose effect is in no class by construction",
-            goal: "≥ 90 %",
-            got: Proportion::of(strong().filter(|o| is_of_its_own(o)), |o| {
+        Figure::new(
+            "false alarms with nothing hidden",
+            "≤ 5 %, upper limit ≤ 8 %",
+            Proportion::of(of(Kind::Control, false), |o| !is_right(o)),
+        ),
+        Figure::new(
+            "right name or class at ≥ 2× the floor",
+            "≥ 95 %",
+            Proportion::of(strong(), |o| is_right(o)),
+        ),
+        Figure::new(
+            "exact name alone at ≥ 2×, of all sets whose effect is in no class by construction",
+            "≥ 90 %",
+            Proportion::of(strong().filter(|o| is_of_its_own(o)), |o| {
                 is_exact(o) && is_claimed_alone(o)
             }),
-        },
-        Figure {
-            what: "exact name, of those sets for which the diagnosis claims a name alone",
-            goal: "≥ 90 %",
-            got: Proportion::of(
+        ),
+        Figure::new(
+            "exact name, of those sets for which the diagnosis claims a name alone",
+            "≥ 90 %",
+            Proportion::of(
                 strong().filter(|o| is_of_its_own(o) && is_claimed_alone(o)),
                 |o| is_exact(o),
             ),
-        },
-        Figure {
-            what: "both of a pair",
-            goal: "≥ 75 %",
-            got: Proportion::of(of(Kind::Pair, false), |o| is_right(o)),
-        },
-        Figure {
-            what: "`unexplained` for what no candidate has, at ≥ 2×",
-            goal: "≥ 90 %",
-            got: Proportion::of(of(Kind::Foreign, false), |o| is_right(o)),
-        },
-        Figure {
-            what: "a box: false alarms with nothing hidden",
-            goal: "",
-            got: Proportion::of(of(Kind::Control, true), |o| !is_right(o)),
-        },
-        Figure {
-            what: "a box: right name or class at 2× the floor, 120 strikes",
-            goal: "",
-            got: Proportion::of(of(Kind::Single, true), |o| is_right(o)),
-        },
+        ),
+        Figure::new(
+            "both of a pair",
+            "≥ 75 %",
+            Proportion::of(of(Kind::Pair, false), |o| is_right(o)),
+        ),
+        Figure::new(
+            "`unexplained` for what no candidate has, at ≥ 2×",
+            "≥ 90 %",
+            Proportion::of(of(Kind::Foreign, false), |o| is_right(o)),
+        ),
+        Figure::new(
+            "a box: false alarms with nothing hidden",
+            "",
+            Proportion::of(of(Kind::Control, true), |o| !is_right(o)),
+        ),
+        Figure::new(
+            "a box: right name or class at 2× the floor, 120 strikes",
+            "",
+            Proportion::of(of(Kind::Single, true), |o| is_right(o)),
+        ),
     ];
     figures.extend(coverage::figures(&covered));
     figures

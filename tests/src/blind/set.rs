@@ -26,6 +26,19 @@ pub(super) struct Make<'t> {
     pub missing: std::ops::Range<usize>,
 }
 
+impl<'t> Make<'t> {
+    /// So many random strikes, in sessions as the demo has them.
+    pub(super) fn random(truth: &'t Truth, strikes: usize) -> Self {
+        Self {
+            truth,
+            strikes,
+            sessions: None,
+            plan: None,
+            missing: 0..0,
+        }
+    }
+}
+
 /// Strikes as they were read.
 pub(super) struct Made {
     /// The rig file that goes with them.

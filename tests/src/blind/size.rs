@@ -65,10 +65,8 @@ impl Probes {
                 .strikes
                 .iter()
                 .map(|(initial, command, when)| {
-                    let command = Command {
-                        speed: command.speed * (1.0 + speed),
-                        angle: command.angle + angle,
-                    };
+                    let command =
+                        Command::new(command.speed * (1.0 + speed), command.angle + angle);
                     (*initial, command, *when)
                 })
                 .collect();

@@ -23,10 +23,7 @@ pub(super) fn seeds() -> Vec<Vec<u8>> {
         let mut sim = if log_state { sim.logging_state() } else { sim };
         let mut messages = Vec::new();
         for strike in 0..strikes {
-            let command = Command {
-                speed: 0.6 + 0.1 * f64::from(strike),
-                angle: 0.1,
-            };
+            let command = Command::new(0.6 + 0.1 * f64::from(strike), 0.1);
             let samples = sim.strike(Point::new(0.3, 0.0), command).samples;
             messages.extend(in_order(&samples));
         }

@@ -184,11 +184,7 @@ fn topic() -> FieldTopic {
 
 fn read_log(input: &[u8]) -> Result<(), String> {
     let topics = Rig::demo(Shape::Cylinder).topics;
-    let wanted = [&topics.centroid, &topics.command].map(|topic| TopicRequest {
-        topic,
-        more: &[],
-        required: true,
-    });
+    let wanted = [&topics.centroid, &topics.command].map(TopicRequest::required);
     logs::read_from(
         "a.mcap",
         Cursor::new(input),
@@ -246,10 +242,7 @@ fn world_reader() -> impl Fn(&[u8]) -> Result<(), String> {
         let again = World::parse(&world.to_toml());
         assert_eq!(again.as_ref().ok(), Some(&world), "{again:?}");
         let simulator = Simulator::new(&rig, &world).map_err(|error| error.to_string())?;
-        let command = Command {
-            speed: 0.8,
-            angle: 0.1,
-        };
+        let command = Command::new(0.8, 0.1);
         let struck =
             simulator
                 .worker()

@@ -3,8 +3,6 @@
 use std::fs;
 use std::path::Path;
 
-use carom::{Cli, execute};
-use clap::Parser;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rig::{RecordingWriter, Sim, Truth};
@@ -14,6 +12,7 @@ use strike::Planner;
 use values::{Command, Point};
 
 use super::drawn::{Case, LivingRig};
+use crate::carom;
 
 /// Nights, and strikes of each.
 const NIGHTS: usize = 10;
@@ -69,13 +68,12 @@ pub fn nights(number: u64, changes: bool, dir: &Path) -> anyhow::Result<Vec<Nigh
         let seed = number ^ (night as u64) << 20;
         strike(truth, night, seed, &logs)?;
         let line = format!(
-            "carom --quiet nightly {} --rig {} --out {}",
+            "nightly {} --rig {} --out {}",
             logs.display(),
             dir.join("rig.toml").display(),
             dir.join("run").display()
         );
-        let said = execute(&Cli::try_parse_from(line.split(' '))?)
-            .map_err(|error| anyhow::anyhow!("rig {number}, night {night}: failed to {error}"))?;
+        let said = carom(&line)?;
         let artifact = match Store::open(&dir.join("run")).load(None) {
             Err(ArtifactError::NoLatest { .. }) => None,
             loaded => Some(loaded?),
@@ -111,10 +109,7 @@ fn strike(truth: &Truth, night: usize, seed: u64, logs: &Path) -> anyhow::Result
     for _ in 0..STRIKES {
         let mut between = |low: f64, high: f64| low + (high - low) * random.random::<f64>();
         let from = Point::new(between(0.22, 0.36), between(-0.12, 0.12));
-        let command = Command {
-            speed: between(0.5, 0.9),
-            angle: between(-0.35, 0.35),
-        };
+        let command = Command::new(between(0.5, 0.9), between(-0.35, 0.35));
         writer.write(&sim.strike(from, command).samples)?;
     }
     writer.finish()?;

@@ -1,10 +1,8 @@
 //! Strikes at targets after recent strikes, by the filter and by its peers.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use anyhow::{Context, ensure};
-use carom::{Cli, execute};
-use clap::Parser;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rig::{RecordingWriter, Sim, Truth};
@@ -14,6 +12,7 @@ use values::{Command, Point, Strike};
 
 use super::drawn::{Case, LivingRig};
 use super::outcome::{Method, Outcome, RECENT};
+use crate::carom;
 
 /// Strikes that a version learns from, in one session.
 const LEARNT: usize = 100;
@@ -53,18 +52,12 @@ fn learn(rig: &LivingRig, case: Case, dir: &Path) -> anyhow::Result<Learnt> {
         ..rig::demo::Settings::new(values::Shape::Cylinder, LEARNT, rig.number, None)
     };
     let written = rig::demo::write(&settings, &dir.join("rig"))?;
-    let text = |path: PathBuf| path.display().to_string();
-    let cli = Cli::try_parse_from([
-        "carom".into(),
-        "--quiet".into(),
-        "run".into(),
-        text(dir.join("rig/logs")),
-        "--rig".into(),
-        text(written.rig),
-        "--out".into(),
-        text(dir.join("run")),
-    ])?;
-    execute(&cli).map_err(|error| anyhow::anyhow!("rig {}: failed to {error}", rig.number))?;
+    carom(&format!(
+        "run {} --rig {} --out {}",
+        dir.join("rig/logs").display(),
+        written.rig.display(),
+        dir.join("run").display()
+    ))?;
     let strikes = Truth::load(&written.truth)?.strikes;
     Ok(Learnt {
         artifact: Store::open(&dir.join("run")).load(None)?,
@@ -254,10 +247,10 @@ fn error(meant: Point, went: Point) -> [f64; 2] {
 
 /// The command less such an error: distance goes as speed squared, bearing as angle.
 fn newton(command: Command, error: [f64; 2]) -> Command {
-    Command {
-        speed: command.speed * (-0.5 * error[0]).exp(),
-        angle: command.angle - error[1],
-    }
+    Command::new(
+        command.speed * (-0.5 * error[0]).exp(),
+        command.angle - error[1],
+    )
 }
 
 /// The strike as it is read from its log.

@@ -7,11 +7,11 @@ use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, bail, ensure};
-use carom::{Cli, execute};
-use clap::Parser;
 use serde_json::Value;
 use store::Store;
 use values::{Split, split_of};
+
+use crate::carom;
 
 /// Exit codes of a night that did its work: done, with input rejected, refused by a gate.
 pub const WORKED: [i32; 3] = [0, 3, 4];
@@ -69,7 +69,7 @@ impl Folder {
         };
         fs::create_dir(folder.logs())?;
         let key = folder.path("carom.key");
-        carom(&["key", "new", "--out", text(&key)?])?;
+        carom(&format!("key new --out {}", text(&key)?))?;
         Ok(folder)
     }
 
@@ -101,30 +101,20 @@ impl Folder {
     pub fn log_strikes(&mut self, night: usize, strikes: usize) -> anyhow::Result<()> {
         let demo = self.path("demo");
         let _ = fs::remove_dir_all(&demo);
-        let seed = (self.seed * 10_000 + night as u64).to_string();
-        let strikes = strikes.to_string();
-        carom(&[
-            "demo",
-            "--strikes",
-            &strikes,
-            "--seed",
-            &seed,
-            "--out",
-            text(&demo)?,
-        ])?;
+        let seed = self.seed * 10_000 + night as u64;
+        carom(&format!(
+            "demo --strikes {strikes} --seed {seed} --out {}",
+            text(&demo)?
+        ))?;
         let log = self.log(night);
         fs::copy(demo.join("logs/session_000.mcap"), &log)?;
         fs::copy(demo.join("rig.toml"), self.path("rig.toml"))?;
         let (rig, scratch) = (self.path("rig.toml"), self.path("scratch"));
-        let alone = carom(&[
-            "ingest",
-            text(&log)?,
-            "--rig",
-            text(&rig)?,
-            "--out",
-            text(&scratch)?,
-        ])?;
-        let kept = alone["strikes"].as_u64().context("a count")?;
+        let (log_path, rig, scratch_path) = (text(&log)?, text(&rig)?, text(&scratch)?);
+        let alone = carom(&format!(
+            "ingest {log_path} --rig {rig} --out {scratch_path}"
+        ))?;
+        let kept = alone.json["strikes"].as_u64().context("a count")?;
         if night == 0 {
             let strikes = tables::read_strikes(&scratch)?;
             let held_out = |seed: &u64| {
@@ -246,10 +236,4 @@ pub fn peak_memory() -> Option<u64> {
 
 fn text(path: &Path) -> anyhow::Result<&str> {
     path.to_str().context("a path that is text")
-}
-
-fn carom(words: &[&str]) -> anyhow::Result<Value> {
-    let cli = Cli::try_parse_from(["carom", "--quiet"].iter().chain(words))?;
-    let said = execute(&cli).map_err(|error| anyhow::anyhow!("{words:?}: failed to {error}"))?;
-    Ok(said.json)
 }

@@ -4,10 +4,7 @@ const CENTRE: [f64; 2] = [1.0, 0.0];
 const HALF_WIDTH: [f64; 2] = [0.5, 0.4];
 
 fn command(x: f64, y: f64) -> Command {
-    Command {
-        speed: CENTRE[0] + HALF_WIDTH[0] * x,
-        angle: CENTRE[1] + HALF_WIDTH[1] * y,
-    }
+    Command::new(CENTRE[0] + HALF_WIDTH[0] * x, CENTRE[1] + HALF_WIDTH[1] * y)
 }
 
 /// Nothing learnt: the prior alone.
@@ -83,9 +80,11 @@ fn beyond_the_fastest_command_it_holds_what_was_delivered_there() {
     parts.speed.weights[1] = -0.3;
     parts.angle.weights[1] = 0.1;
     let map = LaunchMap::new(parts).expect("a map");
-    let slope = |commanded: Command| Command {
-        speed: 0.9 * commanded.speed,
-        angle: commanded.angle + 0.2 * commanded.speed,
+    let slope = |commanded: Command| {
+        Command::new(
+            0.9 * commanded.speed,
+            commanded.angle + 0.2 * commanded.speed,
+        )
     };
     let (fastest, beyond) = (command(1.0, 0.3), command(2.0, 0.3));
     let there = map.deliver(fastest, &slope);

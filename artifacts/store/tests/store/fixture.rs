@@ -101,10 +101,9 @@ pub fn contents(friction: f64) -> Contents {
 pub fn with_effect() -> Contents {
     let mut contents = contents(0.25);
     let mut world = contents.sysid.world.clone();
-    world.effects.push(AddedEffect {
-        name: "viscous_drag".into(),
-        parameters: [("rate".to_string(), Estimate::fixed(0.2))].into(),
-    });
+    world
+        .effects
+        .push(AddedEffect::fixed("viscous_drag", &[("rate", 0.2)]));
     contents.effect = Some(Calibrated {
         world,
         residual: Some(network(0.02).into()),

@@ -65,7 +65,10 @@ fn signatures_count_what_is_put_to_use() {
     let store = plain.clone().signed_by(signing.clone());
     let sequence = |version: &str| match store.load_trusted(Some(version), signing.key()) {
         Ok((_, sequence)) => Some(sequence),
-        Err(ArtifactError::NotSigned { .. }) => None,
+        Err(ArtifactError::Unsound {
+            fault: Fault::NotSigned,
+            ..
+        }) => None,
         Err(error) => panic!("failed to {error}"),
     };
     // Neither the manifest's bytes nor the name change by signing.
@@ -100,7 +103,10 @@ fn signatures_count_what_is_put_to_use() {
     assert_eq!(theirs.sign().expect("handed over"), "v0003");
     assert!(matches!(
         store.load_trusted(None, signing.key()),
-        Err(ArtifactError::BadSignature { .. })
+        Err(ArtifactError::Unsound {
+            fault: Fault::BadSignature(_),
+            ..
+        })
     ));
     assert_eq!(theirs.load_trusted(None, other.key()).expect("theirs").1, 1);
 }
@@ -225,7 +231,10 @@ fn contents_that_could_not_be_loaded_are_not_published() {
     wrong.provenance.default_model = Model::Effect;
     assert!(matches!(
         store.publish(&wrong),
-        Err(ArtifactError::NoModel { .. })
+        Err(ArtifactError::Unsound {
+            fault: Fault::NoModel(..),
+            ..
+        })
     ));
     let mut wrong = contents(0.3);
     wrong.provenance.trained_region.distance.low = f64::NAN;
@@ -237,13 +246,19 @@ fn contents_that_could_not_be_loaded_are_not_published() {
     );
     assert!(matches!(
         store.publish(&wrong),
-        Err(ArtifactError::BadWorld { .. })
+        Err(ArtifactError::Unsound {
+            fault: Fault::BadWorld(..),
+            ..
+        })
     ));
     let mut wrong = contents(0.3);
     wrong.rig.object.mass = -1.0;
     assert!(matches!(
         store.publish(&wrong),
-        Err(ArtifactError::BadRig { .. })
+        Err(ArtifactError::Unsound {
+            fault: Fault::BadRig(_),
+            ..
+        })
     ));
     assert_eq!(store.list().expect("lists").len(), 1);
     assert_eq!(store.latest().expect("a version"), "v0001");

@@ -119,7 +119,10 @@ fn the_store_lists_shows_and_rolls_back() {
     fs::remove_file(store.version_dir("v0002").join("rig.toml")).expect("removes");
     assert!(matches!(
         store.rollback(Some("v0002")),
-        Err(ArtifactError::MissingFile { .. })
+        Err(ArtifactError::Unsound {
+            fault: Fault::MissingFile(_),
+            ..
+        })
     ));
     assert_eq!(store.latest().expect("a version"), "v0003");
     assert_eq!(store.rollback(None).expect("rolls back"), "v0001");

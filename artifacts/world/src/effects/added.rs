@@ -15,3 +15,14 @@ pub struct AddedEffect {
     /// Its parameters, by name.
     pub parameters: BTreeMap<String, Estimate>,
 }
+
+impl AddedEffect {
+    /// An effect whose parameters have these values, which nothing estimated.
+    pub fn fixed(name: &str, parameters: &[(&str, f64)]) -> Self {
+        let fixed = |(name, value): &(&str, f64)| (name.to_string(), Estimate::fixed(*value));
+        Self {
+            name: name.into(),
+            parameters: parameters.iter().map(fixed).collect(),
+        }
+    }
+}

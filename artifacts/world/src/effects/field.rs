@@ -5,10 +5,7 @@
 
 use values::Point;
 
-use super::{
-    parameters::{EffectParameter, Values},
-    start::{Column, Experiment, FitStart},
-};
+use super::{Column, EffectParameter, Experiment, FitStart, Values};
 
 /// Width of a bump over the distance of nodes: neighbours overlap, so that a sum of them is smooth.
 const WIDTH: f64 = 0.8;
@@ -48,14 +45,7 @@ const NAMES: [[&str; MOST]; MOST] = {
 };
 
 const fn edge(name: &'static str, neutral: f64) -> EffectParameter {
-    EffectParameter {
-        name,
-        unit: "m",
-        low: -5.0,
-        high: 5.0,
-        neutral,
-        scale: 0.1,
-    }
+    EffectParameter::new(name, "m", [-5.0, 5.0], 0.1).neutral_at(neutral)
 }
 
 /// The nodes of a kind of field.

@@ -1,14 +1,8 @@
 //! Friction that differs from log to log: another day, object or surface.
 
-use values::Rig;
-
 use super::{
-    action::{Acts, Effect, Slide},
-    parameters::{EffectParameter, Parameters, Values},
-    sessions::BySession,
-    spec::{EffectSpec, Family, Naming, Origin},
-    start::{Column, Experiment, FitStart},
-    wording,
+    Acts, Column, Effect, EffectParameter, EffectSpec, Experiment, Family, FitStart, Naming,
+    Origin, Parameters, Slide, sessions::BySession, wording,
 };
 
 /// Friction by session; parameters are named by session, each the relative change of friction in it from the mean over
@@ -16,14 +10,7 @@ use super::{
 pub const SPEC: EffectSpec = EffectSpec {
     name: "friction_by_session",
     parameters: Parameters::BySession {
-        parameter: EffectParameter {
-            name: "session",
-            unit: "",
-            low: -0.9,
-            high: 3.0,
-            neutral: 0.0,
-            scale: 0.15,
-        },
+        parameter: EffectParameter::new("session", "", [-0.9, 3.0], 0.15),
         is_relative: true,
     },
     family: Family::FrictionByOrder,
@@ -33,7 +20,7 @@ pub const SPEC: EffectSpec = EffectSpec {
     naming: Naming::Ordinary,
     source: "an effect of the group, as in mixed models (Laird and Ware 1982)",
     starts: sessions,
-    build: |values: &Values, _: &Rig| {
+    build: |values, _| {
         Box::new(FrictionBySession {
             change: BySession::relative(values),
         })
@@ -80,14 +67,6 @@ impl Effect for FrictionBySession {
 #[cfg(test)]
 mod tests {
     use crate::effects::tests::{Bench, DRY};
-
-    #[test]
-    fn it_changes_the_track() {
-        let changes = [("monday.mcap", 0.15), ("tuesday.mcap", -0.15)];
-        Bench::with("friction_by_session", &changes)
-            .during("monday.mcap", 3.0)
-            .assert_changes_track();
-    }
 
     #[test]
     fn each_session_stops_by_its_formula_and_others_by_the_mean() {

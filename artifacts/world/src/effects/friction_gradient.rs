@@ -1,27 +1,17 @@
 //! Friction that changes linearly over the table: μ(p) = μ·(1 + g·(p − c)).
 
-use values::{Point, Rig};
+use values::Point;
 
 use super::{
-    action::{Acts, Effect, Slide},
-    parameters::{EffectParameter, Parameters, Values, centre},
-    spec::{EffectSpec, Family, Naming, Origin},
-    start::{Column, Experiment, FitStart},
-    wording,
+    Acts, Column, Effect, EffectParameter, EffectSpec, Family, FitStart, Naming, Origin,
+    Parameters, Slide, parameters::centre, wording,
 };
 
 /// However far a falling gradient goes on, this share of friction is left.
 const LEAST_FACTOR: f64 = 0.05;
 
 const fn along(name: &'static str) -> EffectParameter {
-    EffectParameter {
-        name,
-        unit: "1/m",
-        low: -3.0,
-        high: 3.0,
-        neutral: 0.0,
-        scale: 0.2,
-    }
+    EffectParameter::new(name, "1/m", [-3.0, 3.0], 0.2)
 }
 
 /// Friction gradient; parameters `gradient_x`, `gradient_y` = g, and `center_x`, `center_y` = c, where friction is the
@@ -40,7 +30,7 @@ pub const SPEC: EffectSpec = EffectSpec {
     contains: &[],
     naming: Naming::Ordinary,
     source: "friction varies over a table (Yu et al. 2016; Ma and Rodriguez 2018), to first order",
-    starts: |experiment: &Experiment<'_>| {
+    starts: |experiment| {
         let [x, y] = experiment.extent();
         let centre = [
             ("center_x", 0.5 * (x.0 + x.1)),
@@ -50,7 +40,7 @@ pub const SPEC: EffectSpec = EffectSpec {
         let columns = names.map(|name| Column::new(&centre, (name, 0.05)));
         vec![FitStart::new(columns.into(), &names)]
     },
-    build: |values: &Values, _: &Rig| {
+    build: |values, _| {
         Box::new(FrictionGradient {
             gradient: Point::new(values.get("gradient_x"), values.get("gradient_y")),
             centre: Point::new(values.get("center_x"), values.get("center_y")),
@@ -86,11 +76,6 @@ mod tests {
     use values::Point;
 
     use crate::effects::tests::{Bench, DRY};
-
-    #[test]
-    fn it_changes_the_track() {
-        Bench::with("friction_gradient", &[("gradient_x", 0.3)]).assert_changes_track();
-    }
 
     #[test]
     fn the_stop_follows_its_formula() {

@@ -4,13 +4,12 @@
 
 use std::f64::consts::{FRAC_PI_8, TAU};
 
-use values::{Point, Rig};
+use values::Point;
 
 use super::{
-    action::{Acts, Effect, Slide},
-    parameters::{EffectParameter, Parameters, Values, centre, direction},
-    spec::{EffectSpec, Family, Naming, Origin},
-    start::{Column, Experiment, FitStart},
+    Acts, Column, Effect, EffectParameter, EffectSpec, Experiment, Family, FitStart, Naming,
+    Origin, Parameters, Slide, Values,
+    parameters::{centre, direction},
 };
 
 /// Directions across lines that are tried, in eighths of a half turn.
@@ -31,30 +30,9 @@ pub const SPEC: EffectSpec = EffectSpec {
         centre("center_x", 0.5),
         centre("center_y", 0.0),
         direction(),
-        EffectParameter {
-            name: "offset",
-            unit: "m",
-            low: -3.0,
-            high: 3.0,
-            neutral: 0.0,
-            scale: 0.1,
-        },
-        EffectParameter {
-            name: "width",
-            unit: "m",
-            low: 0.003,
-            high: 0.03,
-            neutral: WIDTH,
-            scale: 0.003,
-        },
-        EffectParameter {
-            name: "length",
-            unit: "m",
-            low: -0.1,
-            high: 0.5,
-            neutral: 0.0,
-            scale: 0.02,
-        },
+        EffectParameter::new("offset", "m", [-3.0, 3.0], 0.1),
+        EffectParameter::new("width", "m", [0.003, 0.03], 0.003).neutral_at(WIDTH),
+        EffectParameter::new("length", "m", [-0.1, 0.5], 0.02),
     ]),
     family: Family::FrictionByPlace,
     origin: Origin::Table,
@@ -63,7 +41,7 @@ pub const SPEC: EffectSpec = EffectSpec {
     naming: Naming::Never,
     source: "work of friction along a strip that is narrower than the object",
     starts: lines,
-    build: |values: &Values, _: &Rig| {
+    build: |values, _| {
         Box::new(FrictionLine {
             normal: Point::polar(1.0, values.get("direction")),
             middle: place(values),
@@ -169,11 +147,6 @@ mod tests {
         ("width", 0.006),
         ("length", 0.05),
     ];
-
-    #[test]
-    fn it_changes_the_track() {
-        Bench::with("friction_line", &LINE).assert_changes_track();
-    }
 
     #[test]
     fn the_stop_follows_its_formula() {

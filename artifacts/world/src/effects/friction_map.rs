@@ -2,13 +2,11 @@
 //!
 //! μ(p) = μ·(1 + f(p)), f the field of [`field`](super::field).
 
-use values::{Point, Rig};
+use values::Point;
 
 use super::{
-    action::{Acts, Effect, Slide},
+    Acts, Effect, EffectParameter, EffectSpec, Family, Naming, Origin, Parameters, Slide,
     field::{Field, Nodes},
-    parameters::{EffectParameter, Parameters, Values},
-    spec::{EffectSpec, Family, Naming, Origin},
     wording,
 };
 
@@ -38,7 +36,7 @@ pub const SPEC: EffectSpec = EffectSpec {
     naming: Naming::LastResort,
     source: "friction varies over a table (Yu et al. 2016; Ma and Rodriguez 2018); Gaussian radial basis with a ridge",
     starts: |experiment| NODES.starts(experiment, 0.05),
-    build: |values: &Values, _: &Rig| Box::new(FrictionMap(NODES.field(values))),
+    build: |values, _| Box::new(FrictionMap(NODES.field(values))),
     statement: |values| {
         let map = FrictionMap(NODES.field(values));
         let factors = || map.0.places().map(|place| (place, map.factor(place)));
@@ -88,11 +86,6 @@ mod tests {
     use values::Point;
 
     use crate::effects::tests::{Bench, DRY};
-
-    #[test]
-    fn it_changes_the_track() {
-        Bench::with("friction_map", &[("height_12", 0.2)]).assert_changes_track();
-    }
 
     #[test]
     fn the_stop_follows_its_formula() {

@@ -4,26 +4,15 @@
 
 use std::f64::consts::PI;
 
-use values::{Point, Rig};
+use values::Point;
 
 use super::{
-    action::{Acts, Effect, Slide},
-    footprint,
-    parameters::{EffectParameter, Parameters, Values},
-    spec::{EffectSpec, Family, Naming, Origin},
-    start::{Column, Experiment, FitStart},
-    wording,
+    Acts, Column, Effect, EffectParameter, EffectSpec, Experiment, Family, FitStart, Naming,
+    Origin, Parameters, Slide, footprint, wording,
 };
 
 const fn centre(name: &'static str, neutral: f64) -> EffectParameter {
-    EffectParameter {
-        name,
-        unit: "m",
-        low: -5.0,
-        high: 5.0,
-        neutral,
-        scale: 0.1,
-    }
+    EffectParameter::new(name, "m", [-5.0, 5.0], 0.1).neutral_at(neutral)
 }
 
 /// Width in m of the cells on which patches are tried, and their radii.
@@ -38,14 +27,7 @@ pub const SPEC: EffectSpec = EffectSpec {
     parameters: Parameters::Listed(&[
         centre("center_x", 0.5),
         centre("center_y", 0.0),
-        EffectParameter {
-            name: "radius",
-            unit: "m",
-            low: 0.01,
-            high: 0.5,
-            neutral: 0.1,
-            scale: 0.05,
-        },
+        EffectParameter::new("radius", "m", [0.01, 0.5], 0.05).neutral_at(0.1),
         EffectParameter {
             name: "change",
             unit: "",
@@ -63,7 +45,7 @@ pub const SPEC: EffectSpec = EffectSpec {
     naming: Naming::Ordinary,
     source: "friction varies over a table (Yu et al. 2016; Ma and Rodriguez 2018); area common to two circles",
     starts: patches,
-    build: |values: &Values, rig: &Rig| {
+    build: |values, rig| {
         Box::new(FrictionPatch {
             centre: Point::new(values.get("center_x"), values.get("center_y")),
             radius: values.get("radius"),
@@ -156,12 +138,6 @@ mod tests {
 
     use super::covered;
     use crate::effects::tests::{Bench, DRY};
-
-    #[test]
-    fn it_changes_the_track() {
-        let patch = [("center_x", 0.45), ("center_y", 0.08), ("change", 0.3)];
-        Bench::with("friction_patch", &patch).assert_changes_track();
-    }
 
     #[test]
     fn a_slide_that_leaves_the_patch_stops_by_its_formula() {

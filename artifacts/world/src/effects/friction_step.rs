@@ -4,15 +4,11 @@
 
 use std::f64::consts::{FRAC_PI_4, PI};
 
-use values::{Point, Rig};
+use values::Point;
 
 use super::{
-    action::{Acts, Effect, Slide},
-    footprint,
-    parameters::{EffectParameter, Parameters, Values, direction},
-    spec::{EffectSpec, Family, Naming, Origin},
-    start::{Column, Experiment, FitStart},
-    wording,
+    Acts, Column, Effect, EffectParameter, EffectSpec, Experiment, Family, FitStart, Naming,
+    Origin, Parameters, Slide, footprint, parameters::direction, wording,
 };
 
 /// Directions across lines that are tried, in eighths of a turn, and lines of each: so many that a start lies within a base or
@@ -26,22 +22,8 @@ pub const SPEC: EffectSpec = EffectSpec {
     name: "friction_step",
     parameters: Parameters::Listed(&[
         direction(),
-        EffectParameter {
-            name: "offset",
-            unit: "m",
-            low: -3.0,
-            high: 3.0,
-            neutral: 0.5,
-            scale: 0.1,
-        },
-        EffectParameter {
-            name: "change",
-            unit: "",
-            low: -0.9,
-            high: 3.0,
-            neutral: 0.0,
-            scale: 0.2,
-        },
+        EffectParameter::new("offset", "m", [-3.0, 3.0], 0.1).neutral_at(0.5),
+        EffectParameter::new("change", "", [-0.9, 3.0], 0.2),
     ]),
     family: Family::FrictionByPlace,
     origin: Origin::Table,
@@ -50,7 +32,7 @@ pub const SPEC: EffectSpec = EffectSpec {
     naming: Naming::Ordinary,
     source: "two surfaces that meet; area of a segment of a circle",
     starts: lines,
-    build: |values: &Values, rig: &Rig| {
+    build: |values, rig| {
         Box::new(FrictionStep {
             normal: Point::polar(1.0, values.get("direction")),
             offset: values.get("offset"),
@@ -141,12 +123,6 @@ mod tests {
     use super::share_beyond;
     use crate::effects::tests::{Bench, DRY};
     use values::Point;
-
-    #[test]
-    fn it_changes_the_track() {
-        let step = [("offset", 0.4), ("change", 0.3)];
-        Bench::with("friction_step", &step).assert_changes_track();
-    }
 
     #[test]
     fn the_share_of_a_circle_beyond_a_line_is_its_area() {

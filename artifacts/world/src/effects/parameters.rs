@@ -48,28 +48,38 @@ pub struct EffectParameter {
     pub scale: f64,
 }
 
+impl EffectParameter {
+    /// A parameter that does nothing at 0, from `low` to `high`.
+    pub const fn new(
+        name: &'static str,
+        unit: &'static str,
+        [low, high]: [f64; 2],
+        scale: f64,
+    ) -> Self {
+        Self {
+            name,
+            unit,
+            low,
+            high,
+            neutral: 0.0,
+            scale,
+        }
+    }
+
+    /// The same that does nothing, or where a fit starts, at another value.
+    pub const fn neutral_at(self, neutral: f64) -> Self {
+        Self { neutral, ..self }
+    }
+}
+
 /// The direction of a line's normal, from +x.
 pub(super) const fn direction() -> EffectParameter {
-    EffectParameter {
-        name: "direction",
-        unit: "rad",
-        low: -PI,
-        high: PI,
-        neutral: 0.0,
-        scale: 0.3,
-    }
+    EffectParameter::new("direction", "rad", [-PI, PI], 0.3)
 }
 
 /// A coordinate of a point that is given and not fitted: where a camera looks down, or from where a line is measured.
 pub(super) const fn centre(name: &'static str, neutral: f64) -> EffectParameter {
-    EffectParameter {
-        name,
-        unit: "m",
-        low: -5.0,
-        high: 5.0,
-        neutral,
-        scale: 0.2,
-    }
+    EffectParameter::new(name, "m", [-5.0, 5.0], 0.2).neutral_at(neutral)
 }
 
 /// Values of an effect's parameters, by name, in the parameters' units.

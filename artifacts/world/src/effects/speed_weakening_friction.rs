@@ -1,13 +1,8 @@
 //! Friction that is higher near rest: μ(v) = μ·(1 + Δ·exp(−(v/v_s)²)), μ being that at high speed.
 
-use values::Rig;
-
 use super::{
-    action::{Acts, Effect, Slide},
-    parameters::{EffectParameter, Parameters, Values},
-    spec::{EffectSpec, Family, Naming, Origin},
-    start::{Column, FitStart},
-    wording,
+    Acts, Column, Effect, EffectParameter, EffectSpec, Family, FitStart, Naming, Origin,
+    Parameters, Slide, wording,
 };
 
 /// Greatest rise. Friction that falls towards rest is not looked for: that is drag.
@@ -19,22 +14,8 @@ const SPEEDS: [f64; 5] = [0.1, 0.2, 0.35, 0.6, 1.0];
 pub const SPEC: EffectSpec = EffectSpec {
     name: "speed_weakening_friction",
     parameters: Parameters::Listed(&[
-        EffectParameter {
-            name: "rise",
-            unit: "",
-            low: -0.9,
-            high: MOST,
-            neutral: 0.0,
-            scale: 0.25,
-        },
-        EffectParameter {
-            name: "speed",
-            unit: "m/s",
-            low: 0.05,
-            high: 2.0,
-            neutral: 0.3,
-            scale: 0.2,
-        },
+        EffectParameter::new("rise", "", [-0.9, MOST], 0.25),
+        EffectParameter::new("speed", "m/s", [0.05, 2.0], 0.2).neutral_at(0.3),
     ]),
     family: Family::FrictionBySpeed,
     origin: Origin::Table,
@@ -51,7 +32,7 @@ pub const SPEC: EffectSpec = EffectSpec {
             })
             .collect()
     },
-    build: |values: &Values, _: &Rig| {
+    build: |values, _| {
         Box::new(SpeedWeakeningFriction {
             rise: values.get("rise"),
             per_speed_squared: values.get("speed").powi(-2),
@@ -85,11 +66,6 @@ impl Effect for SpeedWeakeningFriction {
 #[cfg(test)]
 mod tests {
     use crate::effects::tests::{Bench, DRY};
-
-    #[test]
-    fn it_changes_the_track() {
-        Bench::with("speed_weakening_friction", &[("rise", 0.25)]).assert_changes_track();
-    }
 
     #[test]
     fn the_stop_follows_its_formula() {

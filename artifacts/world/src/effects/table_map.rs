@@ -2,13 +2,11 @@
 //!
 //! h is the field of [`field`](super::field), in m.
 
-use values::{Point, Rig};
+use values::Point;
 
 use super::{
-    action::{Acts, Effect, Slide},
+    Acts, Effect, EffectParameter, EffectSpec, Family, Naming, Origin, Parameters, Slide,
     field::{Field, Nodes},
-    parameters::{EffectParameter, Parameters, Values},
-    spec::{EffectSpec, Family, Naming, Origin},
     wording,
 };
 use crate::GRAVITY;
@@ -39,7 +37,7 @@ pub const SPEC: EffectSpec = EffectSpec {
     naming: Naming::Never,
     source: "weight on a surface of any shape, its slope small; Gaussian radial basis with a ridge",
     starts: |experiment| NODES.starts(experiment, 0.0005),
-    build: |values: &Values, _: &Rig| Box::new(TableMap(NODES.field(values))),
+    build: |values, _| Box::new(TableMap(NODES.field(values))),
     statement: |values| {
         let map = NODES.field(values);
         let slopes = map.places().map(|place| (place, map.at(place).1 * -1.0));
@@ -81,11 +79,6 @@ mod tests {
 
     use super::GRAVITY;
     use crate::effects::tests::Bench;
-
-    #[test]
-    fn it_changes_the_track() {
-        Bench::with("table_map", &[("height_33", 0.002)]).assert_changes_track();
-    }
 
     #[test]
     fn the_slide_follows_its_formula() {

@@ -5,7 +5,7 @@ use values::{Command, Conditions, Point, Rig, Shape};
 use super::{
     Acts, AddedEffect, EFFECTS, EffectParameter, EffectSpec, Parameters, Slide, build, effect,
 };
-use crate::{Estimate, GRAVITY, Simulated, Simulator, Steps, World};
+use crate::{GRAVITY, Simulated, Simulator, Steps, World};
 
 mod statements;
 
@@ -34,16 +34,6 @@ pub(super) struct FreeSlide {
     stop: Point,
 }
 
-fn added(name: &str, parameters: &[(&str, f64)]) -> AddedEffect {
-    AddedEffect {
-        name: name.into(),
-        parameters: parameters
-            .iter()
-            .map(|(name, value)| (name.to_string(), Estimate::fixed(*value)))
-            .collect(),
-    }
-}
-
 /// Velocity in m/s as the camera sees it, `t` seconds after touch.
 pub(super) fn velocity(simulated: &Simulated, t: f64) -> Point {
     let half = 0.001;
@@ -66,13 +56,18 @@ impl Bench {
 
     pub(super) fn with(name: &str, parameters: &[(&str, f64)]) -> Self {
         let mut bench = Self::plain();
-        bench.world.effects.push(added(name, parameters));
+        bench
+            .world
+            .effects
+            .push(AddedEffect::fixed(name, parameters));
         bench
     }
 
     /// With one more effect.
     pub(super) fn and(mut self, name: &str, parameters: &[(&str, f64)]) -> Self {
-        self.world.effects.push(added(name, parameters));
+        self.world
+            .effects
+            .push(AddedEffect::fixed(name, parameters));
         self
     }
 
@@ -86,8 +81,7 @@ impl Bench {
         self.conditions = Conditions {
             session: session.into(),
             order,
-            yaw: None,
-            moving: None,
+            ..Conditions::default()
         };
         self
     }
@@ -112,15 +106,6 @@ impl Bench {
             velocity: velocity(&simulated, RELEASED),
             stop: simulated.stop,
         }
-    }
-
-    /// The effect moves the stop by more than a millimetre.
-    pub(super) fn assert_changes_track(&self) {
-        let moved = Self::plain()
-            .strike(0.9, 0.2)
-            .stop
-            .distance(self.strike(0.9, 0.2).stop);
-        assert!(moved > 1e-3, "the stop moves by {moved} m");
     }
 }
 
@@ -165,6 +150,27 @@ fn every_effect_is_known_by_its_name_and_neutral_does_nothing() {
     }
 }
 
+/// Every parameter off its neutral value by so many times its scale, in the session `monday.mcap`.
+fn strong(spec: &EffectSpec, times: f64) -> Vec<(&'static str, f64)> {
+    let off = |p: &EffectParameter| (p.neutral + times * p.scale).clamp(p.low, p.high);
+    match &spec.parameters {
+        Parameters::Listed(listed) => listed.iter().map(|p| (p.name, off(p))).collect(),
+        Parameters::BySession { parameter: p, .. } => {
+            vec![("monday.mcap", off(p)), ("tuesday.mcap", p.neutral)]
+        }
+    }
+}
+
+#[test]
+fn every_effect_moves_the_stop_by_more_than_a_millimetre() {
+    let plain = Bench::plain().strike(0.9, 0.2).stop;
+    for spec in EFFECTS {
+        let bench = Bench::with(spec.name, &strong(spec, 2.0)).during("monday.mcap", 80.0);
+        let moved = plain.distance(bench.strike(0.9, 0.2).stop);
+        assert!(moved > 1e-3, "{}: the stop moves by {moved} m", spec.name);
+    }
+}
+
 #[test]
 fn halving_every_step_moves_no_stop_by_half_a_millimetre_whatever_the_effect() {
     let Steps { contact, slide } = Steps::default();
@@ -173,16 +179,7 @@ fn halving_every_step_moves_no_stop_by_half_a_millimetre_whatever_the_effect() {
         slide: slide / 2.0,
     };
     for spec in EFFECTS {
-        let strong: Vec<_> = match spec.parameters {
-            Parameters::Listed(listed) => listed
-                .iter()
-                .map(|p| (p.name, (p.neutral + 2.0 * p.scale).min(p.high)))
-                .collect(),
-            Parameters::BySession { parameter: p, .. } => {
-                vec![("monday.mcap", 2.0 * p.scale), ("tuesday.mcap", p.neutral)]
-            }
-        };
-        let bench = Bench::with(spec.name, &strong).during("monday.mcap", 80.0);
+        let bench = Bench::with(spec.name, &strong(spec, 2.0)).during("monday.mcap", 80.0);
         for speed in [0.4, 0.55, 0.7, 0.85, 1.0] {
             let moved = bench
                 .strike(speed, 0.3)
@@ -236,7 +233,7 @@ fn what_cannot_be_distinguished_says_so_on_both_sides() {
 #[test]
 fn values_out_of_range_and_unknown_parameters_are_reported() {
     let error = |name: &str, parameters: &[(&str, f64)]| {
-        super::check(&added(name, parameters))
+        super::check(&AddedEffect::fixed(name, parameters))
             .expect_err("refused")
             .to_string()
     };
@@ -263,7 +260,9 @@ fn a_world_with_every_effect_reads_back_as_it_was_written() {
                 vec![("monday.mcap", p.low), ("tuesday.mcap", p.high)]
             }
         };
-        world.effects.push(added(spec.name, &parameters));
+        world
+            .effects
+            .push(AddedEffect::fixed(spec.name, &parameters));
     }
     assert_eq!(World::parse(&world.to_toml()).expect("valid"), world);
 }
@@ -274,23 +273,13 @@ fn each_acts_where_it_says_and_nowhere_else() {
     let conditions = Conditions {
         session: "monday.mcap".into(),
         order: 40.0,
-        yaw: None,
-        moving: None,
+        ..Conditions::default()
     };
-    let command = Command {
-        speed: 0.8,
-        angle: 0.1,
-    };
+    let command = Command::new(0.8, 0.1);
     let places = [(0.3, 0.0), (0.45, 0.1), (0.7, -0.05)].map(|(x, y)| Point::new(x, y));
     for spec in EFFECTS {
-        let strong = |p: &EffectParameter| (p.neutral + 0.7 * p.scale).clamp(p.low, p.high);
-        let parameters: Vec<(&str, f64)> = match &spec.parameters {
-            Parameters::Listed(listed) => listed.iter().map(|p| (p.name, strong(p))).collect(),
-            Parameters::BySession { parameter: p, .. } => {
-                vec![("monday.mcap", strong(p)), ("tuesday.mcap", p.neutral)]
-            }
-        };
-        let effect = build(&added(spec.name, &parameters), &rig).expect("valid");
+        let effect =
+            build(&AddedEffect::fixed(spec.name, &strong(spec, 0.7)), &rig).expect("valid");
         let slides = places.map(|position| {
             let slide = Slide {
                 position,

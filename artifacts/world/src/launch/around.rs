@@ -47,10 +47,7 @@ pub fn launches_about(
     let rungs: BTreeMap<i64, Impact> = impacts
         .iter()
         .map(|impact| {
-            let command = Command {
-                speed: (rung(impact) as f64 * STEPS[0]).exp(),
-                angle: 0.0,
-            };
+            let command = Command::new((rung(impact) as f64 * STEPS[0]).exp(), 0.0);
             let middle = Impact {
                 command,
                 yaw: 0.0,

@@ -10,18 +10,11 @@ fn strikes(rig: &Rig) -> Vec<Strike> {
         .map(|i| {
             let share = f64::from(i) / 5.0;
             let range = rig.robot.angle;
-            let command = Command {
-                speed: 0.45 + 0.5 * share,
-                angle: range.low + (range.high - range.low) * ((2.0 * share) % 1.0),
-            };
+            let command = Command::new(
+                0.45 + 0.5 * share,
+                range.low + (range.high - range.low) * ((2.0 * share) % 1.0),
+            );
             Strike {
-                id: String::new(),
-                log: String::new(),
-                index: 0,
-                t_start: 0.0,
-                initial: Point::new(0.3, 0.05),
-                stop: Point::default(),
-                command,
                 track: Track {
                     x: vec![0.0; times.len()],
                     y: vec![0.0; times.len()],
@@ -33,10 +26,9 @@ fn strikes(rig: &Rig) -> Vec<Strike> {
                 conditions: Conditions {
                     session: "monday.mcap".into(),
                     order: 10.0 * f64::from(i),
-                    yaw: None,
-                    moving: None,
+                    ..Conditions::default()
                 },
-                delivered: None,
+                ..Strike::bare(command, Point::new(0.3, 0.05), Point::default())
             }
         })
         .collect()

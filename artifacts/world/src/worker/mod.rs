@@ -78,10 +78,7 @@ impl Worker<'_> {
         let side = Point::new(-direction.y, direction.x) * offset;
         let profile = Profile::plan(
             origin + side,
-            Command {
-                speed,
-                angle: delivered.angle,
-            },
+            Command::new(speed, delivered.angle),
             sim.rig.robot.acceleration,
             standoff,
         );

@@ -65,10 +65,7 @@ impl Worker<'_> {
         if speed.is_nan() || speed <= 0.0 {
             return None;
         }
-        let anywhere = Interval {
-            low: f64::NEG_INFINITY,
-            high: f64::INFINITY,
-        };
+        let anywhere = Interval::new(f64::NEG_INFINITY, f64::INFINITY);
         let speeds = cubic(speed.ln(), anywhere, STEPS[0])?;
         let angles = match rig.object.shape() {
             // A round object is struck alike from everywhere.
@@ -123,10 +120,7 @@ mod tests {
             let simulator = Simulator::new(&rig, &World::nominal(&rig)).expect("valid");
             let mut worker = simulator.worker();
             for i in 0..20 {
-                let command = Command {
-                    speed: 0.3 + 0.05 * f64::from(i),
-                    angle: 0.3 - 0.03 * f64::from(i),
-                };
+                let command = Command::new(0.3 + 0.05 * f64::from(i), 0.3 - 0.03 * f64::from(i));
                 let likely = worker
                     .likely_release(command, Point::default(), &Conditions::default())
                     .expect("parts");

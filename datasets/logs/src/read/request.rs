@@ -13,6 +13,17 @@ pub struct TopicRequest<'a> {
     pub required: bool,
 }
 
+impl<'a> TopicRequest<'a> {
+    /// A topic without which a log is an error.
+    pub fn required(topic: &'a FieldTopic) -> Self {
+        Self {
+            topic,
+            more: &[],
+            required: true,
+        }
+    }
+}
+
 /// How much a file can make the reader hold, in bytes.
 #[derive(Clone, Copy, Debug)]
 pub struct Limits {

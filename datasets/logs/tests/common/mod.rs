@@ -67,22 +67,22 @@ impl Encoding {
             sample.stamp.rem_euclid(1_000_000_000),
         );
         match self {
-            Self::Cdr => {
-                let mut data = vec![0, 1, 0, 0];
-                data.extend((sec as i32).to_le_bytes());
-                data.extend((nanosec as u32).to_le_bytes());
-                data.extend(6_u32.to_le_bytes());
+            Self::Cdr | Self::CdrBigEndian => {
+                let is_little = self == Self::Cdr;
+                let mut data = vec![0, is_little.into(), 0, 0];
+                let ordered = |mut little: Vec<u8>| {
+                    if !is_little {
+                        little.reverse();
+                    }
+                    little
+                };
+                for word in [sec as u32, nanosec as u32, 6] {
+                    data.extend(ordered(word.to_le_bytes().to_vec()));
+                }
                 data.extend(b"table\0\0\0\0\0\0\0");
-                data.extend([sample.x, sample.y, 0.0].map(f64::to_le_bytes).concat());
-                data
-            }
-            Self::CdrBigEndian => {
-                let mut data = vec![0, 0, 0, 0];
-                data.extend((sec as i32).to_be_bytes());
-                data.extend((nanosec as u32).to_be_bytes());
-                data.extend(6_u32.to_be_bytes());
-                data.extend(b"table\0\0\0\0\0\0\0");
-                data.extend([sample.x, sample.y, 0.0].map(f64::to_be_bytes).concat());
+                for number in [sample.x, sample.y, 0.0] {
+                    data.extend(ordered(number.to_le_bytes().to_vec()));
+                }
                 data
             }
             Self::Json => format!(
@@ -240,16 +240,20 @@ pub fn write(encoding: Encoding, options: WriteOptions, samples: &[Sample]) -> V
 
 /// What is read of topic `/p`, and how often messages were lost on the way.
 pub fn read(bytes: &[u8]) -> Result<(Vec<Sample>, Summary), LogError> {
-    let topic = topic("/p");
+    read_topic(bytes, TopicRequest::required(&topic("/p")))
+}
+
+/// The same of any topic.
+pub fn read_topic(
+    bytes: &[u8],
+    topic: TopicRequest<'_>,
+) -> Result<(Vec<Sample>, Summary), LogError> {
     let mut samples = Vec::new();
+    let log = Cursor::new(bytes);
     let summary = logs::read_from(
         "test.mcap",
-        Cursor::new(bytes),
-        &[TopicRequest {
-            topic: &topic,
-            more: &[],
-            required: true,
-        }],
+        log,
+        &[topic],
         Limits::default(),
         &mut |event| {
             if let Event::Sample(0, sample) = event {

@@ -176,14 +176,7 @@ fn topic(name: &str, x: &str, y: &str) -> FieldTopic {
 }
 
 fn read(file: &[u8], topics: &[FieldTopic]) -> Result<(Vec<(usize, Sample)>, Summary), LogError> {
-    let wanted: Vec<_> = topics
-        .iter()
-        .map(|topic| TopicRequest {
-            topic,
-            more: &[],
-            required: true,
-        })
-        .collect();
+    let wanted: Vec<_> = topics.iter().map(TopicRequest::required).collect();
     let mut samples = Vec::new();
     let summary = logs::read_from(
         "bag_0.mcap",

@@ -163,10 +163,7 @@ mod tests {
     #[test]
     fn the_arm_is_slow_each_morning_and_the_camera_is_pushed_once() {
         let arm = WarmingArm::default();
-        let command = Command {
-            speed: 1.0,
-            angle: 0.0,
-        };
+        let command = Command::new(1.0, 0.0);
         let speed = |order| arm.deliver(command, Point::default(), at(order)).speed;
         assert_eq!((speed(0), speed(25)), (0.94, 0.94));
         assert!(speed(24) > 0.99);

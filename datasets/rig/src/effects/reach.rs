@@ -26,10 +26,10 @@ declare! {
 impl Acts for StrikerErrorByPlace {
     fn deliver(&self, command: Command, from: Point, _when: StrikeIndex) -> Command {
         let arm = from - MIDDLE;
-        Command {
-            speed: command.speed * (1.0 + self.speed_x * arm.x + self.speed_y * arm.y),
-            angle: command.angle + self.angle_x * arm.x + self.angle_y * arm.y,
-        }
+        Command::new(
+            command.speed * (1.0 + self.speed_x * arm.x + self.speed_y * arm.y),
+            command.angle + self.angle_x * arm.x + self.angle_y * arm.y,
+        )
     }
 }
 
@@ -81,10 +81,7 @@ mod tests {
 
     #[test]
     fn errors_follow_the_place_and_are_nothing_in_its_middle() {
-        let command = Command {
-            speed: 0.8,
-            angle: 0.1,
-        };
+        let command = Command::new(0.8, 0.1);
         let at = |effect: &dyn Acts, x, y| {
             effect.deliver(command, Point::new(x, y), StrikeIndex::default())
         };

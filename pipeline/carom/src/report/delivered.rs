@@ -118,7 +118,7 @@ fn scatter(
 
 #[cfg(test)]
 mod tests {
-    use values::{Command, Conditions, Point, Split, Track};
+    use values::{Command, Point};
 
     use super::*;
 
@@ -126,18 +126,12 @@ mod tests {
         Strike {
             id: "a".into(),
             log: "a.mcap".into(),
-            index: 0,
-            t_start: 0.0,
-            initial: Point::default(),
-            stop: Point::new(0.3, 0.0),
-            command: Command {
-                speed: 0.8,
-                angle: 0.1,
-            },
-            track: Track::default(),
-            split: Split::Train,
-            conditions: Conditions::default(),
             delivered,
+            ..Strike::bare(
+                Command::new(0.8, 0.1),
+                Point::default(),
+                Point::new(0.3, 0.0),
+            )
         }
     }
 

@@ -124,7 +124,7 @@ pub fn against(
 
 #[cfg(test)]
 mod tests {
-    use values::{Command, Conditions, Split, Track};
+    use values::{Command, Split};
 
     use super::*;
 
@@ -132,18 +132,8 @@ mod tests {
         Strike {
             id: "a".into(),
             log: "a.mcap".into(),
-            index: 0,
-            t_start: 0.0,
-            initial: Point::new(0.2, 0.1),
-            stop,
-            command: Command {
-                speed: 0.7,
-                angle: 0.1,
-            },
-            track: Track::default(),
             split: Split::Test,
-            conditions: Conditions::default(),
-            delivered: None,
+            ..Strike::bare(Command::new(0.7, 0.1), Point::new(0.2, 0.1), stop)
         }
     }
 

@@ -4,7 +4,7 @@ use diagnose::{
     Detectable, Diagnosed, Diagnosis, Gap, GapDependence, NamedEffect, NextStrike, Parameter,
     Ranked, StopResidual, Verdict,
 };
-use values::{Command, Conditions, Point, Rig, Shape, Split, Strike, Track};
+use values::{Command, Point, Rig, Shape, Strike};
 use world::{AddedEffect, Estimate, World};
 
 use super::input::ReportInput;
@@ -122,16 +122,11 @@ pub fn strike(index: usize) -> Strike {
         log: "a.mcap".into(),
         index: index as u32,
         t_start: index as f64,
-        initial: Point::new(0.2, 0.0),
-        stop: Point::new(0.5 + 0.05 * index as f64, 0.1),
-        command: Command {
-            speed: 0.5 + 0.1 * index as f64,
-            angle: 0.2,
-        },
-        track: Track::default(),
-        split: Split::Train,
-        conditions: Conditions::default(),
-        delivered: None,
+        ..Strike::bare(
+            Command::new(0.5 + 0.1 * index as f64, 0.2),
+            Point::new(0.2, 0.0),
+            Point::new(0.5 + 0.05 * index as f64, 0.1),
+        )
     }
 }
 

@@ -57,32 +57,20 @@ fn candidates(artifact: &Artifact) -> Vec<Candidate> {
 
 #[cfg(test)]
 mod tests {
-    use values::{Command, Conditions, Point, Split, Track};
+    use values::{Command, Conditions, Point, Split};
 
     use super::*;
 
     #[test]
     fn later_strikes_go_on_in_the_order_of_those_that_the_version_knows() {
         let strike = |(order, t_start): (usize, f64)| Strike {
-            id: String::new(),
-            log: String::new(),
-            index: 0,
             t_start,
-            initial: Point::default(),
-            stop: Point::default(),
-            command: Command {
-                speed: 1.0,
-                angle: 0.0,
-            },
-            track: Track::default(),
             split: Split::Test,
             conditions: Conditions {
-                session: String::new(),
                 order: order as f64,
-                yaw: None,
-                moving: None,
+                ..Conditions::default()
             },
-            delivered: None,
+            ..Strike::bare(Command::new(1.0, 0.0), Point::default(), Point::default())
         };
         let stamps = [7.0, 8.0, 9.0, 10.0];
         let mut strikes: Vec<Strike> = stamps.into_iter().enumerate().map(strike).collect();

@@ -85,10 +85,7 @@ fn night(truth: &Truth, number: usize, strikes: usize, logs: &Path) {
             0.22 + 0.14 * part(0.754_878),
             -0.12 + 0.24 * part(0.569_840),
         );
-        let command = Command {
-            speed: 0.5 + 0.4 * along,
-            angle: -0.35 + 0.7 * across,
-        };
+        let command = Command::new(0.5 + 0.4 * along, -0.35 + 0.7 * across);
         let samples = sim.strike(from, command).samples;
         writer.write(&samples).expect("written");
     }

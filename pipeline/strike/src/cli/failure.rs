@@ -4,7 +4,7 @@ use std::fmt::{self, Display};
 use std::process::ExitCode;
 
 use serde::Serialize;
-use store::ArtifactError;
+use store::{ArtifactError, Fault};
 use strike::{LiveError, LogError, Reason, Refusal, TrustError};
 
 /// What went wrong; it chooses the exit code.
@@ -87,10 +87,13 @@ impl Display for Failure {
 
 impl From<TrustError> for Failure {
     fn from(error: TrustError) -> Self {
-        use ArtifactError::{BadSignature, NotSigned};
+        use Fault::{BadSignature, NotSigned};
         use durable::LockError;
         match error {
-            TrustError::Artifact(NotSigned { .. } | BadSignature { .. })
+            TrustError::Artifact(ArtifactError::Unsound {
+                fault: NotSigned | BadSignature(_),
+                ..
+            })
             | TrustError::Older { .. }
             | TrustError::Twice { .. }
             | TrustError::NoKey

@@ -150,6 +150,13 @@ pub fn pictures(rig: &Rig, count: usize) -> Vec<(Moment, Picture)> {
     places(count).into_iter().enumerate().map(render).collect()
 }
 
+/// Messages of pictures as PNG, a nanosecond apart.
+pub fn frames(pictures: &[(Moment, Picture)]) -> Vec<Vec<u8>> {
+    let all = (1..).zip(pictures);
+    all.map(|(at, (_, picture))| compressed(&picture.png().unwrap(), at))
+        .collect()
+}
+
 /// A camera of few pixels.
 pub fn small() -> Rig {
     rig(
@@ -163,11 +170,7 @@ pub fn small() -> Rig {
 
 /// The centroids of a log: stamps in ns and places.
 pub fn centroids(path: &Path, rig: &Rig) -> Vec<(i64, Point)> {
-    let wanted = [TopicRequest {
-        topic: &rig.topics.centroid,
-        more: &[],
-        required: true,
-    }];
+    let wanted = [TopicRequest::required(&rig.topics.centroid)];
     let mut found = Vec::new();
     logs::read(path, &wanted, Limits::default(), &mut |event| {
         if let Event::Sample(_, sample) = event {

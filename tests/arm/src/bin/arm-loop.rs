@@ -291,10 +291,7 @@ impl Lab {
         Ok(Some(TargetStrike {
             from: point(&plan["from"])?,
             to,
-            command: Command {
-                speed: number(&plan["speed"])?,
-                angle: number(&plan["angle"])?,
-            },
+            command: Command::new(number(&plan["speed"])?, number(&plan["angle"])?),
             delivered: number(&plan["delivered_speed"])?,
             stop: stop.ok_or("the strike did not meet the object")?,
         }))

@@ -333,10 +333,7 @@ fn a_plan_from_before_the_clock_was_set_is_not_struck() {
     }
     let rig = rig();
     let planner = CommandPlanner::nominal(&rig).unwrap().by_clock(clock);
-    let command = Command {
-        speed: 0.5,
-        angle: 0.0,
-    };
+    let command = Command::new(0.5, 0.0);
     let plan = planner.plan(Point::new(0.36, 0.0), command, 1.0).unwrap();
     let emulator = Maker::XArm.emulator(None);
     let mut arm = connect_to::<XArm>(&emulator, &rig, Arc::default()).unwrap();

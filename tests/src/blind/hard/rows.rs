@@ -21,7 +21,7 @@ pub(super) fn figures(made: &[&HardOutcome]) -> Vec<Figure> {
     let count = |keep: &dyn Fn(&HardOutcome) -> bool, hit: &dyn Fn(&HardOutcome) -> bool| {
         Proportion::of(made.iter().filter(|o| keep(o)), |o| hit(o))
     };
-    let figure = |what, goal, got| Figure { what, goal, got };
+    let figure = Figure::new;
     let is = |kind: HardKind| move |o: &HardOutcome| o.case.kind == kind && o.is_detectable();
     let is_control = is(HardKind::Control);
     let as_demo = |o: &HardOutcome| o.drawn.as_ref().is_some_and(|d| d.design == Design::Random);

@@ -120,7 +120,7 @@ pub(super) fn peers(text: &mut String, outcomes: &[&Outcome], peers: &[Peers]) {
             &format!("right at ≥ 2×, {strikes} strikes, effects along the slide"),
             JUDGES
                 .iter()
-                .map(|judge| count(hidden(strikes, &SLIDING), judge).to_string())
+                .map(|judge| count(hidden(strikes, SLIDING), judge).to_string())
                 .collect(),
         );
     }

@@ -64,13 +64,7 @@ pub fn peers(case: &Case) -> (Peers, Option<String>) {
 fn fill(case: &Case, found: &mut Peers) -> Option<String> {
     let folder = tempfile::tempdir().ok()?;
     let truth = hide::truth(case)?;
-    let make = Make {
-        truth: &truth,
-        strikes: case.strikes,
-        sessions: None,
-        plan: None,
-        missing: 0..0,
-    };
+    let make = Make::random(&truth, case.strikes);
     let Made {
         rig, strikes: all, ..
     } = strikes(make, folder.path())?;

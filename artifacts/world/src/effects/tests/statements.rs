@@ -1,6 +1,6 @@
 //! The sentences that state fitted values.
 
-use super::added;
+use crate::AddedEffect;
 use crate::effects::statement;
 
 #[test]
@@ -161,7 +161,7 @@ fn fitted_values_are_stated_in_a_sentence() {
         ),
     ] {
         assert_eq!(
-            statement(&added(name, parameters)).expect("valid"),
+            statement(&AddedEffect::fixed(name, parameters)).expect("valid"),
             expected
         );
     }
