@@ -721,6 +721,7 @@ impl<'a> Segmenter<'a> {
         commands.sort_by(|one, other| one.rise.total_cmp(&other.rise));
         motions.sort_by(|one, other| one.start.total_cmp(&other.start));
         self.found.rejects.sort_by_key(|reject| reject.index);
+        self.found.seen.meetings = self.extras.take_meetings();
         if self.source == CommandSource::Topic {
             self.found.seen.delays = self.extras.take_delays();
         } else {
