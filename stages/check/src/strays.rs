@@ -38,3 +38,55 @@ pub(crate) fn findings(pairs: &[Pair], log: &str) -> Option<Finding> {
         certain: share > MANY,
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use ingest::{CommandSeen, MotionSeen};
+    use values::Point;
+
+    use super::*;
+
+    /// Forty strikes, of which so many in a row lead where a hand went; others scatter by 2°, and leave at 0.6 times the angle.
+    fn found(strays: std::ops::Range<usize>) -> Option<Finding> {
+        let pairs: Vec<Pair> = (0..40)
+            .map(|i| {
+                let part = |k: f64| (k * i as f64).fract();
+                let (rise, angle) = (6.0 * i as f64, -0.8 + 1.6 * part(0.618));
+                let heading = if strays.contains(&i) {
+                    1.2 + 3.5 * part(0.41)
+                } else {
+                    0.6 * angle + 0.035 * (5.1 * i as f64).sin()
+                };
+                Pair {
+                    command: CommandSeen {
+                        rise,
+                        fall: rise + 0.4,
+                        speed: 0.7,
+                        angle,
+                    },
+                    motion: MotionSeen {
+                        start: rise + 0.2,
+                        from: Point::new(0.3, 0.0),
+                        velocity: Point::polar(0.8, heading),
+                    },
+                    lag: 0.2,
+                }
+            })
+            .collect();
+        findings(&pairs, "one.mcap")
+    }
+
+    #[test]
+    fn some_strays_are_told_and_many_make_a_model_meaningless() {
+        assert_eq!(found(0..0), None);
+        assert_eq!(found(10..12), None);
+        assert!(matches!(
+            found(10..15),
+            Some(Finding::Strays { certain: false, .. })
+        ));
+        assert!(matches!(
+            found(20..36),
+            Some(Finding::Strays { certain: true, from, .. }) if from == 120.0
+        ));
+    }
+}

@@ -37,7 +37,7 @@ use crate::{
 
 impl Stage for Diagnose {
     const NAME: &'static str = "diagnose";
-    const VERSION: u32 = 38;
+    const VERSION: u32 = 39;
     type Input = Input;
     type Output = Diagnosed;
     type Error = DiagnoseError;
