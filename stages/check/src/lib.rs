@@ -74,7 +74,9 @@ pub fn check(rig: &Rig, logs: &[LogRead<'_>], fences: &[FoundFence]) -> Check {
     findings.extend(coverage.findings());
     let noises = logs.iter().filter_map(|log| log.seen.noise_at_rest());
     let delay = encoder_to_camera(logs);
-    findings.extend(places::findings(rig, logs, delay));
+    if !findings.iter().any(is_wrong) {
+        findings.extend(places::findings(rig, logs, delay));
+    }
     let is_sure = delay.filter(Delay::is_sure);
     findings.extend(is_sure.map(|delay| Finding::EncoderDelay { delay }));
     Check {

@@ -53,8 +53,8 @@ pub struct Pairs {
 const DISORDER: f64 = 0.17;
 const ORDER: f64 = 3.0;
 
-/// Pairs by the clocks as they are; where at least twice as many come at another delay, or more, and in good order where these are in none (a
-/// hand moves objects too), by that one.
+/// Pairs by the clocks as they are; where at least twice as many come at another delay, or about as many, and in good order where these are in
+/// none (a hand moves objects too), by that one.
 pub fn pairs(seen: &Seen) -> Pairs {
     let plain = matched(seen, 0.0, |command| {
         (command.rise + FROM_RISE, command.fall + AFTER_FALL)
@@ -73,7 +73,7 @@ pub fn pairs(seen: &Seen) -> Pairs {
         let (disorder, order) = (disorder(&plain), disorder(&shifted));
         let is_in_order = disorder > DISORDER && disorder > ORDER * order;
         let is_more = shifted.len() > 2 * plain.len();
-        let is_better = is_more || shifted.len() > plain.len() && is_in_order;
+        let is_better = is_more || 10 * shifted.len() >= 9 * plain.len() && is_in_order;
         (shifted.len() >= least && is_better).then_some(shifted)
     };
     // Clocks of two epochs, or an hour apart.
