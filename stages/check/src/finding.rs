@@ -2,7 +2,7 @@
 
 use ingest::Seen;
 use serde::{Deserialize, Serialize};
-use values::{Fence, Reject, RejectReason};
+use values::{Fence, Point, Reject, RejectReason};
 
 /// A log as it was read.
 #[derive(Clone, Debug)]
@@ -81,6 +81,8 @@ impl Delay {
 const SURE: f64 = 3.0;
 const LEAST: f64 = 0.003;
 const LONG: f64 = 0.01;
+/// So long after the touch a tip moves otherwise than it did: what it delivered is not known, in s.
+const TOO_LONG: f64 = 0.1;
 
 /// How grave a finding is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -177,6 +179,29 @@ pub enum Finding {
     },
     /// The camera's stamps lie behind the arm's by the tip's measured place, or before them.
     EncoderDelay { delay: Delay },
+    /// By the tip's measured places the camera's have another scale.
+    Scaled {
+        scale: f64,
+        error: f64,
+        strikes: usize,
+    },
+    /// By the tip's measured places the camera's lie elsewhere.
+    Displaced { by: Point, strikes: usize },
+    /// Tip and object touch when both radii together are so much longer than stated.
+    Radii {
+        longer: f64,
+        error: f64,
+        strikes: usize,
+    },
+    /// Objects of a log leave elsewhere than its others do, between these times since its first command; `certain` where they are many.
+    Strays {
+        log: String,
+        strays: usize,
+        strikes: usize,
+        from: f64,
+        until: f64,
+        certain: bool,
+    },
     /// Objects leave at speeds that no impact gives.
     Scale {
         ratio: f64,
@@ -234,6 +259,8 @@ impl Finding {
             | Self::NothingMoves { .. }
             | Self::OtherTimes { .. }
             | Self::Scale { .. }
+            | Self::Scaled { .. }
+            | Self::Strays { certain: true, .. }
             | Self::OutsideLimits {
                 commanded: true, ..
             }
@@ -242,9 +269,15 @@ impl Finding {
                 ..
             } => Severity::Meaningless,
             Self::EncoderDelay { delay } if delay.seconds[0].abs() <= LONG => Severity::Told,
+            Self::EncoderDelay { delay } if delay.seconds[0].abs() > TOO_LONG => {
+                Severity::Meaningless
+            }
             Self::Turned { .. }
             | Self::ClockOffset { .. }
             | Self::EncoderDelay { .. }
+            | Self::Displaced { .. }
+            | Self::Radii { .. }
+            | Self::Strays { .. }
             | Self::OutsideLimits { .. }
             | Self::ClockDrift { .. }
             | Self::MostlyRejected { .. }

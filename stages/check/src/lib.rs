@@ -2,7 +2,8 @@
 //!
 //! A model that is fitted to a mirrored camera or to a turned arm is wrong, and may look right. So commands and motions, each as the
 //! log shows them on their own ([`ingest::Seen`]), are held against each other before anything is fitted: which command began which
-//! motion ([`pairs`]), in which direction objects leave beside the commanded one ([`frames`]), and how fast. What is wrong is a
+//! motion ([`pairs`]), in which direction objects leave beside the commanded one ([`frames`], [`strays`]), how fast, and where the tip then
+//! was ([`places`]). What is wrong is a
 //! [`Finding`]: data, which the pipeline puts into words. One that makes a model [meaningless](Severity::Meaningless) is published
 //! by nothing; where the rig file states what is so, the logs are read so, and the finding is gone.
 //!
@@ -13,7 +14,9 @@ mod coverage;
 mod finding;
 mod frames;
 mod pairs;
+mod places;
 mod statistics;
+mod strays;
 
 pub use finding::{Check, Coverage, Delay, Finding, Limit, LogRead, Measured, Severity};
 
@@ -44,6 +47,11 @@ pub fn check(rig: &Rig, logs: &[LogRead<'_>], fences: &[FoundFence]) -> Check {
             findings.extend(of_logs);
         }
     }
+    // Where frames are wrong, all are astray.
+    if !findings.iter().any(is_wrong) {
+        let each = logs.iter().zip(&paired);
+        findings.extend(each.filter_map(|(log, of)| strays::findings(&of.pairs, log.name)));
+    }
     findings.extend(base_turns(rig, &all));
     findings.extend(clocks(logs, &paired));
     findings.extend(speeds(rig, &all));
@@ -66,6 +74,9 @@ pub fn check(rig: &Rig, logs: &[LogRead<'_>], fences: &[FoundFence]) -> Check {
     findings.extend(coverage.findings());
     let noises = logs.iter().filter_map(|log| log.seen.noise_at_rest());
     let delay = encoder_to_camera(logs);
+    if !findings.iter().any(is_wrong) {
+        findings.extend(places::findings(rig, logs, delay));
+    }
     let is_sure = delay.filter(Delay::is_sure);
     findings.extend(is_sure.map(|delay| Finding::EncoderDelay { delay }));
     Check {

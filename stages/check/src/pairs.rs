@@ -11,8 +11,9 @@ const FROM_RISE: f64 = -0.05;
 const AFTER_FALL: f64 = 0.5;
 /// Motions that begin so long after their commands have fallen back, in s, are told.
 const LATE: f64 = 0.1;
-/// Clocks are compared over this time, in s.
+/// Clocks are compared over this time, in s; where nothing follows a command by then, over any, by so many strikes.
 const FARTHEST: f64 = 60.0;
+const STRIKES_OF_ANY_TIME: usize = 200;
 /// Delays from command to motion vary by no more than this over a log, in s.
 const WINDOW: f64 = 0.6;
 
@@ -52,8 +53,8 @@ pub struct Pairs {
 const DISORDER: f64 = 0.17;
 const ORDER: f64 = 3.0;
 
-/// Pairs by the clocks as they are; where at least twice as many come at another delay, or more, and in good order where these are in none (a
-/// hand moves objects too), by that one.
+/// Pairs by the clocks as they are; where at least twice as many come at another delay, or about as many, and in good order where these are in
+/// none (a hand moves objects too), by that one.
 pub fn pairs(seen: &Seen) -> Pairs {
     let plain = matched(seen, 0.0, |command| {
         (command.rise + FROM_RISE, command.fall + AFTER_FALL)
@@ -64,18 +65,23 @@ pub fn pairs(seen: &Seen) -> Pairs {
         .min(seen.motions.len())
         .div_ceil(2)
         .max(FEWEST);
-    let shifted = best_shift(seen)
-        .map(|shift| {
-            matched(seen, shift, |c| {
-                (c.rise - 0.5 * WINDOW, c.rise + 0.5 * WINDOW)
-            })
-        })
-        .filter(|shifted| {
-            let (disorder, order) = (disorder(&plain), disorder(shifted));
-            let is_in_order = disorder > DISORDER && disorder > ORDER * order;
-            let is_more = shifted.len() > 2 * plain.len();
-            shifted.len() >= least && (is_more || shifted.len() > plain.len() && is_in_order)
+    let shifted_within = |farthest: f64| {
+        let shift = best_shift(seen, farthest)?;
+        let shifted = matched(seen, shift, |c| {
+            (c.rise - 0.5 * WINDOW, c.rise + 0.5 * WINDOW)
         });
+        let (disorder, order) = (disorder(&plain), disorder(&shifted));
+        let is_in_order = disorder > DISORDER && disorder > ORDER * order;
+        let is_more = shifted.len() > 2 * plain.len();
+        let is_better = is_more || 10 * shifted.len() >= 9 * plain.len() && is_in_order;
+        (shifted.len() >= least && is_better).then_some(shifted)
+    };
+    // Clocks of two epochs, or an hour apart.
+    let of_any_time = || {
+        let few = plain.len() < least;
+        few.then(|| shifted_within(f64::INFINITY)).flatten()
+    };
+    let shifted = shifted_within(FARTHEST).or_else(of_any_time);
     let is_shifted = shifted.is_some();
     let pairs = shifted.unwrap_or(plain);
     let lag = median(pairs.iter().map(|pair| pair.lag)).unwrap_or(0.0);
@@ -127,14 +133,20 @@ fn disorder(pairs: &[Pair]) -> f64 {
 
 /// The delay at which most motions follow their commands. Strikes that come as regularly as a clock fit at several: then the one at which
 /// objects leave as commanded, else the smallest.
-fn best_shift(seen: &Seen) -> Option<f64> {
+fn best_shift(seen: &Seen, farthest: f64) -> Option<f64> {
+    let most = if farthest.is_finite() {
+        usize::MAX
+    } else {
+        STRIKES_OF_ANY_TIME
+    };
     let mut lags: Vec<f64> = Vec::new();
-    for command in &seen.commands {
+    for command in seen.commands.iter().take(most) {
         let first = seen
             .motions
-            .partition_point(|m| m.start < command.rise - FARTHEST);
-        let near = seen.motions[first..].iter().map(|m| m.start - command.rise);
-        lags.extend(near.take_while(|lag| *lag <= FARTHEST));
+            .partition_point(|m| m.start < command.rise - farthest);
+        let after = seen.motions[first..].iter().take(most);
+        let near = after.map(|m| m.start - command.rise);
+        lags.extend(near.take_while(|lag| *lag <= farthest));
     }
     lags.sort_by(f64::total_cmp);
     let count = |from: usize| lags.partition_point(|lag| *lag <= lags[from] + WINDOW) - from;

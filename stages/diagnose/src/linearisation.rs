@@ -266,7 +266,10 @@ impl<'w, 'a> Worlds<'w, 'a> {
                     *step,
                 )),
                 Source::Even => match planar.even(conditions) {
-                    (other, same) if same == force => Beside::Friction((other / dry).ln() / step),
+                    // No share of no friction is some.
+                    (other, same) if same == force && dry > 0.0 => {
+                        Beside::Friction((other / dry).ln() / step)
+                    }
                     _ => Beside::Slide,
                 },
                 Source::Slide => Beside::Slide,
@@ -525,6 +528,35 @@ mod tests {
                     assert!(off < 0.03, "{shape:?} {:?} of strike {i}: {off}", free.of);
                 }
             }
+        }
+    }
+
+    #[test]
+    fn a_table_without_friction_has_derivatives() {
+        let rig = Rig::demo(Shape::Cylinder);
+        let world = World::nominal(&rig).with("friction", 0.0);
+        let met = |i| {
+            let mut strike = strike(i);
+            strike.track.end = End::Contact;
+            strike
+        };
+        let strikes: Vec<Strike> = (0..3).map(met).collect();
+        let launches: Vec<_> = launches(&rig, &world, strikes.iter().map(Strike::commanded))
+            .expect("a world")
+            .into_iter()
+            .map(|launch| launch.expect("it leaves the tip"))
+            .collect();
+        let thresholds = Thresholds::default();
+        let prepared = PreparedStrikes::new(&rig, strikes.iter().collect(), launches, &thresholds);
+        let model = Model::plain(0.0, 0.5, &rig, &thresholds);
+        let none = vec![Nuisances::zeros(); strikes.len()];
+        let all = Linearised::all(&prepared, &model, &none)
+            .expect("a model")
+            .expect("tracks that end need no rest");
+        for linearised in &all {
+            assert!(linearised.values.iter().all(|value| value.is_finite()));
+            let by_friction = linearised.values.column(model::FRICTION);
+            assert!(by_friction.norm() > 1.0, "{by_friction}");
         }
     }
 }

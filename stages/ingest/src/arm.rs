@@ -48,6 +48,17 @@ pub struct TouchDelay {
     pub speed: f64,
 }
 
+/// Where the tip was, by its measured place, when an object was seen to move that had rested.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Meeting {
+    /// Place of the tip's centre, in m.
+    pub tip: Point,
+    /// Its velocity, in m/s.
+    pub velocity: Point,
+    /// Place of the object's centre, in m.
+    pub object: Point,
+}
+
 /// What is known of a strike when the arm is asked.
 pub(crate) struct LaunchContext<'a> {
     /// Commands from rise to fall.
@@ -159,6 +170,23 @@ pub(crate) fn touch_delay(
     Some(TouchDelay {
         seconds: moves - touch,
         speed,
+    })
+}
+
+/// Where both were when the object began to move; none where the places do not tell.
+pub(crate) fn meeting(states: &[State], context: &LaunchContext<'_>) -> Option<Meeting> {
+    let moment = contact(context);
+    let timed = |state: &State| since(context.first_motion, state.stamp) - moment;
+    let placed: Vec<&State> = states.iter().filter(|s| s.position.is_finite()).collect();
+    let after = placed.partition_point(|state| timed(state) <= 0.0);
+    let (last, next) = (*placed.get(after.checked_sub(1)?)?, *placed.get(after)?);
+    let (before, later) = (timed(last), timed(next));
+    let share = -before / (later - before);
+    let between = |one: Point, other: Point| one + (other - one) * share;
+    (later - before <= NEAREST).then(|| Meeting {
+        tip: between(last.position, next.position),
+        velocity: between(last.velocity, next.velocity),
+        object: context.initial,
     })
 }
 

@@ -8,7 +8,7 @@ use std::collections::VecDeque;
 use logs::Sample;
 use values::{Rig, Strike};
 
-use crate::arm::{LaunchContext, State, TouchDelay, delay, delivered};
+use crate::arm::{LaunchContext, Meeting, State, TouchDelay, delay, delivered, meeting};
 use crate::order::Stamped;
 use crate::yaw::{YawSample, yaw};
 
@@ -56,6 +56,8 @@ pub(crate) struct Extras {
     early: u64,
     /// Seconds from the tip's touching the object to its first motion.
     delays: Vec<TouchDelay>,
+    /// Where the tip was when it moved.
+    meetings: Vec<Meeting>,
 }
 
 /// The last samples of a topic that may be absent.
@@ -160,6 +162,11 @@ impl Extras {
         std::mem::take(&mut self.delays)
     }
 
+    /// Where the tip was as objects began to move.
+    pub(crate) fn take_meetings(&mut self) -> Vec<Meeting> {
+        std::mem::take(&mut self.meetings)
+    }
+
     /// What is to be said of it, in the end.
     pub(crate) fn note(&self) -> Option<String> {
         (self.early > 0).then(|| {
@@ -189,6 +196,7 @@ impl Extras {
             noise: rig.camera.noise,
         };
         self.delays.extend(delay(&states, &context, rig));
+        self.meetings.extend(meeting(&states, &context));
         strike.delivered = delivered(&states, &context);
         keep(waiting.strike);
     }

@@ -37,7 +37,7 @@ mod time;
 mod touched;
 mod yaw;
 
-pub use arm::TouchDelay;
+pub use arm::{Meeting, TouchDelay};
 pub use assemble::assemble;
 pub use bounces::Bounce;
 pub use error::IngestError;

@@ -7,7 +7,7 @@ use logs::Sample;
 use serde::{Deserialize, Serialize};
 use values::{Point, Rig};
 
-use crate::arm::TouchDelay;
+use crate::arm::{Meeting, TouchDelay};
 use crate::bounces::Bounce;
 use crate::episode::{Episode, is_finite, speed};
 use crate::plateau::plateau;
@@ -32,6 +32,9 @@ pub struct Seen {
     pub bounces: Vec<Bounce>,
     /// From the tip's touching the object, by its measured place, to the object's first motion, one a strike.
     pub delays: Vec<TouchDelay>,
+    /// Where the tip was, by its measured place, as it moved, one a strike from rest.
+    #[serde(default)]
+    pub meetings: Vec<Meeting>,
     /// Whether no command is logged, and what the arm did stands for it.
     #[serde(default)]
     pub is_by_state: bool,

@@ -523,7 +523,7 @@ impl<'a> Segmenter<'a> {
             self.counts.idle_motions += untouched.strikes.len() as u64;
             self.found.notes.extend(camera_delay.map(|delay| {
                 format!(
-                    "the camera's stamps lie {:.1} ms behind the arm's, by {} touches of an object at rest: the tip is looked up so much earlier",
+                    "the camera's stamps lie {:.1} ms behind the arm's, by {} touches: the tip is looked up so much earlier",
                     1e3 * delay,
                     touched.delays.len()
                 )
@@ -721,6 +721,7 @@ impl<'a> Segmenter<'a> {
         commands.sort_by(|one, other| one.rise.total_cmp(&other.rise));
         motions.sort_by(|one, other| one.start.total_cmp(&other.start));
         self.found.rejects.sort_by_key(|reject| reject.index);
+        self.found.seen.meetings = self.extras.take_meetings();
         if self.source == CommandSource::Topic {
             self.found.seen.delays = self.extras.take_delays();
         } else {

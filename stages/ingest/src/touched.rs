@@ -78,10 +78,14 @@ impl TouchedFlight {
         before[from..].to_vec()
     }
 
-    /// How far the camera lies behind the tip's measured place, where the object rested before.
+    /// How far the camera lies behind the tip's measured place. Of an object that moved the place of the impact is known as well, a little
+    /// worse; a tip that hardly came nearer then tells no time.
     pub(crate) fn delay(&self, rig: &Rig) -> Option<TouchDelay> {
-        let initial = rested(&self.before, rig.camera.noise)?;
-        touch_delay(&self.touch.states, initial, (self.begun.stamp, 0.0), rig)
+        /// In m/s.
+        const NEARS: f64 = 0.2;
+        let place = rested(&self.before, rig.camera.noise).unwrap_or(self.begun.bounce.place);
+        let delay = touch_delay(&self.touch.states, place, (self.begun.stamp, 0.0), rig)?;
+        (delay.speed > NEARS).then_some(delay)
     }
 }
 

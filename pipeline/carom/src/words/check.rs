@@ -159,7 +159,10 @@ pub fn say(finding: &Finding, rig: &Rig) -> Said {
                 if *delay < 0.0 { "before" } else { "after" }
             ),
             "the camera's clock and the arm's differ",
-            format!(
+            if delay.abs() > 3600.0 {
+                "stamp both by one clock: one counts from another moment (since it was switched on, and since 1970)".into()
+            } else {
+                format!(
                 "set both by one clock; or state `[frames] camera_delay = {:.2}`{}",
                 delay + rig.frames.camera_delay,
                 if *certain {
@@ -167,7 +170,8 @@ pub fn say(finding: &Finding, rig: &Rig) -> Said {
                 } else {
                     " (tracks are timed from first motion, and are not moved by it)"
                 }
-            ),
+                )
+            },
         ),
         Finding::ClockDrift { log, rate, drifted } => said(
             format!(
@@ -233,6 +237,72 @@ pub fn say(finding: &Finding, rig: &Rig) -> Said {
                 ),
             )
         }
+        Finding::Scaled {
+            scale,
+            error,
+            strikes,
+        } => said(
+            format!(
+                "by the tip's measured places the camera's are {scale:.2} (± {:.2}) times as far apart, over {strikes} strikes",
+                2.0 * error
+            ),
+            "the camera's scale is wrong: its calibration, or the height that it was made for",
+            format!("calibrate the camera anew (`carom camera calibrate`), or give {} in m", rig.topics.centroid.name),
+        ),
+        Finding::Displaced { by, strikes } => said(
+            format!(
+                "as {strikes} objects begin to move, the tip's measured places lie {:.0} mm away from where it would touch them",
+                by.norm() * 1e3
+            ),
+            "the camera's frame and the arm's have other origins, or the measured place is the flange's and not the tip's",
+            {
+                let of_base = rig.frames.command == CommandFrame::Base;
+                let base = *by + rig.robot.base.filter(|_| of_base).unwrap_or_default();
+                format!(
+                    "state `[frames] command = \"base\"` and `[robot] base = [{:.3}, {:.3}]  base_yaw = {:.3}`, or log the tip's place in the frame `table`",
+                    base.x,
+                    base.y,
+                    rig.robot.base_yaw.filter(|_| of_base).unwrap_or(0.0)
+                )
+            },
+        ),
+        Finding::Radii {
+            longer,
+            error,
+            strikes,
+        } => {
+            let object = rig.object.solid.radius().unwrap_or_default() + longer;
+            let tip = rig.striker.radius + longer;
+            let either: Vec<String> = [("object", object), ("striker", tip)]
+                .iter()
+                .filter(|(_, radius)| *radius > 0.0)
+                .map(|(part, radius)| format!("`[{part}] radius = {radius:.4}`"))
+                .collect();
+            said(
+                format!(
+                    "by its measured place the tip touches objects {:.1} mm (± {:.1}) {} than both radii allow, over {strikes} strikes of several speeds",
+                    longer.abs() * 1e3,
+                    2.0 * error * 1e3,
+                    if *longer > 0.0 { "earlier" } else { "later" }
+                ),
+                "the object's size, or the tip's, is not what the rig file states",
+                format!("measure both, and state {}", either.join(" or ")),
+            )
+        }
+        Finding::Strays {
+            log,
+            strays,
+            strikes,
+            from,
+            until,
+            ..
+        } => said(
+            format!(
+                "{log}: {strays} of {strikes} objects leave by more than 40° elsewhere than the others do for their commands, from {from:.0} to {until:.0} s after the first"
+            ),
+            "hands moved them (a command that was given up), a clock was set in between, or these commands belong to other strikes",
+            "look at them in a viewer, and record them anew or cut them out".into(),
+        ),
         Finding::Scale {
             ratio,
             strikes,

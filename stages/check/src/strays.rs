@@ -1,0 +1,92 @@
+//! Objects that leave quite elsewhere than the others of their log do: no strikes, though each follows a command.
+//!
+//! A command that was given up, or that came while the object was carried, is followed by what a hand does; after a clock was set, or where
+//! some commands are another robot's, every motion is another strike's. Headings of one log agree to far less than this.
+
+use crate::finding::Finding;
+use crate::pairs::Pair;
+use crate::statistics::{middle, wrapped};
+
+/// So far beside the others of the log (rad) is no strike: a box's gain and an arm's scatter together take it half as far.
+const ASTRAY: f64 = 0.7;
+/// So many, and this part of all, are told; this part makes a model meaningless.
+const FEWEST: usize = 4;
+const TOLD: f64 = 0.08;
+const MANY: f64 = 0.2;
+
+/// Strays of one log.
+pub(crate) fn findings(pairs: &[Pair], log: &str) -> Option<Finding> {
+    let turns: Vec<f64> = pairs
+        .iter()
+        .map(|pair| wrapped(pair.heading() - pair.command.angle))
+        .collect();
+    let (usual, _) = middle(&turns)?;
+    let is_astray = |turn: &f64| wrapped(turn - usual).abs() > ASTRAY;
+    let rises: Vec<f64> = pairs
+        .iter()
+        .zip(&turns)
+        .filter(|(_, turn)| is_astray(turn))
+        .map(|(pair, _)| pair.command.rise)
+        .collect();
+    let share = rises.len() as f64 / pairs.len() as f64;
+    (rises.len() >= FEWEST && share > TOLD).then(|| Finding::Strays {
+        log: log.into(),
+        strays: rises.len(),
+        strikes: pairs.len(),
+        from: rises[0] - pairs[0].command.rise,
+        until: rises[rises.len() - 1] - pairs[0].command.rise,
+        certain: share > MANY,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use ingest::{CommandSeen, MotionSeen};
+    use values::Point;
+
+    use super::*;
+
+    /// Forty strikes, of which so many in a row lead where a hand went; others scatter by 2°, and leave at 0.6 times the angle.
+    fn found(strays: std::ops::Range<usize>) -> Option<Finding> {
+        let pairs: Vec<Pair> = (0..40)
+            .map(|i| {
+                let part = |k: f64| (k * i as f64).fract();
+                let (rise, angle) = (6.0 * i as f64, -0.8 + 1.6 * part(0.618));
+                let heading = if strays.contains(&i) {
+                    1.2 + 3.5 * part(0.41)
+                } else {
+                    0.6 * angle + 0.035 * (5.1 * i as f64).sin()
+                };
+                Pair {
+                    command: CommandSeen {
+                        rise,
+                        fall: rise + 0.4,
+                        speed: 0.7,
+                        angle,
+                    },
+                    motion: MotionSeen {
+                        start: rise + 0.2,
+                        from: Point::new(0.3, 0.0),
+                        velocity: Point::polar(0.8, heading),
+                    },
+                    lag: 0.2,
+                }
+            })
+            .collect();
+        findings(&pairs, "one.mcap")
+    }
+
+    #[test]
+    fn some_strays_are_told_and_many_make_a_model_meaningless() {
+        assert_eq!(found(0..0), None);
+        assert_eq!(found(10..12), None);
+        assert!(matches!(
+            found(10..15),
+            Some(Finding::Strays { certain: false, .. })
+        ));
+        assert!(matches!(
+            found(20..36),
+            Some(Finding::Strays { certain: true, from, .. }) if from == 120.0
+        ));
+    }
+}
