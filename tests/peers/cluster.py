@@ -28,13 +28,15 @@ words.add_argument("folder", type=Path)
 words.add_argument("page", type=Path)
 words.add_argument("--small", action="store_true")
 words.add_argument("parts", nargs="*", default=PARTS)
-words = words.parse_args()
+words = words.parse_intermixed_args()
 CAROM, FOLDER = words.carom.resolve(), words.folder.resolve()
 STRIKES = 200 if words.small else 5000
 KILLS = 30 if words.small else 200
 # No stage takes more than this share of the kills, so that each has its own.
 MOST = KILLS // 4
 wrong, rows = [], {}
+# Ended from outside, it takes down what it set up.
+signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))
 
 
 def check(holds, what):

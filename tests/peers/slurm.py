@@ -29,13 +29,13 @@ class Slurm:
         self.bin, self.sbin = self.root / "usr/bin", self.root / "usr/sbin"
         self.env = {
             **os.environ,
-            "LD_LIBRARY_PATH": f"{libraries}:{plugins}",
+            "LD_LIBRARY_PATH": f"{libraries}:{plugins}:{os.environ.get('LD_LIBRARY_PATH', '')}",
             "SLURM_CONF": str(self.folder / "slurm.conf"),
             "PATH": f"{path}:{os.environ['PATH']}",
         }
         self.pid_files = {node: self.folder / f"{node}.pid" for node in [*NODES, "ctld", "munge"]}
         host, user = socket.gethostname(), getpass.getuser()
-        nodes = [f"NodeName={node} NodeHostname={host} NodeAddr=127.0.0.1 Port={free_port()} CPUs=8 State=UNKNOWN" for node in NODES]
+        nodes = [f"NodeName={node} NodeHostname={host} NodeAddr=127.0.0.1 Port={free_port()} CPUs=4 State=UNKNOWN" for node in NODES]
         (self.folder / "slurm.conf").write_text(
             "\n".join(
                 [
@@ -47,6 +47,8 @@ class Slurm:
                     f"PluginDir={plugins}",
                     *["ProctrackType=proctrack/linuxproc", "TaskPlugin=task/none", "SwitchType=switch/none", "MpiDefault=none"],
                     *["SelectType=select/cons_tres", "SelectTypeParameters=CR_CPU", "ReturnToService=2", "SlurmdTimeout=10"],
+                    # More processors than this machine may have.
+                    "SlurmdParameters=config_overrides",
                     # A job that is queued again waits two minutes otherwise.
                     "SchedulerParameters=sched_interval=1,bf_interval=2,sched_min_interval=0",
                     f"SlurmctldPort={free_port()}",
@@ -80,30 +82,46 @@ class Slurm:
         subprocess.run([self.sbin / "slurmd-wlm", "-N", node, "-d", self.sbin / "slurmstepd-wlm"], env=self.env, check=True, capture_output=True)
 
     def lose(self, node):
-        """The node with all that runs on it, at once."""
-        pid = int(self.pid_files[node].read_text())
-        os.kill(pid, signal.SIGKILL)
-        killed = 0
-        spool = str(self.folder / f"spool.{node}")
+        """The node with all that runs on it, at once; how many workers that were."""
+        os.kill(int(self.pid_files[node].read_text()), signal.SIGKILL)
+        steps, tasks, workers = [], [], 0
         for process in Path("/proc").glob("[0-9]*"):
             try:
                 environment = (process / "environ").read_bytes().split(b"\0")
-                words = (process / "cmdline").read_bytes()
+                command = (process / "cmdline").read_bytes().split(b"\0")
             except OSError:
                 continue
-            is_task = f"SLURMD_NODENAME={node}".encode() in environment and f"SLURM_CONF={self.folder}/slurm.conf".encode() in environment
-            if is_task or (b"slurmstepd" in words and spool.encode() in words):
-                try:
-                    os.kill(int(process.name), signal.SIGKILL)
-                    killed += b"carom" in words.split(b"\0")[0]
-                except OSError:
-                    pass
-        return killed
+            if f"SLURM_CONF={self.folder}/slurm.conf".encode() not in environment:
+                continue
+            if f"SLURMD_NODENAME={node}".encode() in environment:
+                tasks.append(int(process.name))
+                workers += command[0] == b"carom"
+            elif f"spool.{node}" in os.readlink(process / "cwd") or b"slurmstepd" in command[0]:
+                steps.append(int(process.name))
+        # A step would tell of its task's death.
+        for process in steps + tasks:
+            try:
+                os.kill(process, signal.SIGKILL)
+            except OSError:
+                pass
+        return workers
 
     def states(self, job):
-        return self.call("squeue", "--noheader", "--array", "--format=%i %T %N", f"--jobs={job}").splitlines()
+        """Of each task that has not ended: its number, state, and node or reason."""
+        states = self.call("squeue", "--noheader", "--array", "--format=%i %T %R", f"--jobs={job}")
+        if "DependencyNeverSatisfied" in states:
+            raise RuntimeError("a task failed, and the run behind it will never begin: see the tasks' logs")
+        return states.splitlines()
 
     def __enter__(self):
+        try:
+            self.begin()
+        except BaseException:
+            self.__exit__()
+            raise
+        return self
+
+    def begin(self):
         for left in [self.folder / "state", *[self.folder / f"spool.{node}" for node in NODES]]:
             subprocess.run(["rm", "-rf", left], check=True)
         (self.folder / "state").mkdir()
@@ -119,7 +137,7 @@ class Slurm:
             self.start(node)
         for _ in range(120):
             if self.call("sinfo", "--noheader", "--Node", "--format=%T").split() == ["idle"] * len(NODES):
-                return self
+                return
             time.sleep(0.5)
         raise TimeoutError(f"no node is idle: see {self.folder}/*.log")
 

@@ -60,6 +60,11 @@ impl Pack {
         &self.path
     }
 
+    /// What all its answers have in common.
+    pub fn group(&self) -> Key {
+        self.group
+    }
+
     /// Keeps answers, in this order, and syncs them.
     pub fn append(&mut self, answers: &[CachedAnswer]) -> Result<(), StageError> {
         let opening = [FORMAT, &self.group.0].concat();

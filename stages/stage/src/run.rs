@@ -39,8 +39,9 @@ pub struct Run {
     dir: PathBuf,
     options: Options,
     answers: Answers,
-    /// Held while items are answered: a pack has one reader and writer.
-    packs: Mutex<()>,
+    /// Held while items are answered: a pack has one reader and writer. For a worker, the blocks of the calls that it went past, by what
+    /// their answers have in common: every other worker goes past the same ones.
+    packs: Mutex<HashMap<Key, Vec<PathBuf>>>,
     account: Mutex<(Summary, Vec<Record>)>,
     worker: Option<Worker>,
     _lock: Lock,
@@ -189,7 +190,7 @@ impl Run {
 
         let group = Key::of(S::NAME, S::VERSION, &self.options.engine, stage, shared)?;
         let path = self.answers.path(S::NAME, group, "pack")?;
-        let _guard = lock(&self.packs);
+        let mut blocks = lock(&self.packs);
         let mut fill = |key: Key, bytes: &[u8]| {
             for place in places.get(&key).into_iter().flatten() {
                 // One that does not decode is as good as missing.
@@ -199,6 +200,9 @@ impl Run {
         let (mut pack, damaged) = Pack::open(path, group, &mut fill)?;
         if self.worker().is_none() {
             pack.absorb(&mut fill)?;
+        }
+        for path in blocks.get(&group).into_iter().flatten() {
+            Pack::open(path.clone(), group, &mut fill)?;
         }
         self.answers.mark_used(pack.path());
 
@@ -222,7 +226,8 @@ impl Run {
         };
         let mut computed = 0;
         if self.worker().is_some() {
-            let answered = self.in_blocks(S::NAME, S::BLOCK, group, &pack, &missing, answer)?;
+            let past = blocks.entry(group).or_default();
+            let answered = self.in_blocks(S::NAME, S::BLOCK, &pack, &missing, answer, past)?;
             computed = answered.1;
             answered.0.into_iter().try_for_each(keep)?;
         } else if !missing.is_empty() {
@@ -251,17 +256,18 @@ impl Run {
         Ok(only(answers, S::NAME, items.len())?)
     }
 
-    /// The answers to the missing items, block by block, each a file until a run takes it in; and how many items were computed here.
+    /// The answers to the missing items, block by block, each a file until a run takes it in; and how many items were computed here. The
+    /// files are added to `past`.
     fn in_blocks<E: std::error::Error + Send + Sync + 'static>(
         &self,
         stage: &'static str,
         size: usize,
-        group: Key,
         pack: &Pack,
         missing: &[(usize, Key)],
         answer: impl Fn(&[(usize, Key)], &Progress) -> Result<Vec<CachedAnswer>, RunError<E>> + Sync,
+        past: &mut Vec<PathBuf>,
     ) -> Result<(Vec<Vec<CachedAnswer>>, usize), RunError<E>> {
-        let folder = pack.parts();
+        let (group, folder) = (pack.group(), pack.parts());
         durable::create_dir(&folder)?;
         let blocks: Vec<&[(usize, Key)]> = missing.chunks(size).collect();
         let named = |block: &&[(usize, Key)]| {
@@ -292,6 +298,7 @@ impl Run {
         };
         let work = self.work(stage, group.to_string(), &jobs, &folder);
         let (answers, _) = divide(self.worker(), &work, load, compute)?;
+        past.extend((0..jobs.len()).map(path));
         Ok((answers, here.into_inner()))
     }
 

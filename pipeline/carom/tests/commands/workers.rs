@@ -76,7 +76,7 @@ fn logs_with_images_are_tracked_by_one_worker_each_and_a_worker_that_fails_says_
     let folder = tempfile::tempdir().expect("a folder");
     let dir = folder.path().display();
     done(&format!(
-        "demo --strikes 10 --seed 4 --camera --out {dir}/rig"
+        "demo --strikes 3 --seed 4 --camera --out {dir}/rig"
     ));
     let logs = format!("{dir}/rig/logs --rig {dir}/rig/rig.toml --out {dir}");
     let why = std::thread::scope(|scope| {
