@@ -1,6 +1,6 @@
 # Everything that carom needs beside rustup's stable Rust, Python 3 with pip and a C compiler is set up here,
 # under .native/. A second run of any target does nothing that is done.
-.PHONY: build install report run test quick lint wheel dist programs tracked blind kuka first-day curve bench pages fuzz arm loop living soak setup clean
+.PHONY: build install report run test quick lint wheel dist programs tracked blind kuka first-day curve bench pages fuzz arm loop living soak cluster setup clean
 .DEFAULT_GOAL := build
 
 DEMO := artifacts/demo
@@ -200,6 +200,16 @@ living: build
 # A hundred nights on growing data, a fault in each: some twenty minutes.
 soak: build
 	nice -n 19 $(BIN)/soak --nights 100 --strikes 2 --seed 7
+
+# Shards, 200 kills, a real Slurm (Debian's packages, unpacked below and not installed) and Kubernetes' schema, and the page that is committed: some
+# half an hour. `make cluster SMALL=1` tries it in minutes, `PARTS="kills slurm"` a part of it. What it starts it ends.
+CLUSTER := artifacts/runs/cluster
+$(CLUSTER)/python/done: tests/peers/requirements_cluster.txt
+	python3 -m venv $(CLUSTER)/python
+	$(CLUSTER)/python/bin/python -m pip install --quiet --disable-pip-version-check --requirement $<
+	touch $@
+cluster: build $(CLUSTER)/python/done
+	$(CLUSTER)/python/bin/python tests/peers/cluster.py $(BIN)/carom $(CLUSTER)/work tests/CLUSTER.md $(if $(SMALL),--small) $(PARTS)
 
 clean:
 	cargo clean

@@ -18,6 +18,7 @@ STRIKES = ["artifacts/world", "artifacts/store", "datasets/logs", "pipeline/stri
 PAGES = {
     "ARM": ("make arm", [*STRIKES, "tests/arm"]),
     "BLIND": ("make blind", [*FITS, "datasets/rig", "tests/src/blind"]),
+    "CLUSTER": ("make cluster", ["datasets/durable", "stages/stage", "pipeline/carom"]),
     "FAULTS": ("make test", ["datasets/durable", "stages/stage", "artifacts/store", "pipeline/carom"]),
     "FIRST_DAY": ("make first-day", [*READS, "stages/check", "pipeline/carom"]),
     "HARD": ("make blind HARD=1", [*FITS, "datasets/rig", "tests/src/blind"]),

@@ -17,7 +17,8 @@ pub use aside::Aside;
 pub use hash::{hex, sha256};
 pub use lock::{Lock, LockError};
 pub use write::{
-    Output, append, create_dir, is_partial, remove_dir, rename, sweep, sync_dir, write, write_bytes,
+    Output, append, create_dir, is_partial, remove_dir, rename, sweep, sync_dir, write, write_as,
+    write_bytes,
 };
 
 use std::path::{Path, PathBuf};

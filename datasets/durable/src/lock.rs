@@ -1,4 +1,7 @@
-//! One writer at a time.
+//! One writer at a time, or several that agree.
+//!
+//! `flock`: over NFS the Linux client makes a byte-range lock of the whole file of it, which the server frees when the client's lease
+//! ends (90 s by default) where its machine is gone.
 
 use std::fs::{File, OpenOptions, TryLockError};
 use std::path::{Path, PathBuf};
@@ -28,13 +31,27 @@ pub enum LockError {
 impl Lock {
     /// Takes the lock of that file, which is made where there is none, or reports at once that another holds it.
     pub fn acquire(path: &Path) -> Result<Self, LockError> {
+        Self::take(path, File::try_lock)
+    }
+
+    /// The same beside others that share it: no one acquires it meanwhile.
+    pub fn share(path: &Path) -> Result<Self, LockError> {
+        Self::take(path, File::try_lock_shared)
+    }
+
+    fn take(
+        path: &Path,
+        lock: impl FnOnce(&File) -> Result<(), TryLockError>,
+    ) -> Result<Self, LockError> {
+        // NFS locks what is open for reading against writers, and what is open for writing against all.
         let file = OpenOptions::new()
             .create(true)
             .truncate(false)
+            .read(true)
             .write(true)
             .open(path)
             .map_err(|source| Error::new("open the lock", path, source))?;
-        match file.try_lock() {
+        match lock(&file) {
             Ok(()) => Ok(Self { file }),
             Err(TryLockError::WouldBlock) => Err(LockError::Busy { path: path.into() }),
             Err(TryLockError::Error(source)) => Err(Error::new("lock", path, source).into()),
@@ -63,5 +80,10 @@ mod tests {
         assert!(matches!(Lock::acquire(&path), Err(LockError::Busy { .. })));
         drop(first);
         Lock::acquire(&path).expect("free again");
+        let shared = [Lock::share(&path), Lock::share(&path)].map(|lock| lock.expect("shared"));
+        assert!(matches!(Lock::acquire(&path), Err(LockError::Busy { .. })));
+        drop(shared);
+        let _whole = Lock::acquire(&path).expect("free once more");
+        assert!(matches!(Lock::share(&path), Err(LockError::Busy { .. })));
     }
 }

@@ -68,7 +68,17 @@ pub fn write<E: From<Error>>(
     path: &Path,
     fill: impl FnOnce(&mut BufWriter<Output>) -> Result<(), E>,
 ) -> Result<(), E> {
-    let aside = partial(path);
+    write_as("", path, fill)
+}
+
+/// The same where others may write that file at the same time: `writer` is a name that none of them has. Each writes aside under a name of its
+/// own, and the last one's file stays.
+pub fn write_as<E: From<Error>>(
+    writer: &str,
+    path: &Path,
+    fill: impl FnOnce(&mut BufWriter<Output>) -> Result<(), E>,
+) -> Result<(), E> {
+    let aside = partial(path, writer);
     let written = fill_and_sync(&aside, fill).and_then(|()| rename(&aside, path).map_err(E::from));
     if written.is_err() && !faults::dead() {
         // The first error is the one to report; what stays is swept by the next run.
@@ -200,11 +210,13 @@ pub fn is_partial(path: &Path) -> bool {
             .is_some_and(|name| name.as_encoded_bytes().starts_with(b"."))
 }
 
-fn partial(path: &Path) -> PathBuf {
+fn partial(path: &Path, writer: &str) -> PathBuf {
     let mut name = std::ffi::OsString::from(".");
     name.push(path.file_name().unwrap_or_default());
-    name.push(".");
-    name.push(PARTIAL);
+    for part in [writer, PARTIAL].iter().filter(|part| !part.is_empty()) {
+        name.push(".");
+        name.push(part);
+    }
     path.with_file_name(name)
 }
 

@@ -6,7 +6,7 @@ use crate::Error;
 use crate::args::{Global, LogsArgs, examples};
 use crate::commands::{
     artifacts, camera, check, collect, dataset, demo, key, nightly, predict, query, rebuild,
-    report, rig, run, score, shell, step, track, trial,
+    report, rig, run, score, shell, status, step, track, trial, work,
 };
 use crate::output::Output;
 use crate::pipeline::Step;
@@ -114,6 +114,15 @@ pub enum Command {
         "carom run logs/ --rig rig.toml --out runs/a --key carom.key",
     ]))]
     Run(run::RunArgs),
+    /// Do a share of a run on any machine that sees its folder, beside any number of others; `carom run` then gathers all.
+    #[command(after_help = examples(&[
+        "carom work logs/ --rig rig.toml --out /shared/a --shard 3/8",
+        "carom work logs/ --rig rig.toml --out /shared/a",
+    ]))]
+    Work(work::WorkArgs),
+    /// Tell what workers did to a run, what failed, what is left and when it will end.
+    #[command(after_help = examples(&["carom status /shared/a", "carom status /shared/a --json"]))]
+    Status(status::StatusArgs),
     /// Run on what is new, and promote the result only if it beats the version in use on held-out strikes.
     #[command(after_help = examples(&[
         "carom nightly logs/ --rig rig.toml --out runs/a --key carom.key",
@@ -189,6 +198,8 @@ pub fn execute(cli: &Cli) -> Result<Output, Error> {
         Command::Check(args) => check::run(args, global),
         Command::Ingest(args) => run::ingest(args, global),
         Command::Run(args) => run::run(args, global),
+        Command::Work(args) => work::run(args, global),
+        Command::Status(args) => status::run(args),
         Command::Track(args) => track::run(args),
         Command::Camera(command) => camera::run(command),
         Command::Sysid(args) => step::run(args, Step::Sysid, global),

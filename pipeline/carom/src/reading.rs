@@ -64,7 +64,7 @@ pub fn open(paths: &[PathBuf]) -> (Vec<LogFile>, Vec<LeftOut>) {
 
 /// Reads the logs; each is read once, until its content changes. One that cannot be is left out, if another can.
 pub fn read(run: &Run, rig: &Rig, logs: &[PathBuf], seed: u64) -> Result<Read, Error> {
-    let tracked = tracked(run.dir(), rig, logs)?;
+    let tracked = tracked(run, run.dir(), rig, logs)?;
     let (mut logs, mut left_out) = open(&tracked.logs);
     left_out.extend(tracked.left_out);
     let mut ingest = |rig: &Rig, logs: &mut Vec<LogFile>| loop {

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use check::Severity;
 use serde_json::json;
-use stage::{Options, Run};
+use stage::{Options, Run, Share};
 use store::Store;
 use sysid::SysidError;
 
@@ -14,15 +14,25 @@ use crate::inputs::Inputs;
 use crate::output::Output;
 use crate::pipeline::{Step, pipeline};
 use crate::results::Worlds;
-use crate::{Error, outputs, publishing, report, summary};
+use crate::{Error, outputs, publishing, report, summary, tracking};
 
-/// A run in a folder; the programs below the stages are part of every key.
+/// A run in a folder, alone; the programs below the stages are part of every key.
 pub fn open(dir: &Path, global: Global) -> Result<Run, Error> {
-    let options = Options {
+    let run = Run::open(dir, options(global))?;
+    tracking::sweep(dir)?;
+    Ok(run)
+}
+
+/// A share of the work on a run, beside others.
+pub fn join(dir: &Path, share: Share, global: Global) -> Result<Run, Error> {
+    Ok(Run::join(dir, options(global), share)?)
+}
+
+fn options(global: Global) -> Options {
+    Options {
         engine: publishing::engine(),
         is_quiet: global.quiet,
-    };
-    Ok(Run::open(dir, options)?)
+    }
 }
 
 /// Goes through the steps up to and with `last`, writes the run's files, publishes where `last` says so, and reports what came out.

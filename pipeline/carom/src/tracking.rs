@@ -1,12 +1,14 @@
 //! Logs with images and no centroids, before they are ingested: each is tracked once, until it, the rig's camera or the object changes.
 
 use std::fs;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use logs::Limits;
 use logs::read::{RawSummary, read_raw};
 use serde::{Deserialize, Serialize};
 use serde_json::json;
+use stage::Run;
 use track::{TrackError, TrackOutcome, track_log};
 use values::Rig;
 
@@ -15,6 +17,8 @@ use crate::left_out::LeftOut;
 
 /// Where a run keeps the logs with centroids that it made.
 const FOLDER: &str = "tracked";
+/// What is kept there beside a log.
+const FRAMES: &str = "frames.json";
 /// Raised when the same images give other centroids.
 const VERSION: u32 = 6;
 
@@ -37,31 +41,71 @@ struct Frames {
     frames: TrackOutcome,
 }
 
-/// Tracks what needs it.
-pub fn tracked(dir: &Path, rig: &Rig, logs: &[PathBuf]) -> Result<Tracked, Error> {
+/// Tracks what needs it, into the folder of a run: each log by one of those who work there.
+pub fn tracked(run: &Run, dir: &Path, rig: &Rig, logs: &[PathBuf]) -> Result<Tracked, Error> {
     let mut tracked = Tracked::default();
-    for log in logs {
-        let Some(sha256) = needs_tracking(rig, log) else {
-            tracked.logs.push(log.clone());
-            continue;
-        };
-        match made(dir, rig, log, sha256) {
-            Ok((path, outcome)) => {
+    let needs = |log: &PathBuf| {
+        needs_tracking(rig, log).map(|sha256| ToTrack {
+            key: key(rig, &sha256),
+            sha256,
+        })
+    };
+    let needs: Vec<Option<ToTrack>> = logs.iter().map(needs).collect();
+    let to_track = logs.iter().zip(&needs);
+    let to_track: Vec<(&PathBuf, &ToTrack)> = to_track
+        .filter_map(|(log, needs)| Some((log, needs.as_ref()?)))
+        .collect();
+    let size = |log: &Path| fs::metadata(log).map_or(0, |metadata| metadata.len());
+    let jobs = to_track.iter();
+    let jobs: Vec<(String, u64)> = jobs.map(|(log, to)| (to.key.clone(), size(log))).collect();
+    let folder = dir.join(FOLDER);
+    let kept = |job: usize| {
+        let (log, to) = to_track[job];
+        Ok::<_, Error>(kept(&folder, log, to).map(Ok))
+    };
+    let make = |job: usize| {
+        let (log, to) = to_track[job];
+        make(&folder, rig, log, to, run.writer())
+    };
+    let made = run.each("track", &jobs, &folder, kept, make)?;
+    let mut made = made.into_iter();
+    for (log, needs) in logs.iter().zip(&needs) {
+        match needs.as_ref().and_then(|_| made.next()) {
+            None => tracked.logs.push(log.clone()),
+            Some(Ok((path, outcome))) => {
                 if outcome.centroids < outcome.frames {
                     let note = format!("{}: {}", name(log), outcome.sentence());
                     tracked.notes.push(note);
                 }
                 tracked.logs.push(path);
             }
-            Err(Failure::Log(why)) => tracked.left_out.push(LeftOut {
+            Some(Err(why)) => tracked.left_out.push(LeftOut {
                 log: name(log),
                 why,
             }),
-            Err(Failure::Run(error)) => return Err(error),
         }
     }
     Ok(tracked)
 }
+
+/// Removes what killed workers left, from the folder of a run that works alone.
+pub fn sweep(dir: &Path) -> Result<(), Error> {
+    let folder = dir.join(FOLDER);
+    if folder.is_dir() {
+        durable::sweep(&folder)?;
+    }
+    Ok(())
+}
+
+/// A log with images and no centroids.
+struct ToTrack {
+    sha256: String,
+    /// The name of its folder.
+    key: String,
+}
+
+/// A log with centroids and the outcome of its frames.
+type Made = (PathBuf, TrackOutcome);
 
 /// The hash of a log that has images and no centroids. What is wrong with a log is reported when it is ingested.
 fn needs_tracking(rig: &Rig, log: &Path) -> Option<String> {
@@ -72,51 +116,55 @@ fn needs_tracking(rig: &Rig, log: &Path) -> Option<String> {
     needs.then_some(summary.sha256)
 }
 
-enum Failure {
-    /// The log is of no use.
-    Log(String),
-    /// The run cannot go on.
-    Run(Error),
-}
-
-/// The log with centroids and the outcome of its frames; it is made if it is not there.
-fn made(
-    dir: &Path,
-    rig: &Rig,
-    log: &Path,
-    sha256: String,
-) -> Result<(PathBuf, TrackOutcome), Failure> {
+/// What the centroids depend on.
+fn key(rig: &Rig, sha256: &str) -> String {
     let what = json!({
         "version": VERSION, "log": sha256, "object": rig.object, "camera": rig.camera, "topics": rig.topics,
         "table": rig.table, "speed": rig.robot.speed,
     });
-    let key = durable::sha256(what.to_string().as_bytes());
-    let folder = dir.join(FOLDER).join(&key[..16]);
+    durable::sha256(what.to_string().as_bytes())[..16].to_owned()
+}
+
+/// What was made before.
+fn kept(folder: &Path, log: &Path, to: &ToTrack) -> Option<Made> {
+    let folder = folder.join(&to.key);
     let path = folder.join(name(log));
-    let frames_file = folder.join("frames.json");
-    if path.is_file()
-        && let Ok(text) = fs::read_to_string(&frames_file)
-        && let Ok(kept) = serde_json::from_str::<Frames>(&text)
-    {
-        return Ok((path, kept.frames));
-    }
-    durable::create_dir(&folder).map_err(|error| Failure::Run(error.into()))?;
-    match track_log(log, rig, &path, None) {
+    let text = fs::read_to_string(folder.join(FRAMES)).ok()?;
+    let kept: Frames = serde_json::from_str(&text).ok()?;
+    path.is_file().then_some((path, kept.frames))
+}
+
+/// Makes it; why not, where the log is of no use.
+fn make(
+    folder: &Path,
+    rig: &Rig,
+    log: &Path,
+    to: &ToTrack,
+    writer: &str,
+) -> Result<Result<Made, String>, Error> {
+    let folder = folder.join(&to.key);
+    durable::create_dir(&folder)?;
+    let path = folder.join(name(log));
+    // Aside, for another worker may make it at the same time.
+    let aside = folder.join(format!(".{}.{writer}.partial", name(log)));
+    match track_log(log, rig, &aside, None) {
         Ok(frames) => {
-            let kept = Frames { sha256, frames };
-            let text = serde_json::to_string_pretty(&kept);
-            let text = text.map_err(|error| Failure::Run(Error::failed(error)))? + "\n";
-            durable::write_bytes(&frames_file, text.as_bytes())
-                .map_err(|error| Failure::Run(error.into()))?;
-            Ok((path, kept.frames))
+            durable::rename(&aside, &path)?;
+            let kept = Frames {
+                sha256: to.sha256.clone(),
+                frames,
+            };
+            let text = serde_json::to_string_pretty(&kept).map_err(Error::failed)? + "\n";
+            let file = folder.join(FRAMES);
+            durable::write_as(writer, &file, |out| {
+                out.write_all(text.as_bytes())
+                    .map_err(|source| durable::Error::new("write", &file, source))
+            })?;
+            Ok(Ok((path, kept.frames)))
         }
-        Err(error @ (TrackError::Setup(_) | TrackError::NoTopic)) => {
-            Err(Failure::Run(Error::input(error)))
-        }
-        Err(error @ (TrackError::Write(_) | TrackError::File(_))) => {
-            Err(Failure::Run(Error::failed(error)))
-        }
-        Err(error) => Err(Failure::Log(error.to_string())),
+        Err(error @ (TrackError::Setup(_) | TrackError::NoTopic)) => Err(Error::input(error)),
+        Err(error @ (TrackError::Write(_) | TrackError::File(_))) => Err(Error::failed(error)),
+        Err(error) => Ok(Err(error.to_string())),
     }
 }
 

@@ -18,6 +18,10 @@ impl ListStage for Ingest {
     type Output = LogOutcome<StrikeSummary>;
     type Error = IngestError;
 
+    fn cost(log: &LogFile) -> u64 {
+        std::fs::metadata(&log.path).map_or(0, |metadata| metadata.len())
+    }
+
     fn run_item(
         &self,
         rig: &Rig,

@@ -17,6 +17,8 @@ const SPARE: usize = 8;
 /// The cache's folder.
 pub(crate) struct Answers {
     dir: PathBuf,
+    /// A name that nobody else who writes here has; empty where nobody else does.
+    writer: String,
     /// Files, and folders of lists, that this run wrote or used.
     used: Mutex<HashSet<PathBuf>>,
 }
@@ -30,13 +32,24 @@ pub(crate) enum Cached {
 }
 
 impl Answers {
+    /// The cache of one who is alone in it.
     pub fn open(dir: PathBuf) -> Result<Self, StageError> {
-        durable::create_dir(&dir)?;
         durable::sweep(&dir)?;
-        Ok(Self {
+        Ok(Self::beside_others(dir, String::new()))
+    }
+
+    /// The cache of one of several, by its name.
+    pub fn beside_others(dir: PathBuf, writer: String) -> Self {
+        Self {
             dir,
+            writer,
             used: Mutex::default(),
-        })
+        }
+    }
+
+    /// The name to write under ([`durable::write_as`]).
+    pub fn writer(&self) -> &str {
+        &self.writer
     }
 
     /// The place of a key, in its stage's folder, which is made.
@@ -62,7 +75,7 @@ impl Answers {
     }
 
     pub fn store(&self, path: &Path, key: Key, answer: &[u8]) -> Result<(), StageError> {
-        durable::write(path, |file| {
+        durable::write_as(&self.writer, path, |file| {
             use std::io::Write;
             file.write_all(&Key::of_bytes(&[&key.0, answer]).0)
                 .and_then(|()| file.write_all(answer))
@@ -79,8 +92,11 @@ impl Answers {
             .insert(path.into());
     }
 
-    /// Removes the oldest of what this run did not use, where a stage's folder holds more than [`SPARE`] of it.
+    /// Removes the oldest of what this run did not use, where a stage's folder holds more than [`SPARE`] of it and nobody else works in it.
     pub fn prune(&self, stage: &str) -> Result<(), StageError> {
+        if !self.writer.is_empty() {
+            return Ok(());
+        }
         let folder = self.dir.join(stage);
         let failed = |source| durable::Error::new("tidy", &folder, source);
         let used = self.used.lock().unwrap_or_else(PoisonError::into_inner);

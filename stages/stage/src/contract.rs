@@ -8,15 +8,15 @@ use crate::Progress;
 ///
 /// `run` is a function of settings and input: no clock, environment or global random source, and the same bytes with
 /// any number of threads.
-pub trait Stage: Serialize {
+pub trait Stage: Serialize + Sync {
     /// Its name: of its folder in the cache, in the summary and in the manifest.
     const NAME: &'static str;
     /// Raised when the meaning of its output, or how it is computed, changes.
     const VERSION: u32;
     /// What it computes from.
-    type Input: Serialize + ?Sized;
+    type Input: Serialize + Sync + ?Sized;
     /// Its answer.
-    type Output: Serialize + DeserializeOwned;
+    type Output: Serialize + DeserializeOwned + Send;
     /// Why it could not answer.
     type Error: std::error::Error + Send + Sync + 'static;
 
@@ -30,6 +30,8 @@ pub trait ItemStage: Serialize + Sync {
     const NAME: &'static str;
     /// Raised when the meaning of its output, or how it is computed, changes.
     const VERSION: u32;
+    /// Items that one of several workers takes at a time: some tenths of a second's work.
+    const BLOCK: usize = 32;
     /// What every item is computed with, such as a world.
     type Shared: Serialize + Sync + ?Sized;
     /// One item.
@@ -66,6 +68,11 @@ pub trait ListStage: Serialize + Sync {
     type Output: Serialize + DeserializeOwned + Send;
     /// Why it could not answer.
     type Error: std::error::Error + Send + Sync + 'static;
+
+    /// How much there is to do for an item, beside others: workers deal their shares by it. No answer depends on it.
+    fn cost(_item: &Self::Item) -> u64 {
+        1
+    }
 
     /// Computes the list of one item: hands over each entry when it is found, then returns the answer for the whole. Items are computed
     /// side by side.

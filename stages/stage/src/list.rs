@@ -108,6 +108,11 @@ impl Place {
             key: Key::of_bytes(&[&group.0, &item.0]),
         })
     }
+
+    /// A name that the place of no other item has.
+    pub fn name(&self) -> String {
+        self.key.to_string()
+    }
 }
 
 /// What the cache holds of an item.
@@ -181,12 +186,13 @@ fn prove(file: File, key: Key) -> io::Result<Option<(Vec<u64>, Vec<u8>)>> {
 
 /// Computes a list into its file, which is whole or absent.
 pub(crate) fn write<S: ListStage>(
+    writer: &str,
     Place { path, key }: &Place,
     stage: &S,
     shared: &S::Shared,
     item: &S::Item,
 ) -> Result<(), RunError<S::Error>> {
-    durable::write(path, |file| {
+    durable::write_as(writer, path, |file| {
         let mut writer = Writer {
             stage: S::NAME,
             path,

@@ -6,8 +6,9 @@
 //! whose head is not proved ends the file (a torn end, or damage: what follows is computed again); one whose answer is
 //! not proved is passed over.
 
-use std::fs::File;
-use std::io::{self, BufReader, ErrorKind, Read};
+use std::collections::BTreeMap;
+use std::fs::{self, File};
+use std::io::{self, BufReader, ErrorKind, Read, Write};
 use std::path::{Path, PathBuf};
 
 use crate::StageError;
@@ -59,20 +60,76 @@ impl Pack {
         &self.path
     }
 
+    /// What all its answers have in common.
+    pub fn group(&self) -> Key {
+        self.group
+    }
+
     /// Keeps answers, in this order, and syncs them.
     pub fn append(&mut self, answers: &[CachedAnswer]) -> Result<(), StageError> {
-        let mut bytes = Vec::new();
-        if self.end == 0 {
-            bytes.extend_from_slice(FORMAT);
-            bytes.extend_from_slice(&self.group.0);
-        }
-        for (key, answer) in answers {
-            bytes.extend_from_slice(&head(*key, answer));
-            bytes.extend_from_slice(answer);
-        }
+        let opening = [FORMAT, &self.group.0].concat();
+        let mut bytes = if self.end == 0 { opening } else { Vec::new() };
+        put(&mut bytes, answers);
         durable::append(&self.path, self.end, &bytes)?;
         self.end += bytes.len() as u64;
         Ok(())
+    }
+
+    /// Where several workers put their answers, each block in a pack of its own, until a run takes them in.
+    pub fn parts(&self) -> PathBuf {
+        self.path.with_extension("parts")
+    }
+
+    /// Takes in what workers left ([`write_part`]), passing each proved answer to `visit`.
+    pub fn absorb(&mut self, mut visit: impl FnMut(Key, &[u8])) -> Result<(), StageError> {
+        let folder = self.parts();
+        let failed = |source| durable::Error::new("read", &folder, source);
+        let entries = match fs::read_dir(&folder) {
+            Err(error) if error.kind() == ErrorKind::NotFound => return Ok(()),
+            entries => entries.map_err(failed)?,
+        };
+        // In an order of their own, whoever wrote them.
+        let mut taken = BTreeMap::new();
+        for entry in entries {
+            let path = entry.map_err(failed)?.path();
+            Self::open(path, self.group, |key, bytes| {
+                taken.insert(key, bytes.to_vec());
+            })?;
+        }
+        // A run that was killed in between took them in before.
+        Self::open(self.path.clone(), self.group, |key, _| {
+            taken.remove(&key);
+        })?;
+        for (key, bytes) in &taken {
+            visit(*key, bytes);
+        }
+        if !taken.is_empty() {
+            self.append(&taken.into_iter().collect::<Vec<_>>())?;
+        }
+        Ok(durable::remove_dir(&folder)?)
+    }
+}
+
+/// Writes a pack of these answers alone, whole or absent.
+pub(crate) fn write_part(
+    writer: &str,
+    path: &Path,
+    group: Key,
+    answers: &[CachedAnswer],
+) -> Result<(), StageError> {
+    let mut bytes = [FORMAT, &group.0].concat();
+    put(&mut bytes, answers);
+    durable::write_as(writer, path, |file| {
+        file.write_all(&bytes)
+            .map_err(|source| durable::Error::new("write", path, source).into())
+    })
+}
+
+/// Adds the answers' records.
+fn put(bytes: &mut Vec<u8>, answers: &[CachedAnswer]) {
+    for (key, answer) in answers {
+        bytes.extend_from_slice(&head(*key, answer));
+        bytes.extend_from_slice(answer);
     }
 }
 
@@ -126,9 +183,6 @@ fn scan(file: File, group: Key, mut visit: impl FnMut(Key, &[u8])) -> io::Result
 
 #[cfg(test)]
 mod tests {
-    use std::collections::BTreeMap;
-    use std::fs;
-
     use proptest::prelude::*;
 
     use super::*;

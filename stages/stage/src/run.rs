@@ -2,17 +2,19 @@
 
 use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use durable::{Lock, LockError};
-use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::answers::{Answers, Cached};
 use crate::key::Key;
 use crate::list::{self, ListAnswer};
-use crate::pack::{CachedAnswer, Pack};
+use crate::pack::{self, CachedAnswer, Pack};
+use crate::work_log::{self, Event};
+use crate::worker::{Job, Share, Work, Worker, divide};
 use crate::{
     ItemStage, ListStage, Progress, Record, RunError, Stage, StageError, StageSummary, Summary,
     codec,
@@ -37,32 +39,70 @@ pub struct Run {
     dir: PathBuf,
     options: Options,
     answers: Answers,
-    /// Held while items are answered: a pack has one reader and writer.
-    packs: Mutex<()>,
+    /// Held while items are answered: a pack has one reader and writer. For a worker, the blocks of the calls that it went past, by what
+    /// their answers have in common: every other worker goes past the same ones.
+    packs: Mutex<HashMap<Key, Vec<PathBuf>>>,
     account: Mutex<(Summary, Vec<Record>)>,
+    worker: Option<Worker>,
     _lock: Lock,
 }
 
 impl Run {
-    /// Begins a run in a folder, which is made; [`StageError::Busy`] where another run works there.
+    /// Begins a run in a folder, which is made; [`StageError::Busy`] where another run or a worker works there.
     pub fn open(dir: &Path, options: Options) -> Result<Self, StageError> {
+        Self::begin(dir, options, Lock::acquire, |cache| {
+            // Nobody works here: what workers say and claim is over.
+            durable::remove_dir(&cache.join(work_log::FOLDER))?;
+            Ok((Answers::open(cache.into())?, None))
+        })
+    }
+
+    /// Begins work in a folder, which is made, beside any number of others; [`StageError::Busy`] where a run works there. Its answers are
+    /// those of all.
+    pub fn join(dir: &Path, options: Options, share: Share) -> Result<Self, StageError> {
+        Self::begin(dir, options, Lock::share, |cache| {
+            let worker = Worker::begin(cache, share)?;
+            let answers = Answers::beside_others(cache.into(), worker.name().into());
+            Ok((answers, Some(worker)))
+        })
+    }
+
+    fn begin(
+        dir: &Path,
+        options: Options,
+        lock: impl FnOnce(&Path) -> Result<Lock, LockError>,
+        open: impl FnOnce(&Path) -> Result<(Answers, Option<Worker>), StageError>,
+    ) -> Result<Self, StageError> {
         let cache = dir.join("cache");
         durable::create_dir(&cache)?;
-        let lock = Lock::acquire(&cache.join("lock")).map_err(|error| match error {
+        let lock = lock(&cache.join("lock")).map_err(|error| match error {
             LockError::Busy { .. } => StageError::Busy {
                 dir: dir.display().to_string(),
             },
             LockError::Io(error) => error.into(),
         })?;
-        let answers = Answers::open(cache)?;
+        let (answers, worker) = open(&cache)?;
         Ok(Self {
             dir: dir.into(),
             options,
             answers,
             packs: Mutex::default(),
             account: Mutex::default(),
+            worker,
             _lock: lock,
         })
+    }
+
+    /// Adds to what this worker says of itself; a run that works alone says nothing.
+    pub fn tell(&self, event: Event) {
+        if let Some(worker) = self.worker() {
+            worker.tell(event);
+        }
+    }
+
+    /// The name that no other worker writes under; empty where the run works alone.
+    pub fn writer(&self) -> &str {
+        self.answers.writer()
     }
 
     /// The folder.
@@ -90,28 +130,42 @@ impl Run {
         self.record(S::NAME, S::VERSION, stage)?;
         let key = Key::of(S::NAME, S::VERSION, &self.options.engine, stage, input)?;
         let path = self.answers.path(S::NAME, key, "answer")?;
-        let mut damaged = 0;
-        match self.answers.load(&path, key)? {
-            Cached::Answer(bytes) => match codec::decode(&bytes, S::NAME) {
-                Ok(output) => {
-                    self.account_for(S::NAME, 0, 1, 0, started);
-                    return Ok(output);
-                }
-                // Kept by a stage of the same version with another type of output.
-                Err(_) => damaged = 1,
-            },
-            Cached::Damaged => damaged = 1,
-            Cached::Nothing => {}
+        let damaged = AtomicUsize::new(0);
+        let load = |_| -> Result<Option<S::Output>, RunError<S::Error>> {
+            let output = match self.answers.load(&path, key)? {
+                Cached::Nothing => return Ok(None),
+                // It may have been kept by a stage of the same version with another type of output.
+                Cached::Answer(bytes) => codec::decode(&bytes, S::NAME).ok(),
+                Cached::Damaged => None,
+            };
+            damaged.store(usize::from(output.is_none()), Ordering::Relaxed);
+            Ok(output)
+        };
+        let compute = |_, progress: &Progress| {
+            let output = stage.run(input, progress).map_err(RunError::Stage)?;
+            let bytes = codec::encode(&output, S::NAME)?;
+            let output = codec::decode(&bytes, S::NAME)?;
+            self.answers.store(&path, key, &bytes)?;
+            Ok(output)
+        };
+        let jobs = [Job {
+            key: key.to_string(),
+            cost: 1,
+            items: 0,
+        }];
+        let work = self.work(
+            S::NAME,
+            key.to_string(),
+            &jobs,
+            path.parent().unwrap_or(&path),
+        );
+        let (outputs, computed) = divide(self.worker(), &work, load, compute)?;
+        if computed > 0 {
+            self.answers.prune(S::NAME)?;
         }
-        let output = stage
-            .run(input, &self.progress(S::NAME))
-            .map_err(RunError::Stage)?;
-        let bytes = codec::encode(&output, S::NAME)?;
-        let output = codec::decode(&bytes, S::NAME)?;
-        self.answers.store(&path, key, &bytes)?;
-        self.answers.prune(S::NAME)?;
-        self.account_for(S::NAME, 1, 0, damaged, started);
-        Ok(output)
+        let damaged = damaged.into_inner();
+        self.account_for(S::NAME, computed, 1 - computed, damaged, started);
+        Ok(only(outputs, S::NAME, 1)?.remove(0))
     }
 
     /// The answers to the items, in their order: each kept, or computed now and kept. Calls follow one another: not to
@@ -136,13 +190,20 @@ impl Run {
 
         let group = Key::of(S::NAME, S::VERSION, &self.options.engine, stage, shared)?;
         let path = self.answers.path(S::NAME, group, "pack")?;
-        let _guard = lock(&self.packs);
-        let (mut pack, damaged) = Pack::open(path, group, |key, bytes| {
+        let mut blocks = lock(&self.packs);
+        let mut fill = |key: Key, bytes: &[u8]| {
             for place in places.get(&key).into_iter().flatten() {
                 // One that does not decode is as good as missing.
                 slots[*place] = codec::decode(bytes, S::NAME).ok();
             }
-        })?;
+        };
+        let (mut pack, damaged) = Pack::open(path, group, &mut fill)?;
+        if self.worker().is_none() {
+            pack.absorb(&mut fill)?;
+        }
+        for path in blocks.get(&group).into_iter().flatten() {
+            Pack::open(path.clone(), group, &mut fill)?;
+        }
         self.answers.mark_used(pack.path());
 
         // Items that are equal are computed once, at the first one's place.
@@ -152,20 +213,32 @@ impl Run {
             .map(|(key, places)| (places[0], *key))
             .collect();
         let missing: Vec<(usize, Key)> = missing.into_iter().collect();
+        let mut keep = |answers: Vec<CachedAnswer>| -> Result<(), StageError> {
+            for (key, bytes) in answers {
+                for place in &places[&key] {
+                    slots[*place] = Some(codec::decode(&bytes, S::NAME)?);
+                }
+            }
+            Ok(())
+        };
+        let answer = |batch: &[(usize, Key)], progress: &Progress| {
+            answer_batch(stage, shared, items, batch, progress)
+        };
         let mut computed = 0;
-        if !missing.is_empty() {
+        if self.worker().is_some() {
+            let past = blocks.entry(group).or_default();
+            let answered = self.in_blocks(S::NAME, S::BLOCK, &pack, &missing, answer, past)?;
+            computed = answered.1;
+            answered.0.into_iter().try_for_each(keep)?;
+        } else if !missing.is_empty() {
             let progress = self.progress(S::NAME).counted(missing.len());
             let mut size = FIRST_BATCH;
             while computed < missing.len() {
                 let batch = &missing[computed..missing.len().min(computed + size)];
                 let began = Instant::now();
-                for (key, bytes) in
-                    self.compute(stage, shared, items, batch, &progress, &mut pack)?
-                {
-                    for place in &places[&key] {
-                        slots[*place] = Some(codec::decode(&bytes, S::NAME)?);
-                    }
-                }
+                let answers = answer(batch, &progress)?;
+                pack.append(&answers)?;
+                keep(answers)?;
                 computed += batch.len();
                 progress.set_done(computed);
                 size = next_size(size, began.elapsed());
@@ -180,16 +253,53 @@ impl Run {
             started,
         );
         let answers = slots.into_iter().flatten().collect::<Vec<_>>();
-        if answers.len() == items.len() {
-            Ok(answers)
-        } else {
-            Err(StageError::Rows {
-                stage: S::NAME,
-                answers: answers.len(),
-                items: items.len(),
+        Ok(only(answers, S::NAME, items.len())?)
+    }
+
+    /// The answers to the missing items, block by block, each a file until a run takes it in; and how many items were computed here. The
+    /// files are added to `past`.
+    fn in_blocks<E: std::error::Error + Send + Sync + 'static>(
+        &self,
+        stage: &'static str,
+        size: usize,
+        pack: &Pack,
+        missing: &[(usize, Key)],
+        answer: impl Fn(&[(usize, Key)], &Progress) -> Result<Vec<CachedAnswer>, RunError<E>> + Sync,
+        past: &mut Vec<PathBuf>,
+    ) -> Result<(Vec<Vec<CachedAnswer>>, usize), RunError<E>> {
+        let (group, folder) = (pack.group(), pack.parts());
+        durable::create_dir(&folder)?;
+        let blocks: Vec<&[(usize, Key)]> = missing.chunks(size).collect();
+        let named = |block: &&[(usize, Key)]| {
+            let keys: Vec<&[u8]> = block.iter().map(|(_, key)| &key.0[..]).collect();
+            Job {
+                key: Key::of_bytes(&[&[&group.0[..]], &keys[..]].concat()).to_string(),
+                cost: block.len() as u64,
+                items: block.len(),
             }
-            .into())
-        }
+        };
+        let jobs: Vec<Job> = blocks.iter().map(named).collect();
+        let path = |block: usize| folder.join(format!("{}.part", jobs[block].key));
+        let load = |block: usize| -> Result<_, RunError<E>> {
+            let mut held = HashMap::new();
+            Pack::open(path(block), group, |key, bytes| {
+                held.insert(key, bytes.to_vec());
+            })?;
+            let keys = blocks[block].iter();
+            let answers = keys.map(|(_, key)| Some((*key, held.remove(key)?)));
+            Ok(answers.collect())
+        };
+        let here = AtomicUsize::new(0);
+        let compute = |block: usize, progress: &Progress| {
+            let answers = answer(blocks[block], progress)?;
+            pack::write_part(self.answers.writer(), &path(block), group, &answers)?;
+            here.fetch_add(answers.len(), Ordering::Relaxed);
+            Ok(answers)
+        };
+        let work = self.work(stage, group.to_string(), &jobs, &folder);
+        let (answers, _) = divide(self.worker(), &work, load, compute)?;
+        past.extend((0..jobs.len()).map(path));
+        Ok((answers, here.into_inner()))
     }
 
     /// The lists of the items, in their order: each kept, or computed now and kept. Calls follow one another, as those of
@@ -212,40 +322,77 @@ impl Run {
             .collect::<Result<Vec<_>, StageError>>()?;
         // Items that are equal have one file.
         let distinct: BTreeMap<&list::Place, &S::Item> = places.iter().zip(items).collect();
+        let distinct: Vec<(&list::Place, &S::Item)> = distinct.into_iter().collect();
+        let job = |(place, item): &(&list::Place, &S::Item)| Job {
+            key: place.name(),
+            cost: S::cost(item),
+            items: 1,
+        };
+        let jobs: Vec<Job> = distinct.iter().map(job).collect();
 
         let _guard = lock(&self.packs);
-        let mut kept = distinct
-            .par_iter()
-            .map(|(place, _)| Ok((*place, list::load::<S>(place)?)))
-            .collect::<Result<BTreeMap<&list::Place, list::Cached<S>>, StageError>>()?;
-        let missing: Vec<&list::Place> = distinct
-            .keys()
-            .copied()
-            .filter(|place| !matches!(kept[*place], list::Cached::List(..)))
-            .collect();
-        let damaged = kept
-            .values()
-            .filter(|kept| matches!(kept, list::Cached::Damaged))
-            .count();
-        if !missing.is_empty() {
-            let progress = self.progress(S::NAME).counted(missing.len());
-            missing.par_iter().try_for_each(|place| {
-                list::write(place, stage, shared, distinct[*place])?;
-                progress.inc(1);
-                Ok::<_, RunError<S::Error>>(())
-            })?;
+        let damaged = AtomicUsize::new(0);
+        let load = |job: usize| match list::load::<S>(distinct[job].0)? {
+            list::Cached::List(whole, entries) => {
+                Ok::<_, RunError<S::Error>>(Some((whole, entries)))
+            }
+            list::Cached::Nothing => Ok(None),
+            list::Cached::Damaged => {
+                damaged.fetch_add(1, Ordering::Relaxed);
+                Ok(None)
+            }
+        };
+        let compute = |job: usize, progress: &Progress| {
+            let (place, item) = distinct[job];
+            list::write(self.answers.writer(), place, stage, shared, item)?;
+            progress.inc(1);
+            Ok::<_, RunError<S::Error>>(list::written::<S>(place)?)
+        };
+        let work = Work {
+            is_side_by_side: true,
+            ..self.work(S::NAME, group.to_string(), &jobs, &folder)
+        };
+        let (lists, computed) = divide(self.worker(), &work, load, compute)?;
+        if computed > 0 {
             self.answers.prune(S::NAME)?;
         }
-        let computed = missing.len();
+        let places_of = distinct.iter().map(|(place, _)| *place);
+        let mut kept: BTreeMap<&list::Place, ListAnswer<S>> = places_of.zip(lists).collect();
         let lists = places
             .iter()
             .map(|place| match kept.remove(place) {
-                Some(list::Cached::List(whole, entries)) => Ok((whole, entries)),
-                _ => list::written::<S>(place),
+                Some(list) => Ok(list),
+                None => list::written::<S>(place),
             })
             .collect::<Result<Vec<_>, StageError>>()?;
+        let damaged = damaged.into_inner();
         self.account_for(S::NAME, computed, items.len() - computed, damaged, started);
         Ok(lists)
+    }
+
+    /// Answers of a kind that is kept elsewhere: each loaded from where it is kept, or computed there, by one of those who work in the
+    /// folder. A job has a name and what it costs beside others.
+    pub fn each<T: Send, E: From<StageError> + Send>(
+        &self,
+        stage: &'static str,
+        jobs: &[(String, u64)],
+        folder: &Path,
+        load: impl Fn(usize) -> Result<Option<T>, E> + Sync,
+        compute: impl Fn(usize) -> Result<T, E> + Sync,
+    ) -> Result<Vec<T>, E> {
+        let jobs = jobs.iter().map(|(key, cost)| Job {
+            key: key.clone(),
+            cost: *cost,
+            items: 1,
+        });
+        let jobs: Vec<Job> = jobs.collect();
+        let work = self.work(stage, stage.into(), &jobs, folder);
+        let computed = |job, progress: &Progress| {
+            let answer = compute(job)?;
+            progress.inc(1);
+            Ok(answer)
+        };
+        Ok(divide(self.worker(), &work, load, computed)?.0)
     }
 
     /// The list of an item that the cache still holds; none where it holds none. Nothing is computed.
@@ -264,35 +411,25 @@ impl Run {
         })
     }
 
-    /// Computes one batch and keeps it.
-    fn compute<S: ItemStage>(
+    fn work<'a>(
         &self,
-        stage: &S,
-        shared: &S::Shared,
-        items: &[S::Item],
-        batch: &[(usize, Key)],
-        progress: &Progress,
-        pack: &mut Pack,
-    ) -> Result<Vec<CachedAnswer>, RunError<S::Error>> {
-        let wanted: Vec<&S::Item> = batch.iter().map(|(place, _)| &items[*place]).collect();
-        let outputs = stage
-            .run_items(shared, &wanted, progress)
-            .map_err(RunError::Stage)?;
-        if outputs.len() != batch.len() {
-            return Err(StageError::Rows {
-                stage: S::NAME,
-                answers: outputs.len(),
-                items: batch.len(),
-            }
-            .into());
+        stage: &'static str,
+        group: String,
+        jobs: &'a [Job],
+        folder: &'a Path,
+    ) -> Work<'a> {
+        Work {
+            stage,
+            group,
+            jobs,
+            is_side_by_side: false,
+            folder,
+            is_quiet: self.options.is_quiet,
         }
-        let answers = batch
-            .iter()
-            .zip(&outputs)
-            .map(|((_, key), output)| Ok((*key, codec::encode(output, S::NAME)?)))
-            .collect::<Result<Vec<_>, StageError>>()?;
-        pack.append(&answers)?;
-        Ok(answers)
+    }
+
+    fn worker(&self) -> Option<&Worker> {
+        self.worker.as_ref()
     }
 
     fn progress(&self, stage: &'static str) -> Progress {
@@ -343,6 +480,36 @@ impl Run {
             seconds,
         });
     }
+}
+
+/// Computes the answers to one batch.
+fn answer_batch<S: ItemStage>(
+    stage: &S,
+    shared: &S::Shared,
+    items: &[S::Item],
+    batch: &[(usize, Key)],
+    progress: &Progress,
+) -> Result<Vec<CachedAnswer>, RunError<S::Error>> {
+    let wanted: Vec<&S::Item> = batch.iter().map(|(place, _)| &items[*place]).collect();
+    let outputs = stage.run_items(shared, &wanted, progress);
+    let outputs = only(outputs.map_err(RunError::Stage)?, S::NAME, batch.len())?;
+    let answers = batch
+        .iter()
+        .zip(&outputs)
+        .map(|((_, key), output)| Ok((*key, codec::encode(output, S::NAME)?)));
+    answers.collect()
+}
+
+/// The answers, where there are as many as items.
+fn only<T>(answers: Vec<T>, stage: &'static str, items: usize) -> Result<Vec<T>, StageError> {
+    if answers.len() == items {
+        return Ok(answers);
+    }
+    Err(StageError::Rows {
+        stage,
+        answers: answers.len(),
+        items,
+    })
 }
 
 /// Twice as many items where a batch was quick, half as many where it was slow. How items are cut into batches changes

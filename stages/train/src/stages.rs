@@ -16,6 +16,7 @@ pub struct Train {
 impl ItemStage for Train {
     const NAME: &'static str = "train";
     const VERSION: u32 = 6;
+    const BLOCK: usize = 1;
     /// What the strikes were solved in: answers of another are kept apart, and forgotten together.
     type Shared = str;
     type Item = Vec<Example>;

@@ -18,6 +18,8 @@ pub mod rig;
 pub mod run;
 pub mod score;
 pub mod shell;
+pub mod status;
 pub mod step;
 pub mod track;
 pub mod trial;
+pub mod work;

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use ingest::LogFile;
 use serde_json::json;
+use stage::Run;
 use store::{Artifact, SIGNATURE, Store};
 
 use crate::args::Global;
@@ -39,10 +40,9 @@ pub fn run(args: &RebuildArgs, global: Global) -> Result<Output, Error> {
             artifact.version, moved.version, moved.strikes
         )));
     }
-    let inputs = recorded_inputs(&args.artifacts, &artifact)?;
-
     let scratch = tempfile::tempdir().map_err(Error::failed)?;
     let run = open(scratch.path(), global)?;
+    let inputs = recorded_inputs(&run, &args.artifacts, &artifact)?;
     let results = pipeline(&run, &inputs, Step::Publish)?;
     if results.read.check.is_meaningless() {
         return Err(Error::Refused(
@@ -75,10 +75,10 @@ pub fn run(args: &RebuildArgs, global: Global) -> Result<Output, Error> {
 }
 
 /// The inputs that the version's manifest names: its rig, seed and whether effects were kept out, and of the logs that the run keeps those of its hashes.
-fn recorded_inputs(dir: &Path, artifact: &Artifact) -> Result<Inputs, Error> {
+fn recorded_inputs(run: &Run, dir: &Path, artifact: &Artifact) -> Result<Inputs, Error> {
     let recorded = &artifact.manifest.provenance;
     // Of logs with images, the logs with centroids that the run made, or the same made again.
-    let kept = tracked(dir, &artifact.rig, &Inputs::kept(dir)?.logs)?;
+    let kept = tracked(run, dir, &artifact.rig, &Inputs::kept(dir)?.logs)?;
     let kept: Vec<LogFile> = kept
         .logs
         .iter()

@@ -9,3 +9,4 @@ mod pixels;
 mod runs;
 mod shell;
 mod tracks;
+mod workers;

@@ -1,0 +1,306 @@
+//! Many processes on one run's cache, on any machines that see its folder.
+//!
+//! Each job has a claim, a file that is locked while a worker computes it: the lock goes with the process, however that ends. Claims
+//! only save work. What makes a result right is that an answer depends on nothing but its key, and that its file is whole or absent:
+//! computed twice, it is the same file twice.
+
+use std::cmp::Reverse;
+use std::fs::{File, OpenOptions};
+use std::io::{ErrorKind, Write};
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Mutex, PoisonError};
+use std::time::{Duration, Instant};
+
+use durable::{Lock, LockError};
+use rayon::prelude::*;
+
+use crate::work_log::{Event, FOLDER, LOGS, Line};
+use crate::{Progress, StageError};
+
+/// How long a worker waits for a job that another one computes before one of those who wait computes it as well: longer than stages
+/// that answer as a whole take.
+pub const PATIENCE: Duration = Duration::from_secs(1200);
+/// How often a worker that waits looks again: at first, and at the most.
+const PAUSES: [Duration; 2] = [Duration::from_millis(20), Duration::from_millis(500)];
+
+/// The part of a run's work that a worker begins with; it goes on with what the others have not begun.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Share {
+    /// Which one, from 0.
+    pub index: usize,
+    /// Of how many.
+    pub count: usize,
+    /// How long to wait for a worker that neither answers nor ends.
+    pub patience: Duration,
+}
+
+/// What is computed once by all who work in a folder.
+pub(crate) struct Job {
+    /// Its name among the stage's jobs: no two have the same.
+    pub key: String,
+    /// How much there is to do, beside other jobs of the stage.
+    pub cost: u64,
+    /// Items that it answers; 0 where the stage counts by itself.
+    pub items: usize,
+}
+
+/// A stage's jobs.
+pub(crate) struct Work<'a> {
+    pub stage: &'static str,
+    /// What all its jobs have in common.
+    pub group: String,
+    pub jobs: &'a [Job],
+    /// Whether each job uses one thread.
+    pub is_side_by_side: bool,
+    /// Where the answers appear.
+    pub folder: &'a Path,
+    pub is_quiet: bool,
+}
+
+/// One process of those that work in a folder.
+pub(crate) struct Worker {
+    name: String,
+    share: Share,
+    claims: PathBuf,
+    /// Locked while the worker lives.
+    log: Mutex<File>,
+}
+
+impl Worker {
+    /// A worker with a name that no other one has had.
+    pub fn begin(cache: &Path, share: Share) -> Result<Self, StageError> {
+        let claims = cache.join(FOLDER).join("claims");
+        let logs = cache.join(FOLDER).join(LOGS);
+        durable::create_dir(&claims)?;
+        durable::create_dir(&logs)?;
+        let host = rustix::system::uname();
+        let host = host.nodename().to_string_lossy().replace('/', "_");
+        let process = std::process::id();
+        for number in 0.. {
+            let name = format!("{host}_{process}_{number}");
+            let path = logs.join(format!("{name}.jsonl"));
+            let opened = OpenOptions::new().create_new(true).append(true).open(&path);
+            let log = match opened {
+                Err(error) if error.kind() == ErrorKind::AlreadyExists => continue,
+                opened => opened.and_then(|log| log.lock().map(|()| log)),
+            };
+            let log = log.map_err(|error| durable::Error::new("begin", &path, error))?;
+            let worker = Self {
+                name,
+                share,
+                claims,
+                log: Mutex::new(log),
+            };
+            worker.tell(Event::Began {
+                host,
+                process,
+                shard: [share.index, share.count],
+            });
+            return Ok(worker);
+        }
+        unreachable!("numbers do not end")
+    }
+
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Adds a line to the log, for people: a disk that does not take it stops no work.
+    pub fn tell(&self, event: Event) {
+        let mut log = self.log.lock().unwrap_or_else(PoisonError::into_inner);
+        drop(log.write_all(Line::now(event).to_json().as_bytes()));
+    }
+
+    /// The job's claim; none where another worker holds it.
+    fn claim(&self, work: &Work<'_>, name: &str) -> Result<Option<Lock>, StageError> {
+        let path = self.claims.join(format!("{}_{name}", work.stage));
+        match Lock::acquire(&path) {
+            Ok(lock) => {
+                // An NFS client may remember that an answer is not there; opening its folder makes it ask the server again.
+                drop(File::open(work.folder));
+                Ok(Some(lock))
+            }
+            Err(LockError::Busy { .. }) => Ok(None),
+            Err(LockError::Io(error)) => Err(error.into()),
+        }
+    }
+
+    /// The missing jobs in the order that this worker takes them: its own share, the largest first; then the others', last first. Jobs are
+    /// dealt by falling cost, to and fro, so that the shares weigh the same.
+    fn order(&self, jobs: &[Job], missing: &[usize]) -> Vec<usize> {
+        let Share { index, count, .. } = self.share;
+        let mut order = missing.to_vec();
+        order.sort_by_key(|place| Reverse(jobs[*place].cost));
+        let is_own = |rank: usize| [index, 2 * count - 1 - index].contains(&(rank % (2 * count)));
+        let ranked = order.into_iter().enumerate();
+        let (mut own, others): (Vec<_>, Vec<_>) = ranked.partition(|(rank, _)| is_own(*rank));
+        own.extend(others.into_iter().rev());
+        own.into_iter().map(|(_, place)| place).collect()
+    }
+}
+
+/// All answers, each kept or computed, here or by another worker; and how many were computed here.
+pub(crate) fn divide<T: Send, E: From<StageError> + Send>(
+    worker: Option<&Worker>,
+    work: &Work<'_>,
+    load: impl Fn(usize) -> Result<Option<T>, E> + Sync,
+    compute: impl Fn(usize, &Progress) -> Result<T, E> + Sync,
+) -> Result<(Vec<T>, usize), E> {
+    let jobs = work.jobs;
+    let places = 0..jobs.len();
+    let kept = places.clone().into_par_iter().map(&load);
+    let kept = kept.collect::<Result<Vec<Option<T>>, E>>()?;
+    let missing: Vec<usize> = places.filter(|place| kept[*place].is_none()).collect();
+    let slots: Vec<Mutex<Option<T>>> = kept.into_iter().map(Mutex::new).collect();
+    let is_there = |place: usize| slot(&slots, place).is_some();
+    let computed = AtomicUsize::new(0);
+    if let Some(worker) = worker {
+        worker.tell(Event::Found {
+            stage: work.stage.into(),
+            group: work.group.clone(),
+            jobs: jobs.len(),
+            missing: missing.len(),
+        });
+    }
+    if !missing.is_empty() {
+        let items = missing.iter().map(|place| jobs[*place].items).sum();
+        let progress = match work.is_quiet {
+            true => Progress::hidden(),
+            false => Progress::shown(work.stage),
+        };
+        let progress = match items {
+            0 => progress,
+            _ => progress.counted(items),
+        };
+        let answer = |place: usize| -> Result<(), E> {
+            let answer = compute(place, &progress)?;
+            *slot(&slots, place) = Some(answer);
+            computed.fetch_add(1, Ordering::Relaxed);
+            Ok(())
+        };
+        let Some(worker) = worker else {
+            each(work.is_side_by_side, &missing, answer)?;
+            return Ok((answers(slots), computed.into_inner()));
+        };
+        let is_answered = |place: usize| -> Result<bool, E> {
+            if !is_there(place)
+                && let Some(answer) = load(place)?
+            {
+                *slot(&slots, place) = Some(answer);
+                progress.inc(jobs[place].items);
+            }
+            Ok(is_there(place))
+        };
+        // Whether the job is answered; `round` counts how often patience ended.
+        let attempt = |place: usize, round: u128| -> Result<bool, E> {
+            if is_answered(place)? {
+                return Ok(true);
+            }
+            let Job { key, items, .. } = &jobs[place];
+            let claim = match worker.claim(work, key)? {
+                None if round > 0 => worker.claim(work, &format!("{key}_{round}"))?,
+                claim => claim,
+            };
+            // It may have been answered between the look and the claim.
+            if claim.is_none() || is_answered(place)? {
+                return Ok(is_there(place));
+            }
+            let (stage, job) = (work.stage.to_owned(), key.clone());
+            worker.tell(Event::Took {
+                stage: stage.clone(),
+            });
+            let started = Instant::now();
+            answer(place)?;
+            worker.tell(Event::Done {
+                stage,
+                group: work.group.clone(),
+                job,
+                items: *items,
+                seconds: started.elapsed().as_secs_f64(),
+            });
+            Ok(true)
+        };
+        let order = worker.order(jobs, &missing);
+        each(work.is_side_by_side, &order, |place| {
+            attempt(place, 0).map(drop)
+        })?;
+        // What is left others compute.
+        for place in order {
+            let (began, mut pause) = (Instant::now(), PAUSES[0]);
+            let patience = worker.share.patience.as_millis().max(1);
+            while !attempt(place, began.elapsed().as_millis() / patience)? {
+                if pause == PAUSES[0] {
+                    worker.tell(Event::Waits {
+                        stage: work.stage.into(),
+                    });
+                }
+                std::thread::sleep(pause);
+                pause = (2 * pause).min(PAUSES[1]);
+            }
+        }
+    }
+    Ok((answers(slots), computed.into_inner()))
+}
+
+fn slot<T>(slots: &[Mutex<Option<T>>], place: usize) -> std::sync::MutexGuard<'_, Option<T>> {
+    slots[place].lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+fn answers<T>(slots: Vec<Mutex<Option<T>>>) -> Vec<T> {
+    let answers = slots.into_iter();
+    answers
+        .filter_map(|slot| slot.into_inner().unwrap_or_else(PoisonError::into_inner))
+        .collect()
+}
+
+fn each<E: Send>(
+    is_side_by_side: bool,
+    places: &[usize],
+    act: impl Fn(usize) -> Result<(), E> + Sync,
+) -> Result<(), E> {
+    match is_side_by_side {
+        // In their order, whichever thread is free.
+        true => places.iter().par_bridge().try_for_each(|place| act(*place)),
+        false => places.iter().try_for_each(|place| act(*place)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shares_are_dealt_once_each_and_weigh_the_same() {
+        let dir = tempfile::tempdir().expect("folder");
+        let jobs: Vec<Job> = (0..100_u64)
+            .map(|job| Job {
+                key: job.to_string(),
+                cost: (job * job) % 89,
+                items: 1,
+            })
+            .collect();
+        let missing: Vec<usize> = (0..100).collect();
+        let mut dealt = Vec::new();
+        let mut weights = Vec::new();
+        for index in 0..5 {
+            let share = Share {
+                index,
+                count: 5,
+                patience: PATIENCE,
+            };
+            let worker = Worker::begin(dir.path(), share).expect("begins");
+            let order = worker.order(&jobs, &missing);
+            let mut all = order.clone();
+            all.sort_unstable();
+            assert_eq!(all, missing, "each worker goes on with what others left");
+            let own = &order[..20];
+            weights.push(own.iter().map(|place| jobs[*place].cost).sum::<u64>());
+            dealt.extend_from_slice(own);
+        }
+        dealt.sort_unstable();
+        assert_eq!(dealt, missing);
+        let [least, most] = [weights.iter().min(), weights.iter().max()].map(|w| *w.expect("five"));
+        assert!(most - least <= 89, "{weights:?}");
+    }
+}
