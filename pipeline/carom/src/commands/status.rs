@@ -163,12 +163,11 @@ impl Status {
                     Event::Ended => Some(None),
                     _ => None,
                 };
-                if let Some(next) = next {
-                    if let Some(passed) = at.replace(next).flatten()
-                        && let Some(passed) = groups.get_mut(&passed)
-                    {
-                        passed.is_passed = true;
-                    }
+                if let Some(next) = next
+                    && let Some(passed) = at.replace(next).flatten()
+                    && let Some(passed) = groups.get_mut(&passed)
+                {
+                    passed.is_passed = true;
                 }
             }
         }
