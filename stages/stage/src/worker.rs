@@ -9,7 +9,7 @@ use std::fs::{File, OpenOptions};
 use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use durable::{Lock, LockError};
@@ -147,123 +147,140 @@ pub(crate) fn divide<T: Send, E: From<StageError> + Send>(
     load: impl Fn(usize) -> Result<Option<T>, E> + Sync,
     compute: impl Fn(usize, &Progress) -> Result<T, E> + Sync,
 ) -> Result<(Vec<T>, usize), E> {
-    let jobs = work.jobs;
-    let places = 0..jobs.len();
+    let places = 0..work.jobs.len();
     let kept = places.clone().into_par_iter().map(&load);
     let kept = kept.collect::<Result<Vec<Option<T>>, E>>()?;
     let missing: Vec<usize> = places.filter(|place| kept[*place].is_none()).collect();
-    let slots: Vec<Mutex<Option<T>>> = kept.into_iter().map(Mutex::new).collect();
-    let is_there = |place: usize| slot(&slots, place).is_some();
-    let computed = AtomicUsize::new(0);
     if let Some(worker) = worker {
         worker.tell(Event::Found {
             stage: work.stage.into(),
             group: work.group.clone(),
-            jobs: jobs.len(),
+            jobs: work.jobs.len(),
             missing: missing.len(),
         });
     }
+    let slots: Vec<Mutex<Option<T>>> = kept.into_iter().map(Mutex::new).collect();
+    let computed = AtomicUsize::new(0);
     if !missing.is_empty() {
-        let items = missing.iter().map(|place| jobs[*place].items).sum();
-        let progress = match work.is_quiet {
-            true => Progress::hidden(),
-            false => Progress::shown(work.stage),
-        };
-        let progress = match items {
-            0 => progress,
-            _ => progress.counted(items),
-        };
+        let progress = work.progress(&missing);
         let answer = |place: usize| -> Result<(), E> {
             let answer = compute(place, &progress)?;
             *slot(&slots, place) = Some(answer);
             computed.fetch_add(1, Ordering::Relaxed);
             Ok(())
         };
-        let Some(worker) = worker else {
-            each(work.is_side_by_side, &missing, answer)?;
-            return Ok((answers(slots), computed.into_inner()));
-        };
         let is_answered = |place: usize| -> Result<bool, E> {
-            if !is_there(place)
-                && let Some(answer) = load(place)?
-            {
-                *slot(&slots, place) = Some(answer);
-                progress.inc(jobs[place].items);
+            let mut slot = slot(&slots, place);
+            if slot.is_none() {
+                *slot = load(place)?;
+                progress.inc(slot.as_ref().map_or(0, |_| work.jobs[place].items));
             }
-            Ok(is_there(place))
+            Ok(slot.is_some())
         };
-        // Whether the job is answered; `round` counts how often patience ended.
-        let attempt = |place: usize, round: u128| -> Result<bool, E> {
-            if is_answered(place)? {
-                return Ok(true);
-            }
-            let Job { key, items, .. } = &jobs[place];
-            let claim = match worker.claim(work, key)? {
-                None if round > 0 => worker.claim(work, &format!("{key}_{round}"))?,
-                claim => claim,
-            };
-            // It may have been answered between the look and the claim.
-            if claim.is_none() || is_answered(place)? {
-                return Ok(is_there(place));
-            }
-            let (stage, job) = (work.stage.to_owned(), key.clone());
-            worker.tell(Event::Took {
-                stage: stage.clone(),
-            });
-            let started = Instant::now();
-            answer(place)?;
-            worker.tell(Event::Done {
-                stage,
-                group: work.group.clone(),
-                job,
-                items: *items,
-                seconds: started.elapsed().as_secs_f64(),
-            });
-            Ok(true)
-        };
-        let order = worker.order(jobs, &missing);
-        each(work.is_side_by_side, &order, |place| {
-            attempt(place, 0).map(drop)
-        })?;
-        // What is left others compute.
-        for place in order {
-            let (began, mut pause) = (Instant::now(), PAUSES[0]);
-            let patience = worker.share.patience.as_millis().max(1);
-            while !attempt(place, began.elapsed().as_millis() / patience)? {
-                if pause == PAUSES[0] {
-                    worker.tell(Event::Waits {
-                        stage: work.stage.into(),
-                    });
+        match worker {
+            None => work.each(&missing, answer)?,
+            Some(worker) => {
+                let order = worker.order(work.jobs, &missing);
+                let attempt =
+                    |place, round| worker.attempt(work, place, round, &is_answered, &answer);
+                work.each(&order, |place| attempt(place, 0).map(drop))?;
+                // What is left others compute.
+                for place in order {
+                    worker.wait(work, |round| attempt(place, round))?;
                 }
-                std::thread::sleep(pause);
-                pause = (2 * pause).min(PAUSES[1]);
             }
         }
     }
-    Ok((answers(slots), computed.into_inner()))
-}
-
-fn slot<T>(slots: &[Mutex<Option<T>>], place: usize) -> std::sync::MutexGuard<'_, Option<T>> {
-    slots[place].lock().unwrap_or_else(PoisonError::into_inner)
-}
-
-fn answers<T>(slots: Vec<Mutex<Option<T>>>) -> Vec<T> {
     let answers = slots.into_iter();
-    answers
-        .filter_map(|slot| slot.into_inner().unwrap_or_else(PoisonError::into_inner))
-        .collect()
+    let answers =
+        answers.filter_map(|slot| slot.into_inner().unwrap_or_else(PoisonError::into_inner));
+    Ok((answers.collect(), computed.into_inner()))
 }
 
-fn each<E: Send>(
-    is_side_by_side: bool,
-    places: &[usize],
-    act: impl Fn(usize) -> Result<(), E> + Sync,
-) -> Result<(), E> {
-    match is_side_by_side {
-        // In their order, whichever thread is free.
-        true => places.iter().par_bridge().try_for_each(|place| act(*place)),
-        false => places.iter().try_for_each(|place| act(*place)),
+impl Work<'_> {
+    fn progress(&self, missing: &[usize]) -> Progress {
+        let progress = match self.is_quiet {
+            true => Progress::hidden(),
+            false => Progress::shown(self.stage),
+        };
+        match missing.iter().map(|place| self.jobs[*place].items).sum() {
+            0 => progress,
+            items => progress.counted(items),
+        }
     }
+
+    fn each<E: Send>(
+        &self,
+        places: &[usize],
+        act: impl Fn(usize) -> Result<(), E> + Sync,
+    ) -> Result<(), E> {
+        match self.is_side_by_side {
+            // In their order, whichever thread is free.
+            true => places.iter().par_bridge().try_for_each(|place| act(*place)),
+            false => places.iter().try_for_each(|place| act(*place)),
+        }
+    }
+}
+
+impl Worker {
+    /// Whether the job is answered: it was, or no other worker is at it and this one answers. `round` counts how often patience ended.
+    fn attempt<E: From<StageError>>(
+        &self,
+        work: &Work<'_>,
+        place: usize,
+        round: u128,
+        is_answered: impl Fn(usize) -> Result<bool, E>,
+        answer: impl Fn(usize) -> Result<(), E>,
+    ) -> Result<bool, E> {
+        if is_answered(place)? {
+            return Ok(true);
+        }
+        let Job { key, items, .. } = &work.jobs[place];
+        let claim = match self.claim(work, key)? {
+            None if round > 0 => self.claim(work, &format!("{key}_{round}"))?,
+            claim => claim,
+        };
+        if claim.is_none() {
+            return Ok(false);
+        }
+        // Between the look and the claim.
+        if is_answered(place)? {
+            return Ok(true);
+        }
+        self.tell(Event::Took {
+            stage: work.stage.into(),
+        });
+        let started = Instant::now();
+        answer(place)?;
+        self.tell(Event::Done {
+            stage: work.stage.into(),
+            group: work.group.clone(),
+            job: key.clone(),
+            items: *items,
+            seconds: started.elapsed().as_secs_f64(),
+        });
+        Ok(true)
+    }
+
+    /// Tries until it is answered.
+    fn wait<E>(&self, work: &Work<'_>, attempt: impl Fn(u128) -> Result<bool, E>) -> Result<(), E> {
+        let (began, mut pause) = (Instant::now(), PAUSES[0]);
+        let patience = self.share.patience.as_millis().max(1);
+        while !attempt(began.elapsed().as_millis() / patience)? {
+            if pause == PAUSES[0] {
+                self.tell(Event::Waits {
+                    stage: work.stage.into(),
+                });
+            }
+            std::thread::sleep(pause);
+            pause = (2 * pause).min(PAUSES[1]);
+        }
+        Ok(())
+    }
+}
+
+fn slot<T>(slots: &[Mutex<Option<T>>], place: usize) -> MutexGuard<'_, Option<T>> {
+    slots[place].lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 #[cfg(test)]
