@@ -81,8 +81,8 @@ impl Delay {
 const SURE: f64 = 3.0;
 const LEAST: f64 = 0.003;
 const LONG: f64 = 0.01;
-/// So long after the touch a tip moves otherwise than it did: what it delivered is not known, in s.
-const TOO_LONG: f64 = 0.1;
+/// So long after the touch a tip is some centimetres past it, and brakes: what it delivered is not known, in s.
+const TOO_LONG: f64 = 0.03;
 
 /// How grave a finding is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]

@@ -182,7 +182,7 @@ pub(crate) fn divide<T: Send, E: From<StageError> + Send>(
             Some(worker) => {
                 let order = worker.order(work.jobs, &missing);
                 let attempt =
-                    |place, round| worker.attempt(work, place, round, &is_answered, &answer);
+                    |place, round| worker.attempt(work, place, round, is_answered, answer);
                 work.each(&order, |place| attempt(place, 0).map(drop))?;
                 // What is left others compute.
                 for place in order {
