@@ -18,6 +18,13 @@ def free_port():
         return probe.getsockname()[1]
 
 
+def kill(process):
+    try:
+        os.kill(process, signal.SIGKILL)
+    except OSError:
+        pass
+
+
 class Slurm:
     """Up inside `with`; `path` is what a job sees first of programs."""
 
@@ -83,27 +90,25 @@ class Slurm:
 
     def lose(self, node):
         """The node with all that runs on it, at once; how many workers that were."""
-        os.kill(int(self.pid_files[node].read_text()), signal.SIGKILL)
+        kill(int(self.pid_files[node].read_text()))
         steps, tasks, workers = [], [], 0
         for process in Path("/proc").glob("[0-9]*"):
             try:
                 environment = (process / "environ").read_bytes().split(b"\0")
-                command = (process / "cmdline").read_bytes().split(b"\0")
+                command = (process / "cmdline").read_bytes()
+                opened = [os.readlink(file) for file in (process / "fd").iterdir()]
             except OSError:
                 continue
             if f"SLURM_CONF={self.folder}/slurm.conf".encode() not in environment:
                 continue
             if f"SLURMD_NODENAME={node}".encode() in environment:
                 tasks.append(int(process.name))
-                workers += command[0] == b"carom"
-            elif f"spool.{node}" in os.readlink(process / "cwd") or b"slurmstepd" in command[0]:
+                workers += command.startswith(b"carom\0")
+            elif command.startswith(b"slurmstepd") and f"{self.folder}/{node}.log" in opened:
                 steps.append(int(process.name))
         # A step would tell of its task's death.
         for process in steps + tasks:
-            try:
-                os.kill(process, signal.SIGKILL)
-            except OSError:
-                pass
+            kill(process)
         return workers
 
     def states(self, job):
@@ -122,7 +127,7 @@ class Slurm:
         return self
 
     def begin(self):
-        for left in [self.folder / "state", *[self.folder / f"spool.{node}" for node in NODES]]:
+        for left in [self.folder / "state", *self.pid_files.values(), *[self.folder / f"spool.{node}" for node in NODES]]:
             subprocess.run(["rm", "-rf", left], check=True)
         (self.folder / "state").mkdir()
         key = self.folder / "munge.key"
@@ -130,7 +135,6 @@ class Slurm:
         subprocess.run([self.sbin / "mungekey", "-c", "-k", key], env=self.env, check=True)
         os.chmod(self.folder, 0o755)
         places = [f"--{name}={self.folder}/munge.{end}" for name, end in [("key-file", "key"), ("socket", "socket"), ("pid-file", "pid"), ("log-file", "log"), ("seed-file", "seed")]]
-        self.pid_files["munge"] = self.folder / "munge.pid"
         subprocess.run([self.sbin / "munged", "--force", *places], env=self.env, check=True, capture_output=True)
         subprocess.run([self.sbin / "slurmctld-wlm"], env=self.env, check=True, capture_output=True)
         for node in NODES:
@@ -142,10 +146,9 @@ class Slurm:
         raise TimeoutError(f"no node is idle: see {self.folder}/*.log")
 
     def __exit__(self, *_):
-        subprocess.run([self.bin / "scancel", f"--user={getpass.getuser()}"], env=self.env, capture_output=True)
-        time.sleep(2)
-        for file in self.pid_files.values():
-            try:
-                os.kill(int(file.read_text()), signal.SIGTERM)
-            except (OSError, ValueError):
-                pass
+        for node in NODES:
+            if self.pid_files[node].exists():
+                self.lose(node)
+        for server in ["ctld", "munge"]:
+            if self.pid_files[server].exists():
+                kill(int(self.pid_files[server].read_text()))
