@@ -202,14 +202,15 @@ soak: build
 	nice -n 19 $(BIN)/soak --nights 100 --strikes 2 --seed 7
 
 # Shards, 200 kills, a real Slurm (Debian's packages, unpacked below and not installed) and Kubernetes' schema, and the page that is committed: some
-# half an hour. `make cluster SMALL=1` tries it in minutes, `PARTS="kills slurm"` a part of it. What it starts it ends.
+# half an hour. `make cluster SMALL=1` tries it in minutes, `PARTS="kills slurm"` a part of it, `STRIKES=1000` fewer. What it starts it ends.
 CLUSTER := artifacts/runs/cluster
+STRIKES := 5000
 $(CLUSTER)/python/done: tests/peers/requirements_cluster.txt
 	python3 -m venv $(CLUSTER)/python
 	$(CLUSTER)/python/bin/python -m pip install --quiet --disable-pip-version-check --requirement $<
 	touch $@
 cluster: build $(CLUSTER)/python/done
-	$(CLUSTER)/python/bin/python tests/peers/cluster.py $(BIN)/carom $(CLUSTER)/work tests/CLUSTER.md $(if $(SMALL),--small) $(PARTS)
+	$(CLUSTER)/python/bin/python tests/peers/cluster.py $(BIN)/carom $(CLUSTER)/work tests/CLUSTER.md --strikes $(STRIKES) $(if $(SMALL),--small) $(PARTS)
 
 clean:
 	cargo clean

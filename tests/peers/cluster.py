@@ -1,6 +1,6 @@
 """Work on many processes, killed at random, under a real Slurm; the page that is committed.
 
-    cluster.py CAROM FOLDER PAGE [--small] [PART …]
+    cluster.py CAROM FOLDER PAGE [--small] [--strikes N] [PART …]
 
 Parts: shards, kills, slurm. Exits with 1 and says what does not hold.
 """
@@ -27,10 +27,11 @@ words.add_argument("carom", type=Path)
 words.add_argument("folder", type=Path)
 words.add_argument("page", type=Path)
 words.add_argument("--small", action="store_true")
+words.add_argument("--strikes", type=int, default=5000)
 words.add_argument("parts", nargs="*", default=PARTS)
 words = words.parse_intermixed_args()
 CAROM, FOLDER = words.carom.resolve(), words.folder.resolve()
-STRIKES = 200 if words.small else 5000
+STRIKES = 200 if words.small else words.strikes
 KILLS = 30 if words.small else 200
 # No stage takes more than this share of the kills, so that each has its own.
 MOST = KILLS // 4
@@ -104,8 +105,8 @@ def gathered(out, name):
 
 def one():
     """One process alone: what all others are compared with."""
-    if not (FOLDER / "rig/rig.toml").exists():
-        subprocess.run([CAROM, "demo", "--strikes", str(STRIKES), "--seed", "1", "--out", FOLDER / "rig", "--quiet"], check=True, capture_output=True)
+    shutil.rmtree(FOLDER / "rig", ignore_errors=True)
+    subprocess.run([CAROM, "demo", "--strikes", str(STRIKES), "--seed", "1", "--out", FOLDER / "rig", "--quiet"], check=True, capture_output=True)
     run = Process(line("run", fresh("one"), "--threads", 1), FOLDER / "logs/one.json")
     began = time.monotonic()
     run.ended()
@@ -214,9 +215,13 @@ def slurm():
                 while "down" not in cluster.call("sinfo", "--noheader", "--Node", f"--nodes={node}", "--format=%T"):
                     time.sleep(1)
                 cluster.start(node)
+            # Two minutes' rest, and a launch that failed because its node was lost in that moment, which an administrator releases.
             for state in cluster.states(work):
-                if "PENDING" in state and lost:
-                    subprocess.run([cluster.bin / "scontrol", "update", f"JobId={state.split()[0]}", "StartTime=now"], env=cluster.env, capture_output=True)
+                task = state.split()[0]
+                if "BeginTime" in state:
+                    cluster.tell("update", f"JobId={task}", "StartTime=now")
+                elif "held" in state.lower():
+                    cluster.tell("release", task)
 
         wait(cluster, run, lose)
         check(lost > 0 and tasks > 0, f"Slurm: {lost} nodes were lost with {tasks} workers on them")

@@ -85,6 +85,10 @@ class Slurm:
     def call(self, *words):
         return subprocess.run([self.bin / words[0], *words[1:]], env=self.env, check=True, capture_output=True, text=True).stdout
 
+    def tell(self, *words):
+        """What `scontrol` may refuse, such as of a task that has just ended."""
+        subprocess.run([self.bin / "scontrol", *words], env=self.env, capture_output=True)
+
     def start(self, node):
         subprocess.run([self.sbin / "slurmd-wlm", "-N", node, "-d", self.sbin / "slurmstepd-wlm"], env=self.env, check=True, capture_output=True)
 
