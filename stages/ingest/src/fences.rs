@@ -243,6 +243,9 @@ mod tests {
         assert!(one.bounces >= 20 && one.bounces < 25, "{one:?}");
         let distance = one.fence.distance(Point::new(0.6, 0.0));
         assert!((distance - radius).abs() < 0.003, "{distance} {one:?}");
+        // It goes on where objects that hardly touch it show no bounce.
+        let reach = |y: f64| one.fence.distance(Point::new(0.6 + 0.1 * y, y));
+        assert!(reach(-0.3) < 0.04 && reach(0.27) < 0.04, "{one:?}");
         assert_eq!(fences(&rig, [&seen((0..30).map(stray).collect())]), []);
 
         // Stated, it is not found again.

@@ -1,8 +1,8 @@
 //! The embedded rig's logs: every strike is kept, and measured as its truth says.
 
 use ingest::{Ingest, assemble, ingest_log};
-use rig::{Hidden, Hide, Truth, demo};
-use values::{Rig, Shape, Strike};
+use rig::{AirTable, Hidden, Hide, Truth, demo};
+use values::{Point, Rig, Shape, Strike, median};
 
 struct Demo {
     truth: Truth,
@@ -153,4 +153,28 @@ fn how_a_box_was_put_down_is_read_from_its_poses() {
     assert!(off < 3e-3, "{off} rad");
     let turned = rms(truth.strikes.iter().filter_map(|truth| truth.yaw));
     assert!((0.05..0.09).contains(&turned), "{turned} rad");
+}
+
+#[test]
+fn a_late_camera_is_measured_where_every_object_moves() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let log = folder.path().join("game.mcap");
+    let table = AirTable {
+        friction: 0.002,
+        tilt: Point::default(),
+        restitution: 0.8,
+        wall_restitution: 0.9,
+        seed: 9,
+    };
+    table.write(80.0, 0, &log).expect("written");
+    let mut rig = AirTable::rig();
+    for late in [0.0, 0.012] {
+        // Read as if the camera were ahead, it is seen to be late.
+        rig.frames.camera_delay = -late;
+        let read = ingest_log(&log, &rig, &Ingest::default()).expect("the log is read");
+        let delays: Vec<f64> = read.seen.delays.iter().map(|delay| delay.seconds).collect();
+        assert!(delays.len() >= 10, "{} touches", delays.len());
+        let delay = median(delays).expect("touches");
+        assert!((delay - late).abs() < 0.003, "{delay} for {late}");
+    }
 }
