@@ -310,3 +310,25 @@ pub struct Coverage {
     /// Strikes that repeat another.
     pub repeats: usize,
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_tip_that_is_centimetres_past_the_touch_tells_nothing_of_it() {
+        let severity = |seconds| {
+            let delay = Delay {
+                seconds: [seconds, 0.001],
+                reach: None,
+                strikes: 40,
+            };
+            Finding::EncoderDelay { delay }.severity()
+        };
+        assert_eq!(severity(0.008), Severity::Told);
+        assert_eq!(severity(0.02), Severity::Doubtful);
+        for seconds in [-0.06, 0.06] {
+            assert_eq!(severity(seconds), Severity::Meaningless);
+        }
+    }
+}

@@ -211,11 +211,8 @@ impl Case<'_, '_> {
         // form than the one that was drawn.
         // Where no command was repeated, what no question finds is taken for scatter, so that stops alone cannot say that there is no gap: tracks that
         // leave the world's by far more than the camera's noise do. A box may tip on its way.
-        let are_tracks_other = |model: &Fitted| {
-            let noise = model.estimated.components.camera;
-            rig.object.shape() != Shape::Box
-                && noise > self.stage.thresholds.astray * rig.camera.noise
-        };
+        let are_tracks_other =
+            |model: &Fitted| rig.object.shape() != Shape::Box && model.is_far_from(prepared);
         let is_gap = self.asked.is_gap()
             || !question::has_repeats(prepared) && self.p_value.is_real() && are_tracks_other(null);
         let is_tried = !self.gains.likelihood.is_empty() || !self.selection.effects.is_empty();

@@ -118,7 +118,7 @@ pub struct GapDependence {
     pub description: String,
     /// Corrected for the many looks.
     pub p_value: f64,
-    /// Share of the gap's evidence that goes with it.
+    /// Square of how far it moves stops, over the sum of all that are listed.
     pub share: f64,
 }
 

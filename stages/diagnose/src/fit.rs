@@ -51,6 +51,12 @@ impl Fitted {
         self.estimated.likelihood_here + self.model.log_prior()
     }
 
+    /// Whether tracks differ from it by far more than the camera's stated noise.
+    pub(crate) fn is_far_from(&self, prepared: &PreparedStrikes<'_>) -> bool {
+        let noise = self.estimated.components.camera;
+        noise > prepared.thresholds.astray * prepared.rig.camera.noise
+    }
+
     /// As some of the strikes see it.
     pub(crate) fn only(&self, places: &[usize]) -> Self {
         Self {

@@ -430,7 +430,10 @@ mod tests {
     use std::collections::BTreeMap;
 
     use values::{Command, Conditions, End, Rig, Shape, Split, Strike, Track};
-    use world::{World, launch::launches};
+    use world::{
+        World,
+        launch::{Launch, launches},
+    };
 
     use super::*;
     use crate::{Thresholds, model::Part};
@@ -476,17 +479,21 @@ mod tests {
         }
     }
 
+    fn launched(rig: &Rig, world: &World, strikes: &[Strike]) -> Vec<Launch> {
+        launches(rig, world, strikes.iter().map(Strike::commanded))
+            .expect("a world")
+            .into_iter()
+            .map(|launch| launch.expect("it leaves the tip"))
+            .collect()
+    }
+
     #[test]
     fn derivatives_are_those_of_whole_slides() {
         for shape in [Shape::Cylinder, Shape::Box] {
             let rig = Rig::demo(shape);
             let world = World::nominal(&rig);
             let strikes: Vec<Strike> = (0..4).map(strike).collect();
-            let launches: Vec<_> = launches(&rig, &world, strikes.iter().map(Strike::commanded))
-                .expect("a world")
-                .into_iter()
-                .map(|launch| launch.expect("it leaves the tip"))
-                .collect();
+            let launches = launched(&rig, &world, &strikes);
             let thresholds = Thresholds::default();
             let prepared =
                 PreparedStrikes::new(&rig, strikes.iter().collect(), launches, &thresholds);
@@ -541,11 +548,7 @@ mod tests {
             strike
         };
         let strikes: Vec<Strike> = (0..3).map(met).collect();
-        let launches: Vec<_> = launches(&rig, &world, strikes.iter().map(Strike::commanded))
-            .expect("a world")
-            .into_iter()
-            .map(|launch| launch.expect("it leaves the tip"))
-            .collect();
+        let launches = launched(&rig, &world, &strikes);
         let thresholds = Thresholds::default();
         let prepared = PreparedStrikes::new(&rig, strikes.iter().collect(), launches, &thresholds);
         let model = Model::plain(0.0, 0.5, &rig, &thresholds);

@@ -224,14 +224,11 @@ pub(crate) fn prepare<'a>(
     ))
 }
 
-/// Whether tracks of a box differ from any slide of the world and all effects found by far more than the camera's noise. A box may tip and
-/// turn in ways that no centroid shows: what its track shows on the way is then no evidence, but its launch, and its friction as a whole, are.
+/// Whether tracks of a box leave the world's, all effects found included. A box may tip and turn in ways that no centroid shows: what its track
+/// shows on the way is then no evidence, but its launch, and its friction as a whole, are.
 fn is_astray(selection: &Selection<'_>) -> bool {
-    let PreparedStrikes {
-        rig, thresholds, ..
-    } = selection.prepared;
-    let noise = selection.fitted.estimated.components.camera;
-    rig.object.shape() == Shape::Box && noise > thresholds.astray * rig.camera.noise
+    let prepared = &selection.prepared;
+    prepared.rig.object.shape() == Shape::Box && selection.fitted.is_far_from(prepared)
 }
 
 /// The effects, if together they predict strikes that took no part in their fit better, beyond chance; none otherwise, with a sentence that says so.

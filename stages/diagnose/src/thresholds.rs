@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 /// What decides whether an effect is tried, added, replaced, excluded and named. Evidence is gain in log-likelihood beyond chance.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Thresholds {
-    /// Least share of the gap's evidence that a model must hold, what another form of its effects would take not counted.
+    /// Share of what a smooth field of friction gains from which on simpler effects explain it.
     pub explained: f64,
     /// Share of the best candidate's linear gain, or of that of the effect in whose place it is tried, below which another is not fitted.
     pub fitted: f64,
@@ -40,7 +40,7 @@ pub struct Thresholds {
     pub wrong_sizes: f64,
     /// Standard deviations of wrong sizes that are believed: 2 are both sizes off by a seventh, one up and one down.
     pub believed_sizes: f64,
-    /// The camera's noise over that of the rig file from which on a box slides otherwise than the world says.
+    /// The camera's noise over that of the rig file from which on objects slide otherwise than the world says.
     pub astray: f64,
 }
 

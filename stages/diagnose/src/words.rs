@@ -1,4 +1,4 @@
-//! Verdict, gap and smooth dependences in words.
+//! Verdict and findings in words.
 
 use crate::{
     diagnosis::{GapDependence, NamedEffect, Verdict},

@@ -55,8 +55,10 @@ pub(crate) fn with_wander<'a>(
             continue;
         }
         let without = wandering(fitted, &fitted.model.without(place))?;
-        let holds = |without: &Fitted| without.likelihood() > least;
-        if let (Some(fitted), Some(null)) = (without.filter(holds), wandering(null, &null.model)?) {
+        let Some(fitted) = without.filter(|without| without.likelihood() > least) else {
+            continue;
+        };
+        if let Some(null) = wandering(null, &null.model)? {
             let selection = Selection {
                 prepared: prepared.clone(),
                 null,

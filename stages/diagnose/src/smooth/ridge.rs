@@ -9,7 +9,7 @@ const HEIGHTS: [f64; 7] = [0.03, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0];
 /// Information below which the strikes see nothing of a direction.
 const SEEN: f64 = 1e-9;
 
-/// What a set of bumps gains together.
+/// Heights of a set of bumps.
 pub(crate) struct Ridge {
     /// Variance of the heights; 0 where none is better.
     pub(crate) variance: f64,
