@@ -19,7 +19,7 @@ use failure::Failure;
 use load::load;
 use strike_one::strike_one;
 
-/// Done, but a line of the batch was refused, or the log was written under another name.
+/// Done, but a line of the batch was refused, the log was written under another name, or the camera did not see the object moved and at rest.
 const REJECTED: u8 = 3;
 
 /// Runs the command. The artifact is verified whole before anything else, and no robot is opened before a plan has

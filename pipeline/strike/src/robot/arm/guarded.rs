@@ -125,7 +125,7 @@ impl<D: Arm> Guarded<D> {
             .map_err(|why| not_ready(name, why))?;
         let by_serial = claim(&identity.serial)?;
         setup
-            .check_limits(&identity.limits)
+            .check_identity(&identity)
             .map_err(|why| not_ready(name, why))?;
         let reports = D::reports(ports, driver.outlet()).map_err(failed)?;
         let watch =
@@ -431,6 +431,11 @@ impl<D: Arm> Guarded<D> {
         if let Some(when) = look {
             self.look(when)?;
             epoch.was_set().map_or(Ok(()), Err)?;
+            // Whoever stopped the arm while it was looked is not overridden by the line.
+            self.is_nobodys()?;
+            if self.watch.is_taken_up() {
+                return Err("the controller ceased to be ready while it was looked at the object".into());
+            }
         }
         self.is_moving = true;
         self.watch.guard(Line {
