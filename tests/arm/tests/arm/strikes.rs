@@ -12,7 +12,7 @@ use strike::arm::{Arm, LineRequest};
 use strike::ur::Ur;
 use strike::xarm::{Register, XArm, request};
 use strike::{CommandPlanner, Guarded, Look, RobotError, execute};
-use values::{Command, Point};
+use values::{Command, Point, Rig};
 
 use crate::bench::{
     Maker, connect, connect_to, in_time, model, plan, rig, run, strike, undisturbed, wait_for,
@@ -590,10 +590,10 @@ fn another_arm_at_the_address_of_the_rigs_is_not_moved() {
     fn exchanged<D: Arm>(maker: Maker) {
         let [own, other] = [(); 2].map(|()| maker.emulator(None));
         let mut rig = maker.rig();
-        let connect = |emulator, rig| connect_to::<D>(emulator, rig, Arc::default());
+        let connect = |emulator: &Emulator, rig: &Rig| connect_to::<D>(emulator, rig, Arc::default());
         rig.robot.serial = Some(connect(&own, &rig).unwrap().serial().to_owned());
         connect(&own, &rig).unwrap();
-        let error = connect(&other, &rig).unwrap_err();
+        let error = connect(&other, &rig).err().unwrap();
         assert!(matches!(error, RobotError::NotReady { .. }), "{error}");
         assert!(error.to_string().contains("robot.serial"), "{error}");
     }

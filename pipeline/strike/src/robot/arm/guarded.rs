@@ -205,7 +205,13 @@ impl<D: Arm> Guarded<D> {
                 return Ok(last);
             }
             if begun.elapsed() > PATIENCE {
-                return Err("the arm is moving".into());
+                return Err(match self.watch.rests() {
+                    Some(_) => "the arm is moving",
+                    None => {
+                        "its reports come less than 100 times a second: end what else asks it for reports, and look at its network"
+                    }
+                }
+                .into());
             }
         }
     }
