@@ -346,7 +346,9 @@ fn ratio(pairs: &[(f64, f64)]) -> (f64, f64) {
     let sum = |of: fn(&(f64, f64)) -> f64| pairs.iter().map(of).sum::<f64>();
     let below = sum(|pair| pair.1);
     let ratio = sum(|pair| pair.0) / below;
-    let about = pairs.iter().map(|(one, other)| (one - ratio * other).powi(2));
+    let about = pairs
+        .iter()
+        .map(|(one, other)| (one - ratio * other).powi(2));
     (ratio, about.sum::<f64>().sqrt() / below)
 }
 

@@ -590,7 +590,8 @@ fn another_arm_at_the_address_of_the_rigs_is_not_moved() {
     fn exchanged<D: Arm>(maker: Maker) {
         let [own, other] = [(); 2].map(|()| maker.emulator(None));
         let mut rig = maker.rig();
-        let connect = |emulator: &Emulator, rig: &Rig| connect_to::<D>(emulator, rig, Arc::default());
+        let connect =
+            |emulator: &Emulator, rig: &Rig| connect_to::<D>(emulator, rig, Arc::default());
         rig.robot.serial = Some(connect(&own, &rig).unwrap().serial().to_owned());
         connect(&own, &rig).unwrap();
         let error = connect(&other, &rig).err().unwrap();

@@ -208,7 +208,7 @@ impl<D: Arm> Guarded<D> {
                 return Err(match self.watch.rests() {
                     Some(_) => "the arm is moving",
                     None => {
-                        "its reports come less than 100 times a second: end what else asks it for reports, and look at its network"
+                        "its reports come less than 80 times a second: end what else asks it for reports, and look at its network"
                     }
                 }
                 .into());
@@ -440,7 +440,9 @@ impl<D: Arm> Guarded<D> {
             // Whoever stopped the arm while it was looked is not overridden by the line.
             self.is_nobodys()?;
             if self.watch.is_taken_up() {
-                return Err("the controller ceased to be ready while it was looked at the object".into());
+                return Err(
+                    "the controller ceased to be ready while it was looked at the object".into(),
+                );
             }
         }
         self.is_moving = true;

@@ -202,7 +202,10 @@ impl Watch {
     pub(super) fn rests(&self) -> Option<bool> {
         let seen = self.shared.lock();
         let last = seen.last.filter(|last| last.at.elapsed() <= SILENCE)?;
-        let first = seen.recent.first().filter(|_| seen.recent.len() >= FEWEST)?;
+        let first = seen
+            .recent
+            .first()
+            .filter(|_| seen.recent.len() >= FEWEST)?;
         let is_long = last.at.duration_since(first.at) >= RECENT.mul_f64(0.75);
         // The same report again and again says nothing.
         if is_long && last.report.clock <= first.report.clock {
