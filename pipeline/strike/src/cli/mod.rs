@@ -36,6 +36,11 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
             "--watch goes with an arm or with dry-run: the embedded rig has a camera of its own",
         ));
     }
+    if args.robot.moves() && args.from.is_none() && args.watch.is_none() {
+        return Err(Failure::usage(
+            "say where the object lies before an arm strikes: --from X Y, or --watch ws://HOST:PORT, whose camera sees it",
+        ));
+    }
     let (artifact, rig) = load(args)?;
     let model = args
         .model
