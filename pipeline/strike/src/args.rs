@@ -65,7 +65,7 @@ pub struct Args {
     /// Where the object shall come to rest, in m
     #[arg(long, action = ArgAction::Set, num_args = 2, value_names = ["X", "Y"], allow_negative_numbers = true)]
     pub to: Option<Vec<f64>>,
-    /// Where the object rests, in m [default: so that its path is the middle of the trained ones]
+    /// Where the object rests, in m [default: so that its path is the middle of the trained ones; an arm needs it, or --watch]
     #[arg(long, action = ArgAction::Set, num_args = 2, value_names = ["X", "Y"], allow_negative_numbers = true, requires = "to")]
     pub from: Option<Vec<f64>>,
     /// Live topics of the camera (ROS 2's foxglove_bridge, or any server of Foxglove's SDK): they give the object's place at rest, and

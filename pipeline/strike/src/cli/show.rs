@@ -4,7 +4,7 @@ use std::io::{self, Write};
 use std::path::PathBuf;
 
 use serde::Serialize;
-use strike::{Adapted, Details, FEW, LiveError, Plan, Resting, StrikeRecord};
+use strike::{Adapted, Details, FEW, Plan, Seen, StrikeRecord};
 use values::Point;
 
 use super::Failure;
@@ -73,19 +73,15 @@ impl Answer {
         self.warning.clone_from(&struck.warning);
     }
 
-    /// Where the camera saw the object come to rest, if it did, and what that tells where it was not moved.
-    pub fn came_to_rest(&mut self, rest: Result<Resting, LiveError>, unmoved: Option<&str>) {
-        let unseen = match rest {
-            Ok(rest) => {
-                self.stopped = Some(rest.point);
-                self.miss = Some(rest.point.distance(self.plan.to));
-                unmoved.map(str::to_owned)
-            }
-            Err(error) => Some(format!("after the strike: failed to {error}")),
-        };
-        if let Some(unseen) = unseen {
-            self.warn(&unseen);
-            self.unseen = Some(unseen);
+    /// Where the camera saw the object come to rest, if it did.
+    pub fn seen(&mut self, seen: &Seen) {
+        if let Ok(rest) = &seen.rest {
+            self.stopped = Some(rest.point);
+            self.miss = Some(rest.point.distance(self.plan.to));
+        }
+        self.unseen = seen.doubt();
+        for warning in seen.warning.iter().cloned().chain(seen.doubt()) {
+            self.warn(&warning);
         }
     }
 

@@ -199,10 +199,7 @@ fn answered(
         Err(error) => answer.failed = Some(error.to_string()),
     }
     let received = seen.map_or_else(Vec::new, |seen| {
-        if let Some(warning) = &seen.warning {
-            answer.warn(warning);
-        }
-        answer.came_to_rest(seen.rest, seen.unmoved);
+        answer.seen(&seen);
         seen.received
     });
     let samples = match &outcome {
