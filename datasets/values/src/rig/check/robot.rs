@@ -242,7 +242,7 @@ radius = 0.05
             (
                 "payload = 0.3\n[[robot.obstacles]]",
                 "[[robot.obstacles]]\npayload = 0.3",
-                "`robot.payload` on line 57: it stands below [[robot.obstacles]], and TOML takes it for a key of that; move \
+                "`robot.payload` on line 54: it stands below [[robot.obstacles]], and TOML takes it for a key of that; move \
                  [[robot.obstacles]], with its own keys, below all other keys of [robot]",
             ),
             (
