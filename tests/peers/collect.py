@@ -140,6 +140,24 @@ def main():
         assert second.returncode == 75, second
         first.send_signal(signal.SIGINT)
         first.communicate(timeout=30)
+        # Held after somebody was told to step back, as by a computer that sleeps: that is told again.
+        held = subprocess.Popen(
+            [part if part != "0.5" else "2" for part in command] + ["--strikes", "1"],
+            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        )
+        told = 0
+        for line in held.stderr:
+            told += "the arm moves in" in line
+            if told == 1 and "the arm moves in" in line:
+                held.send_signal(signal.SIGSTOP)
+                time.sleep(4)
+                held.send_signal(signal.SIGCONT)
+            if told > 1 or "moves now" in line:
+                break
+        assert told > 1, "the arm moves, and nobody was told since the program was held"
+        held.send_signal(signal.SIGINT)
+        held.communicate(timeout=30)
+        print("held for 4 s after it was told to step back: that is told again")
         for name in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT, signal.SIGTSTP):
             program = reports.wait_for_strike(start)
             begun = time.time()

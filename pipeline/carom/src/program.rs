@@ -1,7 +1,7 @@
 //! The program: its words in, its exit code out.
 
 use std::ffi::OsString;
-use std::io::Write;
+use std::io::{ErrorKind, Write};
 
 use clap::{CommandFactory, FromArgMatches};
 
@@ -38,9 +38,14 @@ pub fn program(words: impl IntoIterator<Item = OsString>, commit: Option<&'stati
             } else {
                 write!(stdout, "{}", output.text)
             };
-            // A reader that has gone, such as `head`, is no failure.
-            drop(printed);
-            output.outcome as u8
+            match printed.and_then(|()| stdout.flush()) {
+                // A reader that has gone, such as `head`, is no failure.
+                Err(error) if error.kind() != ErrorKind::BrokenPipe => {
+                    strike::tell(&format!("carom: failed to print the result: {error}"));
+                    Outcome::Failed as u8
+                }
+                _ => output.outcome as u8,
+            }
         }
         Err(error) => {
             if !cli.logs_json() {

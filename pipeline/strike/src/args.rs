@@ -26,8 +26,8 @@ Examples:
   Plan many targets, a line {\"from\": [x, y], \"to\": [x, y]} each:
     strike --artifacts artifacts/demo --batch targets.jsonl > plans.jsonl
 
-Exit codes: 0 done; 1 failed; 2 wrong usage or bad input; 3 done, but a line of the batch was refused or the log lies
-elsewhere; 4 refused; 75 busy.
+Exit codes: 0 done; 1 failed; 2 wrong usage or bad input; 3 done, but a line of the batch was refused, the log lies
+elsewhere, or the camera did not see the object moved and at rest; 4 refused; 75 busy.
 A refusal states its reason: not_finite, off_table, outside_trained_region, unreachable, diverged, speed_limit,
 angle_limit, reach, keep_out, obstacle, second_push, turned (a box), residual_too_large, plan_expired, malformed (a line of
 a batch), not_ready (the robot), other_rig (the artifact was made for another object or striker), not_trusted (not signed by
@@ -65,7 +65,7 @@ pub struct Args {
     /// Where the object shall come to rest, in m
     #[arg(long, action = ArgAction::Set, num_args = 2, value_names = ["X", "Y"], allow_negative_numbers = true)]
     pub to: Option<Vec<f64>>,
-    /// Where the object rests, in m [default: so that its path is the middle of the trained ones]
+    /// Where the object rests, in m [default: so that its path is the middle of the trained ones; an arm needs it, or --watch]
     #[arg(long, action = ArgAction::Set, num_args = 2, value_names = ["X", "Y"], allow_negative_numbers = true, requires = "to")]
     pub from: Option<Vec<f64>>,
     /// Live topics of the camera (ROS 2's foxglove_bridge, or any server of Foxglove's SDK): they give the object's place at rest, and

@@ -46,7 +46,7 @@ enum Rule {
 }
 
 /// The rule of each key of `[table]` and `[robot]`, and of `[object]` and `[striker]` where it is not [`Rule::Same`].
-const RULES: [((&str, &str), Rule); 19] = [
+const RULES: [((&str, &str), Rule); 20] = [
     (("object", "colour"), Rule::Own),
     (("table", "x"), Rule::Within),
     (("table", "y"), Rule::Within),
@@ -66,6 +66,7 @@ const RULES: [((&str, &str), Rule); 19] = [
     (("robot", "tool_orientation"), Rule::Own),
     (("robot", "tool_offset"), Rule::Own),
     (("robot", "payload"), Rule::Own),
+    (("robot", "serial"), Rule::Own),
     (("robot", "obstacles"), Rule::Own),
 ];
 

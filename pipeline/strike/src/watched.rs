@@ -73,6 +73,16 @@ pub struct Seen {
     pub unmoved: Option<&'static str>,
 }
 
+impl Seen {
+    /// What was not seen of a strike that was made: that the object moved, or came to rest.
+    pub fn doubt(&self) -> Option<String> {
+        match &self.rest {
+            Ok(_) => self.unmoved.map(str::to_owned),
+            Err(error) => Some(format!("after the strike: failed to {error}")),
+        }
+    }
+}
+
 /// What it tells that the object was not moved.
 const UNMOVED: &str = "the tip passed through where the camera saw the object, and it was not moved: if the tip passed beside it, the rig file \
                        does not say where the arm stands (robot.base, base_yaw, base_height), or the camera's frame is not the table's; if \
@@ -122,5 +132,39 @@ impl Watched {
             warning,
             unmoved: unmoved.then_some(UNMOVED),
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use values::Point;
+
+    use super::*;
+
+    #[test]
+    fn a_strike_whose_object_was_not_moved_or_not_seen_to_rest_is_in_doubt() {
+        let there = Resting {
+            point: Point::new(0.6, 0.0),
+            yaw: None,
+        };
+        for (rest, unmoved, said) in [
+            (Ok(there), None, None),
+            (Ok(there), Some(UNMOVED), Some("was not moved")),
+            (
+                Err(LiveError::NotAtRest("gone".into())),
+                None,
+                Some("at rest: gone"),
+            ),
+        ] {
+            let seen = Seen {
+                rest,
+                received: Vec::new(),
+                warning: None,
+                unmoved,
+            };
+            let doubt = seen.doubt();
+            assert_eq!(doubt.is_some(), said.is_some(), "{doubt:?}");
+            assert!(doubt.unwrap_or_default().contains(said.unwrap_or_default()));
+        }
     }
 }

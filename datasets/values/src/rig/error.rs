@@ -26,6 +26,21 @@ pub enum RigError {
         /// The known key most like it, dotted.
         nearest: String,
     },
+    /// A key of a table below one of its lists of tables, to which it then belongs.
+    #[error(
+        "accept the key `{key}` on line {line}: it stands below [[{list}]], and TOML takes it for a key of that; move [[{list}]], with its \
+         own keys, below all other keys of [{around}]"
+    )]
+    MisplacedKey {
+        /// Dotted key, as it was meant.
+        key: String,
+        /// Line of the file, from 1.
+        line: usize,
+        /// The list of tables.
+        list: String,
+        /// The table around it.
+        around: String,
+    },
     /// A key that must be there is not.
     #[error("find the key `{key}`: add a line such as `{mend}`")]
     MissingKey {

@@ -3,7 +3,7 @@
 
 use std::ops::Range;
 
-use toml::de::{DeTable, DeValue};
+use toml::de::{DeArray, DeTable, DeValue};
 
 use super::RigError;
 
@@ -50,6 +50,7 @@ const KEYS: &[(&str, Option<&str>)] = &[
     ("robot.tool_orientation", None),
     ("robot.tool_offset", None),
     ("robot.payload", None),
+    ("robot.serial", None),
     ("robot.obstacles", None),
     ("frames", None),
     ("frames.command", None),
@@ -135,8 +136,10 @@ fn check_table(text: &str, path: &str, table: &DeTable<'_>) -> Result<(), RigErr
                 key: dotted,
             });
         }
-        if let DeValue::Table(inner) = value.get_ref() {
-            check_table(text, &dotted, inner)?;
+        match value.get_ref() {
+            DeValue::Table(inner) => check_table(text, &dotted, inner)?,
+            DeValue::Array(items) => check_items(text, path, &dotted, items)?,
+            _ => {}
         }
     }
     for (name, mend) in children(path) {
@@ -146,6 +149,24 @@ fn check_table(text: &str, path: &str, table: &DeTable<'_>) -> Result<(), RigErr
             return Err(RigError::MissingKey {
                 key: join(path, name),
                 mend: (*mend).into(),
+            });
+        }
+    }
+    Ok(())
+}
+
+/// No table of a list, such as `[[robot.obstacles]]`, holds a key of the table around it: by TOML, what stands below such a table is the
+/// table's own.
+fn check_items(text: &str, around: &str, list: &str, items: &DeArray<'_>) -> Result<(), RigError> {
+    let tables = items.iter().filter_map(|item| item.get_ref().as_table());
+    for key in tables.flat_map(DeTable::keys) {
+        let meant = join(around, key.get_ref());
+        if known().any(|(known, _)| *known == meant) {
+            return Err(RigError::MisplacedKey {
+                key: meant,
+                line: line_of(text, key.span()),
+                list: list.into(),
+                around: around.into(),
             });
         }
     }

@@ -58,6 +58,9 @@ pub struct Robot {
     /// Mass of the tool, in kg.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub payload: Option<f64>,
+    /// The arm's serial number; any arm's unless given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub serial: Option<String>,
     /// What it must not touch.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub obstacles: Vec<Obstacle>,
@@ -81,6 +84,7 @@ impl Robot {
             tool_orientation: None,
             tool_offset: None,
             payload: None,
+            serial: None,
             obstacles: Vec::new(),
         }
     }

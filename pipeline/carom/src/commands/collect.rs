@@ -83,7 +83,7 @@ pub fn run(args: &CollectArgs, global: Global) -> Result<Output, Error> {
         ProgressBar::new(u64::from(args.strikes)).with_style(style())
     };
     let waits = args.watch.is_some();
-    let mut told = Told::default();
+    let (mut told, mut left_out) = (Told::default(), 0);
     let collected = strike::collect::collect(
         &mut *station,
         &planner,
@@ -91,12 +91,16 @@ pub fn run(args: &CollectArgs, global: Global) -> Result<Output, Error> {
         args.strikes as usize,
         &requested,
         &|| interrupted.load(Ordering::Relaxed),
-        &mut |news| show(&bar, waits, &mut told, &news),
+        &mut |news| {
+            left_out += usize::from(matches!(news, CollectEvent::LeftOut(_)));
+            show(&bar, waits, &mut told, &news);
+        },
     );
     bar.finish_and_clear();
     finished(
         args,
         collected.map_err(failed)?,
+        left_out,
         interrupted.load(Ordering::Relaxed),
     )
 }
@@ -167,7 +171,13 @@ fn show(bar: &ProgressBar, waits: bool, told: &mut Told, news: &CollectEvent) {
     }
 }
 
-fn finished(args: &CollectArgs, collected: Collected, is_over: bool) -> Result<Output, Error> {
+/// `left_out` planned strikes could not be made.
+fn finished(
+    args: &CollectArgs,
+    collected: Collected,
+    left_out: usize,
+    is_over: bool,
+) -> Result<Output, Error> {
     let Collected {
         strikes,
         made,
@@ -182,16 +192,16 @@ fn finished(args: &CollectArgs, collected: Collected, is_over: bool) -> Result<O
         )));
     }
     let text = format!(
-        "{strikes} usable strikes in {folder}, {made} made now, {useless} could not be used\n"
+        "{strikes} usable strikes in {folder}, {made} made now, {useless} could not be used, {left_out} planned ones left out\n"
     );
     Ok(Output {
-        outcome: if *useless == 0 {
+        outcome: if *useless == 0 && left_out == 0 {
             Outcome::Done
         } else {
             Outcome::Rejected
         },
         ..Output::done(
-            json!({ "strikes": strikes, "made": made, "useless": useless, "session": session }),
+            json!({ "strikes": strikes, "made": made, "useless": useless, "left_out": left_out, "session": session }),
             text,
         )
     })

@@ -2,7 +2,7 @@
 
 use carom::Outcome;
 
-use crate::fixture::{done, refusal, write};
+use crate::fixture::{carom, done, refusal, write};
 
 #[test]
 fn a_collection_makes_what_is_planned_first_goes_on_and_is_joined_into_sessions() {
@@ -48,6 +48,24 @@ fn a_collection_makes_what_is_planned_first_goes_on_and_is_joined_into_sessions(
         let is_other = |other: &values::Command| (one.speed - other.speed).abs() > 1e-3;
         assert!(commands[at + 1..].iter().all(is_other), "{commands:?}");
     }
+}
+
+#[test]
+fn a_planned_strike_that_is_left_out_is_no_success() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let dir = folder.path().display();
+    done(&format!("demo --strikes 1 --hide none --out {dir}/rig"));
+    let planned = r#"{"next_strikes": [{"x0": 0.3, "y0": 0.05, "speed": 9.0, "angle": 0.0}]}"#;
+    write(&folder.path().join("next.json"), planned);
+    let said = carom(&format!(
+        "collect --rig {dir}/rig/rig.toml --robot sim --strikes 1 --plan {dir}/next.json --out {dir}/logs"
+    ));
+    let said = said.expect("another strike is made");
+    assert_eq!(said.outcome, Outcome::Rejected, "{}", said.text);
+    assert_eq!(
+        (&said.json["made"], &said.json["left_out"]),
+        (&1.into(), &1.into())
+    );
 }
 
 #[test]

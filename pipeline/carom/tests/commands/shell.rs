@@ -1,7 +1,7 @@
 //! What a shell and `man` know of both programs.
 
 use std::fs;
-use std::process::Command;
+use std::process::{Command, Stdio};
 
 use clap::CommandFactory;
 
@@ -28,6 +28,15 @@ fn bash_completes_the_words_of_both_programs() {
         let answer = String::from_utf8_lossy(&answer.stdout);
         assert_eq!(answer.trim(), expected, "{words}");
     }
+}
+
+#[test]
+fn an_answer_that_cannot_be_written_is_no_success() {
+    let full = fs::OpenOptions::new().write(true).open("/dev/full");
+    let mut program = Command::new(env!("CARGO_BIN_EXE_carom"));
+    program.args(["rig", "init"]).stderr(Stdio::null());
+    let status = program.stdout(full.expect("a device")).status();
+    assert_eq!(status.expect("it runs").code(), Some(1));
 }
 
 #[test]

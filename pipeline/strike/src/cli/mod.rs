@@ -19,7 +19,7 @@ use failure::Failure;
 use load::load;
 use strike_one::strike_one;
 
-/// Done, but a line of the batch was refused, or the log was written under another name.
+/// Done, but a line of the batch was refused, the log was written under another name, or the camera did not see the object moved and at rest.
 const REJECTED: u8 = 3;
 
 /// Runs the command. The artifact is verified whole before anything else, and no robot is opened before a plan has
@@ -34,6 +34,11 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     if args.watch.is_some() && matches!(args.robot, Choice::Sim(_)) {
         return Err(Failure::usage(
             "--watch goes with an arm or with dry-run: the embedded rig has a camera of its own",
+        ));
+    }
+    if args.robot.moves() && args.from.is_none() && args.watch.is_none() {
+        return Err(Failure::usage(
+            "say where the object lies before an arm strikes: --from X Y, or --watch ws://HOST:PORT, whose camera sees it",
         ));
     }
     let (artifact, rig) = load(args)?;

@@ -4,7 +4,7 @@ use std::io::{self, Write};
 use std::path::PathBuf;
 
 use serde::Serialize;
-use strike::{Adapted, Details, FEW, LiveError, Plan, Resting, StrikeRecord};
+use strike::{Adapted, Details, FEW, Plan, Seen, StrikeRecord};
 use values::Point;
 
 use super::Failure;
@@ -32,6 +32,9 @@ pub struct Answer {
     /// Why the log was written under another name; none where it was not.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub log_moved: Option<String>,
+    /// What the camera did not see of the strike: that the object moved, or came to rest.
+    #[serde(skip)]
+    pub unseen: Option<String>,
     /// What failed once the strike was begun; completes "failed to …".
     #[serde(skip_serializing_if = "Option::is_none")]
     pub failed: Option<String>,
@@ -48,6 +51,7 @@ impl Answer {
             warning: None,
             log: None,
             log_moved: None,
+            unseen: None,
             failed: None,
         }
     }
@@ -69,14 +73,15 @@ impl Answer {
         self.warning.clone_from(&struck.warning);
     }
 
-    /// Where the camera saw the object come to rest.
-    pub fn came_to_rest(&mut self, rest: Result<Resting, LiveError>) {
-        match rest {
-            Ok(rest) => {
-                self.stopped = Some(rest.point);
-                self.miss = Some(rest.point.distance(self.plan.to));
-            }
-            Err(error) => self.warn(&format!("after the strike: failed to {error}")),
+    /// Where the camera saw the object come to rest, if it did.
+    pub fn seen(&mut self, seen: &Seen) {
+        if let Ok(rest) = &seen.rest {
+            self.stopped = Some(rest.point);
+            self.miss = Some(rest.point.distance(self.plan.to));
+        }
+        self.unseen = seen.doubt();
+        for warning in seen.warning.iter().cloned().chain(seen.doubt()) {
+            self.warn(&warning);
         }
     }
 

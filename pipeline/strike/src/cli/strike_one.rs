@@ -82,11 +82,14 @@ pub fn strike_one(
         tell(&format!("strike: failed to {why}"));
         return Ok(ExitCode::FAILURE);
     }
-    let Some(why) = &answer.log_moved else {
+    let moved = answer.log_moved.map(|why| format!("failed to {why}"));
+    let but: Vec<String> = moved.into_iter().chain(answer.unseen).collect();
+    if but.is_empty() {
         return Ok(ExitCode::SUCCESS);
-    };
+    }
     tell(&format!(
-        "strike: the strike was made and is kept, but failed to {why}"
+        "strike: the strike was made and is kept, but {}",
+        but.join("; ")
     ));
     Ok(ExitCode::from(REJECTED))
 }
@@ -196,10 +199,7 @@ fn answered(
         Err(error) => answer.failed = Some(error.to_string()),
     }
     let received = seen.map_or_else(Vec::new, |seen| {
-        answer.came_to_rest(seen.rest);
-        for warning in seen.warning.as_deref().into_iter().chain(seen.unmoved) {
-            answer.warn(warning);
-        }
+        answer.seen(&seen);
         seen.received
     });
     let samples = match &outcome {

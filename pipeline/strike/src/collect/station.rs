@@ -14,6 +14,7 @@ use values::Rig;
 
 use super::error::CollectError;
 use super::event::CollectEvent;
+use crate::epoch::Epoch;
 use crate::last_stop::Memory;
 use crate::robot::arm::{Arm, Guarded};
 use crate::watched::strike_and_keep;
@@ -23,6 +24,8 @@ use crate::{SimRobot, TruthSource, execute};
 
 /// How often it is looked at.
 const TICK: Duration = Duration::from_millis(50);
+/// A program that has not looked for so long was held: whoever was told to step back knows no more when the arm moves.
+const HELD: Duration = Duration::from_secs(1);
 
 /// What a strike recorded for its log.
 #[derive(Clone, Debug, Default)]
@@ -173,7 +176,13 @@ impl<D: Arm> Station for ArmStation<D> {
         report: &mut dyn FnMut(CollectEvent),
     ) -> Result<Point, CollectError> {
         let mut still: Option<(Resting, Instant)> = None;
+        let mut looked = (Instant::now(), Epoch::now());
         loop {
+            // Held by `kill -STOP`, by a machine that stalls, or asleep, which one clock alone shows.
+            if looked.0.elapsed() > HELD || looked.1.was_set().is_some() {
+                still = None;
+            }
+            looked = (Instant::now(), Epoch::now());
             if self.interrupted.load(Ordering::Relaxed) {
                 return Err(LiveError::NotAtRest("it was interrupted by a signal".into()).into());
             }
@@ -192,6 +201,7 @@ impl<D: Arm> Station for ArmStation<D> {
                         report(CollectEvent::StepBack(self.pause));
                         // From when it was told: a terminal may have held it back.
                         still = Some((rest, Instant::now()));
+                        looked = (Instant::now(), Epoch::now());
                     }
                     Some((before, _)) if self.live.is_still(&before).is_err() => still = None,
                     Some((_, since)) if since.elapsed() >= self.pause => {

@@ -161,6 +161,10 @@ fn wrong_usage_exits_2_and_says_how_to_mend_it() {
         (good_and(&["--model", "magic"]), "sysid_residual"),
         (good_and(&["--robot", "xarm"]), "host"),
         (good_and(&["--robot", "toaster"]), "`dry-run`"),
+        (
+            vec!["--to", "0.6", "0.0", "--robot", "ur:127.0.0.1"],
+            "where the object lies",
+        ),
         (good_and(&["--batch", "-"]), "cannot be used with"),
         (good_and(&["--log", "a.mcap"]), "add --robot sim"),
         (good_and(&["--version", "v0009"]), "v0009"),

@@ -65,6 +65,9 @@ fn an_arm_whose_rig_file_says_too_little_is_not_connected_to() {
     let computer = Computer::new();
     let config = computer.own("strike.toml");
     let arguments = [
+        "--from",
+        "0.3",
+        "0.0",
         "--to",
         "0.6",
         "0.1",

@@ -44,6 +44,12 @@ struct TargetStrike {
     stop: Point,
 }
 
+/// What came of repeats of one command, in m: how far they stop from their mean, and from the target.
+struct Repeats {
+    scatter: f64,
+    miss: f64,
+}
+
 struct Lab {
     folder: PathBuf,
     bin: PathBuf,
@@ -68,15 +74,15 @@ fn main() -> Result<(), Failed> {
     lab.learn()?;
     let learnt = begun.elapsed() - gathered;
     let (struck, refused) = lab.strike(targets, &mut stops)?;
-    let floors: Vec<f64> = struck
+    let repeats: Vec<Repeats> = struck
         .iter()
-        .map(|struck| lab.floor(struck))
+        .map(|struck| lab.repeats(struck))
         .collect::<Result<_, _>>()?;
     let counts = lab.emulator.table(|table| table.counts).unwrap_or_default();
     let text = page_of(
         &lab.arm,
         &struck,
-        &floors,
+        &repeats,
         [refused, stops, strikes],
         counts,
     )?;
@@ -272,10 +278,10 @@ impl Lab {
             Some(4) => return Ok(None),
             code => {
                 let printed = String::from_utf8_lossy(&output.stderr).into_owned();
-                if code != Some(1) {
+                if !matches!(code, Some(1 | 3)) {
                     return Err(format!("strike: {}: {printed}", output.status).into());
                 }
-                // Stopped before the impact or after it: the target is drawn again.
+                // Stopped before the impact or after it, or not seen to its end: the target is drawn again.
                 eprintln!("{printed}");
                 *stops += 1;
                 return Ok(None);
@@ -297,16 +303,19 @@ impl Lab {
         }))
     }
 
-    /// Mean distance (m) of repeats of the same command from their mean, widened for the mean's own error.
-    fn floor(&self, struck: &TargetStrike) -> Result<f64, Failed> {
+    /// Repeats of the command that was sent; their mean distance from their mean is widened for the mean's own error.
+    fn repeats(&self, struck: &TargetStrike) -> Result<Repeats, Failed> {
         let mut sim = Sim::from(self.truth.clone())?.after(100_000);
         let stops: Vec<Point> = (0..REPEATS)
             .map(|_| sim.meet(struck.from, struck.command, 0.0).stop())
             .collect();
         let n = f64::from(REPEATS);
         let mean = stops.iter().fold(Point::default(), |sum, stop| sum + *stop) * (1.0 / n);
-        let sum: f64 = stops.iter().map(|stop| stop.distance(mean)).sum();
-        Ok((n / (n - 1.0)).sqrt() * sum / n)
+        let from = |point: Point| stops.iter().map(|stop| stop.distance(point)).sum::<f64>() / n;
+        Ok(Repeats {
+            scatter: (n / (n - 1.0)).sqrt() * from(mean),
+            miss: from(struck.to),
+        })
     }
 }
 
@@ -332,24 +341,34 @@ fn rig() -> Rig {
     rig
 }
 
+/// The ratio of two means, and its standard error: what the one scatters by about it.
+fn ratio(pairs: &[(f64, f64)]) -> (f64, f64) {
+    let sum = |of: fn(&(f64, f64)) -> f64| pairs.iter().map(of).sum::<f64>();
+    let below = sum(|pair| pair.1);
+    let ratio = sum(|pair| pair.0) / below;
+    let about = pairs
+        .iter()
+        .map(|(one, other)| (one - ratio * other).powi(2));
+    (ratio, about.sum::<f64>().sqrt() / below)
+}
+
 fn page_of(
     arm: &str,
     struck: &[TargetStrike],
-    floors: &[f64],
+    repeats: &[Repeats],
     [refused, stops, strikes]: [usize; 3],
     (met, again): (usize, usize),
 ) -> Result<String, Failed> {
     let mean =
         |numbers: &mut dyn Iterator<Item = f64>| numbers.sum::<f64>() / struck.len().max(1) as f64;
     let miss = mean(&mut struck.iter().map(TargetStrike::miss));
-    let floor = mean(&mut floors.iter().copied());
-    let ratio = miss / floor;
-    // Of the ratio of two means: what misses scatter by about it.
-    let about = struck
-        .iter()
-        .zip(floors)
-        .map(|(one, floor)| (one.miss() - ratio * floor).powi(2));
-    let error = about.sum::<f64>().sqrt() / struck.len().max(1) as f64 / floor;
+    let floor = mean(&mut repeats.iter().map(|repeats| repeats.scatter));
+    let over = |miss: &mut dyn Iterator<Item = f64>| {
+        let pairs: Vec<(f64, f64)> = miss.zip(repeats.iter().map(|one| one.scatter)).collect();
+        ratio(&pairs)
+    };
+    let (by_strikes, error) = over(&mut struck.iter().map(TargetStrike::miss));
+    let (by_repeats, error_of_repeats) = over(&mut repeats.iter().map(|repeats| repeats.miss));
     let off = struck
         .iter()
         .map(|one| (one.delivered / one.command.speed - 1.0).abs())
@@ -365,7 +384,9 @@ fn page_of(
          | times that the watchdog stopped the arm and the same command went on | {stops} |\n\
          | mean miss | {:.2} mm |\n\
          | mean scatter of repeats of the same commands ({REPEATS} each): the floor | {:.2} mm |\n\
-         | mean miss over the floor, and its standard error | {:.2} ± {:.2} |\n\
+         | mean miss over the floor, and its standard error | {by_strikes:.2} ± {error:.2} |\n\
+         | the same by those repeats, which hold the command alone: no arm, and not the luck of one strike | {by_repeats:.3} ± \
+         {error_of_repeats:.3} |\n\
          | delivered speed at contact, farthest from the command | {:.2} % |\n\
          | strikes that met the object; times that the tip came into it again (since this emulator began) | {met}; {again} |\n\n\
          | from, m | to, m | command | delivered, m/s | miss, mm | repeats, mm |\n|---|---|---|---|---|---|\n",
@@ -373,11 +394,9 @@ fn page_of(
         struck.len(),
         miss * 1e3,
         floor * 1e3,
-        ratio,
-        error,
         off * 100.0,
     );
-    for (one, floor) in struck.iter().zip(floors) {
+    for (one, repeats) in struck.iter().zip(repeats) {
         writeln!(
             page,
             "| {:.3}, {:.3} | {:.3}, {:.3} | {:.3} m/s, {:+.3} rad | {:.4} | {:.1} | {:.1} |",
@@ -389,7 +408,7 @@ fn page_of(
             one.command.angle,
             one.delivered,
             one.miss() * 1e3,
-            floor * 1e3
+            repeats.scatter * 1e3
         )?;
     }
     Ok(page)

@@ -12,7 +12,7 @@ use strike::arm::{Arm, LineRequest};
 use strike::ur::Ur;
 use strike::xarm::{Register, XArm, request};
 use strike::{CommandPlanner, Guarded, Look, RobotError, execute};
-use values::{Command, Point};
+use values::{Command, Point, Rig};
 
 use crate::bench::{
     Maker, connect, connect_to, in_time, model, plan, rig, run, strike, undisturbed, wait_for,
@@ -277,6 +277,36 @@ fn a_stop_right_after_the_arm_was_made_ready_is_not_overridden() {
         });
         assert_eq!(lines(&emulator), 0);
     });
+}
+
+#[test]
+fn whoever_stops_the_arm_while_it_is_looked_at_the_object_is_not_overridden() {
+    fn stopped_in<D: Arm>(maker: Maker, look: Look, time: Duration) {
+        let plan = plan(&maker.rig(), TO);
+        let emulator = Arc::new(maker.emulator(None));
+        let mut arm = connect_to::<D>(&emulator, plan.rig(), Arc::default()).unwrap();
+        let (operator, before) = (emulator.clone(), Arc::new(Mutex::new(None)));
+        let sent = before.clone();
+        arm.look_first(move |when| {
+            if when == look {
+                *sent.lock().unwrap() = Some(lines(&operator));
+                operator.make(Fault::OperatorStop);
+                // Until a camera has seen it once more.
+                thread::sleep(time);
+            }
+            Ok(())
+        });
+        let error = execute(&mut arm, &plan).unwrap_err();
+        let before = before.lock().unwrap().expect("it was looked");
+        assert_eq!(lines(&emulator), before, "{maker:?} {look:?}: {error}");
+        assert!(!emulator.is_running());
+    }
+    for look in [Look::BeforeDescent, Look::BeforeStrike] {
+        for time in [40, 200].map(Duration::from_millis) {
+            in_time(|| stopped_in::<XArm>(Maker::XArm, look, time));
+            in_time(|| stopped_in::<Ur>(Maker::Ur, look, time));
+        }
+    }
 }
 
 #[test]
@@ -553,6 +583,23 @@ fn one_program_drives_an_arm_at_a_time() {
         connect(&other, &rig),
         Err(RobotError::Busy { .. })
     ));
+}
+
+#[test]
+fn another_arm_at_the_address_of_the_rigs_is_not_moved() {
+    fn exchanged<D: Arm>(maker: Maker) {
+        let [own, other] = [(); 2].map(|()| maker.emulator(None));
+        let mut rig = maker.rig();
+        let connect =
+            |emulator: &Emulator, rig: &Rig| connect_to::<D>(emulator, rig, Arc::default());
+        rig.robot.serial = Some(connect(&own, &rig).unwrap().serial().to_owned());
+        connect(&own, &rig).unwrap();
+        let error = connect(&other, &rig).err().unwrap();
+        assert!(matches!(error, RobotError::NotReady { .. }), "{error}");
+        assert!(error.to_string().contains("robot.serial"), "{error}");
+    }
+    exchanged::<XArm>(Maker::XArm);
+    exchanged::<Ur>(Maker::Ur);
 }
 
 #[test]

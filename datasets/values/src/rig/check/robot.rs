@@ -239,6 +239,17 @@ radius = 0.05
             ),
             ("x = [0.5, 0.6]", "x = [nan, 0.6]", "(number 1)"),
             ("radius = 0.05", "size = 0.05", "size"),
+            (
+                "payload = 0.3\n[[robot.obstacles]]",
+                "[[robot.obstacles]]\npayload = 0.3",
+                "`robot.payload` on line 54: it stands below [[robot.obstacles]], and TOML takes it for a key of that; move \
+                 [[robot.obstacles]], with its own keys, below all other keys of [robot]",
+            ),
+            (
+                "acceleration = 5.0\n",
+                "[[robot.obstacles]]\nacceleration = 5.0\n",
+                "`robot.acceleration` on line",
+            ),
             ("base = [-0.1, 0.0]", "base = [-100.0, 0.0]", "robot.base"),
             ("jerk = 100.0", "jrek = 100.0", "robot.jerk"),
             ("base_yaw = 0.3", "base_yaw = 90.0", "robot.base_yaw"),

@@ -125,7 +125,7 @@ impl<D: Arm> Guarded<D> {
             .map_err(|why| not_ready(name, why))?;
         let by_serial = claim(&identity.serial)?;
         setup
-            .check_limits(&identity.limits)
+            .check_identity(&identity)
             .map_err(|why| not_ready(name, why))?;
         let reports = D::reports(ports, driver.outlet()).map_err(failed)?;
         let watch =
@@ -205,7 +205,13 @@ impl<D: Arm> Guarded<D> {
                 return Ok(last);
             }
             if begun.elapsed() > PATIENCE {
-                return Err("the arm is moving".into());
+                return Err(match self.watch.rests() {
+                    Some(_) => "the arm is moving",
+                    None => {
+                        "its reports come less than 80 times a second: end what else asks it for reports, and look at its network"
+                    }
+                }
+                .into());
             }
         }
     }
@@ -431,6 +437,13 @@ impl<D: Arm> Guarded<D> {
         if let Some(when) = look {
             self.look(when)?;
             epoch.was_set().map_or(Ok(()), Err)?;
+            // Whoever stopped the arm while it was looked is not overridden by the line.
+            self.is_nobodys()?;
+            if self.watch.is_taken_up() {
+                return Err(
+                    "the controller ceased to be ready while it was looked at the object".into(),
+                );
+            }
         }
         self.is_moving = true;
         self.watch.guard(Line {

@@ -2,7 +2,7 @@
 
 use values::{Point, Rig};
 
-use super::driver::{ArmLimits, Pose, Status, distance, shown};
+use super::driver::{Identity, Pose, Status, distance, shown};
 use super::guard::ASIDE;
 use super::turn::Turn;
 
@@ -33,6 +33,7 @@ pub(super) struct Setup {
     pub(super) acceleration: f64,
     /// m/s.
     speed: f64,
+    serial: Option<String>,
 }
 
 impl Setup {
@@ -94,11 +95,19 @@ impl Setup {
             jerk: robot.jerk,
             acceleration: robot.acceleration,
             speed: robot.speed.high,
+            serial: robot.serial.clone(),
         })
     }
 
-    /// Whether the arm can do what the rig file lets it be commanded.
-    pub(super) fn check_limits(&self, limits: &ArmLimits) -> Result<(), String> {
+    /// Whether it is the arm that the rig file is of, and can do what that lets it be commanded.
+    pub(super) fn check_identity(&self, identity: &Identity) -> Result<(), String> {
+        let (limits, serial) = (&identity.limits, &identity.serial);
+        if let Some(own) = self.serial.as_ref().filter(|own| *own != serial) {
+            return Err(format!(
+                "its serial number is {serial}, and the rig file is of the arm {own} (robot.serial): look at the address, or set the rig file \
+                 right"
+            ));
+        }
         match (self.jerk, limits.jerk) {
             (None, Some(_)) => {
                 return Err("the rig file's [robot] lacks jerk".into());

@@ -18,6 +18,8 @@ const SILENCE: Duration = Duration::from_millis(50);
 const TICK: Duration = Duration::from_millis(5);
 /// Recent reports that are held, to see a rest in their positions.
 const RECENT: Duration = Duration::from_millis(150);
+/// Of these so many at the least have come: an arm that reports less often is not guarded in time.
+const FEWEST: usize = 12;
 /// An arm rests whose positions of that time, three quarters of it at the least, lie within so many m.
 const REST: f64 = 0.0003;
 
@@ -196,12 +198,14 @@ impl Watch {
         last.is_some_and(|last| last.report.condition != Condition::Ready)
     }
 
-    /// Whether the positions of the last reports show the arm at rest; none where reports have ceased, or
-    /// repeat one.
+    /// Whether the positions of the last reports show the arm at rest; none where reports have ceased, come too seldom, or repeat one.
     pub(super) fn rests(&self) -> Option<bool> {
         let seen = self.shared.lock();
         let last = seen.last.filter(|last| last.at.elapsed() <= SILENCE)?;
-        let first = seen.recent.first()?;
+        let first = seen
+            .recent
+            .first()
+            .filter(|_| seen.recent.len() >= FEWEST)?;
         let is_long = last.at.duration_since(first.at) >= RECENT.mul_f64(0.75);
         // The same report again and again says nothing.
         if is_long && last.report.clock <= first.report.clock {
@@ -384,6 +388,22 @@ mod tests {
         // Ten seconds old: what was before it is not taken for what is.
         assert!(news(&|| clock() - 10.0).is_err());
         assert!((0..100).any(|_| news(&clock).is_ok()));
+        drop(send);
+    }
+
+    #[test]
+    fn reports_that_come_seldom_show_no_rest() {
+        let (send, sent) = mpsc::channel();
+        let outlet = Outlet::new(Vec::new());
+        let watch = Watch::start(Box::new(Sent(sent)), outlet, Arc::default()).expect("starts");
+        // As of 25 Hz: never more than four in the time that is looked at, however slow this machine is.
+        let begun = Instant::now();
+        for _ in 0..12 {
+            send.send((begun.elapsed().as_secs_f64(), 0.3))
+                .expect("is read");
+            thread::sleep(Duration::from_millis(40));
+            assert_eq!(watch.rests(), None);
+        }
         drop(send);
     }
 
