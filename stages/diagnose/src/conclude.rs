@@ -77,7 +77,7 @@ struct Conclusion {
     cause: Option<String>,
 }
 
-fn is_never_named(name: &str) -> bool {
+pub(crate) fn is_never_named(name: &str) -> bool {
     effect(name).is_ok_and(|spec| spec.naming == Naming::Never)
 }
 

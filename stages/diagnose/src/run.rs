@@ -10,7 +10,7 @@ use crate::{
     Diagnose, DiagnoseError, Diagnosed, Input, Thresholds,
     arm::{self, Arm},
     candidates::{Candidate, candidates, is_of_whole_strikes},
-    conclude::Case,
+    conclude::{Case, is_never_named},
     evidence::{self, Alarm, Statistic, replicates},
     fit::Goal,
     gap,
@@ -186,7 +186,7 @@ fn pruned<'a>(
 }
 
 /// The effect without which the stops of these commands move least, if that is little beside what repeats scatter by: nobody who strikes would
-/// see it, and a model that is slightly wrong looks like it.
+/// see it, and a model that is slightly wrong looks like it. What is stated as a cause stays: it says that the names beside it are not all.
 fn of_little(selection: &Selection<'_>) -> Result<Option<usize>, DiagnoseError> {
     let Selection {
         prepared, fitted, ..
@@ -197,7 +197,10 @@ fn of_little(selection: &Selection<'_>) -> Result<Option<usize>, DiagnoseError> 
     let floor = question::variation(prepared, fitted, &Answer::default()).repeats;
     let with = prepared.ends(&fitted.model)?;
     let mut least: Option<(usize, f64)> = None;
-    for place in 0..fitted.model.parts.len() {
+    for (place, part) in fitted.model.parts.iter().enumerate() {
+        if is_never_named(part.name) {
+            continue;
+        }
         let without = fitted.model.without(place);
         let Some(without) = prepared.fit_from(fitted, &without, Goal::LIKELIHOOD)? else {
             continue;
@@ -205,13 +208,11 @@ fn of_little(selection: &Selection<'_>) -> Result<Option<usize>, DiagnoseError> 
         let ends = prepared.ends(&without.model)?;
         let moved = with.iter().zip(ends).map(|(a, b)| Some((*a)? - b?));
         let moved = gap::rms(moved.flatten());
-        if least.is_none_or(|(_, least)| moved < least) {
+        if moved < least.map_or(question::LITTLE * floor, |(_, least)| least) {
             least = Some((place, moved));
         }
     }
-    Ok(least
-        .filter(|(_, moved)| *moved < question::LITTLE * floor)
-        .map(|(place, _)| place))
+    Ok(least.map(|(place, _)| place))
 }
 
 /// What came before each strike; the first of a session came as long after nothing as the second after it.
