@@ -282,7 +282,7 @@ impl Tracking<'_, '_, '_> {
                 *self.outcome.reasons.entry(reason).or_insert(0) += 1;
             }
             let data = serde_json::to_vec(&report).unwrap_or_default();
-            let schema = ("carom.FrameReport", "jsonschema", QUALITY_SCHEMA);
+            let schema = ("carom.FrameReport", "jsonschema", QUALITY_SCHEMA.as_bytes());
             self.writer
                 .add(QUALITY_TOPIC, schema, "json", log_time, &data)?;
             for message in after {
