@@ -51,7 +51,7 @@ call(carom, "view", run, "-o", folder / "view.rrd", expected=2)
 
 # By MCAP's and protobuf's own readers.
 topics = collections.Counter()
-schemas, seen, ends, colours, last = {}, [], {}, set(), 0
+schemas, seen, ends, last = {}, [], {}, 0
 now = None
 with open(everything, "rb") as file:
     reader = make_reader(file, decoder_factories=[DecoderFactory()])
@@ -84,11 +84,12 @@ for topic in sorted(topics):
     print(f"       {topics[topic]:7} {schemas[topic]:26} {topic}")
 for needed in ("foxglove.SceneUpdate", "foxglove.FrameTransforms", "foxglove.PointCloud", "foxglove.Log", "motion.Motion"):
     check(needed in schemas.values(), f"there are messages of {needed}")
-far = max(math.dist((end["measured"].x, end["measured"].y), (strikes[one]["xf"], strikes[one]["yf"])) for one, end in ends.items())
+stopped = {one: row for one, row in strikes.items() if row["xf"] is not None}
+far = max(math.dist((ends[one]["measured"].x, ends[one]["measured"].y), (row["xf"], row["yf"])) for one, row in stopped.items())
 check(far < 1e-9, f"measured objects end where strikes.parquet has their stops ({far:.1e} m)")
 
 # By Rerun.
-environment = rerun("analytics", "disable")
+rerun("analytics", "disable")
 rerun("mcap", "check", "--full", everything)
 for view in (everything, single):
     rrd = view.with_suffix(".rrd")

@@ -30,8 +30,9 @@ const BATCH: usize = 64;
 const LINES: f64 = 0.003;
 /// Length in m of the arrow of a command of 1 m/s.
 const COMMAND: f64 = 0.15;
-/// Seconds between frames where a track has but one.
+/// Seconds between frames where a track has but one, or where they are as near as that.
 const FRAME: f64 = 1.0 / 60.0;
+const LEAST_FRAME: f64 = 1e-3;
 
 fn ink(name: &str) -> Ink {
     Ink(match name {
@@ -82,7 +83,8 @@ pub fn show(
                 for message in played.messages(rig, start + now)? {
                     message.write(&mut file)?;
                 }
-                now += played.duration() + AFTER + BEFORE;
+                let end = played.frames().last().copied().unwrap_or(0.0);
+                now += end + AFTER + BEFORE;
             }
         }
         file.finish().map(drop).map_err(Error::failed)
@@ -146,26 +148,18 @@ impl<'a> Played<'a> {
         }
     }
 
-    /// Seconds from first motion until the last of the objects rests.
-    fn duration(&self) -> f64 {
-        let measured = self.strike.track.t.last().copied().unwrap_or(0.0);
-        let rests = self.simulated.iter();
-        let rests = rests.map(|(_, simulated, before)| simulated.rest_time - before);
-        rests.fold(measured, f64::max)
-    }
-
     /// Times of frames in s since first motion: the track's own, and on at their distance until all rest.
     fn frames(&self) -> Vec<f64> {
         let mut times = self.strike.track.t.clone();
         let last = times.last().copied().unwrap_or(0.0);
         let steps = times.len().saturating_sub(1);
-        let step = if steps > 0 {
-            (last - times[0]) / steps as f64
-        } else {
-            FRAME
-        };
-        let step = if step > 1e-3 { step } else { FRAME };
-        let more = ((self.duration() - last) / step).ceil().max(0.0) as u32;
+        let step = (last - times.first().copied().unwrap_or(0.0)) / steps.max(1) as f64;
+        let step = if step > LEAST_FRAME { step } else { FRAME };
+        let rests = self.simulated.iter();
+        let rests = rests.map(|(_, simulated, before)| simulated.rest_time - before);
+        let all_rest = rests.fold(last, f64::max);
+        // One more at least: the measured object then is where it stopped, not where it was seen last.
+        let more = ((all_rest - last) / step).ceil().max(1.0) as u32;
         times.extend((1..=more).map(|more| last + f64::from(more) * step));
         times
     }
