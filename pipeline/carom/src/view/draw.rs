@@ -18,6 +18,8 @@ use crate::Error;
 const DOTS: f64 = 0.004;
 /// Width of lines, in m.
 const WIDTH: f64 = 0.002;
+/// Angle in rad of the two strokes of an arrow's head to its shaft.
+const BARB: f64 = 0.5;
 /// Points of a circle.
 const CIRCLE: u32 = 48;
 
@@ -83,8 +85,12 @@ impl Drawing {
         if length < 1e-6 {
             return;
         }
-        self.dots_along(from, to, z, ink);
         let head = (0.3 * length).min(0.02);
+        self.dots_along(from, to, z, ink);
+        for side in [-BARB, BARB] {
+            let back = (from - to) * (head / length);
+            self.dots_along(to, to + back.rotated(side), z, ink);
+        }
         self.scene.arrows.push(ArrowPrimitive {
             pose: pose([from.x, from.y, z], (to - from).bearing()),
             shaft_length: length - head,
