@@ -169,8 +169,8 @@ fn a_stamp_is_that_of_the_exposures_middle() {
     let (mut rig, dir) = (small(), tempfile::tempdir().unwrap());
     let (at, picture) = pictures(&rig, 1).remove(0);
     rig.camera.stamp = StampMark::Start;
-    rig.camera.exposure = 0.004;
-    rig.camera.readout = 0.010;
+    rig.camera.exposure = Some(0.004);
+    rig.camera.readout = Some(0.010);
     let (log, out) = (dir.path().join("in.mcap"), dir.path().join("out.mcap"));
     let data = compressed(&picture.png().unwrap(), 0);
     write(&log, "sensor_msgs/msg/CompressedImage", "cdr", &[data]);
@@ -241,7 +241,7 @@ fn one_stamp_far_ahead_costs_one_frame() {
 fn a_frame_before_1970_has_a_reason() {
     let (mut rig, dir) = (small(), tempfile::tempdir().unwrap());
     rig.camera.stamp = StampMark::End;
-    rig.camera.exposure = 0.010;
+    rig.camera.exposure = Some(0.010);
     // Stamped 1 ns after the clock's beginning, it was exposed before.
     let mut message = compressed(&pictures(&rig, 1)[0].1.png().unwrap(), 1);
     // The seconds stand behind CDR's header.
