@@ -1,5 +1,5 @@
-//! What a log's own images teach before each is looked at: the table without the object, how bright the object's sides are, how much
-//! larger than it is the object is seen, and how tall.
+//! What a log's own images teach before each is looked at: the table without the object, how bright the object's sides are, and how much
+//! larger than it is the object is seen.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -11,7 +11,6 @@ use rayon::prelude::*;
 use crate::background::{FEWEST_PILOTS, Pilot};
 use crate::change::BandSums;
 use crate::edges::{Side, SideSums};
-use crate::height::seen_height;
 use crate::learned::Learned;
 use crate::message::is_video;
 use crate::tracker::Looked;
@@ -124,7 +123,6 @@ impl Learned {
         // Half of the distance between the quartiles, as a deviation.
         let deviation = 0.5 * (at(0.75) - at(0.25)) / 0.6745;
         learned.larger = [at(0.5), deviation.max(LEAST_LARGER)];
-        learned.height = seen_height(&pilots, &learned, tracker);
         learned
     }
 }

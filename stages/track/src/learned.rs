@@ -13,18 +13,6 @@ pub(crate) struct Learned {
     pub(crate) side: Option<Side>,
     /// How much larger the object is seen (px), and how well that is known (standard deviation, px).
     pub(crate) larger: [f64; 2],
-    /// How tall it is seen, of what it is.
-    pub(crate) height: Option<SeenHeight>,
-}
-
-/// The object's height as it is seen.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct SeenHeight {
-    /// Of what the rig file says, and its standard deviation.
-    pub(crate) share: f64,
-    pub(crate) deviation: f64,
-    /// How far centres are off by that, at the most, in m.
-    pub(crate) off: f64,
 }
 
 impl Default for Learned {
@@ -33,7 +21,6 @@ impl Default for Learned {
             background: None,
             side: None,
             larger: [0.0, LARGER],
-            height: None,
         }
     }
 }

@@ -34,7 +34,6 @@ mod first_pose;
 mod fit;
 mod flow;
 mod frame;
-mod height;
 mod homography;
 mod huffman;
 mod image;

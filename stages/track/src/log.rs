@@ -10,10 +10,10 @@ use values::{ImageTopic, Rig};
 
 use crate::camera_info::CameraMessage;
 use crate::frame::TrackedFrame;
-use crate::learned::{Learned, SeenHeight};
+use crate::learned::Learned;
 use crate::log_lens::LogLens;
 use crate::message_queue::{FrameTracker, MessageQueue, Processed};
-use crate::notes::{Notes, said_of_height, said_of_marker};
+use crate::notes::{Notes, said_of_marker};
 use crate::report::QUALITY_SCHEMA;
 use crate::sequence::{Sequence, SequenceFrame};
 use crate::view::{LogFile, View};
@@ -81,7 +81,6 @@ fn track_into(
             topic,
             centroid: rig.topics.centroid.name.as_str(),
             pose,
-            height: learned.height,
             rig: &rig,
             writer: CopyWriter::new(file)?,
             queue: MessageQueue::new(scope, &frames),
@@ -142,8 +141,6 @@ struct Seen {
 struct Tracking<'a, 's, 'scope> {
     tracker: &'a Tracker,
     topic: &'a ImageTopic,
-    /// How tall the object is seen.
-    height: Option<SeenHeight>,
     rig: &'a Rig,
     centroid: &'a str,
     /// Topic of poses, where the object has a marker.
@@ -349,14 +346,11 @@ impl Tracking<'_, '_, '_> {
             outcome.notes.extend(info.contradictions(lens, self.size));
         }
         outcome.notes.extend(self.notes.said(self.tracker.camera()));
-        let stated = 2.0 * self.rig.object.solid.half_height();
-        let marker = self.notes.marker();
-        outcome
-            .notes
-            .extend(marker.and_then(|scale| said_of_marker(scale, stated, self.tracker.camera())));
-        outcome
-            .notes
-            .extend(self.height.and_then(|seen| said_of_height(&seen, stated)));
+        let marker = self.notes.marker().and_then(|scale| {
+            let height = 2.0 * self.rig.object.solid.half_height();
+            said_of_marker(scale, height, self.tracker.camera())
+        });
+        outcome.notes.extend(marker);
         outcome.notes.extend(self.why);
         Ok(outcome)
     }

@@ -50,10 +50,10 @@ const LEAST_CONTRAST: f64 = 0.01;
 const MOST_LARGER: f64 = 0.08;
 /// A coordinate that is not known to this (m) may be wrong.
 const MOST_DEVIATION: f64 = 0.00075;
-/// What the scatter of pixels does not show: they are not independent; and, of a cell, of a pixel and in m, what the light and the lens do.
+/// What the scatter of pixels does not show: they are not independent; and, in px and in m, what the light does.
 const NOT_INDEPENDENT: f64 = 2.0;
-const UNSEEN_PX: f64 = 0.03;
-const UNSEEN: f64 = 0.00005;
+const UNSEEN_PX: f64 = 0.012;
+const UNSEEN: f64 = 0.00001;
 
 impl ObjectMarker {
     /// The marker that a rig file states.
@@ -94,14 +94,15 @@ impl ObjectMarker {
         for quad in dark_quads(&grey) {
             let middle = [0, 1].map(|i| 0.25 * quad.iter().map(|at| at[i]).sum::<f64>());
             let camera = camera_near(middle);
-            let seen = self.start(&grey, &camera, &quad);
-            let seen = seen.and_then(|start| self.fitted(image, light, &camera, start));
-            let is_known = |seen: &ByMarker| {
-                found
-                    .iter()
-                    .any(|other| is_near(&other.pose, &seen.pose, 0.5 * self.side))
+            let start = self.start(&grey, &camera, &quad);
+            // Most squares are found twice.
+            let is_new = |start: &Placed| {
+                let pose = self.pose(start);
+                let near = |other: &ByMarker| is_near(&other.pose, &pose, 0.5 * self.side);
+                !found.iter().any(near)
             };
-            found.extend(seen.filter(|seen| !is_known(seen)));
+            let start = start.filter(is_new);
+            found.extend(start.and_then(|start| self.fitted(image, light, &camera, start)));
         }
         found
     }

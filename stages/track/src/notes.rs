@@ -3,7 +3,6 @@
 use values::Point;
 
 use crate::CameraModel;
-use crate::learned::SeenHeight;
 
 /// What was seen up to now.
 #[derive(Debug, Default)]
@@ -109,29 +108,6 @@ impl Notes {
         }
         said
     }
-}
-
-/// A height that is seen otherwise by less than this share is as it is stated: the object's side and its shadow move what is seen; and by
-/// less than so many standard deviations.
-const LEAST_OTHERWISE: f64 = 0.15;
-const LEAST_DEVIATIONS: f64 = 4.0;
-/// A centre that is off by less than this (m) is not worth a word.
-const LEAST_OFF: f64 = 0.0005;
-
-/// That the object is seen taller or lower than it is stated (m), and what that costs.
-pub(crate) fn said_of_height(seen: &SeenHeight, stated: f64) -> Option<String> {
-    let otherwise = (seen.share - 1.0).abs();
-    let is_sure = otherwise > (LEAST_DEVIATIONS * seen.deviation).max(LEAST_OTHERWISE);
-    (is_sure && seen.off > LEAST_OFF).then(|| {
-        format!(
-            "the object is seen as if it were {:.0} mm tall (± {:.0}), and the rig file says {:.0} mm: measure it; centres are off by up to {:.1} mm \
-             otherwise, stops too",
-            1e3 * seen.share * stated,
-            2e3 * seen.deviation * stated,
-            1e3 * stated,
-            1e3 * seen.off,
-        )
-    })
 }
 
 /// A marker is printed and measured to this share.

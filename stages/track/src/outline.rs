@@ -40,21 +40,6 @@ impl Solid {
         }
     }
 
-    /// The same with its height times a factor; none of a shape whose height is its width.
-    pub(crate) fn of_height(&self, factor: f64) -> Option<Self> {
-        match *self {
-            Self::Cylinder { radius, height } => Some(Self::Cylinder {
-                radius,
-                height: factor * height,
-            }),
-            Self::Box { half, height } => Some(Self::Box {
-                half,
-                height: factor * height,
-            }),
-            Self::Sphere { .. } => None,
-        }
-    }
-
     /// Whether its picture depends on its yaw.
     pub(crate) fn turns(&self) -> bool {
         matches!(self, Self::Box { .. })

@@ -56,12 +56,7 @@ pub(crate) struct Looked {
     pub(crate) band: BandSums,
     /// How much larger than it is the object is seen, in px.
     pub(crate) larger: f64,
-    /// Mean of the squares (px²) by which its edges miss the outline, each no more than `MOST_MISSED`.
-    pub(crate) misfit: Option<f64>,
 }
-
-/// An edge that misses the outline by more than this (px) is none of the object's.
-const MOST_MISSED: f64 = 1.5;
 
 /// Finds the object in images, each by itself: the same image gives the same answer.
 #[derive(Clone, Debug)]
@@ -140,15 +135,6 @@ impl Tracker {
         self.look_by(image, learned, self.marker.as_ref())
     }
 
-    /// One that takes the object for lower or higher by a factor; none where it has no height of its own, or its colour is not known.
-    pub(crate) fn of_height(&self, factor: f64) -> Option<Self> {
-        self.range?;
-        Some(Self {
-            solid: self.solid.of_height(factor)?,
-            ..self.clone()
-        })
-    }
-
     /// Looks at an image for what it teaches: at the object's outline, where its colour is known.
     pub(crate) fn study(&self, image: &Image, learned: &Learned) -> Looked {
         let marker = self.marker.as_ref().filter(|_| self.range.is_none());
@@ -201,7 +187,6 @@ impl Tracker {
             side: SideSums::default(),
             band: BandSums::default(),
             larger: 0.0,
-            misfit: None,
         })
     }
 
@@ -348,14 +333,7 @@ impl Tracker {
             Err(no_fit) => Looked::none(self.without_fit(scene, start, no_fit)),
             Ok(fit) => {
                 let judged = judge(scene.image, &self.light, scene.range, &self.solid, &fit);
-                let missed = fit.residuals.iter().flatten();
-                let missed = missed.map(|left| left.powi(2).min(MOST_MISSED.powi(2)));
-                let edges = fit.residuals.iter().flatten().count().max(1) as f64;
                 Looked {
-                    misfit: judged
-                        .against
-                        .is_none()
-                        .then(|| missed.sum::<f64>() / edges),
                     side: fit.side,
                     band: fit.band,
                     larger: fit.seen_larger,
@@ -393,7 +371,6 @@ impl Looked {
             side: SideSums::default(),
             band: BandSums::default(),
             larger: 0.0,
-            misfit: None,
         }
     }
 }
