@@ -252,8 +252,8 @@ def benches(small):
 
 def markers(small):
     """Place and yaw by a marker, beside OpenCV's detector on the same frames."""
-    folder, out = f"{OUT}/markers_{MARKERS}_{1 if small else 2}", f"{OUT}/marker_tracked.mcap"
-    known = peer("benches", folder, MARKERS, 1 if small else 2, *(("tag36h11", "tag_other_id") if small else ("marked",)))
+    folder, out = f"{OUT}/markers_{MARKERS}", f"{OUT}/marker_tracked.mcap"
+    known = peer("benches", folder, MARKERS, 1, *(("tag36h11", "tag_other_id") if small else ("marked",)))
     lines, all_off, all_yaw, all_z, wrong_of_all, frames_of_all = [], [], [], [], 0, 0
     for name in known["marked"]:
         answer = run(FRAMES, "strikes", f"{folder}/{name}/log.mcap", f"{folder}/{name}/rig.toml", out)

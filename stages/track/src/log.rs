@@ -31,8 +31,8 @@ const MOST_HELD_BYTES: usize = 12 << 20;
 const LARGE_MESSAGE: usize = 4 << 20;
 
 /// Reads a log, finds the object in every image of the rig's image topic, and writes a log with all other messages, the
-/// centroids, the poses of an object with a marker, and what is said of every frame. Topics of these that the log has already are left out. With `view`, another log
-/// is written for viewers: the images with the outline found, and the object's poses.
+/// centroids, the poses of an object with a marker, and what is said of every frame. Topics of these that the log has already are left
+/// out. With `view`, another log is written for viewers: the images with the outline found, and the object's poses.
 ///
 /// Where the rig file has no camera matrix, the lens is that of the log's `CameraInfo`.
 ///
@@ -71,15 +71,16 @@ fn track_into(
     let topic = rig.topics.image.as_ref().ok_or(TrackError::NoTopic)?;
     let LogLens { rig, size, note } = LogLens::of(log, rig, &topic.name)?;
     let tracker = Tracker::new(&rig)?;
-    let has_marker = rig.object.marker.is_some();
-    let pose = has_marker.then_some(rig.topics.pose.topic.name.as_str());
+    let (centroid, pose) = (&rig.topics.centroid.name, &rig.topics.pose.topic.name);
+    let has_poses = rig.object.marker.is_some() && pose != centroid;
+    let pose = has_poses.then_some(pose.as_str());
     let learned = Learned::of_log(log, &topic.name, &tracker)?;
     let frames = FrameTracker::new(&tracker, &learned, view.is_some());
     let (summary, mut outcome) = rayon::scope_fifo(|scope| {
         let mut tracking = Tracking {
             tracker: &tracker,
             topic,
-            centroid: rig.topics.centroid.name.as_str(),
+            centroid,
             pose,
             rig: &rig,
             writer: CopyWriter::new(file)?,

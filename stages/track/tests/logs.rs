@@ -7,7 +7,7 @@ mod common;
 use std::path::Path;
 
 use common::messages::{
-    SECOND, Wire, centroids, compressed, pictures, protobuf, raw, small, write,
+    SECOND, Wire, centroids, compressed, pictures, protobuf, raw, small, write, write_with,
 };
 use common::tall;
 use render::{Optics, Picture};
@@ -23,6 +23,31 @@ fn reports(path: &Path) -> Vec<FrameReport> {
     messages
         .map(|message| serde_json::from_slice(&message.data).unwrap())
         .collect()
+}
+
+#[test]
+fn a_large_message_of_another_topic_is_copied_as_it_is() {
+    let (rig, dir) = (small(), tempfile::tempdir().unwrap());
+    let cloud: Vec<u8> = (0..5u32 << 20).map(|k| (k % 251) as u8).collect();
+    let images = pictures(&rig, 3);
+    let images = images.iter().enumerate();
+    let images: Vec<_> = images
+        .map(|(k, (_, picture))| compressed(&picture.png().unwrap(), k as u32 * 33_000_000))
+        .collect();
+    let (log, out) = (dir.path().join("in.mcap"), dir.path().join("out.mcap"));
+    let first = Some(("/points", "sensor_msgs/msg/PointCloud2", cloud.as_slice()));
+    let schema = ("sensor_msgs/msg/CompressedImage", "cdr");
+    write_with(&log, schema, &images, first);
+    let outcome = track_log(&log, &rig, &out, None).unwrap();
+    assert_eq!((outcome.frames, outcome.centroids), (3, 3), "{outcome:?}");
+    let bytes = std::fs::read(&out).unwrap();
+    let messages = mcap::MessageStream::new(&bytes).unwrap();
+    let points: Vec<_> = messages
+        .map(Result::unwrap)
+        .filter(|message| message.channel.topic == "/points")
+        .collect();
+    assert_eq!(points.len(), 1);
+    assert!(*points[0].data == cloud, "its bytes are others");
 }
 
 /// Brightness and colour differences of a pixel, ITU-R BT.601 of the range 16 to 235.
