@@ -124,7 +124,10 @@ fn a_marker_that_is_not_read_has_a_reason_or_the_outline_tells_the_place() {
     let covered = draw(&rig, &[(at, 0.3, true)]);
     let both = draw(
         &rig,
-        &[(at, 0.3, false), (Point::new(0.4, -0.1), 1.0, false)],
+        &[
+            (Point::new(0.5, 0.1), 0.0, false),
+            (Point::new(0.3, 0.35), 2.0, false),
+        ],
     );
     let alone = Tracker::new(&rig).expect("complete");
     assert_eq!(alone.observe(&covered).centre, Err(Reason::NoMarker));
