@@ -26,7 +26,7 @@ fn rig() -> Rig {
     rig
 }
 
-/// What is drawn: an object's centre and yaw, and whether something lies over a part of its marker.
+/// What is drawn: an object's centre and yaw, and whether its marker has come off.
 type Drawn = (Point, f64, bool);
 
 /// Grey bytes of a table with red discs 40 mm tall, each with its marker.
@@ -67,7 +67,7 @@ fn draw(rig: &Rig, objects: &[Drawn]) -> Image {
     }
 }
 
-fn light(rig: &Rig, (centre, yaw, covered): &Drawn, at: &dyn Fn(f64) -> Point) -> Option<[f64; 3]> {
+fn light(rig: &Rig, (centre, yaw, is_bare): &Drawn, at: &dyn Fn(f64) -> Point) -> Option<[f64; 3]> {
     let marker = rig.object.marker.as_ref()?;
     let top = at(0.04);
     if top.distance(*centre) > 0.03 {
@@ -81,13 +81,13 @@ fn light(rig: &Rig, (centre, yaw, covered): &Drawn, at: &dyn Fn(f64) -> Point) -
     };
     let [x, y] = turned(top.x - centre.x, top.y - centre.y, *yaw);
     let [x, y] = turned(x - marker.offset.x, y - marker.offset.y, marker.yaw);
-    if *covered && x > 0.004 {
-        return Some([0.2, 0.2, 0.2]);
-    }
     // Cells from the upper left corner, with the border's.
     let cell = marker.size / 6.0;
     let (column, row) = ((x / cell + 3.0).floor(), (3.0 - y / cell).floor());
     let is_in = |low: f64, high: f64| [column, row].iter().all(|part| (low..high).contains(part));
+    if *is_bare {
+        return Some([0.5, 0.03, 0.03]);
+    }
     let is_white = if is_in(1.0, 5.0) {
         let bit = 15 - (4 * (row as usize - 1) + column as usize - 1);
         (CODE >> bit) & 1 == 1
@@ -120,8 +120,8 @@ fn place_and_yaw_are_the_objects_wherever_its_marker_lies_on_it() {
 #[test]
 fn a_marker_that_is_not_read_has_a_reason_or_the_outline_tells_the_place() {
     let mut rig = rig();
-    let at = Point::new(0.6, 0.2);
-    let covered = draw(&rig, &[(at, 0.3, true)]);
+    let at = Point::new(0.3, 0.35);
+    let bare = draw(&rig, &[(at, 2.0, true)]);
     let both = draw(
         &rig,
         &[
@@ -130,10 +130,10 @@ fn a_marker_that_is_not_read_has_a_reason_or_the_outline_tells_the_place() {
         ],
     );
     let alone = Tracker::new(&rig).expect("complete");
-    assert_eq!(alone.observe(&covered).centre, Err(Reason::NoMarker));
+    assert_eq!(alone.observe(&bare).centre, Err(Reason::NoMarker));
     assert_eq!(alone.observe(&both).centre, Err(Reason::TwoObjects));
     rig.object.colour = Some(Colour::demo());
-    let by_outline = Tracker::new(&rig).expect("complete").observe(&covered);
+    let by_outline = Tracker::new(&rig).expect("complete").observe(&bare);
     let centre = by_outline.centre.expect("its outline is seen");
     assert!(centre.distance(at) < 0.001, "{centre:?}");
     assert_eq!(by_outline.marker, None);
@@ -141,7 +141,7 @@ fn a_marker_that_is_not_read_has_a_reason_or_the_outline_tells_the_place() {
     rig.object.colour = None;
     rig.object.marker.as_mut().expect("there").id = 1;
     let other = Tracker::new(&rig).expect("complete");
-    let seen = other.observe(&draw(&rig, &[(at, 0.3, false)]));
+    let seen = other.observe(&draw(&rig, &[(at, 2.0, false)]));
     assert_eq!(seen.centre, Err(Reason::NoMarker));
 }
 
