@@ -17,7 +17,7 @@ use arrow::datatypes::{DataType, Field};
 use serde_json::{Map, Value, json};
 use values::Split;
 
-use self::parquet::write_columns;
+use self::parquet::{Column, write_columns};
 use self::stats::{QUANTILES, Stats};
 use crate::TableError;
 
@@ -48,9 +48,6 @@ pub struct Episode {
     /// Speed in m/s and angle in rad as commanded, and the tip's velocity in m/s: at the frame that the strike follows, 0 elsewhere.
     pub actions: Vec<[f32; 4]>,
 }
-
-/// A column of a table that is being written.
-type Column = (Field, ArrayRef);
 
 /// What statistics are made of.
 struct Feature {
