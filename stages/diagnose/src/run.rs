@@ -12,7 +12,7 @@ use crate::{
     candidates::{Candidate, candidates, is_of_whole_strikes},
     conclude::{Case, is_never_named},
     evidence::{self, Alarm, Statistic, replicates},
-    fit::Goal,
+    fit::{Fitted, Goal},
     gap,
     heldout::{self, Gains},
     maps, notes,
@@ -81,8 +81,10 @@ impl Diagnose {
         let mut chance = evidence::chance(&screened);
         let alarm = Alarm::new(&Statistic::all(&screened));
         let p_value = alarm.p_value();
-        // Flips guard against noise of another form than the one that was drawn; the question believes no form of it.
-        let is_real = p_value.is_real() || p_value.is_real_as_drawn() && asked.is_gap();
+        // Flips guard against noise of another form than the one that was drawn. The question believes no form of it, and no camera errs by far
+        // more than is stated.
+        let is_beyond_noise = asked.is_gap() || leaves_tracks(&prepared, &null);
+        let is_real = p_value.is_real() || p_value.is_real_as_drawn() && is_beyond_noise;
         let is_sought = is_real && !usable.are_pushed_again;
         let mut last_resorts = if is_sought {
             named(Naming::LastResort)
@@ -262,6 +264,12 @@ pub(crate) fn prepare<'a>(
         PreparedStrikes::new(rig, strikes, launches, thresholds),
         pushed,
     ))
+}
+
+/// Whether tracks of a round object leave a model's by far more than the camera's noise, where no repeats say that they do so by chance.
+fn leaves_tracks(prepared: &PreparedStrikes<'_>, fitted: &Fitted) -> bool {
+    let is_round = prepared.rig.object.shape() != Shape::Box;
+    is_round && !question::has_repeats(prepared) && fitted.is_far_from(prepared)
 }
 
 /// Whether tracks of a box leave the world's, all effects found included. A box may tip and turn in ways that no centroid shows: what its track

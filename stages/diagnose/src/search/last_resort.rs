@@ -1,6 +1,7 @@
 //! One effect in the place of all those of its kind: a smooth field where it is likelier than the simpler ones together, and what is never
 //! named where it is likelier than a field or several of them.
 
+use values::Shape;
 use world::{
     WorldError,
     effects::{Family, Naming, effect},
@@ -62,6 +63,7 @@ pub(crate) fn with_replacements<'a>(
         let Selection { prepared, null, .. } = &selection;
         let thresholds = prepared.thresholds;
         let share = match held[..] {
+            [] if is_wanted(candidate, &selection) => 1.0,
             [] => continue,
             [name] if !is_field(name) => thresholds.alike,
             [_] => thresholds.explained.recip(),
@@ -89,6 +91,17 @@ pub(crate) fn with_replacements<'a>(
         }
     }
     Ok(selection)
+}
+
+/// Whether a candidate is asked where nothing of its kind was found: a table of any shape, where tracks of a round object leave what was found by far
+/// more than the camera's noise. Many bumps look like no single effect.
+fn is_wanted(candidate: &Candidate, selection: &Selection<'_>) -> bool {
+    let Selection {
+        prepared, fitted, ..
+    } = selection;
+    let is_round = prepared.rig.object.shape() != Shape::Box;
+    let is_any_shape = effect(candidate.name).is_ok_and(|spec| spec.naming == Naming::InPlace);
+    is_round && is_any_shape && fitted.is_far_from(prepared)
 }
 
 /// Names of the effects held that are of a candidate's kind.
