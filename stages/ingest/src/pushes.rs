@@ -6,7 +6,7 @@
 use std::collections::VecDeque;
 
 use logs::Sample;
-use values::{Command, Conditions, End, Point, Rig, Shape, Split, Strike, Track};
+use values::{Command, Conditions, Point, Rig, Shape, Split, Strike, Track};
 
 use crate::arm::State;
 use crate::identity::slide_id;
