@@ -36,8 +36,7 @@ pub enum Step {
 }
 
 /// What is said of logs in which objects slide, and no strike began a slide.
-const NO_STRIKE: &str =
-    "no strike was seen: slides that none began tell how the table brakes, and nothing of the arm; log strikes for a version";
+const NO_STRIKE: &str = "no strike was seen: slides that none began tell how the table brakes, and nothing of the arm; log strikes for a version";
 
 /// Goes through the steps up to and with `last`; each answers from the run's cache where nothing changed.
 pub fn pipeline(run: &Run, inputs: &Inputs, last: Step) -> Result<Results, Error> {

@@ -170,6 +170,15 @@ pub fn propose(log: &Path) -> Result<String, Error> {
     notes.push(said("the object", Some(object)));
     notes.push(said("the command", command));
     notes.push(said("the arm's state", state));
+    let still = shown.iter().filter(|one| {
+        state.is_none() && is_named(one, &OF_ARM) && one.place.is_some() && one.velocity.is_none()
+    });
+    notes.extend(still.map(|one| {
+        format!(
+            "{} ({}) tells where the arm is and not how fast: log its velocity as well, such as nav_msgs/msg/Odometry.",
+            one.name, one.schema
+        )
+    }));
     let taken = [Some(object), command, state];
     let others = shown.iter().filter(|one| {
         let mut taken = taken.iter().flatten();
@@ -309,7 +318,11 @@ impl Fields {
             return;
         };
         // What was not seen has no number.
-        let is_number = |name: &str| object.get(name).is_some_and(|v| v.is_number() || v.is_null());
+        let is_number = |name: &str| {
+            object
+                .get(name)
+                .is_some_and(|v| v.is_number() || v.is_null())
+        };
         let in_here = |name: &str| match path {
             "" => name.to_owned(),
             path => format!("{path}.{name}"),

@@ -187,7 +187,11 @@ fn slides(seen: &[LogSeen]) -> Vec<Strike> {
         .iter()
         .flat_map(|log| log.seen.slides.clone())
         .collect();
-    slides.sort_by(|a, b| a.t_start.total_cmp(&b.t_start).then_with(|| a.id.cmp(&b.id)));
+    slides.sort_by(|a, b| {
+        a.t_start
+            .total_cmp(&b.t_start)
+            .then_with(|| a.id.cmp(&b.id))
+    });
     slides.dedup_by(|again, first| again.id == first.id);
     slides
 }

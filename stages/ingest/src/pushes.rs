@@ -319,7 +319,9 @@ impl Parabola {
             level * one + slope * late + bend * square
         };
         let off = track.t.iter().enumerate();
-        let squares: f64 = off.map(|(i, t)| track.point(i).distance(at(*t)).powi(2)).sum();
+        let squares: f64 = off
+            .map(|(i, t)| track.point(i).distance(at(*t)).powi(2))
+            .sum();
         Self {
             place: at(0.0),
             velocity: slope + bend * (-2.0 * mean - skew),

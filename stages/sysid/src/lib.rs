@@ -167,7 +167,12 @@ impl Stage for Sysid {
             strikes = free_slides;
         }
         let begun = match strikes.is_empty() {
-            true => start::start(&input.rig, &input.world, &pushes.iter().collect::<Vec<_>>(), &free),
+            true => start::start(
+                &input.rig,
+                &input.world,
+                &pushes.iter().collect::<Vec<_>>(),
+                &free,
+            ),
             false => start::start(&input.rig, &input.world, &strikes, &free),
         };
         let begun = start::hold(&input.rig, begun, &strikes, &free);

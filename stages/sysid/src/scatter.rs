@@ -237,9 +237,7 @@ fn update(
         }
         sum += weight * evidence.unexplained(&guess);
         let shrunk: f64 = (0..NUISANCES)
-            .map(|i| {
-                evidence.posterior[(i, i)] * variance / own.nuisance[i].powi(2).max(1e-18)
-            })
+            .map(|i| evidence.posterior[(i, i)] * variance / own.nuisance[i].powi(2).max(1e-18))
             .sum();
         freedom += weight * (evidence.residual.len() as f64 - (NUISANCES as f64 - shrunk));
     }

@@ -418,7 +418,10 @@ fn slides_that_no_strike_began_teach_friction_and_nothing_of_the_impact() {
     assert!(width(&after) < 0.8 * width(&before), "{before:?} {after:?}");
     let (before, value) = interval(&alone, "restitution");
     let (after, with) = interval(&beside, "restitution");
-    assert!((value - with).abs() < 0.25 * width(&before), "{value} {with}");
+    assert!(
+        (value - with).abs() < 0.25 * width(&before),
+        "{value} {with}"
+    );
     assert!(width(&after) < 1.2 * width(&before) && after.contains(&RESTITUTION));
     let scatter = |fit: &Fit| fit.world.scatter.speed;
     assert!((scatter(&alone) / scatter(&beside)).ln().abs() < 0.2);
@@ -426,6 +429,12 @@ fn slides_that_no_strike_began_teach_friction_and_nothing_of_the_impact() {
 
     let none = fit(slides);
     let (after, _) = interval(&none, "friction");
-    assert!(after.contains(&FRICTION) && width(&after) < 0.02, "{after:?}");
-    assert_eq!((none.freed, none.strikes), (vec!["friction".to_string()], 0));
+    assert!(
+        after.contains(&FRICTION) && width(&after) < 0.02,
+        "{after:?}"
+    );
+    assert_eq!(
+        (none.freed, none.strikes),
+        (vec!["friction".to_string()], 0)
+    );
 }

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use carom::Outcome;
-use logs::write::{RecordingWriter, Samples, StateSample, Stamped};
+use logs::write::{RecordingWriter, Samples, Stamped, StateSample};
 use rig::{AirTable, FenceTruth, Hidden, demo};
 use serde_json::Value;
 use values::{Point, Reject, Rig, Shape, Strike};
@@ -190,7 +190,10 @@ fn a_hands_pushes_teach_friction_beside_strikes_and_alone_publish_nothing() {
         let line = format!("ingest {logs} --rig {dir}/rig/rig.toml --out {dir}/{to}");
         let read = carom(&line).unwrap_or_else(|error| panic!("failed to {error}"));
         let said = carom(&format!("sysid --out {dir}/{to}"));
-        (read, said.unwrap_or_else(|error| panic!("failed to {error}")))
+        (
+            read,
+            said.unwrap_or_else(|error| panic!("failed to {error}")),
+        )
     };
     let width = |said: &Value, name: &str| {
         let end = |key: &str| said["parameters"][name][key].as_f64().expect("an end");
@@ -198,16 +201,28 @@ fn a_hands_pushes_teach_friction_beside_strikes_and_alone_publish_nothing() {
     };
     let (_, alone) = run(&format!("{dir}/rig/logs"), "alone");
     let (read, both) = run(&format!("{dir}/rig/logs {dir}/pushes"), "both");
-    assert!(read.text.contains("40 slides that no strike began"), "{}", read.text);
+    assert!(
+        read.text.contains("40 slides that no strike began"),
+        "{}",
+        read.text
+    );
     assert_eq!(read.json["strikes"], alone.json["strikes"]);
     assert!(holds(&both.json, "friction", friction), "{}", both.text);
-    let (before, after) = (width(&alone.json, "friction"), width(&both.json, "friction"));
+    let (before, after) = (
+        width(&alone.json, "friction"),
+        width(&both.json, "friction"),
+    );
     assert!(after < 0.8 * before, "{before} {after}");
     // What they do not teach stays as it was.
     let restitution = |said: &Value| said["parameters"]["restitution"]["value"].as_f64();
     let (before, after) = (restitution(&alone.json), restitution(&both.json));
-    let changed = before.zip(after).map_or(f64::NAN, |(before, after)| after - before);
-    assert!(changed.abs() < 0.25 * width(&alone.json, "restitution"), "{changed}");
+    let changed = before
+        .zip(after)
+        .map_or(f64::NAN, |(before, after)| after - before);
+    assert!(
+        changed.abs() < 0.25 * width(&alone.json, "restitution"),
+        "{changed}"
+    );
     let strikes = |run: &str| tables::read_strikes(&folder.path().join(run)).expect("tables");
     assert_eq!(strikes("alone").len(), strikes("both").len());
 
@@ -218,6 +233,10 @@ fn a_hands_pushes_teach_friction_beside_strikes_and_alone_publish_nothing() {
     assert_eq!(said.outcome, Outcome::Refused, "{}", said.text);
     assert!(said.text.contains("no strike was seen"), "{}", said.text);
     assert!(holds(&said.json, "friction", friction), "{}", said.text);
-    assert!(said.json["parameters"]["restitution"]["low"].is_null(), "{}", said.text);
+    assert!(
+        said.json["parameters"]["restitution"]["low"].is_null(),
+        "{}",
+        said.text
+    );
     assert!(!folder.path().join("hand/latest").exists());
 }
