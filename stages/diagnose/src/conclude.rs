@@ -49,6 +49,8 @@ pub(crate) struct Case<'c, 'a> {
     /// What the effects gain on strikes that were left out of their fit.
     pub(crate) gains: Gains,
     pub(crate) p_value: PValue,
+    /// Whether that is no chance.
+    pub(crate) is_real: bool,
     /// What the question finds in the strike table beside no effect.
     pub(crate) asked: Answer,
     /// What it still finds beside the effects.
@@ -75,7 +77,7 @@ struct Conclusion {
     cause: Option<String>,
 }
 
-fn is_never_named(name: &str) -> bool {
+pub(crate) fn is_never_named(name: &str) -> bool {
     effect(name).is_ok_and(|spec| spec.naming == Naming::Never)
 }
 
@@ -214,18 +216,18 @@ impl Case<'_, '_> {
         let are_tracks_other =
             |model: &Fitted| rig.object.shape() != Shape::Box && model.is_far_from(prepared);
         let is_gap = self.asked.is_gap()
-            || !question::has_repeats(prepared) && self.p_value.is_real() && are_tracks_other(null);
+            || !question::has_repeats(prepared) && self.is_real && are_tracks_other(null);
         let is_tried = !self.gains.likelihood.is_empty() || !self.selection.effects.is_empty();
-        if !(is_gap || self.p_value.is_real() && is_tried) {
+        if !(is_gap || self.is_real && is_tried) {
             return Ok(unnamed(Verdict::Consistent, None, None));
         }
         // Tracks that differ from the world's in a way that moves no stop beyond what repeats scatter by are no gap that strikes would show.
         let moved = gap::rms(before.iter().copied().flatten());
-        let unexplained = match is_gap || moved > GREAT * floor.repeats {
+        let unexplained = match is_gap || moved > GREAT * floor.at_most() {
             true => Verdict::Unexplained,
             false => Verdict::Consistent,
         };
-        if !self.p_value.is_real() {
+        if !self.is_real {
             let cause = self.asked.findings.first().map(words::finding);
             return Ok(unnamed(Verdict::Unexplained, cause, None));
         }
@@ -292,10 +294,23 @@ impl Case<'_, '_> {
             );
             return Ok(unnamed(Verdict::Unexplained, None, Some(note)));
         }
+        // A box may tip and turn in its own way, but not by where it is.
+        let pushed = self.asked.push_by_place(GREAT * floor.at_most());
+        if let Some(finding) = pushed.filter(|_| self.is_astray) {
+            let note = notes::not_named(
+                &self.names(),
+                "objects are pushed by where they are, which none of it does",
+            );
+            return Ok(unnamed(
+                Verdict::Unexplained,
+                Some(words::finding(finding)),
+                Some(note),
+            ));
+        }
         let world = fitted_world()?;
         let after = gap::stop_residuals(rig, &world, strikes)?;
         let gap = gap_to(&after);
-        let accounted = floor.repeats.hypot(floor.wander).hypot(floor.sessions);
+        let accounted = floor.at_most();
         let stops = gap::clipped_rms(after.iter().copied().flatten(), LONGEST * accounted);
         // From delivered launches strikes repeat without the arm's scatter, which is most of what repeats of a command scatter by; where some
         // meet a fence, or none rests, those that rest are no fair choice among all.
@@ -303,9 +318,10 @@ impl Case<'_, '_> {
         let is_judged = all_rest && !(self.is_astray || self.is_delivered);
         let great = if is_judged { GREAT } else { f64::INFINITY };
         let is_much_left = stops > great * accounted;
+        let certainty = floor.repeats_at_most / floor.repeats.max(f64::MIN_POSITIVE);
         let finding = match is_much_left {
             true => self.remaining.findings.first(),
-            false => self.remaining.great_beside(&self.asked, great),
+            false => self.remaining.great_beside(&self.asked, great * certainty),
         };
         if is_much_left || finding.is_some() {
             let note = notes::not_named(

@@ -83,7 +83,12 @@ pub(crate) struct PValue {
 impl PValue {
     /// Whether both say that it is no chance.
     pub(crate) fn is_real(self) -> bool {
-        self.drawn < REAL && self.flipped < CONFIRMED
+        self.is_real_as_drawn() && self.flipped < CONFIRMED
+    }
+
+    /// Whether residuals that are drawn from the fitted world's noise say so.
+    pub(crate) fn is_real_as_drawn(self) -> bool {
+        self.drawn < REAL
     }
 }
 

@@ -170,6 +170,16 @@ pub(crate) fn not_named(names: &[&str], why: &str) -> String {
     )
 }
 
+/// Effects that the tracks show and that move stops by little.
+pub(crate) fn little(names: &[&str]) -> Option<String> {
+    (!names.is_empty()).then(|| {
+        not_named(
+            names,
+            "it moves stops by less than a third of what repeats scatter by",
+        )
+    })
+}
+
 /// What stands beside effects that are stated as the cause and never named.
 pub(crate) fn beside_never_named(others: &[String]) -> Option<String> {
     (!others.is_empty()).then(|| {

@@ -13,7 +13,7 @@ use world::{
 use crate::{
     Thresholds,
     mixed::{ANGLE, NUISANCES, SPEED},
-    model::{FRICTION, Model, RESTITUTION},
+    model::{CLOCK, FRICTION, Model, RESTITUTION},
     noise::{self, FrameNoise, Whitening},
     wander::{Path, paths},
 };
@@ -201,6 +201,17 @@ impl<'a> PreparedStrikes<'a> {
         b: &Nuisances,
     ) -> Option<Frames> {
         planar.slide(&self.strikes[i].into(), release, &deviation(clock, b))
+    }
+
+    /// Where each strike is seen last in a model's world; `None` where it does not come to rest.
+    pub(crate) fn ends(&self, model: &Model) -> Result<Vec<Option<Point>>, WorldError> {
+        let effects = model.effects(self.rig, &model.values)?;
+        let planar = self.planar(&model.values, &effects);
+        let end = |i| {
+            let frames = self.simulate(&planar, i, model.values[CLOCK], &Nuisances::zeros())?;
+            frames.at.last().copied()
+        };
+        Ok((0..self.strikes.len()).map(end).collect())
     }
 
     /// By how much the launch of one strike differs in other worlds, as its nuisances: a column for each world.

@@ -13,8 +13,8 @@ use super::{
 
 /// Directions across lines that are tried, in eighths of a turn, and lines of each: so many that a start lies within a base or
 /// two of any seam.
-const DIRECTIONS: [f64; 4] = [-1.0, 0.0, 1.0, 2.0];
-const LINES: u32 = 7;
+const DIRECTIONS: [f64; 8] = [-1.0, -0.5, 0.0, 0.5, 1.0, 1.5, 2.0, 2.5];
+const LINES: u32 = 14;
 
 /// Friction step; parameters `direction`: of the line's normal, from +x; `offset`: of the line from the origin along that
 /// normal; `change`: the relative change of friction beyond it.

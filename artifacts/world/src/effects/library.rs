@@ -39,6 +39,7 @@ pub const EFFECTS: &[&EffectSpec] = &[
     &super::table_map::SPEC,
     &super::friction_line::SPEC,
     &super::striker_error_by_place::SPEC,
+    &super::local_pull::SPEC,
     &super::path_curl::SPEC,
     &super::camera_stretch::SPEC,
 ];

@@ -21,6 +21,7 @@ mod friction_map;
 mod friction_patch;
 mod friction_step;
 mod library;
+mod local_pull;
 mod off_centre_contact;
 mod parameters;
 mod path_curl;

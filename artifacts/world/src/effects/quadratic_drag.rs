@@ -7,7 +7,7 @@ use super::{
 };
 
 /// Greatest drag in m/s² at 1 m/s. A drag that drives the object on is not looked for.
-const MOST: f64 = 5.0;
+const MOST: f64 = 20.0;
 
 /// Quadratic drag; parameter `coefficient` = k.
 pub const SPEC: EffectSpec = EffectSpec {

@@ -16,7 +16,7 @@ const FACTORS: [f64; 2] = [0.0, 2.0];
 /// Speed-dependent restitution; parameter `slope` = s: relative fall for every m/s.
 pub const SPEC: EffectSpec = EffectSpec {
     name: "speed_dependent_restitution",
-    parameters: Parameters::Listed(&[EffectParameter::new("slope", "s/m", [-1.0, 1.5], 0.2)]),
+    parameters: Parameters::Listed(&[EffectParameter::new("slope", "s/m", [-1.5, 3.0], 0.2)]),
     family: Family::RestitutionBySpeed,
     origin: Origin::Contact,
     equivalent: &["striker_speed_error"],

@@ -33,8 +33,7 @@ pub const SPEC: EffectSpec = EffectSpec {
     origin: Origin::Table,
     equivalent: &[],
     contains: &["table_tilt", "table_bowl"],
-    // A magnet, or a lens that no form of the library has, pulls and shows alike: where it stands best, it is stated and nothing is named.
-    naming: Naming::Never,
+    naming: Naming::InPlace,
     source: "weight on a surface of any shape, its slope small; Gaussian radial basis with a ridge",
     starts: |experiment| NODES.starts(experiment, 0.0005),
     build: |values, _| Box::new(TableMap(NODES.field(values))),

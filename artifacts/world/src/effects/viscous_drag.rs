@@ -7,7 +7,7 @@ use super::{
 };
 
 /// Greatest rate in 1/s. A drag that drives the object on is not looked for.
-const MOST: f64 = 5.0;
+const MOST: f64 = 20.0;
 
 /// Viscous drag; parameter `rate` = c.
 pub const SPEC: EffectSpec = EffectSpec {

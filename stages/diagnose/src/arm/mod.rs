@@ -128,6 +128,7 @@ impl Arm {
         let beside = &found.diagnosis.gap;
         let variation = Variation {
             repeats: beside.noise_floor.hypot(by_arm),
+            repeats_at_most: beside.noise_floor.hypot(by_arm),
             wander: beside.wander,
             sessions: beside.sessions,
         };

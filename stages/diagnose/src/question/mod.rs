@@ -44,7 +44,7 @@ use self::{
 use crate::{fit::Fitted, strikes::PreparedStrikes};
 
 /// Over what repeats scatter by, what moves stops by less adds less than 5 % to a stop's error: no gap.
-const LITTLE: f64 = 1.0 / 3.0;
+pub(crate) const LITTLE: f64 = 1.0 / 3.0;
 /// Part of the variance by which strikes scatter that is repeats' at the least, whatever else is found in it.
 const LEAST_FLOOR: f64 = 0.1;
 /// What no smooth function of a strike's own command holds, beside what it shares with others that slide over the same places.
@@ -112,6 +112,8 @@ pub(crate) struct Answer {
 pub(crate) struct Variation {
     /// Repeats of one command, one after another.
     pub(crate) repeats: f64,
+    /// The most that they may scatter by: the end of its 95 % interval.
+    pub(crate) repeats_at_most: f64,
     /// A wander over the order of strikes.
     pub(crate) wander: f64,
     /// From session to session.
@@ -133,6 +135,13 @@ impl Answer {
         let least = self.floor.max(half).min(great * self.floor);
         let largest = self.findings.first();
         largest.filter(|found| found.size > least)
+    }
+
+    /// What pushes objects by where they are, beyond this in m: in no way that an object's own motion, the same wherever it is, would show.
+    pub(crate) fn push_by_place(&self, least: f64) -> Option<&Finding> {
+        let is_push = |found: &&Finding| matches!(found.what, What::Along | What::Across);
+        let by_place = |found: &&Finding| found.covariate == "position" && found.size > least;
+        self.findings.iter().filter(is_push).find(by_place)
     }
 
     /// What no effect by the order (by session, too) is: it changes in a form that the library lacks, or steps within a session where sessions
@@ -168,12 +177,20 @@ pub(crate) fn variation(
 ) -> Variation {
     let before = vec![Before::default(); prepared.strikes.len()];
     let variation = Asking::new(prepared, fitted, &before, 0).variation(&answer.by_order);
-    Variation {
-        repeats: match answer.floor > 0.0 {
-            true => answer.floor,
-            false => variation.repeats,
+    match answer.floor > 0.0 {
+        true => Variation {
+            repeats: answer.floor,
+            repeats_at_most: answer.floor * (variation.repeats_at_most / variation.repeats),
+            ..variation
         },
-        ..variation
+        false => variation,
+    }
+}
+
+impl Variation {
+    /// All of it, with the most that repeats may scatter by.
+    pub(crate) fn at_most(&self) -> f64 {
+        self.repeats_at_most.hypot(self.wander).hypot(self.sessions)
     }
 }
 
@@ -279,9 +296,11 @@ impl Asking {
         let (stop, heading) = (of(Column::Stop), of(Column::Heading));
         let slide = self.moves(What::Column(Column::Stop));
         let of = |part: fn(&Components) -> f64| slide * part(&stop).hypot(part(&heading));
+        // A start and a stop are seen, each in two coordinates.
+        let seen = 2.0 * self.resting;
         Variation {
-            // A start and a stop are seen, each in two coordinates.
-            repeats: of(|c| c.repeats.0).hypot(2.0 * self.resting),
+            repeats: of(|c| c.repeats.0).hypot(seen),
+            repeats_at_most: of(|c| c.repeats.2).hypot(seen),
             wander: of(|c| c.wander),
             sessions: of(|c| c.sessions),
         }

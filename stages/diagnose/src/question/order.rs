@@ -275,10 +275,14 @@ impl InOrder {
     /// The other forms but a step, each with the functions that it takes and how many values it has.
     fn forms(&self) -> Vec<(Form, Vec<DVector<f64>>, f64)> {
         let place = self.place();
-        let mut forms = vec![(Form::Drift, self.beside(vec![place.clone()]), 1.0)];
-        for length in [0.06, 0.125, 0.25, 0.5] {
-            let worn = place.map(|t| 1.0 - (-t / length).exp());
-            forms.push((Form::Wear, self.beside(vec![worn]), 2.0));
+        let mut forms = Vec::new();
+        // The library's effects go on while strikes take no part; what changes with those that do is as plain.
+        for place in [self.among_all(), place.clone()] {
+            forms.push((Form::Drift, self.beside(vec![place.clone()]), 1.0));
+            for length in [0.06, 0.125, 0.25, 0.5] {
+                let worn = place.map(|t| 1.0 - (-t / length).exp());
+                forms.push((Form::Wear, self.beside(vec![worn]), 2.0));
+            }
         }
         for turns in self.turns() {
             let cycle = self.turning(turns).into();

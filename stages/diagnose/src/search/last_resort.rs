@@ -45,22 +45,26 @@ pub(crate) fn with_last_resorts<'a>(
     Ok(selection)
 }
 
-/// Asks each of those that are never named whether it stands better than a field or several effects of its kind, which are less simple; or so
-/// much better than a single one that this is excluded.
-pub(crate) fn with_never_named<'a>(
+/// Asks each of these whether it stands better than several effects of its kind, which are less simple; so much better than a single one that
+/// this is excluded; or nearly as well as a field, which explains what is simpler.
+pub(crate) fn with_replacements<'a>(
     mut selection: Selection<'a>,
-    never_named: &[Candidate],
+    replacements: &[Candidate],
     chance: &mut Chance,
     replicates: Replicates,
 ) -> Result<Selection<'a>, WorldError> {
-    for candidate in never_named {
+    for candidate in replacements {
         let held = held_beside(&selection, candidate);
-        let is_field = |name: &str| effect(name).is_ok_and(|s| s.naming == Naming::LastResort);
+        let is_field = |name: &str| {
+            let spec = effect(name);
+            spec.is_ok_and(|s| matches!(s.naming, Naming::LastResort | Naming::InPlace))
+        };
         let Selection { prepared, null, .. } = &selection;
         let thresholds = prepared.thresholds;
         let share = match held[..] {
             [] => continue,
             [name] if !is_field(name) => thresholds.alike,
+            [_] => thresholds.explained.recip(),
             _ => 1.0,
         };
         // What it gains by chance takes long to say, and is asked only where it matters.

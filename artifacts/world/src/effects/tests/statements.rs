@@ -128,6 +128,12 @@ fn fitted_values_are_stated_in_a_sentence() {
              as glue, tape, a scratch or a smooth strip would do; look at the table there, and log again once it is clean",
         ),
         (
+            "local_pull",
+            &[("center_y", -0.05), ("pull", 8.0)],
+            "something pulls objects towards (0.50, -0.05) m, by up to 0.21 m/s² some 4 cm from there, as a magnet below the table or a single dent \
+             does: look there, and log again without it",
+        ),
+        (
             "path_curl",
             &[("part", -0.12)],
             "paths curl to the right, by a force across the way of 12 % of friction's: an object that spins or stands on one edge does so; look at its \

@@ -1,0 +1,137 @@
+//! A pull towards one place, or a push away from it: a magnet below the table, a single dent or swelling.
+
+use values::Point;
+
+use super::{
+    Acts, Column, Effect, EffectParameter, EffectSpec, Experiment, Family, FitStart, Naming,
+    Origin, Parameters, Slide,
+};
+
+const fn centre(name: &'static str, neutral: f64) -> EffectParameter {
+    EffectParameter::new(name, "m", [-5.0, 5.0], 0.1).neutral_at(neutral)
+}
+
+/// Width in m of the cells on which pulls are tried, and how far they reach.
+const CELL: f64 = 0.08;
+const REACHES: [f64; 2] = [0.06, 0.15];
+/// Frames that a cell must hold to be tried.
+const FRAMES: usize = 12;
+
+/// Local pull; parameters `center_x`, `center_y`; `reach`: at half of it the pull is greatest, nearly; `pull`: of the acceleration near the
+/// centre over the distance from there.
+pub const SPEC: EffectSpec = EffectSpec {
+    name: "local_pull",
+    parameters: Parameters::Listed(&[
+        centre("center_x", 0.5),
+        centre("center_y", 0.0),
+        EffectParameter::new("reach", "m", [0.02, 0.4], 0.05).neutral_at(0.1),
+        EffectParameter::new("pull", "1/s²", [-200.0, 200.0], 3.0),
+    ]),
+    family: Family::ForceByPlace,
+    origin: Origin::Table,
+    equivalent: &[],
+    contains: &[],
+    // It belongs to no table: a table of any shape that does no more is not named either.
+    naming: Naming::Never,
+    source: "force on a small magnetic body beside a dipole at some depth, between that on soft iron and that on a magnet",
+    starts: pulls,
+    build: |values, _| {
+        Box::new(LocalPull {
+            centre: Point::new(values.get("center_x"), values.get("center_y")),
+            reach: values.get("reach"),
+            pull: values.get("pull"),
+        })
+    },
+    statement: |values| {
+        let (pull, reach) = (values.get("pull"), values.get("reach"));
+        format!(
+            "something {} ({:.2}, {:.2}) m, by up to {:.2} m/s² some {:.0} cm from there, as a magnet below the table or a single {} does: look \
+             there, and log again without it",
+            if pull < 0.0 {
+                "pushes objects away from"
+            } else {
+                "pulls objects towards"
+            },
+            values.get("center_x"),
+            values.get("center_y"),
+            pull.abs() * reach * STEEPEST * falls(STEEPEST * STEEPEST),
+            100.0 * STEEPEST * reach,
+            if pull < 0.0 { "swelling" } else { "dent" },
+        )
+    },
+};
+
+/// Where it is greatest, in reaches: 1/√5.
+const STEEPEST: f64 = 0.447_213_595_499_957_9;
+
+/// What is left of the pull at a squared distance, in squared reaches.
+fn falls(square: f64) -> f64 {
+    (1.0 + square).powi(-3)
+}
+
+fn pulls(experiment: &Experiment<'_>) -> Vec<FitStart> {
+    let about =
+        FitStart::new(Vec::new(), &["center_x", "center_y", "reach", "pull"]).about(experiment);
+    let start = |centre: Point, reach: f64| {
+        let form = [
+            ("center_x", centre.x),
+            ("center_y", centre.y),
+            ("reach", reach),
+        ];
+        FitStart {
+            columns: vec![Column::new(&form, ("pull", 0.5))],
+            ..about.clone()
+        }
+    };
+    let cells = experiment.cells(CELL, FRAMES).into_iter();
+    cells
+        .flat_map(|centre| REACHES.map(|reach| start(centre, reach)))
+        .collect()
+}
+
+struct LocalPull {
+    centre: Point,
+    reach: f64,
+    pull: f64,
+}
+
+impl Effect for LocalPull {
+    fn acts(&self) -> Acts {
+        Acts::Slide
+    }
+
+    fn acceleration(&self, slide: &Slide<'_>) -> Point {
+        let apart = slide.position - self.centre;
+        apart * (-self.pull * falls(apart.dot(apart) / (self.reach * self.reach)))
+    }
+
+    fn stretch(&self, _: Point) -> f64 {
+        0.5 * self.reach
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use values::Point;
+
+    use crate::effects::tests::Bench;
+
+    #[test]
+    fn the_slide_follows_its_formula() {
+        let (centre, reach, pull) = (Point::new(0.45, 0.12), 0.1, 6.0);
+        let slid = Bench::with(
+            "local_pull",
+            &[
+                ("center_x", centre.x),
+                ("center_y", centre.y),
+                ("reach", reach),
+                ("pull", pull),
+            ],
+        )
+        .slide(0.9, 0.1);
+        slid.assert_integrates(|position, _| {
+            let apart = position - centre;
+            apart * (-pull / (1.0 + apart.dot(apart) / (reach * reach)).powi(3))
+        });
+    }
+}
