@@ -31,8 +31,8 @@ const NEAR_PEAK: f64 = 0.98;
 /// A slide has as many frames, and goes so far, in m.
 const FEWEST: usize = 12;
 const SHORTEST: f64 = 0.05;
-/// Until it is let go it goes this part at most of the way, and of the time, that it then slides.
-const PUSHED: f64 = 0.4;
+/// Until it is fastest it goes this part at most of the way, and of the time, that it then slides: what a hand carries, about as far.
+const PUSHED: f64 = 0.5;
 /// Root mean square about a parabola, in m and in deviations of the camera's noise.
 const STRAIGHT: f64 = 0.0005;
 const STRAIGHT_NOISE: f64 = 1.25;
@@ -199,10 +199,12 @@ impl Pushes {
             return None;
         }
         let moves = (0..peak).rfind(|at| speeds[*at] < 0.1 * highest)?;
-        let pushed_for = since(all[moves].stamp, first.stamp);
-        let pushed = place(&all[moves]).distance(place(first));
-        let slid_for = since(first.stamp, last.stamp);
-        if pushed > PUSHED * gone || pushed_for > PUSHED * slid_for {
+        let (begun, free) = (&all[moves], &all[peak]);
+        let pushed = place(begun).distance(place(free));
+        let pushed_for = since(begun.stamp, free.stamp);
+        let slid = place(free).distance(place(last));
+        let slid_for = since(free.stamp, last.stamp);
+        if pushed > PUSHED * slid || pushed_for > PUSHED * slid_for {
             return None;
         }
         let track = Track {
