@@ -15,8 +15,9 @@ use crate::slide::is_rest;
 use crate::time::{seconds, since};
 use crate::touched::{place, seen, without_outliers};
 
-/// An object that lies still this long rests, in s; within so many deviations of the camera's noise of one place, and this many metres.
-const REST: f64 = 0.25;
+/// An object that lies still this long rests, in s: some frames longer than [`seen`] needs, which is to find the rest in the motion. Within
+/// so many deviations of the camera's noise of one place, and this many metres.
+const REST: f64 = 0.35;
 const REST_NOISE: f64 = 4.0;
 const STILL: f64 = 0.002;
 /// Frames farther apart than this, in s, show no motion, and nothing slides longer.

