@@ -1,6 +1,6 @@
 # Everything that carom needs beside rustup's stable Rust, Python 3 with pip and a C compiler is set up here,
 # under .native/. A second run of any target does nothing that is done.
-.PHONY: build install report run test quick lint wheel dist programs tracked blind kuka first-day curve bench pages fuzz arm loop living soak cluster setup clean
+.PHONY: build install report viewers lerobot run test quick lint wheel dist programs tracked blind kuka first-day curve bench pages fuzz arm loop living soak cluster setup clean
 .DEFAULT_GOAL := build
 
 DEMO := artifacts/demo
@@ -77,6 +77,27 @@ $(BROWSER)/done: tests/peers/requirements_report.txt
 report: $(BROWSER)/done
 	@test -e $(DEMO)/report.html || $(MAKE) run
 	$(BROWSER)/bin/python tests/peers/report.py $(DEMO)/report.html "$$(command -v $(CHROMIUM))" artifacts/runs/report pipeline/carom/docs/report.png
+
+# What Foxglove's schemas hold and Rerun draws of the demo; its files and a picture are left in $(VIEWERS).
+VIEWERS := artifacts/runs/viewers
+$(VIEWERS)/python/done: tests/peers/requirements_viewers.txt
+	python3 -m venv $(VIEWERS)/python
+	$(VIEWERS)/python/bin/python -m pip install --quiet --disable-pip-version-check --requirement $<
+	touch $@
+viewers: build $(VIEWERS)/python/done
+	@test -e $(DEMO)/report.html || $(MAKE) run
+	$(VIEWERS)/python/bin/python tests/peers/viewers.py $(BIN)/carom $(DEMO) $(VIEWERS) $(VIEWERS)/python/bin
+
+# The demo's strikes as LeRobot's own code reads them.
+LEROBOT := artifacts/runs/lerobot
+$(LEROBOT)/python/done: tests/peers/requirements_lerobot.txt
+	python3 -m venv $(LEROBOT)/python
+	$(LEROBOT)/python/bin/python -m pip install --quiet --disable-pip-version-check --requirement $<
+	$(LEROBOT)/python/bin/python -m pip install --quiet --disable-pip-version-check --no-deps lerobot==0.4.4
+	touch $@
+lerobot: build $(LEROBOT)/python/done
+	@test -e $(DEMO)/report.html || $(MAKE) run
+	$(LEROBOT)/python/bin/python tests/peers/lerobot_dataset.py $(BIN)/carom $(DEMO) $(LEROBOT)
 
 # Nights as runs of a real MLflow server.
 MLFLOW := artifacts/runs/mlflow

@@ -102,7 +102,7 @@ class Scene:
         s.extra = k.get("extra", ()); s.hide = k.get("hide"); s.push = k.get("push"); s.rate = k.get("rate", 30.)
         s.arm = k.get("arm", True); s.wb = np.array(k.get("wb", (1, 1, 1.))); s.drift = k.get("drift", 0.)
         s.rect = k.get("rect", False); s.before = k.get("before", False); s.mode = k.get("mode"); s.hue = k.get("hue", (340., 20.)); s.r = k.get("r", .03); s.sat = k.get("sat", .4)
-        s.half = (.03, .03); s.strikes = k.get("strikes", 2); s.sides = k.get("sides", (.75, .4)); s.tip = k.get("tip", True)
+        s.half = (.03, .03); s.strikes = k.get("strikes", 2); s.mark = k.get("mark"); s.plain = k.get("plain", False); s.spill = k.get("spill", 0.); s.sides = k.get("sides", (.75, .4)); s.tip = k.get("tip", True)
         s.hand = k.get("hand", False); s.glare = k.get("glare", False)
         w, h = s.cam.w, s.cam.h
         acc = 0
@@ -169,6 +169,21 @@ class Scene:
             out.append((cam.project(w), lin(colour)))
         sq = lambda a, ox=0, oy=0: [(ox-a, oy-a), (ox+a, oy-a), (ox+a, oy+a), (ox-a, oy+a)]
         pr = s.print
+        if s.mark:  # as OpenCV draws it, upright where the object's y is up
+            bits, size = mark_bits(s.mark), s.mark["size"]; cells = len(bits); a = size/cells; ox, oy = s.mark.get("offset", (0., 0.)); my = s.mark.get("yaw", 0.)
+            def put(l, t, r, b, colour):
+                c, q = np.cos(my), np.sin(my); w = [((l - cells/2)*a, (cells/2 - t)*a), ((r - cells/2)*a, (cells/2 - t)*a), ((r - cells/2)*a, (cells/2 - b)*a), ((l - cells/2)*a, (cells/2 - b)*a)]
+                face([(ox + c*p - q*r_, oy + q*p + c*r_) for p, r_ in w], colour)
+            g = s.mark.get("margin", 1.); put(-g, -g, cells + g, cells + g, (240, 240, 238)); put(0, 0, cells, cells, (24, 24, 26))
+            for i in range(cells):
+                j = 0
+                while j < cells:
+                    k = j
+                    while k < cells and bits[i, k]: k += 1
+                    if k > j: put(j, i, k, i + 1, (240, 240, 238))
+                    j = max(k, j + 1)
+            if s.spill:  # a finger's width over one corner
+                face([(ox + size*.5, oy + size*.5), (ox + size*.5 - s.spill, oy + size*.5), (ox + size*.5 - s.spill, oy + size*.5 - s.spill), (ox + size*.5, oy + size*.5 - s.spill)], (150, 120, 105))
         if pr == "label":  # 29 % of the face
             face(sq(.0143), (240, 240, 236)); face([(-.012, -.002), (.012, -.002), (.012, .002), (-.012, .002)], (25, 25, 25))
         if pr == "square": face(sq(.01), (240, 240, 236))
@@ -298,19 +313,27 @@ def cdr(parts):
         else: b += b"\0"*(-len(b) % 4) + struct.pack("<I", len(v)) + v
     return b"\0\1\0\0" + bytes(b)
 
+def mark_bits(mark):
+    """A marker's cells with its border, white is 1, from OpenCV's own drawing."""
+    book = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, mark["dictionary"])); n = book.markerSize + 2
+    return cv2.aruco.generateImageMarker(book, mark["id"], n*8)[4::8, 4::8] > 127
+
 RAW = [-.21, .06, .001, -.001, 0.]  # the lens that rectified images had before
 
 def raw(cam): return [cam.K[0]*1.03, cam.K[1]*1.03, cam.K[2] - 5, cam.K[3] + 4]
 
 def rig_toml(s, info=False):
     c = s.cam; K, D = (raw(c), RAW) if s.before else (list(c.K), list(c.dist)); o = {"cylinder": f'radius = {s.r}\nhalf_height = {s.told_height/2}', "box": f'half_size = [{s.half[0]}, {s.half[1]}, {s.told_height/2}]', "sphere": f'radius = {s.r}'}[s.shape]
+    time = f"exposure = {s.exposure}\nreadout = {s.readout}\n" if s.told else ""
     cam = "" if info else f"matrix = {K}\nsize = [{c.w}, {c.h}]\ndistortion = {D}\n"
+    seen = "" if s.plain else f"colour = {{ hue = [{s.hue[0]}, {s.hue[1]}], saturation = [{s.sat}, 1.0], value = [0.13, 1.0] }}\n"
+    if m := s.mark and {"offset": (0., 0.), "yaw": 0., **s.mark}:
+        seen += f'marker = {{ dictionary = "{m["dictionary"]}", id = {m.get("told_id", m["id"])}, size = {m.get("told", m["size"])}, offset = {list(m["offset"])}, yaw = {m["yaw"]} }}\n'
     return f"""[object]
 shape = "{s.shape}"
 {o}
 mass = 0.1
-colour = {{ hue = [{s.hue[0]}, {s.hue[1]}], saturation = [{s.sat}, 1.0], value = [0.13, 1.0] }}
-[striker]
+{seen}[striker]
 tip = "sphere"
 radius = 0.012
 [table]
@@ -322,9 +345,7 @@ noise = 0.0007
 centre = [0.5, 0.0]
 {cam}position = {[float(v) for v in c.pos]}
 orientation = {[float(v) for v in c.quat()]}
-exposure = {s.exposure if s.told else 0.0}
-readout = {s.readout if s.told else 0.0}
-[robot]
+{time}[robot]
 speed = [0.4, 1.0]
 angle = [-0.80, 0.80]
 acceleration = 5.0
@@ -426,17 +447,33 @@ WRONG = {"untold_readout": dict(readout=.020, told=False), "untold_exposure": di
  "pushed_between": dict(push=(0, (1.6, 1.2), .3)), "pushed_far": dict(push=(1, (10., 6.), -1.)), "pushed_farther": dict(push=(1, (25., -14.), -1.), table="wood"), "turned": dict(push=(1, (0., 0., 1.), -1.), table="wood"), "zoomed": dict(push=(1, (1., -.5, 0., 1.012), -1.), table="wood"),
  "rectified": dict(rect=True), "rectified_lens_of_before": dict(rect=True, before=True), "height30": dict(told_height=.03), "height50": dict(told_height=.05)}
 
+TAG = dict(dictionary="DICT_APRILTAG_36h11", id=7, size=.032)
+HD = C(1280, 720, 1000, (.5, .04, 1.2), (2, -3))
+MARKED = {
+ "tag36h11": dict(mark=TAG, cam=HD), "aruco4x4": dict(mark=dict(dictionary="DICT_4X4_50", id=3, size=.034), cam=HD), "aruco5x5": dict(mark=dict(dictionary="DICT_5X5_100", id=42, size=.034), cam=HD),
+ "aruco6x6_wood": dict(mark=dict(dictionary="DICT_6X6_250", id=100, size=.034), cam=HD, table="wood"), "aruco7x7": dict(mark=dict(dictionary="DICT_7X7_1000", id=815, size=.034), cam=HD),
+ "tag16h5": dict(mark=dict(dictionary="DICT_APRILTAG_16h5", id=11, size=.034), cam=HD),
+ "tag_box": dict(mark={**TAG, "offset": (.004, -.003), "yaw": 1.2}, cam=HD, shape="box"), "tag_white_no_colour": dict(mark=TAG, cam=HD, colour=(205, 205, 200), plain=True, table="wood"),
+ "tag_lens": dict(mark=TAG, cam=C(1280, 720, 1040, (.5, .04, 1.2), (2, -3), [-.22, .07, .001, -.0008, 0.])), "tag_tilt25": dict(mark=TAG, cam=C(1280, 720, 940, (.15, .04, 1.15), (0, 20))),
+ "tag_exp10": dict(mark=TAG, cam=HD, exposure=.010), "tag_exp16": dict(mark=TAG, cam=HD, exposure=.016), "tag_readout20": dict(mark=TAG, cam=HD, readout=.020),
+ "tag_jpeg50": dict(mark=TAG, cam=HD, jpeg=50), "tag_noise6": dict(mark=TAG, cam=HD, noise=6.), "tag_dim": dict(mark=TAG, cam=HD, light=.22), "tag_bright": dict(mark=TAG, cam=HD, light=1.35),
+ "tag_defocus": dict(mark=TAG, cam=HD, blur=1.5), "tag_sharpened": dict(mark=TAG, cam=HD, sharp=1.2), "tag_hard_shadow": dict(mark=TAG, cam=HD, shadow=(.75, .5), vig=.5), "tag_glare": dict(mark=TAG, cam=HD, glare=True),
+ "tag_hide_half": dict(mark=TAG, cam=HD, hide=0.), "tag_hide_quarter": dict(mark=TAG, cam=HD, hide=-.015), "tag_corner_hidden": dict(mark=TAG, cam=HD, spill=.007), "tag_no_margin": dict(mark={**TAG, "margin": .5}, cam=HD),
+ "tag_pushed": dict(mark=TAG, cam=HD, push=(1, (3., -2.), -1.), table="wood"), "tag480": dict(mark={**TAG, "size": .036}), "aruco4x4_480": dict(mark=dict(dictionary="DICT_4X4_50", id=3, size=.036)), "aruco4x4_480_jpeg": dict(mark=dict(dictionary="DICT_4X4_50", id=3, size=.036), jpeg=75, table="wood", exposure=.010),
+ "tag_other_id": dict(mark={**TAG, "told_id": 8}, cam=HD, plain=True),
+}
+
 def main():
-    """Writes the logs of all benches that are not there yet: FOLDER SEED STRIKES [NAMES]."""
+    """Writes the logs of all benches that are not there yet: FOLDER SEED STRIKES [NAMES]; of those with markers where they are named, or all where `marked` is."""
     folder, seed, strikes, only = pathlib.Path(sys.argv[1]), int(sys.argv[2]), int(sys.argv[3]), sys.argv[4:]
     frames = {}
-    for number, (name, words) in enumerate({**SCENES, **WRONG}.items()):
-        if only and name not in only:
+    for number, (name, words) in enumerate({**SCENES, **WRONG, **MARKED}.items()):
+        if name in MARKED if not only else name not in (MARKED if only == ["marked"] else only):
             continue
         if not (folder / name / "truth.json").exists():
             write(Scene(**{**words, "strikes": strikes}), name, folder, seed * 1000 + number)
         frames[name] = len(json.loads((folder / name / "truth.json").read_text())["frames"])
-    print(json.dumps({"ordinary": [name for name in frames if name in SCENES], "told": [name for name in frames if name in WRONG], "frames": frames}))
+    print(json.dumps({"ordinary": [name for name in frames if name in SCENES], "told": [name for name in frames if name in WRONG], "marked": [name for name in frames if name in MARKED], "frames": frames}))
 
 
 main()

@@ -8,15 +8,21 @@ import numpy as np
 
 ROOT = pathlib.Path(__file__).parent.parent.parent
 ACROSS = 20  # codes a line
-HEAD = "# Codes of OpenCV's ArUco dictionaries DICT_<n>X<n>_1000, of which the smaller ones are the first 50, 100 and 250: n, then the markers'\n\
-# bits (white is 1) from the upper left, row by row, as hexadecimal numbers. Written by tests/peers/markers.py.\n"
+HEAD = "# Codes of OpenCV's ArUco dictionaries DICT_<n>X<n>_1000, of which the smaller ones are the first 50, 100 and 250, and of its\n\
+# DICT_APRILTAG_<family>: n or the family, then the markers' bits (white is 1) from the upper left, row by row, as hexadecimal numbers.\n\
+# Written by tests/peers/markers.py.\n"
+FAMILIES = {"16h5": 4, "25h9": 5, "36h10": 6, "36h11": 6}
 
 
-def codes(size):
-    book = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, f"DICT_{size}X{size}_1000"))
-    for number in range(1000):
+def codes(name, size):
+    book = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, f"DICT_{name}"))
+    for number in range(len(book.bytesList)):
         bits = cv2.aruco.Dictionary.getBitsFromByteList(book.bytesList[number : number + 1], size).flatten()
         yield "%x" % int("".join(str(bit) for bit in bits), 2)
+
+
+def lines(name, every):
+    return f"{name}\n" + "".join(" ".join(every[k : k + ACROSS]) + "\n" for k in range(0, len(every), ACROSS))
 
 
 def dictionaries():
@@ -26,8 +32,9 @@ def dictionaries():
             least = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, f"DICT_{size}X{size}_{smaller}")).bytesList
             most = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, f"DICT_{size}X{size}_1000")).bytesList
             assert np.array_equal(least, most[:smaller])
-        every = list(codes(size))
-        text += f"{size}\n" + "".join(" ".join(every[k : k + ACROSS]) + "\n" for k in range(0, len(every), ACROSS))
+        text += lines(size, list(codes(f"{size}X{size}_1000", size)))
+    for family, size in FAMILIES.items():
+        text += lines(family, list(codes(f"APRILTAG_{family}", size)))
     return text.encode()
 
 

@@ -6,6 +6,7 @@ What a part gave is kept, and measured again only if the part is named: the page
 import argparse
 import importlib.metadata
 import json
+import math
 import os
 import platform
 import statistics
@@ -34,6 +35,7 @@ WRONG = 3.0  # mm
 FIRST = 500_000  # of the scenes that judge; those up to 1,000 were looked at while the marks were made
 SEED = 31  # of the demo's strikes
 BENCHES = 71  # seed of the benches that judge
+MARKERS = 73  # seed of the logs with markers that judge
 TARGETS = 400  # of the trials of both published models
 STRIKES = int(os.environ.get("STRIKES", "500"))  # fewer where time is short: the page says how many
 HEAD = """# Tracking from images, beside OpenCV
@@ -49,6 +51,10 @@ ABOUT = {
     "benches": "Logs of whole strikes, 30 frames a second, from a renderer of polygons (`tests/peers/benches.py`) that shares no code with the other one nor "
     "with the tracker: wood, cloth, lines, print, an arm that hides half of it at the impact, cables, JPEG 50, few pixels, blur. z² is the squared error "
     "of a coordinate over the variance that is said of it. The last ones are set up wrong: what is not told there is not noticed.",
+    "markers": "Logs of whole strikes from the same renderer of polygons, an ArUco marker or an AprilTag of 32 to 36 mm on the object, drawn as OpenCV draws it; 1280 × 720, "
+    "1.2 mm a pixel (`480`: 640 × 480, 2.4 mm a pixel). OpenCV has the same images, its detector with corners to a fraction of a pixel, then `solvePnP`, or its "
+    "corners on the plane of the known height. Rms, and the worst in brackets. Frames without a yaw are those in which the marker is not read and the outline told the "
+    "place. `tag_other_id`: another marker than the rig file's, no colour stated. z² as above, of place and of yaw.",
     "hostile": f"640 × 480, 2.4 mm a pixel, objects 40 mm tall and a ball: no object, a hand alone, two objects, two that touch, the border, a hand "
     f"and a grey arm over it, an arm of its colour, glare, the edge of a hard shadow. A centre that is given and farther than {WRONG:.0f} mm from the "
     f"object is wrong. Scenes {FIRST} and on, which took no part in making the marks. OpenCV's methods give a centre whenever something has the colour.",
@@ -64,6 +70,7 @@ HEADS = {
     "accuracy": ("case", "carom", "OpenCV hsv", "OpenCV grabcut", "to reach", "reached"),
     "hostile": ("what", "carom", "OpenCV hsv", "OpenCV grabcut", "to reach", "reached"),
     "benches": ("bench", "strikes kept", "frames with a centre", "wrong (> 3 mm), not marked", "mm: rms, at worst", "mean z²", "told"),
+    "markers": ("log", "frames by marker, by outline", "place, mm", "yaw, degrees", "mean z²", "wrong (> 3 mm), not marked", "OpenCV: frames, mm and degrees by `solvePnP`", "at the known height"),
     "strikes": ("what", "from images", "from centroids", "ratio", "to reach", "reached"),
     "memory": ("what", "carom", "to reach", "reached"),
     "boards": ("what", "carom", "OpenCV", "true"),
@@ -72,6 +79,7 @@ TITLES = {
     "speed": "Frames a second",
     "accuracy": "Accuracy",
     "benches": "Ordinary benches",
+    "markers": "Markers on the object",
     "hostile": "Scenes that should not be trusted",
     "strikes": "Strikes from images",
     "memory": "Memory",
@@ -242,6 +250,63 @@ def benches(small):
     return lines
 
 
+def markers(small):
+    """Place and yaw by a marker, beside OpenCV's detector on the same frames."""
+    folder, out = f"{OUT}/markers_{MARKERS}", f"{OUT}/marker_tracked.mcap"
+    known = peer("benches", folder, MARKERS, 1, *(("tag36h11", "tag_other_id") if small else ("marked",)))
+    lines, all_off, all_yaw, all_z, wrong_of_all, frames_of_all = [], [], [], [], 0, 0
+    for name in known["marked"]:
+        answer = run(FRAMES, "strikes", f"{folder}/{name}/log.mcap", f"{folder}/{name}/rig.toml", out)
+        theirs = peer("aruco", ROOT / folder / name)["found"]
+        truth = json.loads((ROOT / folder / name / "truth.json").read_text())["frames"]
+        off, yaw, z2, wrong, outline = [], [], ([], []), 0, 0
+        for seen, frame in zip(answer["frames"], truth):
+            if seen["x"] is None:
+                continue
+            mm = 1e3 * ((seen["x"] - frame["at"][0]) ** 2 + (seen["y"] - frame["at"][1]) ** 2) ** 0.5
+            wrong += mm > WRONG
+            if seen["yaw"] is None:
+                outline += 1
+                continue
+            turn = turned(seen["yaw"], frame["at"][2])
+            off.append(mm)
+            yaw.append(turn)
+            z2[0].append(0.5e-6 * mm * mm / seen["deviation"] ** 2)
+            z2[1].append((turn / degrees(seen["yaw_deviation"])) ** 2)
+        others = [[], []], [[], []]
+        for seen, frame in zip(theirs, truth):
+            for (mm, turn), pose in zip(others, seen or ()):
+                mm.append(1e3 * ((pose[0] - frame["at"][0]) ** 2 + (pose[1] - frame["at"][1]) ** 2) ** 0.5)
+                turn.append(turned(pose[2], frame["at"][2]))
+        all_off, all_yaw, all_z = all_off + off, all_yaw + yaw, [a + b for a, b in zip(all_z or ([], []), z2)]
+        wrong_of_all, frames_of_all = wrong_of_all + wrong, frames_of_all + len(truth)
+        z = ", ".join(f"{statistics.mean(part):.2f}" if part else "-" for part in z2)
+        peers = [f"{scatter(mm)}, {scatter(turn)}" for mm, turn in others]
+        lines.append((name, f"{len(off)}, {outline} of {len(truth)}", scatter(off), scatter(yaw), z, str(wrong), f"{len(others[0][0])}: {peers[0]}", peers[1]))
+    met = yes(rms(all_off) <= 0.5 and rms(all_yaw) <= 0.3 and wrong_of_all == 0)
+    z = ", ".join(f"{statistics.mean(part):.2f}" for part in all_z)
+    whole = f"{scatter(all_off)}; ≤ 0.5 rms", f"{scatter(all_yaw)}; ≤ 0.3 rms"
+    lines.insert(0, ("**all**", f"{len(all_off)} by marker of {frames_of_all}", *whole, z, f"{wrong_of_all}; reached: {met}", "", ""))
+    return lines
+
+
+def degrees(radians):
+    return radians * 180 / math.pi
+
+
+def turned(a, b):
+    """The angle between two, in degrees, without a sign."""
+    return abs(degrees((a - b + math.pi) % (2 * math.pi) - math.pi))
+
+
+def rms(numbers):
+    return (sum(number * number for number in numbers) / max(len(numbers), 1)) ** 0.5
+
+
+def scatter(numbers):
+    return f"{rms(numbers):.2f} ({max(numbers):.2f})" if numbers else "-"
+
+
 def strikes(small):
     count = 40 if small else STRIKES
     kept, stop = {}, {}
@@ -311,7 +376,7 @@ def boards(small):
     ]
 
 
-PARTS = {"speed": speed, "accuracy": accuracy, "benches": benches, "hostile": hostile, "strikes": strikes, "memory": memory, "boards": boards}
+PARTS = {"speed": speed, "accuracy": accuracy, "benches": benches, "markers": markers, "hostile": hostile, "strikes": strikes, "memory": memory, "boards": boards}
 
 
 def output(*command):

@@ -284,12 +284,11 @@ fn messages_that_rosbag2_packed_one_by_one_are_read_as_if_they_were_plain() {
     let mut copy = CopyWriter::create(&packed).expect("creates");
     read_raw(&plain, Limits::default(), &mut |message| {
         let channel = message.channel;
-        let schema = std::str::from_utf8(&channel.schema_data).expect("text");
         let data = zstd::bulk::compress(message.data, 3).expect("packs");
         let schema = (
             channel.schema.as_str(),
             channel.schema_encoding.as_str(),
-            schema,
+            &channel.schema_data[..],
         );
         copy.add(
             &channel.topic,

@@ -97,8 +97,8 @@ pub fn rig(object: &Object, case: &Case) -> Rig {
     let tilt = (0.5f64.to_radians().sin(), 0.5f64.to_radians().cos());
     let h = std::f64::consts::FRAC_1_SQRT_2;
     rig.camera.orientation = Some([-h * tilt.1, h * tilt.1, h * tilt.0, h * tilt.0]);
-    rig.camera.exposure = case.exposure;
-    rig.camera.readout = case.readout;
+    rig.camera.exposure = Some(case.exposure);
+    rig.camera.readout = Some(case.readout);
     rig.camera.stamp = StampMark::Middle;
     rig.topics.image = Some(ImageTopic::new("/camera/image"));
     rig

@@ -33,8 +33,8 @@ impl Optics {
             distortion: rig.camera.distortion.unwrap_or_default(),
             position: rig.camera.position?,
             orientation: rig.camera.orientation?,
-            exposure: rig.camera.exposure,
-            readout: rig.camera.readout,
+            exposure: rig.camera.exposure.unwrap_or(0.0),
+            readout: rig.camera.readout.unwrap_or(0.0),
         })
     }
 

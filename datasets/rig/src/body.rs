@@ -146,6 +146,7 @@ mod tests {
             },
             mass: 0.1,
             colour: None,
+            marker: None,
         };
         let error = Body::new(&object).expect_err("a box without sizes");
         assert!(error.to_string().contains("half_size[0]"));

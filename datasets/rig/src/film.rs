@@ -47,7 +47,8 @@ pub fn with_camera(rig: Rig) -> Rig {
     rig.camera.distortion = Some(DISTORTION);
     rig.camera.position = Some(POSITION);
     rig.camera.orientation = Some(ORIENTATION);
-    rig.camera.exposure = EXPOSURE;
+    rig.camera.exposure = Some(EXPOSURE);
+    rig.camera.readout = Some(0.0);
     rig.camera.stamp = StampMark::Middle;
     rig.object.colour = Some(Colour::demo());
     rig.topics.image = Some(ImageTopic::new("/camera/image/compressed"));

@@ -2,11 +2,13 @@
 //!
 //! Six files in a run's folder, each with a fixed list of columns (`f64`, `u32`, UTF-8, none null), the unit in each
 //! column's metadata, and the version of the layout in the file's. The same rows give the same bytes. Files are
-//! written a row group at a time and are whole or absent; they are read back batch by batch.
+//! written a row group at a time and are whole or absent; they are read back batch by batch. [`write_lerobot`] writes the same strikes as others
+//! read them.
 
 mod any;
 mod error;
 mod layout;
+mod lerobot;
 mod read;
 mod rejects;
 mod residuals;
@@ -18,6 +20,7 @@ mod write;
 pub use any::{Reader, Value, read_all};
 pub use error::TableError;
 pub use layout::SCHEMA_VERSION;
+pub use lerobot::{Episode, write_lerobot};
 pub use rejects::{read_rejects, write_rejects};
 pub use residuals::{read_residuals, write_residuals};
 pub use slides::write_slides;

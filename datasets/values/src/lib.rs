@@ -22,7 +22,7 @@ pub use interval::Interval;
 pub use median::median;
 pub use residual::{LaunchResidual, Residual};
 pub use rig::{
-    Camera, Colour, CommandFrame, Fence, FieldTopic, Frames, ImageTopic, Object, Obstacle,
+    Camera, Colour, CommandFrame, Fence, FieldTopic, Frames, ImageTopic, Marker, Object, Obstacle,
     PoseTopic, Rig, RigError, Robot, Shape, Solid, StampMark, StateTopic, Striker, Table, Tip,
     Topics,
 };

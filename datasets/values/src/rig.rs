@@ -19,7 +19,7 @@ use serde::{Deserialize, Serialize};
 pub use camera::{Camera, StampMark};
 pub use error::RigError;
 pub use frames::{CommandFrame, Frames};
-pub use object::{Colour, Object, Shape, Solid, Striker, Tip};
+pub use object::{Colour, Marker, Object, Shape, Solid, Striker, Tip};
 pub use robot::{Obstacle, Robot};
 pub use table::{Fence, Table};
 pub use topics::{FieldTopic, ImageTopic, PoseTopic, StateTopic, Topics};

@@ -6,7 +6,7 @@ use crate::Error;
 use crate::args::{Global, LogsArgs, examples};
 use crate::commands::{
     artifacts, camera, check, collect, dataset, demo, key, nightly, predict, query, rebuild,
-    report, rig, run, score, shell, status, step, track, trial, work,
+    report, rig, run, score, shell, status, step, track, trial, view, work,
 };
 use crate::output::Output;
 use crate::pipeline::Step;
@@ -168,6 +168,12 @@ pub enum Command {
     /// Write the HTML report again.
     #[command(after_help = examples(&["carom report artifacts/demo"]))]
     Report(report::ReportArgs),
+    /// Write strikes for viewers, Foxglove and Rerun: measured tracks beside simulated ones, and the effects named where they act.
+    #[command(after_help = examples(&[
+        "carom view artifacts/demo -o view.mcap",
+        "carom view artifacts/demo --strike 0f3c --strike 91b2 -o two.mcap",
+    ]))]
+    View(view::ViewArgs),
     /// Print a script that completes a program's words in a shell.
     #[command(after_help = examples(&[
         "carom completions bash > ~/.local/share/bash-completion/completions/carom",
@@ -210,6 +216,7 @@ pub fn execute(cli: &Cli) -> Result<Output, Error> {
         Command::Evaluate(args) => step::run(args, Step::Evaluate, global),
         Command::Publish(args) => step::publish(args, global),
         Command::Report(args) => report::run(args, global),
+        Command::View(args) => view::run(args, global),
         Command::Nightly(args) => nightly::run(args, global),
         Command::Trial(args) => trial::run(args, global),
         Command::Predict(args) => predict::run(args, global),

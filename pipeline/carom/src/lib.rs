@@ -3,6 +3,7 @@
 //! [`execute`] does what [`Cli`] asks and returns the [`Output`]; [`program`] prints it and chooses the exit code.
 
 mod args;
+mod beside;
 mod cli;
 mod commands;
 mod dataset;
@@ -33,6 +34,7 @@ mod summary;
 mod tracking;
 mod trial;
 mod varying;
+mod view;
 mod words;
 
 pub use cli::{Cli, about, execute};

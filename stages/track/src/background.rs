@@ -36,7 +36,7 @@ const MOST_OWN: f32 = 0.6;
 impl Background {
     /// The background of some images of one size, in their order; none where they are too few. Where the camera was pushed between them,
     /// it is that of those that see it from one place.
-    pub(crate) fn of(pilots: &[Pilot], range: &Range) -> Option<Self> {
+    pub(crate) fn of(pilots: &[Pilot], range: Option<&Range>) -> Option<Self> {
         let all: Vec<&Pilot> = pilots.iter().collect();
         let rests = |background: &Self, (image, _): &Pilot| {
             let aligned = background.align(image);
@@ -60,13 +60,14 @@ impl Background {
         Some(background)
     }
 
-    fn of_all(pilots: &[&Pilot], range: &Range) -> Option<Self> {
+    fn of_all(pilots: &[&Pilot], range: Option<&Range>) -> Option<Self> {
         let (first, _) = *pilots.first()?;
         let (width, height) = (first.width, first.height);
         let is_alike = |(image, _): &&Pilot| image.width == width && image.height == height;
         if pilots.len() < FEWEST_PILOTS || !pilots.iter().all(is_alike) {
             return None;
         }
+        let is_coloured = |pixel, grey| range.is_some_and(|range| range.contains(pixel, grey));
         let mut image = Image::default();
         image.resize(width as u64, height as u64).ok()?;
         image.grey = first.grey;
@@ -87,7 +88,7 @@ impl Background {
                     let pixel = image.pixel(column, row);
                     if !(low[0]..high[0]).contains(&x) || !(low[1]..high[1]).contains(&y) {
                         seen.push(pixel);
-                        coloured += usize::from(range.contains(pixel, image.grey));
+                        coloured += usize::from(is_coloured(pixel, image.grey));
                     }
                 }
                 known[column] = seen.len() >= FEWEST_PILOTS.min(pilots.len() / 2);
@@ -103,10 +104,9 @@ impl Background {
             }
         };
         rows.enumerate().for_each(each);
-        let is_coloured = grown(&is_always, width, height);
         let is_table = |column: usize, row: usize| {
             let at = row * width + column;
-            let is_coloured = range.contains(image.pixel(column, row), image.grey);
+            let is_coloured = is_coloured(image.pixel(column, row), image.grey);
             is_known[at] && is_steady[at] && !is_coloured
         };
         let images = pilots.iter().map(|(image, _)| image);
@@ -114,7 +114,7 @@ impl Background {
             spots: Spots::find(&image, &is_table, images),
             image,
             is_known,
-            is_coloured,
+            is_coloured: grown(&is_always, width, height),
             origin: Flow::still([width, height]),
         })
     }

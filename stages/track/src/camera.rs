@@ -13,10 +13,10 @@ pub struct CameraModel {
     pub position: [f64; 3],
     /// Axes of the optical frame (right, down, forward) in the frame `table`.
     pub axes: [[f64; 3]; 3],
-    /// Exposure in s.
-    pub exposure: f64,
-    /// From the first row's exposure to the last one's, in s.
-    pub readout: f64,
+    /// Exposure in s; none where it is not stated.
+    pub exposure: Option<f64>,
+    /// From the first row's exposure to the last one's, in s; none where it is not stated.
+    pub readout: Option<f64>,
     /// What a stamp marks of the first row's exposure.
     pub stamp: StampMark,
 }
@@ -93,12 +93,13 @@ impl CameraModel {
 
     /// From a stamp to the middle of the exposure of a row of an image with so many rows, in s.
     pub fn delay(&self, row: f64, rows: usize) -> f64 {
+        let [exposure, readout] = [self.exposure, self.readout].map(Option::unwrap_or_default);
         let first = match self.stamp {
-            StampMark::Start => 0.5 * self.exposure,
+            StampMark::Start => 0.5 * exposure,
             StampMark::Middle => 0.0,
-            StampMark::End => -0.5 * self.exposure,
+            StampMark::End => -0.5 * exposure,
         };
-        first + self.readout * row / (rows.max(2) - 1) as f64
+        first + readout * row / (rows.max(2) - 1) as f64
     }
 }
 
@@ -180,8 +181,8 @@ mod tests {
     #[test]
     fn a_stamp_is_moved_to_the_middle_of_the_rows_exposure() {
         let mut rig = rig();
-        rig.camera.exposure = 0.004;
-        rig.camera.readout = 0.016;
+        rig.camera.exposure = Some(0.004);
+        rig.camera.readout = Some(0.016);
         for (mark, first) in [
             (StampMark::Start, 0.002),
             (StampMark::Middle, 0.0),

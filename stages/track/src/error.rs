@@ -65,6 +65,25 @@ pub enum SetupError {
         /// How to get it.
         mend: &'static str,
     },
+    /// The marker's dictionary is none that is known.
+    #[error(
+        "know the dictionary `{name}` of object.marker: write OpenCV's name, DICT_4X4_50 to DICT_7X7_1000 (50, 100, 250 or 1000), \
+         DICT_APRILTAG_16h5, _25h9, _36h10 or _36h11"
+    )]
+    Dictionary {
+        /// What the rig file says.
+        name: String,
+    },
+    /// Its dictionary has no marker of this number.
+    #[error("find marker {id} of object.marker: {name} has those of 0 to {last}")]
+    Marker {
+        /// The number.
+        id: usize,
+        /// The dictionary.
+        name: String,
+        /// The last number.
+        last: usize,
+    },
     /// The camera does not see the table.
     #[error(
         "see the table at {x:.2}, {y:.2} m: it lies behind the camera; check camera.position and camera.orientation"

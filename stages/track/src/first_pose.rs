@@ -39,8 +39,8 @@ pub(crate) fn first_pose(points: &[SeenPoint], lens: &Lens) -> Option<CameraMode
             from_middle[2],
         ],
         axes,
-        exposure: 0.0,
-        readout: 0.0,
+        exposure: None,
+        readout: None,
         stamp: StampMark::Middle,
     })
 }

@@ -78,7 +78,7 @@ impl Learned {
         let step = kept.len().div_ceil(most).max(1);
         let some: Vec<&Kept> = kept.iter().step_by(step).collect();
         let images: Vec<Image> = some.into_par_iter().filter_map(decoded).collect();
-        let look = |image: &Image, learned: &Self| tracker.look(image, learned);
+        let look = |image: &Image, learned: &Self| tracker.study(image, learned);
         let mut learned = Self::default();
         let first: Vec<Looked> = images
             .par_iter()

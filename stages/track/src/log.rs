@@ -13,23 +13,26 @@ use crate::frame::TrackedFrame;
 use crate::learned::Learned;
 use crate::log_lens::LogLens;
 use crate::message_queue::{FrameTracker, MessageQueue, Processed};
-use crate::notes::Notes;
+use crate::notes::{Notes, said_of_marker};
 use crate::report::QUALITY_SCHEMA;
 use crate::sequence::{Sequence, SequenceFrame};
 use crate::view::{LogFile, View};
 use crate::{
-    FrameReport, Observation, QUALITY_TOPIC, Reason, TrackError, TrackOutcome, Tracker, is_image,
+    FrameReport, Observation, QUALITY_TOPIC, Reason, SeenMarker, TrackError, TrackOutcome, Tracker,
+    is_image,
 };
 
 /// The least that an object moves, in m, not to be at rest in two images.
 const STILL: f64 = 0.001;
 
 /// Bytes of messages that wait at the most for a frame to be decided.
-const MOST_HELD_BYTES: usize = 24 << 20;
+const MOST_HELD_BYTES: usize = 12 << 20;
+/// A larger message waits for none: it is copied as it is read, ahead of those that wait.
+const LARGE_MESSAGE: usize = 4 << 20;
 
 /// Reads a log, finds the object in every image of the rig's image topic, and writes a log with all other messages, the
-/// centroids and what is said of every frame. A topic of centroids that the log has already is left out. With `view`, another log
-/// is written for viewers: the images with the outline found, and the object's poses.
+/// centroids, the poses of an object with a marker, and what is said of every frame. Topics of these that the log has already are left
+/// out. With `view`, another log is written for viewers: the images with the outline found, and the object's poses.
 ///
 /// Where the rig file has no camera matrix, the lens is that of the log's `CameraInfo`.
 ///
@@ -68,13 +71,18 @@ fn track_into(
     let topic = rig.topics.image.as_ref().ok_or(TrackError::NoTopic)?;
     let LogLens { rig, size, note } = LogLens::of(log, rig, &topic.name)?;
     let tracker = Tracker::new(&rig)?;
+    let (centroid, pose) = (&rig.topics.centroid.name, &rig.topics.pose.topic.name);
+    let has_poses = rig.object.marker.is_some() && pose != centroid;
+    let pose = has_poses.then_some(pose.as_str());
     let learned = Learned::of_log(log, &topic.name, &tracker)?;
     let frames = FrameTracker::new(&tracker, &learned, view.is_some());
     let (summary, mut outcome) = rayon::scope_fifo(|scope| {
         let mut tracking = Tracking {
             tracker: &tracker,
             topic,
-            centroid: rig.topics.centroid.name.as_str(),
+            centroid,
+            pose,
+            rig: &rig,
             writer: CopyWriter::new(file)?,
             queue: MessageQueue::new(scope, &frames),
             sequence: Sequence::new(STILL.max(3.0 * rig.camera.noise)),
@@ -127,12 +135,17 @@ struct Seen {
     quality: f64,
     deviation: f64,
     shift: [f64; 2],
+    /// The yaw that the marker shows (rad), and the marker.
+    turned: Option<(f64, SeenMarker)>,
 }
 
 struct Tracking<'a, 's, 'scope> {
     tracker: &'a Tracker,
     topic: &'a ImageTopic,
+    rig: &'a Rig,
     centroid: &'a str,
+    /// Topic of poses, where the object has a marker.
+    pose: Option<&'a str>,
     writer: CopyWriter<LogFile<'a>>,
     queue: MessageQueue<'s, 'scope>,
     sequence: Sequence<(u64, Seen)>,
@@ -152,7 +165,8 @@ struct Tracking<'a, 's, 'scope> {
 impl Tracking<'_, '_, '_> {
     fn take(&mut self, message: &RawMessage<'_>) -> Result<(), TrackError> {
         let channel = message.channel;
-        if channel.topic == self.centroid || channel.topic == QUALITY_TOPIC {
+        let is_made = channel.topic == self.centroid || self.pose == Some(channel.topic.as_str());
+        if is_made || channel.topic == QUALITY_TOPIC {
             return Ok(());
         }
         if self.info.is_none() {
@@ -174,7 +188,11 @@ impl Tracking<'_, '_, '_> {
             self.queue.add_image(received());
         } else if !is_image(&channel.schema) {
             // Another camera's images are not needed, and would fill the disk again.
-            self.queue.add_message(received());
+            if message.data.len() > LARGE_MESSAGE {
+                self.writer.copy(message)?;
+            } else {
+                self.queue.add_message(received());
+            }
         }
         while let Some(processed) = self.queue.next_if_full() {
             self.write_processed(processed)?;
@@ -217,12 +235,15 @@ impl Tracking<'_, '_, '_> {
             quality,
             deviation,
             shift,
+            yaw,
+            marker,
             ..
         } = tracked.observation;
         let seen = Seen {
             quality,
             deviation,
             shift,
+            turned: marker.map(|marker| (yaw, marker)),
         };
         self.held.push(Vec::new());
         let frame = SequenceFrame {
@@ -263,11 +284,14 @@ impl Tracking<'_, '_, '_> {
             self.notes.add(frame.stamp, point, seen.shift);
             let late = self.notes.late(self.tracker.camera());
             let reason = frame.centre.err();
+            let turned = seen.turned.filter(|_| point.is_some());
             let report = FrameReport {
                 stamp: frame.stamp,
                 x: point.map(|point| point.x),
                 y: point.map(|point| point.y),
                 deviation: point.map(|_| seen.deviation.hypot(late)),
+                yaw: turned.map(|(yaw, _)| yaw),
+                yaw_deviation: turned.map(|(_, marker)| marker.yaw_deviation),
                 shift: seen.shift,
                 quality: seen.quality,
                 reason,
@@ -275,14 +299,19 @@ impl Tracking<'_, '_, '_> {
             if let (Some(point), Ok(stamp)) = (point, u64::try_from(frame.stamp)) {
                 self.outcome.centroids += 1;
                 let (x, y) = (point.x, point.y);
-                self.writer
-                    .point(self.centroid, log_time, &Stamped { stamp, x, y })?;
+                let at = Stamped { stamp, x, y };
+                self.writer.point(self.centroid, log_time, &at)?;
+                if let (Some(pose), Some((yaw, marker))) = (self.pose, turned) {
+                    self.outcome.poses += 1;
+                    self.notes.add_marker(marker.scale);
+                    self.writer.pose(pose, log_time, &at, yaw)?;
+                }
             }
             if let Some(reason) = reason {
                 *self.outcome.reasons.entry(reason).or_insert(0) += 1;
             }
             let data = serde_json::to_vec(&report).unwrap_or_default();
-            let schema = ("carom.FrameReport", "jsonschema", QUALITY_SCHEMA);
+            let schema = ("carom.FrameReport", "jsonschema", QUALITY_SCHEMA.as_bytes());
             self.writer
                 .add(QUALITY_TOPIC, schema, "json", log_time, &data)?;
             for message in after {
@@ -318,6 +347,11 @@ impl Tracking<'_, '_, '_> {
             outcome.notes.extend(info.contradictions(lens, self.size));
         }
         outcome.notes.extend(self.notes.said(self.tracker.camera()));
+        let marker = self.notes.marker().and_then(|scale| {
+            let height = 2.0 * self.rig.object.solid.half_height();
+            said_of_marker(scale, height, self.tracker.camera())
+        });
+        outcome.notes.extend(marker);
         outcome.notes.extend(self.why);
         Ok(outcome)
     }

@@ -15,7 +15,7 @@ use crate::message::is_video;
 use crate::{Decoder, Tracker};
 
 /// Bytes, messages and images that wait at the most: enough for the threads, and little memory.
-const MOST_BYTES: usize = 24 << 20;
+const MOST_BYTES: usize = 16 << 20;
 const MOST_MESSAGES: usize = 4096;
 const MOST_IMAGES: usize = 32;
 

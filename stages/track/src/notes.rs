@@ -16,6 +16,8 @@ pub(crate) struct Notes {
     last: Option<(i64, Point)>,
     /// How fast it was between the last two frames, in m/s.
     speed: f64,
+    /// How large the object's marker was seen in each frame, of what it is.
+    scales: Vec<f64>,
 }
 
 /// Frames that are no single one that was misjudged.
@@ -30,9 +32,14 @@ const FASTEST: f64 = 3.0;
 /// the one as the other.
 const UNKNOWN: f64 = 0.033 * 0.289;
 
-/// Whether exposure or readout are stated.
-fn is_timed(camera: &CameraModel) -> bool {
-    camera.exposure > 0.0 || camera.readout > 0.0
+/// The keys of the camera's timing that are not stated, as the subject of a sentence; none where both are.
+fn unstated(camera: &CameraModel) -> Option<&'static str> {
+    match (camera.exposure, camera.readout) {
+        (None, None) => Some("camera.exposure and camera.readout are"),
+        (Some(_), None) => Some("camera.readout is"),
+        (None, Some(_)) => Some("camera.exposure is"),
+        (Some(_), Some(_)) => None,
+    }
 }
 
 impl Notes {
@@ -58,14 +65,22 @@ impl Notes {
         }
     }
 
+    /// Adds how large the object's marker was seen, of what it is.
+    pub(crate) fn add_marker(&mut self, scale: f64) {
+        self.scales.push(scale);
+    }
+
     /// Standard deviation (m) of a coordinate of the last frame's centre for what is not known of the camera's timing: nothing where that is
     /// stated, or the object rests.
     pub(crate) fn late(&self, camera: &CameraModel) -> f64 {
-        if is_timed(camera) {
-            0.0
-        } else {
-            UNKNOWN * self.speed
-        }
+        unstated(camera).map_or(0.0, |_| UNKNOWN * self.speed)
+    }
+
+    /// How large the object's marker is seen, of what it is: the median of the log.
+    pub(crate) fn marker(&mut self) -> Option<f64> {
+        let middle = self.scales.len() / 2;
+        self.scales.sort_unstable_by(f64::total_cmp);
+        self.scales.get(middle).copied()
     }
 
     /// Each in a sentence.
@@ -83,16 +98,38 @@ impl Notes {
                  {frames} frames; their centres are corrected by that, a new pose is better: `carom camera calibrate`"
             ));
         }
-        if !is_timed(camera) && self.fastest > SLOW {
+        if let (Some(keys), true) = (unstated(camera), self.fastest > SLOW) {
             let speed = self.fastest;
             said.push(format!(
-                "camera.exposure and camera.readout are not stated: at {speed:.1} m/s each millisecond of them puts a moving object {speed:.1} mm \
-                 off along its way; a webcam's shutter that rolls in 30 ms up to {:.0} mm",
+                "{keys} not stated: at {speed:.1} m/s each millisecond of them puts a moving object {speed:.1} mm off along its way; a webcam's \
+                 shutter that rolls in 30 ms up to {:.0} mm. Where it rests, it is not put off. Of a global shutter write readout = 0.0",
                 30.0 * speed
             ));
         }
         said
     }
+}
+
+/// A marker is printed and measured to this share.
+const LEAST_SCALE: f64 = 0.015;
+
+/// That the marker is seen larger or smaller than it is stated, and what that costs if its height (m) is wrong.
+pub(crate) fn said_of_marker(scale: f64, height: f64, camera: &CameraModel) -> Option<String> {
+    let far = camera.position[2] - height;
+    let (what, percent) = if scale > 1.0 {
+        ("larger", 100.0 * (scale - 1.0))
+    } else {
+        ("smaller", 100.0 * (1.0 - scale))
+    };
+    let higher = far * (1.0 - 1.0 / scale);
+    ((scale - 1.0).abs() > LEAST_SCALE).then(|| {
+        format!(
+            "the object's marker is seen {percent:.1} % {what} than object.marker.size says: measure its black square again; if that is right, the \
+             object's height or the camera's is off by {:.0} mm, which puts centres 0.3 m from the point below the camera {:.1} mm off",
+            1e3 * higher.abs(),
+            300.0 * higher.abs() / far,
+        )
+    })
 }
 
 #[cfg(test)]
@@ -106,9 +143,9 @@ mod tests {
         rig.camera.matrix = Some([900.0, 900.0, 640.0, 360.0]);
         rig.camera.position = Some([0.5, 0.1, 1.2]);
         rig.camera.orientation = Some([1.0, 0.0, 0.0, 0.0]);
-        (rig.camera.exposure, rig.camera.readout) = (0.0, 0.0);
+        (rig.camera.exposure, rig.camera.readout) = (Some(0.004), None);
         let untold = CameraModel::of(&rig).expect("complete");
-        rig.camera.exposure = 0.004;
+        rig.camera.readout = Some(0.0);
         let told = CameraModel::of(&rig).expect("complete");
         let mut notes = Notes::default();
         let mut late = |stamp: i64, x: f64| {

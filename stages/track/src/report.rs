@@ -13,6 +13,9 @@ pub struct TrackOutcome {
     pub frames: u64,
     /// Images whose centroid was written.
     pub centroids: u64,
+    /// Of these, those whose yaw the object's marker told.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub poses: u64,
     /// The others, by reason.
     pub reasons: BTreeMap<Reason, u64>,
     /// What a person should know of the log.
@@ -34,8 +37,21 @@ impl TrackOutcome {
         } else {
             format!("; without: {}", reasons.join(", "))
         };
-        format!("{centroids} of {frames} frames with a centroid{others}")
+        let poses = match self.poses {
+            0 => String::new(),
+            poses => format!(", {poses} of them with a yaw"),
+        };
+        format!("{centroids} of {frames} frames with a centroid{poses}{others}")
     }
+}
+
+/// Whether there is nothing to be said.
+#[expect(
+    clippy::trivially_copy_pass_by_ref,
+    reason = "serde passes a reference"
+)]
+fn is_zero(count: &u64) -> bool {
+    *count == 0
 }
 
 /// Topic of what is said of every frame; JSON, see [`FrameReport`].
@@ -52,6 +68,10 @@ pub struct FrameReport {
     pub y: Option<f64>,
     /// Standard deviation of each coordinate in m, where it is trusted; of a moving object also for a timing that is not stated.
     pub deviation: Option<f64>,
+    /// The object's yaw in rad, where its marker tells it.
+    pub yaw: Option<f64>,
+    /// Standard deviation of the yaw in rad.
+    pub yaw_deviation: Option<f64>,
     /// How far the table is seen from where it was in the log's other images, in px: the camera was pushed. The centre is corrected by it.
     pub shift: [f64; 2],
     /// Share of outline and inside that agree with the object, 0 to 1.
@@ -61,4 +81,4 @@ pub struct FrameReport {
 }
 
 /// Its JSON schema.
-pub(crate) const QUALITY_SCHEMA: &str = r#"{"type":"object","properties":{"stamp":{"type":"integer"},"x":{"type":["number","null"]},"y":{"type":["number","null"]},"deviation":{"type":["number","null"]},"shift":{"type":"array","items":{"type":"number"}},"quality":{"type":"number"},"reason":{"type":["string","null"]}}}"#;
+pub(crate) const QUALITY_SCHEMA: &str = r#"{"type":"object","properties":{"stamp":{"type":"integer"},"x":{"type":["number","null"]},"y":{"type":["number","null"]},"deviation":{"type":["number","null"]},"yaw":{"type":["number","null"]},"yaw_deviation":{"type":["number","null"]},"shift":{"type":"array","items":{"type":"number"}},"quality":{"type":"number"},"reason":{"type":["string","null"]}}}"#;

@@ -12,6 +12,7 @@ use crate::detect::{Blob, blobs};
 use crate::edges::SideSums;
 use crate::fit::{Fit, NoFit, Scene, fit, nearby};
 use crate::learned::Learned;
+use crate::marker::{ByMarker, ObjectMarker};
 use crate::outline::{Outline, Pose, Solid};
 use crate::trust::{Judgement, judge};
 use crate::{CameraModel, Image, Reason, SetupError};
@@ -27,12 +28,23 @@ pub struct Observation {
     pub shift: [f64; 2],
     /// Share of the outline and of the inside that agree with the object, 0 to 1.
     pub quality: f64,
-    /// Yaw in rad, for a box: of the face that is nearest to the table's axes.
+    /// Yaw in rad: by its marker, where that is read; else for a box, of the face that is nearest to the table's axes.
     pub yaw: f64,
-    /// Centroid of the outline, in px; none where no outline was fitted.
+    /// The marker, where place and yaw are taken from it.
+    pub marker: Option<SeenMarker>,
+    /// Centroid of the outline or centre of the marker, in px; none where neither was fitted.
     pub pixel: Option<[f64; 2]>,
     /// Corners of the outline in px, also of one that is not believed.
     pub outline: Vec<[f64; 2]>,
+}
+
+/// The object's marker in one image.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SeenMarker {
+    /// Standard deviation of the object's yaw, in rad.
+    pub yaw_deviation: f64,
+    /// How large the marker is seen, of what the rig file says of it.
+    pub scale: f64,
 }
 
 /// What was found in one image, and what it teaches of others.
@@ -51,7 +63,9 @@ pub(crate) struct Looked {
 pub struct Tracker {
     camera: CameraModel,
     solid: Solid,
-    range: Range,
+    /// Its colour; none where its marker alone is known.
+    range: Option<Range>,
+    marker: Option<ObjectMarker>,
     table: [Interval; 2],
     light: [f32; 256],
     /// How far the object moves within an exposure at the most, in m.
@@ -82,17 +96,21 @@ impl Tracker {
     /// # Errors
     /// Keys that images need are missing, or the camera does not look at the table.
     pub fn new(rig: &Rig) -> Result<Self, SetupError> {
-        let colour = rig.object.colour.as_ref().ok_or(SetupError::Missing {
-            key: "object.colour",
-            mend: "`carom camera tune IMAGE` proposes it",
-        })?;
+        let (colour, marker) = (rig.object.colour.as_ref(), ObjectMarker::of(&rig.object)?);
+        if colour.is_none() && marker.is_none() {
+            return Err(SetupError::Missing {
+                key: "object.colour",
+                mend: "`carom camera tune IMAGE` proposes it; or state the marker on it, `object.marker`",
+            });
+        }
         let camera = CameraModel::of(rig)?;
         Ok(Self {
             solid: Solid::of(&rig.object),
-            range: Range::of(colour),
+            range: colour.map(Range::of),
+            marker,
             table: [rig.table.x, rig.table.y],
             light: light_of_bytes(),
-            blur: camera.exposure * rig.robot.speed.high * FASTEST,
+            blur: camera.exposure.unwrap_or(0.0) * rig.robot.speed.high * FASTEST,
             camera,
         })
     }
@@ -109,15 +127,30 @@ impl Tracker {
 
     /// The table without the object, as these images show it.
     pub(crate) fn background(&self, pilots: &[Pilot]) -> Option<Background> {
-        Background::of(pilots, &self.range)
+        Background::of(pilots, self.range.as_ref())
     }
 
-    /// Finds the object in an image of a log that taught something.
+    /// Finds the object in an image of a log that taught something: by its marker, where that is read, else by its outline.
     pub(crate) fn look(&self, image: &Image, learned: &Learned) -> Looked {
+        self.look_by(image, learned, self.marker.as_ref())
+    }
+
+    /// Looks at an image for what it teaches: at the object's outline, where its colour is known.
+    pub(crate) fn study(&self, image: &Image, learned: &Learned) -> Looked {
+        let marker = self.marker.as_ref().filter(|_| self.range.is_none());
+        self.look_by(image, learned, marker)
+    }
+
+    fn look_by(&self, image: &Image, learned: &Learned, marker: Option<&ObjectMarker>) -> Looked {
         let Some(aligned) = learned.align(image) else {
             return Looked::none(Reason::Moved);
         };
-        let mut looked = self.likeliest(image, learned, &aligned);
+        let by_marker = marker.and_then(|marker| self.by_marker(image, marker, &aligned));
+        let mut looked = match (by_marker, &self.range) {
+            (Some(looked), _) => looked,
+            (None, Some(range)) => self.likeliest(image, range, learned, &aligned),
+            (None, None) => Looked::none(Reason::NoMarker),
+        };
         let middle = [0.5 * image.width as f64, 0.5 * image.height as f64];
         let at = looked.observation.pixel.unwrap_or(middle);
         looked.observation.shift = aligned.moved.at(at);
@@ -137,18 +170,44 @@ impl Tracker {
         camera
     }
 
+    /// The object by its marker on the table; none where the marker is not read.
+    fn by_marker(&self, image: &Image, marker: &ObjectMarker, aligned: &Aligned) -> Option<Looked> {
+        let camera_near = |pixel| self.camera_near(aligned, pixel);
+        let mut found = marker.find(image, &self.light, &camera_near);
+        found.retain(|found| self.is_on_table(Point::new(found.pose.x, found.pose.y)));
+        let first = found.first()?;
+        if found.len() > 1 {
+            return Some(Looked::none(Reason::TwoObjects));
+        }
+        let camera = camera_near(first.pixel);
+        let outline = Outline::seen(&camera, &self.solid, first.pose).unwrap_or_default();
+        let observation = Observation::of_marker(first, &outline);
+        Some(Looked {
+            observation,
+            side: SideSums::default(),
+            band: BandSums::default(),
+            larger: 0.0,
+        })
+    }
+
     /// All that may be the object is fitted: it is what has its shape. Where nothing has, the reason is the largest's.
-    fn likeliest(&self, image: &Image, learned: &Learned, aligned: &Aligned) -> Looked {
+    fn likeliest(
+        &self,
+        image: &Image,
+        range: &Range,
+        learned: &Learned,
+        aligned: &Aligned,
+    ) -> Looked {
         let mut best: Option<Looked> = None;
         // Blobs as large as the object that were not found to be it: one of them may be, and what was found another.
         let mut like_it = 0;
-        for (blob, pose) in self.candidates(image, learned, aligned) {
+        for (blob, pose) in self.candidates(image, range, learned, aligned) {
             let area = self.area(pose);
             let scene = Scene {
                 image,
                 camera: &self.camera_near(aligned, blob.centre),
                 solid: &self.solid,
-                range: &self.range,
+                range,
                 light: &self.light,
                 blur: self.blur,
                 learned,
@@ -182,11 +241,17 @@ impl Tracker {
     }
 
     /// Blobs that may be the object, on the table: the largest first. Where none is on the table, the largest beside it.
-    fn candidates(&self, image: &Image, learned: &Learned, aligned: &Aligned) -> Vec<(Blob, Pose)> {
+    fn candidates(
+        &self,
+        image: &Image,
+        range: &Range,
+        learned: &Learned,
+        aligned: &Aligned,
+    ) -> Vec<(Blob, Pose)> {
         let stride = self.stride();
         let (mut on, mut beside) = (Vec::new(), None);
         let background = learned.background.as_ref();
-        for blob in blobs(image, &self.range, stride, background) {
+        for blob in blobs(image, range, stride, background) {
             let camera = self.camera_near(aligned, blob.centre);
             let Some(at) = camera.point(blob.centre, self.solid.middle()) else {
                 continue;
@@ -199,11 +264,7 @@ impl Tracker {
             if blob.area < LEAST_AREA * self.area(pose) {
                 continue;
             }
-            let reach = self.solid.reach();
-            let is_on = [(at.x, self.table[0]), (at.y, self.table[1])]
-                .into_iter()
-                .all(|(at, side)| side.low - reach <= at && at <= side.high + reach);
-            if is_on {
+            if self.is_on_table(at) {
                 on.push((blob, pose));
             } else {
                 beside.get_or_insert((blob, pose));
@@ -213,6 +274,13 @@ impl Tracker {
             on.extend(beside);
         }
         on
+    }
+
+    fn is_on_table(&self, at: Point) -> bool {
+        let reach = self.solid.reach();
+        [(at.x, self.table[0]), (at.y, self.table[1])]
+            .into_iter()
+            .all(|(at, side)| side.low - reach <= at && at <= side.high + reach)
     }
 
     /// Area of the object's picture in px²; infinite where it cannot be seen.
@@ -264,7 +332,7 @@ impl Tracker {
         match fit(scene, start) {
             Err(no_fit) => Looked::none(self.without_fit(scene, start, no_fit)),
             Ok(fit) => {
-                let judged = judge(scene.image, &self.light, &self.range, &self.solid, &fit);
+                let judged = judge(scene.image, &self.light, scene.range, &self.solid, &fit);
                 Looked {
                     side: fit.side,
                     band: fit.band,
@@ -316,8 +384,26 @@ impl Observation {
             shift: [0.0; 2],
             quality: 0.0,
             yaw: 0.0,
+            marker: None,
             pixel: None,
             outline: Vec::new(),
+        }
+    }
+
+    fn of_marker(seen: &ByMarker, outline: &Outline) -> Self {
+        let [deviation, yaw_deviation] = seen.deviation;
+        Self {
+            centre: Ok(Point::new(seen.pose.x, seen.pose.y)),
+            deviation,
+            shift: [0.0; 2],
+            quality: seen.quality,
+            yaw: seen.pose.yaw,
+            marker: Some(SeenMarker {
+                yaw_deviation,
+                scale: seen.scale,
+            }),
+            pixel: Some(seen.pixel),
+            outline: outline.vertices.iter().map(|vertex| vertex.at).collect(),
         }
     }
 
@@ -329,6 +415,7 @@ impl Observation {
             shift: [0.0; 2],
             quality: judged.quality,
             yaw: fit.pose.yaw,
+            marker: None,
             pixel: Some(fit.outline.moments().1),
             outline: fit
                 .outline

@@ -15,6 +15,8 @@ use crate::size::GLARE;
 pub enum Reason {
     /// Nothing of the object's colour and size is on the table.
     NoObject,
+    /// Its marker cannot be read, and nothing else is known of how it looks.
+    NoMarker,
     /// More than one thing of the object's colour and size is.
     TwoObjects,
     /// The object is cut by the image's border.
@@ -44,6 +46,7 @@ impl Reason {
     pub fn name(self) -> &'static str {
         match self {
             Self::NoObject => "no_object",
+            Self::NoMarker => "no_marker",
             Self::TwoObjects => "two_objects",
             Self::Border => "border",
             Self::Occluded => "occluded",

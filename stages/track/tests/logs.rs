@@ -7,7 +7,7 @@ mod common;
 use std::path::Path;
 
 use common::messages::{
-    SECOND, Wire, centroids, compressed, pictures, protobuf, raw, small, write,
+    SECOND, Wire, centroids, compressed, pictures, protobuf, raw, small, write, write_with,
 };
 use common::tall;
 use render::{Optics, Picture};
@@ -23,6 +23,31 @@ fn reports(path: &Path) -> Vec<FrameReport> {
     messages
         .map(|message| serde_json::from_slice(&message.data).unwrap())
         .collect()
+}
+
+#[test]
+fn a_large_message_of_another_topic_is_copied_as_it_is() {
+    let (rig, dir) = (small(), tempfile::tempdir().unwrap());
+    let cloud: Vec<u8> = (0..5u32 << 20).map(|k| (k % 251) as u8).collect();
+    let images = pictures(&rig, 3);
+    let images = images.iter().enumerate();
+    let images: Vec<_> = images
+        .map(|(k, (_, picture))| compressed(&picture.png().unwrap(), k as u32 * 33_000_000))
+        .collect();
+    let (log, out) = (dir.path().join("in.mcap"), dir.path().join("out.mcap"));
+    let first = Some(("/points", "sensor_msgs/msg/PointCloud2", cloud.as_slice()));
+    let schema = ("sensor_msgs/msg/CompressedImage", "cdr");
+    write_with(&log, schema, &images, first);
+    let outcome = track_log(&log, &rig, &out, None).unwrap();
+    assert_eq!((outcome.frames, outcome.centroids), (3, 3), "{outcome:?}");
+    let bytes = std::fs::read(&out).unwrap();
+    let messages = mcap::MessageStream::new(&bytes).unwrap();
+    let points: Vec<_> = messages
+        .map(Result::unwrap)
+        .filter(|message| message.channel.topic == "/points")
+        .collect();
+    assert_eq!(points.len(), 1);
+    assert!(*points[0].data == cloud, "its bytes are others");
 }
 
 /// Brightness and colour differences of a pixel, ITU-R BT.601 of the range 16 to 235.
@@ -169,8 +194,8 @@ fn a_stamp_is_that_of_the_exposures_middle() {
     let (mut rig, dir) = (small(), tempfile::tempdir().unwrap());
     let (at, picture) = pictures(&rig, 1).remove(0);
     rig.camera.stamp = StampMark::Start;
-    rig.camera.exposure = 0.004;
-    rig.camera.readout = 0.010;
+    rig.camera.exposure = Some(0.004);
+    rig.camera.readout = Some(0.010);
     let (log, out) = (dir.path().join("in.mcap"), dir.path().join("out.mcap"));
     let data = compressed(&picture.png().unwrap(), 0);
     write(&log, "sensor_msgs/msg/CompressedImage", "cdr", &[data]);
@@ -241,7 +266,7 @@ fn one_stamp_far_ahead_costs_one_frame() {
 fn a_frame_before_1970_has_a_reason() {
     let (mut rig, dir) = (small(), tempfile::tempdir().unwrap());
     rig.camera.stamp = StampMark::End;
-    rig.camera.exposure = 0.010;
+    rig.camera.exposure = Some(0.010);
     // Stamped 1 ns after the clock's beginning, it was exposed before.
     let mut message = compressed(&pictures(&rig, 1)[0].1.png().unwrap(), 1);
     // The seconds stand behind CDR's header.

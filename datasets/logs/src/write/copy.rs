@@ -5,8 +5,8 @@ use std::fs::File;
 use std::io::{BufWriter, Seek, Write};
 use std::path::Path;
 
-use mcap::Writer;
 use mcap::records::MessageHeader;
+use mcap::{WriteOptions, Writer};
 
 use super::lineage::{self, Lineage};
 use super::messages::{
@@ -43,7 +43,16 @@ impl CopyWriter<BufWriter<File>> {
 impl<W: Write + Seek> CopyWriter<W> {
     /// Starts a log on anything that can be written to and sought in.
     pub fn new(sink: W) -> Result<Self, WriteError> {
-        let mcap = options().create(sink)?;
+        Self::with(options(), sink)
+    }
+
+    /// The same for messages that are not ROS 2's.
+    pub fn without_profile(sink: W) -> Result<Self, WriteError> {
+        Self::with(options().profile(""), sink)
+    }
+
+    fn with(options: WriteOptions, sink: W) -> Result<Self, WriteError> {
+        let mcap = options.create(sink)?;
         Ok(Self {
             mcap,
             copied: HashMap::new(),
@@ -94,7 +103,7 @@ impl<W: Write + Seek> CopyWriter<W> {
     /// Makes the channel of points, so that a log without any has the topic.
     pub fn points(&mut self, topic: &str) -> Result<(), WriteError> {
         let (name, text) = of(POINT_STAMPED);
-        self.channel(topic, (name, "ros2msg"), &text, "cdr")
+        self.channel(topic, (name, "ros2msg"), text.as_bytes(), "cdr")
             .map(drop)
     }
 
@@ -131,7 +140,7 @@ impl<W: Write + Seek> CopyWriter<W> {
         write: &dyn Fn(&mut Vec<u8>),
     ) -> Result<(), WriteError> {
         let (name, text) = schema();
-        let channel = self.channel(topic, (name, "ros2msg"), &text, "cdr")?;
+        let channel = self.channel(topic, (name, "ros2msg"), text.as_bytes(), "cdr")?;
         let mut buffer = std::mem::take(&mut self.buffer);
         buffer.clear();
         write(&mut buffer);
@@ -140,11 +149,11 @@ impl<W: Write + Seek> CopyWriter<W> {
         put
     }
 
-    /// Adds a message of any type: its schema by name, encoding and text, and its encoding.
+    /// Adds a message of any type: its schema by name, encoding and bytes, and its encoding.
     pub fn add(
         &mut self,
         topic: &str,
-        schema: (&str, &str, &str),
+        schema: (&str, &str, &[u8]),
         encoding: &str,
         log_time: u64,
         data: &[u8],
@@ -165,15 +174,13 @@ impl<W: Write + Seek> CopyWriter<W> {
         &mut self,
         topic: &str,
         (name, schema_encoding): (&str, &str),
-        schema: &str,
+        schema: &[u8],
         encoding: &str,
     ) -> Result<u16, WriteError> {
         if let Some(channel) = self.added.get(topic) {
             return Ok(*channel);
         }
-        let schema = self
-            .mcap
-            .add_schema(name, schema_encoding, schema.as_bytes())?;
+        let schema = self.mcap.add_schema(name, schema_encoding, schema)?;
         let channel = self
             .mcap
             .add_channel(schema, topic, encoding, &BTreeMap::new())?;

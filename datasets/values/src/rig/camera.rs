@@ -50,12 +50,12 @@ pub struct Camera {
         skip_serializing_if = "Option::is_none"
     )]
     pub orientation: Option<[f64; 4]>,
-    /// Exposure of an image, in s.
-    #[serde(default, skip_serializing_if = "is_zero")]
-    pub exposure: f64,
-    /// From the exposure of an image's first row to that of its last, in s; 0 for a global shutter.
-    #[serde(default, skip_serializing_if = "is_zero")]
-    pub readout: f64,
+    /// Exposure of an image, in s; none where it is not stated.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub exposure: Option<f64>,
+    /// From the exposure of an image's first row to that of its last, in s; 0 for a global shutter; none where it is not stated.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub readout: Option<f64>,
     /// What an image's stamp marks.
     #[serde(default, skip_serializing_if = "is_middle")]
     pub stamp: StampMark,
@@ -72,15 +72,6 @@ pub enum StampMark {
     Middle,
     /// The end of the first row's exposure.
     End,
-}
-
-/// Whether a time is the default, which is not written.
-#[expect(
-    clippy::trivially_copy_pass_by_ref,
-    reason = "serde passes a reference"
-)]
-fn is_zero(time: &f64) -> bool {
-    *time == 0.0
 }
 
 /// Whether the mark is the default, which is not written.

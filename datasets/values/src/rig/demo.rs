@@ -28,6 +28,7 @@ impl Rig {
             solid,
             mass,
             colour: None,
+            marker: None,
         };
         Self {
             object,
@@ -49,8 +50,8 @@ impl Rig {
                 distortion: None,
                 position: None,
                 orientation: None,
-                exposure: 0.0,
-                readout: 0.0,
+                exposure: None,
+                readout: None,
                 stamp: StampMark::Middle,
             },
             robot: Robot::limits([0.4, 1.0].into(), [-0.80, 0.80].into(), 5.0),

@@ -83,7 +83,7 @@ const KEYS: &[(&str, Option<&str>)] = &[
 ];
 
 /// Those that are needed where images are read.
-const IMAGE_KEYS: [(&str, Option<&str>); 15] = [
+const IMAGE_KEYS: [(&str, Option<&str>); 21] = [
     ("camera.matrix", None),
     ("camera.size", None),
     ("camera.distortion", None),
@@ -102,6 +102,18 @@ const IMAGE_KEYS: [(&str, Option<&str>); 15] = [
         Some("saturation = [0.4, 1.0]   # 0 to 1"),
     ),
     ("object.colour.value", Some("value = [0.2, 1.0]   # 0 to 1")),
+    ("object.marker", None),
+    (
+        "object.marker.dictionary",
+        Some("dictionary = \"DICT_APRILTAG_36h11\"   # OpenCV's name"),
+    ),
+    ("object.marker.id", Some("id = 0")),
+    (
+        "object.marker.size",
+        Some("size = 0.040   # m, side of its black square"),
+    ),
+    ("object.marker.offset", None),
+    ("object.marker.yaw", None),
     ("topics.image", None),
     (
         "topics.image.name",

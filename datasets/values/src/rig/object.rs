@@ -3,8 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use super::RigError;
-use crate::Interval;
 use crate::exact;
+use crate::{Interval, Point};
 
 /// The object that is struck.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -16,6 +16,8 @@ pub struct Object {
     pub mass: f64,
     /// Its colour in images.
     pub colour: Option<Colour>,
+    /// The marker on its upper face.
+    pub marker: Option<Marker>,
 }
 
 impl Object {
@@ -145,6 +147,8 @@ struct Stated {
     mass: f64,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     colour: Option<Colour>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    marker: Option<Marker>,
 }
 
 impl TryFrom<Stated> for Object {
@@ -203,6 +207,7 @@ impl TryFrom<Stated> for Object {
             solid,
             mass: stated.mass,
             colour: stated.colour,
+            marker: stated.marker,
         })
     }
 }
@@ -224,6 +229,7 @@ impl From<Object> for Stated {
             half_size,
             mass: object.mass,
             colour: object.colour,
+            marker: object.marker,
         }
     }
 }
@@ -269,6 +275,24 @@ pub enum Tip {
     Sphere,
     /// An upright rod.
     Cylinder,
+}
+
+/// An ArUco marker or an AprilTag that lies on the object's upper face.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Marker {
+    /// OpenCV's name of its dictionary, such as `DICT_APRILTAG_36h11`.
+    pub dictionary: String,
+    /// Its number in it.
+    pub id: usize,
+    /// Side of its black square, in m.
+    pub size: f64,
+    /// Its centre from the object's, in m, along the object's axes.
+    #[serde(default)]
+    pub offset: Point,
+    /// From the object's x axis to the marker's, which runs to the right as it is printed, in rad.
+    #[serde(default)]
+    pub yaw: f64,
 }
 
 /// The object's colour as ranges of hue, saturation and value (HSV of the image's 8-bit R'G'B').

@@ -12,7 +12,9 @@ use values::Rig;
 
 use crate::Error;
 use crate::args::examples;
-use crate::dataset::{FILES, Lock, PinnedLog, Recipe, Rows, hashes, pin};
+use crate::dataset::{
+    FILES, Lock, MOST_FPS, PinnedLog, Recipe, Rows, all_turn, episode, hashes, pin, usual_fps,
+};
 use crate::error::Outcome;
 use crate::naming::name_logs;
 use crate::output::Output;
@@ -53,6 +55,23 @@ pub enum DatasetCommand {
         #[arg(long, value_name = "DIR")]
         out: Option<PathBuf>,
     },
+    /// Write the strikes of a run, or of a dataset, as policies read them: a LeRobotDataset, an episode a strike.
+    #[command(after_help = examples(&["carom dataset export artifacts/demo --lerobot demo_lerobot --fps 50"]))]
+    Export(ExportArgs),
+}
+
+/// `carom dataset export`.
+#[derive(Args, Debug)]
+pub struct ExportArgs {
+    /// Folder of a run, or of a dataset's tables.
+    #[arg(value_name = "DIR")]
+    pub dir: PathBuf,
+    /// Folder to write as a LeRobotDataset of version 3; it must not hold anything yet.
+    #[arg(long, value_name = "OUT")]
+    pub lerobot: PathBuf,
+    /// Frames a second, at which tracks are interpolated [default: the camera's].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_FPS)))]
+    pub fps: Option<u32>,
 }
 
 /// A recipe and its logs.
@@ -73,7 +92,35 @@ pub fn run(command: &DatasetCommand) -> Result<Output, Error> {
         DatasetCommand::Verify { dataset, out } => {
             verify(dataset, &folder(dataset, out.as_deref()))
         }
+        DatasetCommand::Export(args) => export(args),
     }
+}
+
+fn export(args: &ExportArgs) -> Result<Output, Error> {
+    let (dir, out) = (args.dir.display(), &args.lerobot);
+    let strikes = tables::read_strikes(&args.dir).map_err(Error::input)?;
+    let Some(fps) = args.fps.or_else(|| usual_fps(&strikes)) else {
+        return Err(Error::input(format!(
+            "export {dir}: it holds no strike with a track; rejects.parquet says why strikes were not kept"
+        )));
+    };
+    if std::fs::read_dir(out).is_ok_and(|mut entries| entries.next().is_some()) {
+        return Err(Error::input(format!(
+            "write {}: there is something in it already; name another folder with --lerobot",
+            out.display()
+        )));
+    }
+    let with_yaw = all_turn(&strikes);
+    let episodes: Vec<_> = strikes.iter().map(|strike| episode(strike, fps)).collect();
+    let frames: usize = episodes.iter().map(|episode| episode.states.len()).sum();
+    tables::write_lerobot(out, fps, with_yaw, episodes)?;
+    let text = format!(
+        "dataset    {}: {} episodes, {frames} frames at {fps} a second\n",
+        out.display(),
+        strikes.len()
+    );
+    let json = json!({ "out": out, "episodes": strikes.len(), "frames": frames, "fps": fps });
+    Ok(Output::done(json, text))
 }
 
 /// Where a dataset's tables lie: in a folder named as its recipe, unless another is given.

@@ -22,4 +22,5 @@ pub mod status;
 pub mod step;
 pub mod track;
 pub mod trial;
+pub mod view;
 pub mod work;

@@ -93,7 +93,7 @@ pub fn run(args: &TrackArgs) -> Result<Output, Error> {
 }
 
 /// Whether two paths are one file.
-fn is_same(a: &Path, b: &Path) -> bool {
+pub fn is_same(a: &Path, b: &Path) -> bool {
     let real = |path| fs::canonicalize(path).ok();
     real(a).is_some_and(|a| real(b) == Some(a))
 }

@@ -73,9 +73,9 @@ fn how_sure(shown: &ReportInput<'_>) -> Markup {
         p {
             "A gap like this comes by chance with probability "
             (probability(diagnosis.p_value, diagnosis.replicates)) " (" (diagnosis.strikes) " strikes)."
+            @if !diagnosis.effects.is_empty() { " Values with 95 % intervals:" }
         }
         (more(html! {
-            @if !diagnosis.effects.is_empty() { li { "Values with 95 % intervals:" } }
             @for effect in &diagnosis.effects {
                 @if let Some((name, parameter)) = effect.parameters.iter().find(|(_, p)| p.low != p.high) {
                     @let [value, low, high] = numbers(parameter);
@@ -85,7 +85,7 @@ fn how_sure(shown: &ReportInput<'_>) -> Markup {
                     }
                 }
                 @if !effect.equivalent.is_empty() {
-                    li { "Cannot be told from " (effect.equivalent.join(", ")) "." }
+                    li { code { (effect.name) } " cannot be told from " (effect.equivalent.join(", ")) "." }
                 }
             }
             @if diagnosis.gap.heldout_strikes > 0 {

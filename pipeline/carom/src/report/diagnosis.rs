@@ -62,7 +62,7 @@ fn effects_table(effects: &[NamedEffect]) -> Markup {
                         @for (place, (name, parameter)) in effect.parameters.iter().enumerate() {
                             tr {
                                 td { @if place == 0 { code { (effect.name) } } }
-                                td { @if place == 0 {
+                                td.words { @if place == 0 {
                                     (effect.statement)
                                     @if !effect.equivalent.is_empty() {
                                         br; span.note { "These strikes cannot distinguish it from " (effect.equivalent.join(", ")) "." }
@@ -167,7 +167,7 @@ fn where_table(diagnosis: &Diagnosis) -> Markup {
                 tbody {
                     @for place in &diagnosis.r#where {
                         tr {
-                            td { (place.covariate) } td { (place.description) }
+                            td { (place.covariate) } td.words { (place.description) }
                             td.number { (probability(place.p_value, diagnosis.replicates)) }
                             td.number { (format!("{:.0} %", 100.0 * place.share)) }
                         }
@@ -255,7 +255,7 @@ fn next_strikes(strikes: &[NextStrike]) -> Markup {
                             td.number { (format!("{:.3} m", strike.y0)) }
                             td.number { (format!("{:.2} m/s", strike.speed)) }
                             td.number { (format!("{:.3} rad", strike.angle)) }
-                            td { (strike.why) }
+                            td.words { (strike.why) }
                         }
                     }
                 }

@@ -6,11 +6,12 @@ use maud::{Markup, html};
 use rayon::prelude::*;
 use serde::Serialize;
 use values::{Split, Strike};
-use world::{Simulated, Simulator, World, WorldError};
+use world::{Simulator, World, WorldError};
 
 use super::input::ReportInput;
 use super::markup::{PageError, model_names, section, title};
 use super::plot::{Short, data};
+use crate::beside::since_touch;
 use crate::publishing::best_model;
 use crate::results::Worlds;
 
@@ -272,23 +273,6 @@ fn beside(strike: &Strike, simulators: &[(&'static str, Simulator)]) -> Tracks {
         y: of(&track.y, UNITS.0),
         worlds: simulated.collect(),
     }
-}
-
-/// How long before the first frame the tip touched the object, in s: within one frame, where the simulation comes nearest to the track.
-fn since_touch(strike: &Strike, simulated: &Simulated) -> f64 {
-    const PARTS: u32 = 8;
-    let track = &strike.track;
-    let frame = track.t.get(1).map_or(0.0, |second| second - track.t[0]);
-    let far = |before: f64| {
-        let squares = (0..track.len()).map(|i| {
-            let apart = track.point(i).distance(simulated.at(track.t[i] + before));
-            apart * apart
-        });
-        squares.sum::<f64>()
-    };
-    let tries = (0..=PARTS).map(|part| frame * f64::from(part) / f64::from(PARTS));
-    let nearest = tries.min_by(|a, b| far(*a).total_cmp(&far(*b)));
-    nearest.unwrap_or(0.0)
 }
 
 /// Values in units, each less the one before: short in the page, and no error adds up.

@@ -36,7 +36,7 @@ pub fn world_section(fit: &Fit) -> Markup {
                                         _ => { "—" },
                                     }
                                 }
-                                td { (spec.meaning) }
+                                td.words { (spec.meaning) }
                             }
                         }
                     }

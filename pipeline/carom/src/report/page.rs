@@ -108,8 +108,8 @@ fn check_section(shown: &ReportInput<'_>) -> Markup {
                     @for finding in &check.findings {
                         @let said = words::say(finding, &shown.inputs.rig);
                         tr {
-                            td { (words::severity(finding.severity())) } td { (said.seen) }
-                            td { (said.likely) } td { (said.mend) }
+                            td { (words::severity(finding.severity())) } td.words { (said.seen) }
+                            td.words { (said.likely) } td.words { (said.mend) }
                         }
                     }
                 }

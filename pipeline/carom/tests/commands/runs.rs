@@ -1,5 +1,8 @@
 //! The commands in the order in which a person gives them, on a small demo.
 
+use std::collections::BTreeMap;
+use std::path::Path;
+
 use carom::Outcome;
 use serde_json::Value;
 
@@ -178,6 +181,8 @@ fn a_hidden_effect_is_named_used_kept_out_on_request_and_struck_with() {
         assert_eq!(table["effect_residual"].is_object(), has_residual);
     }
 
+    is_shown_and_exported(path);
+
     // Kept out: as if nothing was named, but the diagnosis is there.
     let said = done(&format!("run {logs} --without-effects"));
     assert_eq!(said["version"], "v0002");
@@ -196,6 +201,57 @@ fn a_hidden_effect_is_named_used_kept_out_on_request_and_struck_with() {
         let planned = json(path, "next_strikes.json").as_array().map(Vec::len);
         assert_eq!(done(&line)["strikes"].as_u64().map(|n| n as usize), planned);
     }
+}
+
+/// A view of one strike has it beside both worlds, and the effect; the same bytes again. All strikes are episodes.
+fn is_shown_and_exported(path: &Path) {
+    let dir = path.display();
+    let id = json(path, "evaluation.json")["predictions"][0]["strike_id"].clone();
+    let view = format!(
+        "view {dir} --strike {} -o {dir}/view.mcap",
+        id.as_str().expect("an id")
+    );
+    assert_eq!(done(&view)["shown"]["strikes"], 1);
+    let bytes = std::fs::read(path.join("view.mcap")).expect("a view");
+    let messages = mcap::MessageStream::new(&bytes).expect("a log");
+    let mut topics: BTreeMap<String, usize> = BTreeMap::new();
+    for message in messages {
+        let channel = message.expect("a message").channel;
+        let schema = channel.schema.as_ref().expect("a schema");
+        assert_eq!(
+            (&*channel.message_encoding, &*schema.encoding),
+            ("protobuf", "protobuf")
+        );
+        *topics.entry(channel.topic.clone()).or_default() += 1;
+    }
+    for topic in [
+        "strike",
+        "measured",
+        "sysid",
+        "effect",
+        "effects",
+        "effects/points",
+        "table",
+    ] {
+        assert_eq!(topics[&format!("/carom/{topic}")], 1, "{topics:?}");
+    }
+    assert!(topics["/carom/motion"] > 10 && topics["/carom/transforms"] > 10);
+    done(&view);
+    assert!(bytes == std::fs::read(path.join("view.mcap")).expect("a view"));
+    for wrong in ["--strike none -o view.mcap", "-o view.rrd"] {
+        let (outcome, _) = refusal(&format!("view {dir} {wrong}"));
+        assert_eq!(outcome, Outcome::BadInput);
+    }
+
+    let export = format!("dataset export {dir} --lerobot {dir}/episodes --fps 50");
+    let said = done(&export);
+    let info = json(path, "episodes/meta/info.json");
+    assert_eq!(
+        (&said["episodes"], &said["frames"]),
+        (&info["total_episodes"], &info["total_frames"])
+    );
+    assert_eq!(info["fps"], 50);
+    assert_eq!(refusal(&export).0, Outcome::BadInput);
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! ArUco's dictionaries.
+//! ArUco's dictionaries and AprilTag's families.
 
 /// The markers of a dictionary.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -11,32 +11,50 @@ pub struct Dictionary {
 
 /// OpenCV's, as `tests/peers/markers.py` writes them.
 const CODES: &str = include_str!("dictionaries.txt");
+
+/// The codes under a heading of that file.
+fn codes(heading: &str) -> Option<Vec<u64>> {
+    let lines = CODES.lines().skip_while(|line| *line != heading).skip(1);
+    // A heading is a single word.
+    let lines = lines.take_while(|line| line.contains(' '));
+    let codes = lines.flat_map(str::split_whitespace);
+    let codes: Option<Vec<u64>> = codes
+        .map(|code| u64::from_str_radix(code, 16).ok())
+        .collect();
+    codes.filter(|codes| !codes.is_empty())
+}
+
 /// Bits that a light or a fold may turn: the markers of every dictionary differ by more in most pairs.
 const MOST_WRONG: u32 = 1;
 
 impl Dictionary {
-    /// The dictionary of OpenCV's name, `DICT_4X4_50` to `DICT_7X7_1000`; none where there is none.
+    /// The dictionary of OpenCV's name, `DICT_4X4_50` to `DICT_7X7_1000` or an AprilTag family as `DICT_APRILTAG_36h11`; none where there is
+    /// none.
     pub fn named(name: &str) -> Option<Self> {
-        let (size, count) = name.strip_prefix("DICT_")?.split_once('_')?;
+        let name = name.strip_prefix("DICT_")?;
+        if let Some(family) = name.strip_prefix("APRILTAG_") {
+            let (bits, _) = family.split_once('h')?;
+            let codes = codes(family)?;
+            let across = usize::isqrt(bits.parse().ok()?);
+            return Some(Self { across, codes });
+        }
+        let (size, count) = name.split_once('_')?;
         let (across, high) = size.split_once('X')?;
         let count: usize = count.parse().ok()?;
         if across != high || ![50, 100, 250, 1000].contains(&count) {
             return None;
         }
-        let of_size = CODES
-            .lines()
-            .skip_while(|line| *line != across)
-            .skip(1)
-            .take_while(|line| line.len() > 1);
-        let codes = of_size.flat_map(str::split_whitespace).take(count);
-        let codes: Option<Vec<u64>> = codes
-            .map(|code| u64::from_str_radix(code, 16).ok())
-            .collect();
-        let codes = codes.filter(|codes| codes.len() == count)?;
+        let mut codes = codes(across)?;
+        codes.truncate(count);
         Some(Self {
             across: across.parse().ok()?,
             codes,
         })
+    }
+
+    /// The bits of the marker of this number.
+    pub(crate) fn code(&self, id: usize) -> Option<u64> {
+        self.codes.get(id).copied()
     }
 
     /// Markers that it has.
@@ -82,11 +100,14 @@ mod tests {
     fn dictionaries_are_known_by_name_and_their_markers_from_every_side() {
         assert_eq!(Dictionary::named("DICT_5X5_42"), None);
         assert_eq!(Dictionary::named("DICT_5X4_50"), None);
+        assert_eq!(Dictionary::named("DICT_APRILTAG_36h12"), None);
         for (name, count) in [
             ("DICT_4X4_50", 50),
             ("DICT_5X5_100", 100),
             ("DICT_6X6_250", 250),
             ("DICT_7X7_1000", 1000),
+            ("DICT_APRILTAG_16h5", 30),
+            ("DICT_APRILTAG_36h11", 587),
         ] {
             let dictionary = Dictionary::named(name).expect("known");
             assert_eq!(dictionary.len(), count);

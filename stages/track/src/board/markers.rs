@@ -24,10 +24,10 @@ pub(crate) fn markers(grey: &Grey, dictionary: &Dictionary) -> BTreeMap<usize, Q
     markers
 }
 
-fn marker(grey: &Grey, dictionary: &Dictionary, quad: Quad) -> Option<(usize, Quad)> {
-    let pairs: Vec<_> = SQUARE.into_iter().zip(quad).collect();
+/// The brightness of each of a marker's cells, its border among them, row by row; none where it is cut by the image's border.
+pub(crate) fn cell_lights(grey: &Grey, quad: &Quad, cells: usize) -> Option<Vec<f64>> {
+    let pairs: Vec<_> = SQUARE.into_iter().zip(*quad).collect();
     let plane = Homography::between(&pairs)?;
-    let cells = dictionary.across + 2;
     let mut light = Vec::with_capacity(cells * cells);
     for row in 0..cells {
         for column in 0..cells {
@@ -41,6 +41,12 @@ fn marker(grey: &Grey, dictionary: &Dictionary, quad: Quad) -> Option<(usize, Qu
             light.push(sum / spots.len() as f64);
         }
     }
+    Some(light)
+}
+
+fn marker(grey: &Grey, dictionary: &Dictionary, quad: Quad) -> Option<(usize, Quad)> {
+    let cells = dictionary.across + 2;
+    let light = cell_lights(grey, &quad, cells)?;
     let least = light.iter().copied().fold(f64::INFINITY, f64::min);
     let most = light.iter().copied().fold(0.0, f64::max);
     if most - least < LEAST_CONTRAST {

@@ -1,4 +1,4 @@
-//! ChArUco boards: a chessboard with ArUco markers in its white squares.
+//! Markers, and ChArUco boards: a chessboard with ArUco markers in its white squares.
 //!
 //! ```text
 //! image → dark quads → markers of the dictionary → corners of the chessboard → lens from some views, pose from one
@@ -11,8 +11,13 @@ mod corners;
 mod dictionary;
 mod lens_fit;
 mod markers;
+mod pattern;
 mod plane;
 mod quads;
+
+pub(crate) use markers::cell_lights;
+pub(crate) use pattern::Pattern;
+pub(crate) use quads::{Grey, Quad, dark_quads};
 
 pub use corners::{Board, SeenBoard};
 pub use dictionary::Dictionary;

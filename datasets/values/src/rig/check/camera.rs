@@ -1,6 +1,8 @@
 //! Checks of the keys that images need: lens, pose and timing of the camera, the object's colour, the topic.
 
-use super::super::{Camera, ImageTopic, Object, RigError};
+use std::f64::consts::TAU;
+
+use super::super::{Camera, ImageTopic, Object, RigError, Shape};
 use super::number::{finite, interval, value};
 use crate::Interval;
 
@@ -66,6 +68,7 @@ pub(super) fn check_camera(camera: &Camera) -> Result<(), RigError> {
         ("camera.exposure", camera.exposure),
         ("camera.readout", camera.readout),
     ] {
+        let time = time.unwrap_or(0.0);
         finite(key, time)?;
         if !(0.0..=(1.0 + INTERVAL_SHARE) * interval).contains(&time) {
             let why = format!(
@@ -105,6 +108,37 @@ pub(super) fn check_colour(object: &Object) -> Result<(), RigError> {
     Ok(())
 }
 
+/// Checks the marker on the object's upper face.
+pub(super) fn check_marker(object: &Object) -> Result<(), RigError> {
+    let Some(marker) = &object.marker else {
+        return Ok(());
+    };
+    if object.shape() == Shape::Sphere {
+        return Err(RigError::Value {
+            key: "object.marker.dictionary".into(),
+            value: format!("{:?}", marker.dictionary),
+            why: "a sphere has no face on which a marker lies; take the marker out".into(),
+        });
+    }
+    let (size, across) = (marker.size, 2.0 * object.solid.reach());
+    finite("object.marker.size", size)?;
+    if size <= 0.0 || size > across {
+        let why = format!("must be above 0 m and at most {across:.3} m, the object's own width");
+        return Err(value("object.marker.size", size, &why));
+    }
+    let far = marker.offset.norm();
+    if !marker.offset.is_finite() || far > object.solid.reach() {
+        let why = "must lie on the object, in m from its centre";
+        return Err(value("object.marker.offset", far, why));
+    }
+    finite("object.marker.yaw", marker.yaw)?;
+    if marker.yaw.abs() > TAU {
+        let why = "must lie within ±6.2832 rad (radians, not degrees?)";
+        return Err(value("object.marker.yaw", marker.yaw, why));
+    }
+    Ok(())
+}
+
 /// Checks the topic of images.
 pub(super) fn check_topic(topic: Option<&ImageTopic>) -> Result<(), RigError> {
     let Some(topic) = topic else { return Ok(()) };
@@ -139,7 +173,8 @@ mod tests {
 
     #[test]
     fn a_camera_with_lens_and_pose_survives_a_round_trip() {
-        let colour = "colour = { hue = [340, 20], saturation = [0.4, 1.0], value = [0.2, 1.0] }\n";
+        let colour = "colour = { hue = [340, 20], saturation = [0.4, 1.0], value = [0.2, 1.0] }\n\
+            marker = { dictionary = \"DICT_APRILTAG_36h11\", id = 7, size = 0.03, offset = [0.002, 0] }\n";
         let text = with(SEEING, colour) + "\n[topics.image]\nname = \"/camera/image\"\n";
         let rig = Rig::parse(&text).expect("parses");
         assert_eq!(
@@ -189,6 +224,31 @@ mod tests {
                 "reversed",
             ),
             ("", "colour = { hue = [0, 40] }\n", "object.colour."),
+            (
+                "",
+                "marker = { dictionary = \"DICT_4X4_50\", id = 0 }\n",
+                "object.marker.size",
+            ),
+            (
+                "",
+                "marker = { dictionary = \"DICT_4X4_50\", id = 0, size = 36 }\n",
+                "the object's own width",
+            ),
+            (
+                "",
+                "marker = { dictionary = \"DICT_4X4_50\", id = 0, size = 0.03, offset = [3, 0] }\n",
+                "must lie on the object",
+            ),
+            (
+                "",
+                "marker = { dictionary = \"DICT_4X4_50\", id = 0, size = 0.03, yaw = 90 }\n",
+                "not degrees",
+            ),
+            (
+                "",
+                "marker = { dictionary = \"DICT_4X4_50\", number = 0, size = 0.03 }\n",
+                "object.marker.number",
+            ),
         ] {
             let error = Rig::parse(&with(camera, object)).expect_err("refused");
             assert!(error.to_string().contains(said), "{said}: {error}");

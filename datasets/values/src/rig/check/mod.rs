@@ -57,6 +57,7 @@ pub(super) fn check(rig: &Rig) -> Result<(), RigError> {
     finite("camera.centre", rig.camera.centre.y)?;
     camera::check_camera(&rig.camera)?;
     camera::check_colour(&rig.object)?;
+    camera::check_marker(&rig.object)?;
     interval("robot.speed", rig.robot.speed)?;
     positive(
         "robot.speed",

@@ -1,0 +1,12 @@
+//! A run for viewers: each strike's measured track beside the simulated ones, in the messages that Foxglove and Rerun draw.
+//!
+//! Strikes follow each other on the file's clock, which begins at the first one's stamp, so that a player shows one after another. Lines,
+//! arrows and texts are `foxglove.SceneUpdate`, which Rerun does not draw: tracks, outlines, stops and effects are point clouds as well.
+
+mod draw;
+mod effects;
+mod messages;
+mod show;
+mod table;
+
+pub use show::show;

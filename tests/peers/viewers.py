@@ -1,0 +1,118 @@
+"""What viewers see of a run: `viewers.py CAROM RUN FOLDER BIN`.
+
+Has carom write views of RUN into FOLDER, reads them with mcap and protobuf, and with Rerun (`BIN/rerun`): converts, verifies and prints them, and
+takes a picture where a software renderer of Vulkan is installed (Debian's `mesa-vulkan-drivers`). Exits with 1 and says what does not hold.
+"""
+
+import collections
+import json
+import math
+import os
+import struct
+import subprocess
+import sys
+from pathlib import Path
+
+from mcap.reader import make_reader
+from mcap_protobuf.decoder import DecoderFactory
+
+carom, run, folder, tools = sys.argv[1], sys.argv[2], Path(sys.argv[3]), Path(sys.argv[4])
+folder.mkdir(parents=True, exist_ok=True)
+wrong = []
+
+
+def check(holds, what):
+    print(("ok     " if holds else "WRONG  ") + what)
+    if not holds:
+        wrong.append(what)
+
+
+def call(*command, expected=0):
+    done = subprocess.run([str(part) for part in command], capture_output=True, text=True, timeout=600)
+    if done.returncode != expected:
+        check(False, f"{' '.join(map(str, command))} ends with {expected}: {done.returncode} {done.stderr[-500:]}")
+    return done
+
+
+def rerun(*command, **expected):
+    return call(tools / "rerun", *command, **expected)
+
+
+# A view of all, and one of a single strike.
+everything, single = folder / "view.mcap", folder / "single.mcap"
+shown = json.loads(call(carom, "view", run, "-o", everything, "--json").stdout)["shown"]
+asked = "SELECT strike_id, xf, yf, x0, y0, speed FROM strikes ORDER BY t_start"
+strikes = {row["strike_id"]: row for row in json.loads(call(carom, "query", run, asked, "--json").stdout)}
+check(shown["strikes"] == len(strikes), f"all of {len(strikes)} strikes are shown, {everything.stat().st_size / 1e6:.1f} MB, {shown['duration']:.0f} s")
+first = next(iter(strikes))
+call(carom, "view", run, "--strike", first, "-o", single)
+call(carom, "view", run, "--strike", "no-such", "-o", single, expected=2)
+call(carom, "view", run, "-o", folder / "view.rrd", expected=2)
+
+# By MCAP's and protobuf's own readers.
+topics = collections.Counter()
+schemas, seen, ends, last = {}, [], {}, 0
+now = None
+with open(everything, "rb") as file:
+    reader = make_reader(file, decoder_factories=[DecoderFactory()])
+    for schema, channel, message, decoded in reader.iter_decoded_messages(log_time_order=False):
+        check(message.log_time >= last, "messages are in order of time") if message.log_time < last else None
+        last = message.log_time
+        topics[channel.topic] += 1
+        schemas[channel.topic] = schema.name
+        if schema.name == "strike.Strike":
+            seen.append(decoded.strike_id)
+            now = decoded
+        elif schema.name == "foxglove.FrameTransforms":
+            ends[now.strike_id] = {t.child_frame_id: t.translation for t in decoded.transforms}
+        elif schema.name == "foxglove.SceneUpdate" and channel.topic in ("/carom/sysid", "/carom/effect"):
+            name = channel.topic.rsplit("/", 1)[1]
+            error = getattr(now, f"{name}_error")
+            arrows = decoded.entities[0].arrows
+            length = arrows[0].shaft_length + arrows[0].head_length if arrows else 0.0
+            if abs(length - error) > 1e-5:
+                check(False, f"the arrow of {now.strike_id} is as long as the {name} error: {length} {error}")
+        elif schema.name == "foxglove.PointCloud":
+            names = [field.name for field in decoded.fields]
+            if names != ["x", "y", "z", "red", "green", "blue", "alpha"] or len(decoded.data) % decoded.point_stride:
+                check(False, f"a cloud has places and colours: {names}")
+            places = [struct.unpack_from("<3f", decoded.data, at) for at in range(0, len(decoded.data), decoded.point_stride)]
+            if not all(map(math.isfinite, (number for place in places for number in place))):
+                check(False, f"places of {channel.topic} are finite")
+check(seen == list(strikes), "strikes follow each other in the order in which they were made")
+for topic in sorted(topics):
+    print(f"       {topics[topic]:7} {schemas[topic]:26} {topic}")
+for needed in ("foxglove.SceneUpdate", "foxglove.FrameTransforms", "foxglove.PointCloud", "foxglove.Log", "motion.Motion"):
+    check(needed in schemas.values(), f"there are messages of {needed}")
+stopped = {one: row for one, row in strikes.items() if row["xf"] is not None}
+far = max(math.dist((ends[one]["measured"].x, ends[one]["measured"].y), (row["xf"], row["yf"])) for one, row in stopped.items())
+check(far < 1e-9, f"measured objects end where strikes.parquet has their stops ({far:.1e} m)")
+
+# By Rerun.
+rerun("analytics", "disable")
+rerun("mcap", "check", "--full", everything)
+for view in (everything, single):
+    rrd = view.with_suffix(".rrd")
+    rrd.unlink(missing_ok=True)
+    rerun("mcap", "convert", view, "-o", rrd)
+    rerun("rrd", "verify", rrd)
+    (folder / f"{view.stem}.txt").write_text(rerun("rrd", "print", "-v", rrd).stdout)
+text = (folder / "view.txt").read_text()
+for part in ("Points3D:positions", "Points3D:colors", "Transform3D:translation", "CoordinateFrame:frame", "TextLog:text"):
+    check(part in text, f"Rerun draws {part}")
+cut = folder / "cut.mcap"
+cut.write_bytes(single.read_bytes()[:-1000])
+rerun("mcap", "check", "--full", cut, expected=1)
+
+# A picture.
+drivers = list(Path("/usr/share/vulkan/icd.d").glob("lvp_icd*.json"))
+if drivers:
+    picture = folder / "single.png"
+    picture.unlink(missing_ok=True)
+    os.environ["VK_ICD_FILENAMES"] = str(drivers[0])
+    rerun("--headless", "--renderer", "vulkan", "--bind", "127.0.0.1", "--window-size", "1400x900", "--screenshot-to", picture, single)
+    check(picture.exists(), f"a picture: {picture}")
+else:
+    print("       no picture: no software renderer of Vulkan is installed")
+print(f"{len(wrong)} do not hold" if wrong else "all of this holds")
+sys.exit(bool(wrong))
