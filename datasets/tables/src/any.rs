@@ -10,6 +10,7 @@ use crate::layout::{Kind, Table};
 use crate::read::{Batch, read};
 use crate::rejects::REJECTS;
 use crate::residuals::RESIDUALS;
+use crate::slides::SLIDES;
 use crate::solutions::SOLUTIONS;
 use crate::strikes::{STRIKES, TRACKS};
 
@@ -41,6 +42,7 @@ pub fn read_all<R: Reader>(dir: &Path, reader: &mut R) -> Result<(), R::Error> {
     read_table(dir, &STRIKES, reader)?;
     read_table(dir, &TRACKS, reader)?;
     read_table(dir, &REJECTS, reader)?;
+    read_table(dir, &SLIDES, reader)?;
     read_table(dir, &SOLUTIONS, reader)?;
     read_table(dir, &RESIDUALS, reader)
 }

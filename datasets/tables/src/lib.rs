@@ -1,6 +1,6 @@
 //! Carom's tables: the only code that reads or writes Arrow and Parquet.
 //!
-//! Five files in a run's folder, each with a fixed list of columns (`f64`, `u32`, UTF-8, none null), the unit in each
+//! Six files in a run's folder, each with a fixed list of columns (`f64`, `u32`, UTF-8, none null), the unit in each
 //! column's metadata, and the version of the layout in the file's. The same rows give the same bytes. Files are
 //! written a row group at a time and are whole or absent; they are read back batch by batch. [`write_lerobot`] writes the same strikes as others
 //! read them.
@@ -12,6 +12,7 @@ mod lerobot;
 mod read;
 mod rejects;
 mod residuals;
+mod slides;
 mod solutions;
 mod strikes;
 mod write;
@@ -22,5 +23,6 @@ pub use layout::SCHEMA_VERSION;
 pub use lerobot::{Episode, write_lerobot};
 pub use rejects::{read_rejects, write_rejects};
 pub use residuals::{read_residuals, write_residuals};
+pub use slides::write_slides;
 pub use solutions::{SolutionRow, read_solutions, write_solutions};
 pub use strikes::{read_strikes, stream_strikes, strikes_as_arrow, tracks_as_arrow, write_strikes};

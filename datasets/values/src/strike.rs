@@ -137,6 +137,9 @@ pub struct Conditions {
     /// the line of their centres.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub moving: Option<Point>,
+    /// Whether no strike began the slide, such as a hand's push. The command is then the object's own velocity at the track's beginning.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub is_free: bool,
 }
 
 /// One strike that was kept.

@@ -141,7 +141,7 @@ pub enum Command {
         "carom predict --from 0.3 -0.1 --speed 0.6 --angle -0.2 --json",
     ]))]
     Predict(predict::PredictArgs),
-    /// Ask the tables of a run in SQL: strikes, tracks, rejects, solutions, residuals, predictions.
+    /// Ask the tables of a run in SQL: strikes, tracks, rejects, slides, solutions, residuals, predictions.
     #[command(after_help = examples(&[
         "carom query artifacts/demo \"SELECT session, count(*) FROM strikes GROUP BY session\"",
         "carom query artifacts/demo \"SELECT model, avg(error) FROM predictions GROUP BY model\" --json",

@@ -32,6 +32,7 @@ pub fn write(dir: &Path, results: &Results, last: Step) -> Result<(), Error> {
             .map(|read| read.map_err(Error::from)),
     )?;
     tables::write_rejects(dir, &results.read.rejects).map_err(Error::failed)?;
+    tables::write_slides(dir, &results.read.slides).map_err(Error::failed)?;
     let Some(worlds) = &results.worlds else {
         return Ok(());
     };

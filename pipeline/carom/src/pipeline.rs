@@ -35,6 +35,9 @@ pub enum Step {
     Publish,
 }
 
+/// What is said of logs in which objects slide, and no strike began a slide.
+const NO_STRIKE: &str = "no strike was seen: slides that none began tell how the table brakes, and nothing of the arm; log strikes for a version";
+
 /// Goes through the steps up to and with `last`; each answers from the run's cache where nothing changed.
 pub fn pipeline(run: &Run, inputs: &Inputs, last: Step) -> Result<Results, Error> {
     let read = reading::read(run, &inputs.rig, &inputs.logs, inputs.seed)?;
@@ -59,7 +62,13 @@ pub fn pipeline(run: &Run, inputs: &Inputs, last: Step) -> Result<Results, Error
     };
     let rig = &inputs.rig;
 
-    let mut worlds = Worlds::new(identify(run, rig, &results.strikes)?);
+    let slides = &results.read.slides;
+    let mut worlds = Worlds::new(identify(run, rig, &results.strikes, slides)?);
+    if results.strikes.is_empty() {
+        worlds.diagnosis = Some(Err(NO_STRIKE.into()));
+        results.worlds = Some(worlds);
+        return Ok(results);
+    }
     if last >= Step::Diagnose {
         let found = match find_effects(run, inputs, &worlds.sysid.world, &results.strikes) {
             // A ball, and strikes that are too few to decide, still identify, solve and learn.
@@ -161,7 +170,7 @@ fn judges(strikes: &[Strike]) -> Vec<HeldOut> {
 
 /// Identification is given the strikes that it looks at and no others: new ones then leave its answer, and with it every
 /// solution, as they were.
-fn identify(run: &Run, rig: &Rig, strikes: &[Strike]) -> Result<Fit, Error> {
+fn identify(run: &Run, rig: &Rig, strikes: &[Strike], slides: &[Strike]) -> Result<Fit, Error> {
     let sysid = Sysid::default();
     let learnt_from = |strike: &&Strike| strike.split == Split::Train && strike.track.len() >= 4;
     let input = sysid::Input {
@@ -171,6 +180,7 @@ fn identify(run: &Run, rig: &Rig, strikes: &[Strike]) -> Result<Fit, Error> {
             .iter()
             .filter(learnt_from)
             .take(sysid.most_strikes)
+            .chain(slides.iter().take(sysid.most_strikes))
             .cloned()
             .collect(),
     };

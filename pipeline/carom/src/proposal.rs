@@ -31,12 +31,17 @@ const VELOCITIES: [&str; 6] = [
     "twist",
     "vector",
 ];
-const STAMPS: [&str; 4] = [
+const STAMPS: [&str; 7] = [
     "header.stamp",
     "stamp",
     "timestamp",
+    "time",
+    "t",
+    "ts",
     "transforms[0].header.stamp",
 ];
+/// Parts of names by which a JSON message's numbers are taken for a velocity.
+const OF_VELOCITY: [&str; 4] = ["vel", "twist", "linear", "speed"];
 /// Parts of names by which a topic is taken for the object's, the command's or the arm's, where more than one would do.
 const OF_OBJECT: [&str; 9] = [
     "object", "puck", "centroid", "ball", "disc", "disk", "cylinder", "box", "marker",
@@ -80,13 +85,16 @@ pub fn propose(log: &Path) -> Result<String, Error> {
     let arms_and_commands = [&OF_ARM[..], &OF_COMMAND].concat();
     let object = best(&OF_OBJECT, &arms_and_commands, &|one| one.place.is_some());
     let Some((object, place)) = object.and_then(|one| Some((one, one.place.as_ref()?))) else {
-        let found = shown.iter().map(|one| one.name.clone()).collect::<Vec<_>>();
+        let found = shown
+            .iter()
+            .map(|one| format!("{} ({})", one.name, one.schema))
+            .collect::<Vec<_>>();
         return Err(Error::input(format!(
             "find the object's place in {}: no topic with a place in a plane is there that could be an object's (of {}); log its centroid, \
              such as geometry_msgs/msg/PointStamped, or images (see `carom camera`)",
             log.display(),
             if found.is_empty() {
-                "no topic with numbers".into()
+                "no topic".into()
             } else {
                 found.join(", ")
             }
@@ -162,12 +170,22 @@ pub fn propose(log: &Path) -> Result<String, Error> {
     notes.push(said("the object", Some(object)));
     notes.push(said("the command", command));
     notes.push(said("the arm's state", state));
+    let still = shown.iter().filter(|one| {
+        state.is_none() && is_named(one, &OF_ARM) && one.place.is_some() && one.velocity.is_none()
+    });
+    notes.extend(still.map(|one| {
+        format!(
+            "{} ({}) tells where the arm is and not how fast: log its velocity as well, such as nav_msgs/msg/Odometry.",
+            one.name, one.schema
+        )
+    }));
     let taken = [Some(object), command, state];
     let others = shown.iter().filter(|one| {
         let mut taken = taken.iter().flatten();
         !taken.any(|other| other.name == one.name)
     });
     let others: Vec<String> = others
+        .filter(|one| one.place.is_some() || one.velocity.is_some())
         .map(|one| format!("{} ({})", one.name, one.schema))
         .collect();
     if !others.is_empty() {
@@ -245,43 +263,104 @@ fn measure(text: &mut String, log: &Path, notes: &mut Vec<String>) -> Result<(),
 
 /// Every topic of the log that holds a place or a velocity.
 fn topics(log: &Path) -> Result<Vec<Shown>, Error> {
-    let mut schemas: BTreeMap<String, String> = BTreeMap::new();
+    let mut topics: BTreeMap<String, (String, Fields)> = BTreeMap::new();
     logs::read::read_raw::<LogError>(log, Limits::default(), &mut |message| {
         let channel = message.channel;
-        if !schemas.contains_key(&channel.topic) {
-            schemas.insert(channel.topic.clone(), channel.schema.clone());
+        if !topics.contains_key(&channel.topic) {
+            let fields = match channel.encoding.as_str() {
+                "json" => Fields::of_json(message.data),
+                _ => Fields::usual(),
+            };
+            topics.insert(channel.topic.clone(), (channel.schema.clone(), fields));
         }
         Ok(())
     })
     .map_err(Error::input)?;
-    let mut shown = Vec::new();
-    for (name, schema) in schemas {
-        let place = first(log, &name, &PLACES);
-        let velocity = first(log, &name, &VELOCITIES);
-        if place.is_some() || velocity.is_some() {
-            shown.push(Shown {
-                name,
-                schema,
-                place,
-                velocity,
-            });
+    let shown = topics.into_iter().map(|(name, (schema, fields))| Shown {
+        place: first(log, &name, &fields.places),
+        velocity: first(log, &name, &fields.velocities),
+        name,
+        schema,
+    });
+    Ok(shown.collect())
+}
+
+/// Paths of x and y.
+type Paths = [String; 2];
+
+/// Where a topic's messages may keep a place and a velocity, the likeliest first.
+struct Fields {
+    places: Vec<Paths>,
+    velocities: Vec<Paths>,
+}
+
+impl Fields {
+    /// Where messages of known kinds keep them.
+    fn usual() -> Self {
+        let paths = |fields: &[&str]| fields.iter().map(|field| within(field)).collect();
+        Self {
+            places: paths(&PLACES),
+            velocities: paths(&VELOCITIES),
         }
     }
-    Ok(shown)
+
+    /// And where this message has numbers of these names.
+    fn of_json(data: &[u8]) -> Self {
+        let mut fields = Self::usual();
+        if let Ok(message) = serde_json::from_slice(data) {
+            fields.look(&message, "");
+        }
+        fields
+    }
+
+    fn look(&mut self, value: &serde_json::Value, path: &str) {
+        let Some(object) = value.as_object() else {
+            return;
+        };
+        // What was not seen has no number.
+        let is_number = |name: &str| {
+            object
+                .get(name)
+                .is_some_and(|v| v.is_number() || v.is_null())
+        };
+        let in_here = |name: &str| match path {
+            "" => name.to_owned(),
+            path => format!("{path}.{name}"),
+        };
+        if is_number("x") && is_number("y") {
+            let name = path.rsplit('.').next().unwrap_or_default().to_lowercase();
+            let is_velocity = OF_VELOCITY.iter().any(|part| name.contains(part));
+            match is_velocity {
+                true => self.velocities.push(within(path)),
+                false => self.places.push(within(path)),
+            }
+        }
+        for flat in [["vx", "vy"], ["vel_x", "vel_y"]] {
+            if flat.iter().all(|name| is_number(name)) {
+                self.velocities.push(flat.map(in_here));
+            }
+        }
+        for (name, value) in object {
+            self.look(value, &in_here(name));
+        }
+    }
+}
+
+fn within(field: &str) -> Paths {
+    ["x", "y"].map(|axis| match field {
+        "" => axis.to_owned(),
+        field => format!("{field}.{axis}"),
+    })
 }
 
 /// The first of these fields that the topic's messages have.
-fn first(log: &Path, name: &str, fields: &[&str]) -> Option<Read> {
-    fields.iter().find_map(|field| {
-        let path = |axis: &str| match *field {
-            "" => axis.to_owned(),
-            field => format!("{field}.{axis}"),
-        };
+fn first(log: &Path, name: &str, fields: &[Paths]) -> Option<Read> {
+    fields.iter().find_map(|[x, y]| {
         let topic = |stamp: &str| FieldTopic {
             name: name.into(),
             stamp: stamp.into(),
-            x: path("x"),
-            y: path("y"),
+            x: x.clone(),
+            y: y.clone(),
         };
         let (samples, is_stamped) = samples(log, &topic(STAMPS[0]))?;
         if is_stamped {

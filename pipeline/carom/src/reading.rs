@@ -8,7 +8,7 @@ use rayon::iter::Either;
 use rayon::prelude::*;
 use stage::{Run, RunError};
 use store::InputFile;
-use values::{Reject, Rig};
+use values::{Reject, Rig, Strike};
 
 use crate::left_out::LeftOut;
 use crate::naming::{name_logs, names};
@@ -19,6 +19,8 @@ use crate::{Error, summary};
 pub struct Read {
     /// Strikes kept, in order of time.
     pub strikes: Strikes,
+    /// Slides that no strike began, in order of time.
+    pub slides: Vec<Strike>,
     /// Strikes seen and not kept.
     pub rejects: Vec<Reject>,
     /// The logs that were read, by name and hash.
@@ -133,10 +135,11 @@ pub fn read(run: &Run, rig: &Rig, logs: &[PathBuf], seed: u64) -> Result<Read, E
         .iter()
         .map(|(outcome, _)| LogSeen::of(outcome))
         .collect();
+    let slides = slides(&seen);
     let (strikes, rejects) = Strikes::join(read);
     let check = check::check(rig, &log_reads(&seen, &rejects), &fences);
     // Where it is known why nothing was kept, that is said.
-    if strikes.is_empty() && !check.is_meaningless() {
+    if strikes.is_empty() && slides.is_empty() && !check.is_meaningless() {
         return Err(Error::input(format!(
             "find strikes: none was kept in {} logs ({}); {mend}",
             logs.len(),
@@ -150,6 +153,7 @@ pub fn read(run: &Run, rig: &Rig, logs: &[PathBuf], seed: u64) -> Result<Read, E
     }
     Ok(Read {
         strikes,
+        slides,
         rejects,
         logs,
         left_out,
@@ -175,6 +179,21 @@ impl LogSeen {
             kept: outcome.strikes.len(),
         }
     }
+}
+
+/// Slides of all logs that no strike began, each once.
+fn slides(seen: &[LogSeen]) -> Vec<Strike> {
+    let mut slides: Vec<Strike> = seen
+        .iter()
+        .flat_map(|log| log.seen.slides.clone())
+        .collect();
+    slides.sort_by(|a, b| {
+        a.t_start
+            .total_cmp(&b.t_start)
+            .then_with(|| a.id.cmp(&b.id))
+    });
+    slides.dedup_by(|again, first| again.id == first.id);
+    slides
 }
 
 /// Each log with its rejects.

@@ -184,7 +184,8 @@ impl Results {
     /// How the program ends, by what was read.
     pub fn outcome(&self) -> Outcome {
         let read = &self.read;
-        if read.check.is_meaningless() || self.has_no_stop() {
+        let has_no_strike = self.worlds.is_some() && read.strikes.is_empty();
+        if read.check.is_meaningless() || self.has_no_stop() || has_no_strike {
             Outcome::Refused
         } else if read.rejects.is_empty() && read.damaged.is_empty() && read.left_out.is_empty() {
             Outcome::Done
@@ -287,6 +288,7 @@ pub mod testing {
         Results {
             read: Read {
                 strikes: Default::default(),
+                slides: Vec::new(),
                 rejects: Vec::new(),
                 logs: Vec::new(),
                 left_out: Vec::new(),

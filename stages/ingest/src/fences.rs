@@ -20,6 +20,11 @@ pub struct FoundFence {
 /// Fewer bounces make no fence, and fewer than this part of all motions.
 const FEWEST: usize = 6;
 const LEAST_SHARE: f64 = 0.02;
+/// As many lines as differ are looked at, and chance lays this many bounces on one of them this seldom: the other player's mallet turns a
+/// puck round anywhere. By chance as many lie on a line as lie beside it, in bands of its width on both sides, so many in all.
+const LINES: f64 = 2_000.0;
+const BY_CHANCE: f64 = 0.01;
+const BANDS: f64 = 4.0;
 /// Bounces at one fence lie this near to its line, in m and in deviations of the camera's noise.
 const NEAR: f64 = 0.006;
 const NEAR_NOISE: f64 = 3.0;
@@ -63,11 +68,13 @@ pub fn fences<'a>(rig: &Rig, logs: impl IntoIterator<Item = &'a Seen>) -> Vec<Fo
         && stride * at.len() >= least
         && at.len() >= FEWEST
     {
-        let places: Vec<Bounce> = at.iter().map(|i| bounces[*i]).collect();
-        found.push(FoundFence {
-            fence: line.fence(&places, reach),
-            bounces: stride * at.len(),
-        });
+        if !line.is_chance(at.len(), &bounces, near) {
+            let places: Vec<Bounce> = at.iter().map(|i| bounces[*i]).collect();
+            found.push(FoundFence {
+                fence: line.fence(&places, reach),
+                bounces: stride * at.len(),
+            });
+        }
         // One that is seen from one line's side is no part of another.
         let mut index = 0;
         bounces.retain(|_| {
@@ -102,6 +109,20 @@ impl Line {
         (0..bounces.len())
             .filter(|i| self.turns(&bounces[*i], near))
             .collect()
+    }
+
+    /// Whether so many bounces may lie on it by chance alone.
+    #[expect(clippy::cast_precision_loss, reason = "thousands of bounces")]
+    fn is_chance(&self, count: usize, bounces: &[Bounce], near: f64) -> bool {
+        let about = self.turned(bounces, (1.0 + BANDS) * near).len();
+        let expected = about.saturating_sub(count) as f64 / BANDS;
+        // One less the probabilities of fewer, of Poisson's distribution.
+        let (mut term, mut fewer) = ((-expected).exp(), 0.0);
+        for k in 0..count {
+            fewer += term;
+            term *= expected / (k + 1) as f64;
+        }
+        LINES * (1.0 - fewer) > BY_CHANCE
     }
 
     /// Through the middle of bounces, along them where they tell a direction.
@@ -252,6 +273,20 @@ mod tests {
         let mut rig = rig;
         rig.table.fences.push(one.fence);
         assert_eq!(fences(&rig, [&all]), []);
+    }
+
+    #[test]
+    fn what_another_mallet_turns_round_in_a_part_of_the_table_is_no_fence() {
+        let rig = Rig::demo(Shape::Cylinder);
+        let strokes = (0..45).map(|i| {
+            let part = |k: f64| (f64::from(i * i) * k).fract();
+            bounce(0.5 + 0.25 * part(0.618), -0.4 + 0.8 * part(0.414), 0.1, 0.0)
+        });
+        let strokes: Vec<Bounce> = strokes.collect();
+        assert_eq!(fences(&rig, [&seen(strokes.clone())]), []);
+        let wall = (0..20).map(|i| bounce(0.8, -0.3 + 0.03 * f64::from(i), 0.1, 0.05));
+        let found = fences(&rig, [&seen(strokes.into_iter().chain(wall).collect())]);
+        assert_eq!(found.len(), 1, "{found:?}");
     }
 
     #[test]

@@ -34,6 +34,16 @@ pub(crate) fn strike_id<'a>(
     durable::hex(&hasher.finalize()[..8])
 }
 
+/// The id of a slide that no strike began (16 hex digits): a hash of its centroids.
+pub(crate) fn slide_id(centroids: &[Sample]) -> String {
+    let mut hasher = Sha256::new();
+    hasher.update(b"slide 1");
+    for centroid in centroids {
+        hasher.update(canonical(centroid));
+    }
+    durable::hex(&hasher.finalize()[..8])
+}
+
 /// A sample in 24 bytes; both zeros are one.
 fn canonical(sample: &Sample) -> [u8; 24] {
     let mut bytes = [0; 24];

@@ -25,6 +25,7 @@ mod log;
 mod order;
 mod outcome;
 mod plateau;
+mod pushes;
 mod queue;
 mod rejection;
 mod robust;

@@ -216,6 +216,7 @@ fn distrust(outcome: &mut LogOutcome<StrikeSummary>, why: &str) {
             detail: format!("the log is damaged, at a place that is not known: {why}"),
         }));
     outcome.rejects.sort_by_key(|reject| reject.index);
+    outcome.seen.slides.clear();
 }
 
 /// So many damaged places of a log are listed one by one.

@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 
 use logs::Sample;
 use serde::{Deserialize, Serialize};
-use values::{Point, Rig};
+use values::{Point, Rig, Strike};
 
 use crate::arm::{Meeting, TouchDelay};
 use crate::bounces::Bounce;
@@ -35,6 +35,9 @@ pub struct Seen {
     /// Where the tip was, by its measured place, as it moved, one a strike from rest.
     #[serde(default)]
     pub meetings: Vec<Meeting>,
+    /// Slides that no strike began.
+    #[serde(default)]
+    pub slides: Vec<Strike>,
     /// Whether no command is logged, and what the arm did stands for it.
     #[serde(default)]
     pub is_by_state: bool,

@@ -18,6 +18,7 @@ use crate::identity::strike_id;
 use crate::order::{ClockSetBack, Ordered};
 use crate::outcome::StrikeSummary;
 use crate::plateau::{at_contact, plateau};
+use crate::pushes::Pushes;
 use crate::queue::Queue;
 use crate::rejection::Rejection;
 use crate::seen::{CommandSeen, MotionSeen, Seen, Watch};
@@ -94,6 +95,7 @@ pub(crate) struct Segmenter<'a> {
     extras: Extras,
     watch: Watch,
     breaks: Breaks,
+    pushes: Pushes,
     /// Frames before the flight that comes next; none after a pause.
     before: Vec<Sample>,
     /// Of a log without commands: strikes by the tip's touch, and motions of the arm at whose time the object began to move. If the tip is
@@ -135,6 +137,7 @@ impl<'a> Segmenter<'a> {
             extras: Extras::default(),
             watch: Watch::new(rig),
             breaks: Breaks::new(rig),
+            pushes: Pushes::new(rig),
             before: Vec::new(),
             touched: ByState::default(),
             untouched: ByState::default(),
@@ -220,6 +223,7 @@ impl<'a> Segmenter<'a> {
     /// A state of the arm in its order.
     fn tell(&mut self, state: State) {
         self.breaks.tip(&state);
+        self.pushes.tip(&state);
         self.extras.state(state);
         self.fly(false);
     }
@@ -246,6 +250,7 @@ impl<'a> Segmenter<'a> {
             self.found.seen.frames += 1;
             self.watch.take(&sample, &mut self.found.seen);
             self.breaks.see(&sample);
+            self.pushes.see(&sample);
             self.fly(false);
             self.centroids.push_back(sample);
         }
@@ -366,6 +371,8 @@ impl<'a> Segmenter<'a> {
                 Vec::new()
             };
         }
+        let slides = self.pushes.take(self.log, self.rig, at_end);
+        self.found.seen.slides.extend(slides);
     }
 
     /// A flight that the tip began: where states alone tell of strikes, it is one.
@@ -588,6 +595,7 @@ impl<'a> Segmenter<'a> {
         self.centroids.clear();
         self.watch = Watch::new(self.rig);
         self.breaks = Breaks::new(self.rig);
+        self.pushes = Pushes::new(self.rig);
         self.before = Vec::new();
         self.last_centroid = None;
         self.last_command = None;
@@ -727,6 +735,12 @@ impl<'a> Segmenter<'a> {
         } else {
             self.found.seen.is_by_state = true;
             self.found.notes.push("no command is logged: strikes are found by the arm's measured state, and what it delivered stands for the command; no error of the arm can be named".into());
+        }
+        let slides = self.found.seen.slides.len();
+        if slides > 0 {
+            self.found.notes.push(format!(
+                "{slides} slides that no strike began, as after a hand's push, are kept as free: they teach how the table brakes, and nothing of the arm"
+            ));
         }
         self.found.notes.extend(self.counts.notes());
         self.found.notes.extend(self.extras.note());

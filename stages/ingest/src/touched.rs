@@ -120,7 +120,7 @@ fn rested(before: &[Sample], noise: f64) -> Option<Point> {
     (drift <= RESTS + noise).then(|| mean_near_median(&points, REST_NOISE * noise))
 }
 
-fn place(frame: &Sample) -> Point {
+pub(crate) fn place(frame: &Sample) -> Point {
     Point::new(frame.x, frame.y)
 }
 
@@ -218,7 +218,11 @@ pub(crate) fn command(
 }
 
 /// The frames that are the slide's, what ends them, and where it rests if it does.
-fn seen<'a>(all: &'a [Sample], is_broken: bool, rig: &Rig) -> (&'a [Sample], End, Option<Point>) {
+pub(crate) fn seen<'a>(
+    all: &'a [Sample],
+    is_broken: bool,
+    rig: &Rig,
+) -> (&'a [Sample], End, Option<Point>) {
     let off = all
         .iter()
         .position(|frame| !rig.table.contains(place(frame)))
@@ -264,7 +268,7 @@ fn in_time(frames: &[Sample]) -> Vec<Frame> {
 }
 
 /// The frames but those that jump away for one frame, and those that repeat the one before while the object moves.
-fn without_outliers(frames: &[Sample], noise: f64) -> Vec<Sample> {
+pub(crate) fn without_outliers(frames: &[Sample], noise: f64) -> Vec<Sample> {
     let marked = outliers(&in_time(frames), noise);
     let kept = frames.iter().zip(marked).filter(|(_, is_one)| !is_one);
     kept.map(|(frame, _)| *frame).collect()

@@ -19,6 +19,8 @@ const MARGIN: f64 = 0.05;
 
 /// Scatter of launches, relative and in rad: one that is farther from its command is a gap of the world.
 const LAUNCH_SCATTER: f64 = 0.03;
+/// How far a slide that no strike began may differ from where it is taken to begin.
+const FREE_LAUNCH: f64 = 0.5;
 
 /// Where strikes are simulated: in MuJoCo, or in planar form, which follows it to a tenth of a millimetre in a twentieth of
 /// the time.
@@ -134,7 +136,8 @@ impl<'a> StrikeSimulator<'a> {
 impl StrikeSimulator<'_> {
     /// How far each strike's frames lie, with a launch, a clock and a friction of its own, from where the derivatives by these put them,
     /// in m: a slide is linear in none of them, and scatter would bias what is common to all. A launch counts up to what is scatter, a
-    /// clock up to a frame; beyond these they stay linear. None in MuJoCo: planar form differs little in this.
+    /// clock up to a frame; beyond these they stay linear. The launch of a slide that no strike began is not known beforehand, and counts
+    /// in full. None in MuJoCo: planar form differs little in this.
     pub(crate) fn beyond_slopes(
         &self,
         world: &World,
@@ -158,9 +161,13 @@ impl StrikeSimulator<'_> {
                     to_rest: false,
                     ..StrikeInput::from(*strike)
                 };
+                let most = match strike.conditions.is_free {
+                    true => FREE_LAUNCH,
+                    false => LAUNCH_SCATTER,
+                };
                 let own = Nuisances::from_column_slice(&[
-                    guess[SPEED].clamp(-LAUNCH_SCATTER, LAUNCH_SCATTER),
-                    guess[ANGLE].clamp(-LAUNCH_SCATTER, LAUNCH_SCATTER),
+                    guess[SPEED].clamp(-most, most),
+                    guess[ANGLE].clamp(-most, most),
                     guess[CLOCK].clamp(-frame, frame),
                     0.0,
                     0.0,

@@ -230,7 +230,12 @@ fn evidence<'a>(
             if let Some(beyond) = beyond {
                 residual -= &beyond[i];
             }
-            Evidence::new(residual, &slopes.by_nuisance[i], components)
+            Evidence::new(
+                strike.conditions.is_free,
+                residual,
+                &slopes.by_nuisance[i],
+                components,
+            )
         })
         .collect()
 }

@@ -124,7 +124,12 @@ pub(crate) fn identifiability(
     let mut information = DMatrix::<f64>::zeros(all, all);
     let mut score = nalgebra::DVector::<f64>::zeros(all);
     for (i, strike) in strikes.iter().enumerate() {
-        let evidence = Evidence::new(batch.residual(i, strike), &launch[i], &fitted.components);
+        let evidence = Evidence::new(
+            strike.conditions.is_free,
+            batch.residual(i, strike),
+            &launch[i],
+            &fitted.components,
+        );
         let mut slopes = beside_means(by_free[i].clone(), &launch[i]).resize_horizontally(all, 0.0);
         slopes
             .columns_mut(free, others.len())

@@ -84,6 +84,14 @@ pub struct Fit {
     pub notes: Vec<String>,
 }
 
+/// Those of the pushes that slide as the strikes do: what a hand carries along is braked less.
+fn slides_alike<'s>(struck: &[&Strike], pushes: &'s [Strike]) -> impl Iterator<Item = &'s Strike> {
+    let all: Vec<&Strike> = struck.iter().copied().chain(pushes).collect();
+    let is_free = values::free_slides(&all).split_off(struck.len());
+    let pushes = pushes.iter().zip(is_free);
+    pushes.filter_map(|(push, is_free)| is_free.then_some(push))
+}
+
 fn pushed_again(count: usize, of: usize, are_left_out: bool) -> String {
     let end = if are_left_out {
         "left out"
@@ -97,36 +105,51 @@ fn pushed_again(count: usize, of: usize, are_left_out: bool) -> String {
 
 impl Stage for Sysid {
     const NAME: &'static str = "sysid";
-    const VERSION: u32 = 21;
+    const VERSION: u32 = 22;
     type Input = Input;
     type Output = Fit;
     type Error = SysidError;
 
     fn run(&self, input: &Input, progress: &Progress) -> Result<Fit, SysidError> {
-        // Where the arm's state is logged, launches are taken as delivered.
-        let delivered = delivered_strikes(&input.strikes);
-        let strikes = delivered.as_deref().unwrap_or(&input.strikes);
-        let sliding: Vec<Strike> = strikes
+        let (pushes, struck): (Vec<Strike>, Vec<Strike>) = input
+            .strikes
             .iter()
-            .filter(|strike| strike.split == Split::Train)
-            .map(|strike| strike.after_impact(1.0 / input.rig.camera.rate))
-            .filter(|strike| strike.track.len() >= 4)
-            .take(self.most_strikes)
-            .collect();
+            .cloned()
+            .partition(|strike| strike.conditions.is_free);
+        // Where the arm's state is logged, launches are taken as delivered.
+        let delivered = delivered_strikes(&struck);
+        let strikes = delivered.as_deref().unwrap_or(&struck);
+        let learning = |strikes: &[Strike]| -> Vec<Strike> {
+            strikes
+                .iter()
+                .filter(|strike| strike.split == Split::Train)
+                .map(|strike| strike.after_impact(1.0 / input.rig.camera.rate))
+                .filter(|strike| strike.track.len() >= 4)
+                .take(self.most_strikes)
+                .collect()
+        };
+        let (sliding, mut pushes) = (learning(strikes), learning(&pushes));
         let mut strikes: Vec<&Strike> = sliding.iter().collect();
         for name in &self.free {
             parameter(name)?;
         }
         let default = self.free.is_empty();
-        let free: Vec<String> = if default {
+        let free: Vec<String> = if default && strikes.is_empty() && !pushes.is_empty() {
+            // What no strike began says nothing of an impact.
+            vec!["friction".into()]
+        } else if default {
             vec!["friction".into(), "restitution".into()]
         } else {
             self.free.clone()
         };
         let needed = 2 * free.len() + 1;
-        if strikes.len() < needed {
+        let is_enough = match strikes.is_empty() {
+            true => pushes.len() >= needed,
+            false => strikes.len() >= needed,
+        };
+        if !is_enough {
             return Err(SysidError::TooFewStrikes {
-                strikes: strikes.len(),
+                strikes: strikes.len().max(pushes.len()),
                 parameters: free.len(),
                 needed,
             });
@@ -143,8 +166,23 @@ impl Stage for Sysid {
         if free_slides.len() >= needed && 2 * again <= strikes.len() {
             strikes = free_slides;
         }
-        let begun = start::start(&input.rig, &input.world, &strikes, &free);
+        let begun = match strikes.is_empty() {
+            true => start::start(
+                &input.rig,
+                &input.world,
+                &pushes.iter().collect::<Vec<_>>(),
+                &free,
+            ),
+            false => start::start(&input.rig, &input.world, &strikes, &free),
+        };
         let begun = start::hold(&input.rig, begun, &strikes, &free);
+        let launched = strikes.clone();
+        // An impact of this world stands for what began a slide: of its launch no more is known than what the slide itself shows.
+        let gain = 1.0 + begun.value("restitution")?;
+        for push in &mut pushes {
+            push.command.speed /= gain;
+        }
+        strikes.extend(slides_alike(&launched, &pushes));
         let mujoco = StrikeSimulator::mujoco(&input.rig, &strikes);
         let fit = |world: &World, launch, free: Vec<String>| {
             let Some(planar) = StrikeSimulator::planar(&input.rig, world, &strikes, &free)? else {
@@ -196,17 +234,24 @@ impl Stage for Sysid {
             }
         }
         let sizes = sizes::contradicted(&input.rig, &fitted, &strikes, delivered.is_some())?;
-        let rms = |world| Ok::<_, WorldError>(mujoco.simulate(world, Launch::EXACT)?.rms(&strikes));
-        let used: Vec<(f64, f64)> = strikes
+        // What no strike began is told apart.
+        let told = if launched.is_empty() {
+            &strikes
+        } else {
+            &launched
+        };
+        let mujoco = StrikeSimulator::mujoco(&input.rig, told);
+        let rms = |world| Ok::<_, WorldError>(mujoco.simulate(world, Launch::EXACT)?.rms(told));
+        let used: Vec<(f64, f64)> = launched
             .iter()
             .zip(&fitted.frictions)
             .map(|(strike, friction)| (strike.conditions.order, *friction))
             .collect();
-        let all: Vec<f64> = input.strikes.iter().map(|s| s.conditions.order).collect();
+        let all: Vec<f64> = struck.iter().map(|s| s.conditions.order).collect();
         let mut world = interval::with_intervals(&fitted, wander::unseen(&used, &all))?;
         if delivered.is_some() {
             // Its scatter is the impact's; the arm's comes on top.
-            let arm = arm_scatter(&input.strikes);
+            let arm = arm_scatter(&struck);
             world.scatter.speed = world.scatter.speed.hypot(arm.speed);
             world.scatter.angle = world.scatter.angle.hypot(arm.angle);
         }
@@ -215,7 +260,7 @@ impl Stage for Sysid {
             warnings.push(pushed_again(
                 again,
                 sliding.len(),
-                strikes.len() < sliding.len(),
+                launched.len() < sliding.len(),
             ));
         }
         warnings.extend(sizes.note);
@@ -224,11 +269,18 @@ impl Stage for Sysid {
         let mut notes = identifiability.notes;
         notes.extend(fitted.bias());
         notes.extend(start::held(&input.world, &fitted));
+        if strikes.len() > launched.len() {
+            notes.push(format!(
+                "{} slides that no strike began teach friction beside {} strikes",
+                strikes.len() - launched.len(),
+                launched.len()
+            ));
+        }
         Ok(Fit {
             rms_before: rms(&input.world)?,
             rms_after: rms(&world)?,
             freed: fitted.free.clone(),
-            strikes: strikes.len(),
+            strikes: launched.len(),
             iterations: fitted.iterations,
             simulations: fitted.simulations
                 + identifiability.simulations

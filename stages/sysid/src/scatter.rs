@@ -28,6 +28,11 @@ const GREATEST: f64 = 0.12;
 /// Scatter that shows in no track, relative and in rad: changes below it are no changes.
 const NEGLIGIBLE: f64 = 1e-3;
 
+/// Places of a launch and its clock: of a slide that no strike began nothing is known of these.
+const LAUNCH: [usize; 3] = [SPEED, ANGLE, CLOCK];
+/// Standard deviation of what is not known.
+const UNKNOWN: f64 = 10.0;
+
 type Square = SMatrix<f64, NUISANCES, NUISANCES>;
 /// What one strike differs by.
 pub(crate) type Nuisances = SVector<f64, NUISANCES>;
@@ -54,6 +59,17 @@ impl VarianceComponents {
             nuisance: [0.01, 0.5f64.to_radians(), 0.5 * frame, rest, rest, 0.01],
             camera: camera_noise,
         }
+    }
+
+    /// Those of a strike, or of a slide that none began.
+    fn of(&self, is_free: bool) -> Self {
+        let mut own = *self;
+        if is_free {
+            for place in LAUNCH {
+                own.nuisance[place] = UNKNOWN;
+            }
+        }
+        own
     }
 
     /// What goes into `world.toml`.
@@ -108,11 +124,14 @@ pub(crate) struct Evidence<'a> {
     square: f64,
     posterior: Square,
     camera: f64,
+    /// Whether no strike began it.
+    is_free: bool,
 }
 
 impl<'a> Evidence<'a> {
-    /// `nuisances`: one column for each, a row for each coordinate of the residual.
+    /// `nuisances`: one column for each, a row for each coordinate of the residual. `is_free`: no strike began the slide.
     pub(crate) fn new(
+        is_free: bool,
         residual: DVector<f64>,
         nuisances: &'a DMatrix<f64>,
         components: &VarianceComponents,
@@ -127,6 +146,7 @@ impl<'a> Evidence<'a> {
             projected: Nuisances::from_fn(|i, _| projected[i]),
             posterior: Square::zeros(),
             camera: components.camera,
+            is_free,
         };
         evidence.reweigh(components);
         evidence
@@ -136,7 +156,7 @@ impl<'a> Evidence<'a> {
     fn reweigh(&mut self, components: &VarianceComponents) {
         let variance = components.camera * components.camera;
         let mut precision = self.gram;
-        for (i, sd) in components.nuisance.iter().enumerate() {
+        for (i, sd) in components.of(self.is_free).nuisance.iter().enumerate() {
             precision[(i, i)] += variance / (sd * sd).max(1e-18);
         }
         self.posterior = precision
@@ -200,26 +220,34 @@ fn update(
 ) -> VarianceComponents {
     let variance = components.camera * components.camera;
     let mut next = *components;
-    let (mut squares, mut count) = ([0.0; NUISANCES], -1.0);
+    let (mut squares, mut count, mut launched) = ([0.0; NUISANCES], -1.0, -1.0);
     let (mut sum, mut freedom) = (0.0, -(fitted as f64));
     for (evidence, weight) in strikes.iter().zip(weights) {
         let guess = evidence.nuisance();
+        let own = components.of(evidence.is_free);
         for (i, square) in squares.iter_mut().enumerate() {
+            if evidence.is_free && LAUNCH.contains(&i) {
+                continue;
+            }
             *square += weight * (guess[i].powi(2) + variance * evidence.posterior[(i, i)]);
         }
         count += weight;
+        if !evidence.is_free {
+            launched += weight;
+        }
         sum += weight * evidence.unexplained(&guess);
         let shrunk: f64 = (0..NUISANCES)
-            .map(|i| {
-                evidence.posterior[(i, i)] * variance / components.nuisance[i].powi(2).max(1e-18)
-            })
+            .map(|i| evidence.posterior[(i, i)] * variance / own.nuisance[i].powi(2).max(1e-18))
             .sum();
         freedom += weight * (evidence.residual.len() as f64 - (NUISANCES as f64 - shrunk));
     }
     for i in ESTIMATED {
         // A clock's error is in seconds.
         let most = if i == CLOCK { 1.0 } else { GREATEST };
-        next.nuisance[i] = (squares[i] / count.max(1.0)).sqrt().clamp(1e-5, most);
+        let count = if LAUNCH.contains(&i) { launched } else { count };
+        if count > 0.0 {
+            next.nuisance[i] = (squares[i] / count.max(1.0)).sqrt().clamp(1e-5, most);
+        }
     }
     next.camera = (sum / freedom.max(1.0)).sqrt().max(1e-6);
     for i in [3, 4] {

@@ -29,7 +29,8 @@ impl Wanted {
         let (mut scores, mut informations) = (Vec::new(), Vec::new());
         for (i, slope) in slopes.iter().enumerate() {
             let nuisances = &fitted.slopes.by_nuisance[i];
-            let evidence = Evidence::new(residuals[i].clone(), nuisances, &fitted.components);
+            let evidence =
+                Evidence::new(false, residuals[i].clone(), nuisances, &fitted.components);
             let by_fitted = fitted.slopes.by_fitted[i].clone();
             let last = by_fitted.ncols();
             let mut all = by_fitted.insert_column(last, 0.0);

@@ -377,3 +377,64 @@ fn launches_that_scatter_move_restitution_by_their_mean_and_friction_not_at_all(
     let friction = found("friction") / FRICTION - 1.0;
     assert!(friction.abs() < 2e-4, "{friction}");
 }
+
+/// The same strikes as slides that no strike began: from some frame on, with the velocity that they then have.
+fn pushes(strikes: &[Strike]) -> Vec<Strike> {
+    let push = |strike: &Strike| {
+        let mut slide = strike.clone();
+        let (mut track, from) = (strike.track.clone(), 5);
+        track.t = track.t[from..].iter().map(|t| t - track.t[from]).collect();
+        track.x.drain(..from);
+        track.y.drain(..from);
+        let velocity = (track.point(4) - track.point(0)) * (1.0 / track.t[4]);
+        slide.command = Command::new(velocity.norm(), velocity.bearing());
+        slide.initial = track.point(0);
+        slide.track = track;
+        slide.conditions.is_free = true;
+        slide
+    };
+    strikes.iter().map(push).collect()
+}
+
+#[test]
+fn slides_that_no_strike_began_teach_friction_and_nothing_of_the_impact() {
+    let rig = Rig::demo(Shape::Cylinder);
+    let struck = strikes(&rig, &truth(&rig), 24, &REALISTIC, 71);
+    let slides = pushes(&strikes(&rig, &truth(&rig), 48, &REALISTIC, 72));
+    let both = [struck.clone(), slides.clone()].concat();
+    let fit = |strikes| identify(&rig, World::nominal(&rig), strikes, &[]);
+    let interval = |fit: &Fit, name: &str| {
+        let estimate = fit.world.parameters[name];
+        (
+            estimate.low.expect("an end")..estimate.high.expect("an end"),
+            estimate.value,
+        )
+    };
+    let width = |range: &std::ops::Range<f64>| range.end - range.start;
+    let (alone, beside) = (fit(struck), fit(both));
+    let (before, _) = interval(&alone, "friction");
+    let (after, _) = interval(&beside, "friction");
+    assert!(after.contains(&FRICTION), "{after:?}");
+    assert!(width(&after) < 0.8 * width(&before), "{before:?} {after:?}");
+    let (before, value) = interval(&alone, "restitution");
+    let (after, with) = interval(&beside, "restitution");
+    assert!(
+        (value - with).abs() < 0.25 * width(&before),
+        "{value} {with}"
+    );
+    assert!(width(&after) < 1.2 * width(&before) && after.contains(&RESTITUTION));
+    let scatter = |fit: &Fit| fit.world.scatter.speed;
+    assert!((scatter(&alone) / scatter(&beside)).ln().abs() < 0.2);
+    assert_eq!((alone.strikes, beside.strikes), (24, 24));
+
+    let none = fit(slides);
+    let (after, _) = interval(&none, "friction");
+    assert!(
+        after.contains(&FRICTION) && width(&after) < 0.02,
+        "{after:?}"
+    );
+    assert_eq!(
+        (none.freed, none.strikes),
+        (vec!["friction".to_string()], 0)
+    );
+}

@@ -3,9 +3,10 @@
 use std::path::Path;
 
 use carom::Outcome;
+use logs::write::{RecordingWriter, Samples, Stamped, StateSample};
 use rig::{AirTable, FenceTruth, Hidden, demo};
 use serde_json::Value;
-use values::{Point, Reject, Shape, Strike};
+use values::{Point, Reject, Rig, Shape, Strike};
 
 use crate::fixture::{carom, done};
 
@@ -131,4 +132,116 @@ fn an_air_table_on_which_nothing_stops_is_identified_and_diagnosed_and_not_publi
     let mean = |model: &str| said.json["stop_error"]["models"][model]["mean"].as_f64();
     assert!(mean("sysid") < mean("nominal"), "{}", said.text);
     assert!(mean("sysid") < Some(0.05), "{}", said.text);
+}
+
+/// A log in which a hand pushes the object about, some seconds apart, on a table of this friction; the arm rests far away, and nothing is
+/// commanded.
+fn pushed(log: &Path, friction: f64, count: u32) {
+    const EVERY: f64 = 5.0;
+    const PUSH: f64 = 0.12;
+    let brakes = 9.81 * friction;
+    let mut samples = Samples::default();
+    let stamp = |t: f64| 1_700_900_000_000_000_000 + (t * 1e9) as u64;
+    let mut frame = 0_u32;
+    let mut wobble = |seed: f64| {
+        frame += 1;
+        // Of many equal parts, as good as normal.
+        (0..12).fold(-6.0, |sum, k| {
+            let number = (f64::from(frame * 12 + k) * 12.9898 + seed).sin() * 43758.5453;
+            sum + number - number.floor()
+        })
+    };
+    for i in 0..(60.0 * EVERY * f64::from(count)) as u32 {
+        let t = f64::from(i) / 60.0 + 0.003;
+        let (of, t0) = ((t / EVERY).floor(), t % EVERY - 2.0);
+        let (speed, angle) = (1.0 + 0.03 * (of % 7.0), -0.6 + 0.3 * (of % 5.0));
+        let (pushed, slid) = (t0.clamp(0.0, PUSH), (t0 - PUSH).clamp(0.0, speed / brakes));
+        let gone = 0.5 * speed / PUSH * pushed * pushed + (speed - 0.5 * brakes * slid) * slid;
+        let place = Point::new(0.35, 0.02 * (of % 4.0)) + Point::polar(gone, angle);
+        samples.centroids.push(Stamped {
+            stamp: stamp(t),
+            x: place.x + 0.0007 * wobble(0.1),
+            y: place.y + 0.0007 * wobble(0.7),
+        });
+        samples.states.push(StateSample {
+            stamp: stamp(t),
+            position: [0.0, -0.5],
+            velocity: [0.0, 0.0],
+        });
+    }
+    let topics = Rig::demo(Shape::Cylinder).topics;
+    let mut writer = RecordingWriter::create(log, &topics).expect("created");
+    writer.write(&samples).expect("written");
+    writer.finish().expect("finished");
+}
+
+#[test]
+fn a_hands_pushes_teach_friction_beside_strikes_and_alone_publish_nothing() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let dir = folder.path().display();
+    let hidden = Hidden::parse(&["none"]).expect("known effects");
+    let mut settings = demo::Settings::new(Shape::Cylinder, 30, 23, Some(hidden));
+    settings.log_state = true;
+    demo::write(&settings, &folder.path().join("rig")).expect("written");
+    let friction = settings.truth.friction;
+    std::fs::create_dir(folder.path().join("pushes")).expect("a folder");
+    pushed(&folder.path().join("pushes/hand.mcap"), friction, 40);
+    let run = |logs: &str, to: &str| {
+        let line = format!("ingest {logs} --rig {dir}/rig/rig.toml --out {dir}/{to}");
+        let read = carom(&line).unwrap_or_else(|error| panic!("failed to {error}"));
+        let said = carom(&format!("sysid --out {dir}/{to}"));
+        (
+            read,
+            said.unwrap_or_else(|error| panic!("failed to {error}")),
+        )
+    };
+    let width = |said: &Value, name: &str| {
+        let end = |key: &str| said["parameters"][name][key].as_f64().expect("an end");
+        end("high") - end("low")
+    };
+    let (_, alone) = run(&format!("{dir}/rig/logs"), "alone");
+    let (read, both) = run(&format!("{dir}/rig/logs {dir}/pushes"), "both");
+    // Nearly all; noise makes one or another too short.
+    let found = read.text.lines().find_map(|line| {
+        let before = line.split(" slides that no strike began").next()?;
+        before.split_whitespace().last()?.parse::<u32>().ok()
+    });
+    assert!(
+        found.is_some_and(|found| (36..=40).contains(&found)),
+        "{}",
+        read.text
+    );
+    assert_eq!(read.json["strikes"], alone.json["strikes"]);
+    assert!(holds(&both.json, "friction", friction), "{}", both.text);
+    let (before, after) = (
+        width(&alone.json, "friction"),
+        width(&both.json, "friction"),
+    );
+    assert!(after < 0.8 * before, "{before} {after}");
+    // What they do not teach stays as it was.
+    let restitution = |said: &Value| said["parameters"]["restitution"]["value"].as_f64();
+    let (before, after) = (restitution(&alone.json), restitution(&both.json));
+    let changed = before
+        .zip(after)
+        .map_or(f64::NAN, |(before, after)| after - before);
+    assert!(
+        changed.abs() < 0.25 * width(&alone.json, "restitution"),
+        "{changed}"
+    );
+    let strikes = |run: &str| tables::read_strikes(&folder.path().join(run)).expect("tables");
+    assert_eq!(strikes("alone").len(), strikes("both").len());
+
+    let said = carom(&format!(
+        "run {dir}/pushes --rig {dir}/rig/rig.toml --out {dir}/hand"
+    ));
+    let said = said.unwrap_or_else(|error| panic!("failed to {error}"));
+    assert_eq!(said.outcome, Outcome::Refused, "{}", said.text);
+    assert!(said.text.contains("no strike was seen"), "{}", said.text);
+    assert!(holds(&said.json, "friction", friction), "{}", said.text);
+    assert!(
+        said.json["parameters"]["restitution"]["low"].is_null(),
+        "{}",
+        said.text
+    );
+    assert!(!folder.path().join("hand/latest").exists());
 }

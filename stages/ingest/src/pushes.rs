@@ -1,0 +1,399 @@
+//! Slides that no strike began, such as a hand's push: what a table does to an object shows in them as well.
+//!
+//! Only where the tip's measured place shows that the arm was far away all the while. A slide begins once the object has been let go. A
+//! hand that carries an object to a place is no slide: it slows down for as long as it sped up, and not as a table brakes.
+
+use std::collections::VecDeque;
+
+use logs::Sample;
+use values::{Command, Conditions, Point, Rig, Shape, Split, Strike, Track};
+
+use crate::arm::State;
+use crate::identity::slide_id;
+use crate::robust::{median_point, spread};
+use crate::slide::is_rest;
+use crate::time::{seconds, since};
+use crate::touched::{place, seen, without_outliers};
+
+/// An object that lies still this long rests, in s: some frames longer than [`seen`] needs, which is to find the rest in the motion. Within
+/// so many deviations of the camera's noise of one place, and this many metres.
+const REST: f64 = 0.35;
+const REST_NOISE: f64 = 4.0;
+const STILL: f64 = 0.002;
+/// Frames farther apart than this, in s, show no motion, and nothing slides longer.
+const GAP: f64 = 0.07;
+const LONGEST: f64 = 20.0;
+/// Speeds are those over this time to both sides, in s; one that is pushed is faster than this, in m/s.
+const HALF: f64 = 0.025;
+const SLOWEST: f64 = 0.15;
+/// It is let go at the latest this long (s) after it has come within this part of its highest speed.
+const LET_GO: f64 = 0.04;
+const NEAR_PEAK: f64 = 0.98;
+/// A slide has as many frames, and goes so far, in m.
+const FEWEST: usize = 12;
+const SHORTEST: f64 = 0.05;
+/// Until it is fastest it goes this part at most of the way, and of the time, that it then slides: what a hand carries, about as far.
+const PUSHED: f64 = 0.5;
+/// Root mean square about a parabola, in m and in deviations of the camera's noise.
+const STRAIGHT: f64 = 0.0005;
+const STRAIGHT_NOISE: f64 = 1.25;
+/// No table brakes harder, nor speeds up more, in m/s².
+const BRAKES: f64 = 10.0;
+const SPEEDS_UP: f64 = 0.3;
+/// The tip is farther away than both radii and this, in m, as told by states no farther apart than this, in s.
+const FAR: f64 = 0.03;
+const STATES: f64 = 0.1;
+/// As many motions wait for the arm's states.
+const MOST_WAITING: usize = 50;
+
+/// Finds slides that no strike began in a stream of centroids, from rest on.
+pub(crate) struct Pushes {
+    noise: f64,
+    is_possible: bool,
+    phase: Phase,
+    /// The motion in hand, with the rest before it.
+    run: Vec<Sample>,
+    /// Motions that have ended.
+    ended: VecDeque<Vec<Sample>>,
+    tips: VecDeque<State>,
+}
+
+enum Phase {
+    Unknown,
+    Rests(Point),
+    Moves,
+}
+
+impl Pushes {
+    /// Of a box it is not known how it turns, and a ball that is let go may roll or slide.
+    pub(crate) fn new(rig: &Rig) -> Self {
+        Self {
+            noise: rig.camera.noise,
+            is_possible: rig.object.shape() == Shape::Cylinder,
+            phase: Phase::Unknown,
+            run: Vec::new(),
+            ended: VecDeque::new(),
+            tips: VecDeque::new(),
+        }
+    }
+
+    /// Takes a centroid, in order of stamps.
+    pub(crate) fn see(&mut self, sample: &Sample) {
+        if !self.is_possible {
+            return;
+        }
+        let too_late = |from: Option<&Sample>, time: f64| {
+            from.is_some_and(|from| since(from.stamp, sample.stamp) > time)
+        };
+        if too_late(self.run.last(), GAP) || too_late(self.run.first(), LONGEST) {
+            self.end();
+        }
+        self.run.push(*sample);
+        let reach = STILL + REST_NOISE * self.noise;
+        match self.phase {
+            Phase::Rests(rest) if place(sample).distance(rest) <= reach => {
+                self.phase = Phase::Rests(rest + (place(sample) - rest) * 0.05);
+                if too_late(self.run.first(), 4.0 * REST) {
+                    self.keep_rest();
+                }
+            }
+            Phase::Rests(_) => self.phase = Phase::Moves,
+            Phase::Moves | Phase::Unknown => {
+                if let Some(rest) = self.rest() {
+                    let run = self.run.clone();
+                    if matches!(self.phase, Phase::Moves) {
+                        self.wait(run);
+                    }
+                    self.keep_rest();
+                    self.phase = Phase::Rests(rest);
+                }
+            }
+        }
+    }
+
+    /// Where the last frames lie still.
+    fn rest(&self) -> Option<Point> {
+        let last = self.run.last()?;
+        let from = self.resting_from(last);
+        let first = self.run.get(from)?;
+        let is_near = place(first).distance(place(last)) <= STILL + REST_NOISE * self.noise;
+        if from == 0 || !is_near || self.run.len() < from + 4 {
+            return None;
+        }
+        let points: Vec<Point> = self.run[from..].iter().map(place).collect();
+        is_rest(&points, REST_NOISE * self.noise, self.noise).then(|| median_point(&points))
+    }
+
+    fn resting_from(&self, last: &Sample) -> usize {
+        let is_before = |frame: &Sample| since(frame.stamp, last.stamp) > REST;
+        self.run.partition_point(is_before)
+    }
+
+    fn keep_rest(&mut self) {
+        if let Some(last) = self.run.last().copied() {
+            self.run.drain(..self.resting_from(&last));
+        }
+    }
+
+    fn wait(&mut self, run: Vec<Sample>) {
+        if self.ended.len() >= MOST_WAITING {
+            self.ended.pop_front();
+        }
+        self.ended.push_back(run);
+    }
+
+    /// Nothing is seen for a while, or for ever.
+    fn end(&mut self) {
+        let run = std::mem::take(&mut self.run);
+        if matches!(self.phase, Phase::Moves) {
+            self.wait(run);
+        }
+        self.phase = Phase::Unknown;
+    }
+
+    /// Takes a state of the arm, in order of stamps.
+    pub(crate) fn tip(&mut self, state: &State) {
+        if !self.is_possible || !state.position.is_finite() {
+            return;
+        }
+        self.tips.push_back(*state);
+        let is_old = |first: &State| since(first.stamp, state.stamp) > 2.0 * LONGEST;
+        while self.tips.front().is_some_and(is_old) {
+            self.tips.pop_front();
+        }
+    }
+
+    /// Slides of motions that have ended; those of which it is not yet known where the tip was only at the end of the data.
+    pub(crate) fn take(&mut self, log: &str, rig: &Rig, at_end: bool) -> Vec<Strike> {
+        if at_end {
+            self.end();
+        }
+        let mut slides = Vec::new();
+        while let Some(run) = self.ended.front() {
+            let tip = self.tips.back().map(|tip| tip.stamp);
+            let is_known = run.last().map(|last| last.stamp) <= tip;
+            if !(at_end || is_known) {
+                break;
+            }
+            slides.extend(self.slide(run, log, rig));
+            self.ended.pop_front();
+        }
+        slides
+    }
+
+    /// The slide of one motion, if it is one that no strike began.
+    fn slide(&self, run: &[Sample], log: &str, rig: &Rig) -> Option<Strike> {
+        let all = without_outliers(run, self.noise);
+        let resting = all.partition_point(|frame| since(run[0].stamp, frame.stamp) < 0.5 * REST);
+        let before: Vec<Point> = all[..resting].iter().map(place).collect();
+        let noise = spread(&before).clamp(self.noise, 3.0 * self.noise);
+        let speeds: Vec<f64> = (0..all.len()).map(|at| speed(&all, at)).collect();
+        let highest = speeds.iter().copied().fold(0.0, f64::max);
+        let peak = speeds
+            .iter()
+            .position(|speed| *speed >= NEAR_PEAK * highest)?;
+        let from = all.partition_point(|frame| since(all[peak].stamp, frame.stamp) < LET_GO);
+        let (frames, end, stop) = seen(&all[from..], false, rig);
+        let (first, last) = (frames.first()?, frames.last()?);
+        let gone = place(first).distance(place(last));
+        if highest < SLOWEST || frames.len() < FEWEST || gone < SHORTEST {
+            return None;
+        }
+        let moves = (0..peak).rfind(|at| speeds[*at] < 0.1 * highest)?;
+        let (begun, free) = (&all[moves], &all[peak]);
+        let pushed = place(begun).distance(place(free));
+        let pushed_for = since(begun.stamp, free.stamp);
+        let slid = place(free).distance(place(last));
+        let slid_for = since(free.stamp, last.stamp);
+        if pushed > PUSHED * slid || pushed_for > PUSHED * slid_for {
+            return None;
+        }
+        let track = Track {
+            t: frames
+                .iter()
+                .map(|frame| since(first.stamp, frame.stamp))
+                .collect(),
+            x: frames.iter().map(|frame| frame.x).collect(),
+            y: frames.iter().map(|frame| frame.y).collect(),
+            yaw: None,
+            end,
+        };
+        let parabola = Parabola::through(&track);
+        let ahead = parabola.velocity * (1.0 / parabola.velocity.norm().max(1e-12));
+        let along = parabola.acceleration.dot(ahead);
+        let is_slide = parabola.misfit <= STRAIGHT + STRAIGHT_NOISE * noise
+            && (-BRAKES..SPEEDS_UP).contains(&along)
+            && !track.is_pushed_again();
+        if !is_slide || !self.is_far(&all[..from + frames.len()], rig) {
+            return None;
+        }
+        Some(Strike {
+            id: slide_id(frames),
+            log: log.into(),
+            t_start: seconds(first.stamp),
+            conditions: Conditions {
+                session: log.into(),
+                is_free: true,
+                ..Conditions::default()
+            },
+            track,
+            split: Split::Train,
+            ..Strike::bare(
+                Command::new(parabola.velocity.norm(), parabola.velocity.bearing()),
+                parabola.place,
+                stop.unwrap_or(place(last)),
+            )
+        })
+    }
+
+    /// Whether the tip's measured places show that it was far away all the while.
+    fn is_far(&self, frames: &[Sample], rig: &Rig) -> bool {
+        let reach = rig.object.solid.reach() + rig.striker.radius + FAR;
+        let (Some(first), Some(last)) = (frames.first(), frames.last()) else {
+            return false;
+        };
+        let mut known_until = first.stamp;
+        for tip in &self.tips {
+            if tip.stamp < first.stamp {
+                continue;
+            }
+            if since(known_until, tip.stamp) > STATES {
+                return false;
+            }
+            known_until = tip.stamp;
+            if tip.stamp > last.stamp {
+                return true;
+            }
+            let at = frames.partition_point(|frame| frame.stamp <= tip.stamp);
+            if place(&frames[at.max(1) - 1]).distance(tip.position) < reach {
+                return false;
+            }
+        }
+        since(known_until, last.stamp) <= STATES
+    }
+}
+
+/// Speed at a frame, in m/s; 0 where there are too few frames about it.
+fn speed(frames: &[Sample], at: usize) -> f64 {
+    let now = frames[at].stamp;
+    let from = frames.partition_point(|frame| since(frame.stamp, now) > HALF);
+    let to = frames.partition_point(|frame| since(now, frame.stamp) <= HALF);
+    let (first, last) = (&frames[from], &frames[to - 1]);
+    let time = since(first.stamp, last.stamp);
+    if time < HALF {
+        return 0.0;
+    }
+    place(first).distance(place(last)) / time
+}
+
+/// A parabola through places over time, by least squares.
+struct Parabola {
+    /// At time zero, in m and m/s.
+    place: Point,
+    velocity: Point,
+    /// In m/s².
+    acceleration: Point,
+    /// Root mean square of a coordinate about it, in m.
+    misfit: f64,
+}
+
+impl Parabola {
+    /// By polynomials that are orthogonal over the frames' times, of which there are four at the least.
+    #[expect(clippy::cast_precision_loss, reason = "a few thousand frames")]
+    fn through(track: &Track) -> Self {
+        let n = track.len() as f64;
+        let mean = track.t.iter().sum::<f64>() / n;
+        let power = |k: i32| track.t.iter().map(|t| (t - mean).powi(k)).sum::<f64>();
+        let (skew, square) = (power(3) / power(2), power(2) / n);
+        let basis = |t: f64| {
+            let late = t - mean;
+            [1.0, late, late * late - skew * late - square]
+        };
+        let [mut sums, mut weights] = [[Point::default(); 3], [Point::default(); 3]];
+        for (i, t) in track.t.iter().enumerate() {
+            for (k, value) in basis(*t).into_iter().enumerate() {
+                sums[k] = sums[k] + track.point(i) * value;
+                weights[k].x += value * value;
+            }
+        }
+        let [level, slope, bend] = [0, 1, 2].map(|k| sums[k] * (1.0 / weights[k].x));
+        let at = |t: f64| {
+            let [one, late, square] = basis(t);
+            level * one + slope * late + bend * square
+        };
+        let off = track.t.iter().enumerate();
+        let squares: f64 = off
+            .map(|(i, t)| track.point(i).distance(at(*t)).powi(2))
+            .sum();
+        Self {
+            place: at(0.0),
+            velocity: slope + bend * (-2.0 * mean - skew),
+            acceleration: bend * 2.0,
+            misfit: (squares / (2.0 * n - 6.0)).sqrt(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What is found in one motion along x at 60 Hz with a noise of half a millimetre, the tip resting at this x.
+    fn found(tip: f64, x: impl Fn(f64) -> f64) -> Vec<Strike> {
+        let rig = Rig::demo(Shape::Cylinder);
+        let mut pushes = Pushes::new(&rig);
+        for i in 0..180_i64 {
+            let (stamp, t) = (i * 16_666_667, i as f64 / 60.0);
+            let wobble = |k: f64| 0.0007 * ((i * i) as f64 * k).sin();
+            pushes.tip(&State {
+                stamp,
+                velocity: Point::default(),
+                position: Point::new(tip, 0.0),
+            });
+            pushes.see(&Sample {
+                stamp,
+                x: 0.3 + x(t - 0.5) + wobble(1.1),
+                y: wobble(2.3),
+            });
+        }
+        pushes.take("a.mcap", &rig, true)
+    }
+
+    /// A hand pushes for 0.12 s and lets go; the table brakes with 2 m/s².
+    fn push(t: f64) -> f64 {
+        let pushed = t.clamp(0.0, 0.12);
+        let slid = (t - 0.12).clamp(0.0, 0.42);
+        3.5 * pushed * pushed + 0.84 * slid - slid * slid
+    }
+
+    #[test]
+    fn a_hands_push_is_a_free_slide_from_where_it_is_let_go() {
+        let slides = found(0.0, push);
+        let [slide] = &slides[..] else {
+            panic!("{slides:?}");
+        };
+        assert!(slide.conditions.is_free && slide.has_stop());
+        let gone = slide.t_start - 0.5 - 0.12;
+        assert!((0.0..0.1).contains(&gone), "{gone}");
+        let released = 0.84 - 2.0 * gone;
+        assert!((slide.command.speed - released).abs() < 0.02, "{slide:?}");
+        assert!((slide.stop.x - 0.3 - push(9.0)).abs() < 0.001);
+        let braked = slide.deceleration().expect("seen");
+        assert!((braked - 2.0).abs() < 0.2, "{braked}");
+    }
+
+    #[test]
+    fn what_an_arm_is_near_to_and_what_a_hand_carries_are_none() {
+        assert_eq!(found(0.28, push), []);
+        // In half a second, as smooth as a hand may be.
+        let carry = |t: f64| {
+            let s = (t / 0.5).clamp(0.0, 1.0);
+            0.25 * s * s * s * (10.0 - 15.0 * s + 6.0 * s * s)
+        };
+        assert_eq!(found(0.0, carry), []);
+        // Pushed on half-way.
+        let twice = |t: f64| push(t) + 0.5 * (t - 0.3).clamp(0.0, 0.5);
+        assert_eq!(found(0.0, twice), []);
+        assert_eq!(found(0.0, |_| 0.0), []);
+    }
+}
