@@ -242,8 +242,8 @@ radius = 0.05
             (
                 "payload = 0.3\n[[robot.obstacles]]",
                 "[[robot.obstacles]]\npayload = 0.3",
-                "`robot.payload` on line 54: it stands below [[robot.obstacles]], and TOML takes it for a key of that; move \
-                 [[robot.obstacles]], with its own keys, below all other keys of [robot]",
+                "it stands below [[robot.obstacles]], and TOML takes it for a key of that; move [[robot.obstacles]], with its own keys, below all \
+                 other keys of [robot]",
             ),
             (
                 "acceleration = 5.0\n",
