@@ -18,6 +18,7 @@ import time
 from collections import Counter
 from pathlib import Path
 
+from checking import check, wrong
 from slurm import Slurm
 
 ROOT = Path(__file__).resolve().parent.parent.parent
@@ -35,15 +36,9 @@ STRIKES = 200 if words.small else words.strikes
 KILLS = 30 if words.small else 200
 # No stage takes more than this share of the kills, so that each has its own.
 MOST = KILLS // 4
-wrong, rows = [], {}
+rows = {}
 # Ended from outside, it takes down what it set up.
 signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))
-
-
-def check(holds, what):
-    print(("ok     " if holds else "WRONG  ") + what, flush=True)
-    if not holds:
-        wrong.append(what)
 
 
 def line(command, out, *more):

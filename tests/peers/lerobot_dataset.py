@@ -6,13 +6,13 @@ tensors of rows, is large and left out: names that are only imported stand for i
 
 import json
 import shutil
-import subprocess
 import sys
 from pathlib import Path
 from unittest.mock import MagicMock
 
 import datasets  # noqa: F401  before torch's name stands there, which it would believe
 import numpy as np
+from checking import call, check, finish
 
 ABSENT = (
     "torch torch.nn torch.nn.functional torch.utils torch.utils.data torchvision torchvision.transforms torchvision.transforms.v2 torchvision.transforms.functional "
@@ -28,23 +28,9 @@ for name in ABSENT:
     del sys.modules[name]
 
 carom, run, folder = sys.argv[1], sys.argv[2], Path(sys.argv[3])
-wrong = []
-
-
-def check(holds, what):
-    print(("ok     " if holds else "WRONG  ") + what)
-    if not holds:
-        wrong.append(what)
-
-
-def call(*command, expected=0):
-    done = subprocess.run([str(part) for part in command], capture_output=True, text=True, timeout=600)
-    check(done.returncode == expected, f"carom {command[1]} {command[2]} ends with {expected} {done.stderr[-300:] if done.returncode != expected else ''}")
-    return done.stdout
-
 
 asked = "SELECT strike_id, x0, y0, xf, yf, speed, angle, split FROM strikes"
-strikes = {row["strike_id"]: row for row in json.loads(call(carom, "query", run, asked, "--json"))}
+strikes = {row["strike_id"]: row for row in json.loads(call(carom, "query", run, asked, "--json").stdout)}
 for fps in (None, 50):
     out = folder / f"dataset_{fps}"
     shutil.rmtree(out, ignore_errors=True)
@@ -81,5 +67,4 @@ for fps in (None, 50):
         check(worst < 1e-6 and stats["count"] == [meta.total_frames], f"statistics of {name} are numpy's ({worst:.1e})")
     print(f"       a task: {task}")
 call(carom, "dataset", "export", run, "--lerobot", out, expected=2)
-print(f"{len(wrong)} do not hold" if wrong else "all of this holds")
-sys.exit(bool(wrong))
+finish()

@@ -10,15 +10,9 @@ import urllib.request
 from pathlib import Path
 
 import mlflow
+from checking import check, finish
 
 carom, folder = Path(sys.argv[1]).resolve(), Path(sys.argv[2]).resolve()
-wrong = []
-
-
-def check(holds, what):
-    print(("ok     " if holds else "WRONG  ") + what)
-    if not holds:
-        wrong.append(what)
 
 
 def night(*more):
@@ -79,5 +73,4 @@ finally:
 
 refused = subprocess.run([carom, "nightly", "--out", work / "run", "--mlflow", "ftp://here"], capture_output=True, text=True)
 check(refused.returncode == 2 and "http://HOST:PORT" in refused.stderr, "an address that is none is refused at once")
-if wrong:
-    sys.exit(f"{len(wrong)} do not hold")
+finish()

@@ -8,18 +8,12 @@ import sys
 from pathlib import Path
 
 import pypdf
+from checking import check, finish
 from playwright.sync_api import sync_playwright
 
 report, chromium, folder = Path(sys.argv[1]).resolve(), sys.argv[2], Path(sys.argv[3])
 picture = sys.argv[4] if len(sys.argv) > 4 else None
 folder.mkdir(parents=True, exist_ok=True)
-wrong = []
-
-
-def check(holds, what):
-    print(("ok     " if holds else "WRONG  ") + what)
-    if not holds:
-        wrong.append(what)
 
 
 def contrast(page, selector):
@@ -139,5 +133,4 @@ with sync_playwright() as playwright:
 pages = [page.extract_text().strip().splitlines() for page in pypdf.PdfReader(folder / "report.pdf").pages]
 orphans = [lines[-1] for lines in pages if lines and lines[-1].strip() in headings]
 check(not orphans, f"paper: no heading ends one of {len(pages)} pages {orphans}")
-print(f"{len(wrong)} do not hold" if wrong else "all of this holds")
-sys.exit(bool(wrong))
+finish()

@@ -9,29 +9,15 @@ import json
 import math
 import os
 import struct
-import subprocess
 import sys
 from pathlib import Path
 
+from checking import call, check, finish
 from mcap.reader import make_reader
 from mcap_protobuf.decoder import DecoderFactory
 
 carom, run, folder, tools = sys.argv[1], sys.argv[2], Path(sys.argv[3]), Path(sys.argv[4])
 folder.mkdir(parents=True, exist_ok=True)
-wrong = []
-
-
-def check(holds, what):
-    print(("ok     " if holds else "WRONG  ") + what)
-    if not holds:
-        wrong.append(what)
-
-
-def call(*command, expected=0):
-    done = subprocess.run([str(part) for part in command], capture_output=True, text=True, timeout=600)
-    if done.returncode != expected:
-        check(False, f"{' '.join(map(str, command))} ends with {expected}: {done.returncode} {done.stderr[-500:]}")
-    return done
 
 
 def rerun(*command, **expected):
@@ -114,5 +100,4 @@ if drivers:
     check(picture.exists(), f"a picture: {picture}")
 else:
     print("       no picture: no software renderer of Vulkan is installed")
-print(f"{len(wrong)} do not hold" if wrong else "all of this holds")
-sys.exit(bool(wrong))
+finish()

@@ -234,7 +234,7 @@ fn strike(batch: &Batch, row: usize) -> Result<Strike, TableError> {
                     .zip(velocity("moving_y"))
                     .map(|(x, y)| Point::new(x, y))
             },
-            is_free: false,
+            is_unstruck: false,
         },
         delivered: delivered(batch, row),
     })

@@ -10,7 +10,7 @@ use parquet::arrow::ArrowWriter;
 use parquet::basic::{Compression, ZstdLevel};
 use parquet::errors::ParquetError;
 use parquet::file::metadata::KeyValue;
-use parquet::file::properties::WriterProperties;
+use parquet::file::properties::{WriterProperties, WriterPropertiesBuilder};
 
 use crate::TableError;
 use crate::layout::{Column, GROUP_ROWS, Kind, SCHEMA_VERSION, Table, VERSION_KEY};
@@ -127,12 +127,16 @@ impl<'a, const N: usize> Rows<'a, N> {
     }
 }
 
-/// Nothing in them depends on the machine, the clock, or the version of the writer.
-fn properties() -> Result<WriterProperties, ParquetError> {
-    let version = KeyValue::new(VERSION_KEY.to_string(), SCHEMA_VERSION.to_string());
-    Ok(WriterProperties::builder()
+/// What all files share: nothing in it depends on the machine, the clock, or the version of the writer.
+pub(crate) fn common() -> WriterPropertiesBuilder {
+    WriterProperties::builder()
         .set_created_by("carom".into())
         .set_compression(Compression::ZSTD(ZstdLevel::default()))
+}
+
+fn properties() -> Result<WriterProperties, ParquetError> {
+    let version = KeyValue::new(VERSION_KEY.to_string(), SCHEMA_VERSION.to_string());
+    Ok(common()
         .set_max_row_group_row_count(Some(GROUP_ROWS))
         .set_key_value_metadata(Some(vec![version]))
         .build())

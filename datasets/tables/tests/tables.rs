@@ -38,7 +38,7 @@ fn strike(number: usize, frames: usize) -> Strike {
             order: number as f64,
             yaw: number.is_multiple_of(4).then_some(0.1 + shift),
             moving: None,
-            is_free: false,
+            is_unstruck: false,
         },
         delivered: number.is_multiple_of(3).then_some(Delivered {
             tip_speed: 0.69 + shift,

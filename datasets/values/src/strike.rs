@@ -139,7 +139,7 @@ pub struct Conditions {
     pub moving: Option<Point>,
     /// Whether no strike began the slide, such as a hand's push. The command is then the object's own velocity at the track's beginning.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
-    pub is_free: bool,
+    pub is_unstruck: bool,
 }
 
 /// One strike that was kept.

@@ -46,8 +46,9 @@ enum Rule {
 }
 
 /// The rule of each key of `[table]` and `[robot]`, and of `[object]` and `[striker]` where it is not [`Rule::Same`].
-const RULES: [((&str, &str), Rule); 20] = [
+const RULES: [((&str, &str), Rule); 21] = [
     (("object", "colour"), Rule::Own),
+    (("object", "marker"), Rule::Own),
     (("table", "x"), Rule::Within),
     (("table", "y"), Rule::Within),
     (("table", "fences"), Rule::Own),
@@ -146,13 +147,20 @@ fn sections(rig: &Rig) -> Value {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use values::{Interval, Obstacle, Point, Shape};
+    use values::{Interval, Marker, Obstacle, Point, Shape};
 
     #[test]
     fn a_rig_is_known_by_what_a_strike_depends_on() {
         let rig = Rig::demo(Shape::Cylinder);
         let mut seen_otherwise = rig.clone();
         seen_otherwise.camera.rate = 30.0;
+        seen_otherwise.object.marker = Some(Marker {
+            dictionary: "DICT_APRILTAG_36h11".into(),
+            id: 3,
+            size: 0.03,
+            offset: Point::default(),
+            yaw: 0.0,
+        });
         assert_eq!(check(&rig, &seen_otherwise), Ok(()));
 
         let mut heavier = rig.clone();

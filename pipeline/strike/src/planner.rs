@@ -98,7 +98,7 @@ impl Planner {
                 order: next_order(artifact),
                 yaw: None,
                 moving: None,
-                is_free: false,
+                is_unstruck: false,
             },
             good_for: GOOD_FOR,
         })

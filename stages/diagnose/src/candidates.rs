@@ -37,6 +37,11 @@ pub(crate) fn is_of_whole_strikes(name: &str) -> bool {
         .all(|covariate| covariate.is_of_whole_strikes())
 }
 
+/// Whether an effect is stated as a cause, and never named.
+pub(crate) fn is_never_named(name: &str) -> bool {
+    effect(name).is_ok_and(|spec| spec.naming == Naming::Never)
+}
+
 /// Whether an effect may have a column's parameters: fast strikes start caps beyond what a robot reaches.
 fn is_in_range(spec: &EffectSpec, column: &Column) -> bool {
     column

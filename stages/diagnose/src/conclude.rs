@@ -1,13 +1,15 @@
 //! From evidence to a verdict, a world and its gap.
 
-use values::{Point, Shape, Strike};
+use values::{Point, Strike};
 use world::{
     World, WorldError,
-    effects::{self, AddedEffect, EffectSpec, Naming, Parameters, effect},
+    effects::{self, AddedEffect, EffectSpec, Parameters, effect},
 };
 
 use crate::{
-    Diagnose, DiagnoseError, Diagnosed, Input, camera_drift, constancy,
+    Diagnose, DiagnoseError, Diagnosed, Input, camera_drift,
+    candidates::is_never_named,
+    constancy,
     diagnosis::{
         Detectable, Diagnosis, Gap, NamedEffect, NextStrike, Noise, Parameter, Ranked, SmoothMap,
         Verdict,
@@ -75,10 +77,6 @@ struct Conclusion {
     note: Option<String>,
     /// What stands behind a gap that no candidate explains, where that is known.
     cause: Option<String>,
-}
-
-pub(crate) fn is_never_named(name: &str) -> bool {
-    effect(name).is_ok_and(|spec| spec.naming == Naming::Never)
 }
 
 impl Case<'_, '_> {
@@ -213,10 +211,8 @@ impl Case<'_, '_> {
         // form than the one that was drawn.
         // Where no command was repeated, what no question finds is taken for scatter, so that stops alone cannot say that there is no gap: tracks that
         // leave the world's by far more than the camera's noise do. A box may tip on its way.
-        let are_tracks_other =
-            |model: &Fitted| rig.object.shape() != Shape::Box && model.is_far_from(prepared);
         let is_gap = self.asked.is_gap()
-            || !question::has_repeats(prepared) && self.is_real && are_tracks_other(null);
+            || !question::has_repeats(prepared) && self.is_real && null.is_far_from_round(prepared);
         let is_tried = !self.gains.likelihood.is_empty() || !self.selection.effects.is_empty();
         if !(is_gap || self.is_real && is_tried) {
             return Ok(unnamed(Verdict::Consistent, None, None));
@@ -287,7 +283,7 @@ impl Case<'_, '_> {
             let cause = Some(notes::changes(&changing));
             return Ok(unnamed(Verdict::Unexplained, cause, Some(note)));
         }
-        if are_tracks_other(fitted) {
+        if fitted.is_far_from_round(prepared) {
             let note = notes::not_named(
                 &self.names(),
                 "tracks still leave the world's by far more than the camera's stated noise",

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, StudentsT};
+use values::Shape;
 use world::WorldError;
 
 use crate::{
@@ -55,6 +56,11 @@ impl Fitted {
     pub(crate) fn is_far_from(&self, prepared: &PreparedStrikes<'_>) -> bool {
         let noise = self.estimated.components.camera;
         noise > prepared.thresholds.astray * prepared.rig.camera.noise
+    }
+
+    /// The same of a round object: a box may tip on its way, in ways that no model holds.
+    pub(crate) fn is_far_from_round(&self, prepared: &PreparedStrikes<'_>) -> bool {
+        prepared.rig.object.shape() != Shape::Box && self.is_far_from(prepared)
     }
 
     /// As some of the strikes see it.

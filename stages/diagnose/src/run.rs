@@ -10,10 +10,9 @@ use crate::{
     Diagnose, DiagnoseError, Diagnosed, Input, Thresholds,
     arm::{self, Arm},
     candidates::{Candidate, candidates, is_of_whole_strikes},
-    conclude::{Case, is_never_named},
+    conclude::Case,
     evidence::{self, Alarm, Statistic, replicates},
-    fit::{Fitted, Goal},
-    gap,
+    fit::Goal,
     heldout::{self, Gains},
     maps, notes,
     null::fit_null,
@@ -21,8 +20,8 @@ use crate::{
     score::ScoreTest,
     screen::{Chance, screen_by},
     search::{
-        Limits, SelectedEffect, Selection, search, with_last_resorts, with_replacements,
-        with_rivals, with_wander, without,
+        Limits, SelectedEffect, Selection, least_that_moves_little, search, with_last_resorts,
+        with_replacements, with_rivals, with_wander, without,
     },
     strikes::PreparedStrikes,
     usable::FEWEST,
@@ -83,7 +82,8 @@ impl Diagnose {
         let p_value = alarm.p_value();
         // Flips guard against noise of another form than the one that was drawn. The question believes no form of it, and no camera errs by far
         // more than is stated.
-        let is_beyond_noise = asked.is_gap() || leaves_tracks(&prepared, &null);
+        let is_beyond_noise = asked.is_gap()
+            || !question::has_repeats(&prepared) && null.is_far_from_round(&prepared);
         let is_real = p_value.is_real() || p_value.is_real_as_drawn() && is_beyond_noise;
         let is_sought = is_real && !usable.are_pushed_again;
         let mut last_resorts = if is_sought {
@@ -172,7 +172,7 @@ fn pruned<'a>(
             selection = without(selection, unsure, chance)?;
         } else if let Some(wandering) = with_wander(&selection, chance)? {
             selection = wandering;
-        } else if let Some(place) = of_little(&selection)? {
+        } else if let Some(place) = least_that_moves_little(&selection)? {
             little.push(selection.effects[place].name);
             selection = without(selection, place, chance)?;
         } else {
@@ -185,36 +185,6 @@ fn pruned<'a>(
         selection = with_rivals(selection, candidates, chance)?;
     }
     Ok((selection, little))
-}
-
-/// The effect without which the stops of these commands move least, if that is little beside what repeats scatter by: nobody who strikes would
-/// see it, and a model that is slightly wrong looks like it. What is stated as a cause stays: it says that the names beside it are not all.
-fn of_little(selection: &Selection<'_>) -> Result<Option<usize>, DiagnoseError> {
-    let Selection {
-        prepared, fitted, ..
-    } = selection;
-    if fitted.model.parts.is_empty() {
-        return Ok(None);
-    }
-    let floor = question::variation(prepared, fitted, &Answer::default()).repeats;
-    let with = prepared.ends(&fitted.model)?;
-    let mut least: Option<(usize, f64)> = None;
-    for (place, part) in fitted.model.parts.iter().enumerate() {
-        if is_never_named(part.name) {
-            continue;
-        }
-        let without = fitted.model.without(place);
-        let Some(without) = prepared.fit_from(fitted, &without, Goal::LIKELIHOOD)? else {
-            continue;
-        };
-        let ends = prepared.ends(&without.model)?;
-        let moved = with.iter().zip(ends).map(|(a, b)| Some((*a)? - b?));
-        let moved = gap::rms(moved.flatten());
-        if moved < least.map_or(question::LITTLE * floor, |(_, least)| least) {
-            least = Some((place, moved));
-        }
-    }
-    Ok(least.map(|(place, _)| place))
 }
 
 /// What came before each strike; the first of a session came as long after nothing as the second after it.
@@ -264,12 +234,6 @@ pub(crate) fn prepare<'a>(
         PreparedStrikes::new(rig, strikes, launches, thresholds),
         pushed,
     ))
-}
-
-/// Whether tracks of a round object leave a model's by far more than the camera's noise, where no repeats say that they do so by chance.
-fn leaves_tracks(prepared: &PreparedStrikes<'_>, fitted: &Fitted) -> bool {
-    let is_round = prepared.rig.object.shape() != Shape::Box;
-    is_round && !question::has_repeats(prepared) && fitted.is_far_from(prepared)
 }
 
 /// Whether tracks of a box leave the world's, all effects found included. A box may tip and turn in ways that no centroid shows: what its track

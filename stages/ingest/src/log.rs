@@ -200,6 +200,12 @@ fn read_by(
     {
         distrust(&mut outcome, &damage.why);
     }
+    let slides = outcome.seen.slides.len();
+    if slides > 0 {
+        outcome.notes.push(format!(
+            "{slides} slides that no strike began, as after a hand's push, are kept: they teach how the table brakes, and nothing of the arm"
+        ));
+    }
     Ok((outcome, summary))
 }
 

@@ -100,9 +100,8 @@ impl Pushes {
             Phase::Rests(_) => self.phase = Phase::Moves,
             Phase::Moves | Phase::Unknown => {
                 if let Some(rest) = self.rest() {
-                    let run = self.run.clone();
                     if matches!(self.phase, Phase::Moves) {
-                        self.wait(run);
+                        self.wait(self.run.clone());
                     }
                     self.keep_rest();
                     self.phase = Phase::Rests(rest);
@@ -233,7 +232,7 @@ impl Pushes {
             t_start: seconds(first.stamp),
             conditions: Conditions {
                 session: log.into(),
-                is_free: true,
+                is_unstruck: true,
                 ..Conditions::default()
             },
             track,
@@ -253,10 +252,8 @@ impl Pushes {
             return false;
         };
         let mut known_until = first.stamp;
-        for tip in &self.tips {
-            if tip.stamp < first.stamp {
-                continue;
-            }
+        let from = self.tips.partition_point(|tip| tip.stamp < first.stamp);
+        for tip in self.tips.range(from..) {
             if since(known_until, tip.stamp) > STATES {
                 return false;
             }
@@ -372,7 +369,7 @@ mod tests {
         let [slide] = &slides[..] else {
             panic!("{slides:?}");
         };
-        assert!(slide.conditions.is_free && slide.has_stop());
+        assert!(slide.conditions.is_unstruck && slide.has_stop());
         let gone = slide.t_start - 0.5 - 0.12;
         assert!((0.0..0.1).contains(&gone), "{gone}");
         let released = 0.84 - 2.0 * gone;

@@ -736,12 +736,6 @@ impl<'a> Segmenter<'a> {
             self.found.seen.is_by_state = true;
             self.found.notes.push("no command is logged: strikes are found by the arm's measured state, and what it delivered stands for the command; no error of the arm can be named".into());
         }
-        let slides = self.found.seen.slides.len();
-        if slides > 0 {
-            self.found.notes.push(format!(
-                "{slides} slides that no strike began, as after a hand's push, are kept as free: they teach how the table brakes, and nothing of the arm"
-            ));
-        }
         self.found.notes.extend(self.counts.notes());
         self.found.notes.extend(self.extras.note());
         self.found.notes.extend(self.counts.other_rate(self.rig));

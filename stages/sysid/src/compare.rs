@@ -20,7 +20,7 @@ const MARGIN: f64 = 0.05;
 /// Scatter of launches, relative and in rad: one that is farther from its command is a gap of the world.
 const LAUNCH_SCATTER: f64 = 0.03;
 /// How far a slide that no strike began may differ from where it is taken to begin.
-const FREE_LAUNCH: f64 = 0.5;
+const UNSTRUCK_LAUNCH: f64 = 0.5;
 
 /// Where strikes are simulated: in MuJoCo, or in planar form, which follows it to a tenth of a millimetre in a twentieth of
 /// the time.
@@ -161,8 +161,8 @@ impl StrikeSimulator<'_> {
                     to_rest: false,
                     ..StrikeInput::from(*strike)
                 };
-                let most = match strike.conditions.is_free {
-                    true => FREE_LAUNCH,
+                let most = match strike.conditions.is_unstruck {
+                    true => UNSTRUCK_LAUNCH,
                     false => LAUNCH_SCATTER,
                 };
                 let own = Nuisances::from_column_slice(&[

@@ -231,7 +231,7 @@ fn evidence<'a>(
                 residual -= &beyond[i];
             }
             Evidence::new(
-                strike.conditions.is_free,
+                strike.conditions.is_unstruck,
                 residual,
                 &slopes.by_nuisance[i],
                 components,

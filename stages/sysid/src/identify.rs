@@ -125,7 +125,7 @@ pub(crate) fn identifiability(
     let mut score = nalgebra::DVector::<f64>::zeros(all);
     for (i, strike) in strikes.iter().enumerate() {
         let evidence = Evidence::new(
-            strike.conditions.is_free,
+            strike.conditions.is_unstruck,
             batch.residual(i, strike),
             &launch[i],
             &fitted.components,

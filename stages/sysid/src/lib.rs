@@ -115,7 +115,7 @@ impl Stage for Sysid {
             .strikes
             .iter()
             .cloned()
-            .partition(|strike| strike.conditions.is_free);
+            .partition(|strike| strike.conditions.is_unstruck);
         // Where the arm's state is logged, launches are taken as delivered.
         let delivered = delivered_strikes(&struck);
         let strikes = delivered.as_deref().unwrap_or(&struck);
@@ -143,13 +143,13 @@ impl Stage for Sysid {
             self.free.clone()
         };
         let needed = 2 * free.len() + 1;
-        let is_enough = match strikes.is_empty() {
-            true => pushes.len() >= needed,
-            false => strikes.len() >= needed,
+        let count = match strikes.is_empty() {
+            true => pushes.len(),
+            false => strikes.len(),
         };
-        if !is_enough {
+        if count < needed {
             return Err(SysidError::TooFewStrikes {
-                strikes: strikes.len().max(pushes.len()),
+                strikes: count,
                 parameters: free.len(),
                 needed,
             });
@@ -166,15 +166,11 @@ impl Stage for Sysid {
         if free_slides.len() >= needed && 2 * again <= strikes.len() {
             strikes = free_slides;
         }
-        let begun = match strikes.is_empty() {
-            true => start::start(
-                &input.rig,
-                &input.world,
-                &pushes.iter().collect::<Vec<_>>(),
-                &free,
-            ),
-            false => start::start(&input.rig, &input.world, &strikes, &free),
+        let first = match strikes.is_empty() {
+            true => pushes.iter().collect(),
+            false => strikes.clone(),
         };
+        let begun = start::start(&input.rig, &input.world, &first, &free);
         let begun = start::hold(&input.rig, begun, &strikes, &free);
         let launched = strikes.clone();
         // An impact of this world stands for what began a slide: of its launch no more is known than what the slide itself shows.

@@ -62,9 +62,9 @@ impl VarianceComponents {
     }
 
     /// Those of a strike, or of a slide that none began.
-    fn of(&self, is_free: bool) -> Self {
+    fn of(&self, is_unstruck: bool) -> Self {
         let mut own = *self;
-        if is_free {
+        if is_unstruck {
             for place in LAUNCH {
                 own.nuisance[place] = UNKNOWN;
             }
@@ -125,13 +125,13 @@ pub(crate) struct Evidence<'a> {
     posterior: Square,
     camera: f64,
     /// Whether no strike began it.
-    is_free: bool,
+    is_unstruck: bool,
 }
 
 impl<'a> Evidence<'a> {
-    /// `nuisances`: one column for each, a row for each coordinate of the residual. `is_free`: no strike began the slide.
+    /// `nuisances`: one column for each, a row for each coordinate of the residual. `is_unstruck`: no strike began the slide.
     pub(crate) fn new(
-        is_free: bool,
+        is_unstruck: bool,
         residual: DVector<f64>,
         nuisances: &'a DMatrix<f64>,
         components: &VarianceComponents,
@@ -146,7 +146,7 @@ impl<'a> Evidence<'a> {
             projected: Nuisances::from_fn(|i, _| projected[i]),
             posterior: Square::zeros(),
             camera: components.camera,
-            is_free,
+            is_unstruck,
         };
         evidence.reweigh(components);
         evidence
@@ -156,7 +156,7 @@ impl<'a> Evidence<'a> {
     fn reweigh(&mut self, components: &VarianceComponents) {
         let variance = components.camera * components.camera;
         let mut precision = self.gram;
-        for (i, sd) in components.of(self.is_free).nuisance.iter().enumerate() {
+        for (i, sd) in components.of(self.is_unstruck).nuisance.iter().enumerate() {
             precision[(i, i)] += variance / (sd * sd).max(1e-18);
         }
         self.posterior = precision
@@ -224,15 +224,15 @@ fn update(
     let (mut sum, mut freedom) = (0.0, -(fitted as f64));
     for (evidence, weight) in strikes.iter().zip(weights) {
         let guess = evidence.nuisance();
-        let own = components.of(evidence.is_free);
+        let own = components.of(evidence.is_unstruck);
         for (i, square) in squares.iter_mut().enumerate() {
-            if evidence.is_free && LAUNCH.contains(&i) {
+            if evidence.is_unstruck && LAUNCH.contains(&i) {
                 continue;
             }
             *square += weight * (guess[i].powi(2) + variance * evidence.posterior[(i, i)]);
         }
         count += weight;
-        if !evidence.is_free {
+        if !evidence.is_unstruck {
             launched += weight;
         }
         sum += weight * evidence.unexplained(&guess);

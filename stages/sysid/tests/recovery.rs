@@ -390,7 +390,7 @@ fn pushes(strikes: &[Strike]) -> Vec<Strike> {
         slide.command = Command::new(velocity.norm(), velocity.bearing());
         slide.initial = track.point(0);
         slide.track = track;
-        slide.conditions.is_free = true;
+        slide.conditions.is_unstruck = true;
         slide
     };
     strikes.iter().map(push).collect()

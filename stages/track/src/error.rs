@@ -67,8 +67,8 @@ pub enum SetupError {
     },
     /// The marker's dictionary is none that is known.
     #[error(
-        "know the dictionary `{name}` of object.marker: write OpenCV's name, DICT_4X4_50 to DICT_7X7_1000 (50, 100, 250 or 1000), \
-         DICT_APRILTAG_16h5, _25h9, _36h10 or _36h11"
+        "know the dictionary `{name}` of object.marker: write OpenCV's name, {}",
+        crate::Dictionary::NAMES
     )]
     Dictionary {
         /// What the rig file says.

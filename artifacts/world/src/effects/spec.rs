@@ -50,7 +50,7 @@ pub enum Naming {
     Ordinary,
     /// Only where nothing simpler is enough.
     LastResort,
-    /// Only in the place of what was found of its kind, where it stands better than all of that.
+    /// Only in the place of what was found of its kind, where it stands better than all of that; by itself where tracks leave all that was found.
     InPlace,
     /// Never: what lies on the table and does not belong there. Where it stands better than what would be named in its place, nothing
     /// is named, and it is stated.

@@ -6,7 +6,7 @@ use super::{
     Acts, Effect, EffectParameter, EffectSpec, Family, FitStart, Naming, Origin, Parameters, Slide,
 };
 
-/// Greatest rate in 1/s. A drag that drives the object on is not looked for.
+/// Greatest rate in 1/s: a third of the speed is lost in a frame or two. A drag that drives the object on is not looked for.
 const MOST: f64 = 20.0;
 
 /// Viscous drag; parameter `rate` = c.

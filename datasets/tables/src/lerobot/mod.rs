@@ -18,7 +18,7 @@ use serde_json::{Map, Value, json};
 use values::Split;
 
 use self::parquet::{Column, write_columns};
-use self::stats::{QUANTILES, Stats};
+use self::stats::{MOMENTS, QUANTILES, Stats, Summary};
 use crate::TableError;
 
 /// Version of the format.
@@ -29,13 +29,9 @@ const ROWS: usize = 1 << 20;
 /// What an action's numbers are: the command, and the velocity of the tip that went with it.
 const ACTION: [&str; 4] = ["speed", "angle", "tip_vx", "tip_vy"];
 /// The order of parts.
-const SPLITS: [(Split, &str); 3] = [
-    (Split::Train, "train"),
-    (Split::Validation, "validation"),
-    (Split::Test, "test"),
-];
+const SPLITS: [Split; 3] = [Split::Train, Split::Validation, Split::Test];
 
-/// A strike as an episode: a row a frame, from rest on, at equal distances in time.
+/// A strike as an episode: a row a frame, from where it was struck on, at equal distances in time.
 pub struct Episode {
     /// The strike.
     pub strike_id: String,
@@ -45,7 +41,7 @@ pub struct Episode {
     pub task: String,
     /// Where the object is: x, y in m, and its yaw in rad where that is told of all.
     pub states: Vec<[f32; 3]>,
-    /// Speed in m/s and angle in rad as commanded, and the tip's velocity in m/s: at the frame that the strike follows, 0 elsewhere.
+    /// Speed in m/s and angle in rad as commanded, relative to an object that moved, and the tip's velocity in m/s: at the frame that the strike follows, 0 elsewhere.
     pub actions: Vec<[f32; 4]>,
 }
 
@@ -65,7 +61,7 @@ pub fn write_lerobot(
     with_yaw: bool,
     mut episodes: Vec<Episode>,
 ) -> Result<(), TableError> {
-    let place = |split: Split| SPLITS.iter().position(|(other, _)| *other == split);
+    let place = |split: Split| SPLITS.iter().position(|other| *other == split);
     episodes.sort_by_key(|episode| place(episode.split));
     let features = features(with_yaw);
     let mut tasks: Vec<&str> = Vec::new();
@@ -79,7 +75,7 @@ pub fn write_lerobot(
 
     let none = || features.iter().map(|feature| Stats::new(feature.width));
     let mut all: Vec<Stats> = none().collect();
-    let mut of_episodes: Vec<Vec<Stats>> = Vec::new();
+    let mut of_episodes: Vec<Vec<Summary>> = Vec::new();
     let (mut ranges, mut files): (Vec<(usize, usize)>, Vec<usize>) = (Vec::new(), Vec::new());
     // Numbers of a file, by feature.
     let mut numbers: Vec<Vec<f64>> = vec![Vec::new(); features.len()];
@@ -100,7 +96,7 @@ pub fn write_lerobot(
                 numbers[feature].extend(row);
             }
         }
-        of_episodes.push(own);
+        of_episodes.push(own.into_iter().map(Stats::summary).collect());
         ranges.push((index, index + frames));
         files.push(file);
         index += frames;
@@ -110,8 +106,8 @@ pub fn write_lerobot(
 
     let stats: Map<String, Value> = features
         .iter()
-        .zip(&mut all)
-        .map(|(feature, stats)| (feature.name.into(), stats.json()))
+        .zip(all)
+        .map(|(feature, stats)| (feature.name.into(), stats.summary().json()))
         .collect();
     write_tasks(dir, &tasks)?;
     write_episodes(dir, &episodes, &features, of_episodes, &ranges, &files)?;
@@ -251,7 +247,7 @@ fn write_episodes(
     dir: &Path,
     episodes: &[Episode],
     features: &[Feature],
-    mut stats: Vec<Vec<Stats>>,
+    stats: Vec<Vec<Summary>>,
     ranges: &[(usize, usize)],
     files: &[usize],
 ) -> Result<(), TableError> {
@@ -273,16 +269,11 @@ fn write_episodes(
     ];
     for (at, feature) in features.iter().enumerate() {
         let name = |what: &str| format!("stats/{}/{what}", feature.name);
-        let mut of: Vec<[Vec<f64>; 4]> = Vec::new();
-        let mut quantiles: Vec<Vec<Vec<f64>>> = Vec::new();
-        for own in &mut stats {
-            of.push(own[at].moments());
-            quantiles.push(own[at].quantiles());
-        }
+        let of = || stats.iter().map(|own| &own[at]);
         let widths = || episodes.iter().map(|_| feature.width);
         let reals = |numbers: Vec<f64>| -> ArrayRef { Arc::new(Float64Array::from(numbers)) };
-        for (place, what) in ["min", "max", "mean", "std"].into_iter().enumerate() {
-            let numbers = of.iter().flat_map(|own| own[place].clone()).collect();
+        for (place, what) in MOMENTS.into_iter().enumerate() {
+            let numbers = of().flat_map(|own| own.moments[place].clone()).collect();
             columns.push(lists(&name(what), reals(numbers), widths()));
         }
         let counts: Vec<i64> = ranges.iter().map(|(from, to)| (to - from) as i64).collect();
@@ -292,10 +283,7 @@ fn write_episodes(
             ones(),
         ));
         for (place, (what, _)) in QUANTILES.into_iter().enumerate() {
-            let numbers = quantiles
-                .iter()
-                .flat_map(|own| own[place].clone())
-                .collect();
+            let numbers = of().flat_map(|own| own.quantiles[place].clone()).collect();
             columns.push(lists(&name(what), reals(numbers), widths()));
         }
     }
@@ -323,14 +311,14 @@ fn info(
     });
     let mut splits = Map::new();
     let mut from = 0;
-    for (split, name) in SPLITS {
+    for split in SPLITS {
         let to = from
             + episodes
                 .iter()
                 .filter(|episode| episode.split == split)
                 .count();
         if to > from {
-            splits.insert(name.into(), json!(format!("{from}:{to}")));
+            splits.insert(split.name().into(), json!(format!("{from}:{to}")));
         }
         from = to;
     }

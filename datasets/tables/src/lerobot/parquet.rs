@@ -7,11 +7,10 @@ use std::sync::Arc;
 use arrow::array::{ArrayRef, RecordBatch};
 use arrow::datatypes::{Field, Schema};
 use parquet::arrow::ArrowWriter;
-use parquet::basic::{Compression, ZstdLevel};
 use parquet::errors::ParquetError;
-use parquet::file::properties::WriterProperties;
 
 use crate::TableError;
+use crate::write::common;
 
 /// A column of a table that is being written.
 pub type Column = (Field, ArrayRef);
@@ -38,10 +37,7 @@ pub fn write_columns(
     let batch = RecordBatch::try_new(schema.clone(), arrays)
         .map_err(ParquetError::from)
         .map_err(encode)?;
-    let properties = WriterProperties::builder()
-        .set_created_by("carom".into())
-        .set_compression(Compression::ZSTD(ZstdLevel::default()))
-        .build();
+    let properties = common().build();
     durable::write(path, |file| {
         let mut writer = ArrowWriter::try_new(file, schema, Some(properties)).map_err(encode)?;
         writer.write(&batch).map_err(encode)?;

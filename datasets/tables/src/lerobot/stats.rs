@@ -11,33 +11,39 @@ pub const QUANTILES: [(&str, f64); 5] = [
     ("q99", 0.99),
 ];
 
+/// Names of the moments.
+pub const MOMENTS: [&str; 4] = ["min", "max", "mean", "std"];
+
 /// A feature's numbers, a list for each of its places.
-pub struct Stats {
-    numbers: Vec<Vec<f64>>,
-    sorted: bool,
+pub struct Stats(Vec<Vec<f64>>);
+
+/// What is told of a feature, for each of its places.
+pub struct Summary {
+    count: usize,
+    /// Those of [`MOMENTS`]; the standard deviation is that of the population.
+    pub moments: [Vec<f64>; 4],
+    /// Those of [`QUANTILES`], linear between neighbours.
+    pub quantiles: Vec<Vec<f64>>,
 }
 
 impl Stats {
     /// Of rows of so many numbers.
     pub fn new(width: usize) -> Self {
-        Self {
-            numbers: vec![Vec::new(); width],
-            sorted: false,
-        }
+        Self(vec![Vec::new(); width])
     }
 
     /// Adds a row.
     pub fn push(&mut self, row: &[f64]) {
-        for (numbers, number) in self.numbers.iter_mut().zip(row) {
+        for (numbers, number) in self.0.iter_mut().zip(row) {
             numbers.push(*number);
         }
-        self.sorted = false;
     }
 
-    /// Least, greatest, mean and standard deviation (of the population), for each place.
-    pub fn moments(&self) -> [Vec<f64>; 4] {
-        let each = |of: fn(&[f64]) -> f64| self.numbers.iter().map(|n| of(n)).collect();
-        [
+    /// Its summary; the numbers are given away.
+    pub fn summary(self) -> Summary {
+        let Self(mut places) = self;
+        let each = |of: fn(&[f64]) -> f64| places.iter().map(|n| of(n)).collect();
+        let moments = [
             each(|n| n.iter().copied().fold(f64::INFINITY, f64::min)),
             each(|n| n.iter().copied().fold(f64::NEG_INFINITY, f64::max)),
             each(mean),
@@ -46,31 +52,28 @@ impl Stats {
                 let squares = n.iter().map(|n| (n - middle) * (n - middle));
                 (squares.sum::<f64>() / n.len().max(1) as f64).sqrt()
             }),
-        ]
-    }
-
-    /// For each of [`QUANTILES`] that quantile of each place, linear between neighbours.
-    pub fn quantiles(&mut self) -> Vec<Vec<f64>> {
-        if !self.sorted {
-            for numbers in &mut self.numbers {
-                numbers.sort_by(f64::total_cmp);
-            }
-            self.sorted = true;
+        ];
+        for numbers in &mut places {
+            numbers.sort_by(f64::total_cmp);
         }
-        let of = |share: f64| self.numbers.iter().map(|n| quantile(n, share)).collect();
-        QUANTILES.iter().map(|(_, share)| of(*share)).collect()
+        let of = |share: f64| places.iter().map(|n| quantile(n, share)).collect();
+        Summary {
+            count: places.first().map_or(0, Vec::len),
+            moments,
+            quantiles: QUANTILES.iter().map(|(_, share)| of(*share)).collect(),
+        }
     }
+}
 
-    /// All of them as JSON.
-    pub fn json(&mut self) -> Value {
-        let [min, max, mean, std] = self.moments();
-        let count = self.numbers.first().map_or(0, Vec::len);
+impl Summary {
+    /// All of it as JSON.
+    pub fn json(&self) -> Value {
         let mut all = Map::new();
-        for (name, numbers) in [("min", min), ("max", max), ("mean", mean), ("std", std)] {
+        for (name, numbers) in MOMENTS.into_iter().zip(&self.moments) {
             all.insert(name.into(), json!(numbers));
         }
-        all.insert("count".into(), json!([count]));
-        for ((name, _), numbers) in QUANTILES.into_iter().zip(self.quantiles()) {
+        all.insert("count".into(), json!([self.count]));
+        for ((name, _), numbers) in QUANTILES.into_iter().zip(&self.quantiles) {
             all.insert(name.into(), json!(numbers));
         }
         Value::Object(all)
@@ -100,11 +103,14 @@ mod tests {
         for row in [[3.0, 0.0], [1.0, 0.0], [2.0, 8.0], [4.0, 0.0], [5.0, 2.0]] {
             stats.push(&row);
         }
-        let [min, max, mean, std] = stats.moments();
+        let Summary {
+            moments: [min, max, mean, std],
+            quantiles,
+            ..
+        } = stats.summary();
         assert_eq!((min, max), (vec![1.0, 0.0], vec![5.0, 8.0]));
         assert_eq!(mean, [3.0, 2.0]);
         assert!((std[0] - 2f64.sqrt()).abs() < 1e-12, "{std:?}");
-        let quantiles = stats.quantiles();
         assert_eq!(quantiles[2], [3.0, 0.0]);
         assert!((quantiles[3][0] - 4.6).abs() < 1e-12, "{quantiles:?}");
         assert!((quantiles[3][1] - 5.6).abs() < 1e-12, "{quantiles:?}");

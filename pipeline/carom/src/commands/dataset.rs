@@ -99,9 +99,11 @@ pub fn run(command: &DatasetCommand) -> Result<Output, Error> {
 fn export(args: &ExportArgs) -> Result<Output, Error> {
     let (dir, out) = (args.dir.display(), &args.lerobot);
     let strikes = tables::read_strikes(&args.dir).map_err(Error::input)?;
-    let Some(fps) = args.fps.or_else(|| usual_fps(&strikes)) else {
+    // Where no track has two frames there is nothing to resample.
+    let fps = usual_fps(&strikes).map(|usual| args.fps.unwrap_or(usual));
+    let Some(fps) = fps else {
         return Err(Error::input(format!(
-            "export {dir}: it holds no strike with a track; rejects.parquet says why strikes were not kept"
+            "export {dir}: it holds no strike with a track; rejects.parquet says why strikes were not kept, slides.parquet has slides that none began"
         )));
     };
     if std::fs::read_dir(out).is_ok_and(|mut entries| entries.next().is_some()) {

@@ -61,12 +61,15 @@ pub fn run(args: &ViewArgs, global: Global) -> Result<Output, Error> {
         .collect();
     let worlds: Vec<_> = worlds.iter().map(|(_, of_world)| &of_world.world).collect();
     let shown = show(path, &results.read.rig, &worlds, &strikes)?;
-    let text = format!(
+    let mut text = format!(
         "view       {} of {} strikes, {:.0} s long\n",
         path.display(),
         shown.strikes,
         shown.duration
     );
+    if worlds.is_empty() {
+        text += "           measured tracks alone: a model of these logs would be meaningless; `carom check` says what to mend\n";
+    }
     Ok(Output::done(json!({ "view": path, "shown": shown }), text))
 }
 
@@ -75,7 +78,7 @@ fn chosen<'a>(results: &'a Results, ids: &[String], dir: &Path) -> Result<Vec<&'
     let all = &results.strikes;
     if all.is_empty() {
         return Err(Error::input(format!(
-            "show {}: no strike was kept; rejects.parquet there says why",
+            "show {}: no strike was kept; rejects.parquet there says why, slides.parquet has slides that none began",
             dir.display()
         )));
     }

@@ -25,7 +25,7 @@ pub fn all_turn(strikes: &[Strike]) -> bool {
     strikes.iter().all(|strike| strike.track.yaw.is_some())
 }
 
-/// A strike as an episode of `fps` frames a second: the first at rest, one frame before first motion; the last at rest again, or the track's last
+/// A strike as an episode of `fps` frames a second: the first where it was struck, one frame before first motion; the last at rest again, or the track's last
 /// whole one. The strike follows the first frame, whose action is the command; the tip's velocity is what the arm delivered where that is known.
 pub fn episode(strike: &Strike, fps: u32) -> Episode {
     let track = &strike.track;
@@ -42,7 +42,8 @@ pub fn episode(strike: &Strike, fps: u32) -> Episode {
     states.extend((0..=frames as u32).map(|frame| at(strike, f64::from(frame) * step)));
     let command = strike.command;
     let tip = strike.delivered.map_or(command, |by| by.command());
-    let tip = Point::polar(tip.speed, tip.angle);
+    // Of an object that moved, command and delivery are relative to it.
+    let tip = Point::polar(tip.speed, tip.angle) + strike.conditions.moving.unwrap_or_default();
     let mut actions = vec![[0.0; 4]; states.len()];
     actions[0] = [command.speed, command.angle, tip.x, tip.y].map(|number| number as f32);
     let task = if strike.has_stop() {
@@ -134,5 +135,9 @@ mod tests {
             episode.task
         );
         assert_eq!(usual_fps(std::slice::from_ref(&strike)), Some(20));
+        // The tip met an object that came towards it: the command is what the tip did beside it.
+        strike.conditions.moving = Some(Point::new(-0.2, 0.1));
+        let met = super::episode(&strike, 50).actions[0];
+        assert_eq!(met, [0.5, 0.0, 0.3, 0.1]);
     }
 }

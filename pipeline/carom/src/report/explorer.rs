@@ -11,7 +11,7 @@ use world::{Simulator, World, WorldError};
 use super::input::ReportInput;
 use super::markup::{PageError, model_names, section, title};
 use super::plot::{Short, data};
-use crate::beside::since_touch;
+use crate::beside::simulate;
 use crate::publishing::best_model;
 use crate::results::Worlds;
 
@@ -254,12 +254,7 @@ fn beside(strike: &Strike, simulators: &[(&'static str, Simulator)]) -> Tracks {
     let frames: Vec<usize> = frames.collect();
     let of = |values: &[f64], unit: f64| steps(frames.iter().map(|frame| values[*frame]), unit);
     let simulated = simulators.iter().filter_map(|(model, simulator)| {
-        // A world that does not come to rest has no track to show.
-        let simulated = simulator
-            .worker()
-            .strike(strike.initial, strike.command, &strike.conditions)
-            .ok()?;
-        let before = since_touch(strike, &simulated);
+        let (simulated, before) = simulate(strike, simulator)?;
         let at = frames
             .iter()
             .map(|frame| simulated.at(track.t[*frame] + before));

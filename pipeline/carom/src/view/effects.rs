@@ -8,9 +8,12 @@ use super::draw::{Drawing, Ink, circle};
 
 /// Width of the cells in which friction is shown, in m.
 const CELL: f64 = 0.02;
-/// Distance between arrows, and the length of the longest, in m.
+/// Distance between arrows, in m, and the length of the longest over it.
 const ARROWS: f64 = 0.1;
-const LONGEST: f64 = 0.08;
+const LONGEST: f64 = 0.8;
+/// Along the longer side of a table, however large, there are no more of them.
+const MOST_CELLS: f64 = 200.0;
+const MOST_ARROWS: f64 = 40.0;
 /// Below this share of the greatest change nothing is drawn.
 const LEAST: f64 = 0.05;
 /// Where more friction, a push or a shift is, and where less friction is.
@@ -68,7 +71,8 @@ fn draw(
 
 /// Cells of the table, the stronger the more friction differs there.
 fn friction(drawing: &mut Drawing, rig: &Rig, change: impl Fn(Point) -> f64) {
-    let cells: Vec<(Point, f64)> = grid(rig, CELL).map(|at| (at, change(at))).collect();
+    let width = spacing(rig, CELL, MOST_CELLS);
+    let cells: Vec<(Point, f64)> = grid(rig, width).map(|at| (at, change(at))).collect();
     let greatest = cells
         .iter()
         .fold(0.0, |most, (_, c)| f64::max(most, c.abs()));
@@ -76,7 +80,7 @@ fn friction(drawing: &mut Drawing, rig: &Rig, change: impl Fn(Point) -> f64) {
         let share = change.abs() / greatest;
         if share > LEAST {
             let ink = if change > 0.0 { MORE } else { LESS };
-            let size = [0.95 * CELL, 0.95 * CELL, HEIGHT];
+            let size = [0.95 * width, 0.95 * width, HEIGHT];
             let ink = ink.covering(0.6 * share);
             drawing.slab([at.x, at.y, 0.5 * HEIGHT], size, ink);
             drawing.dot(at, HEIGHT, ink.covering(share));
@@ -132,16 +136,23 @@ fn within(rig: &Rig, foot: Point, along: Point) -> Option<[Point; 2]> {
 
 /// Arrows over the table, the longest of a stated length.
 fn arrows(drawing: &mut Drawing, rig: &Rig, vector: impl Fn(Point) -> Point) {
-    let all: Vec<(Point, Point)> = grid(rig, ARROWS).map(|at| (at, vector(at))).collect();
+    let width = spacing(rig, ARROWS, MOST_ARROWS);
+    let all: Vec<(Point, Point)> = grid(rig, width).map(|at| (at, vector(at))).collect();
     let greatest = all
         .iter()
         .fold(0.0, |most, (_, v)| f64::max(most, v.norm()));
     for (at, vector) in all {
         if vector.norm() > LEAST * greatest {
-            let to = at + vector * (LONGEST / greatest);
+            let to = at + vector * (LONGEST * width / greatest);
             drawing.arrow(at, to, 2.0 * HEIGHT, MORE);
         }
     }
+}
+
+/// This distance, or one at which as many cover the longer side of the table.
+fn spacing(rig: &Rig, distance: f64, most: f64) -> f64 {
+    let (x, y) = (rig.table.x, rig.table.y);
+    distance.max((x.high - x.low).max(y.high - y.low) / most)
 }
 
 /// Middles of cells of about this width that cover the table.

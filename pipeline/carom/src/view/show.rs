@@ -15,7 +15,7 @@ use super::effects::effects;
 use super::messages::{self, Message, Motion, TABLE, nanoseconds, timestamp};
 use super::table::table;
 use crate::Error;
-use crate::beside::since_touch;
+use crate::beside::simulate;
 
 /// The measured track, and the worlds' by their models' names.
 const MEASURED: &str = "measured";
@@ -136,10 +136,7 @@ struct Played<'a> {
 impl<'a> Played<'a> {
     fn of(strike: &'a Strike, simulators: &[(&'static str, Simulator)]) -> Self {
         let simulated = simulators.iter().filter_map(|(name, simulator)| {
-            let (command, conditions) = (strike.command, &strike.conditions);
-            let mut worker = simulator.worker();
-            let simulated = worker.strike(strike.initial, command, conditions).ok()?;
-            let before = since_touch(strike, &simulated);
+            let (simulated, before) = simulate(strike, simulator)?;
             Some((*name, simulated, before))
         });
         Self {

@@ -244,4 +244,18 @@ fn a_hands_pushes_teach_friction_beside_strikes_and_alone_publish_nothing() {
         said.text
     );
     assert!(!folder.path().join("hand/latest").exists());
+    for (command, what) in [
+        (
+            format!("view {dir}/hand -o {dir}/view.mcap"),
+            "no strike was kept",
+        ),
+        (
+            format!("dataset export {dir}/hand --lerobot {dir}/lerobot --fps 50"),
+            "it holds no strike",
+        ),
+    ] {
+        let error = carom(&command).expect_err("there is none");
+        assert_eq!(error.outcome(), Outcome::BadInput);
+        assert!(error.to_string().contains(what), "{error}");
+    }
 }

@@ -33,7 +33,7 @@ pub struct Answer {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub log_moved: Option<String>,
     /// What the camera did not see of the strike: that the object moved, or came to rest.
-    #[serde(skip)]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub unseen: Option<String>,
     /// What failed once the strike was begun; completes "failed to …".
     #[serde(skip_serializing_if = "Option::is_none")]

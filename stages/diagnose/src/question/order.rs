@@ -404,6 +404,18 @@ mod tests {
         session: usize,
         hidden: impl Fn(usize) -> f64,
     ) -> Form {
+        formed_of(seed, ratio, n, session, &|i| i as f64, hidden)
+    }
+
+    /// The same of strikes with these numbers.
+    fn formed_of(
+        seed: u64,
+        ratio: f64,
+        n: usize,
+        session: usize,
+        number: &dyn Fn(usize) -> f64,
+        hidden: impl Fn(usize) -> f64,
+    ) -> Form {
         let wander = Wander::new(n);
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let independent = DVector::from_fn(n, |_, _| StandardNormal.sample(&mut random));
@@ -413,7 +425,7 @@ mod tests {
                 .off(wander.drawn(ratio, &independent) + DVector::from_fn(n, |i, _| hidden(i))),
             weights: DVector::repeat(n, 1.0),
             beside,
-            numbers: DVector::from_fn(n, |i, _| i as f64),
+            numbers: DVector::from_fn(n, |i, _| number(i)),
             sessions: (0..n).map(|i| i / session).collect(),
         };
         column.form(&wander, seed).0
@@ -445,6 +457,16 @@ mod tests {
             assert!(matches!(late, Form::StepInSession(_)), "{late:?}");
             let with_it = formed(seed, 0.0, 90, 30, |i| if i < 60 { 0.0 } else { 4.0 });
             assert!(!matches!(with_it, Form::StepInSession(_)), "{with_it:?}");
+        }
+    }
+
+    #[test]
+    fn a_drift_goes_on_while_strikes_take_no_part() {
+        // Three sessions of twenty strikes; many more between them took no part.
+        let number = |i: usize| (i + 60 * (i / 20)) as f64;
+        for seed in 0..5 {
+            let drift = formed_of(seed, 0.0, 60, 20, &number, |i| 0.06 * number(i));
+            assert_eq!(drift, Form::Drift);
         }
     }
 

@@ -1,7 +1,6 @@
-//! One effect in the place of all those of its kind: a smooth field where it is likelier than the simpler ones together, and what is never
-//! named where it is likelier than a field or several of them.
+//! One effect in the place of all those of its kind: a smooth field of friction where it is likelier than the simpler ones together; a table of any
+//! shape, and what is never named, where they are likelier than what was found.
 
-use values::Shape;
 use world::{
     WorldError,
     effects::{Family, Naming, effect},
@@ -96,12 +95,8 @@ pub(crate) fn with_replacements<'a>(
 /// Whether a candidate is asked where nothing of its kind was found: a table of any shape, where tracks of a round object leave what was found by far
 /// more than the camera's noise. Many bumps look like no single effect.
 fn is_wanted(candidate: &Candidate, selection: &Selection<'_>) -> bool {
-    let Selection {
-        prepared, fitted, ..
-    } = selection;
-    let is_round = prepared.rig.object.shape() != Shape::Box;
     let is_any_shape = effect(candidate.name).is_ok_and(|spec| spec.naming == Naming::InPlace);
-    is_round && is_any_shape && fitted.is_far_from(prepared)
+    is_any_shape && selection.fitted.is_far_from_round(&selection.prepared)
 }
 
 /// Names of the effects held that are of a candidate's kind.

@@ -10,10 +10,12 @@ use super::{
 };
 use crate::{
     Thresholds,
-    candidates::Candidate,
+    candidates::{Candidate, is_never_named},
     fit::{Fitted, Goal},
+    gap,
     mixed::GREATEST,
     model::{Model, Part},
+    question::{self, Answer},
     screen::{Chance, Screened, screen},
     smooth::covariate::{Covariate, family},
 };
@@ -69,6 +71,39 @@ pub(crate) fn with_wander<'a>(
         }
     }
     Ok(None)
+}
+
+/// The effect without which the stops of these commands move least, if that is little beside what repeats scatter by: nobody who strikes would
+/// see it, and a model that is slightly wrong looks like it. What is stated as a cause stays: it says that the names beside it are not all.
+pub(crate) fn least_that_moves_little(
+    selection: &Selection<'_>,
+) -> Result<Option<usize>, WorldError> {
+    let Selection {
+        prepared, fitted, ..
+    } = selection;
+    let parts = fitted.model.parts.iter().enumerate();
+    let named: Vec<usize> = parts
+        .filter(|(_, part)| !is_never_named(part.name))
+        .map(|(place, _)| place)
+        .collect();
+    if named.is_empty() {
+        return Ok(None);
+    }
+    let floor = question::variation(prepared, fitted, &Answer::default()).repeats;
+    let with = prepared.ends(&fitted.model)?;
+    let mut least: Option<(usize, f64)> = None;
+    for place in named {
+        let Some(without) = reduced(selection, place, Goal::LIKELIHOOD)? else {
+            continue;
+        };
+        let ends = prepared.ends(&without.model)?;
+        let moved = with.iter().zip(ends).map(|(a, b)| Some((*a)? - b?));
+        let moved = gap::rms(moved.flatten());
+        if moved < least.map_or(question::LITTLE * floor, |(_, least)| least) {
+            least = Some((place, moved));
+        }
+    }
+    Ok(least.map(|(place, _)| place))
 }
 
 /// The same without the effects that bring nothing beside the others; of these, the evidence alone is known.

@@ -33,7 +33,7 @@ fn strikes(rig: &Rig, world: &World) -> Vec<Strike> {
                 order: i as f64,
                 yaw: None,
                 moving: None,
-                is_free: false,
+                is_unstruck: false,
             };
             let initial = Point::new(0.25, 0.1 * share);
             let delivered = Command {

@@ -428,7 +428,7 @@ impl Table {
                 order: order as f64,
                 yaw: None,
                 moving: None,
-                is_free: false,
+                is_unstruck: false,
             },
             delivered: None,
         }

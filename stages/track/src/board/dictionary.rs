@@ -28,6 +28,9 @@ fn codes(heading: &str) -> Option<Vec<u64>> {
 const MOST_WRONG: u32 = 1;
 
 impl Dictionary {
+    /// The names that are known, as a person reads them.
+    pub const NAMES: &str = "DICT_4X4_50 to DICT_7X7_1000 (50, 100, 250 or 1000), DICT_APRILTAG_16h5, _25h9, _36h10 or _36h11";
+
     /// The dictionary of OpenCV's name, `DICT_4X4_50` to `DICT_7X7_1000` or an AprilTag family as `DICT_APRILTAG_36h11`; none where there is
     /// none.
     pub fn named(name: &str) -> Option<Self> {

@@ -25,7 +25,7 @@ pub struct BoardArgs {
     /// Side of a marker, its black border included (m).
     #[arg(long, value_name = "METRES", requires = "board")]
     pub marker: Option<f64>,
-    /// Dictionary of the markers: DICT_4X4_50 to DICT_7X7_1000.
+    /// Dictionary of the markers, by OpenCV's name: DICT_4X4_50 to DICT_7X7_1000, or an AprilTag family as DICT_APRILTAG_36h11.
     #[arg(long, value_name = "NAME", requires = "board")]
     pub dictionary: Option<String>,
     /// An image of the board lying on the table: the pose is found from it, the better from several with the board in other places.
@@ -46,7 +46,8 @@ impl BoardArgs {
         };
         let dictionary = Dictionary::named(name).ok_or_else(|| {
             Error::input(format!(
-                "find the dictionary `{name}`: DICT_4X4_50, _100, _250, _1000, and the same of 5X5, 6X6 and 7X7 are known"
+                "find the dictionary `{name}`: {} are known",
+                Dictionary::NAMES
             ))
         })?;
         if !(square.is_finite() && 0.0 < marker && marker < square) {
