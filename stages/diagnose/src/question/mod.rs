@@ -294,8 +294,7 @@ impl Asking {
             self.components(column, found.map_or(&[], |(_, functions)| functions))
         };
         let (stop, heading) = (of(Column::Stop), of(Column::Heading));
-        let slide = self.moves(What::Column(Column::Stop));
-        let of = |part: fn(&Components) -> f64| slide * part(&stop).hypot(part(&heading));
+        let of = |part: fn(&Components) -> f64| part(&stop).hypot(part(&heading));
         // A start and a stop are seen, each in two coordinates.
         let seen = 2.0 * self.resting;
         Variation {
@@ -459,12 +458,13 @@ impl Asking {
     fn components(&self, of: Column, by_order: &[DVector<f64>]) -> Components {
         let column = self.weighed(of, true);
         let (raw, errors) = column_of(&self.rows, of);
-        let error = (errors.norm_squared() / errors.len().max(1) as f64).sqrt();
+        let slides = self.rows.iter().map(|row| row.slide);
         let values = column.values.component_div(&column.weights);
         components::components(
             &values,
             &raw,
-            error,
+            &errors,
+            &DVector::from_iterator(self.rows.len(), slides),
             &self.covariates.linear(),
             by_order,
             &self.sessions,
