@@ -5,10 +5,7 @@ use std::collections::BTreeMap;
 use values::{Rig, Strike};
 use world::effects::{Column, EffectSpec, Experiment, FitStart, Naming, effect, library};
 
-use crate::{
-    model::{Part, specification},
-    smooth::covariate::family,
-};
+use crate::{model::Part, smooth::covariate::family};
 
 /// One effect that may be missing.
 #[derive(Clone, Debug)]
@@ -57,15 +54,12 @@ fn is_in_range(spec: &EffectSpec, column: &Column) -> bool {
         })
 }
 
-/// A little of an effect: a column's parameters, with this share of its strength.
-pub(crate) fn little(name: &'static str, column: &Column, share: f64) -> Part {
-    let (strength, value) = &column.strength;
-    let neutral = specification(name, strength).neutral;
-    let strength = (strength.clone(), neutral + share * (value - neutral));
-    let parameters = column.form.iter().cloned().chain([strength]);
+/// A little of an effect: a column's parameters.
+pub(crate) fn little(name: &'static str, column: &Column) -> Part {
+    let parameters = column.form.iter().chain([&column.strength]);
     Part {
         name,
-        parameters: parameters.collect(),
+        parameters: parameters.cloned().collect(),
         free: Vec::new(),
         strengths: Vec::new(),
         within: BTreeMap::new(),

@@ -6,7 +6,7 @@ use nalgebra::DMatrix;
 use rayon::prelude::*;
 use world::{
     WorldError,
-    effects::{Acts, Column, Effect, FitStart},
+    effects::{Acts, Effect, FitStart},
     planar::Planar,
 };
 
@@ -208,15 +208,6 @@ fn scored<'b>(
     Ok(scored.collect())
 }
 
-/// Share of a start's strength by which its column is taken: what a track does beside its derivative is none of the strike's own friction, and a
-/// camera that errs by little sees it.
-const LITTLE: f64 = 0.1;
-
-/// The same of one column: a strength that is kept is taken as it is.
-fn share(column: &Column) -> f64 {
-    if column.is_kept { 1.0 } else { LITTLE }
-}
-
 /// What a little of an effect from this start changes of each strike; `None` where one does not come to rest.
 fn moved(
     prepared: &PreparedStrikes<'_>,
@@ -231,15 +222,14 @@ fn moved(
         .iter()
         .map(|column| {
             let mut all = model.effects(prepared.rig, &model.values)?;
-            let part = added(&little(name, column, share(column)));
+            let part = added(&little(name, column));
             all.push(world::effects::build(&part, prepared.rig)?);
             Ok(all)
         })
         .collect::<Result<Vec<_>, WorldError>>()?;
     let worlds: Vec<(Planar<'_>, f64)> = effects
         .iter()
-        .zip(&begin.columns)
-        .map(|(effects, column)| (prepared.planar(&model.values, effects), share(column)))
+        .map(|effects| (prepared.planar(&model.values, effects), 1.0))
         .collect();
     let touches = |column: usize, strike| {
         let region = begin.columns[column].region;

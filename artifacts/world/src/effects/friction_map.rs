@@ -7,6 +7,7 @@ use values::Point;
 use super::{
     Acts, Effect, EffectParameter, EffectSpec, Family, Naming, Origin, Parameters, Slide,
     field::{Field, Nodes},
+    friction_step::SMALL,
     wording,
 };
 
@@ -35,7 +36,7 @@ pub const SPEC: EffectSpec = EffectSpec {
     contains: &["friction_patch", "friction_gradient", "friction_step"],
     naming: Naming::LastResort,
     source: "friction varies over a table (Yu et al. 2016; Ma and Rodriguez 2018); Gaussian radial basis with a ridge",
-    starts: |experiment| NODES.starts(experiment, 0.05),
+    starts: |experiment| NODES.starts(experiment, SMALL),
     build: |values, _| Box::new(FrictionMap(NODES.field(values))),
     statement: |values| {
         let map = FrictionMap(NODES.field(values));

@@ -8,7 +8,7 @@ use values::Point;
 
 use super::{
     Acts, Column, Effect, EffectParameter, EffectSpec, Experiment, Family, FitStart, Naming,
-    Origin, Parameters, Slide, footprint, wording,
+    Origin, Parameters, Slide, footprint, friction_step::SMALL, wording,
 };
 
 const fn centre(name: &'static str, neutral: f64) -> EffectParameter {
@@ -118,7 +118,7 @@ fn patches(experiment: &Experiment<'_>) -> Vec<FitStart> {
             ("center_y", centre.y),
             ("radius", radius),
         ];
-        let mut column = Column::new(&form, ("change", 0.1));
+        let mut column = Column::new(&form, ("change", SMALL));
         column.region = Some((centre, radius + reach));
         FitStart {
             columns: vec![column],

@@ -16,6 +16,9 @@ use super::{
 const DIRECTIONS: [f64; 8] = [-1.0, -0.5, 0.0, 0.5, 1.0, 1.5, 2.0, 2.5];
 const LINES: u32 = 14;
 
+/// A change of friction that bends a track beyond what the strike's own friction does by less than cameras see.
+pub(super) const SMALL: f64 = 0.01;
+
 /// Friction step; parameters `direction`: of the line's normal, from +x; `offset`: of the line from the origin along that
 /// normal; `change`: the relative change of friction beyond it.
 pub const SPEC: EffectSpec = EffectSpec {
@@ -71,7 +74,7 @@ fn lines(experiment: &Experiment<'_>) -> Vec<FitStart> {
         for line in 1..=LINES {
             let offset = low + (high - low) * f64::from(line) / f64::from(LINES + 1);
             let form = [("direction", direction), ("offset", offset)];
-            let column = Column::new(&form, ("change", 0.1));
+            let column = Column::new(&form, ("change", SMALL));
             starts.push(FitStart::new(
                 vec![column],
                 &["direction", "offset", "change"],

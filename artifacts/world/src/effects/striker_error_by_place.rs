@@ -19,6 +19,10 @@ const VARIED: (f64, f64) = (5.0, 0.005);
 const STATED: f64 = 0.005;
 const STATED_BIAS: f64 = 0.002;
 
+/// The most for each metre and square metre: an arm at the end of its reach loses a tenth of its speed within some centimetres.
+const SLOPE: f64 = 10.0;
+const BEND: f64 = 200.0;
+
 const fn value(name: &'static str, unit: &'static str, most: f64, scale: f64) -> EffectParameter {
     EffectParameter {
         name,
@@ -41,16 +45,16 @@ const PERIODS: [f64; 6] = [0.35, 0.5, 0.65, 0.85, 1.1, 1.4];
 pub const SPEC: EffectSpec = EffectSpec {
     name: "striker_error_by_place",
     parameters: Parameters::Listed(&[
-        value("speed_x", "1/m", 3.0, 0.2),
-        value("speed_y", "1/m", 3.0, 0.2),
-        value("speed_rr", "1/m²", 30.0, 0.5),
-        value("speed_rb", "1/m²", 30.0, 0.5),
-        value("speed_bb", "1/m²", 30.0, 0.5),
-        value("angle_x", "rad/m", 3.0, 0.1),
-        value("angle_y", "rad/m", 3.0, 0.1),
-        value("angle_rr", "rad/m²", 30.0, 0.3),
-        value("angle_rb", "rad/m²", 30.0, 0.3),
-        value("angle_bb", "rad/m²", 30.0, 0.3),
+        value("speed_x", "1/m", SLOPE, 0.2),
+        value("speed_y", "1/m", SLOPE, 0.2),
+        value("speed_rr", "1/m²", BEND, 0.5),
+        value("speed_rb", "1/m²", BEND, 0.5),
+        value("speed_bb", "1/m²", BEND, 0.5),
+        value("angle_x", "rad/m", SLOPE, 0.1),
+        value("angle_y", "rad/m", SLOPE, 0.1),
+        value("angle_rr", "rad/m²", BEND, 0.3),
+        value("angle_rb", "rad/m²", BEND, 0.3),
+        value("angle_bb", "rad/m²", BEND, 0.3),
         value("angle_sin", "rad", 0.5, 0.02),
         value("angle_cos", "rad", 0.5, 0.02),
         PERIOD,

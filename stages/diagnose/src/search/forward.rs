@@ -100,6 +100,9 @@ fn screen_beside_family(
     }
 }
 
+/// What says most, and fits within no range, stands for something that the library lacks: what says less than this share of it is not that.
+const SAYS: f64 = 0.5;
+
 /// The effect that is added next, fitted; none where no candidate brings enough. Beside effects that are held it must be no chance: that takes
 /// flips of all candidates, which are made once one brings enough.
 fn next_effect(
@@ -124,6 +127,7 @@ fn next_effect(
         fit.evidence > required_evidence(selection, fit, by_form)
     };
     let mut significant: Option<Alarm> = None;
+    let mut said = 0.0f64;
     while !open.is_empty() {
         let best = open
             .iter()
@@ -134,9 +138,12 @@ fn next_effect(
         };
         let names: Vec<&str> = best.iter().map(|best| best.name).collect();
         let fits = fit_best(prepared, fitted, &open, chance, criteria)?;
+        let impossible = best.filter(|best| fits.iter().all(|fit| fit.name != best.name));
+        said = impossible.map_or(said, |best| said.max(best.gain() - chance[best.name]));
         let is_fitted = |name: &str| names.contains(&name) || fits.iter().any(|f| f.name == name);
         open.retain(|s| !is_fitted(s.name));
-        for fit in fits.into_iter().filter(is_enough) {
+        let is_cause = |fit: &CandidateFit| is_enough(fit) && fit.evidence > SAYS * said;
+        for fit in fits.into_iter().filter(is_cause) {
             if is_first {
                 return Ok(Some(fit));
             }
