@@ -2,6 +2,7 @@
 //! whatever became of the logs, an object that nobody put back is not struck.
 
 use std::path::{Path, PathBuf};
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
 use std::{env, fs, io};
 
 use values::Point;
@@ -32,6 +33,10 @@ pub struct NoMemory;
 pub struct Memory {
     path: PathBuf,
     stop: LastStop,
+    /// When, in s since 1970, a strike was begun whose record was not written, or reported as lost, yet.
+    begun: Option<u64>,
+    /// The same, as an earlier program left it.
+    lost: Option<u64>,
 }
 
 /// The folder of what is kept by arm: `carom` in XDG_STATE_HOME, or in `.local/state` of the user's home. Errors where neither is set.
@@ -50,13 +55,46 @@ impl Memory {
         let plain = |c: char| if c.is_ascii_alphanumeric() { c } else { '_' };
         let name: String = serial.chars().map(plain).take(100).collect();
         let path = folder.join(format!("stop_of_{name}"));
-        let stop = match fs::read_to_string(&path) {
-            Ok(text) => parse(&text).unwrap_or(LastStop::Unseen(None)),
-            Err(error) if error.kind() == io::ErrorKind::NotFound => LastStop::None,
-            Err(error) if error.kind() == io::ErrorKind::InvalidData => LastStop::Unseen(None),
+        let (stop, lost) = match fs::read_to_string(&path) {
+            Ok(text) => parse(&text).unwrap_or((LastStop::Unseen(None), None)),
+            Err(error) if error.kind() == io::ErrorKind::NotFound => (LastStop::None, None),
+            Err(error) if error.kind() == io::ErrorKind::InvalidData => {
+                (LastStop::Unseen(None), None)
+            }
             Err(error) => return Err(durable::Error::new("read", &path, error)),
         };
-        Ok(Self { path, stop })
+        Ok(Self {
+            path,
+            stop,
+            begun: lost,
+            lost,
+        })
+    }
+
+    /// What a person is told of a strike that an earlier program began and kept no record of; once.
+    pub fn lost(&mut self) -> Option<String> {
+        let begun = UNIX_EPOCH + Duration::from_secs(self.lost.take()?);
+        let ago = SystemTime::now().duration_since(begun).unwrap_or_default();
+        Some(format!(
+            "a strike of this arm was begun {:.0} min ago and no record of it was written: the program was killed, or the computer stopped. \
+             The object may lie elsewhere than before, the arm may stand low beside it: look at both",
+            ago.as_secs_f64() / 60.0
+        ))
+    }
+
+    /// A strike is begun: whatever ends this program before its record is written is told by the next one.
+    pub(crate) fn begin(&mut self) -> Result<(), durable::Error> {
+        let now = SystemTime::now().duration_since(UNIX_EPOCH);
+        self.begun = Some(now.unwrap_or_default().as_secs());
+        self.keep(LastStop::Unseen(None))
+    }
+
+    /// Its record was written, or a person was told that it was not.
+    pub fn recorded(&mut self) {
+        if self.begun.take().is_some() {
+            // What cannot be kept is told once more.
+            let _ = self.keep(self.stop);
+        }
     }
 
     /// The last stop.
@@ -72,8 +110,8 @@ impl Memory {
     /// Keeps a stop, on the disk too. Where that fails, the disk holds what it held.
     pub(crate) fn keep(&mut self, stop: LastStop) -> Result<(), durable::Error> {
         self.stop = stop;
-        let text = match stop {
-            LastStop::None => {
+        let mut text = match stop {
+            LastStop::None if self.begun.is_none() => {
                 return match fs::remove_file(&self.path) {
                     Err(error) if error.kind() != io::ErrorKind::NotFound => {
                         Err(durable::Error::new("remove", &self.path, error))
@@ -81,10 +119,14 @@ impl Memory {
                     _ => Ok(()),
                 };
             }
+            LastStop::None => "none\n".into(),
             LastStop::At(at) => format!("{:.4} {:.4}\n", at.x, at.y),
             LastStop::Unseen(None) => "unseen\n".into(),
             LastStop::Unseen(Some(at)) => format!("unseen {:.4} {:.4}\n", at.x, at.y),
         };
+        if let Some(begun) = self.begun {
+            text += &format!("begun {begun}\n");
+        }
         if let Some(folder) = self.path.parent() {
             durable::create_dir(folder)?;
         }
@@ -121,15 +163,23 @@ impl Memory {
     }
 }
 
-fn parse(text: &str) -> Option<LastStop> {
+/// The last stop, and when a strike was begun that has no record.
+fn parse(text: &str) -> Option<(LastStop, Option<u64>)> {
     let number = |text: &str| text.parse().ok().filter(|v: &f64| v.is_finite());
-    let words: Vec<&str> = text.split_whitespace().collect();
+    let (stop, begun) = match text.split_once("begun") {
+        Some((stop, begun)) => (stop, Some(begun.trim().parse().ok()?)),
+        None => (text, None),
+    };
+    let words: Vec<&str> = stop.split_whitespace().collect();
     let at = |x: &str, y: &str| Some(Point::new(number(x)?, number(y)?));
-    match words[..] {
-        ["unseen", x, y] => Some(LastStop::Unseen(Some(at(x, y)?))),
-        [x, y] => Some(LastStop::At(at(x, y)?)),
-        _ => None,
-    }
+    let stop = match words[..] {
+        ["none"] => LastStop::None,
+        ["unseen"] => LastStop::Unseen(None),
+        ["unseen", x, y] => LastStop::Unseen(Some(at(x, y)?)),
+        [x, y] => LastStop::At(at(x, y)?),
+        _ => return None,
+    };
+    Some((stop, begun))
 }
 
 #[cfg(test)]
@@ -153,6 +203,32 @@ mod tests {
         }
         fs::write(open("XI1").path(), "0.5 nan").expect("writes");
         assert_eq!(open("XI1").stop(), LastStop::Unseen(None));
+    }
+
+    #[test]
+    fn a_strike_that_was_begun_and_not_recorded_is_told_by_each_call_until_the_next_one_is_made() {
+        let folder = tempfile::tempdir().expect("folder");
+        let open = || Memory::open(folder.path(), "XI1").expect("opens");
+        let here = Point::new(0.5, 0.1);
+        assert_eq!(open().lost(), None);
+        // Killed in the strike; and after the object was seen to stop.
+        for stop in [None, Some(LastStop::At(here)), Some(LastStop::None)] {
+            let mut killed = open();
+            killed.begin().expect("keeps");
+            stop.map_or(Ok(()), |stop| killed.keep(stop))
+                .expect("keeps");
+            for _ in 0..2 {
+                let mut next = open();
+                let told = next.lost().expect("it is told");
+                assert!(told.contains("begun 0 min ago"), "{told}");
+                assert_eq!(next.lost(), None, "once a call");
+                assert_eq!(next.stop(), stop.unwrap_or(LastStop::Unseen(None)));
+            }
+            let mut next = open();
+            next.begin().expect("keeps");
+            next.recorded();
+            assert_eq!(open().lost(), None);
+        }
     }
 
     #[test]

@@ -26,7 +26,7 @@ pub struct Watched {
     begun: Arc<Mutex<Option<Instant>>>,
 }
 
-/// Strikes, and keeps where that left the object: whatever ends this program meanwhile, the object may have been struck, and unseen rest is no
+/// Strikes, and keeps where that left the object, and until [`Memory::recorded`] that the strike has no record: whatever ends this program meanwhile, the object may have been struck, and unseen rest is no
 /// permission to strike it again. Where that cannot be kept nothing is struck. Also gives what the camera saw, if one watches and the tip came
 /// down to strike; `is_over` ends the waiting for that.
 pub fn strike_and_keep<D: Arm>(
@@ -40,7 +40,7 @@ pub fn strike_and_keep<D: Arm>(
         robot.look_first(watched.look());
     }
     let before = memory.stop();
-    if let Err(error) = memory.keep(LastStop::Unseen(None)) {
+    if let Err(error) = memory.begin() {
         return (Err(robot.not_ready(format!("failed to {error}"))), None);
     }
     let outcome = execute(robot, plan);
@@ -57,6 +57,13 @@ pub fn strike_and_keep<D: Arm>(
     };
     // What cannot be kept of it leaves a file that says less: that it was not seen to stop.
     let _ = memory.keep(stop);
+    let has_record = match &outcome {
+        Ok(struck) => struck.is_some(),
+        Err(error) => error.samples().is_some(),
+    };
+    if !has_record {
+        memory.recorded();
+    }
     (outcome, seen)
 }
 

@@ -19,7 +19,7 @@ use strike::ur::Ur;
 use strike::xarm::XArm;
 use strike::{
     Choice, CommandPlanner, Guarded, Live, LiveError, RobotError, Trust, catch_signals, identity,
-    memory_folder, tell,
+    memory_folder, tell, told,
 };
 use values::Rig;
 
@@ -83,7 +83,7 @@ pub fn run(args: &CollectArgs, global: Global) -> Result<Output, Error> {
         ProgressBar::new(u64::from(args.strikes)).with_style(style())
     };
     let waits = args.watch.is_some();
-    let (mut told, mut left_out) = (Told::default(), 0);
+    let (mut before, mut left_out) = (Told::default(), 0);
     let collected = strike::collect::collect(
         &mut *station,
         &planner,
@@ -93,7 +93,7 @@ pub fn run(args: &CollectArgs, global: Global) -> Result<Output, Error> {
         &|| interrupted.load(Ordering::Relaxed),
         &mut |news| {
             left_out += usize::from(matches!(news, CollectEvent::LeftOut(_)));
-            show(&bar, waits, &mut told, &news);
+            show(&bar, waits, &interrupted, &mut before, &news);
         },
     );
     bar.finish_and_clear();
@@ -130,9 +130,21 @@ impl Told {
 }
 
 /// What a person must do or know is told with `--quiet` too.
-fn show(bar: &ProgressBar, waits: bool, told: &mut Told, news: &CollectEvent) {
+fn show(
+    bar: &ProgressBar,
+    waits: bool,
+    interrupted: &AtomicBool,
+    before: &mut Told,
+    news: &CollectEvent,
+) {
     // Printed where there is no bar too.
     let say = |what: String| bar.suspend(|| tell(&format!("carom: {what}")));
+    // A terminal that is held back is waited for: whoever has not read it yet has not stepped back.
+    let wait = |what: String| {
+        let gives_up = |_| interrupted.load(Ordering::Relaxed);
+        // Where nobody can be told, the arm is not moved.
+        let _ = bar.suspend(|| told(&format!("carom: {what}"), gives_up));
+    };
     let is_shown = !bar.is_hidden();
     match news {
         CollectEvent::Put(request) if waits => {
@@ -150,11 +162,12 @@ fn show(bar: &ProgressBar, waits: bool, told: &mut Told, news: &CollectEvent) {
         CollectEvent::Waiting(what) => {
             if is_shown {
                 bar.set_message(what.clone());
-            } else if told.is_due(what, Instant::now()) {
+            } else if before.is_due(what, Instant::now()) {
                 say(what.clone());
             }
         }
-        CollectEvent::StepBack(pause) => say(format!(
+        CollectEvent::Lost(what) => say(what.clone()),
+        CollectEvent::StepBack(pause) => wait(format!(
             "step back: the arm moves in {:.1} s",
             pause.as_secs_f64()
         )),

@@ -146,6 +146,9 @@ fn strike_with_arm<D: Arm>(
     })?;
     let folder = memory_folder().map_err(Failure::failed)?;
     let mut memory = Memory::open(&folder, robot.serial()).map_err(Failure::failed)?;
+    if let Some(lost) = memory.lost() {
+        tell(&format!("strike: {lost}"));
+    }
     if let Some(watching) = watching {
         memory
             .permits(watching.rest.point)
@@ -155,13 +158,15 @@ fn strike_with_arm<D: Arm>(
     let never = AtomicBool::new(false);
     let watched = watching.map(|watching| &watching.strike);
     let (outcome, seen) = strike_and_keep(&mut robot, plan, watched, &mut memory, &never);
-    answered(
+    let answer = answered(
         plan,
         outcome,
         seen,
         Some((log, lineage)),
         &plan.rig().topics,
-    )
+    );
+    memory.recorded();
+    answer
 }
 
 fn not_ready(plan: &Plan, detail: impl ToString) -> Failure {

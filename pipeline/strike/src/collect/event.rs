@@ -14,6 +14,8 @@ pub enum CollectEvent {
     Waiting(String),
     /// The arm moves after so long: a person is told to step back, whatever else is not shown.
     StepBack(Duration),
+    /// A strike that an earlier call began and kept no record of.
+    Lost(String),
     /// A requested command that cannot be struck from where the object lies: it is left out.
     LeftOut(Refusal),
     /// A strike that can be used.

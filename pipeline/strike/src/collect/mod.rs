@@ -98,14 +98,20 @@ pub fn collect(
             unmoved,
         }) = recorded
         {
-            let answered = failed.as_ref().map_or("struck".into(), ToString::to_string);
+            let answered = match (&failed, &warning) {
+                (Some(failed), _) => failed.to_string(),
+                (None, Some(warning)) => format!("struck, with a warning: {warning}"),
+                (None, None) => "struck".into(),
+            };
             let mut lineage = plan.lineage(match station.is_by_hand() {
                 true => "arm",
                 false => "sim",
             });
             lineage.insert("robot_answered".into(), answered);
             let log = log.about(lineage);
-            let kept = log.write_with(&samples, &received, &rig.topics)?;
+            let kept = log.write_with(&samples, &received, &rig.topics);
+            station.recorded();
+            let kept = kept?;
             if let Some(why) = kept.moved {
                 return Err(CollectError::Moved {
                     path: kept.path,

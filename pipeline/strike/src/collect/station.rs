@@ -69,6 +69,9 @@ pub trait Station {
 
     /// Strikes it.
     fn strike(&mut self, plan: &Plan) -> Result<Recorded, Box<Unfinished>>;
+
+    /// The strike's record was written, or it is told why not.
+    fn recorded(&mut self) {}
 }
 
 /// The embedded rig, whose object lies where the request wants it.
@@ -138,6 +141,8 @@ pub struct ArmStation<D: Arm> {
     memory: Memory,
     /// The object as it was seen ready.
     ready: Option<Resting>,
+    /// Both clocks after the strike before.
+    before: Option<Epoch>,
 }
 
 impl<D: Arm> ArmStation<D> {
@@ -157,6 +162,7 @@ impl<D: Arm> ArmStation<D> {
             interrupted,
             pause,
             ready: None,
+            before: None,
         })
     }
 }
@@ -175,6 +181,9 @@ impl<D: Arm> Station for ArmStation<D> {
         _: Point,
         report: &mut dyn FnMut(CollectEvent),
     ) -> Result<Point, CollectError> {
+        if let Some(lost) = self.memory.lost() {
+            report(CollectEvent::Lost(lost));
+        }
         let mut still: Option<(Resting, Instant)> = None;
         let mut looked = (Instant::now(), Epoch::now());
         loop {
@@ -233,14 +242,25 @@ impl<D: Arm> Station for ArmStation<D> {
             &mut self.memory,
             &self.interrupted,
         );
+        let set = self
+            .before
+            .replace(plan.epoch().anew())
+            .and_then(|before| before.was_set_between());
         let (received, warning, unmoved) = seen.map_or_else(Default::default, |seen| {
             (seen.received, seen.warning, seen.unmoved)
         });
         recorded(outcome, received).map(|recorded| Recorded {
-            warning: recorded.warning.or(warning),
+            warning: [recorded.warning.or(warning), set]
+                .into_iter()
+                .flatten()
+                .reduce(|one, other| format!("{one}; {other}")),
             unmoved,
             ..recorded
         })
+    }
+
+    fn recorded(&mut self) {
+        self.memory.recorded();
     }
 }
 

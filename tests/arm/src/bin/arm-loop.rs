@@ -334,7 +334,7 @@ fn rig() -> Rig {
     robot.reach = Some([0.1, 0.9].into());
     robot.jerk = Some(100.0);
     robot.strike_height = Some(0.02);
-    robot.travel_height = Some(0.07);
+    robot.travel_height = Some(0.1);
     robot.tool_orientation = Some([std::f64::consts::PI, 0.0, 0.0]);
     robot.tool_offset = Some([0.0, 0.0, 0.1, 0.0, 0.0, 0.0]);
     robot.payload = Some(0.3);

@@ -224,6 +224,42 @@ fn an_object_that_strike_has_struck_is_not_gathered_from_until_it_was_put_elsewh
 }
 
 #[test]
+fn a_strike_whose_program_was_killed_is_told_by_the_next_call_and_the_object_is_not_struck() {
+    in_time(|| {
+        let (rig, lab) = (rig(), lab(&rig(), false));
+        let [one, other] = [(); 2].map(|()| tempfile::tempdir().unwrap());
+        // What `kill -9` leaves is what lies on the disk in the strike.
+        let (path, left) = thread::scope(|scope| {
+            let left = scope.spawn(|| {
+                wait_for(|| met(&lab) > 0);
+                let kept = std::fs::read_dir(lab.2.path()).unwrap().next();
+                let path = kept.unwrap().unwrap().path();
+                (path.clone(), std::fs::read(path).unwrap())
+            });
+            gather(&lab, &rig, one.path(), 1, &mut |news| {
+                assert!(!matches!(news, CollectEvent::Lost(_)));
+                false
+            })
+            .unwrap();
+            left.join().unwrap()
+        });
+        std::fs::write(path, left).unwrap();
+        let (mut lost, mut waits) = (Vec::new(), false);
+        let ended = gather(&lab, &rig, other.path(), 2, &mut |news| {
+            match news {
+                CollectEvent::Lost(what) => lost.push(what),
+                CollectEvent::Waiting(why) => waits |= why.contains("put it elsewhere"),
+                _ => {}
+            }
+            waits || met(&lab) > 1
+        });
+        assert!(waits && met(&lab) == 1, "{ended:?}");
+        assert_eq!(lost.len(), 1, "{lost:?}");
+        assert!(lost[0].contains("no record of it was written"), "{lost:?}");
+    });
+}
+
+#[test]
 fn nobody_is_told_to_step_back_from_an_arm_that_somebody_stopped() {
     in_time(|| {
         let (rig, folder) = (rig(), tempfile::tempdir().unwrap());
@@ -322,6 +358,40 @@ fn a_strike_in_which_the_clock_was_set_is_no_strike_to_learn_from() {
         );
         let outcome = ingest_log(&gathered.session.unwrap(), &rig, &Ingest::default()).unwrap();
         assert_eq!(outcome.strikes.len(), 1);
+    });
+}
+
+#[test]
+fn a_clock_that_was_set_between_two_strikes_is_told_in_the_log_of_the_second() {
+    static SET: AtomicU64 = AtomicU64::new(0);
+    fn clock() -> SystemTime {
+        SystemTime::now() + Duration::from_millis(SET.load(Ordering::Relaxed))
+    }
+    in_time(|| {
+        let (rig, folder) = (rig(), tempfile::tempdir().unwrap());
+        let lab = lab(&rig, true);
+        SET.store(0, Ordering::Relaxed);
+        let mut warnings = Vec::new();
+        let gathered = gather_by(clock, &lab, &rig, folder.path(), 2, &mut |news| {
+            if let CollectEvent::Kept { warning, .. } = news {
+                SET.store(4, Ordering::Relaxed);
+                warnings.push(warning);
+            }
+            false
+        });
+        assert_eq!(warnings[0], None);
+        let told = warnings[1].as_ref().unwrap();
+        assert!(told.contains("+0.004 s since the strike before"), "{told}");
+        let session = gathered.unwrap().session.unwrap();
+        let answers: Vec<String> = logs::write::lineages(&session)
+            .unwrap()
+            .into_iter()
+            .map(|lineage| lineage["robot_answered"].clone())
+            .collect();
+        assert_eq!(
+            answers,
+            ["struck".into(), format!("struck, with a warning: {told}")]
+        );
     });
 }
 

@@ -1,6 +1,6 @@
 //! Strikes that nothing disturbs, and those that are refused before anything moves.
 
-use std::io::{self, Read, Write};
+use std::io::{self, BufRead, Read, Write};
 use std::net::{SocketAddr, TcpListener, TcpStream};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, mpsc};
@@ -600,6 +600,88 @@ fn another_arm_at_the_address_of_the_rigs_is_not_moved() {
     }
     exchanged::<XArm>(Maker::XArm);
     exchanged::<Ur>(Maker::Ur);
+}
+
+#[test]
+fn a_base_whose_height_is_wrong_moves_no_arm_down_into_the_table() {
+    in_time(|| {
+        for maker in [Maker::XArm, Maker::Ur] {
+            for (height, said) in [(0.3, "first go down"), (-0.3, "inside it")] {
+                let mut rig = maker.rig();
+                rig.robot.base_height = Some(height);
+                let emulator = maker.emulator(None);
+                let error = maker.strike(&emulator, &plan(&rig, TO)).unwrap_err();
+                assert!(matches!(error, RobotError::NotReady { .. }), "{error}");
+                let text = error.to_string();
+                assert!(
+                    text.contains(said) && text.contains("robot.base_height"),
+                    "{text}"
+                );
+                assert_eq!(lines(&emulator), 0);
+            }
+        }
+    });
+}
+
+#[test]
+fn an_arm_that_was_stopped_low_or_stands_a_little_above_travel_height_strikes() {
+    in_time(|| {
+        for maker in [Maker::XArm, Maker::Ur] {
+            for height in [20.0, 79.0] {
+                let mut model = maker.model();
+                model.pose[2] = height;
+                let emulator = maker.listening(model, None);
+                let outcome = maker.strike(&emulator, &plan(&maker.rig(), TO));
+                assert!(matches!(outcome, Ok(Some(_))), "{maker:?}: {outcome:?}");
+            }
+        }
+    });
+}
+
+#[test]
+fn nothing_is_struck_once_whoever_read_standard_error_is_gone() {
+    const CHILD: &str = "CAROM_TEST_UNHEARD";
+    if std::env::var_os(CHILD).is_some() {
+        let plan = plan(&rig(), TO);
+        let emulator = Maker::XArm.emulator(None);
+        let mut arm = connect(&emulator, plan.rig()).unwrap();
+        arm.look_first(|when| {
+            if when == Look::BeforeStrike {
+                println!("looks");
+                // Until the reader of standard error is gone.
+                io::stdin().read_line(&mut String::new()).unwrap();
+            }
+            Ok(())
+        });
+        let error = execute(&mut arm, &plan).unwrap_err().to_string();
+        println!("{} lines; {error}", lines(&emulator));
+        return;
+    }
+    in_time(|| {
+        use std::process::{Command, Stdio};
+        let mut child = Command::new(std::env::current_exe().unwrap())
+            .arg("strikes::nothing_is_struck_once_whoever_read_standard_error_is_gone")
+            .args(["--exact", "--nocapture", "--test-threads", "1"])
+            .env(CHILD, "1")
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let mut said = io::BufReader::new(child.stdout.take().unwrap()).lines();
+        let looks = said.find(|line| line.as_ref().is_ok_and(|line| line.ends_with("looks")));
+        assert!(looks.is_some());
+        drop(child.stderr.take());
+        child.stdin.take().unwrap().write_all(b"\n").unwrap();
+        let told: Vec<String> = said.map_while(Result::ok).collect();
+        let told = told.join("\n");
+        child.wait().unwrap();
+        // Lift, travel and lower.
+        assert!(
+            told.contains("3 lines;") && told.contains("standard error is gone"),
+            "{told}"
+        );
+    });
 }
 
 #[test]

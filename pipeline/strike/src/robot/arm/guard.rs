@@ -20,6 +20,8 @@ const SLOWER: f64 = 0.05;
 const LATE: f64 = 0.05;
 /// On its line, the tip may be so much later, in s, than where it was when it was quickest, and this far, in m, behind that.
 const BEHIND: (f64, f64) = (0.04, 0.0005);
+/// Where its ramp has come so far, in m, since the latest moment that a line may begin, a tip that has not come so far, in m, stands still.
+const STANDS: (f64, f64) = (0.0002, 0.00005);
 /// And so much earlier, in s, and this far ahead, in m, of what its limits allow.
 const AHEAD: (f64, f64) = (0.02, 0.003);
 /// Within so many m of a line's ends, a place says little of the time.
@@ -227,8 +229,11 @@ impl OnLine {
         }
         let (late, behind) = BEHIND;
         let allowed = self.began.map_or(self.line.start, |began| began + late);
-        let least = profile.at(time - allowed) - behind;
-        if along >= least {
+        let due = profile.at(time - allowed);
+        let least = due - behind;
+        let (moved, still) = STANDS;
+        let stands = self.began.is_none() && due > moved && along < still;
+        if along >= least && !stands {
             return Ok(());
         }
         Err(match self.began {
@@ -377,9 +382,14 @@ mod tests {
                 at - frozen < 0.06 && why.contains("behind its ramp"),
                 "{speed}: {why}"
             );
-            // Frozen from the beginning.
-            let (at, _) = judged(line(speed), |_| 0.0).expect("frozen");
-            assert!(at <= 0.1 + 0.004, "{speed}: {at}");
+            // Frozen from the beginning, also of a line of travel; one that begins in time is never taken for that.
+            for acceleration in [0.5, 5.0] {
+                let mut line = line(speed);
+                line.profile = Profile::new(0.4, speed, acceleration, Some(100.0));
+                let (at, _) = judged(line, |_| 0.0).expect("frozen");
+                assert!(at <= 0.1, "{speed}: {at}");
+                assert_eq!(judged(line, |t| t - line.start), None);
+            }
             let (_, why) = judged(line(speed), |t| 0.8 * t).expect("slow");
             assert!(why.contains("behind"), "{why}");
             let (_, why) = judged(line(speed), |t| t + 0.1).expect("early");

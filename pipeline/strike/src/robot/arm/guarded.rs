@@ -8,7 +8,7 @@ use std::{fmt, io};
 
 use values::{Point, Rig};
 
-use super::claim::Claim;
+use super::claim::{Claim, once_free};
 use super::connection::{CONNECT, what_happened, why_none};
 use super::driver::{
     Arm, ArmLimits, Condition, LineRequest, Ports, Pose, Status, distance, norm, shown as numbers,
@@ -18,10 +18,11 @@ use super::line::{Line, Profile};
 use super::outlet::Outlet;
 use super::record::samples;
 use super::setup::{Setup, TRAVEL};
-use super::signals::{alarm, tell, told};
+use super::signals::{alarm, is_read, tell, told};
 use super::watch::Watch;
 use crate::Plan;
 use crate::epoch::Epoch;
+use crate::plan::GOOD_FOR;
 use crate::robot::{Robot, RobotError, StrikeRecord};
 
 /// A line may take this share and this many seconds longer than planned.
@@ -112,10 +113,11 @@ impl<D: Arm> Guarded<D> {
             io::ErrorKind::ResourceBusy => RobotError::Busy { robot: name.into() },
             _ => unreachable_arm(name, &error),
         };
-        let claim = |what: &str| match Claim::take(what) {
-            Ok(Some(claim)) => Ok(claim),
-            Ok(None) => Err(RobotError::Busy { robot: name.into() }),
-            Err(error) => Err(not_ready(name, format!("it could not be claimed: {error}"))),
+        let claim = |what: &str| {
+            Claim::take(what).map_err(|error| match error.kind() {
+                io::ErrorKind::ResourceBusy => failed(error),
+                _ => not_ready(name, format!("it could not be claimed: {error}")),
+            })
         };
         let by_place = claim(&ports[0].to_string())?;
         let mut driver = D::connect(ports, CONNECT).map_err(failed)?;
@@ -127,7 +129,7 @@ impl<D: Arm> Guarded<D> {
         setup
             .check_identity(&identity)
             .map_err(|why| not_ready(name, why))?;
-        let reports = D::reports(ports, driver.outlet()).map_err(failed)?;
+        let reports = once_free(|| D::reports(ports, driver.outlet())).map_err(failed)?;
         let watch =
             Watch::start(reports, driver.outlet().clone(), interrupted.clone()).map_err(failed)?;
         // The first report comes before the arm's state is asked for: a stop from now on shows as a change.
@@ -239,6 +241,7 @@ impl<D: Arm> Guarded<D> {
             ));
         }
         self.setup.check_orientation(&shown)?;
+        self.setup.check_height(&shown)?;
         plan.check_approach(self.setup.on_table(shown.at))?;
         Ok(shown)
     }
@@ -288,6 +291,7 @@ impl<D: Arm> Guarded<D> {
         // What is commanded from here on begins where the arm really is: it may have been moved since it was checked.
         let here = self.here(plan).map_err(|why| ("enable", why))?;
         let mut at = here.at;
+        is_read().map_err(|why| ("lift", why))?;
         let lines = self.lines(plan, self.setup.on_table(here.at));
         if let Some((what, line)) = lines.iter().find(|(_, line)| !line.is_finite()) {
             let why = format!("a line to {} m is none", numbers(&line.to.at));
@@ -444,6 +448,7 @@ impl<D: Arm> Guarded<D> {
                     "the controller ceased to be ready while it was looked at the object".into(),
                 );
             }
+            is_read()?;
         }
         self.is_moving = true;
         self.watch.guard(Line {
@@ -536,8 +541,11 @@ impl<D: Arm> Robot for Guarded<D> {
         let lines = self.lines(plan, self.setup.on_table(here.at));
         self.check_fence(&status, here, &lines)
             .map_err(|why| self.not_ready(why))?;
-        // A person who holds back what the terminal shows has not read it: it is waited for, and the plan grows old.
-        let told = told(&format!("{}: the arm moves now: stand clear", self.name));
+        // A person who holds back what the terminal shows has not read it: it is waited for until the plan is old.
+        let told = told(
+            &format!("{}: the arm moves now: stand clear", self.name),
+            |waited| waited > GOOD_FOR || self.interrupted.load(Ordering::Relaxed),
+        );
         told.map_err(|error| {
             self.not_ready(format!(
                 "standard error cannot be written ({error}), so that nobody would be told that the arm moves; give it a terminal or a file"

@@ -24,6 +24,8 @@ pub(super) struct Setup {
     height: f64,
     strike_height: f64,
     travel_height: f64,
+    /// The tip reaches so far below its centre, in m.
+    below: f64,
     orientation: Turn,
     tool: Pose,
     payload: f64,
@@ -78,7 +80,12 @@ impl Setup {
                 missing.join(", ")
             ));
         };
-        check_heights(rig, strike_height, travel_height)?;
+        let below = match rig.striker.tip {
+            values::Tip::Sphere => rig.striker.radius,
+            // An upright rod's centre is that of its lower end, which the rig file states no length for.
+            values::Tip::Cylinder => 0.0,
+        };
+        check_heights(rig, below, strike_height, travel_height)?;
         let [x, y, z, roll, pitch, yaw] = tool_offset;
         Ok(Self {
             base,
@@ -86,6 +93,7 @@ impl Setup {
             height: robot.base_height.unwrap_or(0.0),
             strike_height,
             travel_height,
+            below,
             orientation: Turn::rpy(orientation),
             tool: Pose {
                 at: [x, y, z],
@@ -232,17 +240,35 @@ impl Setup {
             )
         })
     }
+
+    /// Whether the first line goes up from where the tip is, above the table: one that goes down goes into the table where the rig file's
+    /// heights are wrong, which nothing that the arm reports would show.
+    pub(super) fn check_height(&self, pose: &Pose) -> Result<(), String> {
+        let (height, mm) = (pose.at[2] + self.height, |length: f64| length * 1e3);
+        if height < self.below {
+            return Err(format!(
+                "by robot.base_height and robot.tool_offset the tip, which reaches {:.1} mm below its centre, is {:.1} mm above the table: \
+                 inside it; one of them is wrong: measure where the tip stands, and set the rig file right",
+                mm(self.below),
+                mm(height)
+            ));
+        }
+        (height <= self.travel_height + CLEAR).then_some(()).ok_or_else(|| {
+            format!(
+                "by robot.base_height the tip is {:.1} mm above the table, so that it would first go down to robot.travel_height, {:.1} mm, \
+                 and into the table if base_height is wrong; measure how high it stands: where that is what is said here, bring it down to \
+                 travel height by the arm's own program, else set base_height right",
+                mm(height),
+                mm(self.travel_height)
+            )
+        })
+    }
 }
 
 /// The tip strikes clear of the table and below the object's top, and travels clear of the object.
-fn check_heights(rig: &Rig, strike: f64, travel: f64) -> Result<(), String> {
-    let (radius, object) = (rig.striker.radius, object_height(rig));
+fn check_heights(rig: &Rig, below: f64, strike: f64, travel: f64) -> Result<(), String> {
+    let object = object_height(rig);
     let mm = |length: f64| length * 1e3;
-    let below = match rig.striker.tip {
-        values::Tip::Sphere => radius,
-        // An upright rod's centre is that of its lower end, which the rig file states no length for.
-        values::Tip::Cylinder => 0.0,
-    };
     if strike < below + ASIDE {
         return Err(format!(
             "robot.strike_height is {:.1} mm: the tip, which reaches {:.1} mm below it, would not stay {:.1} mm above the table, by which \
@@ -322,6 +348,27 @@ mod tests {
             assert!(error.contains(said), "{error}");
         }
         Setup::of(&rig()).expect("as it should be");
+    }
+
+    #[test]
+    fn a_tip_that_would_first_go_down_or_is_inside_the_table_is_refused() {
+        let mut rig = rig();
+        rig.robot.base_height = Some(-0.05);
+        let setup = Setup::of(&rig).expect("a setup");
+        let checked = |height: f64| setup.check_height(&setup.at(Point::default(), height));
+        // From what a stop in a strike leaves to what a strike leaves, and a little above.
+        for height in [0.0121, 0.02, 0.05, 0.08, 0.0899] {
+            checked(height).expect("it goes up");
+        }
+        for (height, said) in [
+            (0.0119, "inside it"),
+            (-0.22, "-220.0 mm above the table"),
+            (0.0901, "go down to robot.travel_height, 80.0 mm"),
+            (0.33, "330.0 mm above the table"),
+        ] {
+            let why = checked(height).expect_err(said);
+            assert!(why.contains(said) && why.contains("base_height"), "{why}");
+        }
     }
 
     #[test]

@@ -3,12 +3,15 @@
 use std::fs;
 use std::io::{self, Write};
 use std::ops::RangeInclusive;
+use std::os::fd::AsFd;
 use std::os::unix::fs::MetadataExt;
+use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
-use std::sync::{Arc, mpsc};
+use std::sync::mpsc::{self, RecvTimeoutError};
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use signal_hook::consts::signal as name;
 
 /// Linux's signals, those for programs' own use among them, which end a program, too.
@@ -49,43 +52,72 @@ pub fn catch_signals() -> io::Result<Arc<AtomicBool>> {
 }
 
 /// Tells a person something on standard error, wherever that leads, and whether or not anybody reads it: a terminal that is gone ends
-/// nothing.
+/// nothing, and what nobody takes holds back nothing for longer than a second.
 pub fn tell(what: &str) {
-    let _ = told(what);
+    let _ = told(what, |waited| waited > Duration::from_secs(1));
 }
 
-/// The same; errors where nothing can be written there, or where what is written is thrown away, as by a program that was started with
-/// standard error closed.
-pub(super) fn told(what: &str) -> io::Result<()> {
+/// The same; what is held back is waited for until that is given up, after a time. Errors where nothing can be written there, or where what
+/// is written is thrown away, as by a program that was started with standard error closed.
+pub fn told(what: &str, gives_up: impl Fn(Duration) -> bool) -> io::Result<()> {
+    let line = format!("{what}\n");
+    beside(move || write(&line), gives_up).unwrap_or_else(|| {
+        Err(io::Error::other(
+            "nobody reads it, and it is full or held back",
+        ))
+    })
+}
+
+fn write(line: &str) -> io::Result<()> {
     let device = |path| fs::metadata(path).ok().map(|file| file.rdev());
     let null = device("/dev/null");
     if null.is_some() && device("/proc/self/fd/2") == null {
         return Err(io::Error::other("it is closed, or leads to /dev/null"));
     }
-    io::stderr().write_all(format!("{what}\n").as_bytes())
+    io::stderr().write_all(line.as_bytes())
 }
 
-/// The same at once, on standard output where standard error is gone: a terminal that holds back what is written (Ctrl-S, a pager, a slow
+/// Whether standard error still has a reader, without a word to it. Errors with why not.
+pub(super) fn is_read() -> Result<(), String> {
+    let is_read = has_reader(io::stderr());
+    is_read.then_some(()).ok_or_else(|| {
+        "whoever read standard error is gone, so that nobody would be told what the arm does".into()
+    })
+}
+
+fn has_reader(to: impl AsFd) -> bool {
+    let mut asked = [PollFd::new(&to, PollFlags::empty())];
+    let gone = PollFlags::ERR | PollFlags::HUP | PollFlags::NVAL;
+    let answer = poll(&mut asked, Some(&Timespec::default()));
+    answer.is_ok() && !asked[0].revents().intersects(gone)
+}
+
+/// Tells at once, on standard output where standard error is gone: a terminal that holds back what is written (Ctrl-S, a pager, a slow
 /// line) holds back nothing else.
 pub(super) fn alarm(what: String) {
-    beside(move || {
+    let line = format!("{what}\n");
+    let tells = move || {
         // Where neither is left, nobody is.
-        let _ = told(&what).or_else(|_| io::stdout().write_all(format!("{what}\n").as_bytes()));
-    });
+        let _ = write(&line).or_else(|_| io::stdout().write_all(line.as_bytes()));
+    };
+    beside(tells, |_| true);
 }
 
-/// Does something on a thread of its own, and waits for it for a moment at the most.
-fn beside(what: impl FnOnce() + Send + 'static) {
+/// Does something on a thread of its own, and waits for it until that is given up, after a time; none where it was, or no thread can be had.
+fn beside<T: Send + 'static>(
+    what: impl FnOnce() -> T + Send + 'static,
+    gives_up: impl Fn(Duration) -> bool,
+) -> Option<T> {
     /// Where nothing holds it back, a line is written within this time.
     const MOMENT: Duration = Duration::from_millis(20);
-    let (done, is_done) = mpsc::channel();
-    let does = move || {
-        what();
-        let _ = done.send(());
-    };
-    // A thread that cannot be had tells nothing; stopping goes on.
-    if thread::Builder::new().spawn(does).is_ok() {
-        let _ = is_done.recv_timeout(MOMENT);
+    let (begun, (done, is_done)) = (Instant::now(), mpsc::channel());
+    let does = move || done.send(what());
+    thread::Builder::new().spawn(does).ok()?;
+    loop {
+        match is_done.recv_timeout(MOMENT) {
+            Err(RecvTimeoutError::Timeout) if !gives_up(begun.elapsed()) => {}
+            outcome => return outcome.ok(),
+        }
     }
 }
 
@@ -98,26 +130,46 @@ mod tests {
     #[test]
     fn what_is_held_back_holds_back_nothing_else() {
         let (free, held) = mpsc::channel::<()>();
-        beside(move || held.recv().unwrap_or_default());
+        let outcome = beside(move || held.recv().unwrap_or_default(), |_| true);
+        assert_eq!(outcome, None);
         // It is held until now.
         free.send(()).expect("it still waits");
     }
 
     #[test]
-    fn what_is_thrown_away_is_told_to_nobody() {
+    fn a_reader_that_is_gone_is_seen_before_a_word_is_written() {
+        let (reader, writer) = io::pipe().expect("a pipe");
+        assert!(has_reader(&writer));
+        drop(reader);
+        assert!(!has_reader(&writer));
+    }
+
+    #[test]
+    fn what_is_thrown_away_or_read_by_nobody_is_told_to_nobody() {
         use std::process::{Command, Stdio};
         const CHILD: &str = "CAROM_TEST_TELLS";
-        if std::env::var(CHILD).is_ok_and(|reader| reader == "none") {
-            told("stand clear").expect_err("it goes to /dev/null");
-            return;
+        let words = || told("stand clear", |waited| waited > Duration::from_millis(50));
+        match std::env::var(CHILD).as_deref() {
+            Ok("one") => return words().expect("it is read"),
+            Ok(_) => {
+                words().expect_err("it goes to /dev/null, or nobody takes it");
+                // A program's last words are not waited for for ever.
+                return tell("it failed");
+            }
+            Err(_) => {}
         }
-        if std::env::var(CHILD).is_ok() {
-            return told("stand clear").expect("it is read");
-        }
-        for (reader, stderr) in [("none", Stdio::null()), ("one", Stdio::piped())] {
+        let (_unread, mut full) = io::pipe().expect("a pipe");
+        rustix::io::ioctl_fionbio(&full, true).expect("set");
+        while full.write(&[0; 4096]).is_ok() {}
+        rustix::io::ioctl_fionbio(&full, false).expect("set");
+        for (reader, stderr) in [
+            ("none", Stdio::null()),
+            ("one", Stdio::piped()),
+            ("one that sleeps", full.into()),
+        ] {
             let path = std::env::current_exe().expect("this test");
             let child = Command::new(path)
-                .arg("robot::arm::signals::tests::what_is_thrown_away_is_told_to_nobody")
+                .arg("robot::arm::signals::tests::what_is_thrown_away_or_read_by_nobody_is_told_to_nobody")
                 .arg("--exact")
                 .args(["--nocapture", "--test-threads", "1"])
                 .env(CHILD, reader)
