@@ -134,6 +134,23 @@ def main():
         assert unheard.returncode == 4 and not list(logs.glob("*.mcap")), unheard
         assert reports.speed == 0.0
         print("standard error without a reader: nothing moves, exit code 4")
+        # Where it is full and nobody takes it, nothing moves either, and the program still ends.
+        unread, full = os.pipe()
+        os.set_blocking(full, False)
+        try:
+            while os.write(full, b" "):
+                pass
+        except BlockingIOError:
+            os.set_blocking(full, True)
+        held = subprocess.Popen(command + ["--strikes", "1"], stdout=subprocess.DEVNULL, stderr=full)
+        time.sleep(5)
+        assert held.poll() is None and reports.speed == 0.0
+        held.send_signal(signal.SIGTERM)
+        code = held.wait(timeout=20)
+        assert code == 1 and not list(logs.glob("*.mcap")), code
+        os.close(unread)
+        os.close(full)
+        print("standard error that is full and that nobody takes: nothing moves, and a signal ends it, exit code 1")
         first = start(14)
         time.sleep(1.5)
         second = subprocess.run([folder / "other" if part == logs else part for part in command] + ["--strikes", "1"], capture_output=True, text=True)
