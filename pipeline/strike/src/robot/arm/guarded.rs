@@ -22,7 +22,6 @@ use super::signals::{alarm, is_read, tell, told};
 use super::watch::Watch;
 use crate::Plan;
 use crate::epoch::Epoch;
-use crate::plan::GOOD_FOR;
 use crate::robot::{Robot, RobotError, StrikeRecord};
 
 /// A line may take this share and this many seconds longer than planned.
@@ -544,7 +543,7 @@ impl<D: Arm> Robot for Guarded<D> {
         // A person who holds back what the terminal shows has not read it: it is waited for until the plan is old.
         let told = told(
             &format!("{}: the arm moves now: stand clear", self.name),
-            |waited| waited > GOOD_FOR || self.interrupted.load(Ordering::Relaxed),
+            |_| plan.check_again().is_err() || self.interrupted.load(Ordering::Relaxed),
         );
         told.map_err(|error| {
             self.not_ready(format!(
