@@ -247,8 +247,11 @@ fn whoever_is_told_to_press_the_emergency_stop_is_told_once_the_arm_rests() {
             let (emulator, outcome) =
                 run(far, Some((Step::Line(2), Fault::NoStop)), &plan(&rig(), TO));
             outcome.unwrap_err();
-            let is_fault = |(_, event): &(_, Event)| matches!(event, Event::Fault);
-            is_made = emulator.events().iter().any(is_fault);
+            let events = emulator.events();
+            let mut what = events.iter().map(|(_, event)| event);
+            // The first of both: a stop that came before was not lost.
+            let first = what.find(|event| matches!(event, Event::Fault | Event::Stop));
+            is_made = matches!(first, Some(Event::Fault));
         }
         return;
     }
