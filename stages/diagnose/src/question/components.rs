@@ -37,19 +37,34 @@ pub(crate) struct Components {
     pub(crate) sessions: f64,
 }
 
-/// Of a column, clipped and as it is, with the standard errors of its measurement, the lengths by which it moves stops, covariates (of mean 0 and standard deviation 1), what was found to depend on
-/// the order of strikes otherwise than a wander, each strike's session, and which strikes repeat a command.
+/// A column, a value for each strike.
+pub(super) struct Measured {
+    /// Without what lies far out.
+    pub(super) clipped: DVector<f64>,
+    /// As it is.
+    pub(super) raw: DVector<f64>,
+    /// Standard errors of its measurement.
+    pub(super) errors: DVector<f64>,
+    /// Lengths by which it moves stops.
+    pub(super) slides: DVector<f64>,
+}
+
+/// Of a column, with covariates (of mean 0 and standard deviation 1), what was found to depend on the order of strikes otherwise than a wander, each
+/// strike's session, and which strikes repeat a command.
 pub(super) fn components(
-    values: &DVector<f64>,
-    raw: &DVector<f64>,
-    errors: &DVector<f64>,
-    slides: &DVector<f64>,
+    column: &Measured,
     covariates: &[DVector<f64>],
     by_order: &[DVector<f64>],
     sessions: &[usize],
     commands: &[usize],
 ) -> Components {
-    let n = values.len();
+    let Measured {
+        clipped,
+        raw,
+        errors,
+        slides,
+    } = column;
+    let n = clipped.len();
     let order = DVector::from_fn(n, |i, _| (i as f64 + 0.5) / n as f64);
     let mut parts: Vec<Vec<DVector<f64>>> = covariates.iter().map(|c| walk(&unit(c))).collect();
     let mut pairs = Vec::new();
@@ -78,7 +93,7 @@ pub(super) fn components(
         .flatten()
         .map(|z| mean.off(z.clone()))
         .collect();
-    let y = mean.off(values.clone());
+    let y = mean.off(clipped.clone());
     let whole = y.norm_squared() / (n as f64 - 1.0).max(1.0);
     if columns.is_empty() || whole <= 0.0 || n < 4 {
         return Components::default();
@@ -237,6 +252,15 @@ mod tests {
 
     use super::*;
 
+    fn exact(values: DVector<f64>, slides: DVector<f64>) -> Measured {
+        Measured {
+            clipped: values.clone(),
+            errors: DVector::zeros(values.len()),
+            raw: values,
+            slides,
+        }
+    }
+
     #[test]
     fn repeats_wander_and_what_depends_on_the_command_are_told_apart() {
         let n = 120;
@@ -253,12 +277,8 @@ mod tests {
                 at + 4.0 * speed[i].sin() + scatter[i]
             });
             let commands: Vec<usize> = (0..n).collect();
-            let (exact, one) = (DVector::zeros(n), DVector::repeat(n, 1.0));
             let found = components(
-                &values,
-                &values,
-                &exact,
-                &one,
+                &exact(values, DVector::repeat(n, 1.0)),
                 &[speed],
                 &[],
                 &vec![0; n],
@@ -282,12 +302,8 @@ mod tests {
             10.0 * (i % 4) as f64 + normal
         });
         let commands: Vec<usize> = (0..100).map(|i| i % 4).collect();
-        let (exact, one) = (DVector::zeros(100), DVector::repeat(100, 1.0));
         let found = components(
-            &values,
-            &values,
-            &exact,
-            &one,
+            &exact(values, DVector::repeat(100, 1.0)),
             &[],
             &[],
             &[0; 100],
@@ -312,19 +328,15 @@ mod tests {
                     let slides = covariates[0].map(|v| (0.5 * v).exp());
                     let deviations = slides.map(|slide| slide.powf(0.5 * power));
                     let values = deviations.map(|deviation| deviation * normal());
-                    let exact = DVector::zeros(n);
                     let commands: Vec<usize> = (0..n).collect();
+                    let moved = slides.component_mul(&deviations).norm() / (n as f64).sqrt();
                     let found = components(
-                        &values,
-                        &values,
-                        &exact,
-                        &slides,
+                        &exact(values, slides),
                         &covariates,
                         &[],
                         &vec![0; n],
                         &commands,
                     );
-                    let moved = slides.component_mul(&deviations).norm() / (n as f64).sqrt();
                     sum += (found.repeats.0 / moved).ln() / 30.0;
                 }
                 ratios.push(sum);

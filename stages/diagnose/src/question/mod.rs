@@ -459,12 +459,14 @@ impl Asking {
         let column = self.weighed(of, true);
         let (raw, errors) = column_of(&self.rows, of);
         let slides = self.rows.iter().map(|row| row.slide);
-        let values = column.values.component_div(&column.weights);
+        let measured = components::Measured {
+            clipped: column.values.component_div(&column.weights),
+            raw,
+            errors,
+            slides: DVector::from_iterator(self.rows.len(), slides),
+        };
         components::components(
-            &values,
-            &raw,
-            &errors,
-            &DVector::from_iterator(self.rows.len(), slides),
+            &measured,
             &self.covariates.linear(),
             by_order,
             &self.sessions,
