@@ -75,7 +75,7 @@ fn a_tilt_is_named_measured_and_taken_away() {
     }
     let gap = &diagnosis.gap;
     assert!(
-        gap.before > 1.5 * gap.noise_floor && gap.after < 1.5 * gap.noise_floor,
+        gap.before > 1.25 * gap.noise_floor && gap.after < 1.25 * gap.noise_floor,
         "{gap:?}"
     );
     assert_eq!(diagnosis.next_strikes.len(), 12);
