@@ -153,8 +153,7 @@ impl<'a> Taking<'a> {
         channel: &RawChannel,
         message: &RawMessage<'_>,
     ) -> Result<(), ImageError> {
-        let parse = |data| ImageMessage::parse(&channel.schema, &channel.encoding, data);
-        let image = parse(message.data)?;
+        let image = parsed(channel, message.data)?;
         let stamp = match image.stamp {
             0 => i64::try_from(message.log_time).unwrap_or(i64::MAX),
             stamp => stamp,
@@ -171,7 +170,8 @@ impl<'a> Taking<'a> {
             if !windows.is_empty() || topic.waiting_bytes > MOST_WAITING {
                 for earlier in std::mem::take(&mut topic.waiting) {
                     // What builds on one that is damaged says so itself.
-                    let _ = parse(&earlier).and_then(|image| topic.decoder.decode(&image).map(drop));
+                    let image = parsed(channel, &earlier);
+                    let _ = image.and_then(|image| topic.decoder.decode(&image).map(drop));
                 }
                 topic.waiting_bytes = 0;
             }
@@ -238,6 +238,10 @@ impl<'a> Taking<'a> {
             notes,
         }
     }
+}
+
+fn parsed<'a>(channel: &RawChannel, data: &'a [u8]) -> Result<ImageMessage<'a>, ImageError> {
+    ImageMessage::parse(&channel.schema, &channel.encoding, data)
 }
 
 impl Topic {
@@ -324,10 +328,7 @@ mod tests {
             let images = images.filter(|image| image.window == window);
             images.map(|image| image.stamp / 1_000_000).collect()
         };
-        assert_eq!(
-            stamps(0),
-            [5_100, 5_220, 5_340, 5_460, 5_580, 5_700, 5_820]
-        );
+        assert_eq!(stamps(0), [5_100, 5_220, 5_340, 5_460, 5_580, 5_700, 5_820]);
         assert_eq!(stamps(1), [5_200, 5_220, 5_240, 5_260, 5_280, 5_300]);
         assert!(stamps(2).is_empty() && stamps(3).is_empty());
         assert!(found.images.iter().all(|image| image.topic == TOPIC));

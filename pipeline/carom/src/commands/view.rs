@@ -78,7 +78,10 @@ pub fn run(args: &ViewArgs, global: Global) -> Result<Output, Error> {
     if worlds.is_empty() {
         text += "           measured tracks alone: a model of these logs would be meaningless; `carom check` says what to mend\n";
     }
-    Ok(Output::done(json!({ "view": path, "shown": shown, "notes": images.notes }), text))
+    Ok(Output::done(
+        json!({ "view": path, "shown": shown, "notes": images.notes }),
+        text,
+    ))
 }
 
 /// The strikes that were asked for, in the order in which they were made.

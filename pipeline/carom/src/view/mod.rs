@@ -11,5 +11,5 @@ mod messages;
 mod show;
 mod table;
 
-pub use images::{Images, images};
+pub use images::images;
 pub use show::show;
