@@ -7,13 +7,14 @@ use logs::Limits;
 use logs::read::{RawChannel, RawMessage, read_raw};
 
 use crate::draw::jpeg_of;
+use crate::image::square;
 use crate::message::is_video;
 use crate::video::is_key_frame;
 use crate::{Decoder, ImageError, ImageMessage, Payload, TrackError, is_image};
 
 /// Pixels of the longer side, at the most; larger images are averaged down.
 const LONGEST_SIDE: usize = 640;
-/// A JPEG or PNG of so many bytes is taken as it is.
+/// A JPEG or PNG of so many bytes is taken as it is, where its sides are no longer.
 const SMALL: usize = 64 << 10;
 /// Topics of images that are looked at, in the order in which their first image is in the log.
 const MOST_TOPICS: usize = 4;
@@ -257,8 +258,11 @@ fn small(
     image: &ImageMessage<'_>,
     decoder: &mut Decoder,
 ) -> Result<(&'static str, Vec<u8>), ImageError> {
+    let decoded = decoder.decode(image)?;
+    let averaged = decoded.averaged(LONGEST_SIDE);
     if let Payload::Compressed(data) = image.payload
         && data.len() <= SMALL
+        && averaged.width == decoded.width
     {
         if data.starts_with(&[0xff, 0xd8]) {
             return Ok(("jpeg", data.to_vec()));
@@ -267,10 +271,14 @@ fn small(
             return Ok(("png", data.to_vec()));
         }
     }
-    let decoded = decoder.decode(image)?;
-    let jpeg = jpeg_of(&decoded.averaged(LONGEST_SIDE));
+    let jpeg = jpeg_of(&averaged);
     let jpeg = jpeg.ok_or(ImageError::Message("it is too large for JPEG"))?;
     Ok(("jpeg", jpeg))
+}
+
+/// How many pixels of an image of this width and height are one pixel of its small image, along each side.
+pub fn averaged_by([width, height]: [u32; 2]) -> u32 {
+    square([width as usize, height as usize], LONGEST_SIDE) as u32
 }
 
 #[cfg(test)]

@@ -29,8 +29,8 @@ impl Image {
 
     /// The same with no side longer than `most`: means of squares of pixels; what is left at the right and below is cut off.
     pub(crate) fn averaged(&self, most: usize) -> Self {
-        let square = self.width.max(self.height).div_ceil(most.max(1)).max(1);
-        if square == 1 || square > self.width.min(self.height) {
+        let square = square([self.width, self.height], most);
+        if square == 1 {
             return self.clone();
         }
         let (width, height) = (self.width / square, self.height / square);
@@ -62,6 +62,16 @@ impl Image {
     pub fn pixel(&self, column: usize, row: usize) -> [u8; 3] {
         let at = 3 * (row * self.width + column);
         [self.rgb[at], self.rgb[at + 1], self.rgb[at + 2]]
+    }
+}
+
+/// Pixels of a side of the squares that an image is averaged by so that no side is longer than `most`.
+pub(crate) fn square([width, height]: [usize; 2], most: usize) -> usize {
+    let square = width.max(height).div_ceil(most.max(1)).max(1);
+    if square > width.min(height) {
+        1
+    } else {
+        square
     }
 }
 

@@ -76,7 +76,7 @@ pub use camera::CameraModel;
 pub use decode::Decoder;
 pub use draw::{draw_observation, png_of};
 pub use error::{BoardError, CalibrationError, ImageError, SetupError, TrackError, TuneError};
-pub use excerpt::{Excerpt, SmallImage, Window, excerpt};
+pub use excerpt::{Excerpt, SmallImage, Window, averaged_by, excerpt};
 pub use first_image::first_image;
 pub use image::Image;
 pub use lens::Lens;

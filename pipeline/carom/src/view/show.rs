@@ -75,7 +75,9 @@ pub fn show(
     let mut now = BEFORE;
     write(path, |file| {
         let mut file = CopyWriter::without_profile(file).map_err(Error::failed)?;
-        for message in standing(rig, worlds, nanoseconds(start))? {
+        let mut still = standing(rig, worlds, nanoseconds(start))?;
+        still.extend(images.camera(nanoseconds(start))?);
+        for message in still {
             message.write(&mut file)?;
         }
         for batch in strikes.chunks(BATCH) {
