@@ -1,6 +1,6 @@
 # Everything that carom needs beside rustup's stable Rust, Python 3 with pip and a C compiler is set up here,
 # under .native/. A second run of any target does nothing that is done.
-.PHONY: build install report viewers lerobot run test quick lint wheel dist programs tracked blind kuka first-day curve bench pages fuzz arm loop living soak cluster setup clean
+.PHONY: build install report viewers lerobot run test quick lint wheel dist programs foreign tracked blind kuka first-day curve bench pages fuzz arm loop living soak cluster setup clean
 .DEFAULT_GOAL := build
 
 DEMO := artifacts/demo
@@ -26,8 +26,12 @@ install: build
 	$(BIN)/carom manual --out "$(DESTDIR)$(PREFIX)/share/man/man1"
 
 # What is shipped, in dist/: small, for this machine's architecture and glibc 2.31 and later (Ubuntu 20.04, JetPack 5), linked by zig. It
-# compiles everything a second time: half an hour on two cores.
-TARGET := $(shell uname -m)-unknown-linux-gnu
+# compiles everything a second time: half an hour on two cores. `make dist TARGET=aarch64-unknown-linux-gnu` (and `make wheel` alike) is for
+# a Jetson or a Raspberry Pi: what it makes is tried under Debian's QEMU, with the glibc of Debian 11, on a run of the demo.
+HOST := $(shell uname -m)-unknown-linux-gnu
+TARGET := $(HOST)
+MACHINE := $(firstword $(subst -, ,$(TARGET)))
+IS_FOREIGN := $(filter-out $(HOST),$(TARGET))
 GLIBC := 2.31
 SHIPPED := artifacts/runs/dist
 TOOLS := $(SHIPPED)/tools
@@ -37,29 +41,42 @@ $(TOOLS)/done: pipeline/dist/requirements.txt
 	$(TOOLS)/bin/python -m pip install --quiet --disable-pip-version-check --requirement $<
 	touch $@
 # The package is compiled with carom: both have the same dependencies. `strike` has neither the embedded rig nor SQLite.
-ZIGBUILD = $(WITH_TOOLS) cargo zigbuild --locked --profile dist --target $(TARGET).$(GLIBC)
-programs: setup $(TOOLS)/done
+FOREIGN := $(SHIPPED)/$(MACHINE)
+LIBRARY := $(if $(IS_FOREIGN),$(FOREIGN)/native,.native)/lib
+EMULATOR := $(if $(IS_FOREIGN),$(FOREIGN)/emulator/run)
+WITH_LIBRARY = $(if $(IS_FOREIGN),MUJOCO_DYNAMIC_LINK_DIR="$(CURDIR)/$(LIBRARY)")
+ZIGBUILD = $(WITH_TOOLS) $(WITH_LIBRARY) cargo zigbuild --locked --profile dist --target $(TARGET).$(GLIBC)
+foreign:
+	rustup --quiet target add $(TARGET)
+	sh artifacts/world/native/install.sh $(FOREIGN)/native $(MACHINE)
+	sh pipeline/dist/emulator.sh $(FOREIGN)/emulator $(MACHINE)
+	@test -e $(DEMO)/latest || $(MAKE) run
+programs: setup $(TOOLS)/done $(if $(IS_FOREIGN),build foreign)
 	$(ZIGBUILD) --package carom --package carom-python --features carom-python/extension
 	$(ZIGBUILD) --package strike --no-default-features
 	$(TOOLS)/bin/python pipeline/dist/notices.py > $(SHIPPED)/NOTICES
 
 # An archive of both programs, MuJoCo's library, completions, manual pages and notices; tried in an empty folder with an empty PATH.
 dist: programs
-	python3 pipeline/dist/archive.py target/$(TARGET)/dist .native/lib/libmujoco.so.3.17.0 $(SHIPPED)/NOTICES $(TARGET) dist
+	python3 pipeline/dist/archive.py target/$(TARGET)/dist $(LIBRARY)/libmujoco.so.3.17.0 $(SHIPPED)/NOTICES $(TARGET) dist \
+		$(if $(IS_FOREIGN),$(EMULATOR) $(DEMO) $(BIN))
 
 # The Python package with both programs inside, installed into an empty environment; its tests and its notebook run there with an empty
-# PATH. The notebook with its pictures is left in $(SHIPPED).
+# PATH. The notebook with its pictures is left in $(SHIPPED). Of another architecture its programs are tried as those of the archive are.
 wheel: programs
 	install -D target/$(TARGET)/dist/strike pipeline/python/carom/bin/strike
 	install -m 644 $(SHIPPED)/NOTICES pipeline/python/carom
-	rm -rf dist/*.whl $(SHIPPED)/empty
-	cd pipeline/python && $(WITH_TOOLS) CARGO="$(CURDIR)/pipeline/dist/cargo.sh" CAROM_TARGET=$(TARGET) CAROM_GLIBC=$(GLIBC) \
+	mkdir -p dist
+	rm -rf dist/*_$(MACHINE).whl $(SHIPPED)/empty
+	cd pipeline/python && $(WITH_TOOLS) $(WITH_LIBRARY) CARGO="$(CURDIR)/pipeline/dist/cargo.sh" CAROM_TARGET=$(TARGET) CAROM_GLIBC=$(GLIBC) \
 		maturin build --locked --target $(TARGET) --compatibility manylinux_$(subst .,_,$(GLIBC)) --out $(CURDIR)/dist
-	python3 pipeline/dist/wheel.py dist
+	python3 pipeline/dist/wheel.py dist/carom-*_$(MACHINE).whl
+ifeq ($(IS_FOREIGN),)
 	python3 -m venv $(SHIPPED)/empty
-	$(SHIPPED)/empty/bin/python -m pip install --quiet --disable-pip-version-check dist/*.whl --requirement pipeline/python/tests/requirements.txt
+	$(SHIPPED)/empty/bin/python -m pip install --quiet --disable-pip-version-check dist/carom-*_$(MACHINE).whl --requirement pipeline/python/tests/requirements.txt
 	cd $(SHIPPED)/empty && env -i PATH= HOME="$(CURDIR)/$(SHIPPED)/empty" CAROM_NOTEBOOK="$(CURDIR)/$(SHIPPED)" \
 		bin/python -m pytest -q -p no:cacheprovider "$(CURDIR)/pipeline/python/tests"
+endif
 
 # 500 demo strikes, the whole pipeline, and one strike at a target with what came of it.
 run: build

@@ -1,5 +1,7 @@
-"""`archive.py PROGRAMS LIBRARY NOTICES TARGET OUT`: packs the programs of a folder, MuJoCo's library beside them, completions, manual pages and
-notices as OUT/carom-VERSION-TARGET.tar.gz, unpacks it into an empty folder, and runs what is in it there with an empty PATH."""
+"""`archive.py PROGRAMS LIBRARY NOTICES TARGET OUT [EMULATOR RUN BIN]`: packs the programs of a folder, MuJoCo's library beside them, completions,
+manual pages and notices as OUT/carom-VERSION-TARGET.tar.gz, unpacks it into an empty folder, and runs what is in it there with an empty PATH.
+
+Programs of another architecture run in EMULATOR, and what they answer about the published RUN is compared with what this machine's own, in BIN, do."""
 
 import json
 import shutil
@@ -17,9 +19,15 @@ PROGRAMS = ["carom", "strike"]
 COMPLETIONS = [("bash", "bash-completion/completions", "{}"), ("zsh", "zsh/site-functions", "_{}"), ("fish", "fish/vendor_completions.d", "{}.fish")]
 
 
-def here(program, *arguments, **more):
+# Plans of two architectures differ by no more.
+ALIKE = 1e-12
+EMULATOR = []
+
+
+def here(program, *arguments, check=True, **more):
     """Runs a program as on a machine that has nothing else."""
-    return subprocess.run([program, *arguments], check=True, capture_output=True, text=True, env={"PATH": ""}, **more)
+    # The emulator is a script of the shell: it finds itself with whole paths.
+    return subprocess.run([*EMULATOR, program, *arguments], check=check, capture_output=True, text=True, env={"PATH": ""}, **more)
 
 
 def fill(folder, programs, library, notices):
@@ -62,7 +70,57 @@ def try_out(archive):
         print(f'  strike: {plan["speed"]:.3f} m/s at {plan["angle"]:.3f} rad')
 
 
-def main(programs, library, notices, target, out):
+def numbers(value, path=""):
+    """All numbers of an answer, by where they are; other values stay as they are."""
+    if isinstance(value, dict):
+        for key, inner in value.items():
+            yield from numbers(inner, f"{path}.{key}")
+    elif isinstance(value, list):
+        for place, inner in enumerate(value):
+            yield from numbers(inner, f"{path}[{place}]")
+    else:
+        yield path, value
+
+
+def compare(archive, run, own):
+    """That programs of another architecture plan and predict as this machine's do."""
+    with tempfile.TemporaryDirectory() as empty:
+        with tarfile.open(archive) as packed:
+            packed.extractall(empty, filter="data")
+        (unpacked,) = Path(empty).iterdir()
+        for name in PROGRAMS:
+            for line in here(unpacked / "bin" / name, "--version").stdout.splitlines():
+                print(" ", line)
+        here(unpacked / "bin/carom", "demo", "--strikes", "5", "--seed", "1", "--out", "rig", cwd=empty)
+        run = str(Path(run).resolve())
+        asked = []
+        for place in range(24):
+            x, y = 0.45 + 0.05 * (place % 6), -0.12 + 0.08 * (place // 6)
+            asked.append(("strike", ["--artifacts", run, "--from", "0.30", "0.00", "--to", f"{x:.3f}", f"{y:.3f}", "--json", "--quiet"]))
+        for speed in ("0.5", "0.8"):
+            asked.append(("carom", ["predict", "--artifacts", run, "--from", "0.3", "0", "--speed", speed, "--angle", "0.1", "--json"]))
+        planned, far = 0, 0.0
+        for name, arguments in asked:
+            there = here(unpacked / "bin" / name, *arguments, check=False)
+            this = subprocess.run([Path(own) / name, *arguments], capture_output=True, text=True)
+            assert there.returncode == this.returncode, (arguments, there.returncode, this.returncode, there.stderr)
+            if this.returncode != 0:
+                continue
+            planned += 1
+            theirs, ours = (dict(numbers(json.loads(answer.stdout))) for answer in (there, this))
+            assert theirs.keys() == ours.keys(), arguments
+            for path, value in ours.items():
+                if isinstance(value, float):
+                    far = max(far, abs(value - theirs[path]) / max(1.0, abs(value)))
+                else:
+                    assert value == theirs[path], (arguments, path, value, theirs[path])
+        print(f"  {planned} of {len(asked)} plans and predictions, the others refused by both: they differ by {far:.1e} at the most")
+        assert planned > len(asked) // 2 and far <= ALIKE
+
+
+def main(programs, library, notices, target, out, emulator=None, run=None, own=None):
+    if emulator:
+        EMULATOR.append(str(Path(emulator).resolve()))
     version = tomllib.loads((ROOT / "Cargo.toml").read_text())["workspace"]["package"]["version"]
     name = f"carom-{version}-{target}"
     archive = Path(out) / f"{name}.tar.gz"
@@ -73,7 +131,10 @@ def main(programs, library, notices, target, out):
         with tarfile.open(archive, "w:gz") as packed:
             packed.add(folder, name)
     print(f"{archive}: {archive.stat().st_size / 1e6:.1f} MB")
-    try_out(archive)
+    if emulator:
+        compare(archive, run, own)
+    else:
+        try_out(archive)
 
 
 main(*sys.argv[1:])

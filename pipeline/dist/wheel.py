@@ -1,4 +1,4 @@
-"""`wheel.py FOLDER`: says what is in the wheel there, and holds it to what is promised."""
+"""`wheel.py WHEEL`: says what is in it, and holds it to what is promised."""
 
 import sys
 import tempfile
@@ -7,7 +7,7 @@ from pathlib import Path
 
 from promised import check_glibc, check_size
 
-(wheel,) = Path(sys.argv[1]).glob("*.whl")
+wheel = Path(sys.argv[1])
 print(wheel.name)
 check_size("wheel", wheel.stat().st_size)
 with tempfile.TemporaryDirectory() as folder, zipfile.ZipFile(wheel) as packed:

@@ -59,6 +59,8 @@ with sync_playwright() as playwright:
         check(plots > 5 and plots == drawn, f"{name}: all of {plots} plots are drawn ({drawn})")
         over = page.evaluate("document.documentElement.scrollWidth - innerWidth")
         check(over <= 0, f"{name}: nothing is wider than the screen ({over} px)")
+        wide = page.evaluate("[...document.querySelectorAll('table')].filter((table) => table.checkVisibility() && table.scrollWidth > table.clientWidth + 1).map((table) => table.textContent.slice(0, 40))")
+        check(not wide, f"{name}: no table is wider than its place {wide}")
         answers = page.locator(".answer")
         check(answers.count() == 4, f"{name}: four answers")
         bottom = answers.last.bounding_box()
@@ -125,7 +127,7 @@ with sync_playwright() as playwright:
 
     # On paper.
     page = open_page(1000, 900, "dark")
-    page.pdf(path=folder / "report.pdf", format="A4", print_background=True)
+    page.pdf(path=folder / "report.pdf", format="A4")
     headings = page.locator("h2, h3").all_text_contents()
     page.close()
     browser.close()

@@ -1,7 +1,7 @@
 """What viewers see of a run: `viewers.py CAROM RUN FOLDER BIN`.
 
 Has carom write views of RUN into FOLDER, reads them with mcap and protobuf, and with Rerun (`BIN/rerun`): converts, verifies and prints them, and
-takes a picture where a software renderer of Vulkan is installed (Debian's `mesa-vulkan-drivers`). Exits with 1 and says what does not hold.
+takes pictures where a software renderer of Vulkan is installed (Debian's `mesa-vulkan-drivers`). Exits with 1 and says what does not hold.
 """
 
 import collections
@@ -74,10 +74,36 @@ stopped = {one: row for one, row in strikes.items() if row["xf"] is not None}
 far = max(math.dist((ends[one]["measured"].x, ends[one]["measured"].y), (row["xf"], row["yf"])) for one, row in stopped.items())
 check(far < 1e-9, f"measured objects end where strikes.parquet has their stops ({far:.1e} m)")
 
+# A run that starts from a camera's images: these are beside its strikes. So few give a candidate.
+camera = folder / "camera"
+if not (camera / "strikes.parquet").exists():
+    call(carom, "demo", "--strikes", "12", "--seed", "3", "--hide", "none", "--camera", "--out", camera / "rig")
+    call(carom, "run", camera / "rig/logs", "--rig", camera / "rig/rig.toml", "--out", camera, expected=4)
+filmed = folder / "filmed.mcap"
+shown = json.loads(call(carom, "view", camera, "-o", filmed, "--json").stdout)["shown"]
+asked = "SELECT strike_id FROM strikes ORDER BY t_start LIMIT 1"
+(filmed_strike,) = (row["strike_id"] for row in json.loads(call(carom, "query", camera, asked, "--json").stdout))
+filmed_single = folder / "filmed_single.mcap"
+call(carom, "view", camera, "--strike", filmed_strike, "-o", filmed_single)
+taken, images, last = [], 0, 0
+with open(filmed, "rb") as file:
+    reader = make_reader(file, decoder_factories=[DecoderFactory()])
+    for schema, channel, message, decoded in reader.iter_decoded_messages(log_time_order=False):
+        check(False, "images are in order of time") if message.log_time < last else None
+        last = message.log_time
+        if schema.name == "strike.Strike":
+            taken.append(0)
+        elif schema.name == "foxglove.CompressedImage":
+            taken[-1] += 1
+            images += 1
+            if decoded.format != "jpeg" or not decoded.data.startswith(b"\xff\xd8") or decoded.timestamp.ToNanoseconds() != message.log_time:
+                check(False, f"an image is a JPEG with its stamp: {decoded.format}")
+check(images == shown["images"] and min(taken) > 10, f"{images} images, {min(taken)} to {max(taken)} of each of {len(taken)} strikes, {filmed.stat().st_size / 1e6:.1f} MB")
+
 # By Rerun.
 rerun("analytics", "disable")
 rerun("mcap", "check", "--full", everything)
-for view in (everything, single):
+for view in (everything, single, filmed, filmed_single):
     rrd = view.with_suffix(".rrd")
     rrd.unlink(missing_ok=True)
     rerun("mcap", "convert", view, "-o", rrd)
@@ -86,18 +112,22 @@ for view in (everything, single):
 text = (folder / "view.txt").read_text()
 for part in ("Points3D:positions", "Points3D:colors", "Transform3D:translation", "CoordinateFrame:frame", "TextLog:text"):
     check(part in text, f"Rerun draws {part}")
+text = (folder / "filmed.txt").read_text()
+for part in ("EncodedImage:blob", "Pinhole:image_from_camera"):
+    check(part in text, f"Rerun draws {part}")
 cut = folder / "cut.mcap"
 cut.write_bytes(single.read_bytes()[:-1000])
 rerun("mcap", "check", "--full", cut, expected=1)
 
-# A picture.
+# Pictures.
 drivers = list(Path("/usr/share/vulkan/icd.d").glob("lvp_icd*.json"))
 if drivers:
-    picture = folder / "single.png"
-    picture.unlink(missing_ok=True)
     os.environ["VK_ICD_FILENAMES"] = str(drivers[0])
-    rerun("--headless", "--renderer", "vulkan", "--bind", "127.0.0.1", "--window-size", "1400x900", "--screenshot-to", picture, single)
-    check(picture.exists(), f"a picture: {picture}")
+    for view in (single, filmed_single):
+        picture = view.with_suffix(".png")
+        picture.unlink(missing_ok=True)
+        rerun("--headless", "--renderer", "vulkan", "--bind", "127.0.0.1", "--window-size", "1400x900", "--screenshot-to", picture, view)
+        check(picture.exists(), f"a picture: {picture}")
 else:
     print("       no picture: no software renderer of Vulkan is installed")
 finish()

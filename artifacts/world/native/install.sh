@@ -1,5 +1,6 @@
 #!/bin/sh
-# Unpacks MuJoCo's library and cmake from their PyPI wheels into the folder given; does nothing where they are.
+# `install.sh FOLDER [MACHINE]`: unpacks MuJoCo's library and cmake from their PyPI wheels into the folder, for this machine or another kind (`aarch64`);
+# does nothing where they are.
 set -eu
 here=$(cd "$(dirname "$0")" && pwd)
 into=$1
@@ -12,7 +13,7 @@ python3 -m pip --version > /dev/null 2>&1 || {
 }
 rm -rf "$into"
 mkdir -p "$into/wheels"
-machine=$(uname -m)
+machine=${2:-$(uname -m)}
 python3 -m pip download --quiet --disable-pip-version-check --no-deps --require-hashes --only-binary=:all: \
     --python-version 3.11 --implementation cp --abi cp311 --abi none \
     --platform "manylinux_2_28_$machine" --platform "manylinux2014_$machine" \

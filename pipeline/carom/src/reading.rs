@@ -1,5 +1,6 @@
 //! Logs to strikes: the pipeline's first step, and what a score begins with.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use check::{Check, LogRead};
@@ -25,6 +26,8 @@ pub struct Read {
     pub rejects: Vec<Reject>,
     /// The logs that were read, by name and hash.
     pub logs: Vec<LogFile>,
+    /// Of each of these that was made from images, the log with the images.
+    pub images: BTreeMap<PathBuf, PathBuf>,
     /// The others.
     pub left_out: Vec<LeftOut>,
     /// Names of logs that are cut off or damaged.
@@ -156,6 +159,7 @@ pub fn read(run: &Run, rig: &Rig, logs: &[PathBuf], seed: u64) -> Result<Read, E
         slides,
         rejects,
         logs,
+        images: tracked.images,
         left_out,
         damaged,
         notes,

@@ -291,6 +291,7 @@ pub mod testing {
                 slides: Vec::new(),
                 rejects: Vec::new(),
                 logs: Vec::new(),
+                images: Default::default(),
                 left_out: Vec::new(),
                 damaged: Vec::new(),
                 notes: Vec::new(),

@@ -1,5 +1,6 @@
 //! Logs with images and no centroids, before they are ingested: each is tracked once, until it, the rig's camera or the object changes.
 
+use std::collections::BTreeMap;
 use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -27,6 +28,8 @@ const VERSION: u32 = 6;
 pub struct Tracked {
     /// Those that were given; of those that have images and no centroids the log with centroids.
     pub logs: Vec<PathBuf>,
+    /// Of each log that was made, the log with the images that it was made from: these are not copied.
+    pub images: BTreeMap<PathBuf, PathBuf>,
     /// Logs whose images are of no use.
     pub left_out: Vec<LeftOut>,
     /// Of each log with frames that have no centroid, how many and why.
@@ -77,6 +80,7 @@ pub fn tracked(run: &Run, dir: &Path, rig: &Rig, logs: &[PathBuf]) -> Result<Tra
                     let note = format!("{}: {}", name(log), outcome.sentence());
                     tracked.notes.push(note);
                 }
+                tracked.images.insert(path.clone(), log.clone());
                 tracked.logs.push(path);
             }
             Some(Err(why)) => tracked.left_out.push(LeftOut {

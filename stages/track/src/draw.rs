@@ -75,7 +75,7 @@ pub fn png_of(image: &Image) -> Option<Vec<u8>> {
 }
 
 /// The image as JPEG, small enough for a viewer's log; none where it is too large for JPEG.
-fn jpeg_of(image: &Image) -> Option<Vec<u8>> {
+pub(crate) fn jpeg_of(image: &Image) -> Option<Vec<u8>> {
     /// A quality at which lines of a pixel are seen.
     const QUALITY: u8 = 85;
     let mut data = Vec::new();

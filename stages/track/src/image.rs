@@ -27,11 +27,51 @@ impl Image {
         Ok(())
     }
 
+    /// The same with no side longer than `most`: means of squares of pixels; what is left at the right and below is cut off.
+    pub(crate) fn averaged(&self, most: usize) -> Self {
+        let square = square([self.width, self.height], most);
+        if square == 1 {
+            return self.clone();
+        }
+        let (width, height) = (self.width / square, self.height / square);
+        let mut rgb = Vec::with_capacity(3 * width * height);
+        for row in 0..height {
+            for column in 0..width {
+                let mut sums = [0_usize; 3];
+                for y in 0..square {
+                    for x in 0..square {
+                        let pixel = self.pixel(column * square + x, row * square + y);
+                        for (sum, byte) in sums.iter_mut().zip(pixel) {
+                            *sum += usize::from(byte);
+                        }
+                    }
+                }
+                rgb.extend(sums.map(|sum| (sum / (square * square)) as u8));
+            }
+        }
+        Self {
+            width,
+            height,
+            rgb,
+            grey: self.grey,
+        }
+    }
+
     /// The three bytes of a pixel; it must lie within.
     #[inline]
     pub fn pixel(&self, column: usize, row: usize) -> [u8; 3] {
         let at = 3 * (row * self.width + column);
         [self.rgb[at], self.rgb[at + 1], self.rgb[at + 2]]
+    }
+}
+
+/// Pixels of a side of the squares that an image is averaged by so that no side is longer than `most`.
+pub(crate) fn square([width, height]: [usize; 2], most: usize) -> usize {
+    let square = width.max(height).div_ceil(most.max(1)).max(1);
+    if square > width.min(height) {
+        1
+    } else {
+        square
     }
 }
 

@@ -10,6 +10,7 @@
 //!   projected outline of the known shape until it lies on the edges seen, `trust` decides whether to believe it.
 //! - [`track_log`] reads a log and writes another with the centroids: first some of its images together (`learn`: the table without the
 //!   object, its sides, its size), then each by itself with that.
+//! - [`excerpt()`] takes some images of a log, small, for viewers.
 //! - [`LensFit`] finds a lens from images of a [`Board`], [`Calibration`] a camera from points of the table, [`Tuned`] the object's colour range from an image.
 //!
 //! What is measured is the object's centre on the table, not the centroid of its picture: the outline is that of the shape at its
@@ -29,6 +30,7 @@ mod detect;
 mod draw;
 mod edges;
 mod error;
+mod excerpt;
 mod first_image;
 mod first_pose;
 mod fit;
@@ -74,6 +76,7 @@ pub use camera::CameraModel;
 pub use decode::Decoder;
 pub use draw::{draw_observation, png_of};
 pub use error::{BoardError, CalibrationError, ImageError, SetupError, TrackError, TuneError};
+pub use excerpt::{Excerpt, SmallImage, Window, averaged_by, excerpt};
 pub use first_image::first_image;
 pub use image::Image;
 pub use lens::Lens;

@@ -32,6 +32,13 @@ pub(crate) struct Video {
 const MOST_REFERENCES: u32 = 16;
 const BT_709: u8 = 1;
 
+/// Whether an access unit is a key frame, with which a video can begin.
+pub(crate) fn is_key_frame(data: &[u8]) -> bool {
+    let nals = parse_annex_b(data);
+    nals.iter()
+        .any(|nal| nal.nal_unit_type == NalUnitType::SliceIdr)
+}
+
 impl std::fmt::Debug for Video {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let mut debug = f.debug_struct("Video");

@@ -15,7 +15,7 @@ use crate::output::Output;
 use crate::pipeline::{Step, pipeline};
 use crate::results::Results;
 use crate::steps::open;
-use crate::view::show;
+use crate::view::{images, show};
 
 /// `carom view`.
 #[derive(Args, Debug)]
@@ -60,17 +60,28 @@ pub fn run(args: &ViewArgs, global: Global) -> Result<Output, Error> {
         .flat_map(|worlds| worlds.each())
         .collect();
     let worlds: Vec<_> = worlds.iter().map(|(_, of_world)| &of_world.world).collect();
-    let shown = show(path, &results.read.rig, &worlds, &strikes)?;
+    let images = images(&results.read, &strikes)?;
+    let shown = show(path, &results.read.rig, &worlds, &strikes, &images)?;
     let mut text = format!(
-        "view       {} of {} strikes, {:.0} s long\n",
+        "view       {} of {} strikes, {:.0} s long",
         path.display(),
         shown.strikes,
         shown.duration
     );
+    if shown.images > 0 {
+        text += &format!(", with {} images", shown.images);
+    }
+    text += "\n";
+    for note in &images.notes {
+        text += &format!("           {note}\n");
+    }
     if worlds.is_empty() {
         text += "           measured tracks alone: a model of these logs would be meaningless; `carom check` says what to mend\n";
     }
-    Ok(Output::done(json!({ "view": path, "shown": shown }), text))
+    Ok(Output::done(
+        json!({ "view": path, "shown": shown, "notes": images.notes }),
+        text,
+    ))
 }
 
 /// The strikes that were asked for, in the order in which they were made.

@@ -169,7 +169,7 @@ fn better(shown: &ReportInput<'_>) -> Markup {
             }
             @if let Some(known) = known { li { "In sessions that it knows: " (mean(known)) " cm." } }
             @if let Some(floor) = &evaluation.noise_floor {
-                li { "Repeats of one command: " (format!("{:.2}", floor.mean * 100.0)) " cm, which nothing can better." }
+                li { "Repeats of one command: " (format!("{:.2}", floor.mean * 100.0)) " cm; a model that errs by less does so by chance." }
             }
         }))
     }

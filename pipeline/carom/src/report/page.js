@@ -269,6 +269,14 @@
   isNarrow.addEventListener("change", () => fold(!isNarrow.matches));
   addEventListener("beforeprint", () => fold(true));
 
+  // There a row of words is a block, and each of its cells says what it is.
+  for (const table of document.querySelectorAll("table:has(td.words)")) {
+    const headings = [...table.querySelectorAll("thead th")].map((heading) => heading.textContent);
+    for (const row of table.querySelectorAll("tbody tr")) {
+      [...row.cells].forEach((cell, place) => { if (place && headings[place]) cell.dataset.heading = headings[place]; });
+    }
+  }
+
   // ------------------------------------------------------------------------------------------------ one strike
 
   const dialog = document.querySelector("dialog.strike");
@@ -304,6 +312,11 @@
       const plain = { title: "", is_map: false, log_x: false, y_range: null, x_range: null, shaded: null };
       const track = add({ ...plain, is_map: true, x: "x in m", y: "y in m", series: [...lines, measured] }, "track, measured and simulated");
       const top = Math.max(...apart.filter(({ colour }) => colour !== "nominal" || apart.length === 1).flatMap(({ y }) => y), 1);
+      // What leaves the plot says how far it goes.
+      for (const line of apart) {
+        const most = Math.max(...line.y);
+        if (most > 1.1 * top) line.name += `, up to ${most.toFixed(0)} mm`;
+      }
       const residual = add({ ...plain, x: "s since first motion", y: "apart in mm", y_range: [0, 1.1 * top], series: apart }, "residual, frame by frame");
       // Only now that both have their place is each as wide as it will be.
       track();

@@ -76,6 +76,11 @@ impl Message {
         })
     }
 
+    /// Its stamp in ns.
+    pub fn stamp(&self) -> u64 {
+        self.stamp
+    }
+
     /// Writes it.
     pub fn write<W: Write + Seek>(&self, file: &mut CopyWriter<W>) -> Result<(), Error> {
         let Some(schema) = (self.schema)() else {

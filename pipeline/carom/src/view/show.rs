@@ -12,6 +12,7 @@ use world::{Simulated, Simulator, World, WorldError};
 
 use super::draw::{Drawing, Ink, outline, turned, vector};
 use super::effects::effects;
+use super::images::Images;
 use super::messages::{self, Message, Motion, TABLE, nanoseconds, timestamp};
 use super::table::table;
 use crate::Error;
@@ -22,8 +23,8 @@ const MEASURED: &str = "measured";
 const SYSID: &str = "sysid";
 const EFFECT: &str = "effect";
 /// Seconds shown before a strike's first motion, and after the last object rests.
-const BEFORE: f64 = 0.5;
-const AFTER: f64 = 1.0;
+pub(super) const BEFORE: f64 = 0.5;
+pub(super) const AFTER: f64 = 1.0;
 /// Strikes that are simulated side by side before they are written.
 const BATCH: usize = 64;
 /// Height of lines and arrows above the table, in m.
@@ -47,6 +48,8 @@ fn ink(name: &str) -> Ink {
 pub struct Shown {
     /// Strikes.
     pub strikes: usize,
+    /// Images of them.
+    pub images: usize,
     /// How long a player plays, in s.
     pub duration: f64,
 }
@@ -58,6 +61,7 @@ pub fn show(
     rig: &Rig,
     worlds: &[&World],
     strikes: &[&Strike],
+    images: &Images,
 ) -> Result<Shown, Error> {
     let start = strikes
         .first()
@@ -71,7 +75,9 @@ pub fn show(
     let mut now = BEFORE;
     write(path, |file| {
         let mut file = CopyWriter::without_profile(file).map_err(Error::failed)?;
-        for message in standing(rig, worlds, nanoseconds(start))? {
+        let mut still = standing(rig, worlds, nanoseconds(start))?;
+        still.extend(images.camera(nanoseconds(start))?);
+        for message in still {
             message.write(&mut file)?;
         }
         for batch in strikes.chunks(BATCH) {
@@ -80,7 +86,10 @@ pub fn show(
                 .map(|strike| Played::of(strike, &simulators))
                 .collect();
             for played in &played {
-                for message in played.messages(rig, start + now)? {
+                let mut messages = played.messages(rig, start + now)?;
+                messages.extend(images.messages(played.strike, nanoseconds(start + now))?);
+                messages.sort_by_key(Message::stamp);
+                for message in messages {
                     message.write(&mut file)?;
                 }
                 let end = played.frames().last().copied().unwrap_or(0.0);
@@ -91,6 +100,7 @@ pub fn show(
     })?;
     Ok(Shown {
         strikes: strikes.len(),
+        images: images.count(),
         duration: now - BEFORE,
     })
 }

@@ -1,8 +1,44 @@
 //! Runs that start from a camera's images.
 
+use std::path::Path;
+
 use carom::Outcome;
 
 use crate::fixture::{carom, done, refusal, write};
+
+/// Strikes are shown beside the images that they were tracked in: some of each, at the times of the strike.
+fn is_shown_with_images(folder: &Path) {
+    let dir = folder.display();
+    let shown = done(&format!("view {dir}/run -o {dir}/run/view.mcap"));
+    let bytes = std::fs::read(folder.join("run/view.mcap")).expect("a view");
+    let mut of_strikes: Vec<Vec<u64>> = Vec::new();
+    let mut begins = Vec::new();
+    for message in mcap::MessageStream::new(&bytes).expect("a log") {
+        let message = message.expect("a message");
+        let schema = message.channel.schema.as_ref().expect("a schema");
+        match schema.name.as_str() {
+            "strike.Strike" => {
+                begins.push(message.log_time);
+                of_strikes.push(Vec::new());
+            }
+            "foxglove.CompressedImage" => {
+                let images = of_strikes.last_mut().expect("behind its strike");
+                images.push(message.log_time);
+            }
+            _ => {}
+        }
+    }
+    assert_eq!(of_strikes.len(), 12);
+    let all: usize = of_strikes.iter().map(Vec::len).sum();
+    assert_eq!(shown["shown"]["images"], all);
+    for (images, begin) in of_strikes.iter().zip(begins) {
+        // Half a second before first motion, the slide, a second after it.
+        assert!((10..=120).contains(&images.len()), "{}", images.len());
+        let first = images[0] - begin;
+        assert!(first < 100_000_000, "{first}");
+        assert!(images.is_sorted());
+    }
+}
 
 #[test]
 fn a_run_starts_from_images_tracks_them_once_and_is_rebuilt_from_them() {
@@ -38,6 +74,7 @@ fn a_run_starts_from_images_tracks_them_once_and_is_rebuilt_from_them() {
     candidate();
     assert_eq!(kept(), once, "tracked once");
     done(&format!("rebuild v0001 --artifacts {dir}/run"));
+    is_shown_with_images(folder.path());
 
     // A view is written beside what is read and written, never over it.
     let log = folder.path().join("rig/logs/session_000.mcap");
