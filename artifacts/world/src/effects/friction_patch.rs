@@ -18,6 +18,9 @@ const fn centre(name: &'static str, neutral: f64) -> EffectParameter {
 /// Width in m of the cells on which patches are tried, and their radii.
 const CELL: f64 = 0.05;
 const RADII: [f64; 3] = [0.04, 0.08, 0.14];
+/// The same of those that strikes may meet the edge of alone, wherever in the extent of their tracks.
+const LARGE_CELL: f64 = 0.15;
+const LARGE_RADII: [f64; 2] = [0.25, 0.45];
 /// Frames that a cell must hold to be tried.
 const FRAMES: usize = 12;
 
@@ -125,11 +128,15 @@ fn patches(experiment: &Experiment<'_>) -> Vec<FitStart> {
             ..about.clone()
         }
     };
-    experiment
-        .cells(CELL, FRAMES)
-        .into_iter()
-        .flat_map(|centre| RADII.map(|radius| start(centre, radius)))
-        .collect()
+    let small = experiment.cells(CELL, FRAMES).into_iter();
+    let small = small.flat_map(|centre| RADII.map(|radius| start(centre, radius)));
+    let [x, y] = experiment.extent().map(|(low, high)| {
+        let count = ((high - low) / LARGE_CELL).ceil().max(1.0);
+        (0..=count as u32).map(move |k| low + (high - low) * f64::from(k) / count)
+    });
+    let large = x.flat_map(|x| y.clone().map(move |y| Point::new(x, y)));
+    let large = large.flat_map(|centre| LARGE_RADII.map(|radius| start(centre, radius)));
+    small.chain(large).collect()
 }
 
 #[cfg(test)]

@@ -1,6 +1,9 @@
 //! Adds effects one by one; when none is left to add, replaces those for which another is better.
 
-use world::WorldError;
+use world::{
+    WorldError,
+    effects::{Family, effect},
+};
 
 use super::{
     CandidateFit, Selection,
@@ -85,6 +88,18 @@ pub(crate) fn search<'a>(
     with_rivals(selection, &short, chance)
 }
 
+/// Those that do nearly the same as this one, and those of friction by place where it is one.
+fn of_a_kind(screened: &[Screened], name: &str) -> Vec<&'static str> {
+    let is_by_place = |name: &str| {
+        let spec = effect(name);
+        spec.is_ok_and(|spec| spec.family == Family::FrictionByPlace)
+    };
+    let names = screened.iter().map(|screened| screened.name);
+    names
+        .filter(|other| alike(name).contains(other) || is_by_place(name) && is_by_place(other))
+        .collect()
+}
+
 /// Every candidate beside the model and what a wrong form of its effects would leave; and how likely each is by chance.
 fn screen_beside_family(
     selection: &Selection<'_>,
@@ -132,8 +147,10 @@ fn next_effect(
         let best = open
             .iter()
             .max_by(|a, b| (a.gain() - chance[a.name]).total_cmp(&(b.gain() - chance[b.name])));
+        // A line is near to a wide disc, and its step to the end: what is of a kind is compared where each ends.
+        let required = best.map_or(Vec::new(), |best| of_a_kind(&open, best.name));
         let criteria = FitCriteria {
-            required: best.map_or(&[], |best| alike(best.name)),
+            required: &required,
             ..FitCriteria::default()
         };
         let names: Vec<&str> = best.iter().map(|best| best.name).collect();
