@@ -27,7 +27,8 @@ install: build
 
 # What is shipped, in dist/: small, for this machine's architecture and glibc 2.31 and later (Ubuntu 20.04, JetPack 5), linked by zig. It
 # compiles everything a second time: half an hour on two cores. `make dist TARGET=aarch64-unknown-linux-gnu` (and `make wheel` alike) is for
-# a Jetson or a Raspberry Pi: what it makes is tried under Debian's QEMU, with the glibc of Debian 11, on a run of the demo.
+# a Jetson or a Raspberry Pi: what it makes is tried under Debian's QEMU, with the glibc of Debian 11, on a run of the demo. Of that, `strike`
+# was made so far.
 HOST := $(shell uname -m)-unknown-linux-gnu
 TARGET := $(HOST)
 MACHINE := $(firstword $(subst -, ,$(TARGET)))
