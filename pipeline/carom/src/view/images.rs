@@ -11,8 +11,7 @@ use track::{Excerpt, SmallImage, TrackError, Window, averaged_by, excerpt};
 use values::{Rig, Strike};
 
 use super::draw::vector;
-use super::messages::{Message, TABLE, nanoseconds, timestamp};
-use super::show::{AFTER, BEFORE};
+use super::messages::{AFTER, BEFORE, Message, TABLE, nanoseconds, timestamp};
 use crate::Error;
 use crate::reading::Read;
 

@@ -11,6 +11,9 @@ use crate::Error;
 
 /// The frame in which everything lies.
 pub const TABLE: &str = "table";
+/// Seconds shown before a strike's first motion, and after the last object rests.
+pub const BEFORE: f64 = 0.5;
+pub const AFTER: f64 = 1.0;
 /// Nanoseconds of a second.
 const NANOSECONDS: u64 = 1_000_000_000;
 

@@ -13,7 +13,7 @@ use world::{Simulated, Simulator, World, WorldError};
 use super::draw::{Drawing, Ink, outline, turned, vector};
 use super::effects::effects;
 use super::images::Images;
-use super::messages::{self, Message, Motion, TABLE, nanoseconds, timestamp};
+use super::messages::{self, AFTER, BEFORE, Message, Motion, TABLE, nanoseconds, timestamp};
 use super::table::table;
 use crate::Error;
 use crate::beside::simulate;
@@ -22,9 +22,6 @@ use crate::beside::simulate;
 const MEASURED: &str = "measured";
 const SYSID: &str = "sysid";
 const EFFECT: &str = "effect";
-/// Seconds shown before a strike's first motion, and after the last object rests.
-pub(super) const BEFORE: f64 = 0.5;
-pub(super) const AFTER: f64 = 1.0;
 /// Strikes that are simulated side by side before they are written.
 const BATCH: usize = 64;
 /// Height of lines and arrows above the table, in m.
