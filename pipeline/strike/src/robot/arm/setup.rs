@@ -22,7 +22,7 @@ pub(super) struct Setup {
     base: Point,
     yaw: f64,
     height: f64,
-    strike_height: f64,
+    pub(super) strike_height: f64,
     travel_height: f64,
     /// The tip reaches so far below its centre, in m.
     below: f64,
@@ -241,10 +241,16 @@ impl Setup {
         })
     }
 
-    /// Whether the first line goes up from where the tip is, above the table: one that goes down goes into the table where the rig file's
-    /// heights are wrong, which nothing that the arm reports would show.
-    pub(super) fn check_height(&self, pose: &Pose) -> Result<(), String> {
-        let (height, mm) = (pose.at[2] + self.height, |length: f64| length * 1e3);
+    /// How high a place of the tip's centre in the arm's frame (m) is above the table, in m.
+    pub(super) fn above_table(&self, [_, _, z]: [f64; 3]) -> f64 {
+        z + self.height
+    }
+
+    /// Whether the tip stands at travel height, or as high above the table as carom left it in a strike that was not ended (`low`, in m):
+    /// nothing that the arm reports shows that the rig file's heights are wrong, and the tip would be driven into the table. What it may stand
+    /// higher than by the rig file leaves half of what a strike keeps clear of the table.
+    pub(super) fn check_height(&self, pose: &Pose, low: Option<f64>) -> Result<(), String> {
+        let (height, mm) = (self.above_table(pose.at), |length: f64| length * 1e3);
         if height < self.below {
             return Err(format!(
                 "by robot.base_height and robot.tool_offset the tip, which reaches {:.1} mm below its centre, is {:.1} mm above the table: \
@@ -253,13 +259,17 @@ impl Setup {
                 mm(height)
             ));
         }
-        (height <= self.travel_height + CLEAR).then_some(()).ok_or_else(|| {
+        let most = CLEAR.min(0.5 * (self.strike_height - self.below));
+        let stands_at = |expected: f64| (height - expected).abs() <= most;
+        let is_known = stands_at(self.travel_height) || low.is_some_and(stands_at);
+        is_known.then_some(()).ok_or_else(|| {
             format!(
-                "by robot.base_height the tip is {:.1} mm above the table, so that it would first go down to robot.travel_height, {:.1} mm, \
-                 and into the table if base_height is wrong; measure how high it stands: where that is what is said here, bring it down to \
+                "by robot.base_height the tip is {:.1} mm above the table, and robot.travel_height is {:.1} mm: a base_height that is wrong by \
+                 more than {:.1} mm drives it into the table; measure how high it stands: where that is what is said here, bring the tip to \
                  travel height by the arm's own program, else set base_height right",
                 mm(height),
-                mm(self.travel_height)
+                mm(self.travel_height),
+                mm(most)
             )
         })
     }
@@ -351,22 +361,34 @@ mod tests {
     }
 
     #[test]
-    fn a_tip_that_would_first_go_down_or_is_inside_the_table_is_refused() {
+    fn a_tip_that_is_not_at_travel_height_or_where_it_was_left_is_refused() {
         let mut rig = rig();
         rig.robot.base_height = Some(-0.05);
         let setup = Setup::of(&rig).expect("a setup");
-        let checked = |height: f64| setup.check_height(&setup.at(Point::default(), height));
-        // From what a stop in a strike leaves to what a strike leaves, and a little above.
-        for height in [0.0121, 0.02, 0.05, 0.08, 0.0899] {
-            checked(height).expect("it goes up");
-        }
-        for (height, said) in [
-            (0.0119, "inside it"),
-            (-0.22, "-220.0 mm above the table"),
-            (0.0901, "go down to robot.travel_height, 80.0 mm"),
-            (0.33, "330.0 mm above the table"),
+        let checked =
+            |height: f64, low| setup.check_height(&setup.at(Point::default(), height), low);
+        // A ball of 12 mm strikes 20 mm above the table, 8 mm clear of it.
+        for (height, low) in [
+            (0.0761, None),
+            (0.0839, None),
+            (0.0761, Some(0.02)),
+            (0.0239, Some(0.02)),
+            (0.0161, Some(0.02)),
+            (0.05, Some(0.05)),
         ] {
-            let why = checked(height).expect_err(said);
+            checked(height, low).expect("its height is known");
+        }
+        for (height, low, said) in [
+            (0.0119, Some(0.0119), "inside it"),
+            (-0.22, None, "-220.0 mm above the table"),
+            (0.0841, None, "robot.travel_height is 80.0 mm"),
+            (0.0759, None, "bring the tip to travel height"),
+            (0.02, None, "bring the tip to travel height"),
+            (0.0241, Some(0.02), "wrong by more than 4.0 mm"),
+            (0.07, Some(0.02), "bring the tip to travel height"),
+            (0.33, None, "330.0 mm above the table"),
+        ] {
+            let why = checked(height, low).expect_err(said);
             assert!(why.contains(said) && why.contains("base_height"), "{why}");
         }
     }
