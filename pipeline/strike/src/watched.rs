@@ -39,9 +39,9 @@ pub fn strike_and_keep<D: Arm>(
     if let Some(watched) = watched {
         robot.look_first(watched.look());
     }
-    let before = (memory.stop(), memory.low());
-    robot.resumes_from(memory.low());
-    if let Err(error) = memory.begin(robot.strike_height()) {
+    let before = (memory.stop(), memory.left());
+    robot.resumes_from(memory.left());
+    if let Err(error) = memory.begin(robot.low_height()) {
         return (Err(robot.not_ready(format!("failed to {error}"))), None);
     }
     let outcome = execute(robot, plan);
@@ -59,7 +59,7 @@ pub fn strike_and_keep<D: Arm>(
     memory.left_at(match outcome {
         Ok(_) => None,
         // Where no report says it, it is where the strike was to be made.
-        Err(_) if robot.has_moved() => robot.height().or(memory.low()),
+        Err(_) if robot.has_moved() => robot.height().or(memory.left()),
         Err(_) => before.1,
     });
     // What cannot be kept of it leaves a file that says less: that it was not seen to stop.

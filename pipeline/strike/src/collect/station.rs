@@ -156,7 +156,7 @@ impl<D: Arm> ArmStation<D> {
         memory: &Path,
     ) -> Result<Self, CollectError> {
         let memory = Memory::open(memory, robot.serial())?;
-        robot.resumes_from(memory.low());
+        robot.resumes_from(memory.left());
         // Nobody is told to step back from an arm that is not as the rig file says.
         robot.is_set_up()?;
         Ok(Self {

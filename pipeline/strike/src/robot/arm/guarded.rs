@@ -94,8 +94,8 @@ pub struct Guarded<D: Arm> {
     is_unanswered: bool,
     /// When the strike's line was accepted.
     begun: Option<Instant>,
-    /// How high above the table (m) carom left the tip in a strike that was not ended; none where it did not.
-    low: Option<f64>,
+    /// How high above the table, and at which z, carom left the tip in a strike that was not ended, in m; none where it did not.
+    left: Option<[f64; 2]>,
     /// A line was sent in this strike.
     has_moved: bool,
     look: Option<LookFirst>,
@@ -153,7 +153,7 @@ impl<D: Arm> Guarded<D> {
             was_ready: false,
             before: None,
             begun: None,
-            low: None,
+            left: None,
             has_moved: false,
             look: None,
             _claims: [by_place, by_serial],
@@ -187,14 +187,14 @@ impl<D: Arm> Guarded<D> {
         unreachable_arm(&self.name, error)
     }
 
-    /// Where the tip may begin beside travel height, in m above the table: where carom left it.
-    pub(crate) fn resumes_from(&mut self, low: Option<f64>) {
-        (self.low, self.has_moved) = (low, false);
+    /// Where the tip may begin beside travel height: how high above the table, and at which z, carom left it, in m.
+    pub(crate) fn resumes_from(&mut self, left: Option<[f64; 2]>) {
+        (self.left, self.has_moved) = (left, false);
     }
 
-    /// How high above the table a strike is made, in m.
-    pub(crate) fn strike_height(&self) -> f64 {
-        self.setup.strike_height
+    /// How high above the table, and at which z, a strike is made, in m.
+    pub(crate) fn low_height(&self) -> [f64; 2] {
+        self.setup.low_height()
     }
 
     /// Whether a line was sent since then.
@@ -202,10 +202,10 @@ impl<D: Arm> Guarded<D> {
         self.has_moved
     }
 
-    /// How high above the table the tip is, in m; none where no report comes.
-    pub(crate) fn height(&self) -> Option<f64> {
+    /// How high above the table, and at which z, the tip is, in m; none where no report comes.
+    pub(crate) fn height(&self) -> Option<[f64; 2]> {
         let last = self.watch.next(PATIENCE).ok()?;
-        Some(self.setup.above_table(last.report.pose.at))
+        Some(self.setup.height(last.report.pose.at))
     }
 
     /// Whether what is known before there is a plan is as the rig file says: settings, how the tool points, how high it stands. Moves
@@ -220,7 +220,7 @@ impl<D: Arm> Guarded<D> {
 
     fn check_pose(&self, pose: &Pose) -> Result<(), String> {
         self.setup.check_orientation(pose)?;
-        self.setup.check_height(pose, self.low)
+        self.setup.check_height(pose, self.left)
     }
 
     /// Whether its reports still come, and nobody has stopped or taken it since this program was started. Waits for nothing.

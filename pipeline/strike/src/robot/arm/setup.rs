@@ -22,7 +22,7 @@ pub(super) struct Setup {
     base: Point,
     yaw: f64,
     height: f64,
-    pub(super) strike_height: f64,
+    strike_height: f64,
     travel_height: f64,
     /// The tip reaches so far below its centre, in m.
     below: f64,
@@ -241,16 +241,21 @@ impl Setup {
         })
     }
 
-    /// How high a place of the tip's centre in the arm's frame (m) is above the table, in m.
-    pub(super) fn above_table(&self, [_, _, z]: [f64; 3]) -> f64 {
-        z + self.height
+    /// A place of the tip's centre in the arm's frame (m): how high it is above the table, and its z.
+    pub(super) fn height(&self, [_, _, z]: [f64; 3]) -> [f64; 2] {
+        [z + self.height, z]
     }
 
-    /// Whether the tip stands at travel height, or as high above the table as carom left it in a strike that was not ended (`low`, in m):
+    /// The same where a strike is made.
+    pub(super) fn low_height(&self) -> [f64; 2] {
+        [self.strike_height, self.strike_height - self.height]
+    }
+
+    /// Whether the tip stands at travel height, or, where carom left it in a strike that was not ended (`left`), as high above the table as then:
     /// nothing that the arm reports shows that the rig file's heights are wrong, and the tip would be driven into the table. What it may stand
     /// higher than by the rig file leaves half of what a strike keeps clear of the table.
-    pub(super) fn check_height(&self, pose: &Pose, low: Option<f64>) -> Result<(), String> {
-        let (height, mm) = (self.above_table(pose.at), |length: f64| length * 1e3);
+    pub(super) fn check_height(&self, pose: &Pose, left: Option<[f64; 2]>) -> Result<(), String> {
+        let ([height, z], mm) = (self.height(pose.at), |length: f64| length * 1e3);
         if height < self.below {
             return Err(format!(
                 "by robot.base_height and robot.tool_offset the tip, which reaches {:.1} mm below its centre, is {:.1} mm above the table: \
@@ -260,8 +265,9 @@ impl Setup {
             ));
         }
         let most = CLEAR.min(0.5 * (self.strike_height - self.below));
-        let stands_at = |expected: f64| (height - expected).abs() <= most;
-        let is_known = stands_at(self.travel_height) || low.is_some_and(stands_at);
+        let still = left.filter(|[_, then]| (z - then).abs() <= most);
+        let expected = still.map_or(self.travel_height, |[then, _]| then);
+        let is_known = (height - expected).abs() <= most;
         is_known.then_some(()).ok_or_else(|| {
             format!(
                 "by robot.base_height the tip is {:.1} mm above the table, and robot.travel_height is {:.1} mm: a base_height that is wrong by \
@@ -365,30 +371,33 @@ mod tests {
         let mut rig = rig();
         rig.robot.base_height = Some(-0.05);
         let setup = Setup::of(&rig).expect("a setup");
-        let checked =
-            |height: f64, low| setup.check_height(&setup.at(Point::default(), height), low);
         // A ball of 12 mm strikes 20 mm above the table, 8 mm clear of it.
-        for (height, low) in [
+        let checked = |height: f64, left: Option<[f64; 2]>| {
+            setup.check_height(&setup.at(Point::default(), height), left)
+        };
+        // Left in a strike by this rig file, and by one whose base stood 60 mm lower.
+        let (left, otherwise) = (Some(setup.low_height()), Some([0.02, 0.13]));
+        for (height, left) in [
             (0.0761, None),
             (0.0839, None),
-            (0.0761, Some(0.02)),
-            (0.0239, Some(0.02)),
-            (0.0161, Some(0.02)),
-            (0.05, Some(0.05)),
+            (0.0761, left),
+            (0.0239, left),
+            (0.0161, left),
         ] {
-            checked(height, low).expect("its height is known");
+            checked(height, left).expect("its height is known");
         }
-        for (height, low, said) in [
-            (0.0119, Some(0.0119), "inside it"),
+        for (height, left, said) in [
+            (0.0119, left, "inside it"),
             (-0.22, None, "-220.0 mm above the table"),
             (0.0841, None, "robot.travel_height is 80.0 mm"),
             (0.0759, None, "bring the tip to travel height"),
             (0.02, None, "bring the tip to travel height"),
-            (0.0241, Some(0.02), "wrong by more than 4.0 mm"),
-            (0.07, Some(0.02), "bring the tip to travel height"),
+            (0.08, otherwise, "bring the tip to travel height"),
+            (0.0241, left, "wrong by more than 4.0 mm"),
+            (0.07, left, "bring the tip to travel height"),
             (0.33, None, "330.0 mm above the table"),
         ] {
-            let why = checked(height, low).expect_err(said);
+            let why = checked(height, left).expect_err(said);
             assert!(why.contains(said) && why.contains("base_height"), "{why}");
         }
     }

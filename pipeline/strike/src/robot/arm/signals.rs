@@ -6,7 +6,7 @@ use std::ops::RangeInclusive;
 use std::os::fd::AsFd;
 use std::os::unix::fs::MetadataExt;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::AtomicBool;
 use std::sync::mpsc::{self, RecvTimeoutError};
 use std::thread;
 use std::time::{Duration, Instant};
@@ -15,6 +15,7 @@ use nix::sys::signal::{SigSet, Signal};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::io::Errno;
 use signal_hook::consts::signal as name;
+use signal_hook::low_level::raise;
 
 /// Linux's signals, those for programs' own use among them, which end a program, too.
 const ALL: RangeInclusive<i32> = 1..=64;
@@ -63,13 +64,8 @@ fn faults() -> SigSet {
 pub fn catch_signals() -> io::Result<Arc<AtomicBool>> {
     let caught = Arc::new(AtomicBool::new(false));
     unblock_signals()?;
-    // No handler: it would return to a fault that was met, for ever.
-    let flag = caught.clone();
-    let waits = move || {
-        while faults().wait().is_ok() {
-            flag.store(true, Ordering::Relaxed);
-        }
-    };
+    // No handler: it would return to a fault that was met, for ever. Who waits for one sends another, which all flags are of.
+    let waits = || while faults().wait().is_ok_and(|_| raise(name::SIGTERM).is_ok()) {};
     thread::Builder::new().name("signals".into()).spawn(waits)?;
     for signal in ending() {
         signal_hook::flag::register(signal, caught.clone())?;
@@ -164,6 +160,8 @@ fn beside<T: Send + 'static>(
 
 #[cfg(test)]
 mod tests {
+    use std::sync::atomic::Ordering;
+
     use nix::sys::signal::kill;
     use nix::unistd::Pid;
 
@@ -272,11 +270,11 @@ mod tests {
         let caught = catch_signals().expect("caught");
         for signal in ending() {
             caught.store(false, Ordering::Relaxed);
-            signal_hook::low_level::raise(signal).expect("raised");
+            raise(signal).expect("raised");
             assert!(caught.load(Ordering::Relaxed), "signal {signal}");
         }
         caught.store(false, Ordering::Relaxed);
-        signal_hook::low_level::raise(name::SIGXFSZ).expect("raised");
+        raise(name::SIGXFSZ).expect("raised");
         assert!(
             !caught.load(Ordering::Relaxed),
             "a file that is too large ends nothing"
