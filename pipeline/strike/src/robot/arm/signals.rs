@@ -202,7 +202,7 @@ mod tests {
         rustix::io::ioctl_fionbio(&full, true).expect("set");
         while full.write(&[0; 4096]).is_ok() {}
         rustix::io::ioctl_fionbio(&full, false).expect("set");
-        let opened = |path: &str, writes| {
+        let opened = |path: &str, writes: bool| {
             let file = fs::OpenOptions::new()
                 .read(!writes)
                 .write(writes)
