@@ -37,6 +37,9 @@ pub struct Memory {
     begun: Option<u64>,
     /// The same, as an earlier program left it.
     lost: Option<u64>,
+    /// How high above the table, and at which z of the arm's frame (m), a strike that was not ended left the tip, or will have if this program is
+    /// killed in it; none after one that was ended.
+    left: Option<[f64; 2]>,
 }
 
 /// The folder of what is kept by arm: `carom` in XDG_STATE_HOME, or in `.local/state` of the user's home. Errors where neither is set.
@@ -55,12 +58,11 @@ impl Memory {
         let plain = |c: char| if c.is_ascii_alphanumeric() { c } else { '_' };
         let name: String = serial.chars().map(plain).take(100).collect();
         let path = folder.join(format!("stop_of_{name}"));
-        let (stop, lost) = match fs::read_to_string(&path) {
-            Ok(text) => parse(&text).unwrap_or((LastStop::Unseen(None), None)),
-            Err(error) if error.kind() == io::ErrorKind::NotFound => (LastStop::None, None),
-            Err(error) if error.kind() == io::ErrorKind::InvalidData => {
-                (LastStop::Unseen(None), None)
-            }
+        let unknown = (LastStop::Unseen(None), None, None);
+        let (stop, lost, left) = match fs::read_to_string(&path) {
+            Ok(text) => parse(&text).unwrap_or(unknown),
+            Err(error) if error.kind() == io::ErrorKind::NotFound => (LastStop::None, None, None),
+            Err(error) if error.kind() == io::ErrorKind::InvalidData => unknown,
             Err(error) => return Err(durable::Error::new("read", &path, error)),
         };
         Ok(Self {
@@ -68,6 +70,7 @@ impl Memory {
             stop,
             begun: lost,
             lost,
+            left,
         })
     }
 
@@ -82,8 +85,9 @@ impl Memory {
         ))
     }
 
-    /// A strike is begun: whatever ends this program before its record is written is told by the next one.
-    pub(crate) fn begin(&mut self) -> Result<(), durable::Error> {
+    /// A strike is begun at this height (m): whatever ends this program before its record is written is told by the next one.
+    pub(crate) fn begin(&mut self, height: [f64; 2]) -> Result<(), durable::Error> {
+        self.left = Some(height);
         let now = SystemTime::now().duration_since(UNIX_EPOCH);
         self.begun = Some(now.unwrap_or_default().as_secs());
         self.keep(LastStop::Unseen(None))
@@ -95,6 +99,16 @@ impl Memory {
             // What cannot be kept is told once more.
             let _ = self.keep(self.stop);
         }
+    }
+
+    /// How high above the table, and at which z (m), a strike that was not ended left the tip.
+    pub(crate) fn left(&self) -> Option<[f64; 2]> {
+        self.left
+    }
+
+    /// The same, from now on; it is kept with the next stop.
+    pub(crate) fn left_at(&mut self, left: Option<[f64; 2]>) {
+        self.left = left;
     }
 
     /// The last stop.
@@ -111,7 +125,7 @@ impl Memory {
     pub(crate) fn keep(&mut self, stop: LastStop) -> Result<(), durable::Error> {
         self.stop = stop;
         let mut text = match stop {
-            LastStop::None if self.begun.is_none() => {
+            LastStop::None if self.begun.is_none() && self.left.is_none() => {
                 return match fs::remove_file(&self.path) {
                     Err(error) if error.kind() != io::ErrorKind::NotFound => {
                         Err(durable::Error::new("remove", &self.path, error))
@@ -126,6 +140,9 @@ impl Memory {
         };
         if let Some(begun) = self.begun {
             text += &format!("begun {begun}\n");
+        }
+        if let Some([height, z]) = self.left {
+            text += &format!("left {height:.4} {z:.4}\n");
         }
         if let Some(folder) = self.path.parent() {
             durable::create_dir(folder)?;
@@ -163,14 +180,22 @@ impl Memory {
     }
 }
 
-/// The last stop, and when a strike was begun that has no record.
-fn parse(text: &str) -> Option<(LastStop, Option<u64>)> {
+/// The last stop, when a strike was begun that has no record, and how high one that was not ended left the tip.
+fn parse(text: &str) -> Option<(LastStop, Option<u64>, Option<[f64; 2]>)> {
     let number = |text: &str| text.parse().ok().filter(|v: &f64| v.is_finite());
-    let (stop, begun) = match text.split_once("begun") {
-        Some((stop, begun)) => (stop, Some(begun.trim().parse().ok()?)),
-        None => (text, None),
-    };
-    let words: Vec<&str> = stop.split_whitespace().collect();
+    let mut lines = text.lines();
+    let words: Vec<&str> = lines.next()?.split_whitespace().collect();
+    let (mut begun, mut left) = (None, None);
+    for line in lines {
+        match line.split_once(' ')? {
+            ("begun", at) => begun = Some(at.parse().ok()?),
+            ("left", at) => {
+                let (height, z) = at.split_once(' ')?;
+                left = Some([number(height)?, number(z)?]);
+            }
+            _ => return None,
+        }
+    }
     let at = |x: &str, y: &str| Some(Point::new(number(x)?, number(y)?));
     let stop = match words[..] {
         ["none"] => LastStop::None,
@@ -179,7 +204,7 @@ fn parse(text: &str) -> Option<(LastStop, Option<u64>)> {
         [x, y] => LastStop::At(at(x, y)?),
         _ => return None,
     };
-    Some((stop, begun))
+    Some((stop, begun, left))
 }
 
 #[cfg(test)]
@@ -214,7 +239,7 @@ mod tests {
         // Killed in the strike; and after the object was seen to stop.
         for stop in [None, Some(LastStop::At(here)), Some(LastStop::None)] {
             let mut killed = open();
-            killed.begin().expect("keeps");
+            killed.begin([0.02, -0.01]).expect("keeps");
             stop.map_or(Ok(()), |stop| killed.keep(stop))
                 .expect("keeps");
             for _ in 0..2 {
@@ -223,9 +248,10 @@ mod tests {
                 assert!(told.contains("begun 0 min ago"), "{told}");
                 assert_eq!(next.lost(), None, "once a call");
                 assert_eq!(next.stop(), stop.unwrap_or(LastStop::Unseen(None)));
+                assert_eq!(next.left(), Some([0.02, -0.01]));
             }
             let mut next = open();
-            next.begin().expect("keeps");
+            next.begin([0.02, -0.01]).expect("keeps");
             next.recorded();
             assert_eq!(open().lost(), None);
         }

@@ -48,7 +48,7 @@ pub use plan::{Adapted, Details, FEW, Plan};
 pub use planner::Planner;
 pub use recent::{Recent, SESSION_GAP};
 pub use refusal::{Reason, Refusal};
-pub use robot::arm::{Guarded, Look, catch_signals, tell, told};
+pub use robot::arm::{Guarded, Look, catch_signals, tell, told, unblock_signals};
 pub use robot::{Choice, DryRun, Robot, RobotError, StrikeRecord, UnknownRobot, execute};
 #[cfg(feature = "sim")]
 pub use robot::{SimRobot, TruthSource};

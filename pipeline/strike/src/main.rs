@@ -9,6 +9,10 @@ use clap::Parser;
 
 fn main() -> ExitCode {
     strike::built_from(option_env!("CAROM_COMMIT"));
+    if let Err(error) = strike::unblock_signals() {
+        strike::tell(&format!("strike: failed to unblock signals: {error}"));
+        return ExitCode::FAILURE;
+    }
     // With a value `--version` names the artifact's; alone, or as `-V`, it asks for the program's own.
     if std::env::args_os().skip(1).eq(["--version"]) || std::env::args_os().skip(1).eq(["-V"]) {
         let about = strike::about(&[("versions", store::SCHEMA_VERSION)]);

@@ -39,8 +39,9 @@ pub fn strike_and_keep<D: Arm>(
     if let Some(watched) = watched {
         robot.look_first(watched.look());
     }
-    let before = memory.stop();
-    if let Err(error) = memory.begin() {
+    let before = (memory.stop(), memory.left());
+    robot.resumes_from(memory.left());
+    if let Err(error) = memory.begin(robot.low_height()) {
         return (Err(robot.not_ready(format!("failed to {error}"))), None);
     }
     let outcome = execute(robot, plan);
@@ -51,10 +52,16 @@ pub fn strike_and_keep<D: Arm>(
         (Err(error), None) => error.samples().is_some(),
     };
     let stop = match &seen {
-        _ if !may_have_struck => before,
+        _ if !may_have_struck => before.0,
         Some(Seen { rest: Ok(rest), .. }) => LastStop::At(rest.point),
         _ => LastStop::Unseen(None),
     };
+    memory.left_at(match outcome {
+        Ok(_) => None,
+        // Where no report says it, it is where the strike was to be made.
+        Err(_) if robot.has_moved() => robot.height().or(memory.left()),
+        Err(_) => before.1,
+    });
     // What cannot be kept of it leaves a file that says less: that it was not seen to stop.
     let _ = memory.keep(stop);
     let has_record = match &outcome {

@@ -149,14 +149,18 @@ impl<D: Arm> ArmStation<D> {
     /// The object must lie still for `pause` before the arm moves: time to step back. `interrupted` ends the waiting. The folder `memory`
     /// holds where the arm's last strike left the object.
     pub fn new(
-        robot: Guarded<D>,
+        mut robot: Guarded<D>,
         live: Live,
         pause: Duration,
         interrupted: Arc<AtomicBool>,
         memory: &Path,
     ) -> Result<Self, CollectError> {
+        let memory = Memory::open(memory, robot.serial())?;
+        robot.resumes_from(memory.left());
+        // Nobody is told to step back from an arm that is not as the rig file says.
+        robot.is_set_up()?;
         Ok(Self {
-            memory: Memory::open(memory, robot.serial())?,
+            memory,
             robot,
             live: Arc::new(live),
             interrupted,

@@ -46,7 +46,7 @@ pub fn plan(rig: &Rig, to: Point) -> Plan {
 /// An arm near the start of the plan, so that a strike takes two seconds.
 pub fn model() -> Model {
     Model {
-        pose: [200.0, 10.0, 65.0, std::f64::consts::PI, 0.0, 0.0],
+        pose: [200.0, 10.0, 67.0, std::f64::consts::PI, 0.0, 0.0],
         ..Model::default()
     }
 }

@@ -283,6 +283,31 @@ fn nobody_is_told_to_step_back_from_an_arm_that_somebody_stopped() {
 }
 
 #[test]
+fn nobody_is_told_to_step_back_from_an_arm_that_is_not_as_the_rig_file_says() {
+    type Change = fn(&mut Rig);
+    let cases: [(Change, &str); 3] = [
+        (|rig| rig.robot.payload = Some(1.0), "kg"),
+        (
+            |rig| rig.robot.tool_orientation = Some([0.0; 3]),
+            "tool points",
+        ),
+        (|rig| rig.robot.base_height = Some(0.05), "travel height"),
+    ];
+    for (change, said) in cases {
+        let (lab, folder) = (lab(&rig(), true), tempfile::tempdir().unwrap());
+        let mut rig = rig();
+        change(&mut rig);
+        let error = gather(&lab, &rig, folder.path(), 1, &mut |news| panic!("{news:?}"));
+        let error = error.unwrap_err();
+        assert!(
+            matches!(error, CollectError::Robot(RobotError::NotReady { .. })),
+            "{error}"
+        );
+        assert!(error.to_string().contains(said), "{error}");
+    }
+}
+
+#[test]
 fn an_arm_that_does_not_stand_where_the_rig_file_says_strikes_once() {
     in_time(|| {
         let (mut rig, folder) = (rig(), tempfile::tempdir().unwrap());

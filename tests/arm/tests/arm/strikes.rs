@@ -11,7 +11,7 @@ use arm::{Emulator, Event, Fault, Listening, Model, Step};
 use strike::arm::{Arm, LineRequest};
 use strike::ur::Ur;
 use strike::xarm::{Register, XArm, request};
-use strike::{CommandPlanner, Guarded, Look, RobotError, execute};
+use strike::{CommandPlanner, Guarded, Look, Memory, RobotError, execute, strike_and_keep};
 use values::{Command, Point, Rig};
 
 use crate::bench::{
@@ -176,12 +176,14 @@ fn whoever_stopped_the_arm_is_in_charge_until_the_program_is_started_again() {
 }
 
 #[test]
-fn who_stops_an_arm_that_waits_for_the_next_strike_or_moves_it_is_in_charge() {
-    fn twice<D: Arm>(maker: Maker, fault: Fault, said: &str) {
+fn who_stops_an_arm_that_waits_for_the_first_or_next_strike_or_moves_it_is_in_charge() {
+    fn before<D: Arm>(maker: Maker, strikes: u32, fault: Fault, said: &str) {
         let plan = plan(&maker.rig(), TO);
         let emulator = maker.emulator(None);
         let mut arm = connect_to::<D>(&emulator, plan.rig(), Arc::default()).unwrap();
-        execute(&mut arm, &plan).unwrap();
+        for _ in 0..strikes {
+            execute(&mut arm, &plan).unwrap();
+        }
         let (rest, lines) = (emulator.pose(), lines(&emulator));
         emulator.make(fault);
         match fault {
@@ -198,11 +200,14 @@ fn who_stops_an_arm_that_waits_for_the_next_strike_or_moves_it_is_in_charge() {
         assert_eq!(self::lines(&emulator), lines, "{maker:?} {fault:?}");
     }
     in_time(|| {
-        twice::<XArm>(Maker::XArm, Fault::OperatorStop, "state 4");
-        twice::<XArm>(Maker::XArm, Fault::OtherLine, "was moved");
-        twice::<Ur>(Maker::Ur, Fault::OperatorStop, "no program runs");
-        twice::<Ur>(Maker::Ur, Fault::OtherLine, "was moved");
-        twice::<Ur>(Maker::Ur, Fault::FreeDrive, "free drive");
+        before::<XArm>(Maker::XArm, 1, Fault::OperatorStop, "state 4");
+        before::<Ur>(Maker::Ur, 1, Fault::OperatorStop, "no program runs");
+        before::<Ur>(Maker::Ur, 1, Fault::FreeDrive, "free drive");
+        before::<XArm>(Maker::XArm, 1, Fault::OtherLine, "was moved");
+        before::<Ur>(Maker::Ur, 1, Fault::OtherLine, "was moved");
+        // By hand: an emulated arm that was not made ready takes no line.
+        before::<XArm>(Maker::XArm, 0, Fault::Jogged, "was moved");
+        before::<Ur>(Maker::Ur, 0, Fault::Jogged, "was moved");
     });
 }
 
@@ -615,7 +620,12 @@ fn another_arm_at_the_address_of_the_rigs_is_not_moved() {
 fn a_base_whose_height_is_wrong_moves_no_arm_down_into_the_table() {
     in_time(|| {
         for maker in [Maker::XArm, Maker::Ur] {
-            for (height, said) in [(0.3, "first go down"), (-0.3, "inside it")] {
+            for (height, said) in [
+                (0.3, "367.0 mm above"),
+                (0.05, "bring the tip to travel height"),
+                (-0.05, "bring the tip to travel height"),
+                (-0.3, "inside it"),
+            ] {
                 let mut rig = maker.rig();
                 rig.robot.base_height = Some(height);
                 let emulator = maker.emulator(None);
@@ -633,17 +643,49 @@ fn a_base_whose_height_is_wrong_moves_no_arm_down_into_the_table() {
 }
 
 #[test]
-fn an_arm_that_was_stopped_low_or_stands_a_little_above_travel_height_strikes() {
+fn an_arm_strikes_from_travel_height_alone_as_far_as_half_the_tips_clearance_goes() {
     in_time(|| {
         for maker in [Maker::XArm, Maker::Ur] {
-            for height in [20.0, 79.0] {
+            // The tip strikes 8 mm above the table.
+            for (height, strikes) in [(20.0, false), (65.0, false), (73.0, true), (75.0, false)] {
                 let mut model = maker.model();
                 model.pose[2] = height;
                 let emulator = maker.listening(model, None);
                 let outcome = maker.strike(&emulator, &plan(&maker.rig(), TO));
-                assert!(matches!(outcome, Ok(Some(_))), "{maker:?}: {outcome:?}");
+                assert_eq!(outcome.is_ok(), strikes, "{maker:?}: {outcome:?}");
+                assert_eq!(lines(&emulator) > 0, strikes, "{maker:?}");
             }
         }
+    });
+}
+
+#[test]
+fn an_arm_that_carom_stopped_low_goes_on_from_there_alone_and_by_the_same_heights() {
+    in_time(|| {
+        let (rig, memory) = (rig(), tempfile::tempdir().unwrap());
+        let emulator = Maker::XArm.emulator(None);
+        let call = |rig: &Rig, is_moved: bool| {
+            let mut arm = connect(&emulator, rig).unwrap();
+            let mut memory = Memory::open(memory.path(), arm.serial()).unwrap();
+            arm.look_first(move |when| match (when, is_moved) {
+                (Look::BeforeStrike, true) => Err("it has moved".into()),
+                _ => Ok(()),
+            });
+            let (plan, never) = (plan(rig, TO), AtomicBool::new(false));
+            strike_and_keep(&mut arm, &plan, None, &mut memory, &never).0
+        };
+        let stopped = call(&rig, true).unwrap_err();
+        assert!(stopped.to_string().contains("has moved"), "{stopped}");
+        let [_, _, low, ..] = emulator.pose();
+        assert!((low - 20.0).abs() < 1.0, "{low}");
+        // Who edits the rig file meanwhile says that it stands elsewhere. A call that is refused forgets nothing.
+        let (mut higher, before) = (rig.clone(), lines(&emulator));
+        higher.robot.base_height = Some(0.05);
+        let refused = call(&higher, false).unwrap_err();
+        assert!(matches!(refused, RobotError::NotReady { .. }), "{refused}");
+        assert!(refused.to_string().contains("base_height"), "{refused}");
+        assert_eq!(lines(&emulator), before);
+        call(&rig, false).unwrap();
     });
 }
 

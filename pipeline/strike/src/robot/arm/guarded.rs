@@ -94,6 +94,10 @@ pub struct Guarded<D: Arm> {
     is_unanswered: bool,
     /// When the strike's line was accepted.
     begun: Option<Instant>,
+    /// How high above the table, and at which z, carom left the tip in a strike that was not ended, in m; none where it did not.
+    left: Option<[f64; 2]>,
+    /// A line was sent in this strike.
+    has_moved: bool,
     look: Option<LookFirst>,
     _claims: [Claim; 2],
 }
@@ -133,6 +137,8 @@ impl<D: Arm> Guarded<D> {
             Watch::start(reports, driver.outlet().clone(), interrupted.clone()).map_err(failed)?;
         // The first report comes before the arm's state is asked for: a stop from now on shows as a change.
         watch.next(PATIENCE).map_err(|why| not_ready(name, why))?;
+        // What moves it from where it is now is somebody else.
+        watch.release();
         Ok(Self {
             name: name.into(),
             ports: *ports,
@@ -147,6 +153,8 @@ impl<D: Arm> Guarded<D> {
             was_ready: false,
             before: None,
             begun: None,
+            left: None,
+            has_moved: false,
             look: None,
             _claims: [by_place, by_serial],
         })
@@ -177,6 +185,42 @@ impl<D: Arm> Guarded<D> {
 
     fn unreachable(&self, error: &io::Error) -> RobotError {
         unreachable_arm(&self.name, error)
+    }
+
+    /// Where the tip may begin beside travel height: how high above the table, and at which z, carom left it, in m.
+    pub(crate) fn resumes_from(&mut self, left: Option<[f64; 2]>) {
+        (self.left, self.has_moved) = (left, false);
+    }
+
+    /// How high above the table, and at which z, a strike is made, in m.
+    pub(crate) fn low_height(&self) -> [f64; 2] {
+        self.setup.low_height()
+    }
+
+    /// Whether a line was sent since then.
+    pub(crate) fn has_moved(&self) -> bool {
+        self.has_moved
+    }
+
+    /// How high above the table, and at which z, the tip is, in m; none where no report comes.
+    pub(crate) fn height(&self) -> Option<[f64; 2]> {
+        let last = self.watch.next(PATIENCE).ok()?;
+        Some(self.setup.height(last.report.pose.at))
+    }
+
+    /// Whether what is known before there is a plan is as the rig file says: settings, how the tool points, how high it stands. Moves
+    /// nothing.
+    pub(crate) fn is_set_up(&mut self) -> Result<(), RobotError> {
+        let status = self.checked_status();
+        let status = status.map_err(|error| self.unreachable(&error))?;
+        let pose = status.and_then(|_| Ok(self.watch.next(PATIENCE)?.report.pose));
+        let checked = pose.and_then(|pose| self.check_pose(&pose));
+        checked.map_err(|why| self.not_ready(why))
+    }
+
+    fn check_pose(&self, pose: &Pose) -> Result<(), String> {
+        self.setup.check_orientation(pose)?;
+        self.setup.check_height(pose, self.left)
     }
 
     /// Whether its reports still come, and nobody has stopped or taken it since this program was started. Waits for nothing.
@@ -239,8 +283,7 @@ impl<D: Arm> Guarded<D> {
                 numbers(&shown.at)
             ));
         }
-        self.setup.check_orientation(&shown)?;
-        self.setup.check_height(&shown)?;
+        self.check_pose(&shown)?;
         plan.check_approach(self.setup.on_table(shown.at))?;
         Ok(shown)
     }
@@ -449,7 +492,7 @@ impl<D: Arm> Guarded<D> {
             }
             is_read()?;
         }
-        self.is_moving = true;
+        (self.is_moving, self.has_moved) = (true, true);
         self.watch.guard(Line {
             from: at,
             to: request.to,

@@ -29,5 +29,5 @@ pub(crate) use driver::{distance, shown};
 pub(crate) use guard::MARGIN;
 pub use guarded::{Guarded, Look};
 pub use outlet::Outlet;
-pub use signals::{catch_signals, tell, told};
+pub use signals::{catch_signals, tell, told, unblock_signals};
 pub use turn::Turn;

@@ -241,10 +241,21 @@ impl Setup {
         })
     }
 
-    /// Whether the first line goes up from where the tip is, above the table: one that goes down goes into the table where the rig file's
-    /// heights are wrong, which nothing that the arm reports would show.
-    pub(super) fn check_height(&self, pose: &Pose) -> Result<(), String> {
-        let (height, mm) = (pose.at[2] + self.height, |length: f64| length * 1e3);
+    /// A place of the tip's centre in the arm's frame (m): how high it is above the table, and its z.
+    pub(super) fn height(&self, [_, _, z]: [f64; 3]) -> [f64; 2] {
+        [z + self.height, z]
+    }
+
+    /// The same where a strike is made.
+    pub(super) fn low_height(&self) -> [f64; 2] {
+        [self.strike_height, self.strike_height - self.height]
+    }
+
+    /// Whether the tip stands at travel height, or, where carom left it in a strike that was not ended (`left`), as high above the table as then:
+    /// nothing that the arm reports shows that the rig file's heights are wrong, and the tip would be driven into the table. What it may stand
+    /// higher than by the rig file leaves half of what a strike keeps clear of the table.
+    pub(super) fn check_height(&self, pose: &Pose, left: Option<[f64; 2]>) -> Result<(), String> {
+        let ([height, z], mm) = (self.height(pose.at), |length: f64| length * 1e3);
         if height < self.below {
             return Err(format!(
                 "by robot.base_height and robot.tool_offset the tip, which reaches {:.1} mm below its centre, is {:.1} mm above the table: \
@@ -253,13 +264,18 @@ impl Setup {
                 mm(height)
             ));
         }
-        (height <= self.travel_height + CLEAR).then_some(()).ok_or_else(|| {
+        let most = CLEAR.min(0.5 * (self.strike_height - self.below));
+        let still = left.filter(|[_, then]| (z - then).abs() <= most);
+        let expected = still.map_or(self.travel_height, |[then, _]| then);
+        let is_known = (height - expected).abs() <= most;
+        is_known.then_some(()).ok_or_else(|| {
             format!(
-                "by robot.base_height the tip is {:.1} mm above the table, so that it would first go down to robot.travel_height, {:.1} mm, \
-                 and into the table if base_height is wrong; measure how high it stands: where that is what is said here, bring it down to \
+                "by robot.base_height the tip is {:.1} mm above the table, and robot.travel_height is {:.1} mm: a base_height that is wrong by \
+                 more than {:.1} mm drives it into the table; measure how high it stands: where that is what is said here, bring the tip to \
                  travel height by the arm's own program, else set base_height right",
                 mm(height),
-                mm(self.travel_height)
+                mm(self.travel_height),
+                mm(most)
             )
         })
     }
@@ -351,22 +367,37 @@ mod tests {
     }
 
     #[test]
-    fn a_tip_that_would_first_go_down_or_is_inside_the_table_is_refused() {
+    fn a_tip_that_is_not_at_travel_height_or_where_it_was_left_is_refused() {
         let mut rig = rig();
         rig.robot.base_height = Some(-0.05);
         let setup = Setup::of(&rig).expect("a setup");
-        let checked = |height: f64| setup.check_height(&setup.at(Point::default(), height));
-        // From what a stop in a strike leaves to what a strike leaves, and a little above.
-        for height in [0.0121, 0.02, 0.05, 0.08, 0.0899] {
-            checked(height).expect("it goes up");
-        }
-        for (height, said) in [
-            (0.0119, "inside it"),
-            (-0.22, "-220.0 mm above the table"),
-            (0.0901, "go down to robot.travel_height, 80.0 mm"),
-            (0.33, "330.0 mm above the table"),
+        // A ball of 12 mm strikes 20 mm above the table, 8 mm clear of it.
+        let checked = |height: f64, left: Option<[f64; 2]>| {
+            setup.check_height(&setup.at(Point::default(), height), left)
+        };
+        // Left in a strike by this rig file, and by one whose base stood 60 mm lower.
+        let (left, otherwise) = (Some(setup.low_height()), Some([0.02, 0.13]));
+        for (height, left) in [
+            (0.0761, None),
+            (0.0839, None),
+            (0.0761, left),
+            (0.0239, left),
+            (0.0161, left),
         ] {
-            let why = checked(height).expect_err(said);
+            checked(height, left).expect("its height is known");
+        }
+        for (height, left, said) in [
+            (0.0119, left, "inside it"),
+            (-0.22, None, "-220.0 mm above the table"),
+            (0.0841, None, "robot.travel_height is 80.0 mm"),
+            (0.0759, None, "bring the tip to travel height"),
+            (0.02, None, "bring the tip to travel height"),
+            (0.08, otherwise, "bring the tip to travel height"),
+            (0.0241, left, "wrong by more than 4.0 mm"),
+            (0.07, left, "bring the tip to travel height"),
+            (0.33, None, "330.0 mm above the table"),
+        ] {
+            let why = checked(height, left).expect_err(said);
             assert!(why.contains(said) && why.contains("base_height"), "{why}");
         }
     }

@@ -11,13 +11,22 @@ use std::sync::mpsc::{self, RecvTimeoutError};
 use std::thread;
 use std::time::{Duration, Instant};
 
+use nix::sys::signal::{SigSet, Signal};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use rustix::io::Errno;
 use signal_hook::consts::signal as name;
+use signal_hook::low_level::raise;
 
 /// Linux's signals, those for programs' own use among them, which end a program, too.
 const ALL: RangeInclusive<i32> = 1..=64;
-/// Those that are passed over: what cannot be caught, a program's own faults, what ends and stops nothing, and the two that are the C
-/// library's.
+/// A program's own faults. Where one is met, the system ends the program; where somebody sends one, it is a signal like any other.
+const FAULTS: [Signal; 4] = [
+    Signal::SIGILL,
+    Signal::SIGFPE,
+    Signal::SIGSEGV,
+    Signal::SIGBUS,
+];
+/// Those that no handler is for: what cannot be caught, faults, what ends and stops nothing, and the two that are the C library's.
 const PASSED: [i32; 14] = [
     name::SIGKILL,
     name::SIGSTOP,
@@ -40,10 +49,24 @@ fn ending() -> impl Iterator<Item = i32> {
     ALL.filter(|signal| !PASSED.contains(signal))
 }
 
+/// Lets all signals through, whatever whoever started this program had blocked, and holds back [`FAULTS`], for this thread and those that it
+/// starts: to be called before any is. Errors where the system refuses.
+pub fn unblock_signals() -> io::Result<()> {
+    Ok(faults().thread_set_mask()?)
+}
+
+fn faults() -> SigSet {
+    FAULTS.into_iter().collect()
+}
+
 /// A flag that each of them sets, from now on. A file that grows beyond its limit is then an error of its write, which is reported, and no
 /// end.
 pub fn catch_signals() -> io::Result<Arc<AtomicBool>> {
     let caught = Arc::new(AtomicBool::new(false));
+    unblock_signals()?;
+    // No handler: it would return to a fault that was met, for ever. Who waits for one sends another, which all flags are of.
+    let waits = || while faults().wait().is_ok_and(|_| raise(name::SIGTERM).is_ok()) {};
+    thread::Builder::new().name("signals".into()).spawn(waits)?;
     for signal in ending() {
         signal_hook::flag::register(signal, caught.clone())?;
     }
@@ -69,12 +92,26 @@ pub fn told(what: &str, gives_up: impl Fn(Duration) -> bool) -> io::Result<()> {
 }
 
 fn write(line: &str) -> io::Result<()> {
+    const NOWHERE: [&str; 4] = ["/dev/null", "/dev/zero", "/dev/random", "/dev/urandom"];
     let device = |path| fs::metadata(path).ok().map(|file| file.rdev());
-    let null = device("/dev/null");
-    if null.is_some() && device("/proc/self/fd/2") == null {
-        return Err(io::Error::other("it is closed, or leads to /dev/null"));
+    let to = device("/proc/self/fd/2").filter(|device| *device != 0);
+    if let Some(path) = NOWHERE
+        .iter()
+        .find(|path| to.is_some() && device(path) == to)
+    {
+        let why = format!("it is closed, or leads to {path}");
+        return Err(io::Error::other(why));
     }
-    io::stderr().write_all(line.as_bytes())
+    // Not by the standard library's own handle, which takes what cannot be written for written.
+    let mut left = line.as_bytes();
+    while !left.is_empty() {
+        match rustix::io::write(io::stderr(), left) {
+            Ok(count) => left = &left[count..],
+            Err(Errno::INTR) => {}
+            Err(error) => return Err(error.into()),
+        }
+    }
+    Ok(())
 }
 
 /// Whether standard error still has a reader, without a word to it. Errors with why not.
@@ -125,6 +162,9 @@ fn beside<T: Send + 'static>(
 mod tests {
     use std::sync::atomic::Ordering;
 
+    use nix::sys::signal::kill;
+    use nix::unistd::Pid;
+
     use super::*;
 
     #[test]
@@ -152,7 +192,7 @@ mod tests {
         match std::env::var(CHILD).as_deref() {
             Ok("one") => return words().expect("it is read"),
             Ok(_) => {
-                words().expect_err("it goes to /dev/null, or nobody takes it");
+                words().expect_err("it goes nowhere, or nobody takes it");
                 // A program's last words are not waited for for ever.
                 return tell("it failed");
             }
@@ -162,8 +202,19 @@ mod tests {
         rustix::io::ioctl_fionbio(&full, true).expect("set");
         while full.write(&[0; 4096]).is_ok() {}
         rustix::io::ioctl_fionbio(&full, false).expect("set");
+        let opened = |path: &str, writes: bool| {
+            let file = fs::OpenOptions::new()
+                .read(!writes)
+                .write(writes)
+                .open(path);
+            file.expect("opens").into()
+        };
         for (reader, stderr) in [
             ("none", Stdio::null()),
+            ("none", opened("/dev/zero", true)),
+            ("none", opened("/dev/zero", false)),
+            // Open, and not writable.
+            ("none", opened("/proc/self/exe", false)),
             ("one", Stdio::piped()),
             ("one that sleeps", full.into()),
         ] {
@@ -183,15 +234,47 @@ mod tests {
     }
 
     #[test]
+    fn signals_that_were_blocked_before_or_tell_of_faults_are_a_flag_too() {
+        const CHILD: &str = "CAROM_TEST_BLOCKED";
+        if std::env::var_os(CHILD).is_some() {
+            let caught = catch_signals().expect("caught");
+            for signal in FAULTS.into_iter().chain([Signal::SIGTERM, Signal::SIGHUP]) {
+                caught.store(false, Ordering::Relaxed);
+                kill(Pid::this(), signal).expect("sent");
+                let sent = Instant::now();
+                while !caught.load(Ordering::Relaxed) {
+                    assert!(sent.elapsed() < Duration::from_secs(20), "{signal}");
+                    thread::sleep(Duration::from_millis(1));
+                }
+            }
+            return;
+        }
+        let child = thread::spawn(|| {
+            SigSet::all().thread_block().expect("blocked");
+            std::process::Command::new(std::env::current_exe().expect("this test"))
+                .arg("robot::arm::signals::tests::signals_that_were_blocked_before_or_tell_of_faults_are_a_flag_too")
+                .args(["--exact", "--nocapture", "--test-threads", "1"])
+                .env(CHILD, "1")
+                .output()
+        });
+        let child = child.join().expect("ends").expect("it runs");
+        let told = String::from_utf8_lossy(&child.stdout);
+        assert!(
+            child.status.success() && told.contains("1 passed"),
+            "{child:?}"
+        );
+    }
+
+    #[test]
     fn what_would_end_or_suspend_the_program_is_a_flag() {
         let caught = catch_signals().expect("caught");
         for signal in ending() {
             caught.store(false, Ordering::Relaxed);
-            signal_hook::low_level::raise(signal).expect("raised");
+            raise(signal).expect("raised");
             assert!(caught.load(Ordering::Relaxed), "signal {signal}");
         }
         caught.store(false, Ordering::Relaxed);
-        signal_hook::low_level::raise(name::SIGXFSZ).expect("raised");
+        raise(name::SIGXFSZ).expect("raised");
         assert!(
             !caught.load(Ordering::Relaxed),
             "a file that is too large ends nothing"

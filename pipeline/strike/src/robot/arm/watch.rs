@@ -33,7 +33,7 @@ struct Seen {
     record: Vec<Sample>,
     is_recording: bool,
     guard: Option<Guard>,
-    /// Where the arm was left after a strike: what moves it from there is somebody else.
+    /// Where the arm was found, or left after a strike: what moves it from there is somebody else.
     left: Option<[f64; 3]>,
     /// Why the arm was stopped from here; the first reason stays.
     fault: Option<String>,
