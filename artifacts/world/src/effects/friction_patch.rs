@@ -18,11 +18,11 @@ const fn centre(name: &'static str, neutral: f64) -> EffectParameter {
 /// Width in m of the cells on which patches are tried, and their radii.
 const CELL: f64 = 0.05;
 const RADII: [f64; 3] = [0.04, 0.08, 0.14];
-/// The same of those that strikes may meet the edge of alone, wherever in the extent of their tracks.
+/// Frames that such a cell must hold to be tried.
+const FRAMES: usize = 12;
+/// Distance in m of the middles of wide patches, all over the extent of the tracks, for strikes may meet nothing but their edge; and their radii.
 const LARGE_CELL: f64 = 0.15;
 const LARGE_RADII: [f64; 2] = [0.25, 0.45];
-/// Frames that a cell must hold to be tried.
-const FRAMES: usize = 12;
 
 /// Friction patch; parameters `center_x`, `center_y`, `radius` of the disc, and the relative `change` of friction on it.
 pub const SPEC: EffectSpec = EffectSpec {

@@ -6,7 +6,8 @@ use super::{
     Acts, Effect, EffectParameter, EffectSpec, Family, FitStart, Naming, Origin, Parameters, Slide,
 };
 
-/// Greatest drag in m/s² at 1 m/s: a third of the speed is lost in 2 cm, which leaves no slide to be seen. A drag that drives the object on is not looked for.
+/// Greatest drag in m/s² at 1 m/s: a third of the speed is lost in 2 cm, which leaves no slide to be seen. A drag that drives the object on is
+/// not looked for.
 const MOST: f64 = 20.0;
 
 /// Quadratic drag; parameter `coefficient` = k.
