@@ -20,7 +20,7 @@ use crate::{
     gap,
     heldout::{self, Gains},
     model::{FRICTION, RESTITUTION, specification},
-    next::next_strikes,
+    next::{next_strikes, repeats},
     notes,
     question::{self, Answer},
     score::DRAWN,
@@ -429,10 +429,17 @@ impl Case<'_, '_> {
             .collect()
     }
 
-    /// Strikes that separate the effect that stands least firmly from its rival.
+    /// Strikes that separate the effect that stands least firmly from its rival; where nothing is missing, repeats if there were none.
     fn next(&self, verdict: Verdict) -> Result<Vec<NextStrike>, DiagnoseError> {
-        if verdict == Verdict::Consistent || self.stage.next_strikes == 0 {
+        if self.stage.next_strikes == 0 {
             return Ok(Vec::new());
+        }
+        if verdict == Verdict::Consistent {
+            let prepared = &self.selection.prepared;
+            return Ok(match question::has_repeats(prepared) {
+                true => Vec::new(),
+                false => repeats(&prepared.strikes, self.stage),
+            });
         }
         let margin = |s: &&SelectedEffect| {
             let rival = s.rivals.first();

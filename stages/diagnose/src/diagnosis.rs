@@ -216,7 +216,7 @@ pub struct NextStrike {
     pub speed: f64,
     /// Commanded angle, in rad.
     pub angle: f64,
-    /// The models that it distinguishes.
+    /// What it tells apart.
     pub why: String,
 }
 

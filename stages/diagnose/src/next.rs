@@ -147,6 +147,37 @@ pub(crate) fn next_strikes(
         .collect())
 }
 
+/// The most usual command again and again: what repeats scatter by is then measured, where no command was repeated and all that no question finds is
+/// taken for it.
+pub(crate) fn repeats(seen: &[&Strike], settings: &Diagnose) -> Vec<NextStrike> {
+    let ranks = |value: fn(&Strike) -> f64| {
+        let mut order: Vec<usize> = (0..seen.len()).collect();
+        order.sort_by(|a, b| value(seen[*a]).total_cmp(&value(seen[*b])));
+        let mut ranks = vec![0.0; seen.len()];
+        for (rank, place) in order.into_iter().enumerate() {
+            ranks[place] = rank as f64 - (seen.len() as f64 - 1.0) / 2.0;
+        }
+        ranks
+    };
+    let all = [
+        ranks(|s| s.command.speed),
+        ranks(|s| s.command.angle),
+        ranks(|s| s.initial.x),
+        ranks(|s| s.initial.y),
+    ];
+    let away = |place: &usize| -> f64 { all.iter().map(|ranks| ranks[*place].powi(2)).sum() };
+    let usual = (0..seen.len()).min_by(|a, b| away(a).total_cmp(&away(b)));
+    let strike = usual.map(|place| NextStrike {
+        x0: seen[place].initial.x,
+        y0: seen[place].initial.y,
+        speed: seen[place].command.speed,
+        angle: seen[place].command.angle,
+        why: "scatter of repeats, or what no question finds".into(),
+    });
+    let again = strike.into_iter().cycle();
+    again.take(settings.next_strikes).collect()
+}
+
 /// So many values over a range, its ends among them; rounded as a person would type, the ends inwards.
 fn over(low: f64, high: f64, count: usize) -> impl Iterator<Item = f64> {
     const DIGITS: f64 = 1e4;

@@ -45,6 +45,10 @@ fn diagnose(input: &Input) -> Diagnosed {
 fn with_nothing_hidden_it_says_so_and_what_it_could_have_seen() {
     let found = diagnose(&input("none", 60, 21));
     assert_eq!(found.diagnosis.verdict, Verdict::Consistent);
+    // None of its commands was repeated: what repeats scatter by is not measured yet.
+    let next = &found.diagnosis.next_strikes;
+    assert_eq!(next.len(), 12);
+    assert!(next.iter().all(|strike| *strike == next[0]), "{next:?}");
     assert!(found.world.is_none() && found.diagnosis.effects.is_empty());
     let tilt = found
         .diagnosis

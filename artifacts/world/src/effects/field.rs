@@ -1,7 +1,7 @@
 //! A smooth field over the table: bumps on a grid, f(p) = Σ h·exp(−½·|(p − p_node)/w|²), each direction in its own spacing.
 //!
-//! Parameters: `low_x`, `high_x`, `low_y`, `high_y`, where the first and last nodes lie, and `height_ij` of the bump on the i-th node along x
-//! and the j-th along y.
+//! Parameters: `low_x`, `high_x`, `low_y`, `high_y`, where the first and last nodes lie, and `height_k` of the bump on the k-th node, those along y
+//! first. Nodes are about as far apart along x as along y.
 
 use values::Point;
 
@@ -15,33 +15,25 @@ const LEAST_SPACING: f64 = 0.04;
 const FRAMES: usize = 12;
 
 const EDGES: [&str; 4] = ["low_x", "high_x", "low_y", "high_y"];
-/// Nodes at the most along each direction.
-const MOST: usize = 8;
-const NAMES: [[&str; MOST]; MOST] = {
-    macro_rules! row {
-        ($i:literal) => {
-            [
-                concat!("height_", $i, "0"),
-                concat!("height_", $i, "1"),
-                concat!("height_", $i, "2"),
-                concat!("height_", $i, "3"),
-                concat!("height_", $i, "4"),
-                concat!("height_", $i, "5"),
-                concat!("height_", $i, "6"),
-                concat!("height_", $i, "7"),
-            ]
+/// Nodes at the most, and along one direction.
+const MOST: usize = 120;
+const MOST_ALONG: usize = 16;
+const FEWEST_ALONG: usize = 3;
+const NAMES: [&str; MOST] = {
+    macro_rules! ten {
+        ($($ten:literal)*) => {
+            [$(ten!(@ $ten 0 1 2 3 4 5 6 7 8 9)),*]
         };
+        (@ $ten:literal $($one:literal)*) => { [$(concat!("height_", $ten, $one)),*] };
     }
-    [
-        row!("0"),
-        row!("1"),
-        row!("2"),
-        row!("3"),
-        row!("4"),
-        row!("5"),
-        row!("6"),
-        row!("7"),
-    ]
+    let tens = ten!("" "1" "2" "3" "4" "5" "6" "7" "8" "9" "10" "11");
+    let mut names = [""; MOST];
+    let mut node = 0;
+    while node < MOST {
+        names[node] = tens[node / 10][node % 10];
+        node += 1;
+    }
+    names
 };
 
 const fn edge(name: &'static str, neutral: f64) -> EffectParameter {
@@ -51,8 +43,8 @@ const fn edge(name: &'static str, neutral: f64) -> EffectParameter {
 /// The nodes of a kind of field.
 #[derive(Clone, Copy)]
 pub(super) struct Nodes {
-    /// How many along x and y.
-    pub(super) along: (usize, usize),
+    /// How many at the most.
+    pub(super) count: usize,
     /// A height: its unit and range, and as its scale the standard deviation before anything is measured; its name is not used.
     pub(super) height: EffectParameter,
 }
@@ -65,9 +57,9 @@ impl Nodes {
         all[2] = edge("low_y", -0.3);
         all[3] = edge("high_y", 0.3);
         let mut node = 0;
-        while node < self.along.0 * self.along.1 {
+        while node < self.count {
             all[4 + node] = EffectParameter {
-                name: NAMES[node / self.along.1][node % self.along.1],
+                name: NAMES[node],
                 ..self.height
             };
             node += 1;
@@ -75,16 +67,24 @@ impl Nodes {
         all
     }
 
-    fn names(self) -> impl Iterator<Item = &'static str> {
-        let (i, j) = self.along;
-        (0..i * j).map(move |node| NAMES[node / j][node % j])
+    /// How many along x and y of a field between these.
+    fn along(self, [low_x, high_x, low_y, high_y]: [f64; 4]) -> (usize, usize) {
+        let (x, y) = (
+            (high_x - low_x).max(LEAST_SPACING),
+            (high_y - low_y).max(LEAST_SPACING),
+        );
+        let count = self.count as f64;
+        let most = (self.count / FEWEST_ALONG).min(MOST_ALONG);
+        let j = ((count * y / x).sqrt().round() as usize).clamp(FEWEST_ALONG, most);
+        ((self.count / j).min(MOST_ALONG), j)
     }
 
     /// The one start of a fit: a column of this height for each node that strikes passed.
     pub(super) fn starts(self, experiment: &Experiment<'_>, height: f64) -> Vec<FitStart> {
         let [x, y] = experiment.extent();
         let form: Vec<(&str, f64)> = EDGES.into_iter().zip([x.0, x.1, y.0, y.1]).collect();
-        let field = Field::new(self, [x.0, x.1, y.0, y.1], Vec::new());
+        let edges = [x.0, x.1, y.0, y.1];
+        let field = Field::new(self.along(edges), edges, Vec::new());
         let frames = |place: Point| {
             let near = |point: Point| {
                 let apart = point - place;
@@ -96,9 +96,10 @@ impl Nodes {
                 .filter(|point| near(*point))
                 .count()
         };
-        let seen: Vec<&str> = (self.names().enumerate())
-            .filter(|(node, _)| frames(field.place(*node)) >= FRAMES)
-            .map(|(_, name)| name)
+        let nodes = 0..field.along.0 * field.along.1;
+        let seen: Vec<&str> = nodes
+            .filter(|node| frames(field.place(*node)) >= FRAMES)
+            .map(|node| NAMES[node])
             .collect();
         if seen.len() < 2 {
             return Vec::new();
@@ -111,8 +112,10 @@ impl Nodes {
 
     /// The field of these values.
     pub(super) fn field(self, values: &Values) -> Field {
-        let heights = self.names().map(|name| values.get(name)).collect();
-        Field::new(self, EDGES.map(|name| values.get(name)), heights)
+        let edges = EDGES.map(|name| values.get(name));
+        let along = self.along(edges);
+        let names = NAMES[..along.0 * along.1].iter();
+        Field::new(along, edges, names.map(|name| values.get(name)).collect())
     }
 }
 
@@ -125,15 +128,19 @@ pub(super) struct Field {
 }
 
 impl Field {
-    fn new(nodes: Nodes, [low_x, high_x, low_y, high_y]: [f64; 4], heights: Vec<f64>) -> Self {
+    fn new(
+        along: (usize, usize),
+        [low_x, high_x, low_y, high_y]: [f64; 4],
+        heights: Vec<f64>,
+    ) -> Self {
         let spacing = |width: f64, count: usize| (width / (count - 1) as f64).max(LEAST_SPACING);
         Self {
-            along: nodes.along,
+            along,
             heights,
             corner: Point::new(low_x, low_y),
             spacing: Point::new(
-                spacing(high_x - low_x, nodes.along.0),
-                spacing(high_y - low_y, nodes.along.1),
+                spacing(high_x - low_x, along.0),
+                spacing(high_y - low_y, along.1),
             ),
         }
     }
@@ -152,8 +159,8 @@ impl Field {
     pub(super) fn at(&self, position: Point) -> (f64, Point) {
         let at = position - self.corner;
         // Of each node along one direction, the bump and its derivative.
-        let along = |at: f64, spacing: f64, count: usize| -> [(f64, f64); MOST] {
-            let mut all = [(0.0, 0.0); MOST];
+        let along = |at: f64, spacing: f64, count: usize| -> [(f64, f64); MOST_ALONG] {
+            let mut all = [(0.0, 0.0); MOST_ALONG];
             for (node, bump) in all.iter_mut().enumerate().take(count) {
                 let apart = (at / spacing - node as f64) / WIDTH;
                 let height = (-0.5 * apart * apart).exp();
@@ -175,5 +182,33 @@ impl Field {
     /// Distance in m within which it is smooth.
     pub(super) fn stretch(&self) -> f64 {
         WIDTH * self.spacing.x.min(self.spacing.y)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nodes_are_as_far_apart_along_both_directions_and_no_more_than_their_number() {
+        let height = EffectParameter::new("height", "m", [-0.2, 0.2], 0.003);
+        let nodes = Nodes { count: 120, height };
+        for [x, y] in [[0.8, 1.0], [1.2, 0.6], [0.7, 0.7], [0.3, 0.9]] {
+            let edges = [0.1, 0.1 + x, -0.5 * y, 0.5 * y];
+            let field = Field::new(nodes.along(edges), edges, Vec::new());
+            let ratio = field.spacing.x / field.spacing.y;
+            assert!((0.8..1.25).contains(&ratio), "{x} by {y} m: {ratio}");
+            let count = field.along.0 * field.along.1;
+            assert!((100..=120).contains(&count), "{x} by {y} m: {count}");
+        }
+        // One lane, or one place: as many along as there may be, and as few across.
+        for edges in [
+            [0.1, 2.1, 0.0, 0.0],
+            [0.5, 0.5, -0.4, 0.4],
+            [0.5, 0.5, 0.0, 0.0],
+        ] {
+            let (i, j) = nodes.along(edges);
+            assert!(i >= FEWEST_ALONG && j >= FEWEST_ALONG && i * j <= 120);
+        }
     }
 }

@@ -12,7 +12,7 @@ use super::{
 };
 
 const NODES: Nodes = Nodes {
-    along: (5, 4),
+    count: 20,
     height: EffectParameter {
         name: "height",
         unit: "",
@@ -95,8 +95,8 @@ mod tests {
             ("high_x", 0.7),
             ("low_y", -0.15),
             ("high_y", 0.15),
-            ("height_12", 0.4),
-            ("height_21", -0.2),
+            ("height_6", 0.4),
+            ("height_9", -0.2),
         ];
         let slid = Bench::with("friction_map", &map).slide(0.9, 0.1);
         slid.assert_integrates(|position, velocity| {

@@ -12,8 +12,8 @@ use super::{
 use crate::GRAVITY;
 
 const NODES: Nodes = Nodes {
-    // Bumps 25 cm apart on a table of 0.8 m by 1 m have two nodes each.
-    along: (8, 8),
+    // On 0.8 m by 1 m nodes are 9 cm apart: waves of 25 cm are followed to a fifth of their slope.
+    count: 120,
     height: EffectParameter {
         name: "height",
         unit: "m",
@@ -28,7 +28,7 @@ const NODES: Nodes = Nodes {
 /// Table map; parameters are those of a field, its heights in m.
 pub const SPEC: EffectSpec = EffectSpec {
     name: "table_map",
-    parameters: Parameters::Listed(&NODES.parameters::<68>()),
+    parameters: Parameters::Listed(&NODES.parameters::<124>()),
     family: Family::ForceByPlace,
     origin: Origin::Table,
     equivalent: &[],
@@ -83,11 +83,11 @@ mod tests {
     fn the_slide_follows_its_formula() {
         let map = [
             ("low_x", 0.1),
-            ("high_x", 0.8),
-            ("low_y", -0.35),
-            ("high_y", 0.35),
-            ("height_34", 0.003),
-            ("height_53", -0.002),
+            ("high_x", 1.2),
+            ("low_y", -0.45),
+            ("high_y", 0.45),
+            ("height_35", 0.003),
+            ("height_54", -0.002),
         ];
         let slid = Bench::with("table_map", &map).slide(0.9, 0.1);
         slid.assert_integrates(|position, _| {

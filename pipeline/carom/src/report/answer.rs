@@ -190,6 +190,7 @@ fn next(shown: &ReportInput<'_>) -> Markup {
     let results = shown.results;
     let diagnosis = results.found().map(|found| &found.diagnosis);
     let planned = diagnosis.map_or(0, |diagnosis| diagnosis.next_strikes.len());
+    let is_consistent = diagnosis.is_some_and(|diagnosis| diagnosis.verdict == Verdict::Consistent);
     let gate = results.version().map(|version| &version.gate);
     let doubts = gate.filter(|gate| !gate.passed);
     let doubts: Vec<String> = doubts.iter().flat_map(|gate| gate.doubts()).collect();
@@ -215,7 +216,8 @@ fn next(shown: &ReportInput<'_>) -> Markup {
             @if planned > 0 {
                 li {
                     "The " (planned) " strikes in " code { (NEXT_STRIKES) }
-                    " tell the candidates apart: " code { "carom collect --plan" } "."
+                    (if is_consistent { " repeat one command, and tell what repeats scatter by: " } else { " tell the candidates apart: " })
+                    code { "carom collect --plan" } "."
                 }
             }
             @if !results.read.check.findings.is_empty() { li { a href="#before-anything-is-fitted" { "What the check of the logs found" } "." } }

@@ -129,9 +129,13 @@ fn value(name: &str, parameter: &Parameter) -> String {
 fn next(diagnosis: &Diagnosis) -> String {
     let count = diagnosis.next_strikes.len();
     match (diagnosis.verdict, count) {
-        (Verdict::Consistent, _) => {
+        (Verdict::Consistent, 0) => {
             "next       no effect shows beyond scatter: `strike` it\n".into()
         }
+        (Verdict::Consistent, 1..) => format!(
+            "next       no effect shows beyond scatter: `strike` it. No command was repeated: the {count} strikes\n           \
+             in {NEXT_STRIKES} would tell whether repeats scatter by as much\n"
+        ),
         (Verdict::Named, 1..) if diagnosis.gap.after > diagnosis.gap.before => format!(
             "next       on held-out strikes the effects bring stops no nearer; the {count} strikes in\n           \
              {NEXT_STRIKES} would say more\n"

@@ -118,7 +118,7 @@ fn fitted_values_are_stated_in_a_sentence() {
         ),
         (
             "friction_map",
-            &[("height_12", 0.2), ("height_31", -0.1)],
+            &[("height_6", 0.2), ("height_13", -0.1)],
             "friction varies over the table: 20 % higher around (0.35, 0.10) m, 9.6 % lower around (0.65, -0.10) m",
         ),
         (
