@@ -8,7 +8,7 @@ use world::{World, effects::Naming, launch::launches};
 
 use crate::{
     Diagnose, DiagnoseError, Diagnosed, Input, Thresholds,
-    arm::{self, Arm},
+    arm::Arm,
     candidates::{Candidate, candidates, is_of_whole_strikes},
     conclude::Case,
     evidence::{self, Alarm, Statistic, replicates},
@@ -40,10 +40,10 @@ impl Stage for Diagnose {
         }
         match Arm::of(input)? {
             Some(arm) => {
-                let found = self.diagnose(&arm.input, true, progress)?;
+                let found = self.diagnose(&arm.input, Some(&arm), progress)?;
                 arm.complete(found, input)
             }
-            None => self.diagnose(input, false, progress),
+            None => self.diagnose(input, None, progress),
         }
     }
 }
@@ -53,9 +53,10 @@ impl Diagnose {
     fn diagnose(
         &self,
         input: &Input,
-        is_delivered: bool,
+        arm: Option<&Arm>,
         progress: &Progress,
     ) -> Result<Diagnosed, DiagnoseError> {
+        let is_delivered = arm.is_some();
         let rig = &input.rig;
         progress.set_message("how the object leaves the tip");
         let usable = self.usable(input)?;
@@ -69,7 +70,7 @@ impl Diagnose {
         progress.set_message("every candidate by its score");
         let named = |naming| candidates(rig, &prepared.strikes, naming);
         let mut candidates = named(Naming::Ordinary);
-        candidates.retain(|candidate| !(is_delivered && arm::is_the_arms(candidate.name)));
+        candidates.retain(|candidate| !arm.is_some_and(|arm| arm.does(candidate.name)));
         let replicates = replicates(self.seed);
         let test = ScoreTest::new(&prepared, &null, &[], replicates).ok_or_else(|| {
             DiagnoseError::NoFit {
@@ -96,23 +97,38 @@ impl Diagnose {
         drop(test);
 
         progress.set_message("which effects");
-        let limits = Limits {
+        let limits = |is_sought, alarm, first| Limits {
             effects: if is_sought { self.most_effects } else { 0 },
+            first,
             flips: evidence::flips(self.seed),
-            alarm: &alarm,
+            alarm,
         };
-        let mut selection = search(&prepared, &null, &screened, &candidates, &chance, &limits)?;
+        let all = limits(is_sought, &alarm, 0.0);
+        let mut selection = search(&prepared, &null, &screened, &candidates, &chance, &all)?;
         let is_astray = is_astray(&selection);
         if is_astray {
             candidates.retain(|candidate| is_of_whole_strikes(candidate.name));
             screened.retain(|screened| is_of_whole_strikes(screened.name));
             last_resorts.clear();
-            selection = search(&prepared, &null, &screened, &candidates, &chance, &limits)?;
+            // What the others said is no evidence for these, and what they would hold is left: the first is another effect already.
+            let alarm = Alarm::new(&Statistic::all(&screened));
+            let another = self.thresholds.another;
+            let of_these = limits(alarm.p_value().is_real(), &alarm, another);
+            selection = search(&prepared, &null, &screened, &candidates, &chance, &of_these)?;
         }
         let selection = with_last_resorts(selection, &last_resorts, &chance)?;
         let replacements = [named(Naming::InPlace), named(Naming::Never)].concat();
         let selection = with_replacements(selection, &replacements, &mut chance, replicates)?;
-        let (selection, little) = pruned(selection, &candidates, &chance)?;
+        let is_wander = |selection: &Selection<'_>| {
+            let asked = question::ask(
+                &selection.prepared,
+                &selection.fitted,
+                &came_before,
+                self.seed,
+            );
+            !asked.has_form_of_an_effect()
+        };
+        let (selection, little) = pruned(selection, &candidates, &chance, is_wander)?;
         let (selection, gains, mut notes) = paying(selection)?;
         notes.extend(notes::little(&little));
         notes.extend(notes::left_out(&usable, pushed));
@@ -159,18 +175,19 @@ impl Diagnose {
     }
 }
 
-/// Without the effects whose strength may as well be none, without those of friction by the order that a wander holds as well, and without those
-/// that move stops by little, of which the names are returned.
+/// Without the effects whose strength may as well be none, without those of friction by the order that a wander holds as well, where what is left
+/// has no other form than a wander's, and without those that move stops by little, of which the names are returned.
 fn pruned<'a>(
     mut selection: Selection<'a>,
     candidates: &[Candidate],
     chance: &Chance,
+    is_wander: impl Fn(&Selection<'_>) -> bool,
 ) -> Result<(Selection<'a>, Vec<&'static str>), DiagnoseError> {
     let mut little = Vec::new();
     loop {
         if let Some(unsure) = selection.fitted.unsure() {
             selection = without(selection, unsure, chance)?;
-        } else if let Some(wandering) = with_wander(&selection, chance)? {
+        } else if let Some(wandering) = with_wander(&selection, chance)?.filter(&is_wander) {
             selection = wandering;
         } else if let Some(place) = least_that_moves_little(&selection)? {
             little.push(selection.effects[place].name);

@@ -24,10 +24,25 @@ pub const SPEC: EffectSpec = EffectSpec {
     equivalent: &[],
     contains: &[],
     naming: Naming::Ordinary,
-    source: "first radial term of lens distortion (Brown 1971)",
+    source: "first radial term of lens distortion, and of its decentring, which is that of an axis elsewhere (Brown 1971)",
     starts: |experiment| {
-        let column = Column::new(&experiment.camera_centre(), ("k1", 0.02));
-        vec![FitStart::new(vec![column], &["k1"])]
+        let [x, y] = experiment.camera_centre();
+        let looks_down_on =
+            |dx: f64, dy: f64| Column::new(&[(x.0, x.1 + dx), (y.0, y.1 + dy)], ("k1", 0.02));
+        let off_centre = [(0.0, 0.0), (ASIDE, 0.0), (0.0, ASIDE)];
+        let off_centre = off_centre.map(|(dx, dy)| looks_down_on(dx, dy)).to_vec();
+        let about = |(name, centre): (&'static str, f64)| (name, (centre - MOST, centre + MOST));
+        let off_centre = FitStart::new(off_centre, &["k1", x.0, y.0]).combined_by(one_lens);
+        let off_centre = [x, y]
+            .map(about)
+            .into_iter()
+            .fold(off_centre, |start, (name, range)| {
+                start.kept_in(name, range)
+            });
+        vec![
+            FitStart::new(vec![looks_down_on(0.0, 0.0)], &["k1"]),
+            off_centre,
+        ]
     },
     build: |values, rig| {
         Box::new(CameraDistortion {
@@ -38,12 +53,37 @@ pub const SPEC: EffectSpec = EffectSpec {
     statement: |values| {
         let share = values.get("k1") * STATED_AT * STATED_AT;
         format!(
-            "the lens shows what is {STATED_AT} m from the camera's centre {} too {} it",
+            "the lens shows what is {STATED_AT} m from its axis at ({:.2}, {:.2}) m {} too {} it",
+            values.get("center_x"),
+            values.get("center_y"),
             wording::percent(share),
             if share < 0.0 { "near to" } else { "far from" }
         )
     },
 };
+
+/// Distance in m from the camera's centre of the lenses from which a fit of one that looks down elsewhere begins, and of such a lens at the most.
+const ASIDE: f64 = 0.1;
+const MOST: f64 = 0.3;
+
+/// The lens that several about other points make together, to first order in their distances: its axis is their mean, by strength.
+fn one_lens(start: &FitStart, coefficients: &[f64]) -> Vec<(String, f64)> {
+    let strengths = start.columns.iter().zip(coefficients);
+    let strengths = strengths.map(|(column, c)| (column, c * column.strength.1));
+    let strengths: Vec<(&Column, f64)> = strengths.collect();
+    let k1: f64 = strengths.iter().map(|(_, k1)| k1).sum();
+    let axis = |name: &str| {
+        let at = |column: &Column| {
+            let place = column.form.iter().find(|(of, _)| of == name);
+            place.map_or(0.0, |(_, value)| *value)
+        };
+        let stated = strengths.first().map_or(0.0, |(column, _)| at(column));
+        let moment: f64 = strengths.iter().map(|(c, k1)| k1 * (at(c) - stated)).sum();
+        let aside = if k1.abs() > 1e-6 { moment / k1 } else { 0.0 };
+        (name.to_string(), stated + aside.clamp(-MOST, MOST))
+    };
+    vec![("k1".into(), k1), axis("center_x"), axis("center_y")]
+}
 
 struct CameraDistortion {
     centre: Point,

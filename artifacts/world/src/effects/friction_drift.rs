@@ -3,8 +3,8 @@
 //! n' = n where it goes on, and (1 − exp(−k·n))/k where it comes to an end after some 1/k strikes.
 
 use super::{
-    Acts, Column, Effect, EffectParameter, EffectSpec, Family, FitStart, Naming, Origin,
-    Parameters, Slide, wording,
+    Acts, Column, Effect, EffectParameter, EffectSpec, Experiment, Family, FitStart, Naming,
+    Origin, Parameters, Slide, wording,
 };
 
 /// However long a falling drift goes on, this share of friction is left.
@@ -29,38 +29,54 @@ pub const SPEC: EffectSpec = EffectSpec {
     contains: &[],
     naming: Naming::Ordinary,
     source: "friction changes with the number of pushes (Yu et al. 2016), to first order",
-    starts: |experiment| {
-        let mut starts = FitStart::linear(("rate", 0.02));
-        let hundreds = 0.01 * experiment.span().max(1.0);
-        for saturation in SATURATIONS.map(|times| times / hundreds) {
-            let column = Column::new(&[("saturation", saturation)], ("rate", 0.02));
-            starts.push(FitStart::new(vec![column], &["rate", "saturation"]));
-        }
-        starts
-    },
+    starts: |experiment| starts(experiment, 0.02),
     build: |values, _| {
         Box::new(FrictionDrift {
             per_strike: 0.01 * values.get("rate"),
             saturation: 0.01 * values.get("saturation"),
         })
     },
-    statement: |values| {
-        let (rate, saturation) = (values.get("rate"), values.get("saturation"));
-        if saturation >= STATED {
-            return format!(
-                "friction {} by {} in all, two thirds of that within {:.0} strikes",
-                if rate < 0.0 { "falls" } else { "rises" },
-                wording::percent(rate / saturation),
-                100.0 / saturation
-            );
-        }
-        format!(
-            "friction {} by {} of its first value every 100 strikes",
-            if rate < 0.0 { "falls" } else { "rises" },
-            wording::percent(rate)
-        )
-    },
+    statement: |values| statement("friction", values.get("rate"), values.get("saturation")),
 };
+
+/// n' of so many strikes before, `saturation` = k.
+pub(super) fn gone_on(before: f64, saturation: f64) -> f64 {
+    let so_far = saturation * before;
+    // (1 − exp(−x))/x, 1 where x is none.
+    let bent = if so_far > 0.0 {
+        -(-so_far).exp_m1() / so_far
+    } else {
+        1.0
+    };
+    before * bent
+}
+
+/// Starts of fits of a drift: one that goes on, and ones that come to an end during the strikes.
+pub(super) fn starts(experiment: &Experiment<'_>, rate: f64) -> Vec<FitStart> {
+    let mut starts = FitStart::linear(("rate", rate));
+    let hundreds = 0.01 * experiment.span().max(1.0);
+    for saturation in SATURATIONS.map(|times| times / hundreds) {
+        let column = Column::new(&[("saturation", saturation)], ("rate", rate));
+        starts.push(FitStart::new(vec![column], &["rate", "saturation"]));
+    }
+    starts
+}
+
+/// A drift in words, from its first value.
+pub(super) fn statement(of: &str, rate: f64, saturation: f64) -> String {
+    let goes = if rate < 0.0 { "falls" } else { "rises" };
+    match saturation >= STATED {
+        true => format!(
+            "{of} {goes} by {} in all, two thirds of that within {:.0} strikes",
+            wording::percent(rate / saturation),
+            100.0 / saturation
+        ),
+        false => format!(
+            "{of} {goes} by {} of its first value every 100 strikes",
+            wording::percent(rate)
+        ),
+    }
+}
 
 struct FrictionDrift {
     per_strike: f64,
@@ -73,14 +89,8 @@ impl Effect for FrictionDrift {
     }
 
     fn friction_factor(&self, slide: &Slide<'_>) -> f64 {
-        let so_far = self.saturation * slide.conditions.order;
-        // (1 − exp(−x))/x, 1 where x is none.
-        let bent = if so_far > 0.0 {
-            -(-so_far).exp_m1() / so_far
-        } else {
-            1.0
-        };
-        (1.0 + self.per_strike * slide.conditions.order * bent).max(LEAST_FACTOR)
+        let gone_on = gone_on(slide.conditions.order, self.saturation);
+        (1.0 + self.per_strike * gone_on).max(LEAST_FACTOR)
     }
 }
 

@@ -12,7 +12,7 @@ use super::{
 };
 
 const NODES: Nodes = Nodes {
-    count: 20,
+    count: 48,
     height: EffectParameter {
         name: "height",
         unit: "",
@@ -29,7 +29,7 @@ const LEAST_FACTOR: f64 = 0.05;
 /// Friction map; parameters are those of a field, its heights relative to friction.
 pub const SPEC: EffectSpec = EffectSpec {
     name: "friction_map",
-    parameters: Parameters::Listed(&NODES.parameters::<24>()),
+    parameters: Parameters::Listed(&NODES.parameters::<52>()),
     family: Family::FrictionByPlace,
     origin: Origin::Table,
     equivalent: &[],
@@ -92,11 +92,11 @@ mod tests {
     fn the_stop_follows_its_formula() {
         let map = [
             ("low_x", 0.3),
-            ("high_x", 0.7),
-            ("low_y", -0.15),
-            ("high_y", 0.15),
-            ("height_6", 0.4),
-            ("height_9", -0.2),
+            ("high_x", 1.0),
+            ("low_y", -0.25),
+            ("high_y", 0.25),
+            ("height_9", 0.4),
+            ("height_14", -0.2),
         ];
         let slid = Bench::with("friction_map", &map).slide(0.9, 0.1);
         slid.assert_integrates(|position, velocity| {

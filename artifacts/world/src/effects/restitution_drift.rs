@@ -1,48 +1,44 @@
-//! Restitution that changes from strike to strike, by a tip that wears: e(n) = e·(1 + rate·n/100), n the strikes before.
+//! Restitution that changes from strike to strike, by a tip that wears: e(n) = e·(1 + rate·n'/100), n' of the strikes before as of
+//! [`friction_drift`].
 
 use values::Conditions;
 
 use super::{
-    Acts, Effect, EffectParameter, EffectSpec, Family, FitStart, Naming, Origin, Parameters,
-    wording,
+    Acts, Effect, EffectParameter, EffectSpec, Family, Naming, Origin, Parameters, friction_drift,
 };
 
 /// Factors beyond which a line no longer describes a contact: none restores less than nothing.
 const FACTORS: [f64; 2] = [0.0, 2.0];
 
-/// Restitution drift; parameter `rate`: relative change of restitution per 100 strikes, from that of the first.
+/// Restitution drift; parameters `rate`: relative change of restitution per 100 strikes, from that of the first, as it begins; and
+/// `saturation` = 100·k, per 100 strikes.
 pub const SPEC: EffectSpec = EffectSpec {
     name: "restitution_drift",
-    parameters: Parameters::Listed(&[EffectParameter::new(
-        "rate",
-        "per 100 strikes",
-        [-0.9, 3.0],
-        0.15,
-    )]),
+    parameters: Parameters::Listed(&[
+        EffectParameter::new("rate", "per 100 strikes", [-10.0, 20.0], 0.15),
+        EffectParameter::new("saturation", "per 100 strikes", [0.0, 100.0], 1.0),
+    ]),
     family: Family::RestitutionByOrder,
     origin: Origin::Contact,
     equivalent: &[],
     contains: &[],
     naming: Naming::Ordinary,
     source: "wear of a contact with the number of impacts, to first order",
-    starts: |_| FitStart::linear(("rate", 0.05)),
+    starts: |experiment| friction_drift::starts(experiment, 0.05),
     build: |values, _| {
         Box::new(RestitutionDrift {
             per_strike: 0.01 * values.get("rate"),
+            saturation: 0.01 * values.get("saturation"),
         })
     },
     statement: |values| {
-        let rate = values.get("rate");
-        format!(
-            "restitution {} by {} of its first value every 100 strikes",
-            if rate < 0.0 { "falls" } else { "rises" },
-            wording::percent(rate)
-        )
+        friction_drift::statement("restitution", values.get("rate"), values.get("saturation"))
     },
 };
 
 struct RestitutionDrift {
     per_strike: f64,
+    saturation: f64,
 }
 
 impl Effect for RestitutionDrift {
@@ -52,13 +48,29 @@ impl Effect for RestitutionDrift {
 
     fn restitution_factor(&self, _: f64, conditions: &Conditions) -> f64 {
         let [least, greatest] = FACTORS;
-        (1.0 + self.per_strike * conditions.order).clamp(least, greatest)
+        let gone_on = friction_drift::gone_on(conditions.order, self.saturation);
+        (1.0 + self.per_strike * gone_on).clamp(least, greatest)
     }
 }
 
 #[cfg(test)]
 mod tests {
     use crate::effects::tests::{Bench, assert_near};
+
+    #[test]
+    fn one_that_saturates_strikes_as_in_a_world_with_the_restitution_of_its_formula() {
+        let drift = [("rate", -0.8), ("saturation", 2.0)];
+        for order in [10.0f64, 300.0] {
+            let restitution = 0.5 * (1.0 - 0.4 * (1.0 - (-0.02 * order).exp()));
+            let stop = Bench::with("restitution_drift", &drift)
+                .parameter("restitution", 0.5)
+                .during("", order)
+                .strike(0.9, 0.1)
+                .stop;
+            let plain = Bench::plain().parameter("restitution", restitution);
+            assert_near(stop, plain.strike(0.9, 0.1).stop, 1e-6);
+        }
+    }
 
     #[test]
     fn it_strikes_as_in_a_world_with_the_restitution_of_its_formula() {

@@ -16,7 +16,7 @@ pub const SPEC: EffectSpec = EffectSpec {
         is_relative: false,
     },
     family: Family::LaunchAngleByOrder,
-    origin: Origin::Arm,
+    origin: Origin::Camera,
     equivalent: &[],
     contains: &["striker_angle_bias"],
     naming: Naming::Ordinary,
@@ -36,9 +36,12 @@ pub const SPEC: EffectSpec = EffectSpec {
             })
             .collect();
         if sessions.is_empty() {
-            "the arm strikes in the same direction in every session".into()
+            "objects leave in the same direction in every session".into()
         } else {
-            format!("the arm strikes {}", sessions.join(", "))
+            format!(
+                "objects leave {} of the commanded direction",
+                sessions.join(", ")
+            )
         }
     },
 };

@@ -10,7 +10,7 @@ use world::{Estimate, WorldError};
 use super::descent::{FLOOR, Fitted, fitted, residuals, squares};
 use super::forms::{BY_PLACE, Form, Pair, Quantity, forms, forms_by_place};
 use crate::fit::NINETY_FIVE;
-use crate::heldout::{self, FOLDS, limited};
+use crate::heldout::{self, FOLDS};
 
 /// An effect of the arm.
 #[derive(Clone, Debug)]
@@ -25,7 +25,7 @@ pub(super) struct Law {
 pub(super) const CHANCE: f64 = 0.001;
 /// A strike that differs by more deviations is left out.
 const OUTLIER: f64 = 6.0;
-/// Typical falls of the squared error that one strike may count for.
+/// Typical squared errors about a law by which one strike may count.
 const MOST_OF_ONE: f64 = 20.0;
 
 /// The laws by which the arm of these strikes deviates from its commands: by what was commanded, one of the speed, one of the angle, and then by
@@ -112,6 +112,11 @@ fn pays(
     pairs: &[&Pair<'_>],
     judges: &[Pair<'_>],
 ) -> Result<bool, WorldError> {
+    let about = residuals(rig, quantity, form, &fitted_to_all.values, pairs)?;
+    let mut typical: Vec<f64> = about.iter().map(|r| r * r + FLOOR * FLOOR).collect();
+    typical.sort_by(f64::total_cmp);
+    let most = MOST_OF_ONE * typical.get(typical.len() / 2).copied().unwrap_or(0.0);
+    // A cap does nothing to most strikes: what is typical is not their fall.
     let falls = |values: &[f64], of: &[&Pair<'_>]| -> Result<Vec<f64>, WorldError> {
         let left = residuals(rig, quantity, form, values, of)?;
         let plain = of
@@ -119,7 +124,7 @@ fn pays(
             .map(|pair| pair.difference(quantity, pair.command));
         Ok(plain
             .zip(left)
-            .map(|(plain, left)| plain * plain - left * left)
+            .map(|(plain, left)| (plain * plain - left * left).clamp(-most, most))
             .collect())
     };
     let mut left_out = Vec::new();
@@ -135,8 +140,8 @@ fn pays(
         }
     }
     let judges: Vec<&Pair<'_>> = judges.iter().collect();
-    let judges = limited(&falls(&fitted_to_all.values, &judges)?, MOST_OF_ONE);
-    Ok(heldout::pays(&judges, &limited(&left_out, MOST_OF_ONE)))
+    let judges = falls(&fitted_to_all.values, &judges)?;
+    Ok(heldout::pays(&judges, &left_out))
 }
 
 /// The form that these strikes need, with its evidence; none where the arm delivers its commands. A form with further values must

@@ -13,10 +13,11 @@ use world::{
 use crate::diagnosis::{Diagnosis, NamedEffect, Parameter, Verdict};
 use crate::gap;
 use crate::model::specification;
-use crate::question::Variation;
+use crate::notes;
+use crate::question::{self, Variation};
 use crate::{DiagnoseError, Diagnosed, Input};
 
-use forms::Quantity;
+use forms::{Pair, Quantity};
 use law::{CHANCE, Law, fit};
 use unexplained::{Unexplained, unexplained};
 
@@ -26,7 +27,7 @@ mod law;
 mod unexplained;
 
 /// Whether an effect is the arm's own: it is estimated here, where the arm's state is known.
-pub(crate) fn is_the_arms(name: &str) -> bool {
+fn is_the_arms(name: &str) -> bool {
     effect(name).is_ok_and(|spec| spec.origin == Origin::Arm)
 }
 
@@ -63,22 +64,33 @@ impl Arm {
         }))
     }
 
+    /// Whether an effect is the arm's, or was found to be.
+    pub(crate) fn does(&self, name: &str) -> bool {
+        is_the_arms(name) || self.laws.iter().any(|law| law.name == name)
+    }
+
     /// What was found from the delivered launches, with what the arm does to its commands.
     pub(crate) fn complete(
-        self,
+        mut self,
         mut found: Diagnosed,
         input: &Input,
     ) -> Result<Diagnosed, DiagnoseError> {
-        let scatter = arm_scatter(&input.strikes);
-        let repeatability = self.repeatability(scatter);
+        let strikes: Vec<&Strike> = input
+            .strikes
+            .iter()
+            .filter(|strike| !strike.is_pushed_again())
+            .collect();
+        let beside = self.beside_laws(input, &strikes)?;
+        let repeatability = self.repeatability(beside);
         // A world that was fitted here scatters by the impact alone; the identified one by the arm, too.
         let mut impact = found.world.as_ref().unwrap_or(&input.world).scatter;
         match &mut found.world {
             Some(world) => {
-                world.scatter.speed = world.scatter.speed.hypot(scatter.speed);
-                world.scatter.angle = world.scatter.angle.hypot(scatter.angle);
+                world.scatter.speed = world.scatter.speed.hypot(beside.speed);
+                world.scatter.angle = world.scatter.angle.hypot(beside.angle);
             }
             None => {
+                let scatter = arm_scatter(&input.strikes);
                 impact.speed = without(impact.speed, scatter.speed);
                 impact.angle = without(impact.angle, scatter.angle);
             }
@@ -97,6 +109,10 @@ impl Arm {
             named.equivalent.retain(|name| !is_the_arms(name));
             named.rivals.retain(|rival| !is_the_arms(&rival.name));
         }
+        let by_arm = moved(&strikes, |_| repeatability);
+        let repeats = diagnosis.gap.noise_floor.hypot(by_arm);
+        let little = self.without_little(input, &strikes, repeats)?;
+        diagnosis.notes.extend(notes::little(&little));
         if !self.laws.is_empty() {
             self.name_laws(diagnosis)?;
             let world = found.world.get_or_insert_with(|| input.world.clone());
@@ -105,11 +121,6 @@ impl Arm {
         }
         self.tell_unexplained(diagnosis);
         // What a command gives: before, after and the floor hold what the arm makes of it.
-        let strikes: Vec<&Strike> = input
-            .strikes
-            .iter()
-            .filter(|strike| !strike.is_pushed_again())
-            .collect();
         let before = gap::stop_residuals(&input.rig, &input.world, &strikes)?;
         let after = match &found.world {
             Some(world) => gap::stop_residuals(&input.rig, world, &strikes)?,
@@ -117,23 +128,60 @@ impl Arm {
         };
         found.residuals = gap::residuals(&strikes, &before, &after);
         let judges = |residuals: &[_]| gap::of_part(&strikes, residuals, true);
-        let by_arm = gap::rms(strikes.iter().map(|strike| {
-            let length = strike.path().norm();
-            // A stop lies as far as the square of the speed says.
-            Point::new(
-                2.0 * repeatability.speed * length,
-                repeatability.angle * length,
-            )
-        }));
-        let beside = &found.diagnosis.gap;
+        let gap = &found.diagnosis.gap;
         let variation = Variation {
-            repeats: beside.noise_floor.hypot(by_arm),
-            repeats_at_most: beside.noise_floor.hypot(by_arm),
-            wander: beside.wander,
-            sessions: beside.sessions,
+            repeats,
+            repeats_at_most: repeats,
+            wander: gap.wander,
+            sessions: gap.sessions,
         };
         found.diagnosis.gap = gap::gap(&judges(&before), &judges(&after), variation);
         Ok(found)
+    }
+
+    /// By how much deliveries differ from what the laws make of their commands, root mean square.
+    fn beside_laws(&self, input: &Input, strikes: &[&Strike]) -> Result<ArmScatter, DiagnoseError> {
+        let laws = self.laws.iter();
+        let laws = laws.map(|law| effects::build(&law.added, &input.rig));
+        let laws = laws.collect::<Result<Vec<_>, _>>()?;
+        let pairs = Pair::all(strikes);
+        let left = |quantity| {
+            let squares = pairs.iter().map(|pair| {
+                let predicted = pair.beside(&laws).command;
+                pair.difference(quantity, predicted).powi(2)
+            });
+            (squares.sum::<f64>() / pairs.len().max(1) as f64).sqrt()
+        };
+        Ok(ArmScatter {
+            speed: left(Quantity::Speed),
+            angle: left(Quantity::Angle),
+        })
+    }
+
+    /// Leaves out the laws that move stops by little beside what repeats scatter by, in m; their names.
+    fn without_little(
+        &mut self,
+        input: &Input,
+        strikes: &[&Strike],
+        repeats: f64,
+    ) -> Result<Vec<&'static str>, DiagnoseError> {
+        let mut little = Vec::new();
+        for law in std::mem::take(&mut self.laws) {
+            let effect = effects::build(&law.added, &input.rig)?;
+            let moves = moved(strikes, |strike| {
+                let command = strike.command;
+                let by = effect.deliver(command, strike.initial, &strike.conditions);
+                ArmScatter {
+                    speed: by.speed / command.speed.max(1e-9) - 1.0,
+                    angle: by.angle - command.angle,
+                }
+            });
+            match moves < question::LITTLE * repeats {
+                true => little.push(law.name),
+                false => self.laws.push(law),
+            }
+        }
+        Ok(little)
     }
 
     /// By how much repeats of a command differ in what the arm delivers: what launches depend on is no scatter.
@@ -206,6 +254,14 @@ impl Arm {
         }
         diagnosis.r#where.splice(0..0, all());
     }
+}
+
+/// By how much stops move, root mean square in m, where launches differ so: a stop lies as far as the square of the speed says.
+fn moved(strikes: &[&Strike], differs: impl Fn(&Strike) -> ArmScatter) -> f64 {
+    gap::rms(strikes.iter().map(|strike| {
+        let (length, by) = (strike.path().norm(), differs(strike));
+        Point::new(2.0 * by.speed * length, by.angle * length)
+    }))
 }
 
 /// A deviation without one that it was added to.

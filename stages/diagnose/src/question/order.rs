@@ -29,6 +29,8 @@ const MOST_TURNS: f64 = 40.0;
 const IN_TURN: usize = 6;
 /// How long what was done to a table lasts, as a share of the strikes.
 const LASTS: [f64; 3] = [0.06, 0.125, 0.25];
+/// Share of the strikes for which both levels of a ramp last at the least: what rises from the first strike on is wear.
+const AT_A_LEVEL: f64 = 0.25;
 /// Places of a beginning that are tried.
 const BEGINNINGS: usize = 40;
 /// −2 ln L by which a form that the library has no effect for must be better: a hundred to one.
@@ -52,6 +54,8 @@ pub(crate) enum Form {
     WearInSessions,
     /// It steps, and wears off.
     WearsOff,
+    /// From one level to another, over some strikes.
+    Ramp,
 }
 
 impl Form {
@@ -65,12 +69,16 @@ impl Form {
             Self::Sessions => "sessions",
             Self::WearInSessions => "wear within sessions",
             Self::WearsOff => "a step that wears off",
+            Self::Ramp => "from one level to another",
         }
     }
 
     /// Whether no effect of the library by the order or by session is of this form.
     pub(crate) fn has_no_name(self) -> bool {
-        matches!(self, Self::Cycle | Self::WearInSessions | Self::WearsOff)
+        matches!(
+            self,
+            Self::Cycle | Self::WearInSessions | Self::WearsOff | Self::Ramp
+        )
     }
 }
 
@@ -292,9 +300,13 @@ impl InOrder {
         for k in (SIDE..self.values.len() - SIDE).step_by(every) {
             let begins = place[k];
             for length in LASTS {
-                let worn =
-                    |t: f64| f64::from(t >= begins) * (-(t - begins).max(0.0) / length).exp();
+                let since = |t: f64| (t - begins).max(0.0) / length;
+                let worn = |t: f64| f64::from(t >= begins) * (-since(t)).exp();
                 forms.push((Form::WearsOff, self.beside(vec![place.map(worn)]), 3.0));
+                if begins > AT_A_LEVEL && begins + length < 1.0 - AT_A_LEVEL {
+                    let ramp = |t: f64| since(t).min(1.0);
+                    forms.push((Form::Ramp, self.beside(vec![place.map(ramp)]), 3.0));
+                }
             }
         }
         for each in self.in_turn() {
@@ -467,6 +479,18 @@ mod tests {
         for seed in 0..5 {
             let drift = formed_of(seed, 0.0, 60, 20, &number, |i| 0.06 * number(i));
             assert_eq!(drift, Form::Drift);
+        }
+    }
+
+    #[test]
+    fn what_rises_over_some_strikes_and_stays_is_no_wander() {
+        for seed in 0..5 {
+            let ramp = |i: usize| 40.0 / (1.0 + (-(i as f64 - 104.0) / 6.0).exp());
+            let form = formed(seed, 0.1, 200, 200, ramp);
+            assert!(form.has_no_name(), "{form:?}");
+            // What begins with the first strike wears.
+            let wear = |i: usize| 20.0 * (1.0 - (-(i as f64) / 30.0).exp());
+            assert_eq!(formed(seed, 0.0, 90, 90, wear), Form::Wear);
         }
     }
 

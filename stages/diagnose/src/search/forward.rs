@@ -26,6 +26,8 @@ use crate::{
 pub(crate) struct Limits<'l> {
     /// Effects at the most.
     pub(crate) effects: usize,
+    /// Evidence that the first must bring for each value that it frees.
+    pub(crate) first: f64,
     /// By which another effect is shown to be no chance.
     pub(crate) flips: Replicates,
     pub(crate) alarm: &'l Alarm,
@@ -139,7 +141,7 @@ fn next_effect(
         .collect();
     let is_enough = |fit: &CandidateFit| {
         let by_form = taken_by_form(screened, fit.name, prepared.thresholds.form_least);
-        fit.evidence > required_evidence(selection, fit, by_form)
+        fit.evidence > required_evidence(selection, fit, by_form, limits.first)
     };
     let mut significant: Option<Alarm> = None;
     let mut said = 0.0f64;
@@ -193,11 +195,16 @@ fn taken_by_form(screened: &[Screened], name: &str, least: f64) -> f64 {
 }
 
 /// Evidence that is asked of another effect, of whose score a wrong form of the effects held would take this share.
-fn required_evidence(selection: &Selection<'_>, fit: &CandidateFit, by_form: f64) -> f64 {
-    if selection.effects.is_empty() {
-        return 0.0;
-    }
+fn required_evidence(
+    selection: &Selection<'_>,
+    fit: &CandidateFit,
+    by_form: f64,
+    first: f64,
+) -> f64 {
     let own = fit.fitted.model.free.len() - selection.fitted.model.free.len();
+    if selection.effects.is_empty() {
+        return first * own as f64;
+    }
     let thresholds = selection.prepared.thresholds;
     let form = by_form * thresholds.form * selection.gain();
     // An effect that does nearly what another does stands beside it only where the form of neither is enough.

@@ -94,7 +94,7 @@ fn fitted_values_are_stated_in_a_sentence() {
         (
             "striker_angle_by_session",
             &[("monday.mcap", 0.02), ("tuesday.mcap", -0.01)],
-            "the arm strikes 1.1° to the left in monday.mcap, 0.6° to the right in tuesday.mcap",
+            "objects leave 1.1° to the left in monday.mcap, 0.6° to the right in tuesday.mcap of the commanded direction",
         ),
         (
             "restitution_drift",
@@ -118,8 +118,8 @@ fn fitted_values_are_stated_in_a_sentence() {
         ),
         (
             "friction_map",
-            &[("height_6", 0.2), ("height_13", -0.1)],
-            "friction varies over the table: 20 % higher around (0.35, 0.10) m, 9.6 % lower around (0.65, -0.10) m",
+            &[("height_11", 0.2), ("height_30", -0.1)],
+            "friction varies over the table: 20 % higher around (0.32, 0.10) m, 10 % lower around (0.68, -0.10) m",
         ),
         (
             "friction_line",
@@ -163,7 +163,7 @@ fn fitted_values_are_stated_in_a_sentence() {
         (
             "camera_distortion",
             &[("k1", -0.08)],
-            "the lens shows what is 0.5 m from the camera's centre 2.0 % too near to it",
+            "the lens shows what is 0.5 m from its axis at (0.45, 0.00) m 2.0 % too near to it",
         ),
     ] {
         assert_eq!(
