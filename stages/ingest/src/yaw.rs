@@ -30,7 +30,7 @@ impl YawSample {
 }
 
 /// The yaw (rad) of a quaternion x, y, z, w, be it of unit length or nearly; `None` where it is none.
-pub fn yaw_of([x, y, z, w]: More) -> Option<f64> {
+pub fn yaw_of([x, y, z, w, ..]: More) -> Option<f64> {
     /// How far the squared length may be from one: rounding and filters, not zeros.
     const LENGTH: std::ops::Range<f64> = 0.5..1.5;
     let length = x * x + y * y + z * z + w * w;

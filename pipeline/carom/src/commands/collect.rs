@@ -325,7 +325,8 @@ fn failed(error: CollectError) -> Error {
     match error {
         CollectError::Lock(durable::LockError::Busy { .. }) => Error::Busy(error.into()),
         CollectError::Robot(RobotError::Busy { .. }) => Error::Busy(error.into()),
-        CollectError::Robot(RobotError::NotReady { .. } | RobotError::Refused(_)) => refused(error),
+        CollectError::Robot(RobotError::NotReady { .. } | RobotError::Refused(_))
+        | CollectError::Live(LiveError::Frames(..)) => refused(error),
         CollectError::Collected(_)
         | CollectError::NoStrike(_)
         | CollectError::Live(LiveError::Address(_) | LiveError::NoTopic { .. }) => {

@@ -234,10 +234,7 @@ impl<D: Arm> Station for ArmStation<D> {
     }
 
     fn strike(&mut self, plan: &Plan) -> Result<Recorded, Box<Unfinished>> {
-        let rest = self.ready.take().unwrap_or(Resting {
-            point: plan.from,
-            yaw: None,
-        });
+        let rest = self.ready.take().unwrap_or(Resting::at(plan.from));
         let watched = Watched::new(self.live.clone(), rest);
         let (outcome, seen) = strike_and_keep(
             &mut self.robot,

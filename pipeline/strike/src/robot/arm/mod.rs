@@ -18,8 +18,8 @@ mod turn;
 mod watch;
 
 pub(crate) use connection::{
-    CONNECT, connect, connect_unread, garbage, is_nothing_yet, listen, read_frame, version_in,
-    why_none,
+    CONNECT, connect, connect_unread, garbage, is_nothing_yet, listen, read_frame, start,
+    version_in, why_none,
 };
 pub use driver::{
     Arm, ArmLimits, Condition, Identity, LineRequest, Ports, Pose, Report, Reports, Said, Status,
@@ -27,6 +27,7 @@ pub use driver::{
 };
 pub(crate) use driver::{distance, shown};
 pub(crate) use guard::MARGIN;
+pub(crate) use watch::RunUp;
 pub use guarded::{Guarded, Look};
 pub use outlet::Outlet;
 pub use signals::{catch_signals, tell, told, unblock_signals};
