@@ -106,10 +106,7 @@ impl Decoder {
     }
 
     /// The same with the further numbers that were asked for, and the text.
-    pub fn decode_with(
-        &self,
-        data: &[u8],
-    ) -> Result<(Fields, More, Option<String>), DecodeError> {
+    pub fn decode_with(&self, data: &[u8]) -> Result<(Fields, More, Option<String>), DecodeError> {
         let mut raw = Raw::default();
         match &self.plan {
             Plan::Ros(plan) => plan.decode(data, &mut raw)?,

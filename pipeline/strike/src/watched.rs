@@ -75,6 +75,7 @@ pub fn strike_and_keep<D: Arm>(
     if !has_record {
         memory.recorded();
     }
+    let robot_moved = robot.has_moved();
     let outcome = outcome.map_err(|error| match (error, left) {
         (
             RobotError::Interrupted {
@@ -82,12 +83,19 @@ pub fn strike_and_keep<D: Arm>(
                 why,
                 samples,
             },
-            Some((_, told)),
-        ) => RobotError::Interrupted {
-            robot,
-            why: format!("{why}; {told}"),
-            samples,
-        },
+            left,
+        ) => {
+            let told = match left {
+                Some((_, told)) => format!("; {told}"),
+                None if robot_moved => String::new(),
+                None => "; nothing has moved".into(),
+            };
+            RobotError::Interrupted {
+                robot,
+                why: why + &told,
+                samples,
+            }
+        }
         (error, _) => error,
     });
     (outcome, seen)

@@ -274,10 +274,14 @@ mod tests {
             (r#"{"frame_id": null}"#, "0.02", None),
             ("{}", "null", None),
         ] {
-            let message = format!(r#"{{"header": {header}, "point": {{"x": 1, "y": 2, "z": {z}}}}}"#);
+            let message =
+                format!(r#"{{"header": {header}, "point": {{"x": 1, "y": 2, "z": {z}}}}}"#);
             let (_, more, read) = decoder.decode_with(message.as_bytes()).expect("is read");
             assert_eq!(read.as_deref(), text, "{message}");
-            assert!(more[0] == 0.02 || z == "null" && more[0].is_nan(), "{message}");
+            assert!(
+                more[0] == 0.02 || z == "null" && more[0].is_nan(),
+                "{message}"
+            );
         }
     }
 

@@ -125,7 +125,8 @@ impl<'a> Topics<'a> {
             required,
         } = self.wanted[index];
         let channel = message.channel;
-        let compiled = Decoder::compile_with(&channel.encoding, channel.schema(), topic, more, None);
+        let compiled =
+            Decoder::compile_with(&channel.encoding, channel.schema(), topic, more, None);
         let counts = &mut self.counts[index];
         match compiled {
             // A log is not refused for a topic that it need not have.

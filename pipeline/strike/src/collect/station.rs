@@ -197,7 +197,7 @@ impl<D: Arm> Station for ArmStation<D> {
             }
             looked = (Instant::now(), Epoch::now());
             if self.interrupted.load(Ordering::Relaxed) {
-                return Err(LiveError::NotAtRest("it was interrupted by a signal".into()).into());
+                return Err(CollectError::Interrupted);
             }
             // Nobody is told to step back from an arm that will not move.
             self.robot.is_free()?;

@@ -221,7 +221,10 @@ impl Subscription {
             ));
         }
         let (yaw, z) = match self.role {
-            Role::Pose => (ingest::yaw_of(more), more[4]),
+            Role::Pose => {
+                let [turn @ .., z] = more;
+                (ingest::yaw_of(turn), z)
+            }
             _ => (None, more[0]),
         };
         Ok(Some(Sighting {

@@ -31,8 +31,8 @@ use recording::MOST_BYTES;
 pub use rest::Resting;
 use rest::{FRESH, resting};
 use seen::Seen;
-use still::{Sentry, as_before, lifted};
 pub use seen::{ServerMessage, read_messages};
+use still::{Sentry, as_before, lifted};
 
 /// Topics are advertised within this time of the connection.
 const TOPICS: Duration = Duration::from_secs(5);
@@ -73,9 +73,12 @@ impl Live {
             ends: AtomicBool::new(false),
         });
         let reader = shared.clone();
-        let thread = start("live-topics", move || listen(&reader, connection)).map_err(|error| LiveError::Connection {
-                url: url.into(),
-                why: error.to_string(),
+        let thread =
+            start("live-topics", move || listen(&reader, connection)).map_err(|error| {
+                LiveError::Connection {
+                    url: url.into(),
+                    why: error.to_string(),
+                }
             })?;
         let live = Self {
             url: url.into(),

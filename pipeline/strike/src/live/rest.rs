@@ -128,7 +128,9 @@ fn median(places: &[Place]) -> Point {
 
 /// The mean height; none where a place has none.
 fn mean_height(places: &[Place]) -> Option<f64> {
-    let sum = places.iter().try_fold(0.0, |sum, place| Some(sum + place.z?));
+    let sum = places
+        .iter()
+        .try_fold(0.0, |sum, place| Some(sum + place.z?));
     sum.map(|sum: f64| sum / places.len() as f64)
 }
 

@@ -92,13 +92,19 @@ impl Sentry {
         let moved = differs(&self.rig, &self.before, now, most);
         self.in_a_row = moved.as_ref().map_or(0, |_| self.in_a_row + 1);
         if let Some(how) = moved.filter(|_| self.in_a_row >= IN_A_ROW) {
-            (self.ends)(at, &format!("the object was moved during the run-up: {how}"));
+            (self.ends)(
+                at,
+                &format!("the object was moved during the run-up: {how}"),
+            );
         }
     }
 
     /// The object is seen no more, for a reason that lasts.
     pub(super) fn is_blind(&mut self, at: Instant, why: &str) {
-        (self.ends)(at, &format!("the object was seen no more during the run-up: {why}"));
+        (self.ends)(
+            at,
+            &format!("the object was seen no more during the run-up: {why}"),
+        );
     }
 }
 
@@ -118,7 +124,10 @@ mod tests {
 
     #[test]
     fn an_object_that_is_moved_is_told_by_its_second_message_and_an_outlier_is_not() {
-        let (rig, before) = (Rig::demo(Shape::Cylinder), Resting::at(Point::new(0.3, 0.0)));
+        let (rig, before) = (
+            Rig::demo(Shape::Cylinder),
+            Resting::at(Point::new(0.3, 0.0)),
+        );
         let told = |seen: &[f64]| -> Vec<String> {
             let (tell, told) = mpsc::channel();
             let mut sentry = Sentry::new(&rig, before, move |_, how| {
@@ -161,7 +170,8 @@ mod tests {
             assert_eq!(why.is_empty(), said.is_empty(), "{why}");
             assert!(why.contains(said), "{why}");
         }
-        let turned = |rig: &Rig, yaw| as_before(rig, &seen(None, Some(0.0)), &seen(None, Some(yaw)));
+        let turned =
+            |rig: &Rig, yaw| as_before(rig, &seen(None, Some(0.0)), &seen(None, Some(yaw)));
         assert!(turned(&cuboid, 0.06).is_err() && turned(&cuboid, 0.04).is_ok());
         assert!(turned(&cuboid, PI).is_ok() && turned(&cylinder, 0.06).is_ok());
     }

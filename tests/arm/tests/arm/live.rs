@@ -195,10 +195,16 @@ fn places_that_come_in_another_frame_than_before_are_no_places() {
     let error = live.at_rest().unwrap_err();
     assert!(matches!(error, LiveError::Frames(..)), "{error}");
     let text = error.to_string();
-    assert!(text.contains("`table`") && text.contains("`camera`"), "{text}");
+    assert!(
+        text.contains("`table`") && text.contains("`camera`"),
+        "{text}"
+    );
     // Whoever watches the run-up is told, too.
     let ended = ended.lock().unwrap().clone();
-    assert!(ended.contains("`camera`") && ended.contains("run-up"), "{ended}");
+    assert!(
+        ended.contains("`camera`") && ended.contains("run-up"),
+        "{ended}"
+    );
     // It does not come back by itself.
     *frame.lock().unwrap() = "table";
     thread::sleep(Duration::from_millis(100));

@@ -65,7 +65,14 @@ fn an_object_that_is_moved_during_the_run_up_is_not_struck() {
             scope.spawn(|| {
                 let is_line = |(_, event): &(_, Event)| matches!(event, Event::Line);
                 // Lift, travel, lower; and the strike, as it begins.
-                wait_for(|| emulator.events().iter().filter(|event| is_line(event)).count() == 4);
+                wait_for(|| {
+                    emulator
+                        .events()
+                        .iter()
+                        .filter(|event| is_line(event))
+                        .count()
+                        == 4
+                });
                 emulator.table(|table| table.push(Point::new(0.03, 0.0)));
             });
             watched::<D>(maker, &lab)
@@ -73,15 +80,22 @@ fn an_object_that_is_moved_during_the_run_up_is_not_struck() {
         let error = outcome.unwrap_err();
         assert!(matches!(error, RobotError::Interrupted { .. }), "{error}");
         let text = error.to_string();
-        assert!(text.contains("moved during the run-up"), "{maker:?}: {text}");
-        assert!(text.contains("mm before where it was to touch"), "{maker:?}: {text}");
+        assert!(
+            text.contains("moved during the run-up"),
+            "{maker:?}: {text}"
+        );
+        assert!(
+            text.contains("mm before where it was to touch"),
+            "{maker:?}: {text}"
+        );
         assert_eq!(met(emulator), 0, "{text}");
         // Its log is no strike to learn from.
         let (folder, rig) = (tempfile::tempdir().unwrap(), maker.rig());
         let path = folder.path().join("log.mcap");
         let log = OpenLog::open(Destination::File(path.clone())).unwrap();
         let received = seen.unwrap().received;
-        log.write_with(error.samples().unwrap(), &received, &rig.topics).unwrap();
+        log.write_with(error.samples().unwrap(), &received, &rig.topics)
+            .unwrap();
         let read = ingest_log(&path, &rig, &Ingest::default()).unwrap();
         assert!(read.strikes.is_empty(), "{:?}", read.strikes);
     }

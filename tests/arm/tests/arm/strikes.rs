@@ -106,7 +106,9 @@ fn an_arm_that_sags_as_its_brakes_open_is_nobodys_and_one_that_falls_is() {
             sags.pose[2] = 71.0;
             let (emulator, outcome) = run(sags, None, &plan);
             assert_eq!(outcome.is_ok(), strikes, "{sag}: {outcome:?}");
-            let told = outcome.err().map_or(String::new(), |error| error.to_string());
+            let told = outcome
+                .err()
+                .map_or(String::new(), |error| error.to_string());
             assert!(strikes || told.contains("was moved by 6.0 mm"), "{told}");
             assert_eq!(lines(&emulator) > 0, strikes);
         }

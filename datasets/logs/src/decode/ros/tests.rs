@@ -279,7 +279,10 @@ fn a_text_and_further_numbers_are_read_where_the_schema_has_them() {
         let decoder = decoder.expect("compiles");
         let (fields, more, text) = decoder.decode_with(&message.0).expect("is read");
         assert_eq!((fields.x, fields.y), (1.5, -2.5));
-        assert!(decoder.decode_with(&message.0[..14]).is_err(), "cut in its text");
+        assert!(
+            decoder.decode_with(&message.0[..14]).is_err(),
+            "cut in its text"
+        );
         (more, text)
     };
     let (more, text) = read(POINT_STAMPED, &["point.z"], "header.frame_id");

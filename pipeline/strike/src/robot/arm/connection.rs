@@ -132,6 +132,9 @@ mod tests {
         assert!(told(24).contains("ulimit") && !told(24).contains("network"));
         let none = no_thread(&io::Error::from_raw_os_error(11));
         let told = why_none(&none, "check the network");
-        assert!(told.contains("threads") && !told.contains("network"), "{told}");
+        assert!(
+            told.contains("threads") && !told.contains("network"),
+            "{told}"
+        );
     }
 }

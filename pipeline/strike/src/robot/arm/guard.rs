@@ -409,7 +409,10 @@ mod tests {
 
     #[test]
     fn what_an_object_does_that_may_have_been_touched_is_not_the_run_ups() {
-        for (speed, late) in [0.4, 0.7, 1.0].into_iter().flat_map(|speed| [0.0, 0.03, 0.055].map(|late| (speed, late))) {
+        for (speed, late) in [0.4, 0.7, 1.0]
+            .into_iter()
+            .flat_map(|speed| [0.0, 0.03, 0.055].map(|late| (speed, late)))
+        {
             let mut line = line(speed);
             let ramp = crate::Ramp::to(speed, 5.0, Some(100.0));
             line.reached_at = Some(ramp.length());
@@ -445,7 +448,10 @@ mod tests {
             }
             // Also of an arm that is as much ahead as the guard lets it be.
             let (early, ahead) = AHEAD;
-            assert!(touch - last >= early + ahead / speed, "{speed} {late}: {last} of {touch}");
+            assert!(
+                touch - last >= early + ahead / speed,
+                "{speed} {late}: {last} of {touch}"
+            );
             assert!(touch - first <= 0.08, "{speed} {late}: {first} of {touch}");
         }
     }

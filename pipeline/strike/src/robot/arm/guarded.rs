@@ -18,7 +18,7 @@ use super::guard::{STILL, Sample};
 use super::line::{Line, Profile};
 use super::outlet::Outlet;
 use super::record::samples;
-use super::setup::{Setup, TRAVEL};
+use super::setup::{Height, Setup, TRAVEL};
 use super::signals::{alarm, is_read, tell, told};
 use super::watch::{RunUp, Watch};
 use crate::Plan;
@@ -95,8 +95,8 @@ pub struct Guarded<D: Arm> {
     is_unanswered: bool,
     /// When the strike's line was accepted.
     begun: Option<Instant>,
-    /// How high above the table, and at which z, carom left the tip in a strike that was not ended, in m; none where it did not.
-    left: Option<[f64; 2]>,
+    /// Where carom left the tip in a strike that was not ended; none where it did not.
+    left: Option<Height>,
     /// A line was sent in this strike.
     has_moved: bool,
     look: Option<LookFirst>,
@@ -193,13 +193,13 @@ impl<D: Arm> Guarded<D> {
         unreachable_arm(&self.name, error)
     }
 
-    /// Where the tip may begin beside travel height: how high above the table, and at which z, carom left it, in m.
-    pub(crate) fn resumes_from(&mut self, left: Option<[f64; 2]>) {
+    /// Where the tip may begin beside travel height: where carom left it.
+    pub(crate) fn resumes_from(&mut self, left: Option<Height>) {
         (self.left, self.has_moved) = (left, false);
     }
 
-    /// How high above the table, and at which z, a strike is made, in m.
-    pub(crate) fn low_height(&self) -> [f64; 2] {
+    /// How high the tip is in a strike.
+    pub(crate) fn low_height(&self) -> Height {
         self.setup.low_height()
     }
 
@@ -208,9 +208,8 @@ impl<D: Arm> Guarded<D> {
         self.has_moved
     }
 
-    /// How high above the table, and at which z, the tip is, in m, and whether it came to where it was to touch the object, as a person is
-    /// told; none where no report comes.
-    pub(crate) fn left(&self, plan: &Plan) -> Option<([f64; 2], String)> {
+    /// How high the tip is, and whether it came to where it was to touch the object, as a person is told; none where no report comes.
+    pub(crate) fn left(&self, plan: &Plan) -> Option<(Height, String)> {
         let at = self.watch.next(PATIENCE).ok()?.report.pose.at;
         let on_table = self.setup.on_table(at);
         let short = (plan.strike - on_table).dot(plan.stroke().direction());

@@ -27,8 +27,9 @@ pub use driver::{
 };
 pub(crate) use driver::{distance, shown};
 pub(crate) use guard::MARGIN;
-pub(crate) use watch::RunUp;
 pub use guarded::{Guarded, Look};
 pub use outlet::Outlet;
+pub(crate) use setup::Height;
 pub use signals::{catch_signals, tell, told, unblock_signals};
 pub use turn::Turn;
+pub(crate) use watch::RunUp;

@@ -178,7 +178,10 @@ mod tests {
     fn what_is_held_back_holds_back_nothing_else() {
         let (free, held) = mpsc::channel::<()>();
         let held = Mutex::new(held);
-        let waits = move || held.lock().map_or((), |held| held.recv().unwrap_or_default());
+        let waits = move || {
+            held.lock()
+                .map_or((), |held| held.recv().unwrap_or_default())
+        };
         let outcome = beside(waits, |_| true);
         assert_eq!(outcome, None);
         // It is held until now.
@@ -202,7 +205,10 @@ mod tests {
             .expect("it runs");
         let told = String::from_utf8_lossy(&child.stderr);
         assert!(child.status.success(), "{child:?}");
-        assert!(told.contains("press it") && told.contains("stand clear"), "{told}");
+        assert!(
+            told.contains("press it") && told.contains("stand clear"),
+            "{told}"
+        );
     }
 
     #[test]
