@@ -78,11 +78,14 @@ impl Memory {
     /// What a person is told of a strike that an earlier program began and kept no record of; once.
     pub fn lost(&mut self) -> Option<String> {
         let begun = UNIX_EPOCH + Duration::from_secs(self.lost.take()?);
-        let ago = SystemTime::now().duration_since(begun).unwrap_or_default();
+        let ago = SystemTime::now().duration_since(begun);
+        let ago = match ago.unwrap_or_default().as_secs() {
+            seconds @ 0..100 => format!("{seconds} s"),
+            seconds => format!("{} min", seconds / 60),
+        };
         Some(format!(
-            "a strike of this arm was begun {:.0} min ago and no record of it was written: the program was killed, or the computer stopped. \
-             The object may lie elsewhere than before, the arm may stand low beside it: look at both",
-            ago.as_secs_f64() / 60.0
+            "a strike of this arm was begun {ago} ago and no record of it was written: the program was killed, or the computer stopped. \
+             The object may lie elsewhere than before, the arm may stand low beside it: look at both"
         ))
     }
 
@@ -253,7 +256,7 @@ mod tests {
             for _ in 0..2 {
                 let mut next = open();
                 let told = next.lost().expect("it is told");
-                assert!(told.contains("begun 0 min ago"), "{told}");
+                assert!(told.contains(" s ago"), "{told}");
                 assert_eq!(next.lost(), None, "once a call");
                 assert_eq!(next.stop(), stop.unwrap_or(LastStop::Unseen(None)));
                 assert_eq!(next.left(), Some(low));

@@ -75,7 +75,8 @@ pub fn run(args: &CollectArgs, global: Global) -> Result<Output, Error> {
     let rig = Rig::load(&args.rig).map_err(Error::input)?;
     let requested = requested(args)?;
     let planner = planner(args, &rig)?;
-    let interrupted = catch_signals().map_err(Error::failed)?;
+    let interrupted =
+        catch_signals().map_err(|error| Error::failed(format!("take signals: {error}")))?;
     let mut station = station(args, &rig, interrupted.clone())?;
     let bar = if global.quiet {
         ProgressBar::hidden()
