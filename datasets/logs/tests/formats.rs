@@ -27,10 +27,12 @@ fn the_frame_of_a_message_is_read_beside_its_place() {
             data: &data,
         };
         let (topic, frame) = (common::topic("/p"), Some("header.frame_id"));
-        let decoder =
-            Decoder::compile_with(message_encoding, Some(schema), &topic, &[], frame).unwrap();
+        let decoder = Decoder::compile_with(message_encoding, Some(schema), &topic, &[], frame)
+            .expect("compiles");
         for sample in samples(9) {
-            let (fields, _, frame) = decoder.decode_with(&encoding.message(&sample)).unwrap();
+            let (fields, _, frame) = decoder
+                .decode_with(&encoding.message(&sample))
+                .expect("is read");
             assert_eq!((fields.x, fields.stamp), (sample.x, Some(sample.stamp)));
             assert_eq!(frame.as_deref(), Some("table"), "{message_encoding}");
         }

@@ -61,13 +61,15 @@ fn differs(rig: &Rig, before: &Resting, now: &Resting, (far, wide): (f64, f64)) 
         .then(|| format!("it was turned by {turned:.3} rad since it was seen at rest"))
 }
 
+/// Is told when a message came that must end the strike, and what it showed.
+type Ends = Box<dyn FnMut(Instant, &str) + Send>;
+
 /// Looks at each message of the camera while the tip runs up to the object.
 pub(super) struct Sentry {
     rig: Rig,
     before: Resting,
     in_a_row: u32,
-    /// Is told when a message came that shows that it was moved, and how.
-    ends: Box<dyn FnMut(Instant, &str) + Send>,
+    ends: Ends,
 }
 
 impl Sentry {
