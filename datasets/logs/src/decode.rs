@@ -11,7 +11,7 @@ use values::FieldTopic;
 
 use self::message::Raw;
 use crate::LogError;
-use crate::path::FieldTree;
+use crate::path::{FieldTree, Leaf};
 
 pub use self::message::{DecodeError, Fields, MOST_MORE, More};
 pub use self::schema::SchemaText;
@@ -42,32 +42,46 @@ impl Decoder {
         Self::compile_exactly(message_encoding, schema, topic, &[])
     }
 
-    /// The same with the paths of further numbers (at most [`MOST_MORE`] are read). They may be absent: a schema that lacks one of
-    /// them gives none.
+    /// The same with the paths of further numbers (at most [`MOST_MORE`] are read) and of a text. They may be absent: what a schema lacks
+    /// is left out.
     pub fn compile_with(
         message_encoding: &str,
         schema: Option<SchemaText<'_>>,
         topic: &FieldTopic,
         more: &[String],
+        text: Option<&str>,
     ) -> Result<Self, LogError> {
-        let more = &more[..more.len().min(MOST_MORE)];
-        Self::compile_exactly(message_encoding, schema, topic, more)
-            .or_else(|_| Self::compile(message_encoding, schema, topic))
+        let numbers = more.iter().take(MOST_MORE).enumerate();
+        let numbers = numbers.map(|(place, path)| (Leaf::More(place), path.as_str()));
+        let further: Vec<_> = numbers.chain(text.map(|path| (Leaf::Text, path))).collect();
+        let compile = |further: &[(Leaf, &str)]| {
+            Self::compile_exactly(message_encoding, schema, topic, further)
+        };
+        compile(&further).or_else(|_| {
+            let mut there = Vec::new();
+            for path in further {
+                there.push(path);
+                if compile(&there).is_err() {
+                    there.pop();
+                }
+            }
+            compile(&there)
+        })
     }
 
     fn compile_exactly(
         message_encoding: &str,
         schema: Option<SchemaText<'_>>,
         topic: &FieldTopic,
-        more: &[String],
+        further: &[(Leaf, &str)],
     ) -> Result<Self, LogError> {
         let schema_encoding = schema.map_or("", |schema| schema.encoding);
         let (plan, stamped) = match (message_encoding, schema_encoding, schema) {
-            ("cdr", "ros2msg", Some(schema)) => ros(ros::Wire::Cdr, schema, topic, more)?,
-            ("ros1", "ros1msg", Some(schema)) => ros(ros::Wire::Ros1, schema, topic, more)?,
-            ("json", _, _) => (Plan::Json(FieldTree::of(topic, more, true)?), true),
+            ("cdr", "ros2msg", Some(schema)) => ros(ros::Wire::Cdr, schema, topic, further)?,
+            ("ros1", "ros1msg", Some(schema)) => ros(ros::Wire::Ros1, schema, topic, further)?,
+            ("json", _, _) => (Plan::Json(FieldTree::of(topic, further, true)?), true),
             ("protobuf", "protobuf", Some(schema)) => {
-                let (plan, stamped) = protobuf::Plan::compile(schema, topic, more)?;
+                let (plan, stamped) = protobuf::Plan::compile(schema, topic, further)?;
                 (Plan::Protobuf(plan), stamped)
             }
             _ => {
@@ -88,11 +102,11 @@ impl Decoder {
 
     /// Reads the fields of one message; never more memory than the message itself takes.
     pub fn decode(&self, data: &[u8]) -> Result<Fields, DecodeError> {
-        self.decode_with(data).map(|(fields, _)| fields)
+        self.decode_with(data).map(|(fields, ..)| fields)
     }
 
-    /// The same with the further numbers that were asked for.
-    pub fn decode_with(&self, data: &[u8]) -> Result<(Fields, More), DecodeError> {
+    /// The same with the further numbers that were asked for, and the text.
+    pub fn decode_with(&self, data: &[u8]) -> Result<(Fields, More, Option<String>), DecodeError> {
         let mut raw = Raw::default();
         match &self.plan {
             Plan::Ros(plan) => plan.decode(data, &mut raw)?,
@@ -100,6 +114,7 @@ impl Decoder {
             Plan::Protobuf(plan) => plan.decode(data, &mut raw)?,
         }
         let more = raw.more.map(|number| number.unwrap_or(f64::NAN));
+        let text = raw.text.take();
         let fields = raw.fields()?;
         if fields.stamp.is_none() && self.stamped && !matches!(self.plan, Plan::Json(_)) {
             // The schema has a stamp that this message leaves unset: that is the zero stamp.
@@ -107,9 +122,9 @@ impl Decoder {
                 stamp: Some(0),
                 ..fields
             };
-            return Ok((zero, more));
+            return Ok((zero, more, text));
         }
-        Ok((fields, more))
+        Ok((fields, more, text))
     }
 }
 
@@ -117,8 +132,8 @@ fn ros(
     wire: ros::Wire,
     schema: SchemaText<'_>,
     topic: &FieldTopic,
-    more: &[String],
+    further: &[(Leaf, &str)],
 ) -> Result<(Plan, bool), LogError> {
-    let (plan, stamped) = ros::Plan::compile(wire, schema, topic, more)?;
+    let (plan, stamped) = ros::Plan::compile(wire, schema, topic, further)?;
     Ok((Plan::Ros(plan), stamped))
 }

@@ -19,6 +19,8 @@ pub(crate) enum Leaf {
     Y,
     /// A further number, by its place among those asked for.
     More(usize),
+    /// A text.
+    Text,
 }
 
 /// What is wanted of a message or of one of its fields: leaves here, and what lies below.
@@ -65,7 +67,7 @@ impl Leaf {
     pub(crate) fn astray(self, topic: &FieldTopic, why: String) -> LogError {
         let path = match self {
             // Further paths that lead nowhere are given up, not reported.
-            Self::X | Self::More(_) => &topic.x,
+            Self::X | Self::More(_) | Self::Text => &topic.x,
             Self::Y => &topic.y,
             Self::Stamp | Self::Seconds | Self::Nanoseconds => &topic.stamp,
         };
@@ -86,6 +88,11 @@ impl FieldTree {
         }
     }
 
+    /// Whether it is wanted as a text alone.
+    pub(crate) fn is_text(&self) -> bool {
+        self.leaves == [Leaf::Text] && self.fields.is_empty() && self.elements.is_empty()
+    }
+
     /// Some leaf at or below here, to say which path went astray.
     pub(crate) fn any_leaf(&self) -> Leaf {
         let below = self
@@ -100,23 +107,23 @@ impl FieldTree {
             .unwrap_or(Leaf::Stamp)
     }
 
-    /// The tree for a topic's stamp, x, y and further numbers, or for those without the stamp.
-    pub(crate) fn of(topic: &FieldTopic, more: &[String], stamped: bool) -> Result<Self, LogError> {
+    /// The tree for a topic's stamp, x, y and further fields, or for those without the stamp.
+    pub(crate) fn of(
+        topic: &FieldTopic,
+        further: &[(Leaf, &str)],
+        stamped: bool,
+    ) -> Result<Self, LogError> {
         let mut root = Self::default();
         let paths = [
-            (&topic.stamp, Leaf::Stamp),
-            (&topic.x, Leaf::X),
-            (&topic.y, Leaf::Y),
+            (Leaf::Stamp, topic.stamp.as_str()),
+            (Leaf::X, &topic.x),
+            (Leaf::Y, &topic.y),
         ];
-        let further = more
-            .iter()
-            .enumerate()
-            .map(|(place, path)| (path, Leaf::More(place)));
-        for (path, leaf) in paths.into_iter().chain(further) {
+        for (leaf, path) in paths.iter().chain(further).copied() {
             if stamped || leaf != Leaf::Stamp {
                 let steps = parse(path).map_err(|why| LogError::Field {
                     topic: topic.name.clone(),
-                    path: path.clone(),
+                    path: path.into(),
                     why: why.into(),
                 })?;
                 root.add(&steps, leaf);

@@ -12,10 +12,32 @@ mod common;
 use std::path::PathBuf;
 
 use common::{ENCODINGS, Encoding, read, read_topic, samples, write};
-use logs::{LogError, Sample, TopicRequest};
+use logs::{Decoder, LogError, Sample, SchemaText, TopicRequest};
 use mcap::{Compression, WriteOptions};
 use proptest::prelude::*;
 use values::FieldTopic;
+
+#[test]
+fn the_frame_of_a_message_is_read_beside_its_place() {
+    for encoding in ENCODINGS {
+        let (name, schema_encoding, message_encoding, data) = encoding.schema();
+        let schema = SchemaText {
+            name,
+            encoding: schema_encoding,
+            data: &data,
+        };
+        let (topic, frame) = (common::topic("/p"), Some("header.frame_id"));
+        let decoder = Decoder::compile_with(message_encoding, Some(schema), &topic, &[], frame)
+            .expect("compiles");
+        for sample in samples(9) {
+            let (fields, _, frame) = decoder
+                .decode_with(&encoding.message(&sample))
+                .expect("is read");
+            assert_eq!((fields.x, fields.stamp), (sample.x, Some(sample.stamp)));
+            assert_eq!(frame.as_deref(), Some("table"), "{message_encoding}");
+        }
+    }
+}
 
 /// Every way to lay out a file, by the writer's options.
 fn layouts() -> Vec<WriteOptions> {

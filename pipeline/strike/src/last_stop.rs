@@ -7,6 +7,8 @@ use std::{env, fs, io};
 
 use values::Point;
 
+use crate::robot::arm::Height;
+
 /// An object that was put back lies farther than this, in m, from where it stopped.
 const PUT_BACK: f64 = 0.02;
 
@@ -37,9 +39,8 @@ pub struct Memory {
     begun: Option<u64>,
     /// The same, as an earlier program left it.
     lost: Option<u64>,
-    /// How high above the table, and at which z of the arm's frame (m), a strike that was not ended left the tip, or will have if this program is
-    /// killed in it; none after one that was ended.
-    left: Option<[f64; 2]>,
+    /// Where a strike that was not ended left the tip, or will have if this program is killed in it; none after one that was ended.
+    left: Option<Height>,
 }
 
 /// The folder of what is kept by arm: `carom` in XDG_STATE_HOME, or in `.local/state` of the user's home. Errors where neither is set.
@@ -77,16 +78,19 @@ impl Memory {
     /// What a person is told of a strike that an earlier program began and kept no record of; once.
     pub fn lost(&mut self) -> Option<String> {
         let begun = UNIX_EPOCH + Duration::from_secs(self.lost.take()?);
-        let ago = SystemTime::now().duration_since(begun).unwrap_or_default();
+        let ago = SystemTime::now().duration_since(begun);
+        let ago = match ago.unwrap_or_default().as_secs() {
+            seconds @ 0..100 => format!("{seconds} s"),
+            seconds => format!("{} min", seconds / 60),
+        };
         Some(format!(
-            "a strike of this arm was begun {:.0} min ago and no record of it was written: the program was killed, or the computer stopped. \
-             The object may lie elsewhere than before, the arm may stand low beside it: look at both",
-            ago.as_secs_f64() / 60.0
+            "a strike of this arm was begun {ago} ago and no record of it was written: the program was killed, or the computer stopped. \
+             The object may lie elsewhere than before, the arm may stand low beside it: look at both"
         ))
     }
 
     /// A strike is begun at this height (m): whatever ends this program before its record is written is told by the next one.
-    pub(crate) fn begin(&mut self, height: [f64; 2]) -> Result<(), durable::Error> {
+    pub(crate) fn begin(&mut self, height: Height) -> Result<(), durable::Error> {
         self.left = Some(height);
         let now = SystemTime::now().duration_since(UNIX_EPOCH);
         self.begun = Some(now.unwrap_or_default().as_secs());
@@ -101,13 +105,13 @@ impl Memory {
         }
     }
 
-    /// How high above the table, and at which z (m), a strike that was not ended left the tip.
-    pub(crate) fn left(&self) -> Option<[f64; 2]> {
+    /// Where a strike that was not ended left the tip.
+    pub(crate) fn left(&self) -> Option<Height> {
         self.left
     }
 
     /// The same, from now on; it is kept with the next stop.
-    pub(crate) fn left_at(&mut self, left: Option<[f64; 2]>) {
+    pub(crate) fn left_at(&mut self, left: Option<Height>) {
         self.left = left;
     }
 
@@ -141,8 +145,8 @@ impl Memory {
         if let Some(begun) = self.begun {
             text += &format!("begun {begun}\n");
         }
-        if let Some([height, z]) = self.left {
-            text += &format!("left {height:.4} {z:.4}\n");
+        if let Some(Height { above, z }) = self.left {
+            text += &format!("left {above:.4} {z:.4}\n");
         }
         if let Some(folder) = self.path.parent() {
             durable::create_dir(folder)?;
@@ -181,7 +185,7 @@ impl Memory {
 }
 
 /// The last stop, when a strike was begun that has no record, and how high one that was not ended left the tip.
-fn parse(text: &str) -> Option<(LastStop, Option<u64>, Option<[f64; 2]>)> {
+fn parse(text: &str) -> Option<(LastStop, Option<u64>, Option<Height>)> {
     let number = |text: &str| text.parse().ok().filter(|v: &f64| v.is_finite());
     let mut lines = text.lines();
     let words: Vec<&str> = lines.next()?.split_whitespace().collect();
@@ -190,8 +194,11 @@ fn parse(text: &str) -> Option<(LastStop, Option<u64>, Option<[f64; 2]>)> {
         match line.split_once(' ')? {
             ("begun", at) => begun = Some(at.parse().ok()?),
             ("left", at) => {
-                let (height, z) = at.split_once(' ')?;
-                left = Some([number(height)?, number(z)?]);
+                let (above, z) = at.split_once(' ')?;
+                left = Some(Height {
+                    above: number(above)?,
+                    z: number(z)?,
+                });
             }
             _ => return None,
         }
@@ -235,23 +242,27 @@ mod tests {
         let folder = tempfile::tempdir().expect("folder");
         let open = || Memory::open(folder.path(), "XI1").expect("opens");
         let here = Point::new(0.5, 0.1);
+        let low = Height {
+            above: 0.02,
+            z: -0.01,
+        };
         assert_eq!(open().lost(), None);
         // Killed in the strike; and after the object was seen to stop.
         for stop in [None, Some(LastStop::At(here)), Some(LastStop::None)] {
             let mut killed = open();
-            killed.begin([0.02, -0.01]).expect("keeps");
+            killed.begin(low).expect("keeps");
             stop.map_or(Ok(()), |stop| killed.keep(stop))
                 .expect("keeps");
             for _ in 0..2 {
                 let mut next = open();
                 let told = next.lost().expect("it is told");
-                assert!(told.contains("begun 0 min ago"), "{told}");
+                assert!(told.contains(" s ago"), "{told}");
                 assert_eq!(next.lost(), None, "once a call");
                 assert_eq!(next.stop(), stop.unwrap_or(LastStop::Unseen(None)));
-                assert_eq!(next.left(), Some([0.02, -0.01]));
+                assert_eq!(next.left(), Some(low));
             }
             let mut next = open();
-            next.begin([0.02, -0.01]).expect("keeps");
+            next.begin(low).expect("keeps");
             next.recorded();
             assert_eq!(open().lost(), None);
         }

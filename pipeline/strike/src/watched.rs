@@ -8,7 +8,7 @@ use logs::write::Received;
 
 use crate::last_stop::{LastStop, Memory};
 use crate::live::{Live, LiveError, Resting};
-use crate::robot::arm::{Arm, Guarded, Look};
+use crate::robot::arm::{Arm, Guarded, Look, RunUp};
 use crate::{Plan, RobotError, StrikeRecord, execute};
 
 /// The object is waited for so long to be seen at rest: after a strike, and after one that was not finished.
@@ -37,7 +37,7 @@ pub fn strike_and_keep<D: Arm>(
     is_over: &AtomicBool,
 ) -> (Result<Option<StrikeRecord>, RobotError>, Option<Seen>) {
     if let Some(watched) = watched {
-        robot.look_first(watched.look());
+        robot.look_first(watched.look(robot.run_up()));
     }
     let before = (memory.stop(), memory.left());
     robot.resumes_from(memory.left());
@@ -45,6 +45,10 @@ pub fn strike_and_keep<D: Arm>(
         return (Err(robot.not_ready(format!("failed to {error}"))), None);
     }
     let outcome = execute(robot, plan);
+    let left = match &outcome {
+        Err(_) if robot.has_moved() => robot.left(plan),
+        _ => None,
+    };
     let seen = watched.and_then(|watched| watched.ended(plan, outcome.is_ok(), is_over));
     let may_have_struck = match (&outcome, watched) {
         (_, Some(_)) => seen.is_some(),
@@ -59,7 +63,7 @@ pub fn strike_and_keep<D: Arm>(
     memory.left_at(match outcome {
         Ok(_) => None,
         // Where no report says it, it is where the strike was to be made.
-        Err(_) if robot.has_moved() => robot.height().or(memory.left()),
+        Err(_) if robot.has_moved() => left.as_ref().map(|(at, _)| *at).or(memory.left()),
         Err(_) => before.1,
     });
     // What cannot be kept of it leaves a file that says less: that it was not seen to stop.
@@ -71,6 +75,29 @@ pub fn strike_and_keep<D: Arm>(
     if !has_record {
         memory.recorded();
     }
+    let robot_moved = robot.has_moved();
+    let outcome = outcome.map_err(|error| match (error, left) {
+        (
+            RobotError::Interrupted {
+                robot,
+                why,
+                samples,
+            },
+            left,
+        ) => {
+            let told = match left {
+                Some((_, told)) => format!("; {told}"),
+                None if robot_moved => String::new(),
+                None => "; nothing has moved".into(),
+            };
+            RobotError::Interrupted {
+                robot,
+                why: why + &told,
+                samples,
+            }
+        }
+        (error, _) => error,
+    });
     (outcome, seen)
 }
 
@@ -112,14 +139,17 @@ impl Watched {
         }
     }
 
-    /// Looks whether it still lies there. From the last look on everything is recorded.
-    pub fn look(&self) -> impl FnMut(Look) -> Result<(), String> + Send + use<> {
+    /// Looks whether it still lies there. From the last look on everything is recorded, and the arm is stopped where it is moved before the tip
+    /// can touch it.
+    fn look(&self, run_up: RunUp) -> impl FnMut(Look) -> Result<(), String> + Send + use<> {
         let (live, rest, begun) = (self.live.clone(), self.rest, self.begun.clone());
         move |when| {
             live.is_still(&rest)
                 .map_err(|error| format!("failed to {error}"))?;
             if when == Look::BeforeStrike {
                 live.record();
+                let run_up = run_up.clone();
+                live.watch(rest, move |at, why| run_up.stop(at, why));
                 *begun.lock().unwrap_or_else(PoisonError::into_inner) = Some(Instant::now());
             }
             Ok(())
@@ -157,10 +187,7 @@ mod tests {
 
     #[test]
     fn a_strike_whose_object_was_not_moved_or_not_seen_to_rest_is_in_doubt() {
-        let there = Resting {
-            point: Point::new(0.6, 0.0),
-            yaw: None,
-        };
+        let there = Resting::at(Point::new(0.6, 0.0));
         for (rest, unmoved, said) in [
             (Ok(there), None, None),
             (Ok(there), Some(UNMOVED), Some("was not moved")),

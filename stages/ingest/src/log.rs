@@ -164,7 +164,7 @@ fn read_by(
             }
             segmenter.state(state);
         }
-        Event::Extended(index, sample, quaternion) => {
+        Event::Extended(index, sample, [quaternion @ .., _]) => {
             let sample = frames.centroid(sample);
             if let Some(turn) = YawSample::of(sample.stamp, quaternion) {
                 let yaw = frames.yaw(turn.yaw);

@@ -2,7 +2,6 @@
 
 use std::f64::consts::{PI, TAU};
 
-use logs::More;
 use values::Yaw;
 
 use crate::order::Stamped;
@@ -24,13 +23,13 @@ impl Stamped for YawSample {
 
 impl YawSample {
     /// From a quaternion x, y, z, w; `None` where it is none.
-    pub(crate) fn of(stamp: i64, quaternion: More) -> Option<Self> {
+    pub(crate) fn of(stamp: i64, quaternion: [f64; 4]) -> Option<Self> {
         yaw_of(quaternion).map(|yaw| Self { stamp, yaw })
     }
 }
 
 /// The yaw (rad) of a quaternion x, y, z, w, be it of unit length or nearly; `None` where it is none.
-pub fn yaw_of([x, y, z, w]: More) -> Option<f64> {
+pub fn yaw_of([x, y, z, w]: [f64; 4]) -> Option<f64> {
     /// How far the squared length may be from one: rounding and filters, not zeros.
     const LENGTH: std::ops::Range<f64> = 0.5..1.5;
     let length = x * x + y * y + z * z + w * w;

@@ -78,12 +78,17 @@ impl Topic {
         Ok(topic)
     }
 
-    /// Sends a place (m), stamped now, to whoever has subscribed.
+    /// Sends a place (m) on the table, stamped now, to whoever has subscribed.
     pub fn publish(&self, x: f64, y: f64) {
+        self.publish_in("table", [x, y, 0.0]);
+    }
+
+    /// The same of a place in any frame.
+    pub fn publish_in(&self, frame: &str, [x, y, z]: [f64; 3]) {
         let since = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH);
         let stamp = since.unwrap_or_default();
         self.send(&format!(
-            r#"{{"header":{{"stamp":{{"sec":{},"nanosec":{}}},"frame_id":"table"}},"point":{{"x":{x},"y":{y},"z":0.0}}}}"#,
+            r#"{{"header":{{"stamp":{{"sec":{},"nanosec":{}}},"frame_id":"{frame}"}},"point":{{"x":{x},"y":{y},"z":{z}}}}}"#,
             stamp.as_secs(),
             stamp.subsec_nanos()
         ));

@@ -40,6 +40,8 @@ pub struct Model {
     pub is_enabled: bool,
     /// Whether switching its motors on or off leaves its state: by the maker's protocol that is the same as a stop.
     pub keeps_state: bool,
+    /// By how much, in mm, the arm sags when its motors are enabled and its brakes open.
+    pub sag: f64,
     /// Motors that stay off, a bit each.
     pub off: u8,
     /// Whether its pendant has it: scripts are not taken.
@@ -81,6 +83,7 @@ impl Default for Model {
             is_stopped: false,
             is_enabled: false,
             keeps_state: false,
+            sag: 0.0,
             off: 0,
             is_local: false,
             wall: f64::INFINITY,
@@ -505,7 +508,11 @@ impl State {
             }
             2 => vec![0; 40],
             11 => {
+                let was_enabled = self.enabled;
                 self.enabled = request.payload().get(1) == Some(&1);
+                if self.enabled && !was_enabled {
+                    self.pose[2] -= self.model.sag;
+                }
                 if !self.model.keeps_state {
                     self.halt();
                 }

@@ -67,6 +67,11 @@ impl Table {
         self.since = Instant::now() + IN_HAND;
     }
 
+    /// A hand pushes the object by so much (m), before the camera's eyes.
+    pub fn push(&mut self, by: Point) {
+        self.at = self.at + by;
+    }
+
     /// A hand covers the camera for so long.
     pub fn cover(&mut self, time: Duration) {
         self.since = Instant::now() + time;

@@ -118,6 +118,10 @@ impl<'de> Visitor<'de> for Node<'_> {
 
     /// Protobuf's JSON writes 64-bit integers and NaN as text.
     fn visit_str<E: Error>(self, text: &str) -> Result<(), E> {
+        if self.want.is_text() {
+            self.raw.text = Some(text.into());
+            return Ok(());
+        }
         let integer = text
             .parse::<i64>()
             .map(|integer| Number::Integer(integer.into()));
@@ -250,6 +254,35 @@ mod tests {
         }
         let unstamped = read("point.x", r#"{"point": {"x": 1, "y": 2}}"#).expect("decodes");
         assert_eq!(unstamped.stamp, None);
+    }
+
+    #[test]
+    fn a_text_is_read_where_it_is_one() {
+        let topic = FieldTopic {
+            name: "/t".into(),
+            stamp: "header.stamp".into(),
+            x: "point.x".into(),
+            y: "point.y".into(),
+        };
+        let more = ["point.z".to_owned()];
+        let decoder = Decoder::compile_with("json", None, &topic, &more, Some("header.frame_id"));
+        let decoder = decoder.expect("compiles");
+        for (header, z, text) in [
+            (r#"{"frame_id": "table"}"#, "0.02", Some("table")),
+            (r#"{"frame_id": ""}"#, "0.02", Some("")),
+            (r#"{"frame_id": 7}"#, "0.02", None),
+            (r#"{"frame_id": null}"#, "0.02", None),
+            ("{}", "null", None),
+        ] {
+            let message =
+                format!(r#"{{"header": {header}, "point": {{"x": 1, "y": 2, "z": {z}}}}}"#);
+            let (_, more, read) = decoder.decode_with(message.as_bytes()).expect("is read");
+            assert_eq!(read.as_deref(), text, "{message}");
+            assert!(
+                more[0] == 0.02 || z == "null" && more[0].is_nan(),
+                "{message}"
+            );
+        }
     }
 
     #[test]

@@ -13,8 +13,8 @@ pub struct Fields {
     pub y: f64,
 }
 
-/// Most numbers that can be asked for beside x and y: a quaternion's.
-pub const MOST_MORE: usize = 4;
+/// Most numbers that can be asked for beside x and y: a quaternion's, and a height.
+pub const MOST_MORE: usize = 5;
 /// Further numbers of a message, in the order asked for; NaN where it has none.
 pub type More = [f64; MOST_MORE];
 
@@ -59,6 +59,7 @@ pub(super) struct Raw {
     pub(super) x: Option<f64>,
     pub(super) y: Option<f64>,
     pub(super) more: [Option<f64>; MOST_MORE],
+    pub(super) text: Option<String>,
 }
 
 impl Raw {
@@ -74,6 +75,8 @@ impl Raw {
                     *kept = Some(number.float());
                 }
             }
+            // A number is no text.
+            Leaf::Text => {}
         }
     }
 

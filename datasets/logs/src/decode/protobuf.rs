@@ -25,6 +25,7 @@ struct Field {
 #[derive(Debug)]
 enum Part {
     Message(Plan),
+    Text,
     Number {
         kind: Scalar,
         leaves: Vec<Leaf>,
@@ -51,7 +52,7 @@ impl Plan {
     pub(super) fn compile(
         schema: SchemaText<'_>,
         topic: &FieldTopic,
-        more: &[String],
+        further: &[(Leaf, &str)],
     ) -> Result<(Self, bool), LogError> {
         let unusable = |why: String| LogError::Schema {
             topic: topic.name.clone(),
@@ -66,7 +67,7 @@ impl Plan {
         let stamped = message
             .get_field_by_name(first_name(&topic.stamp))
             .is_some();
-        let want = FieldTree::of(topic, more, stamped)?;
+        let want = FieldTree::of(topic, further, stamped)?;
         let plan = plan(&message, &want).map_err(|(leaf, why)| leaf.astray(topic, why))?;
         Ok((plan, stamped))
     }
@@ -114,16 +115,19 @@ impl Field {
     ) -> Result<(), String> {
         let number = self.wanted.iter().find_map(|(_, part)| match part {
             Part::Number { kind, .. } => Some(*kind),
-            Part::Message(_) => None,
+            Part::Message(_) | Part::Text => None,
         });
         match (number, wire) {
             (None, WireType::LengthDelimited) => {
                 let inner = delimited(data)?;
                 for (index, part) in &self.wanted {
-                    if let Part::Message(plan) = part
-                        && index.is_none_or(|index| index == *seen)
-                    {
-                        plan.walk(inner, raw)?;
+                    if index.is_some_and(|index| index != *seen) {
+                        continue;
+                    }
+                    match part {
+                        Part::Message(plan) => plan.walk(inner, raw)?,
+                        Part::Text => raw.text = Some(String::from_utf8_lossy(inner).into()),
+                        Part::Number { .. } => {}
                     }
                 }
                 *seen += 1;
@@ -302,6 +306,7 @@ fn field(descriptor: &FieldDescriptor, want: &FieldTree) -> Result<Field, (Leaf,
     }
     let part = |want: &FieldTree| match (descriptor.kind(), Scalar::of(&descriptor.kind())) {
         (Kind::Message(message), _) => Ok(Part::Message(plan(&message, want)?)),
+        (Kind::String, _) if want.is_text() => Ok(Part::Text),
         (_, Some(kind)) if want.fields.is_empty() && want.elements.is_empty() => Ok(Part::Number {
             kind,
             leaves: want.leaves.clone(),

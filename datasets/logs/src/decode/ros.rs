@@ -32,6 +32,8 @@ pub(super) struct Plan {
 enum Step {
     /// Read a number into every one of these.
     Take(Primitive, Vec<Leaf>),
+    /// Read the text that is wanted.
+    TakeText,
     /// Pass over this many numbers.
     Pass(Primitive, usize),
     /// Pass over this many texts.
@@ -90,6 +92,12 @@ impl Plan {
                     for leaf in leaves {
                         raw.set(*leaf, number);
                     }
+                }
+                Step::TakeText => {
+                    let bytes = cursor.count()?;
+                    let text = String::from_utf8_lossy(cursor.take(bytes)?);
+                    // CDR counts the zero at its end.
+                    raw.text = Some(text.trim_end_matches('\0').into());
                 }
                 Step::Pass(primitive, count) => cursor.pass(*primitive, *count)?,
                 Step::PassText(count) => {

@@ -63,7 +63,7 @@ impl Take for Topics<'_> {
         let counts = &mut self.counts[*index];
         let data = unpacked(&message, LARGEST_MESSAGE).map_err(DecodeError::Malformed);
         let decoded = data.and_then(|data| decoder.decode_with(&data));
-        let sample = decoded.and_then(|(fields, more)| {
+        let sample = decoded.and_then(|(fields, more, _)| {
             // Known only now where there is no schema.
             counts.unstamped |= fields.stamp.is_none();
             let log_time = || i64::try_from(message.log_time).map_err(|_| DecodeError::Stamp);
@@ -125,7 +125,8 @@ impl<'a> Topics<'a> {
             required,
         } = self.wanted[index];
         let channel = message.channel;
-        let compiled = Decoder::compile_with(&channel.encoding, channel.schema(), topic, more);
+        let compiled =
+            Decoder::compile_with(&channel.encoding, channel.schema(), topic, more, None);
         let counts = &mut self.counts[index];
         match compiled {
             // A log is not refused for a topic that it need not have.

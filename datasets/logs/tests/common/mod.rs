@@ -86,7 +86,7 @@ impl Encoding {
                 data
             }
             Self::Json => format!(
-                r#"{{"header":{{"frame_id":"t","stamp":{{"sec":{sec},"nanosec":{nanosec}}}}},"point":{{"x":{:?},"y":{:?}}}}}"#,
+                r#"{{"header":{{"frame_id":"table","stamp":{{"sec":{sec},"nanosec":{nanosec}}}}},"point":{{"x":{:?},"y":{:?}}}}}"#,
                 sample.x, sample.y
             )
             .into_bytes(),

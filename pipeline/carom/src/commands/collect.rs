@@ -75,7 +75,8 @@ pub fn run(args: &CollectArgs, global: Global) -> Result<Output, Error> {
     let rig = Rig::load(&args.rig).map_err(Error::input)?;
     let requested = requested(args)?;
     let planner = planner(args, &rig)?;
-    let interrupted = catch_signals().map_err(Error::failed)?;
+    let interrupted =
+        catch_signals().map_err(|error| Error::failed(format!("take signals: {error}")))?;
     let mut station = station(args, &rig, interrupted.clone())?;
     let bar = if global.quiet {
         ProgressBar::hidden()
@@ -325,7 +326,8 @@ fn failed(error: CollectError) -> Error {
     match error {
         CollectError::Lock(durable::LockError::Busy { .. }) => Error::Busy(error.into()),
         CollectError::Robot(RobotError::Busy { .. }) => Error::Busy(error.into()),
-        CollectError::Robot(RobotError::NotReady { .. } | RobotError::Refused(_)) => refused(error),
+        CollectError::Robot(RobotError::NotReady { .. } | RobotError::Refused(_))
+        | CollectError::Live(LiveError::Frames(..)) => refused(error),
         CollectError::Collected(_)
         | CollectError::NoStrike(_)
         | CollectError::Live(LiveError::Address(_) | LiveError::NoTopic { .. }) => {

@@ -112,7 +112,7 @@ impl From<LiveError> for Failure {
         match error {
             LiveError::Address(_) | LiveError::NoTopic { .. } => Self::input(error),
             LiveError::Connection { .. } | LiveError::Protocol { .. } => Self::failed(error),
-            LiveError::NotAtRest(_) => {
+            LiveError::NotAtRest(_) | LiveError::Frames(..) => {
                 Self::refused(Reason::NotReady, format!("failed to {error}"))
             }
         }

@@ -16,6 +16,11 @@ pub enum CollectError {
     /// The camera does not show where the object is.
     #[error(transparent)]
     Live(#[from] LiveError),
+    /// A signal came while the object was waited for.
+    #[error(
+        "gather all strikes: it was interrupted by a signal; nothing moves, and the same command goes on"
+    )]
+    Interrupted,
     /// A strike could not be kept.
     #[error(transparent)]
     Log(#[from] LogError),

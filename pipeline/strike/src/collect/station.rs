@@ -197,7 +197,7 @@ impl<D: Arm> Station for ArmStation<D> {
             }
             looked = (Instant::now(), Epoch::now());
             if self.interrupted.load(Ordering::Relaxed) {
-                return Err(LiveError::NotAtRest("it was interrupted by a signal".into()).into());
+                return Err(CollectError::Interrupted);
             }
             // Nobody is told to step back from an arm that will not move.
             self.robot.is_free()?;
@@ -234,10 +234,7 @@ impl<D: Arm> Station for ArmStation<D> {
     }
 
     fn strike(&mut self, plan: &Plan) -> Result<Recorded, Box<Unfinished>> {
-        let rest = self.ready.take().unwrap_or(Resting {
-            point: plan.from,
-            yaw: None,
-        });
+        let rest = self.ready.take().unwrap_or(Resting::at(plan.from));
         let watched = Watched::new(self.live.clone(), rest);
         let (outcome, seen) = strike_and_keep(
             &mut self.robot,

@@ -20,10 +20,14 @@ pub(super) enum Role {
 }
 
 /// A place of the object, as a message gives it.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Sighting {
     pub(super) point: Point,
     pub(super) yaw: Option<f64>,
+    /// Its height in m; none where the message has none.
+    pub(super) z: Option<f64>,
+    /// The name of the frame that it is in; empty where the message has none.
+    pub(super) frame: String,
     /// In ns; none where the message has no stamp.
     pub(super) stamp: Option<i64>,
 }
@@ -171,7 +175,7 @@ impl Channels {
     /// The decoder that reads the same topic of a log.
     fn decoder(&self, role: Role, raw: &RawChannel) -> Result<Option<Decoder>, String> {
         let orientation = &self.topics.pose.orientation;
-        let (topic, more): (&FieldTopic, Vec<String>) = match role {
+        let (topic, turn): (&FieldTopic, Vec<String>) = match role {
             Role::Image => return Ok(None),
             Role::Centroid => (&self.topics.centroid, Vec::new()),
             Role::Pose => {
@@ -179,10 +183,25 @@ impl Channels {
                 (&self.topics.pose.topic, parts.into())
             }
         };
-        Decoder::compile_with(&raw.encoding, raw.schema(), topic, &more)
+        let more: Vec<String> = turn.into_iter().chain(height(topic)).collect();
+        let frame = frame(topic);
+        Decoder::compile_with(&raw.encoding, raw.schema(), topic, &more, Some(&frame))
             .map(Some)
             .map_err(|error| format!("failed to {error}"))
     }
+}
+
+/// The path of the height: beside the first coordinate's, where that is called x.
+fn height(topic: &FieldTopic) -> Option<String> {
+    let beside = topic.x.strip_suffix('x')?;
+    let is_name = beside.is_empty() || beside.ends_with('.');
+    is_name.then(|| format!("{beside}z"))
+}
+
+/// The path of the frame's name: beside the stamp's, as in ROS's headers and in Foxglove's messages.
+fn frame(topic: &FieldTopic) -> String {
+    let beside = topic.stamp.rfind('.').map_or(0, |dot| dot + 1);
+    format!("{}frame_id", &topic.stamp[..beside])
 }
 
 impl Subscription {
@@ -191,7 +210,7 @@ impl Subscription {
         let Some(decoder) = &self.decoder else {
             return Ok(None);
         };
-        let (fields, quaternion) = decoder
+        let (fields, more, frame) = decoder
             .decode_with(message)
             .map_err(|error| format!("a message of topic {}: {error}", self.channel.topic))?;
         let point = Point::new(fields.x, fields.y);
@@ -201,11 +220,18 @@ impl Subscription {
                 self.channel.topic
             ));
         }
+        let (yaw, z) = match self.role {
+            Role::Pose => {
+                let [turn @ .., z] = more;
+                (ingest::yaw_of(turn), z)
+            }
+            _ => (None, more[0]),
+        };
         Ok(Some(Sighting {
             point,
-            yaw: (self.role == Role::Pose)
-                .then(|| ingest::yaw_of(quaternion))
-                .flatten(),
+            yaw,
+            z: Some(z).filter(|z| z.is_finite()),
+            frame: frame.unwrap_or_default(),
             stamp: fields.stamp,
         }))
     }

@@ -40,6 +40,12 @@ pub enum LiveError {
         /// What is there.
         found: String,
     },
+    /// The object's places come in a frame, and then in another one.
+    #[error(
+        "tell where the object is: the camera's messages came in frame `{0}`, and now come in frame `{1}` (frame_id): a place of one is not that \
+         of the other; let one tracker publish it, in the frame of the table, and start again"
+    )]
+    Frames(String, String),
     /// The object is not seen, or not at rest, or not where it was.
     #[error("see the object at rest: {0}")]
     NotAtRest(String),

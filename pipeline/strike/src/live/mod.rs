@@ -12,8 +12,8 @@ mod protocol;
 mod recording;
 mod rest;
 mod seen;
+mod still;
 
-use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::{self, JoinHandle};
@@ -24,6 +24,7 @@ use tungstenite::Message;
 use values::Rig;
 
 use crate::epoch::Epoch;
+use crate::robot::arm::start;
 use connection::Connection;
 pub use error::LiveError;
 use recording::MOST_BYTES;
@@ -31,6 +32,7 @@ pub use rest::Resting;
 use rest::{FRESH, resting};
 use seen::Seen;
 pub use seen::{ServerMessage, read_messages};
+use still::{Sentry, as_before, lifted};
 
 /// Topics are advertised within this time of the connection.
 const TOPICS: Duration = Duration::from_secs(5);
@@ -38,10 +40,6 @@ const TOPICS: Duration = Duration::from_secs(5);
 const REST: Duration = Duration::from_millis(500);
 /// After a strike it is watched for so long at its new place: more than the ingestion of logs takes a stop from.
 const REST_AFTER: Duration = Duration::from_millis(800);
-/// An object that is seen farther from its place than this, in m, was moved.
-const MOVED: f64 = 0.003;
-/// One that is turned by more than this, in rad, too.
-const TURNED: f64 = 0.05;
 /// Bytes that a strike's messages may come to without images.
 const PLACES: u64 = 8 << 20;
 /// Stamps may differ from this computer's clock by so much, in s: a camera's latency, not another clock.
@@ -75,12 +73,12 @@ impl Live {
             ends: AtomicBool::new(false),
         });
         let reader = shared.clone();
-        let thread = thread::Builder::new()
-            .name("live-topics".into())
-            .spawn(move || listen(&reader, connection))
-            .map_err(|error| LiveError::Connection {
-                url: url.into(),
-                why: error.to_string(),
+        let thread =
+            start("live-topics", move || listen(&reader, connection)).map_err(|error| {
+                LiveError::Connection {
+                    url: url.into(),
+                    why: error.to_string(),
+                }
             })?;
         let live = Self {
             url: url.into(),
@@ -116,9 +114,21 @@ impl Live {
         }
     }
 
-    /// Where the object rests now. Errors with what is seen in place of a rest.
+    /// Where the object rests now, on the table: no higher, by half of its height, than the lowest place where it was seen at rest. Errors
+    /// with what is seen in place of that.
     pub fn at_rest(&self) -> Result<Resting, LiveError> {
-        self.judge(REST, Instant::now() - 2 * REST)
+        let rest = self.judge(REST, Instant::now() - 2 * REST)?;
+        let Some(z) = rest.z else { return Ok(rest) };
+        let mut seen = self.shared.lock();
+        let lowest = seen.lowest.map_or(z, |lowest| lowest.min(z));
+        seen.lowest = Some(lowest);
+        if z - lowest > lifted(&self.rig) {
+            return Err(LiveError::NotAtRest(format!(
+                "the camera sees it {:.1} mm higher than where it was seen at rest before: it is held, or lies on something",
+                (z - lowest) * 1e3
+            )));
+        }
+        Ok(rest)
     }
 
     /// The same, once it does rest, within a time. `is_over` ends the waiting too, as from a signal's handler.
@@ -134,29 +144,14 @@ impl Live {
     /// that comes from now on, for what was taken away a moment ago is seen no more.
     pub fn is_still(&self, before: &Resting) -> Result<(), LiveError> {
         self.wait_for_place()?;
-        let (now, place) = (self.at_rest()?, before.point);
-        let moved = now.point.distance(place);
-        if moved > MOVED + self.rig.camera.noise {
-            return Err(LiveError::NotAtRest(format!(
-                "it has moved by {:.1} mm since it was seen at ({:.4}, {:.4}) m",
-                moved * 1e3,
-                place.x,
-                place.y
-            )));
-        }
-        let sides = self.rig.object.solid.half_sides();
-        let sides = sides.zip(now.yaw.zip(before.yaw));
-        if let Some(([x, y], (now, before))) = sides {
-            // A square box looks the same after a quarter of a turn, another after half a turn.
-            let period = if x == y { FRAC_PI_2 } else { PI };
-            let turned = now - before - ((now - before) / period).round() * period;
-            if turned.abs() > TURNED {
-                return Err(LiveError::NotAtRest(format!(
-                    "it was turned by {turned:.3} rad since it was seen at rest"
-                )));
-            }
-        }
-        Ok(())
+        as_before(&self.rig, before, &self.at_rest()?).map_err(LiveError::NotAtRest)
+    }
+
+    /// Tells, from the thread that receives the camera, when a message came that shows the object elsewhere than it was seen at rest, and
+    /// how; until what was recorded is taken.
+    pub fn watch(&self, before: Resting, moved: impl FnMut(Instant, &str) + Send + 'static) {
+        let sentry = Sentry::new(&self.rig, before, moved);
+        self.shared.lock().sentry = Some(sentry);
     }
 
     /// Bytes that the messages of a strike may come to.
@@ -183,7 +178,9 @@ impl Live {
     /// What was recorded, in order of time and stamped by these clocks; the recording ends. Also whether something was left out, for want
     /// of memory.
     pub fn recorded(&self, epoch: Epoch) -> (Vec<Received>, Option<String>) {
-        self.shared.lock().recording.take(epoch)
+        let mut seen = self.shared.lock();
+        seen.sentry = None;
+        seen.recording.take(epoch)
     }
 
     fn wait(
@@ -266,7 +263,7 @@ fn listen(shared: &Shared, mut connection: Connection) {
             .read()
             .and_then(|message| take(shared, &mut connection, message));
         if let Err(fault) = taken {
-            shared.lock().fault = Some(fault);
+            shared.lock().ends(fault);
             return;
         }
     }

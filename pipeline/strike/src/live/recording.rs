@@ -154,6 +154,7 @@ mod tests {
                 at: now,
                 point: values::Point::default(),
                 yaw: None,
+                z: None,
             });
         }
         assert_eq!(places.since(now).count(), MOST_PLACES);

@@ -22,6 +22,8 @@ pub(super) struct Place {
     pub(super) point: Point,
     /// In rad; none where the topic does not hold it.
     pub(super) yaw: Option<f64>,
+    /// Its height in m; none where the topic does not hold it.
+    pub(super) z: Option<f64>,
 }
 
 /// An object at rest.
@@ -31,6 +33,19 @@ pub struct Resting {
     pub point: Point,
     /// By how much it is turned, in rad; none where the topic does not hold it.
     pub yaw: Option<f64>,
+    /// How high the camera sees it, in m; none where the topic does not hold it.
+    pub z: Option<f64>,
+}
+
+impl Resting {
+    /// There, of which no more is known.
+    pub fn at(point: Point) -> Self {
+        Self {
+            point,
+            yaw: None,
+            z: None,
+        }
+    }
 }
 
 /// Where the object rests, judged by the places since `now - window`, in order of time. `noise` (m) is the camera's. Errors with
@@ -97,6 +112,7 @@ pub(super) fn resting(
     Ok(Resting {
         point: mean,
         yaw: mean_yaw(&near),
+        z: mean_height(&near),
     })
 }
 
@@ -108,6 +124,14 @@ fn median(places: &[Place]) -> Point {
         numbers.get(numbers.len() / 2).copied().unwrap_or(f64::NAN)
     };
     Point::new(middle(|place| place.point.x), middle(|place| place.point.y))
+}
+
+/// The mean height; none where a place has none.
+fn mean_height(places: &[Place]) -> Option<f64> {
+    let sum = places
+        .iter()
+        .try_fold(0.0, |sum, place| Some(sum + place.z?));
+    sum.map(|sum: f64| sum / places.len() as f64)
 }
 
 /// The mean direction; none where a place has none.
@@ -136,6 +160,7 @@ mod tests {
                 at: begun + Duration::from_secs_f64(t),
                 point: at(t).into(),
                 yaw: None,
+                z: None,
             }
         });
         let now = begun + Duration::from_secs(1) + late;
@@ -180,6 +205,7 @@ mod tests {
             at: now,
             point: Point::default(),
             yaw: Some(yaw),
+            z: None,
         };
         let mean = mean_yaw(&[place(3.1), place(-3.1)]).expect("each has one");
         assert!((mean.abs() - std::f64::consts::PI).abs() < 1e-9);

@@ -9,7 +9,8 @@ use super::LiveError;
 use super::channels::Channels;
 use super::protocol::{self, Control};
 use super::recording::{Places, Recording};
-use super::rest::Place;
+use super::rest::{Place, Resting};
+use super::still::Sentry;
 use crate::epoch::Epoch;
 
 /// What is known of the topics.
@@ -24,6 +25,12 @@ pub(super) struct Seen {
     pub(super) unread: Option<String>,
     /// By how much (s) the last stamp was behind this computer's clock.
     pub(super) behind: Option<f64>,
+    /// The frame of the first place.
+    frame: Option<String>,
+    /// The lowest height (m) at which the object was seen at rest.
+    pub(super) lowest: Option<f64>,
+    /// Who looks at each message while the tip runs up to the object.
+    pub(super) sentry: Option<Sentry>,
     /// The last stamp, in ns.
     stamp: Option<i64>,
 }
@@ -37,8 +44,19 @@ impl Seen {
             fault: None,
             unread: None,
             behind: None,
+            frame: None,
+            lowest: None,
+            sentry: None,
             stamp: None,
         }
+    }
+
+    /// Nothing that comes counts any more; the first reason stays.
+    pub(super) fn ends(&mut self, why: LiveError) {
+        if let Some(sentry) = &mut self.sentry {
+            sentry.is_blind(Instant::now(), &format!("failed to {why}"));
+        }
+        self.fault.get_or_insert(why);
     }
 
     /// That the object does not rest, and what was wrong with the last message.
@@ -78,6 +96,7 @@ impl Seen {
         let Some(listened) = self.channels.of(subscription) else {
             return Ok(());
         };
+        let mut frames = None;
         match listened.read(message) {
             // A tracker that has lost the object may tell its last place again and again.
             Ok(Some(sighting))
@@ -93,11 +112,15 @@ impl Seen {
                 self.behind = sighting
                     .stamp
                     .map(|stamp| (i128::from(log_time) - i128::from(stamp)) as f64 * 1e-9);
-                self.places.push(Place {
-                    at,
-                    point: sighting.point,
-                    yaw: sighting.yaw,
-                });
+                let (point, yaw, z) = (sighting.point, sighting.yaw, sighting.z);
+                if let Some(sentry) = &mut self.sentry {
+                    sentry.sees(at, &Resting { point, yaw, z });
+                }
+                self.places.push(Place { at, point, yaw, z });
+                let first = self.frame.get_or_insert_with(|| sighting.frame.clone());
+                if *first != sighting.frame {
+                    frames = Some(LiveError::Frames(first.clone(), sighting.frame));
+                }
             }
             Ok(_) => {}
             Err(why) => self.unread = Some(why),
@@ -110,6 +133,9 @@ impl Seen {
                 data: message.to_vec(),
             },
         );
+        if let Some(frames) = frames {
+            self.ends(frames);
+        }
         Ok(())
     }
 }

@@ -85,10 +85,7 @@ fn an_object_is_seen_at_rest_and_again_where_it_comes_to_rest() {
     let rest = live.wait_for_rest(HANGS, &never()).unwrap();
     assert!(rest.point.distance(Point::new(0.3, 0.02)) < 1e-6);
     until(|| live.is_still(&rest), Result::is_ok);
-    let elsewhere = Resting {
-        point: Point::new(0.31, 0.02),
-        yaw: None,
-    };
+    let elsewhere = Resting::at(Point::new(0.31, 0.02));
     let is_moved = |seen: &Result<(), LiveError>| {
         let said = seen.as_ref().err().map(ToString::to_string);
         said.is_some_and(|said| said.contains("moved by 10.0 mm"))
@@ -167,7 +164,7 @@ fn an_object_that_was_taken_away_a_moment_ago_or_whose_stamps_stand_still_is_not
     let stamp = Epoch::now().stamp(Instant::now());
     let (seconds, rest_of_it) = (stamp / 1_000_000_000, stamp % 1_000_000_000);
     let last = format!(
-        r#"{{"header":{{"stamp":{{"sec":{seconds},"nanosec":{rest_of_it}}}}},"point":{{"x":0.3,"y":0.0}}}}"#
+        r#"{{"header":{{"stamp":{{"sec":{seconds},"nanosec":{rest_of_it}}},"frame_id":"table"}},"point":{{"x":0.3,"y":0.0}}}}"#
     );
     until(
         || {
@@ -179,6 +176,64 @@ fn an_object_that_was_taken_away_a_moment_ago_or_whose_stamps_stand_still_is_not
             text.is_some_and(|text| text.contains("stamps stand still"))
         },
     );
+}
+
+#[test]
+fn places_that_come_in_another_frame_than_before_are_no_places() {
+    let frame = Arc::new(Mutex::new("table"));
+    let shown = frame.clone();
+    let (url, ends) = publishing("/object/centroid", move |topic, _| {
+        topic.publish_in(*shown.lock().unwrap(), [0.3, 0.0, 0.0]);
+    });
+    let live = Live::connect(&url, &rig()).unwrap();
+    let rest = live.wait_for_rest(HANGS, &never()).unwrap();
+    let ended: Arc<Mutex<String>> = Arc::default();
+    let told = ended.clone();
+    live.watch(rest, move |_, why| *told.lock().unwrap() = why.into());
+    *frame.lock().unwrap() = "camera";
+    until(|| live.is_still(&rest), Result::is_err);
+    let error = live.at_rest().unwrap_err();
+    assert!(matches!(error, LiveError::Frames(..)), "{error}");
+    let text = error.to_string();
+    assert!(
+        text.contains("`table`") && text.contains("`camera`"),
+        "{text}"
+    );
+    // Whoever watches the run-up is told, too.
+    let ended = ended.lock().unwrap().clone();
+    assert!(
+        ended.contains("`camera`") && ended.contains("run-up"),
+        "{ended}"
+    );
+    // It does not come back by itself.
+    *frame.lock().unwrap() = "table";
+    thread::sleep(Duration::from_millis(100));
+    assert!(live.wait_for_rest(PATIENCE, &never()).is_err());
+    ends.store(true, Ordering::Relaxed);
+}
+
+#[test]
+fn an_object_that_is_lifted_where_it_lies_is_not_on_the_table_and_any_constant_height_is() {
+    for (height, frame) in [(0.0, "table"), (0.8, "world"), (-3.0, "")] {
+        let z = Arc::new(Mutex::new(height));
+        let shown = z.clone();
+        let (url, ends) = publishing("/object/centroid", move |topic, _| {
+            topic.publish_in(frame, [0.3, 0.0, *shown.lock().unwrap()]);
+        });
+        let live = Live::connect(&url, &rig()).unwrap();
+        let rest = live.wait_for_rest(HANGS, &never()).unwrap();
+        until(|| live.is_still(&rest), Result::is_ok);
+        // The demo's object is 40 mm high.
+        *z.lock().unwrap() = height + 0.03;
+        let is_lifted = |seen: &Result<Resting, LiveError>| {
+            let said = seen.as_ref().err().map(ToString::to_string);
+            said.is_some_and(|said| said.contains("30.0 mm higher"))
+        };
+        until(|| live.at_rest(), is_lifted);
+        *z.lock().unwrap() = height;
+        until(|| live.is_still(&rest), Result::is_ok);
+        ends.store(true, Ordering::Relaxed);
+    }
 }
 
 #[test]

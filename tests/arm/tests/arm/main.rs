@@ -12,4 +12,5 @@ mod clear;
 mod faults;
 mod gather;
 mod live;
+mod run_up;
 mod strikes;

@@ -98,6 +98,41 @@ fn a_motor_that_stays_off_when_all_are_switched_on_is_seen_before_a_line_is_sent
 }
 
 #[test]
+fn an_arm_that_sags_as_its_brakes_open_is_nobodys_and_one_that_falls_is() {
+    in_time(|| {
+        let plan = plan(&rig(), TO);
+        for (sag, strikes) in [(3.0, true), (6.0, false)] {
+            let mut sags = Model { sag, ..model() };
+            sags.pose[2] = 71.0;
+            let (emulator, outcome) = run(sags, None, &plan);
+            assert_eq!(outcome.is_ok(), strikes, "{sag}: {outcome:?}");
+            let told = outcome
+                .err()
+                .map_or(String::new(), |error| error.to_string());
+            assert!(strikes || told.contains("was moved by 6.0 mm"), "{told}");
+            assert_eq!(lines(&emulator) > 0, strikes);
+        }
+    });
+}
+
+#[test]
+fn an_arm_that_was_paused_before_is_told_as_paused_and_not_as_somebodys_since_then() {
+    in_time(|| {
+        for (maker, fault, said) in [
+            (Maker::XArm, Fault::Paused, "held (paused, state 3)"),
+            (Maker::Ur, Fault::FreeDrive, "free drive"),
+        ] {
+            let plan = plan(&maker.rig(), TO);
+            let emulator = maker.emulator(Some((Step::Connect, fault)));
+            let error = maker.strike(&emulator, &plan).unwrap_err().to_string();
+            assert!(error.contains(said), "{maker:?}: {error}");
+            assert!(!error.contains("since this program was started"), "{error}");
+            assert_eq!(lines(&emulator), 0);
+        }
+    });
+}
+
+#[test]
 fn a_panic_stops_it_with_state_4_and_is_reported() {
     in_time(|| {
         let rig = rig();

@@ -16,7 +16,7 @@ impl Plan {
         wire: Wire,
         schema: SchemaText<'_>,
         topic: &FieldTopic,
-        more: &[String],
+        further: &[(Leaf, &str)],
     ) -> Result<(Self, bool), LogError> {
         let unusable = |why: String| LogError::Schema {
             topic: topic.name.clone(),
@@ -35,7 +35,7 @@ impl Plan {
             .members
             .iter()
             .any(|member| member.name == first);
-        let want = FieldTree::of(topic, more, stamped)?;
+        let want = FieldTree::of(topic, further, stamped)?;
         let plan =
             Compiler::new(&definitions)
                 .plan(wire, &want)
@@ -97,7 +97,7 @@ impl<'a> Compiler<'a> {
         let mut steps = Vec::new();
         self.enter(0, want, 0, &mut steps)?;
         // Nothing after the last wanted field needs to be passed over.
-        while matches!(steps.last(), Some(step) if !matches!(step, Step::Take(..) | Step::Elements { .. }))
+        while matches!(steps.last(), Some(step) if !matches!(step, Step::Take(..) | Step::TakeText | Step::Elements { .. }))
         {
             steps.pop();
         }
@@ -271,6 +271,10 @@ impl<'a> Compiler<'a> {
                 want.any_leaf(),
                 "the path goes on below a number".into(),
             )),
+            Base::Text if want.is_text() => {
+                steps.push(Step::TakeText);
+                Ok(())
+            }
             Base::Text | Base::WideText => Err(Failure::Field(
                 want.any_leaf(),
                 "there is text, no number".into(),
@@ -343,6 +347,7 @@ fn types_in(steps: &[Step], types: &mut Vec<usize>) {
                 }
             }
             Step::Take(..)
+            | Step::TakeText
             | Step::Pass(..)
             | Step::PassText(_)
             | Step::PassWideText(_)

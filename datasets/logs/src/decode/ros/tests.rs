@@ -261,3 +261,35 @@ fn other_encodings_are_named() {
         .decode(&[0, 3, 0, 0, 1]);
     assert_eq!(parameter_list, Err(DecodeError::Representation(3)));
 }
+
+#[test]
+fn a_text_and_further_numbers_are_read_where_the_schema_has_them() {
+    let read = |schema: &str, more: &[&str], text: &str| {
+        let schema = SchemaText {
+            name: "pkg/msg/Root",
+            encoding: "ros2msg",
+            data: schema.as_bytes(),
+        };
+        let more: Vec<String> = more.iter().map(|path| (*path).into()).collect();
+        let topic = topic("point.x", "point.y");
+        let decoder = Decoder::compile_with("cdr", Some(schema), &topic, &more, Some(text));
+        let message = [1.5_f64, -2.5, 0.02]
+            .into_iter()
+            .fold(Cdr::new(false).header(), |cdr, v| cdr.put(v.to_le_bytes()));
+        let decoder = decoder.expect("compiles");
+        let (fields, more, text) = decoder.decode_with(&message.0).expect("is read");
+        assert_eq!((fields.x, fields.y), (1.5, -2.5));
+        assert!(
+            decoder.decode_with(&message.0[..14]).is_err(),
+            "cut in its text"
+        );
+        (more, text)
+    };
+    let (more, text) = read(POINT_STAMPED, &["point.z"], "header.frame_id");
+    assert_eq!((more[0], text.as_deref()), (0.02, Some("table")));
+    // What is not there leaves the others.
+    let (more, text) = read(POINT_STAMPED, &["point.w", "point.z"], "header.name");
+    assert!(more[0].is_nan() && more[1] == 0.02 && text.is_none());
+    let (_, text) = read(POINT_STAMPED, &[], "point.z");
+    assert_eq!(text, None, "a number is no text");
+}

@@ -3,7 +3,7 @@
 use std::io;
 use std::net::{SocketAddr, TcpStream};
 use std::ops::RangeInclusive;
-use std::thread;
+use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
 /// How long a connection may take.
@@ -26,7 +26,24 @@ pub(super) fn what_happened(error: &io::Error) -> String {
     }
 }
 
-/// Why there is no connection, and what to mend: where the system gives no more files, that is no fault of the network.
+/// Starts a thread. Where the system gives none, the error says what to mend.
+pub(crate) fn start<T: Send + 'static>(
+    name: &str,
+    does: impl FnOnce() -> T + Send + 'static,
+) -> io::Result<JoinHandle<T>> {
+    let thread = thread::Builder::new().name(name.into()).spawn(does);
+    thread.map_err(|error| no_thread(&error))
+}
+
+/// What to mend where the system gives no thread.
+pub(super) fn no_thread(error: &io::Error) -> io::Error {
+    let why = format!(
+        "this computer starts no more threads ({error}); end other programs, or raise its limits (`ulimit -u`, `ulimit -v`)"
+    );
+    io::Error::new(io::ErrorKind::OutOfMemory, why)
+}
+
+/// Why there is no connection, and what to mend: where the system gives no more files or threads, that is no fault of the network.
 pub(crate) fn why_none(error: &io::Error, mend: &str) -> String {
     const NO_MORE_FILES: [i32; 2] = [23, 24];
     match error.raw_os_error() {
@@ -35,6 +52,7 @@ pub(crate) fn why_none(error: &io::Error, mend: &str) -> String {
                 "{error}: this computer gives no more files; end other programs, or raise its limit (`ulimit -n`)"
             )
         }
+        _ if error.kind() == io::ErrorKind::OutOfMemory => error.to_string(),
         _ => format!("{}; {mend}", what_happened(error)),
     }
 }
@@ -52,9 +70,7 @@ pub(crate) fn connect(address: SocketAddr, patience: Duration) -> io::Result<Tcp
 pub(crate) fn connect_unread(address: SocketAddr, patience: Duration) -> io::Result<TcpStream> {
     let stream = connect(address, patience)?;
     let mut told = stream.try_clone()?;
-    thread::Builder::new()
-        .name("arm-told".into())
-        .spawn(move || io::copy(&mut told, &mut io::sink()))?;
+    start("arm-told", move || io::copy(&mut told, &mut io::sink()))?;
     Ok(stream)
 }
 
@@ -109,10 +125,16 @@ mod tests {
     use super::*;
 
     #[test]
-    fn files_that_have_run_out_are_no_fault_of_the_network() {
+    fn files_and_threads_that_have_run_out_are_no_fault_of_the_network() {
         let told = |code| why_none(&io::Error::from_raw_os_error(code), "check the network");
         assert!(told(111).ends_with("check the network"));
         assert!(told(11).contains("in time"));
         assert!(told(24).contains("ulimit") && !told(24).contains("network"));
+        let none = no_thread(&io::Error::from_raw_os_error(11));
+        let told = why_none(&none, "check the network");
+        assert!(
+            told.contains("threads") && !told.contains("network"),
+            "{told}"
+        );
     }
 }

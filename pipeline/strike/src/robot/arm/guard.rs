@@ -122,6 +122,16 @@ impl OnLine {
         self.at_end >= ARRIVED.2
     }
 
+    /// Whether the tip, as far ahead as it may be, has not come to within the last 10 mm before the object by that moment: what the object does
+    /// then is not the strike's.
+    pub(super) fn runs_up(&self, at: Instant) -> bool {
+        let (early, ahead) = AHEAD;
+        let time = at.saturating_duration_since(self.sent).as_secs_f64();
+        let time = time - self.began.unwrap_or(0.0) + early;
+        let farthest = self.line.profile.at(time) + ahead;
+        self.line.reached_at.is_some_and(|end| farthest < end)
+    }
+
     fn judge(&mut self, sample: &Sample) -> Result<(), String> {
         let before = self.before.replace(*sample);
         let report = &sample.report;
@@ -394,6 +404,55 @@ mod tests {
             assert!(why.contains("behind"), "{why}");
             let (_, why) = judged(line(speed), |t| t + 0.1).expect("early");
             assert!(why.contains("ahead") || why.contains("jumps"), "{why}");
+        }
+    }
+
+    #[test]
+    fn what_an_object_does_that_may_have_been_touched_is_not_the_run_ups() {
+        for (speed, late) in [0.4, 0.7, 1.0]
+            .into_iter()
+            .flat_map(|speed| [0.0, 0.03, 0.055].map(|late| (speed, late)))
+        {
+            let mut line = line(speed);
+            let ramp = crate::Ramp::to(speed, 5.0, Some(100.0));
+            line.reached_at = Some(ramp.length());
+            // 10 mm after its speed is reached the tip touches.
+            let touch = late + ramp.duration + 0.010 / speed;
+            let mut guard = OnLine::new(line, None);
+            let sent = guard.sent();
+            let at = |t: f64| sent + Duration::from_secs_f64(t);
+            let (mut last, mut first) = (0.0, f64::INFINITY);
+            for tick in 1..=(touch / 0.004) as u32 {
+                let t = f64::from(tick) * 0.004;
+                let along = line.profile.at(t - late);
+                let velocity = (along - line.profile.at(t - late - 0.004)) / 0.004;
+                let sample = Sample {
+                    at: at(t),
+                    made: at(t),
+                    report: Report {
+                        clock: t,
+                        pose: Pose {
+                            at: [along, 0.0, 0.02],
+                            turn: Turn::rpy(DOWN),
+                        },
+                        velocity: [velocity, 0.0, 0.0],
+                        condition: Condition::Moving,
+                    },
+                };
+                assert_eq!(guard.judge(&sample), Ok(()), "{speed} {late}");
+                if guard.runs_up(at(t)) {
+                    last = t;
+                } else {
+                    first = t.min(first);
+                }
+            }
+            // Also of an arm that is as much ahead as the guard lets it be.
+            let (early, ahead) = AHEAD;
+            assert!(
+                touch - last >= early + ahead / speed,
+                "{speed} {late}: {last} of {touch}"
+            );
+            assert!(touch - first <= 0.08, "{speed} {late}: {first} of {touch}");
         }
     }
 

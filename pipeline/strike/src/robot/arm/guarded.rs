@@ -9,17 +9,18 @@ use std::{fmt, io};
 use values::{Point, Rig};
 
 use super::claim::{Claim, once_free};
-use super::connection::{CONNECT, what_happened, why_none};
+use super::connection::{CONNECT, no_thread, what_happened, why_none};
 use super::driver::{
-    Arm, ArmLimits, Condition, LineRequest, Ports, Pose, Status, distance, norm, shown as numbers,
+    Arm, ArmLimits, Condition, LineRequest, Ports, Pose, Said, Status, distance, norm,
+    shown as numbers,
 };
-use super::guard::Sample;
+use super::guard::{STILL, Sample};
 use super::line::{Line, Profile};
 use super::outlet::Outlet;
 use super::record::samples;
-use super::setup::{Setup, TRAVEL};
+use super::setup::{Height, Setup, TRAVEL};
 use super::signals::{alarm, is_read, tell, told};
-use super::watch::Watch;
+use super::watch::{RunUp, Watch};
 use crate::Plan;
 use crate::epoch::Epoch;
 use crate::robot::{Robot, RobotError, StrikeRecord};
@@ -94,8 +95,8 @@ pub struct Guarded<D: Arm> {
     is_unanswered: bool,
     /// When the strike's line was accepted.
     begun: Option<Instant>,
-    /// How high above the table, and at which z, carom left the tip in a strike that was not ended, in m; none where it did not.
-    left: Option<[f64; 2]>,
+    /// Where carom left the tip in a strike that was not ended; none where it did not.
+    left: Option<Height>,
     /// A line was sent in this strike.
     has_moved: bool,
     look: Option<LookFirst>,
@@ -169,6 +170,11 @@ impl<D: Arm> Guarded<D> {
         self
     }
 
+    /// Stops the arm where the object is seen moved while the tip runs up to it.
+    pub(crate) fn run_up(&self) -> RunUp {
+        self.watch.run_up()
+    }
+
     /// Stops the arm from any thread, while it strikes too.
     pub fn stop_handle(&self) -> Outlet {
         self.driver.outlet().clone()
@@ -187,13 +193,13 @@ impl<D: Arm> Guarded<D> {
         unreachable_arm(&self.name, error)
     }
 
-    /// Where the tip may begin beside travel height: how high above the table, and at which z, carom left it, in m.
-    pub(crate) fn resumes_from(&mut self, left: Option<[f64; 2]>) {
+    /// Where the tip may begin beside travel height: where carom left it.
+    pub(crate) fn resumes_from(&mut self, left: Option<Height>) {
         (self.left, self.has_moved) = (left, false);
     }
 
-    /// How high above the table, and at which z, a strike is made, in m.
-    pub(crate) fn low_height(&self) -> [f64; 2] {
+    /// How high the tip is in a strike.
+    pub(crate) fn low_height(&self) -> Height {
         self.setup.low_height()
     }
 
@@ -202,10 +208,20 @@ impl<D: Arm> Guarded<D> {
         self.has_moved
     }
 
-    /// How high above the table, and at which z, the tip is, in m; none where no report comes.
-    pub(crate) fn height(&self) -> Option<[f64; 2]> {
-        let last = self.watch.next(PATIENCE).ok()?;
-        Some(self.setup.height(last.report.pose.at))
+    /// How high the tip is, and whether it came to where it was to touch the object, as a person is told; none where no report comes.
+    pub(crate) fn left(&self, plan: &Plan) -> Option<(Height, String)> {
+        let at = self.watch.next(PATIENCE).ok()?.report.pose.at;
+        let on_table = self.setup.on_table(at);
+        let short = (plan.strike - on_table).dot(plan.stroke().direction());
+        let told = if self.begun.is_none() {
+            "the object was not struck".into()
+        } else if short > STILL {
+            let mm = short * 1e3;
+            format!("the tip stopped {mm:.0} mm before where it was to touch the object")
+        } else {
+            "the tip came to where it was to touch the object, which may have been struck".into()
+        };
+        Some((self.setup.height(at), told))
     }
 
     /// Whether what is known before there is a plan is as the rig file says: settings, how the tool points, how high it stands. Moves
@@ -213,8 +229,11 @@ impl<D: Arm> Guarded<D> {
     pub(crate) fn is_set_up(&mut self) -> Result<(), RobotError> {
         let status = self.checked_status();
         let status = status.map_err(|error| self.unreachable(&error))?;
-        let pose = status.and_then(|_| Ok(self.watch.next(PATIENCE)?.report.pose));
-        let checked = pose.and_then(|pose| self.check_pose(&pose));
+        let last = status.and_then(|_| self.watch.next(PATIENCE));
+        let checked = last.and_then(|last| match last.report.condition {
+            Condition::Held(said) => Err(held(said)),
+            _ => self.check_pose(&last.report.pose),
+        });
         checked.map_err(|why| self.not_ready(why))
     }
 
@@ -238,9 +257,7 @@ impl<D: Arm> Guarded<D> {
             self.is_nobodys()?;
             let condition = last.report.condition;
             if let Condition::Held(said) = condition {
-                return Err(format!(
-                    "another program uses the arm, or it is held: {said}; end that first"
-                ));
+                return Err(held(said));
             }
             if let (Condition::Stopped(said), true) = (condition, self.was_ready) {
                 return Err(stopped_by_somebody(&said.to_string()));
@@ -396,6 +413,7 @@ impl<D: Arm> Guarded<D> {
                 ));
             }
             let (watch, interrupted) = (&self.watch, &self.interrupted);
+            watch.brakes_open();
             self.driver
                 .enable(&mut || {
                     if interrupted.load(Ordering::Relaxed) {
@@ -516,15 +534,6 @@ impl<D: Arm> Guarded<D> {
         ended
     }
 
-    /// How far (m) the tip has come in a record.
-    fn moved(record: &[Sample]) -> f64 {
-        let place = |sample: &Sample| sample.report.pose.at;
-        record
-            .windows(2)
-            .map(|pair| distance(place(&pair[0]), place(&pair[1])))
-            .fold(0.0, |sum, step| sum + step)
-    }
-
     /// Whether the arm rests, by every source that answers: the reports, and a connection of its own that asks for the pose. None where
     /// neither answers.
     fn is_at_rest(&self, asking: &mut Option<D>) -> Option<bool> {
@@ -600,8 +609,12 @@ impl<D: Arm> Robot for Guarded<D> {
         // The motion has a thread of its own; a panic of it stops the arm like any other failure.
         let outcome = std::thread::scope(|scope| {
             let motion = AssertUnwindSafe(|| self.move_all(plan));
-            let thread = scope.spawn(move || panic::catch_unwind(motion));
-            thread.join().unwrap_or_else(Err)
+            let begins = std::thread::Builder::new()
+                .spawn_scoped(scope, move || panic::catch_unwind(motion));
+            match begins {
+                Ok(thread) => thread.join().unwrap_or_else(Err),
+                Err(error) => Ok(Err(("enable", no_thread(&error).to_string()))),
+            }
         });
         if let Ok(Ok(())) = outcome {
             self.is_moving = false;
@@ -609,7 +622,7 @@ impl<D: Arm> Robot for Guarded<D> {
             let not_put_back = Self::put_back(&mut self.driver, self.before.take());
             let record = self.watch.recorded();
             let (samples, delivered) =
-                samples(&record, plan, &self.setup, plan.epoch(), self.begun);
+                samples(&record, plan, &self.setup, plan.epoch(), (self.begun, None));
             let slow = delivered
                 .filter(|delivered| (delivered / plan.speed - 1.0).abs() > SPEED_WARNING)
                 .map(|delivered| {
@@ -629,7 +642,7 @@ impl<D: Arm> Robot for Guarded<D> {
                 warning: (!warnings.is_empty()).then(|| warnings.join("; ")),
             }));
         }
-        let stopped = self.driver.outlet().stop();
+        let (stopped, at) = (self.driver.outlet().stop(), Instant::now());
         let (what, why) = match outcome {
             Ok(Err(undone)) => undone,
             _ => ("strike", "the driver panicked".to_owned()),
@@ -638,13 +651,11 @@ impl<D: Arm> Robot for Guarded<D> {
             format!("; the stop could not be sent: {error}")
         });
         let record = self.watch.recorded();
-        let (samples, _) = samples(&record, plan, &self.setup, plan.epoch(), self.begun);
+        let moved = (self.begun, Some(at));
+        let (samples, _) = samples(&record, plan, &self.setup, plan.epoch(), moved);
         Err(RobotError::Interrupted {
             robot: self.name.clone(),
-            why: format!(
-                "{why}, while it was to `{what}`; since the record began the tip had moved {:.3} m{unsent}",
-                Self::moved(&record)
-            ),
+            why: format!("{why}, while it was to `{what}`{unsent}"),
             samples: (!record.is_empty()).then(|| Box::new(samples)),
         })
     }
@@ -728,6 +739,12 @@ impl<D: Arm> Drop for Guarded<D> {
             let _ = self.driver.outlet().stop();
         }
     }
+}
+
+fn held(said: Said) -> String {
+    format!(
+        "the arm is held ({said}): another program, a person or a fault holds it; release it by the arm's own program, and call again"
+    )
 }
 
 fn stopped_by_somebody(said: &str) -> String {

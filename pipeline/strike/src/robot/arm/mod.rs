@@ -18,8 +18,8 @@ mod turn;
 mod watch;
 
 pub(crate) use connection::{
-    CONNECT, connect, connect_unread, garbage, is_nothing_yet, listen, read_frame, version_in,
-    why_none,
+    CONNECT, connect, connect_unread, garbage, is_nothing_yet, listen, read_frame, start,
+    version_in, why_none,
 };
 pub use driver::{
     Arm, ArmLimits, Condition, Identity, LineRequest, Ports, Pose, Report, Reports, Said, Status,
@@ -29,5 +29,7 @@ pub(crate) use driver::{distance, shown};
 pub(crate) use guard::MARGIN;
 pub use guarded::{Guarded, Look};
 pub use outlet::Outlet;
+pub(crate) use setup::Height;
 pub use signals::{catch_signals, tell, told, unblock_signals};
 pub use turn::Turn;
+pub(crate) use watch::RunUp;

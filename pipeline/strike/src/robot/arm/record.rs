@@ -1,6 +1,6 @@
 //! What an arm's reports become in a log.
 
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use logs::write::{Samples, Stamped, StateSample};
 use values::Point;
@@ -17,13 +17,13 @@ const COMMAND_RATE: f64 = 250.0;
 const IDLE: f64 = 0.3;
 
 /// The log's samples, stamped by this computer's clock, and the speed (m/s) that was delivered where the tip touches; none where
-/// it did not come so far. `begun` is when the controller took the line; without it nothing was commanded.
+/// it did not come so far. `begun` is when the controller took the line, without which nothing was commanded, `stopped` when it was stopped.
 pub(super) fn samples(
     record: &[Sample],
     plan: &Plan,
     setup: &Setup,
     epoch: Epoch,
-    begun: Option<Instant>,
+    (begun, stopped): (Option<Instant>, Option<Instant>),
 ) -> (Samples, Option<f64>) {
     let state = |sample: &Sample| StateSample {
         stamp: epoch.stamp(sample.made),
@@ -34,7 +34,8 @@ pub(super) fn samples(
     let ticks = ((stroke.t_stop + 2.0 * IDLE) * COMMAND_RATE) as u32;
     let command = |begun: Instant, tick: u32| {
         let time = f64::from(tick) / COMMAND_RATE - IDLE;
-        let velocity = if time < 0.0 {
+        let at = begun + Duration::from_secs_f64(time.max(0.0));
+        let velocity = if time < 0.0 || stopped.is_some_and(|stopped| at > stopped) {
             Point::default()
         } else {
             stroke.at(time).1

@@ -15,6 +15,15 @@ const CLEAR: f64 = 0.010;
 /// A tip that strikes is so far below the object's top, in m: what the guard lets it be off.
 const BELOW_TOP: f64 = ASIDE;
 
+/// How high the tip's centre is, in m.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Height {
+    /// Above the table, by the rig file.
+    pub(crate) above: f64,
+    /// In the arm's frame.
+    pub(crate) z: f64,
+}
+
 /// What is known of the arm's place and tool.
 #[derive(Clone, Debug)]
 pub(super) struct Setup {
@@ -241,21 +250,25 @@ impl Setup {
         })
     }
 
-    /// A place of the tip's centre in the arm's frame (m): how high it is above the table, and its z.
-    pub(super) fn height(&self, [_, _, z]: [f64; 3]) -> [f64; 2] {
-        [z + self.height, z]
+    /// Of a place of the tip's centre in the arm's frame (m).
+    pub(super) fn height(&self, [_, _, z]: [f64; 3]) -> Height {
+        let above = z + self.height;
+        Height { above, z }
     }
 
     /// The same where a strike is made.
-    pub(super) fn low_height(&self) -> [f64; 2] {
-        [self.strike_height, self.strike_height - self.height]
+    pub(super) fn low_height(&self) -> Height {
+        Height {
+            above: self.strike_height,
+            z: self.strike_height - self.height,
+        }
     }
 
     /// Whether the tip stands at travel height, or, where carom left it in a strike that was not ended (`left`), as high above the table as then:
     /// nothing that the arm reports shows that the rig file's heights are wrong, and the tip would be driven into the table. What it may stand
     /// higher than by the rig file leaves half of what a strike keeps clear of the table.
-    pub(super) fn check_height(&self, pose: &Pose, left: Option<[f64; 2]>) -> Result<(), String> {
-        let ([height, z], mm) = (self.height(pose.at), |length: f64| length * 1e3);
+    pub(super) fn check_height(&self, pose: &Pose, left: Option<Height>) -> Result<(), String> {
+        let (Height { above: height, z }, mm) = (self.height(pose.at), |length: f64| length * 1e3);
         if height < self.below {
             return Err(format!(
                 "by robot.base_height and robot.tool_offset the tip, which reaches {:.1} mm below its centre, is {:.1} mm above the table: \
@@ -265,8 +278,8 @@ impl Setup {
             ));
         }
         let most = CLEAR.min(0.5 * (self.strike_height - self.below));
-        let still = left.filter(|[_, then]| (z - then).abs() <= most);
-        let expected = still.map_or(self.travel_height, |[then, _]| then);
+        let still = left.filter(|then| (z - then.z).abs() <= most);
+        let expected = still.map_or(self.travel_height, |then| then.above);
         let is_known = (height - expected).abs() <= most;
         is_known.then_some(()).ok_or_else(|| {
             format!(
@@ -372,11 +385,17 @@ mod tests {
         rig.robot.base_height = Some(-0.05);
         let setup = Setup::of(&rig).expect("a setup");
         // A ball of 12 mm strikes 20 mm above the table, 8 mm clear of it.
-        let checked = |height: f64, left: Option<[f64; 2]>| {
+        let checked = |height: f64, left: Option<Height>| {
             setup.check_height(&setup.at(Point::default(), height), left)
         };
         // Left in a strike by this rig file, and by one whose base stood 60 mm lower.
-        let (left, otherwise) = (Some(setup.low_height()), Some([0.02, 0.13]));
+        let (left, otherwise) = (
+            Some(setup.low_height()),
+            Some(Height {
+                above: 0.02,
+                z: 0.13,
+            }),
+        );
         for (height, left) in [
             (0.0761, None),
             (0.0839, None),

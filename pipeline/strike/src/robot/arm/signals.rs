@@ -8,7 +8,6 @@ use std::os::unix::fs::MetadataExt;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::sync::mpsc::{self, RecvTimeoutError};
-use std::thread;
 use std::time::{Duration, Instant};
 
 use nix::sys::signal::{SigSet, Signal};
@@ -16,6 +15,8 @@ use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::io::Errno;
 use signal_hook::consts::signal as name;
 use signal_hook::low_level::raise;
+
+use super::connection::start;
 
 /// Linux's signals, those for programs' own use among them, which end a program, too.
 const ALL: RangeInclusive<i32> = 1..=64;
@@ -66,7 +67,7 @@ pub fn catch_signals() -> io::Result<Arc<AtomicBool>> {
     unblock_signals()?;
     // No handler: it would return to a fault that was met, for ever. Who waits for one sends another, which all flags are of.
     let waits = || while faults().wait().is_ok_and(|_| raise(name::SIGTERM).is_ok()) {};
-    thread::Builder::new().name("signals".into()).spawn(waits)?;
+    start("signals", waits)?;
     for signal in ending() {
         signal_hook::flag::register(signal, caught.clone())?;
     }
@@ -140,16 +141,20 @@ pub(super) fn alarm(what: String) {
     beside(tells, |_| true);
 }
 
-/// Does something on a thread of its own, and waits for it until that is given up, after a time; none where it was, or no thread can be had.
+/// Does something on a thread of its own, and waits for it until that is given up, after a time; none where it was. Where no thread can be
+/// had, it is done all the same, and waited for.
 fn beside<T: Send + 'static>(
-    what: impl FnOnce() -> T + Send + 'static,
+    what: impl Fn() -> T + Send + Sync + 'static,
     gives_up: impl Fn(Duration) -> bool,
 ) -> Option<T> {
     /// Where nothing holds it back, a line is written within this time.
     const MOMENT: Duration = Duration::from_millis(20);
     let (begun, (done, is_done)) = (Instant::now(), mpsc::channel());
-    let does = move || done.send(what());
-    thread::Builder::new().spawn(does).ok()?;
+    let what = Arc::new(what);
+    let does = what.clone();
+    if start("tells", move || done.send(does())).is_err() {
+        return Some(what());
+    }
     loop {
         match is_done.recv_timeout(MOMENT) {
             Err(RecvTimeoutError::Timeout) if !gives_up(begun.elapsed()) => {}
@@ -160,7 +165,9 @@ fn beside<T: Send + 'static>(
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Mutex;
     use std::sync::atomic::Ordering;
+    use std::thread;
 
     use nix::sys::signal::kill;
     use nix::unistd::Pid;
@@ -170,10 +177,38 @@ mod tests {
     #[test]
     fn what_is_held_back_holds_back_nothing_else() {
         let (free, held) = mpsc::channel::<()>();
-        let outcome = beside(move || held.recv().unwrap_or_default(), |_| true);
+        let held = Mutex::new(held);
+        let waits = move || {
+            held.lock()
+                .map_or((), |held| held.recv().unwrap_or_default())
+        };
+        let outcome = beside(waits, |_| true);
         assert_eq!(outcome, None);
         // It is held until now.
         free.send(()).expect("it still waits");
+    }
+
+    #[test]
+    fn what_must_be_told_is_told_where_no_thread_can_be_had() {
+        const CHILD: &str = "CAROM_TEST_NO_THREAD";
+        if std::env::var_os(CHILD).is_some() {
+            start("one", || ()).expect_err("no stack is so large");
+            alarm("press it".into());
+            return told("stand clear", |_| true).expect("it is told");
+        }
+        let child = std::process::Command::new(std::env::current_exe().expect("this test"))
+            .arg("robot::arm::signals::tests::what_must_be_told_is_told_where_no_thread_can_be_had")
+            .args(["--exact", "--nocapture", "--test-threads", "1"])
+            .env(CHILD, "1")
+            .env("RUST_MIN_STACK", (1u64 << 50).to_string())
+            .output()
+            .expect("it runs");
+        let told = String::from_utf8_lossy(&child.stderr);
+        assert!(child.status.success(), "{child:?}");
+        assert!(
+            told.contains("press it") && told.contains("stand clear"),
+            "{told}"
+        );
     }
 
     #[test]

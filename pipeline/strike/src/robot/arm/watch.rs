@@ -6,9 +6,9 @@ use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-use super::connection::{is_nothing_yet, what_happened};
+use super::connection::{is_nothing_yet, start, what_happened};
 use super::driver::{Condition, Report, Reports, distance};
-use super::guard::{Clocks, Guard, OnLine, STILL, Sample};
+use super::guard::{ASIDE, Clocks, Guard, OnLine, STILL, Sample};
 use super::line::Line;
 use super::outlet::Outlet;
 
@@ -35,6 +35,8 @@ struct Seen {
     guard: Option<Guard>,
     /// Where the arm was found, or left after a strike: what moves it from there is somebody else.
     left: Option<[f64; 3]>,
+    /// Its brakes open: an arm sags by what the guard lets it be off.
+    may_sag: bool,
     /// Why the arm was stopped from here; the first reason stays.
     fault: Option<String>,
     /// Who else stopped the arm since this watch began, in the controller's words.
@@ -49,6 +51,24 @@ struct Shared {
     news: Condvar,
     ends: AtomicBool,
     outlet: Outlet,
+}
+
+/// Stops the arm where the object is seen moved while the tip runs up to it.
+#[derive(Clone, Debug)]
+pub(crate) struct RunUp {
+    shared: Arc<Shared>,
+}
+
+impl RunUp {
+    /// A message that came at a moment showed what must end the strike. Stops nothing where the tip may have touched the object by then.
+    pub(crate) fn stop(&self, at: Instant, why: &str) {
+        let mut seen = self.shared.lock();
+        let line = seen.guard.as_ref().and_then(Guard::on_line);
+        if line.is_some_and(|line| line.runs_up(at)) {
+            stop(&self.shared.outlet, &mut seen, why.into());
+            self.shared.news.notify_all();
+        }
+    }
 }
 
 /// The threads, and what they know.
@@ -73,17 +93,19 @@ impl Watch {
         });
         // One thread reads, and may wait for a second; the other one looks at the time.
         let reader = shared.clone();
-        thread::Builder::new()
-            .name("arm-reports".into())
-            .spawn(move || read(&reader, reports))?;
+        start("arm-reports", move || read(&reader, reports))?;
         let timer = shared.clone();
-        let thread = thread::Builder::new()
-            .name("arm-watch".into())
-            .spawn(move || watch_time(&timer, &interrupted))?;
+        let thread = start("arm-watch", move || watch_time(&timer, &interrupted))?;
         Ok(Self {
             shared,
             thread: Some(thread),
         })
+    }
+
+    /// Stops the arm as the guard does, from the thread that receives the camera.
+    pub(super) fn run_up(&self) -> RunUp {
+        let shared = self.shared.clone();
+        RunUp { shared }
     }
 
     /// The next report that is not late: one that came before may be the last there is, and what was held on its way says what was.
@@ -149,7 +171,12 @@ impl Watch {
     pub(super) fn guard_rest(&self) {
         let mut seen = self.shared.lock();
         seen.guard = Some(Guard::Rest(None));
-        seen.left = None;
+        (seen.left, seen.may_sag) = (None, false);
+    }
+
+    /// Until rest is guarded, the arm may sag by as much as it may be off a line: its brakes open, and what was checked is checked again after that.
+    pub(super) fn brakes_open(&self) {
+        self.shared.lock().may_sag = true;
     }
 
     /// Stops the arm no more; whether anybody moves it is still seen.
@@ -262,14 +289,14 @@ fn read(shared: &Shared, mut reports: Box<dyn Reports>) {
                 let before = seen.last.map(|last| last.report.condition);
                 let was_free = before
                     .is_some_and(|before| matches!(before, Condition::Ready | Condition::Moving));
-                let is_where_it_was_left = seen
-                    .left
-                    .is_none_or(|left| distance(left, report.pose.at) <= STILL);
+                let most = if seen.may_sag { ASIDE } else { STILL };
+                let moved = seen.left.map(|left| distance(left, report.pose.at));
+                let moved = moved.filter(|moved| *moved > most);
+                let was_held = before.is_none_or(|before| matches!(before, Condition::Held(_)));
                 let taken = match report.condition {
                     Condition::Stopped(said) if was_free => Some(said.to_string()),
-                    Condition::Held(said) if before.is_some() => Some(said.to_string()),
-                    _ if !is_where_it_was_left => Some("it was moved".into()),
-                    _ => None,
+                    Condition::Held(said) if !was_held => Some(said.to_string()),
+                    _ => moved.map(|moved| format!("it was moved by {:.1} mm", moved * 1e3)),
                 };
                 if let Some(said) = taken
                     && !shared.outlet.is_stopped()

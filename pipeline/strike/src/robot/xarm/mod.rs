@@ -17,7 +17,7 @@ pub use wire::{Register, line_payload, request};
 
 use super::arm::{
     Arm, CONNECT, Condition, Identity, LineRequest, Outlet, Ports, Pose, Report, Reports, Said,
-    Status, Turn, listen, shown,
+    Status, Turn, listen, shown, start,
 };
 
 /// mm in a metre.
@@ -93,7 +93,7 @@ fn condition(mode: u8, state: u8, held: u16) -> Condition {
         }
         (0, 1) => Condition::Moving,
         (0, 4 | 5) => Condition::Stopped(Said("state", state.into())),
-        (0, 3) => Condition::Held(Said("it is paused, state", 3)),
+        (0, 3) => Condition::Held(Said("paused, state", 3)),
         (0, _) => Condition::Held(Said("state", state.into())),
         _ => Condition::Held(Said("mode", mode.into())),
     }
@@ -133,9 +133,9 @@ impl Arm for XArm {
         let reports = listen(ports[1], CONNECT)?;
         let is_off = Arc::new(AtomicBool::new(false));
         let (watched, address) = (is_off.clone(), ports[3]);
-        thread::Builder::new()
-            .name("arm-motors".into())
-            .spawn(move || Stream::watch_motors(&watched, address))?;
+        start("arm-motors", move || {
+            Stream::watch_motors(&watched, address);
+        })?;
         Ok(Box::new(Stream { reports, is_off }))
     }
 
