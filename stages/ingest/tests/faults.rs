@@ -155,6 +155,56 @@ fn an_object_that_slides_off_the_table_is_kept_up_to_there_without_a_stop() {
     assert!(track.y.iter().all(|y| *y <= 0.6) && track.len() > 20);
 }
 
+/// Where the second object is along its way, in m, this long (s) after the impact.
+fn gone(truth: &Truth, t: f64) -> f64 {
+    let t = t.clamp(0.0, truth.release / truth.deceleration);
+    truth.release * t - 0.5 * truth.deceleration * t * t
+}
+
+/// From this time (s) after the impact on, the object is this far along its way, for at most four seconds.
+fn from_then_on(truth: &Truth, samples: &mut Samples, from: f64, place: impl Fn(f64) -> f64) {
+    for sample in &mut samples.centroids {
+        let t = time(sample) - truth.start - IMPACT;
+        if (from..4.0).contains(&t) {
+            let other = place(t) - gone(truth, t);
+            sample.x += other * truth.angle.cos();
+            sample.y += other * truth.angle.sin();
+        }
+    }
+}
+
+#[test]
+fn an_object_that_a_hand_catches_has_no_stop_there() {
+    // At 0.45, 0.34 and 0.25 of 0.72 m/s; the hand holds it.
+    for caught in [0.11, 0.15, 0.19] {
+        let outcome = with_fault(|truth, samples| {
+            from_then_on(truth, samples, caught, |_| gone(truth, caught));
+        });
+        assert_eq!(outcome.rejects, []);
+        let strike = &outcome.strikes[1];
+        assert_eq!(strike.track.end, End::Contact, "{caught}");
+        let last = strike.track.t.last().expect("frames");
+        assert!((caught - 0.05..caught).contains(last), "{caught} {last}");
+    }
+}
+
+#[test]
+fn an_object_that_something_turns_round_has_no_stop_after_that() {
+    let outcome = with_fault(|truth, samples| {
+        // It comes back at half its speed, from something that stands at no line.
+        let (met, wall) = (0.13, gone(truth, 0.13));
+        let back = 0.5 * (truth.release - truth.deceleration * met);
+        from_then_on(truth, samples, met, |t| {
+            let s = (t - met).min(back / truth.deceleration);
+            wall - back * s + 0.5 * truth.deceleration * s * s
+        });
+    });
+    assert_eq!(outcome.rejects, []);
+    let track = &outcome.strikes[1].track;
+    assert_eq!(track.end, End::Contact);
+    assert!((0.08..0.13).contains(track.t.last().expect("frames")), "{track:?}");
+}
+
 #[test]
 fn frames_in_which_the_tracker_saw_nothing_are_left_out_and_counted() {
     let truths = truths(6);
