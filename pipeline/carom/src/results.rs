@@ -206,7 +206,11 @@ impl Results {
         let evaluation = self.evaluation();
         of_fit
             .cloned()
-            .chain(without_stop(self.without_stop, self.strikes.len(), self.read.strikes.len()))
+            .chain(without_stop(
+                self.without_stop,
+                self.strikes.len(),
+                self.read.strikes.len(),
+            ))
             .chain(cause)
             .chain(evaluation.and_then(worse_than_nominal))
             .chain(evaluation.and_then(unjudged))
@@ -325,9 +329,21 @@ mod tests {
     fn tracks_without_a_stop_are_told_as_many_as_they_are() {
         assert_eq!(without_stop(0, 40, 40), None);
         let said = |without, learnt| without_stop(without, learnt, 100).expect("a warning");
-        assert!(said(30, 70).contains("the others alone"), "{}", said(30, 70));
-        assert!(said(90, 0).contains("only 10 come to rest"), "{}", said(90, 0));
-        assert!(said(100, 0).contains("no strike comes to rest"), "{}", said(100, 0));
+        assert!(
+            said(30, 70).contains("the others alone"),
+            "{}",
+            said(30, 70)
+        );
+        assert!(
+            said(90, 0).contains("only 10 come to rest"),
+            "{}",
+            said(90, 0)
+        );
+        assert!(
+            said(100, 0).contains("no strike comes to rest"),
+            "{}",
+            said(100, 0)
+        );
     }
 
     #[test]

@@ -152,8 +152,18 @@ fn speed_and_angle(pairs: &[Pair], log: Option<String>) -> Option<Finding> {
     };
     let (spread_as_stated, _) = spread_of(&|pair| pair.command.angle)?;
     let fields: [fn(&Pair) -> [f64; 2]; 2] = [
-        |p| [p.command.speed * p.command.angle.cos(), p.command.speed * p.command.angle.sin()],
-        |p| [p.command.speed * p.command.angle.sin(), p.command.speed * p.command.angle.cos()],
+        |p| {
+            [
+                p.command.speed * p.command.angle.cos(),
+                p.command.speed * p.command.angle.sin(),
+            ]
+        },
+        |p| {
+            [
+                p.command.speed * p.command.angle.sin(),
+                p.command.speed * p.command.angle.cos(),
+            ]
+        },
     ];
     for (exchanged, fields) in [false, true].into_iter().zip(fields) {
         let are_speeds = pairs.iter().all(|pair| fields(pair)[0] > 0.0);

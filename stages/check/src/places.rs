@@ -159,7 +159,9 @@ impl Origins {
         let squares: f64 = rows.iter().map(|row| misfit(row).powi(2)).sum();
         let spread = (squares / (rows.len() as f64 - 4.0).max(1.0)).sqrt();
         let errors = [0, 1, 2, 3].map(|i| spread * table[i][5 + i].max(0.0).sqrt());
-        let left = rows.chunks(2).map(|pair| misfit(&pair[0]).hypot(misfit(&pair[1])));
+        let left = rows
+            .chunks(2)
+            .map(|pair| misfit(&pair[0]).hypot(misfit(&pair[1])));
         Some(((values, errors, spread), left.collect()))
     }
 }
@@ -315,14 +317,24 @@ mod tests {
     #[test]
     fn other_origins_are_told_from_a_delay_and_from_other_radii() {
         let rig = Rig::demo(Shape::Cylinder);
-        for (by, delay) in [((0.05, 0.0), 0.0), ((0.05, 0.0), 0.02), ((-0.02, 0.03), -0.01)] {
+        for (by, delay) in [
+            ((0.05, 0.0), 0.0),
+            ((0.05, 0.0), 0.02),
+            ((-0.02, 0.03), -0.01),
+        ] {
             let by = Point::new(by.0, by.1);
             let seen = seen(1.0, by, delay);
             let found = Origins::of(&rig, &[log(&seen)]).expect("other origins");
             assert!(found.by.distance(by) < 0.005, "{:?}", found.by);
             let Delay { seconds, reach, .. } = found.delay;
-            assert!((seconds[0] - delay).abs() < 4.0 * seconds[1] + 1e-3, "{seconds:?}");
-            assert!(reach.is_some_and(|[longer, error]| longer.abs() < 4.0 * error), "{reach:?}");
+            assert!(
+                (seconds[0] - delay).abs() < 4.0 * seconds[1] + 1e-3,
+                "{seconds:?}"
+            );
+            assert!(
+                reach.is_some_and(|[longer, error]| longer.abs() < 4.0 * error),
+                "{reach:?}"
+            );
         }
         for delay in [0.0, 0.03] {
             assert!(Origins::of(&rig, &[log(&seen(1.0, Point::default(), delay))]).is_none());

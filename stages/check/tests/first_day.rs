@@ -89,7 +89,13 @@ fn is_cause(found: &Finding, mistake: &str) -> bool {
             matches!(found, Finding::SpeedAndAngle { degrees: true, .. })
         }
         "commands are an angle and a speed" => {
-            matches!(found, Finding::SpeedAndAngle { exchanged: true, .. })
+            matches!(
+                found,
+                Finding::SpeedAndAngle {
+                    exchanged: true,
+                    ..
+                }
+            )
         }
         "the table's bounds are exchanged" => matches!(
             found,

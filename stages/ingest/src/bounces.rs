@@ -306,8 +306,14 @@ impl Breaks {
 pub(crate) fn turned_round(rig: &Rig, frames: impl IntoIterator<Item = Sample>) -> Option<i64> {
     let mut breaks = Breaks::new(rig);
     frames.into_iter().for_each(|frame| breaks.see(&frame));
-    let begun = breaks.take(true).into_iter().filter_map(|(flight, _)| flight.begun);
-    begun.filter(Break::is_turned).map(|begun| begun.first).next()
+    let begun = breaks
+        .take(true)
+        .into_iter()
+        .filter_map(|(flight, _)| flight.begun);
+    begun
+        .filter(Break::is_turned)
+        .map(|begun| begun.first)
+        .next()
 }
 
 /// The tip at a break.

@@ -27,7 +27,6 @@ use self::motion::first_motion;
 pub(crate) use self::rest::is_rest;
 use self::rest::{initial, rest_after, rest_before};
 use self::tolerances::{FRAMES_AFTER, GAP_LATER, REST_BEFORE, SURELY_AWAY_NOISE};
-use self::held::hardest;
 use crate::bounces::turned_round;
 use crate::rejection::Rejection;
 use crate::time::since;
@@ -99,12 +98,22 @@ fn find_among(frames: &Frames<'_>) -> Result<StrikeSummary, Rejection> {
     let shape = frames.rig.object.shape();
     let held = held(looked_at, shape).map(|at| slides + at);
     let turned = turned(frames, first, until);
-    let stopped = rested.as_ref().ok().and_then(|(arrival, stop, _)| {
-        let hardest = hardest(looked_at, shape);
-        stopped::stopped(&frames.frames[first..], arrival - first, *stop, rest.noise, hardest)
-            .map(|at| first + at)
-    });
-    let taken = held.into_iter().chain(turned).chain(stopped);
+    let stopped = |rest_at: usize, stop: Point| {
+        let all = &frames.frames[first..];
+        let at = stopped::stopped(all, rest_at - first, stop, rest.noise, shape)?;
+        Some(first + at)
+    };
+    let caught = rested.as_ref().ok();
+    let caught = caught.and_then(|(arrival, stop, _)| stopped(*arrival, *stop));
+    // A hand may hold it for a moment only.
+    let carried_on = stopped::carried_on(&frames.frames[first..until]);
+    let carried_on =
+        carried_on.map(|(at, stands)| stopped(first + at, stands).unwrap_or(first + at));
+    let taken = held
+        .into_iter()
+        .chain(turned)
+        .chain(caught)
+        .chain(carried_on);
     let taken = taken.filter(|_| is_whole).map(|at| (at, End::Contact));
     let ends = met.into_iter().chain(left).chain(taken);
     let ended = ends.min_by_key(|(end, _)| *end);

@@ -79,7 +79,10 @@ mod tests {
     fn a_place_that_moves_without_a_velocity_gives_one_and_what_is_measured_stays() {
         for nothing in [0.0, f64::NAN] {
             let found = velocities(|_| nothing);
-            assert!(found[40..].iter().all(|v| (v - 0.2).abs() < 1e-6), "{found:?}");
+            assert!(
+                found[40..].iter().all(|v| (v - 0.2).abs() < 1e-6),
+                "{found:?}"
+            );
         }
         // Its second half is told to stand still.
         let told = |i: u32| if i < 60 { 0.19 } else { 0.0 };

@@ -23,25 +23,17 @@ const IN_A_ROW: usize = 2;
 /// The frame from which on it may be held, if it ever is.
 pub(crate) fn held(frames: &[Frame], shape: Shape) -> Option<usize> {
     let changes: Vec<Option<f64>> = (0..frames.len()).map(|at| change(frames, at)).collect();
-    let most = no_table(frames, &changes, shape);
+    let first = frames.partition_point(|frame| frame.t - frames[0].t <= FIRST);
+    let usual = |changes: &[Option<f64>]| median(changes.iter().copied().flatten());
+    let most = no_table(usual(&changes).max(usual(&changes[..first])), shape);
     let is_harder = |change: &Option<f64>| change.is_some_and(|change| change > most);
     changes
         .windows(IN_A_ROW)
         .position(|row| row.iter().all(is_harder))
 }
 
-/// How hard no table brakes these frames, in m/s²; infinity where too few are there to tell.
-pub(super) fn hardest(frames: &[Frame], shape: Shape) -> f64 {
-    let changes: Vec<Option<f64>> = (0..frames.len()).map(|at| change(frames, at)).collect();
-    let most = no_table(frames, &changes, shape);
-    if most.is_finite() { most } else { f64::INFINITY }
-}
-
-/// The same from velocities' changes, frame by frame; not a number where there are none.
-fn no_table(frames: &[Frame], changes: &[Option<f64>], shape: Shape) -> f64 {
-    let first = frames.partition_point(|frame| frame.t - frames[0].t <= FIRST);
-    let usual = |changes: &[Option<f64>]| median(changes.iter().copied().flatten());
-    let usual = usual(changes).max(usual(&changes[..first]));
+/// What no table brakes, in m/s², that brakes so much on the whole.
+pub(super) fn no_table(usual: f64, shape: Shape) -> f64 {
     match shape {
         Shape::Sphere => BRAKES + MARGIN,
         Shape::Cylinder | Shape::Box => HARDER * usual + MARGIN,
