@@ -85,7 +85,11 @@ fn find_among(frames: &Frames<'_>) -> Result<StrikeSummary, Rejection> {
     let until = rested
         .as_ref()
         .map_or(frames.frames.len(), |(arrival, ..)| *arrival);
-    let met = contact::met(frames, first, until).map(|end| (end, End::Contact));
+    // What comes to rest at a fence has touched it.
+    let rests = rested.as_ref().map_or(until, |(arrival, _, last)| {
+        (arrival + FRAMES_AFTER).min(*last)
+    });
+    let met = contact::met(frames, first, rests).map(|end| (end, End::Contact));
     let left = frames
         .left_table(first, until)
         .map(|end| (end, End::LeftView));

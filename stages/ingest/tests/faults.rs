@@ -12,7 +12,7 @@ mod common;
 use common::{EPOCH, Folder, IMPACT, Truth, ingest, ingest_samples, reasons, session, truths};
 use ingest::LogOutcome;
 use logs::write::{Samples, Stamped};
-use values::End;
+use values::{End, Fence, Point};
 
 /// Seconds of the session at which a sample was taken.
 fn time(sample: &Stamped) -> f64 {
@@ -170,9 +170,9 @@ fn moves_as(truth: &Truth, samples: &mut Samples, place: impl Fn(f64) -> f64) {
     }
 }
 
-/// A slide of 1.1 m/s.
+/// A slide of 1.4 m/s.
 fn slide(t: f64) -> f64 {
-    1.1 * t - 1.25 * t * t
+    1.4 * t - 1.25 * t * t
 }
 
 /// Checks that the second strike's track ends in a contact, within this time (s) before it.
@@ -191,12 +191,12 @@ fn ends_before(contact: f64, place: impl Fn(f64) -> f64) {
 
 #[test]
 fn an_object_that_a_hand_catches_has_no_stop_there() {
-    // At 0.7 and 0.6 m/s.
-    for caught in [0.16, 0.2] {
+    // At 0.9 and 0.75 m/s.
+    for caught in [0.2, 0.26] {
         ends_before(caught, |t| slide(t.min(caught)));
     }
-    // At 0.6, 0.45 and 0.35 m/s; after a moment the hand carries it away, and lays it down.
-    for caught in [0.2, 0.26, 0.3] {
+    // At 0.9, 0.65 and 0.4 m/s; after a moment the hand carries it away, and lays it down.
+    for caught in [0.2, 0.3, 0.4] {
         ends_before(caught, |t| {
             let carried = ((t - caught - 0.1) / 0.9).clamp(0.0, 1.0);
             slide(t.min(caught)) + 0.25 * carried * carried * (3.0 - 2.0 * carried)
@@ -207,11 +207,30 @@ fn an_object_that_a_hand_catches_has_no_stop_there() {
 #[test]
 fn an_object_that_something_turns_round_has_no_stop_after_that() {
     // It comes back at half its speed, from something that stands at no line.
-    let (met, back) = (0.2, 0.3);
+    let (met, back) = (0.2, 0.4);
     ends_before(met, |t| {
         let s = (t - met).clamp(0.0, back / 2.5);
         slide(t.min(met)) - back * s + 1.25 * s * s
     });
+}
+
+#[test]
+fn an_object_that_rests_at_a_fence_has_touched_it() {
+    let truths = truths(3);
+    let truth = truths[1];
+    let mut rig = common::rig();
+    // Its edge stops a millimetre before it.
+    let middle = truth.stop() + Point::polar(rig.object.solid.reach() + 0.001, truth.angle);
+    let along = Point::polar(0.02, truth.angle + std::f64::consts::FRAC_PI_2);
+    rig.table.fences.push(Fence {
+        from: middle - along,
+        to: middle + along,
+    });
+    let folder = Folder::new();
+    let log = folder.write("session.mcap", &session(&truths));
+    let read = ingest::ingest_log(&log, &rig, &ingest::Ingest::default()).expect("reads");
+    let ends: Vec<End> = read.strikes.iter().map(|s| s.track.end).collect();
+    assert_eq!(ends[..2], [End::Rest, End::Contact]);
 }
 
 #[test]

@@ -140,7 +140,6 @@ pub fn say(finding: &Finding, rig: &Rig) -> Said {
             spread,
             spread_as_stated,
         } => {
-            let (speed, angle) = if *exchanged { ("y", "x") } else { ("x", "y") };
             let topic = &rig.topics.command;
             let path = if *exchanged { &topic.x } else { &topic.y };
             let unit = if *degrees { "degrees" } else { "rad" };
@@ -154,7 +153,7 @@ pub fn say(finding: &Finding, rig: &Rig) -> Said {
                 ),
                 "the command is logged as a speed and an angle, not as a velocity",
                 format!(
-                    "log the velocity's coordinates in m/s: x = {speed}·cos({angle}), y = {speed}·sin({angle}){}",
+                    "log the velocity's coordinates in m/s: x = speed·cos(angle), y = speed·sin(angle){}",
                     if *degrees { ", the angle in rad first" } else { "" }
                 ),
             )
