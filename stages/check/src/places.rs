@@ -95,6 +95,14 @@ pub(crate) struct Origins {
     pub(crate) delay: Delay,
 }
 
+/// Radii, delay and both coordinates of a displacement, with standard errors; the spread of a coordinate, and each meeting's distance left.
+struct Fitted {
+    values: [f64; 4],
+    errors: [f64; 4],
+    spread: f64,
+    left: Vec<f64>,
+}
+
 impl Origins {
     /// None where they agree, or where these strikes do not tell.
     pub(crate) fn of(rig: &Rig, logs: &[LogRead<'_>]) -> Option<Self> {
@@ -106,16 +114,18 @@ impl Origins {
             if meetings.len() < FEWEST {
                 return None;
             }
-            let (found, left) = Self::through(&meetings, reach)?;
-            let usual = 1.4826 * median(left.iter().copied())?;
-            let mut index = 0;
-            meetings.retain(|_| {
-                index += 1;
-                left[index - 1] <= ASTRAY * usual
-            });
+            let found = Self::through(&meetings, reach)?;
+            let usual = 1.4826 * median(found.left.iter().copied())?;
+            let mut left = found.left.iter();
+            meetings.retain(|_| left.next().is_some_and(|left| *left <= ASTRAY * usual));
             fitted = Some(found);
         }
-        let (values, errors, spread) = fitted?;
+        let Fitted {
+            values,
+            errors,
+            spread,
+            ..
+        } = fitted?;
         let by = Point::new(values[2], values[3]);
         let is_sure = (2..4).any(|i| values[i].abs() > SURE * errors[i]);
         (spread < AGREE && by.norm() > ORIGINS && is_sure).then_some(Self {
@@ -128,8 +138,8 @@ impl Origins {
         })
     }
 
-    /// Least squares of radii, delay and both coordinates of the displacement: values, standard errors, the spread, and the distances left.
-    fn through(meetings: &[Meeting], reach: f64) -> Option<(([f64; 4], [f64; 4], f64), Vec<f64>)> {
+    /// Least squares of radii, delay and both coordinates of the displacement.
+    fn through(meetings: &[Meeting], reach: f64) -> Option<Fitted> {
         // For each coordinate of a meeting: its terms, and what lies between the centres beyond the radii.
         let rows: Vec<[f64; 5]> = meetings
             .iter()
@@ -162,7 +172,12 @@ impl Origins {
         let left = rows
             .chunks(2)
             .map(|pair| misfit(&pair[0]).hypot(misfit(&pair[1])));
-        Some(((values, errors, spread), left.collect()))
+        Some(Fitted {
+            values,
+            errors,
+            spread,
+            left: left.collect(),
+        })
     }
 }
 

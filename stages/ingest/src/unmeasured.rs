@@ -28,8 +28,7 @@ pub(crate) struct Unmeasured {
 impl Unmeasured {
     /// The state with a velocity, where that can be told.
     pub(crate) fn filled(&mut self, state: State) -> State {
-        let is_still = !(state.velocity.norm() > 0.0);
-        self.is_measured |= !is_still;
+        self.is_measured |= state.velocity.norm() > 0.0;
         if self.is_measured || !state.position.is_finite() {
             return state;
         }
