@@ -5,7 +5,7 @@ mod mistakes;
 
 use check::{Check, Finding, LogRead, Severity, check};
 use ingest::{Ingest, LogOutcome, ingest_log};
-use mistakes::{Lab, MISTAKES, OTHERS, labs, narrow};
+use mistakes::{Lab, MISTAKES, labs, narrow};
 use values::{CommandFrame, RejectReason, Rig, Shape};
 
 fn checked(lab: &Lab) -> (Check, usize) {
@@ -73,6 +73,16 @@ fn mistakes_are_found_in_every_lab_and_none_where_there_is_none() {
     assert_eq!(doubted, Vec::<String>::new());
     assert_eq!(missed, Vec::<String>::new());
 }
+
+/// What other labs do wrong.
+const OTHERS: [&str; 6] = [
+    "commands are a speed and an angle",
+    "commands are a speed and an angle in degrees",
+    "commands are an angle and a speed",
+    "the table's bounds are exchanged",
+    "two objects are tracked in turns",
+    "another object is seen in every third frame",
+];
 
 /// Whether the first thing that is wrong is this mistake's.
 fn is_cause(found: &Finding, mistake: &str) -> bool {

@@ -30,16 +30,6 @@ pub const MISTAKES: [&str; 12] = [
     "the rig file states another arm's limits",
 ];
 
-/// What other labs do wrong.
-pub const OTHERS: [&str; 6] = [
-    "commands are a speed and an angle",
-    "commands are a speed and an angle in degrees",
-    "commands are an angle and a speed",
-    "the table's bounds are exchanged",
-    "two objects are tracked in turns",
-    "another object is seen in every third frame",
-];
-
 /// A lab whose logs are as they should be.
 pub fn lab(
     shape: Shape,
@@ -114,7 +104,7 @@ impl Lab {
         self.sessions.iter().enumerate().map(write).collect()
     }
 
-    /// The same lab making one of [`MISTAKES`].
+    /// The same lab making one of [`MISTAKES`], or another one that a test of the check makes.
     pub fn mistaken(mut self, mistake: &str) -> Self {
         match mistake {
             "the camera's y axis is mirrored" => self.each_centroid(|p| Point::new(p.x, -p.y)),
