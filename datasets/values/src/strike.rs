@@ -216,6 +216,14 @@ impl Strike {
         rest > 0 && 2 * rest >= all
     }
 
+    /// Whether stops can be learnt and aimed at: so many strikes came to rest that these are no chance.
+    pub fn many_rest(strikes: &[Self]) -> bool {
+        /// One in so many.
+        const ONE_IN: usize = 4;
+        let rest = strikes.iter().filter(|strike| strike.has_stop()).count();
+        rest > 0 && ONE_IN * rest >= strikes.len()
+    }
+
     /// Seconds from the impact to the track's end, where that is no rest. An impact lies within the frame before the track's zero: in its
     /// middle, where it is not known better.
     pub fn ends(&self) -> Option<f64> {

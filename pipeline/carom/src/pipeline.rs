@@ -89,7 +89,7 @@ pub fn pipeline(run: &Run, inputs: &Inputs, last: Step) -> Result<Results, Error
 }
 
 /// The steps that need stops. Tracks that end before rest have identified and diagnosed; they have no path to solve for, and no stop that
-/// judges. Where none rests, the places at their ends judge the worlds.
+/// judges. Where hardly any rests, the places at their ends judge the worlds.
 fn beyond_worlds(
     run: &Run,
     inputs: &Inputs,
@@ -107,8 +107,9 @@ fn beyond_worlds(
             &noise,
         )?)
     };
-    let all = results.strikes.len();
-    if Strike::most_rest(&results.strikes) {
+    let has_none = |strike: &&Strike| !strike.has_stop();
+    results.without_stop = results.strikes.iter().filter(has_none).count();
+    if Strike::many_rest(&results.strikes) {
         results.strikes.retain(Strike::has_stop);
     } else {
         if last >= Step::Evaluate {
@@ -116,7 +117,6 @@ fn beyond_worlds(
         }
         results.strikes.clear();
     }
-    results.without_stop = all - results.strikes.len();
     let strikes = &results.strikes;
     if strikes.is_empty() {
         return Ok(());

@@ -9,7 +9,7 @@ use rayon::iter::Either;
 use rayon::prelude::*;
 use stage::{Run, RunError};
 use store::InputFile;
-use values::{Reject, Rig, Strike};
+use values::{Reject, RejectReason, Rig, Strike};
 
 use crate::left_out::LeftOut;
 use crate::naming::{name_logs, names};
@@ -132,8 +132,20 @@ pub fn read(run: &Run, rig: &Rig, logs: &[PathBuf], seed: u64) -> Result<Read, E
             "{untracked}; check the object's colour and shape and the camera's pose in the rig file"
         ))
     });
-    let mend =
-        mend.unwrap_or_else(|| "check the topics and the table's bounds in the rig file".into());
+    let has_no_clock = |(outcome, _): &(LogOutcome<StrikeSummary>, _)| {
+        let mut rejects = outcome.rejects.iter();
+        outcome.strikes.is_empty()
+            && rejects.next().is_some()
+            && rejects.all(|reject| reject.reason == RejectReason::ClockBackwards)
+    };
+    let has_no_clock = read.iter().all(has_no_clock);
+    let mend = mend.unwrap_or_else(|| match has_no_clock {
+        true => format!(
+            "have the drivers of {} and {} fill in `{}` from one running clock, and record anew",
+            rig.topics.centroid.name, rig.topics.command.name, rig.topics.centroid.stamp
+        ),
+        false => "check the topics and the table's bounds in the rig file".into(),
+    });
     let seen: Vec<LogSeen> = read
         .iter()
         .map(|(outcome, _)| LogSeen::of(outcome))

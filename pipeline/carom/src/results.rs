@@ -206,7 +206,11 @@ impl Results {
         let evaluation = self.evaluation();
         of_fit
             .cloned()
-            .chain(without_stop(self.without_stop, self.strikes.len()))
+            .chain(without_stop(
+                self.without_stop,
+                self.strikes.len(),
+                self.read.strikes.len(),
+            ))
             .chain(cause)
             .chain(evaluation.and_then(worse_than_nominal))
             .chain(evaluation.and_then(unjudged))
@@ -230,15 +234,21 @@ impl Results {
 }
 
 /// What to say of tracks that end before rest.
-fn without_stop(without: usize, with: usize) -> Option<String> {
-    let rest = match with {
-        0 => {
-            "no strike comes to rest by itself: errors are those of the place at the track's end, stops can be neither learnt nor aimed at, and nothing is published"
+fn without_stop(without: usize, learnt: usize, all: usize) -> Option<String> {
+    let rest = match (learnt, all - without) {
+        (0, resting) => {
+            let who = match resting {
+                0 => "no strike comes to rest by itself".into(),
+                few => format!("only {few} come to rest by themselves"),
+            };
+            format!(
+                "{who}: errors are those of the place at the track's end, stops can be neither learnt nor aimed at, and nothing is published"
+            )
         }
-        _ => "the others alone are learnt from and judge stops",
+        _ => "the others alone are learnt from and judge stops".into(),
     };
     (without > 0).then(|| {
-        format!("{without} of {} tracks end at a contact, or leave the table: they identify and diagnose up to there; {rest}", without + with)
+        format!("{without} of {all} tracks end at a contact, or leave the table: they identify and diagnose up to there; {rest}")
     })
 }
 
@@ -314,6 +324,27 @@ mod tests {
     use values::StopErrors;
 
     use super::*;
+
+    #[test]
+    fn tracks_without_a_stop_are_told_as_many_as_they_are() {
+        assert_eq!(without_stop(0, 40, 40), None);
+        let said = |without, learnt| without_stop(without, learnt, 100).expect("a warning");
+        assert!(
+            said(30, 70).contains("the others alone"),
+            "{}",
+            said(30, 70)
+        );
+        assert!(
+            said(90, 0).contains("only 10 come to rest"),
+            "{}",
+            said(90, 0)
+        );
+        assert!(
+            said(100, 0).contains("no strike comes to rest"),
+            "{}",
+            said(100, 0)
+        );
+    }
 
     #[test]
     fn a_world_that_is_worse_than_the_nominal_one_or_that_nothing_judged_gives_a_warning() {

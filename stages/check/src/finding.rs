@@ -143,6 +143,22 @@ pub enum Finding {
         angle: f64,
         spread: f64,
     },
+    /// Objects leave as if the command's first field were the speed and its second the angle (`exchanged`: the other way about).
+    SpeedAndAngle {
+        log: Option<String>,
+        strikes: usize,
+        degrees: bool,
+        exchanged: bool,
+        spread: f64,
+        spread_as_stated: f64,
+    },
+    /// Centroids jump from one frame to the next farther than any object gets, in this part of the frames; `certain` where no track is one
+    /// object's.
+    Jumps {
+        log: String,
+        share: f64,
+        certain: bool,
+    },
     /// Neither heading nor speed of the objects follows the commands.
     Unrelated {
         log: Option<String>,
@@ -185,8 +201,12 @@ pub enum Finding {
         error: f64,
         strikes: usize,
     },
-    /// By the tip's measured places the camera's lie elsewhere.
-    Displaced { by: Point, strikes: usize },
+    /// By the tip's measured places the camera's lie elsewhere; `misses` where a tip that goes to where the camera sees an object misses it.
+    Displaced {
+        by: Point,
+        strikes: usize,
+        misses: bool,
+    },
     /// Tip and object touch when both radii together are so much longer than stated.
     Radii {
         longer: f64,
@@ -254,6 +274,8 @@ impl Finding {
             | Self::AxesSwapped { .. }
             | Self::Turned { certain: true, .. }
             | Self::ConstantHeading { .. }
+            | Self::SpeedAndAngle { .. }
+            | Self::Jumps { certain: true, .. }
             | Self::Unrelated { .. }
             | Self::ClockOffset { certain: true, .. }
             | Self::NothingMoves { .. }
@@ -265,9 +287,17 @@ impl Finding {
                 commanded: true, ..
             }
             | Self::MostlyRejected {
-                reason: RejectReason::UnitsImplausible,
+                reason: RejectReason::UnitsImplausible | RejectReason::OffTable,
                 ..
             } => Severity::Meaningless,
+            // Not one strike is timed.
+            Self::MostlyRejected {
+                reason: RejectReason::ClockBackwards,
+                rejected,
+                seen,
+                ..
+            } if rejected == seen => Severity::Meaningless,
+            Self::Displaced { misses: true, .. } => Severity::Meaningless,
             Self::EncoderDelay { delay } if delay.seconds[0].abs() <= LONG => Severity::Told,
             Self::EncoderDelay { delay } if delay.seconds[0].abs() > TOO_LONG => {
                 Severity::Meaningless
@@ -275,6 +305,7 @@ impl Finding {
             Self::Turned { .. }
             | Self::ClockOffset { .. }
             | Self::EncoderDelay { .. }
+            | Self::Jumps { .. }
             | Self::Displaced { .. }
             | Self::Radii { .. }
             | Self::Strays { .. }

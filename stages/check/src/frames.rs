@@ -86,6 +86,9 @@ pub fn findings(pairs: &[Pair], log: Option<&str>) -> Vec<Finding> {
             spread: heading_spread,
         }];
     }
+    if let Some(found) = speed_and_angle(&pairs, log()) {
+        return vec![found];
+    }
     let points: Vec<(f64, f64)> = about
         .iter()
         .zip(&headings)
@@ -128,6 +131,64 @@ pub fn findings(pairs: &[Pair], log: Option<&str>) -> Vec<Finding> {
     turned(&log, strikes, heading, centre, Some(line))
         .into_iter()
         .collect()
+}
+
+/// Whether headings follow a field of the command as it is, and much more closely than the direction of both fields together.
+fn speed_and_angle(pairs: &[Pair], log: Option<String>) -> Option<Finding> {
+    /// So many strikes tell, by lines that leave this part of the spread.
+    const FEWEST: usize = 12;
+    const CLOSER: f64 = 0.4;
+    /// Fields that vary by less than this tell nothing, in rad.
+    const VARIES: f64 = 0.1;
+    if pairs.len() < FEWEST {
+        return None;
+    }
+    let spread_of = |of: &dyn Fn(&Pair) -> f64| {
+        let points: Vec<(f64, f64)> = pairs.iter().map(|p| (of(p), p.heading())).collect();
+        let line = line(&points)?;
+        let left = |p: &(f64, f64)| wrapped(p.1 - line.at_zero - line.slope * p.0);
+        let (_, spread) = middle(&points.iter().map(left).collect::<Vec<f64>>())?;
+        Some((spread, line))
+    };
+    let (spread_as_stated, _) = spread_of(&|pair| pair.command.angle)?;
+    let fields: [fn(&Pair) -> [f64; 2]; 2] = [
+        |p| {
+            [
+                p.command.speed * p.command.angle.cos(),
+                p.command.speed * p.command.angle.sin(),
+            ]
+        },
+        |p| {
+            [
+                p.command.speed * p.command.angle.sin(),
+                p.command.speed * p.command.angle.cos(),
+            ]
+        },
+    ];
+    for (exchanged, fields) in [false, true].into_iter().zip(fields) {
+        let are_speeds = pairs.iter().all(|pair| fields(pair)[0] > 0.0);
+        let Some((spread, line)) = spread_of(&|pair| fields(pair)[1]).filter(|_| are_speeds) else {
+            continue;
+        };
+        let angles: Vec<f64> = pairs.iter().map(|pair| fields(pair)[1]).collect();
+        let mean = angles.iter().sum::<f64>() / angles.len() as f64;
+        let varies = angles.iter().map(|a| (a - mean).powi(2)).sum::<f64>() / angles.len() as f64;
+        for (degrees, unit) in [(false, 1.0), (true, 1f64.to_radians())] {
+            let gain = line.slope / unit;
+            let is_gain = (GAINS.0..=GAINS.1).contains(&gain) && varies.sqrt() * unit > VARIES;
+            if is_gain && spread < CLOSER * spread_as_stated {
+                return Some(Finding::SpeedAndAngle {
+                    log,
+                    strikes: pairs.len(),
+                    degrees,
+                    exchanged,
+                    spread,
+                    spread_as_stated,
+                });
+            }
+        }
+    }
+    None
 }
 
 fn unrelated(log: Option<String>, strikes: usize, line: Line) -> Finding {

@@ -35,7 +35,13 @@ pub fn check(rig: &Rig, logs: &[LogRead<'_>], fences: &[FoundFence]) -> Check {
     let is_wrong = |finding: &Finding| finding.severity() == Severity::Meaningless;
     // One log of another robot among others is not seen in all of them together, or makes them seem unrelated to their commands.
     let is_vague = |finding: &Finding| matches!(finding, Finding::Unrelated { .. });
-    if logs.len() > 1 && findings.iter().all(|f| !is_wrong(f) || is_vague(f)) {
+    let jumps = jumps(logs);
+    let is_torn = jumps.iter().any(is_wrong);
+    if is_torn {
+        // Headings and speeds from one object to another say nothing.
+        findings.clear();
+    }
+    if !is_torn && logs.len() > 1 && findings.iter().all(|f| !is_wrong(f) || is_vague(f)) {
         let each = logs.iter().zip(&paired);
         let of_logs: Vec<Finding> = each
             .flat_map(|(log, of)| frames::findings(&of.pairs, Some(log.name)))
@@ -48,16 +54,29 @@ pub fn check(rig: &Rig, logs: &[LogRead<'_>], fences: &[FoundFence]) -> Check {
         }
     }
     // Where frames are wrong, all are astray.
-    if !findings.iter().any(is_wrong) {
+    if !is_torn && !findings.iter().any(is_wrong) {
         let each = logs.iter().zip(&paired);
         findings.extend(each.filter_map(|(log, of)| strays::findings(&of.pairs, log.name)));
     }
+    // Angles that stand for speeds have no unit of theirs, and are rejected as such.
+    let is_polar = findings
+        .iter()
+        .any(|f| matches!(f, Finding::SpeedAndAngle { .. }));
     findings.extend(base_turns(rig, &all));
-    findings.extend(clocks(logs, &paired));
-    findings.extend(speeds(rig, &all));
-    let commanded = logs.iter().any(|log| !log.seen.is_by_state);
-    findings.extend(limits(rig, &all, commanded));
-    findings.extend(rejected(logs));
+    if !is_torn {
+        findings.extend(clocks(logs, &paired));
+        if !is_polar {
+            findings.extend(speeds(rig, &all));
+            let commanded = logs.iter().any(|log| !log.seen.is_by_state);
+            findings.extend(limits(rig, &all, commanded));
+        }
+    }
+    findings.extend(jumps);
+    let is_told = |f: &Finding| {
+        let unit = RejectReason::UnitsImplausible;
+        !(is_polar && matches!(f, Finding::MostlyRejected { reason, .. } if *reason == unit))
+    };
+    findings.extend(rejected(logs).into_iter().filter(is_told));
     findings.extend(fences.iter().map(|found| Finding::Fence {
         fence: found.fence,
         bounces: found.bounces,
@@ -73,7 +92,11 @@ pub fn check(rig: &Rig, logs: &[LogRead<'_>], fences: &[FoundFence]) -> Check {
     let coverage = Coverage::of(&all);
     findings.extend(coverage.findings());
     let noises = logs.iter().filter_map(|log| log.seen.noise_at_rest());
-    let delay = encoder_to_camera(logs);
+    // What looks like a delay, or like other radii, may be another origin.
+    let delay = match places::Origins::of(rig, logs) {
+        Some(apart) => Some(apart.delay),
+        None => encoder_to_camera(logs),
+    };
     if !findings.iter().any(is_wrong) {
         findings.extend(places::findings(rig, logs, delay));
     }
@@ -129,10 +152,13 @@ fn clocks(logs: &[LogRead<'_>], paired: &[Pairs]) -> Vec<Finding> {
         }
         findings.extend(other_times(log, of));
         let commands = log.seen.commands.len();
-        // In another unit nothing is seen to move.
-        let in_unit = |reject: &&&Reject| reject.reason == RejectReason::UnitsImplausible;
-        let in_another_unit = log.rejects.iter().filter(in_unit).count();
-        if commands >= FEWEST && 4 * of.pairs.len() < commands && 2 * in_another_unit < commands {
+        // In another unit nothing is seen to move, nor at one time.
+        let is_unseen = |reject: &&&Reject| {
+            let unseen = [RejectReason::UnitsImplausible, RejectReason::ClockBackwards];
+            unseen.contains(&reject.reason)
+        };
+        let unseen = log.rejects.iter().filter(is_unseen).count();
+        if commands >= FEWEST && 4 * of.pairs.len() < commands && 2 * unseen < commands {
             findings.push(Finding::NothingMoves {
                 log: log.name.into(),
                 commands,
@@ -155,6 +181,22 @@ fn clocks(logs: &[LogRead<'_>], paired: &[Pairs]) -> Vec<Finding> {
         }
     }
     findings
+}
+
+/// From so great a part of the frames on that lie elsewhere than no object gets, tracks suffer; from this one on none is one object's.
+const JUMPS: f64 = 0.05;
+const TORN: f64 = 0.2;
+
+/// Centroids that jump to and fro: two objects, or an object and what looks like it.
+fn jumps(logs: &[LogRead<'_>]) -> Vec<Finding> {
+    let share = |log: &LogRead<'_>| log.seen.jumps as f64 / log.seen.frames.max(1) as f64;
+    let torn = logs.iter().filter(|log| share(log) > JUMPS);
+    torn.map(|log| Finding::Jumps {
+        log: log.name.into(),
+        share: share(log),
+        certain: share(log) > TORN,
+    })
+    .collect()
 }
 
 /// Commands of one session beside a camera of another: a strike's command begins a motion, and a strike's motion was commanded.

@@ -23,17 +23,17 @@ const SCALE: f64 = 0.1;
 const AWAY: f64 = 0.03;
 const RADII: f64 = 0.004;
 const SURE: f64 = 4.0;
+/// Frames whose origins lie farther apart than this, in m, are told.
+const ORIGINS: f64 = 0.015;
 /// Robust deviations from which a place is astray.
 const ASTRAY: f64 = 4.0;
 
 /// What is wrong with places, scale and sizes.
 pub(crate) fn findings(rig: &Rig, logs: &[LogRead<'_>], delay: Option<Delay>) -> Vec<Finding> {
-    let meetings: Vec<Meeting> = logs
-        .iter()
-        .flat_map(|log| &log.seen.meetings)
-        .copied()
-        .collect();
+    let meetings = meetings(logs);
     let touches: usize = logs.iter().map(|log| log.seen.delays.len()).sum();
+    let reach = rig.object.solid.reach() + rig.striker.radius;
+    let misses = |by: Point| by.norm() > reach;
     let mut findings = Vec::new();
     let line = Similar::of(rig, &meetings).filter(|line| line.spread < AGREE);
     if let Some(line) = line.filter(|line| line.turn.abs() < TURNED) {
@@ -49,10 +49,21 @@ pub(crate) fn findings(rig: &Rig, logs: &[LogRead<'_>], delay: Option<Delay>) ->
             findings.push(Finding::Displaced {
                 by: line.away,
                 strikes: line.strikes,
+                misses: misses(line.away),
             });
         }
         if is_scaled {
             return findings;
+        }
+    }
+    if let Some(apart) = Origins::of(rig, logs) {
+        let is_told = |f: &Finding| matches!(f, Finding::Displaced { .. });
+        if !findings.iter().any(is_told) {
+            findings.push(Finding::Displaced {
+                by: apart.by,
+                strikes: apart.delay.strikes,
+                misses: misses(apart.by),
+            });
         }
     }
     let reach = delay.and_then(|delay| Some((delay.reach?, delay.strikes)));
@@ -65,6 +76,130 @@ pub(crate) fn findings(rig: &Rig, logs: &[LogRead<'_>], delay: Option<Delay>) ->
         })
     }));
     findings
+}
+
+fn meetings(logs: &[LogRead<'_>]) -> Vec<Meeting> {
+    let all = logs.iter().flat_map(|log| &log.seen.meetings);
+    let moves = |m: &&Meeting| m.velocity.norm() > 0.0 && m.velocity.is_finite();
+    all.filter(moves).copied().collect()
+}
+
+/// The camera's frame and the arm's have other origins.
+///
+/// What lies between both centres as an object begins to move is both radii along the tip's heading, what the tip has gone since by a delay,
+/// and what the origins lie apart: three lines that headings and speeds tell from one another. A round object's alone: a box is met anywhere.
+pub(crate) struct Origins {
+    /// By how much the camera's places lie beside the arm's, in m.
+    pub(crate) by: Point,
+    /// The delay and the radii that then are left.
+    pub(crate) delay: Delay,
+}
+
+/// Radii, delay and both coordinates of a displacement, with standard errors; the spread of a coordinate, and each meeting's distance left.
+struct Fitted {
+    values: [f64; 4],
+    errors: [f64; 4],
+    spread: f64,
+    left: Vec<f64>,
+}
+
+impl Origins {
+    /// None where they agree, or where these strikes do not tell.
+    pub(crate) fn of(rig: &Rig, logs: &[LogRead<'_>]) -> Option<Self> {
+        let reach = rig.object.solid.radius()? + rig.striker.radius;
+        let mut meetings = meetings(logs);
+        let mut fitted = None;
+        // Once more without those that are astray.
+        for _ in 0..2 {
+            if meetings.len() < FEWEST {
+                return None;
+            }
+            let found = Self::through(&meetings, reach)?;
+            let usual = 1.4826 * median(found.left.iter().copied())?;
+            let mut left = found.left.iter();
+            meetings.retain(|_| left.next().is_some_and(|left| *left <= ASTRAY * usual));
+            fitted = Some(found);
+        }
+        let Fitted {
+            values,
+            errors,
+            spread,
+            ..
+        } = fitted?;
+        let by = Point::new(values[2], values[3]);
+        let is_sure = (2..4).any(|i| values[i].abs() > SURE * errors[i]);
+        (spread < AGREE && by.norm() > ORIGINS && is_sure).then_some(Self {
+            by,
+            delay: Delay {
+                seconds: [values[1], errors[1]],
+                reach: Some([values[0], errors[0]]),
+                strikes: meetings.len(),
+            },
+        })
+    }
+
+    /// Least squares of radii, delay and both coordinates of the displacement.
+    fn through(meetings: &[Meeting], reach: f64) -> Option<Fitted> {
+        // For each coordinate of a meeting: its terms, and what lies between the centres beyond the radii.
+        let rows: Vec<[f64; 5]> = meetings
+            .iter()
+            .flat_map(|m| {
+                let towards = m.velocity * (1.0 / m.velocity.norm());
+                let between = m.object - m.tip - towards * reach;
+                [
+                    [towards.x, -m.velocity.x, 1.0, 0.0, between.x],
+                    [towards.y, -m.velocity.y, 0.0, 1.0, between.y],
+                ]
+            })
+            .collect();
+        let mut table = [[0.0; 9]; 4];
+        for row in &rows {
+            for (i, line) in table.iter_mut().enumerate() {
+                for (cell, value) in line.iter_mut().zip(row) {
+                    *cell += row[i] * value;
+                }
+            }
+        }
+        for (i, line) in table.iter_mut().enumerate() {
+            line[5 + i] = 1.0;
+        }
+        let table = eliminated(table)?;
+        let values = table.map(|line| line[4]);
+        let misfit = |row: &[f64; 5]| row[4] - (0..4).map(|i| row[i] * values[i]).sum::<f64>();
+        let squares: f64 = rows.iter().map(|row| misfit(row).powi(2)).sum();
+        let spread = (squares / (rows.len() as f64 - 4.0).max(1.0)).sqrt();
+        let errors = [0, 1, 2, 3].map(|i| spread * table[i][5 + i].max(0.0).sqrt());
+        let left = rows
+            .chunks(2)
+            .map(|pair| misfit(&pair[0]).hypot(misfit(&pair[1])));
+        Some(Fitted {
+            values,
+            errors,
+            spread,
+            left: left.collect(),
+        })
+    }
+}
+
+/// Normal equations beside their right side and the unit matrix, solved and inverted; none where they are as good as singular.
+fn eliminated(mut table: [[f64; 9]; 4]) -> Option<[[f64; 9]; 4]> {
+    const SINGULAR: f64 = 1e-9;
+    let scale = [0, 1, 2, 3].map(|i| table[i][i]);
+    for at in 0..4 {
+        let pivot = table[at][at];
+        if pivot <= SINGULAR * scale[at] {
+            return None;
+        }
+        table[at] = table[at].map(|cell| cell / pivot);
+        let line = table[at];
+        for (_, other) in table.iter_mut().enumerate().filter(|(i, _)| *i != at) {
+            let factor = other[at];
+            for (cell, above) in other.iter_mut().zip(line) {
+                *cell -= factor * above;
+            }
+        }
+    }
+    Some(table)
 }
 
 /// Places by the camera as those by the arm, turned and scaled and displaced.
@@ -85,7 +220,6 @@ impl Similar {
         let reach = rig.object.solid.reach() + rig.striker.radius;
         let mut pairs: Vec<(Point, Point)> = meetings
             .iter()
-            .filter(|m| m.velocity.norm() > 0.0 && m.velocity.is_finite())
             .map(|m| {
                 let towards = m.velocity * (1.0 / m.velocity.norm());
                 (m.tip, m.object - towards * reach)
@@ -161,6 +295,20 @@ mod tests {
 
     /// Thirty strikes from all over the table; the camera's places are those of the table, scaled and displaced.
     fn found(scale: f64, by: Point) -> Vec<Finding> {
+        let seen = seen(scale, by, 0.0);
+        findings(&Rig::demo(Shape::Cylinder), &[log(&seen)], None)
+    }
+
+    fn log(seen: &Seen) -> LogRead<'_> {
+        LogRead {
+            name: "one.mcap",
+            seen,
+            kept: 30,
+            rejects: Vec::new(),
+        }
+    }
+
+    fn seen(scale: f64, by: Point, delay: f64) -> Seen {
         let rig = Rig::demo(Shape::Cylinder);
         let reach = rig.object.solid.reach() + rig.striker.radius;
         let meetings = (0..30).map(|i| {
@@ -170,22 +318,42 @@ mod tests {
             let noise = 0.004 * (3.7 * f64::from(i)).sin();
             let away = velocity * ((reach + noise) / velocity.norm());
             Meeting {
-                tip: object - away,
+                tip: object - away + velocity * delay,
                 velocity,
                 object: object * scale + by,
             }
         });
-        let seen = Seen {
+        Seen {
             meetings: meetings.collect(),
             ..Seen::default()
-        };
-        let log = LogRead {
-            name: "one.mcap",
-            seen: &seen,
-            kept: 30,
-            rejects: Vec::new(),
-        };
-        findings(&rig, &[log], None)
+        }
+    }
+
+    #[test]
+    fn other_origins_are_told_from_a_delay_and_from_other_radii() {
+        let rig = Rig::demo(Shape::Cylinder);
+        for (by, delay) in [
+            ((0.05, 0.0), 0.0),
+            ((0.05, 0.0), 0.02),
+            ((-0.02, 0.03), -0.01),
+        ] {
+            let by = Point::new(by.0, by.1);
+            let seen = seen(1.0, by, delay);
+            let found = Origins::of(&rig, &[log(&seen)]).expect("other origins");
+            assert!(found.by.distance(by) < 0.005, "{:?}", found.by);
+            let Delay { seconds, reach, .. } = found.delay;
+            assert!(
+                (seconds[0] - delay).abs() < 4.0 * seconds[1] + 1e-3,
+                "{seconds:?}"
+            );
+            assert!(
+                reach.is_some_and(|[longer, error]| longer.abs() < 4.0 * error),
+                "{reach:?}"
+            );
+        }
+        for delay in [0.0, 0.03] {
+            assert!(Origins::of(&rig, &[log(&seen(1.0, Point::default(), delay))]).is_none());
+        }
     }
 
     #[test]

@@ -6,7 +6,7 @@ mod mistakes;
 use check::{Check, Finding, LogRead, Severity, check};
 use ingest::{Ingest, LogOutcome, ingest_log};
 use mistakes::{Lab, MISTAKES, labs, narrow};
-use values::{CommandFrame, Rig, Shape};
+use values::{CommandFrame, RejectReason, Rig, Shape};
 
 fn checked(lab: &Lab) -> (Check, usize) {
     let folder = tempfile::tempdir().expect("a folder");
@@ -71,6 +71,65 @@ fn mistakes_are_found_in_every_lab_and_none_where_there_is_none() {
         }
     }
     assert_eq!(doubted, Vec::<String>::new());
+    assert_eq!(missed, Vec::<String>::new());
+}
+
+/// What other labs do wrong.
+const OTHERS: [&str; 6] = [
+    "commands are a speed and an angle",
+    "commands are a speed and an angle in degrees",
+    "commands are an angle and a speed",
+    "the table's bounds are exchanged",
+    "two objects are tracked in turns",
+    "another object is seen in every third frame",
+];
+
+/// Whether the first thing that is wrong is this mistake's.
+fn is_cause(found: &Finding, mistake: &str) -> bool {
+    match mistake {
+        "commands are a speed and an angle" => matches!(
+            found,
+            Finding::SpeedAndAngle {
+                degrees: false,
+                exchanged: false,
+                ..
+            }
+        ),
+        "commands are a speed and an angle in degrees" => {
+            matches!(found, Finding::SpeedAndAngle { degrees: true, .. })
+        }
+        "commands are an angle and a speed" => {
+            matches!(
+                found,
+                Finding::SpeedAndAngle {
+                    exchanged: true,
+                    ..
+                }
+            )
+        }
+        "the table's bounds are exchanged" => matches!(
+            found,
+            Finding::MostlyRejected {
+                reason: RejectReason::OffTable,
+                ..
+            }
+        ),
+        _ => matches!(found, Finding::Jumps { certain: true, .. }),
+    }
+}
+
+#[test]
+fn mistakes_of_other_labs_are_found_by_what_they_are() {
+    let mut missed = Vec::new();
+    for (name, lab) in labs(40, 5500) {
+        for mistake in OTHERS {
+            let (found, _) = checked(&lab.clone().mistaken(mistake));
+            let wrong = wrong(&found);
+            if !wrong.first().is_some_and(|first| is_cause(first, mistake)) {
+                missed.push(format!("{name}, {mistake}: {wrong:?} {:?}", found.measured));
+            }
+        }
+    }
     assert_eq!(missed, Vec::<String>::new());
 }
 

@@ -211,7 +211,10 @@ impl Case<'_, '_> {
         // form than the one that was drawn.
         // Where no command was repeated, what no question finds is taken for scatter, so that stops alone cannot say that there is no gap: tracks that
         // leave the world's by far more than the camera's noise do. A box may tip on its way.
+        // Where hardly any strike rests, tracks are all that there is to judge by.
+        let by_tracks = !Strike::most_rest(prepared.strikes.iter().copied());
         let is_gap = self.asked.is_gap()
+            || self.is_real && by_tracks
             || !question::has_repeats(prepared) && self.is_real && null.is_far_from_round(prepared);
         let is_tried = !self.gains.likelihood.is_empty() || !self.selection.effects.is_empty();
         if !(is_gap || self.is_real && is_tried) {

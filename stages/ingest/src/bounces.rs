@@ -302,6 +302,20 @@ impl Breaks {
     }
 }
 
+/// The stamp of the first frame after these frames' object was turned round, if it was.
+pub(crate) fn turned_round(rig: &Rig, frames: impl IntoIterator<Item = Sample>) -> Option<i64> {
+    let mut breaks = Breaks::new(rig);
+    frames.into_iter().for_each(|frame| breaks.see(&frame));
+    let begun = breaks
+        .take(true)
+        .into_iter()
+        .filter_map(|(flight, _)| flight.begun);
+    begun
+        .filter(Break::is_turned)
+        .map(|begun| begun.first)
+        .next()
+}
+
 /// The tip at a break.
 #[derive(Clone, Debug)]
 pub(crate) struct Touch {

@@ -36,6 +36,7 @@ mod slide;
 mod strikes;
 mod time;
 mod touched;
+mod unmeasured;
 mod yaw;
 
 pub use arm::{Meeting, TouchDelay};

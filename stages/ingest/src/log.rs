@@ -15,6 +15,7 @@ use crate::frames::LogFrames;
 use crate::outcome::{LogOutcome, StrikeSummary, file_name};
 use crate::segment::{CommandSource, Segmenter};
 use crate::settings::Ingest;
+use crate::unmeasured::Unmeasured;
 use crate::yaw::YawSample;
 
 const OBJECT: usize = 0;
@@ -147,6 +148,7 @@ fn read_by(
     let topics = &topics[..if is_pose { POSE } else { POSE + 1 }];
     let frames = LogFrames::of(rig);
     let mut segmenter = Segmenter::new(log, rig, source, seed, keep);
+    let mut unmeasured = Unmeasured::default();
     let summary = logs::read(path, topics, Limits::default(), &mut |event| match event {
         Event::Sample(OBJECT, sample) => segmenter.centroid(frames.centroid(sample)),
         Event::Sample(_, sample) if source == CommandSource::Topic => {
@@ -154,11 +156,12 @@ fn read_by(
         }
         Event::Sample(..) => {}
         Event::Extended(STATE, sample, more) => {
-            let state = frames.state(State {
+            let state = unmeasured.filled(State {
                 stamp: sample.stamp,
                 velocity: Point::new(sample.x, sample.y),
                 position: Point::new(more[0], more[1]),
             });
+            let state = frames.state(state);
             if source == CommandSource::State {
                 segmenter.command(state.as_command());
             }
@@ -199,6 +202,12 @@ fn read_by(
         .find(|damage| damage.extent == Extent::Unlocated)
     {
         distrust(&mut outcome, &damage.why);
+    }
+    if unmeasured.any {
+        outcome.notes.push(format!(
+            "{} moves its place and tells no velocity: velocities are taken from the places",
+            state.name
+        ));
     }
     let slides = outcome.seen.slides.len();
     if slides > 0 {

@@ -25,6 +25,9 @@ pub struct Seen {
     pub frames: u64,
     /// Frames in which it was not: without numbers, or at zero, as trackers write that see nothing.
     pub lost: u64,
+    /// Frames in which it was seen farther from where the frame before saw it than any object gets.
+    #[serde(default)]
+    pub jumps: u64,
     /// Standard deviation of a resting centroid's coordinate, in m, one a rest.
     pub noise: Vec<f64>,
     /// Where it was turned round, by something else than the tip.
@@ -105,6 +108,10 @@ const AWAY_FRAMES: usize = 4;
 const LAUNCH: f64 = 0.1;
 const LAUNCH_FRAMES: usize = 4;
 
+/// Nothing on a table is faster than this, in m/s; and nearer than this, in m, noise may be what moves it.
+const FASTEST: f64 = 15.0;
+const FAR: f64 = 0.03;
+
 /// Finds motions in a stream of centroids.
 pub(crate) struct Watch {
     noise: f64,
@@ -112,6 +119,8 @@ pub(crate) struct Watch {
     recent: VecDeque<(i64, Point)>,
     state: State,
     last: Option<i64>,
+    /// The last frame.
+    before: Option<(i64, Point)>,
 }
 
 enum State {
@@ -129,12 +138,18 @@ impl Watch {
             recent: VecDeque::new(),
             state: State::Unknown,
             last: None,
+            before: None,
         }
     }
 
     /// Takes a finite centroid, in order of stamps.
     pub(crate) fn take(&mut self, sample: &Sample, seen: &mut Seen) {
         let (stamp, point) = (sample.stamp, Point::new(sample.x, sample.y));
+        let jumps = self.before.is_some_and(|(before, place)| {
+            point.distance(place) > FAR.max(FASTEST * since(before, stamp))
+        });
+        seen.jumps += u64::from(jumps);
+        self.before = Some((stamp, point));
         if self.last.is_some_and(|last| since(last, stamp) < INTERVAL) {
             return;
         }
@@ -203,8 +218,29 @@ impl Watch {
     }
 }
 
-/// The slope of lines through frames.
+/// The slope of lines through frames, but for those in which something else was tracked.
 fn velocity(frames: &[(i64, Point)]) -> Point {
+    /// Farther than this from where the others were is no noise, in m.
+    const ELSEWHERE: f64 = 0.02;
+    let start = frames[0].0;
+    let pairs = || (0..frames.len()).flat_map(|i| (0..i).map(move |j| (frames[i], frames[j])));
+    let slope = |of: fn(Point) -> f64| {
+        median(pairs().map(|((t, p), (s, q))| (of(p) - of(q)) / since(s, t)))
+    };
+    let middle = Point::new(slope(|p| p.x), slope(|p| p.y));
+    let origin = |(t, p): &(i64, Point)| *p - middle * since(start, *t);
+    let origins: Vec<Point> = frames.iter().map(origin).collect();
+    let usual = median_point(&origins);
+    let near = frames.iter().zip(&origins);
+    let near = near.filter(|(_, origin)| origin.distance(usual) <= ELSEWHERE);
+    let near: Vec<(i64, Point)> = near.map(|(frame, _)| *frame).collect();
+    if near.len() < LAUNCH_FRAMES {
+        return middle;
+    }
+    line_velocity(&near)
+}
+
+fn line_velocity(frames: &[(i64, Point)]) -> Point {
     let n = frames.len() as f64;
     let at = |frame: &(i64, Point)| since(frames[0].0, frame.0);
     let mean_t = frames.iter().map(at).sum::<f64>() / n;
@@ -231,6 +267,48 @@ mod tests {
     use values::Shape;
 
     use super::*;
+
+    #[test]
+    fn a_frame_in_which_something_else_is_tracked_tells_no_velocity() {
+        let frames = |astray: usize| -> Vec<(i64, Point)> {
+            (0..7)
+                .map(|i| {
+                    let t = i as f64 / 60.0;
+                    let at = Point::new(0.3 + 0.8 * t - t * t, 0.2 * t);
+                    let elsewhere = Point::new(0.9, -0.5);
+                    ((t * 1e9) as i64, if i == astray { elsewhere } else { at })
+                })
+                .collect()
+        };
+        let whole = velocity(&frames(9));
+        assert_eq!(whole, line_velocity(&frames(9)));
+        for astray in 0..7 {
+            let off = velocity(&frames(astray)).distance(whole);
+            assert!(off < 0.03, "{astray}: {off}");
+        }
+    }
+
+    #[test]
+    fn a_tracker_that_sees_two_objects_jumps_and_one_that_sees_a_fast_one_does_not() {
+        let rig = Rig::demo(Shape::Cylinder);
+        let jumps = |other: i64| {
+            let (mut watch, mut seen) = (Watch::new(&rig), Seen::default());
+            for i in 0..120_i64 {
+                // A puck of 5 m/s.
+                let t = i as f64 / 120.0;
+                let x = if i % other == 0 { 0.1 } else { 5.0 * t };
+                let sample = Sample {
+                    stamp: (t * 1e9) as i64,
+                    x,
+                    y: 0.0,
+                };
+                watch.take(&sample, &mut seen);
+            }
+            seen.jumps
+        };
+        assert_eq!(jumps(1000), 0);
+        assert!((70..=80).contains(&jumps(3)), "{}", jumps(3));
+    }
 
     #[test]
     fn a_motion_is_seen_with_its_launch_and_rests_are_not() {

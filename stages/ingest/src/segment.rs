@@ -527,7 +527,9 @@ impl<'a> Segmenter<'a> {
             motions,
             delays,
         } = if is_touched {
-            self.counts.idle_motions += untouched.strikes.len() as u64;
+            // Those that a touch shows are no idle ones.
+            let seen = touched.strikes.len() + touched.rejects.len();
+            self.counts.idle_motions += untouched.strikes.len().saturating_sub(seen) as u64;
             self.found.notes.extend(camera_delay.map(|delay| {
                 format!(
                     "the camera's stamps lie {:.1} ms behind the arm's, by {} touches: the tip is looked up so much earlier",

@@ -14,8 +14,10 @@ mod frames;
 mod held;
 mod motion;
 mod rest;
+mod stopped;
 mod tolerances;
 
+use logs::Sample;
 use values::{End, Point, RejectReason, Track};
 
 pub(crate) use self::contact::reaches_fence;
@@ -25,6 +27,7 @@ use self::motion::first_motion;
 pub(crate) use self::rest::is_rest;
 use self::rest::{initial, rest_after, rest_before};
 use self::tolerances::{FRAMES_AFTER, GAP_LATER, REST_BEFORE, SURELY_AWAY_NOISE};
+use crate::bounces::turned_round;
 use crate::rejection::Rejection;
 use crate::time::since;
 
@@ -82,7 +85,11 @@ fn find_among(frames: &Frames<'_>) -> Result<StrikeSummary, Rejection> {
     let until = rested
         .as_ref()
         .map_or(frames.frames.len(), |(arrival, ..)| *arrival);
-    let met = contact::met(frames, first, until).map(|end| (end, End::Contact));
+    // What comes to rest at a fence has touched it.
+    let rests = rested.as_ref().map_or(until, |(arrival, _, last)| {
+        (arrival + FRAMES_AFTER).min(*last)
+    });
+    let met = contact::met(frames, first, rests).map(|end| (end, End::Contact));
     let left = frames
         .left_table(first, until)
         .map(|end| (end, End::LeftView));
@@ -92,9 +99,27 @@ fn find_among(frames: &Frames<'_>) -> Result<StrikeSummary, Rejection> {
         .is_ok_and(|(arrival, ..)| carried(frames, first, *arrival, rest.noise).is_ok());
     let slides = (first + BEGINNING).min(until);
     let looked_at = &frames.frames[slides..held_until(&frames.frames, until)];
-    let held = held(looked_at, frames.rig.object.shape()).filter(|_| is_whole);
-    let held = held.map(|at| (slides + at, End::Contact));
-    let ends = met.into_iter().chain(left).chain(held);
+    let shape = frames.rig.object.shape();
+    let held = held(looked_at, shape).map(|at| slides + at);
+    let turned = turned(frames, first, until);
+    let stopped = |rest_at: usize, stop: Point| {
+        let all = &frames.frames[first..];
+        let at = stopped::stopped(all, rest_at - first, stop, rest.noise, shape)?;
+        Some(first + at)
+    };
+    let caught = rested.as_ref().ok();
+    let caught = caught.and_then(|(arrival, stop, _)| stopped(*arrival, *stop));
+    // A hand may hold it for a moment only.
+    let carried_on = stopped::carried_on(&frames.frames[first..until]);
+    let carried_on =
+        carried_on.map(|(at, stands)| stopped(first + at, stands).unwrap_or(first + at));
+    let taken = held
+        .into_iter()
+        .chain(turned)
+        .chain(caught)
+        .chain(carried_on);
+    let taken = taken.filter(|_| is_whole).map(|at| (at, End::Contact));
+    let ends = met.into_iter().chain(left).chain(taken);
     let ended = ends.min_by_key(|(end, _)| *end);
     let (arrival, stop, last, end_of_track) = match ended {
         Some((end, why)) => {
@@ -145,6 +170,21 @@ fn find_among(frames: &Frames<'_>) -> Result<StrikeSummary, Rejection> {
         gap: start.t - frames.frames[first.saturating_sub(1)].t,
     };
     Ok(StrikeSummary { slide, end })
+}
+
+/// The first frame that may have been turned round on its way to `until`, by a fence that is not known, a corner or a hand.
+fn turned(frames: &Frames<'_>, first: usize, until: usize) -> Option<usize> {
+    let all = &frames.frames;
+    let looked_at = &all[first..held_until(all, until)];
+    let samples = looked_at.iter().map(|frame| Sample {
+        stamp: frame.stamp,
+        x: frame.point.x,
+        y: frame.point.y,
+    });
+    let after = turned_round(frames.rig, samples)?;
+    // The frame before may be its last, or the first of what comes after.
+    let at = looked_at.partition_point(|frame| frame.stamp < after);
+    Some(first + at.saturating_sub(1))
 }
 
 /// Frames that are missing where the slide cannot do without them.

@@ -229,12 +229,9 @@ pub(crate) fn seen<'a>(
         .map(|at| (at, End::LeftView));
     let met = (0..all.len())
         .find(|at| {
+            let seen = |at: usize| (since(all[0].stamp, all[at].stamp), place(&all[at]));
             let before = [at.checked_sub(2), at.checked_sub(1)];
-            reaches_fence(
-                rig,
-                before.map(|i| i.map(|i| place(&all[i]))),
-                place(&all[*at]),
-            )
+            reaches_fence(rig, before.map(|i| i.map(seen)), seen(*at))
         })
         .map(|at| (at, End::Contact));
     let ended = match (is_broken, all.last()) {

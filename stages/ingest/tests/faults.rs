@@ -12,7 +12,7 @@ mod common;
 use common::{EPOCH, Folder, IMPACT, Truth, ingest, ingest_samples, reasons, session, truths};
 use ingest::LogOutcome;
 use logs::write::{Samples, Stamped};
-use values::End;
+use values::{End, Fence, Point};
 
 /// Seconds of the session at which a sample was taken.
 fn time(sample: &Stamped) -> f64 {
@@ -153,6 +153,84 @@ fn an_object_that_slides_off_the_table_is_kept_up_to_there_without_a_stop() {
     assert_eq!(ends, [End::Rest, End::LeftView, End::Rest]);
     let track = &outcome.strikes[1].track;
     assert!(track.y.iter().all(|y| *y <= 0.6) && track.len() > 20);
+}
+
+/// From its impact on the second object does something else: its place along its way, in m, this long (s) after it, and its velocity, which
+/// the object has to have for longer than it had.
+fn moves_as(truth: &Truth, samples: &mut Samples, place: impl Fn(f64) -> f64) {
+    for sample in &mut samples.centroids {
+        let t = time(sample) - truth.start - IMPACT;
+        if (0.0..4.0).contains(&t) {
+            let until = t.min(truth.release / truth.deceleration);
+            let gone = truth.release * until - 0.5 * truth.deceleration * until * until;
+            let other = place(t) - gone;
+            sample.x += other * truth.angle.cos();
+            sample.y += other * truth.angle.sin();
+        }
+    }
+}
+
+/// A slide of 1.4 m/s.
+fn slide(t: f64) -> f64 {
+    1.4 * t - 1.25 * t * t
+}
+
+/// Checks that the second strike's track ends in a contact, within this time (s) before it.
+#[track_caller]
+fn ends_before(contact: f64, place: impl Fn(f64) -> f64) {
+    let outcome = with_fault(|truth, samples| moves_as(truth, samples, &place));
+    assert_eq!(outcome.rejects, []);
+    let track = &outcome.strikes[1].track;
+    assert_eq!(track.end, End::Contact, "{contact}");
+    let last = *track.t.last().expect("frames");
+    assert!(
+        (contact - 0.06..contact + 0.01).contains(&last),
+        "{contact} {last}"
+    );
+}
+
+#[test]
+fn an_object_that_a_hand_catches_has_no_stop_there() {
+    // At 0.9 and 0.75 m/s.
+    for caught in [0.2, 0.26] {
+        ends_before(caught, |t| slide(t.min(caught)));
+    }
+    // At 0.9, 0.65 and 0.4 m/s; after a moment the hand carries it away, and lays it down.
+    for caught in [0.2, 0.3, 0.4] {
+        ends_before(caught, |t| {
+            let carried = ((t - caught - 0.1) / 0.9).clamp(0.0, 1.0);
+            slide(t.min(caught)) + 0.25 * carried * carried * (3.0 - 2.0 * carried)
+        });
+    }
+}
+
+#[test]
+fn an_object_that_something_turns_round_has_no_stop_after_that() {
+    // It comes back at half its speed, from something that stands at no line.
+    let (met, back) = (0.2, 0.4);
+    ends_before(met, |t| {
+        let s = (t - met).clamp(0.0, back / 2.5);
+        slide(t.min(met)) - back * s + 1.25 * s * s
+    });
+}
+
+#[test]
+fn an_object_that_rests_at_a_fence_has_touched_it() {
+    let truths = truths(3);
+    let truth = truths[1];
+    let mut rig = common::rig();
+    // Its edge stops a millimetre before it.
+    let middle = truth.stop() + Point::polar(rig.object.solid.reach() + 0.001, truth.angle);
+    let along = Point::polar(0.02, truth.angle + std::f64::consts::FRAC_PI_2);
+    rig.table.fences.push(Fence {
+        from: middle - along,
+        to: middle + along,
+    });
+    let folder = Folder::new();
+    let log = folder.write("session.mcap", &session(&truths));
+    let read = ingest::ingest_log(&log, &rig, &ingest::Ingest::default()).expect("reads");
+    let ends: Vec<End> = read.strikes.iter().map(|s| s.track.end).collect();
+    assert_eq!(ends[..2], [End::Rest, End::Contact]);
 }
 
 #[test]

@@ -132,6 +132,40 @@ pub fn say(finding: &Finding, rig: &Rig) -> Said {
                 rig.topics.state.topic.name
             ),
         ),
+        Finding::SpeedAndAngle {
+            log,
+            strikes,
+            degrees,
+            exchanged,
+            spread,
+            spread_as_stated,
+        } => {
+            let topic = &rig.topics.command;
+            let path = if *exchanged { &topic.x } else { &topic.y };
+            let unit = if *degrees { "degrees" } else { "rad" };
+            said(
+                format!(
+                    "{}headings of {strikes} objects follow `{path}` of {} as an angle in {unit} (they spread by {:.1}° about it), and not the direction of both fields ({:.1}°)",
+                    of(log.as_deref()),
+                    topic.name,
+                    spread.to_degrees(),
+                    spread_as_stated.to_degrees()
+                ),
+                "the command is logged as a speed and an angle, not as a velocity",
+                format!(
+                    "log the velocity's coordinates in m/s: x = speed·cos(angle), y = speed·sin(angle){}",
+                    if *degrees { ", the angle in rad first" } else { "" }
+                ),
+            )
+        }
+        Finding::Jumps { log, share, .. } => said(
+            format!(
+                "{log}: in {:.0} % of the frames the centroid lies farther from the last one than any object gets",
+                share * 100.0
+            ),
+            "the tracker jumps to and fro between two objects, or between the object and what looks like it",
+            "take the other object away, or narrow what is tracked (its colour range, `carom camera tune`; one topic for each object), and record anew".into(),
+        ),
         Finding::Unrelated {
             log,
             strikes,
@@ -241,15 +275,36 @@ pub fn say(finding: &Finding, rig: &Rig) -> Said {
             scale,
             error,
             strikes,
-        } => said(
-            format!(
-                "by the tip's measured places the camera's are {scale:.2} (± {:.2}) times as far apart, over {strikes} strikes",
-                2.0 * error
-            ),
-            "the camera's scale is wrong: its calibration, or the height that it was made for",
-            format!("calibrate the camera anew (`carom camera calibrate`), or give {} in m", rig.topics.centroid.name),
-        ),
-        Finding::Displaced { by, strikes } => said(
+        } => {
+            /// The tip's places are in another unit where they lie so many times as far apart.
+            const MILLIMETRES: std::ops::Range<f64> = 0.0005..0.002;
+            let is_in_mm = MILLIMETRES.contains(scale);
+            said(
+                format!(
+                    "by the tip's measured places the camera's are {} (± {}) times as far apart, over {strikes} strikes",
+                    significant(*scale),
+                    significant(2.0 * error)
+                ),
+                if is_in_mm {
+                    "the tip's measured places are in mm, not in m"
+                } else {
+                    "the camera's scale is wrong: its calibration, or the height that it was made for"
+                },
+                if is_in_mm {
+                    let state = &rig.topics.state;
+                    format!(
+                        "give `{}` and `{}` of {} in m",
+                        state.position_x, state.position_y, state.topic.name
+                    )
+                } else {
+                    format!(
+                        "calibrate the camera anew (`carom camera calibrate`), or give {} in m",
+                        rig.topics.centroid.name
+                    )
+                },
+            )
+        }
+        Finding::Displaced { by, strikes, .. } => said(
             format!(
                 "as {strikes} objects begin to move, the tip's measured places lie {:.0} mm away from where it would touch them",
                 by.norm() * 1e3
@@ -355,13 +410,20 @@ pub fn say(finding: &Finding, rig: &Rig) -> Said {
                 reason.name()
             ),
             rejected_for(*reason),
-            if *reason == RejectReason::UnitsImplausible {
-                format!(
+            match reason {
+                RejectReason::UnitsImplausible => format!(
                     "give {} in m and {} in m/s",
                     rig.topics.centroid.name, rig.topics.command.name
-                )
-            } else {
-                "`carom run` goes on with the others; rejects.parquet has every one".into()
+                ),
+                RejectReason::OffTable => format!(
+                    "give `[table] x` and `y` in the frame of {} (x away from the robot, y to its left); `carom rig init --from` this log proposes bounds",
+                    rig.topics.centroid.name
+                ),
+                RejectReason::ClockBackwards if rejected == seen => format!(
+                    "have the drivers of {} and {} fill in `{}` from one running clock, and record anew",
+                    rig.topics.centroid.name, rig.topics.command.name, rig.topics.centroid.stamp
+                ),
+                _ => "`carom run` goes on with the others; rejects.parquet has every one".into(),
             },
         ),
         Finding::BaseTurns { base_yaw, left } => said(
@@ -434,6 +496,12 @@ pub fn say(finding: &Finding, rig: &Rig) -> Said {
     }
 }
 
+/// With two digits that count.
+fn significant(value: f64) -> String {
+    let places = if value.abs() < 0.1 { 5 } else { 2 };
+    format!("{value:.places$}")
+}
+
 fn of(log: Option<&str>) -> String {
     log.map_or(String::new(), |log| format!("{log}: "))
 }
@@ -443,8 +511,9 @@ fn rejected_for(reason: RejectReason) -> &'static str {
         RejectReason::OffTable => {
             "the table's bounds are in another frame than the centroids, or the axes are swapped"
         }
-        RejectReason::ClockSkew | RejectReason::ClockBackwards => {
-            "the clocks of camera and arm differ"
+        RejectReason::ClockSkew => "the clocks of camera and arm differ",
+        RejectReason::ClockBackwards => {
+            "a topic's stamps go back, or stand still: its driver was started anew, or writes none"
         }
         RejectReason::NoMotion => "the arm missed, or another object was tracked",
         RejectReason::NoRestBefore => "objects were struck before they rested half a second",

@@ -104,7 +104,7 @@ impl Lab {
         self.sessions.iter().enumerate().map(write).collect()
     }
 
-    /// The same lab making one of [`MISTAKES`].
+    /// The same lab making one of [`MISTAKES`], or another one that a test of the check makes.
     pub fn mistaken(mut self, mistake: &str) -> Self {
         match mistake {
             "the camera's y axis is mirrored" => self.each_centroid(|p| Point::new(p.x, -p.y)),
@@ -131,10 +131,33 @@ impl Lab {
                 }
             }
             "centroids are in feet" => self.each_centroid(|p| p * (1.0 / 0.3048)),
+            "commands are a speed and an angle" => self.each_command(|v| polar(v, 1.0)),
+            "commands are a speed and an angle in degrees" => {
+                self.each_command(|v| polar(v, 180.0 / std::f64::consts::PI));
+            }
+            "commands are an angle and a speed" => self.each_command(|v| {
+                let polar = polar(v, 1.0);
+                Point::new(polar.y, polar.x)
+            }),
+            "the table's bounds are exchanged" => {
+                let table = &mut self.rig.table;
+                std::mem::swap(&mut table.x, &mut table.y);
+            }
+            "two objects are tracked in turns" => self.another_object(2),
+            "another object is seen in every third frame" => self.another_object(3),
             "the rig file states another arm's limits" => self.rig.robot.speed = [1.2, 2.5].into(),
             other => panic!("no mistake is called {other}"),
         }
         self
+    }
+
+    /// One in so many frames sees another object.
+    fn another_object(&mut self, one_in: usize) {
+        for samples in &mut self.sessions {
+            for centroid in samples.centroids.iter_mut().step_by(one_in) {
+                (centroid.x, centroid.y) = (0.85, -0.3);
+            }
+        }
     }
 
     fn each_centroid(&mut self, change: impl Fn(Point) -> Point) {
@@ -155,6 +178,14 @@ impl Lab {
         for centroid in self.sessions.iter_mut().flat_map(|s| &mut s.centroids) {
             centroid.stamp = centroid.stamp.saturating_add_signed(by);
         }
+    }
+}
+
+/// A velocity as its norm and its angle, in units of which so many are one rad; zero while it is idle.
+fn polar(velocity: Point, unit: f64) -> Point {
+    match velocity.norm() {
+        speed if speed > 0.0 => Point::new(speed, unit * velocity.bearing()),
+        _ => velocity,
     }
 }
 

@@ -25,15 +25,19 @@ pub(crate) fn held(frames: &[Frame], shape: Shape) -> Option<usize> {
     let changes: Vec<Option<f64>> = (0..frames.len()).map(|at| change(frames, at)).collect();
     let first = frames.partition_point(|frame| frame.t - frames[0].t <= FIRST);
     let usual = |changes: &[Option<f64>]| median(changes.iter().copied().flatten());
-    let usual = usual(&changes).max(usual(&changes[..first]));
-    let most = match shape {
-        Shape::Sphere => BRAKES + MARGIN,
-        Shape::Cylinder | Shape::Box => HARDER * usual + MARGIN,
-    };
+    let most = no_table(usual(&changes).max(usual(&changes[..first])), shape);
     let is_harder = |change: &Option<f64>| change.is_some_and(|change| change > most);
     changes
         .windows(IN_A_ROW)
         .position(|row| row.iter().all(is_harder))
+}
+
+/// What no table brakes, in m/s², that brakes so much on the whole.
+pub(super) fn no_table(usual: f64, shape: Shape) -> f64 {
+    match shape {
+        Shape::Sphere => BRAKES + MARGIN,
+        Shape::Cylinder | Shape::Box => HARDER * usual + MARGIN,
+    }
 }
 
 /// How many frames to look at where the object rests from the frame `rest` on: what stops it may do so within its last frames.
