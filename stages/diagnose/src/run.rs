@@ -29,7 +29,7 @@ use crate::{
 
 impl Stage for Diagnose {
     const NAME: &'static str = "diagnose";
-    const VERSION: u32 = 43;
+    const VERSION: u32 = 44;
     type Input = Input;
     type Output = Diagnosed;
     type Error = DiagnoseError;
