@@ -57,7 +57,7 @@ foreign:
 programs: setup $(TOOLS)/done $(if $(IS_FOREIGN),build foreign)
 	$(ZIGBUILD) --package carom --package carom-python --features carom-python/extension
 	$(ZIGBUILD) --package strike --no-default-features
-	$(TOOLS)/bin/python pipeline/dist/notices.py > $(SHIPPED)/NOTICES
+	$(TOOLS)/bin/python pipeline/dist/notices.py $(TARGET) > $(SHIPPED)/NOTICES
 
 # An archive of both programs, MuJoCo's library, completions, manual pages and notices; tried in an empty folder with an empty PATH.
 dist: programs
