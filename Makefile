@@ -46,7 +46,9 @@ FOREIGN := $(SHIPPED)/$(MACHINE)
 LIBRARY := $(if $(IS_FOREIGN),$(FOREIGN)/native,.native)/lib
 EMULATOR := $(if $(IS_FOREIGN),$(FOREIGN)/emulator/run)
 WITH_LIBRARY = $(if $(IS_FOREIGN),MUJOCO_DYNAMIC_LINK_DIR="$(CURDIR)/$(LIBRARY)")
-ZIGBUILD = $(WITH_TOOLS) $(WITH_LIBRARY) cargo zigbuild --locked --profile dist --target $(TARGET).$(GLIBC)
+# Calls within a program are direct, in place of one address and one relocation for each function; the linker still makes all of them read-only.
+SMALLER = CARGO_BUILD_RUSTFLAGS="-C relro-level=partial -C link-arg=-Wl,-z,relro,-z,now"
+ZIGBUILD = $(WITH_TOOLS) $(WITH_LIBRARY) $(SMALLER) cargo zigbuild --locked --profile dist --target $(TARGET).$(GLIBC)
 foreign:
 	rustup --quiet target add $(TARGET)
 	sh artifacts/world/native/install.sh $(FOREIGN)/native $(MACHINE)
@@ -55,7 +57,7 @@ foreign:
 programs: setup $(TOOLS)/done $(if $(IS_FOREIGN),build foreign)
 	$(ZIGBUILD) --package carom --package carom-python --features carom-python/extension
 	$(ZIGBUILD) --package strike --no-default-features
-	$(TOOLS)/bin/python pipeline/dist/notices.py > $(SHIPPED)/NOTICES
+	$(TOOLS)/bin/python pipeline/dist/notices.py $(TARGET) > $(SHIPPED)/NOTICES
 
 # An archive of both programs, MuJoCo's library, completions, manual pages and notices; tried in an empty folder with an empty PATH.
 dist: programs
@@ -69,7 +71,7 @@ wheel: programs
 	install -m 644 $(SHIPPED)/NOTICES pipeline/python/carom
 	mkdir -p dist
 	rm -rf dist/*_$(MACHINE).whl $(SHIPPED)/empty
-	cd pipeline/python && $(WITH_TOOLS) $(WITH_LIBRARY) CARGO="$(CURDIR)/pipeline/dist/cargo.sh" CAROM_TARGET=$(TARGET) CAROM_GLIBC=$(GLIBC) \
+	cd pipeline/python && $(WITH_TOOLS) $(WITH_LIBRARY) $(SMALLER) CARGO="$(CURDIR)/pipeline/dist/cargo.sh" CAROM_TARGET=$(TARGET) CAROM_GLIBC=$(GLIBC) \
 		maturin build --locked --target $(TARGET) --compatibility manylinux_$(subst .,_,$(GLIBC)) --out $(CURDIR)/dist
 	python3 pipeline/dist/wheel.py dist/carom-*_$(MACHINE).whl
 ifeq ($(IS_FOREIGN),)

@@ -1,28 +1,31 @@
-"""Notices of what is linked: prints name, version, licence and licence text of every crate that the Python package, and with it carom and
+"""`notices.py TARGET`: notices of what is linked. Prints name, version, licence and licence text of every crate that the Python package, and with it carom and
 strike, is built from, and of MuJoCo and uPlot. Asks cargo, reads the sources that cargo unpacked, fetches nothing; MuJoCo's
 licences are those of its installed package."""
 
 import importlib.metadata
 import json
 import subprocess
+import sys
 from pathlib import Path
 
 NAMES = ("license", "licence", "copying", "notice", "unlicense")
 
 
-def linked_packages():
+def linked_packages(target):
     """Names and versions of what is linked: no build scripts, no macros, no tests."""
-    command = ["cargo", "tree", "--locked", "--offline", "--package", "carom-python", "--features", "extension"]
+    command = ["cargo", "tree", "--locked", "--offline", "--package", "carom-python", "--features", "extension", "--target", target]
     command += ["--edges", "normal,no-proc-macro", "--prefix", "none", "--format", "{p}"]
     lines = subprocess.run(command, check=True, capture_output=True, text=True).stdout.splitlines()
     return {tuple(line.split(" ")[:2]) for line in lines if line}
 
 
-def main():
-    metadata = json.loads(subprocess.run(["cargo", "metadata", "--locked", "--offline", "--format-version", "1", "--features", "carom-python/extension"], check=True, capture_output=True, text=True).stdout)
+def main(target):
+    # Of this platform alone: what only others are built from is nowhere on this computer.
+    command = ["cargo", "metadata", "--locked", "--offline", "--format-version", "1", "--features", "carom-python/extension", "--filter-platform", target]
+    metadata = json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
     known = {(p["name"], "v" + p["version"]): p for p in metadata["packages"]}
     texts = {}
-    for key in sorted(linked_packages()):
+    for key in sorted(linked_packages(target)):
         package = known[key]
         if package["source"] is None:
             continue
@@ -39,4 +42,4 @@ def main():
         print("=" * 100, *names, "-" * 100, text, "", sep="\n")
 
 
-main()
+main(sys.argv[1])

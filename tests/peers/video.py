@@ -7,18 +7,36 @@ import sys
 
 import av
 
-folder, out, key = pathlib.Path(sys.argv[1]), pathlib.Path(sys.argv[2]), (sys.argv[3:] or ["6"])[0]
-files = sorted(path for path in folder.iterdir() if path.suffix in (".png", ".jpg"))
-images = [next(av.open(str(path)).decode(video=0)) for path in files]
-encoder = av.codec.CodecContext.create("libx264", "w")
-encoder.width, encoder.height, encoder.pix_fmt = images[0].width, images[0].height, "yuv420p"
-encoder.framerate = 60
-encoder.time_base = fractions.Fraction(1, 60)
-encoder.options = {"preset": "medium", "tune": "zerolatency", "crf": "18", "bf": "0", "g": key, "x264-params": "aud=1:repeat-headers=1:scenecut=0:colormatrix=smpte170m"}
-data = b""
-for number, image in enumerate(images):
-    image = image.reformat(format="yuv420p")
-    image.pts, image.pict_type = number, av.video.frame.PictureType.NONE
-    data += b"".join(bytes(packet) for packet in encoder.encode(image))
-data += b"".join(bytes(packet) for packet in encoder.encode(None))
-out.write_bytes(data)
+
+class Encoder:
+    """Of images of one size, a key frame every KEY."""
+
+    def __init__(self, width, height, key):
+        self.encoder = av.codec.CodecContext.create("libx264", "w")
+        self.encoder.width, self.encoder.height, self.encoder.pix_fmt = width, height, "yuv420p"
+        self.encoder.framerate = 60
+        self.encoder.time_base = fractions.Fraction(1, 60)
+        self.encoder.options = {"preset": "medium", "tune": "zerolatency", "crf": "18", "bf": "0", "g": str(key), "x264-params": "aud=1:repeat-headers=1:scenecut=0:colormatrix=smpte170m"}
+        self.number = 0
+
+    def add(self, image):
+        """The bytes of an image, a `VideoFrame`."""
+        image = image.reformat(format="yuv420p")
+        image.pts, image.pict_type = self.number, av.video.frame.PictureType.NONE
+        self.number += 1
+        return b"".join(bytes(packet) for packet in self.encoder.encode(image))
+
+    def rest(self):
+        """The bytes that are left in the end: none without latency."""
+        return b"".join(bytes(packet) for packet in self.encoder.encode(None))
+
+
+def main(folder, out, key="6"):
+    files = sorted(path for path in pathlib.Path(folder).iterdir() if path.suffix in (".png", ".jpg"))
+    images = [next(av.open(str(path)).decode(video=0)) for path in files]
+    encoder = Encoder(images[0].width, images[0].height, key)
+    pathlib.Path(out).write_bytes(b"".join(map(encoder.add, images)) + encoder.rest())
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])

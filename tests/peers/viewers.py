@@ -5,16 +5,23 @@ takes pictures where a software renderer of Vulkan is installed (Debian's `mesa-
 """
 
 import collections
+import io
 import json
 import math
 import os
 import struct
 import sys
+import tomllib
 from pathlib import Path
 
+import av
 from checking import call, check, finish
+from foxglove_schemas_protobuf.CompressedVideo_pb2 import CompressedVideo
 from mcap.reader import make_reader
+from mcap.writer import Writer
 from mcap_protobuf.decoder import DecoderFactory
+from mcap_protobuf.schema import build_file_descriptor_set
+from video import Encoder
 
 carom, run, folder, tools = sys.argv[1], sys.argv[2], Path(sys.argv[3]), Path(sys.argv[4])
 folder.mkdir(parents=True, exist_ok=True)
@@ -79,31 +86,80 @@ camera = folder / "camera"
 if not (camera / "strikes.parquet").exists():
     call(carom, "demo", "--strikes", "12", "--seed", "3", "--hide", "none", "--camera", "--out", camera / "rig")
     call(carom, "run", camera / "rig/logs", "--rig", camera / "rig/rig.toml", "--out", camera, expected=4)
-filmed = folder / "filmed.mcap"
-shown = json.loads(call(carom, "view", camera, "-o", filmed, "--json").stdout)["shown"]
-asked = "SELECT strike_id FROM strikes ORDER BY t_start LIMIT 1"
-(filmed_strike,) = (row["strike_id"] for row in json.loads(call(carom, "query", camera, asked, "--json").stdout))
-filmed_single = folder / "filmed_single.mcap"
-call(carom, "view", camera, "--strike", filmed_strike, "-o", filmed_single)
-taken, images, last = [], 0, 0
-with open(filmed, "rb") as file:
-    reader = make_reader(file, decoder_factories=[DecoderFactory()])
-    for schema, channel, message, decoded in reader.iter_decoded_messages(log_time_order=False):
-        check(False, "images are in order of time") if message.log_time < last else None
-        last = message.log_time
-        if schema.name == "strike.Strike":
-            taken.append(0)
-        elif schema.name == "foxglove.CompressedImage":
-            taken[-1] += 1
-            images += 1
-            if decoded.format != "jpeg" or not decoded.data.startswith(b"\xff\xd8") or decoded.timestamp.ToNanoseconds() != message.log_time:
-                check(False, f"an image is a JPEG with its stamp: {decoded.format}")
-check(images == shown["images"] and min(taken) > 10, f"{images} images, {min(taken)} to {max(taken)} of each of {len(taken)} strikes, {filmed.stat().st_size / 1e6:.1f} MB")
+
+
+def as_video(log, out, topic):
+    """The log with the images of a topic as H.264 in `foxglove.CompressedVideo`, a key frame every 30."""
+    encoder, channels = None, {}
+    with open(log, "rb") as file, open(out, "wb") as written:
+        writer = Writer(written)
+        writer.start()
+        schema = CompressedVideo.DESCRIPTOR
+        schema = writer.register_schema(schema.full_name, "protobuf", build_file_descriptor_set(CompressedVideo).SerializeToString())
+        video = writer.register_channel(topic, "protobuf", schema)
+        reader = make_reader(file)
+        for its, channel, message in reader.iter_messages():
+            data, place = message.data, channels.get(channel.id, video if channel.topic == topic else None)
+            if place is None:
+                its = writer.register_schema(its.name, its.encoding, its.data)
+                place = channels[channel.id] = writer.register_channel(channel.topic, channel.message_encoding, its, channel.metadata)
+            if channel.topic == topic:
+                image = next(av.open(io.BytesIO(data[data.index(b"\xff\xd8") :])).decode(video=0))
+                encoder = encoder or Encoder(image.width, image.height, 30)
+                said = CompressedVideo(frame_id="camera", data=encoder.add(image), format="h264")
+                # Little-endian CDR begins with the stamp.
+                said.timestamp.seconds, said.timestamp.nanos = struct.unpack_from("<iI", data, 4)
+                data = said.SerializeToString()
+            writer.add_message(place, message.log_time, data, message.publish_time)
+        for metadata in reader.iter_metadata():
+            writer.add_metadata(metadata.name, metadata.metadata)
+        writer.finish()
+    check(not encoder.rest(), f"{encoder.number} images as H.264: {log.stat().st_size / 1e6:.1f} MB are {out.stat().st_size / 1e6:.1f} MB")
+
+
+def show(run, stem):
+    """Views of a run with images, of all and of its first strike."""
+    whole, first = folder / f"{stem}.mcap", folder / f"{stem}_single.mcap"
+    shown = json.loads(call(carom, "view", run, "-o", whole, "--json").stdout)["shown"]
+    asked = "SELECT strike_id FROM strikes ORDER BY t_start LIMIT 1"
+    (strike,) = (row["strike_id"] for row in json.loads(call(carom, "query", run, asked, "--json").stdout))
+    call(carom, "view", run, "--strike", strike, "-o", first)
+    taken, images, last = [], 0, 0
+    with open(whole, "rb") as file:
+        reader = make_reader(file, decoder_factories=[DecoderFactory()])
+        for schema, channel, message, decoded in reader.iter_decoded_messages(log_time_order=False):
+            check(False, "images are in order of time") if message.log_time < last else None
+            last = message.log_time
+            if schema.name == "strike.Strike":
+                taken.append(0)
+            elif schema.name == "foxglove.CompressedImage":
+                taken[-1] += 1
+                images += 1
+                if decoded.format != "jpeg" or not decoded.data.startswith(b"\xff\xd8") or decoded.timestamp.ToNanoseconds() != message.log_time:
+                    check(False, f"an image is a JPEG with its stamp: {decoded.format}")
+    check(images == shown["images"] and min(taken) > 10, f"{stem}: {images} images, {min(taken)} to {max(taken)} of each of {len(taken)} strikes, {whole.stat().st_size / 1e6:.1f} MB")
+    return whole, first, images
+
+
+filmed, filmed_single, images = show(camera, "filmed")
+
+# The same camera's images as video: each is shown beside the same strikes.
+video = folder / "video"
+if not (video / "strikes.parquet").exists():
+    (video / "rig/logs").mkdir(parents=True, exist_ok=True)
+    rig = (camera / "rig/rig.toml").read_text()
+    (video / "rig/rig.toml").write_text(rig)
+    for log in sorted((camera / "rig/logs").glob("*.mcap")):
+        as_video(log, video / "rig/logs" / log.name, tomllib.loads(rig)["topics"]["image"]["name"])
+    call(carom, "run", video / "rig/logs", "--rig", video / "rig/rig.toml", "--out", video, expected=4)
+recorded, recorded_single, of_video = show(video, "video")
+# Compression moves centroids by a fraction of a pixel: a track may begin or end an image earlier.
+check(abs(of_video - images) <= 24, f"as many images of the video as of the JPEGs, but for two of a strike: {of_video}, {images}")
 
 # By Rerun.
 rerun("analytics", "disable")
 rerun("mcap", "check", "--full", everything)
-for view in (everything, single, filmed, filmed_single):
+for view in (everything, single, filmed, filmed_single, recorded, recorded_single):
     rrd = view.with_suffix(".rrd")
     rrd.unlink(missing_ok=True)
     rerun("mcap", "convert", view, "-o", rrd)
@@ -112,9 +168,10 @@ for view in (everything, single, filmed, filmed_single):
 text = (folder / "view.txt").read_text()
 for part in ("Points3D:positions", "Points3D:colors", "Transform3D:translation", "CoordinateFrame:frame", "TextLog:text"):
     check(part in text, f"Rerun draws {part}")
-text = (folder / "filmed.txt").read_text()
-for part in ("EncodedImage:blob", "Pinhole:image_from_camera"):
-    check(part in text, f"Rerun draws {part}")
+for view in (filmed, recorded):
+    text = (folder / f"{view.stem}.txt").read_text()
+    for part in ("EncodedImage:blob", "Pinhole:image_from_camera"):
+        check(part in text, f"Rerun draws {part} of {view.name}")
 cut = folder / "cut.mcap"
 cut.write_bytes(single.read_bytes()[:-1000])
 rerun("mcap", "check", "--full", cut, expected=1)
@@ -123,7 +180,7 @@ rerun("mcap", "check", "--full", cut, expected=1)
 drivers = list(Path("/usr/share/vulkan/icd.d").glob("lvp_icd*.json"))
 if drivers:
     os.environ["VK_ICD_FILENAMES"] = str(drivers[0])
-    for view in (single, filmed_single):
+    for view in (single, filmed_single, recorded_single):
         picture = view.with_suffix(".png")
         picture.unlink(missing_ok=True)
         rerun("--headless", "--renderer", "vulkan", "--bind", "127.0.0.1", "--window-size", "1400x900", "--screenshot-to", picture, view)

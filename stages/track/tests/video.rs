@@ -7,7 +7,9 @@ mod common;
 use common::messages::{SECOND, write};
 use common::{Case, places, rig};
 use render::case::disc;
-use track::{Decoder, Image, ImageError, ImageMessage, Payload, Reason, Tracker, track_log};
+use track::{
+    Decoder, Image, ImageError, ImageMessage, Payload, Reason, Tracker, Window, excerpt, track_log,
+};
 use values::{Point, Rig};
 
 const VIDEO: &[u8] = include_bytes!("video.h264");
@@ -184,6 +186,48 @@ fn a_log_of_video_gives_centroids() {
     assert_eq!((outcome.frames, outcome.centroids), (7, 4), "{outcome:?}");
     assert_eq!(outcome.reasons[&Reason::Undecodable], 3);
     assert!(outcome.notes[0].contains("before it"), "{outcome:?}");
+}
+
+#[test]
+fn an_image_from_the_middle_of_a_video_is_shown_as_it_was() {
+    let folder = tempfile::tempdir().unwrap();
+    let log = folder.path().join("in.mcap");
+    let messages: Vec<Vec<u8>> = (1u8..)
+        .zip(images())
+        .map(|(k, data)| message(k, data))
+        .collect();
+    write(&log, "foxglove.CompressedVideo", "protobuf", &messages);
+    // Stamps are a nanosecond apart: the third builds on two that nobody wants; the sixth and the eighth are of the second key frame.
+    let at = |k: i64| SECOND * 1_000_000_000 + k;
+    let window = |from, to, most| Window {
+        from: at(from),
+        to: at(to),
+        most,
+    };
+    let windows = [window(3, 3, 1), window(6, 8, 2)];
+    let found = excerpt(&log, None, &windows).unwrap();
+    assert!(found.notes.is_empty(), "{:?}", found.notes);
+    let stamps: Vec<i64> = found.images.iter().map(|image| image.stamp).collect();
+    assert_eq!(stamps, [at(3), at(6), at(8)]);
+    let tracker = Tracker::new(&camera()).unwrap();
+    let shown = places(8);
+    for (image, k) in found.images.iter().zip([2, 5, 7]) {
+        assert_eq!(image.format, "jpeg");
+        let mut decoder = Decoder::default();
+        let payload = Payload::Compressed(&image.data);
+        let decoded = decoder.decode(&ImageMessage { stamp: 0, payload }).unwrap();
+        let centre = tracker.observe(decoded).centre.unwrap();
+        let far = centre.distance(Point::new(shown[k].0.x, shown[k].0.y));
+        // A pixel of 2.4 mm; each image's object is further from the others'.
+        assert!(far < 2.4e-3, "{k}: {far}");
+    }
+
+    // From its second image on: what builds on what is not there is told.
+    write(&log, "foxglove.CompressedVideo", "protobuf", &messages[1..]);
+    let found = excerpt(&log, None, &windows).unwrap();
+    let stamps: Vec<i64> = found.images.iter().map(|image| image.stamp).collect();
+    assert_eq!(stamps, [at(6), at(8)]);
+    assert!(found.notes[0].contains("before it"), "{:?}", found.notes);
 }
 
 /// `foxglove.CompressedVideo`.

@@ -73,7 +73,6 @@ fn how_sure(shown: &ReportInput<'_>) -> Markup {
         p {
             "A gap like this comes by chance with probability "
             (probability(diagnosis.p_value, diagnosis.replicates)) " (" (diagnosis.strikes) " strikes)."
-            @if !diagnosis.effects.is_empty() { " Values with 95 % intervals:" }
         }
         (more(html! {
             @for effect in &diagnosis.effects {
@@ -85,9 +84,10 @@ fn how_sure(shown: &ReportInput<'_>) -> Markup {
                     }
                 }
                 @if !effect.equivalent.is_empty() {
-                    li { code { (effect.name) } " cannot be told from " (effect.equivalent.join(", ")) "." }
+                    li { code { (effect.name) } " cannot be told apart from " (effect.equivalent.join(", ")) "." }
                 }
             }
+            @if !diagnosis.effects.is_empty() { li { "Intervals in brackets: 95 %." } }
             @if diagnosis.gap.heldout_strikes > 0 {
                 li { "Gap on " (diagnosis.gap.heldout_strikes) " strikes that took no part: " (gap(diagnosis)) }
             }
@@ -108,6 +108,8 @@ fn gap(diagnosis: &Diagnosis) -> String {
 struct Judged<'a> {
     /// Where they are of.
     of: String,
+    /// What is said where the used model is not better there.
+    no_better: &'static str,
     /// The identified simulator's.
     plain: &'a StopErrors,
     /// The used model's.
@@ -116,18 +118,24 @@ struct Judged<'a> {
 
 /// The strikes that judge: those of sessions that the model has not seen where models know sessions, for the next one will be such.
 fn judged(evaluation: &Evaluation, model: Model) -> Option<Judged<'_>> {
-    let (models, of) = match evaluation.differing_sessions() {
+    let (models, of, no_better) = match evaluation.differing_sessions() {
         Some(new) => (
             &new.models,
             format!(
                 "in a session that it has not seen ({} left out in turn)",
                 new.sessions
             ),
+            "No better in a new session",
         ),
-        None => (&evaluation.models, "on strikes that took no part".into()),
+        None => (
+            &evaluation.models,
+            "on strikes that took no part".into(),
+            "No better",
+        ),
     };
     Some(Judged {
         of,
+        no_better,
         plain: models.get(Model::Sysid.name())?,
         used: models.get(model.name())?,
     })
@@ -159,7 +167,7 @@ fn better(shown: &ReportInput<'_>) -> Markup {
             p.said { (plain) " cm" }
             p { "The identified simulator serves by itself: nothing that was learnt on top is better." }
         } @else {
-            p.said { @if judged.used.mean < judged.plain.mean { (share) " % stop error" } @else { "No better there" } }
+            p.said { @if judged.used.mean < judged.plain.mean { (share) " % stop error" } @else { (judged.no_better) } }
             p { (plain) " → " strong { (used) } " cm, " (title(model.name())) " beside the identified simulator, " (judged.of) "; "
                 (judged.used.n) " strikes, means with 95 % intervals." }
         }
@@ -202,6 +210,7 @@ fn next(shown: &ReportInput<'_>) -> Markup {
         p.said {
             @if results.read.check.is_meaningless() { "Mend the logs or the rig file." }
             @else if !doubts.is_empty() { "Record more before you strike." }
+            @else if can_strike && knows_sessions { "Strike, with " code { "--adapt" } " in a new session." }
             @else if can_strike { "Strike." }
             @else { "Finish the run." }
         }
@@ -211,7 +220,7 @@ fn next(shown: &ReportInput<'_>) -> Markup {
                 li { code { "strike --artifacts DIR --to X Y" } " plans with it, or says why not." }
             }
             @if can_strike && knows_sessions {
-                li { "In a new session add " code { "--adapt" } ": plans then follow the table by its first strikes." }
+                li { "With " code { "--adapt" } " plans follow a new session's table by its first strikes." }
             }
             @if planned > 0 {
                 li {
