@@ -1,6 +1,6 @@
 //! From evidence to a verdict, a world and its gap.
 
-use values::{Point, Shape, Strike};
+use values::{Point, Strike};
 use world::{
     World, WorldError,
     effects::{self, AddedEffect, EffectSpec, Parameters, effect},
@@ -320,11 +320,7 @@ impl Case<'_, '_> {
         let certainty = floor.repeats_at_most / floor.repeats.max(f64::MIN_POSITIVE);
         let finding = match is_much_left {
             true => self.remaining.findings.first(),
-            false => {
-                let is_round = rig.object.shape() != Shape::Box;
-                let great = great * certainty;
-                self.remaining.great_beside(&self.asked, great, is_round)
-            }
+            false => self.remaining.great_beside(&self.asked, great * certainty),
         };
         if is_much_left || finding.is_some() {
             let note = notes::not_named(

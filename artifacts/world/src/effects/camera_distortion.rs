@@ -64,7 +64,7 @@ pub const SPEC: EffectSpec = EffectSpec {
 
 /// Distance in m from the camera's centre of the lenses from which a fit of one that looks down elsewhere begins, and of such a lens at the most.
 const ASIDE: f64 = 0.1;
-const MOST: f64 = 0.3;
+const MOST: f64 = 0.15;
 
 /// The lens that several about other points make together, to first order in their distances: its axis is their mean, by strength.
 fn one_lens(start: &FitStart, coefficients: &[f64]) -> Vec<(String, f64)> {

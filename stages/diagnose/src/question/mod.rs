@@ -63,8 +63,6 @@ const NEEDS: [Column; 4] = [
 ];
 /// Families, each with its share of that.
 const FAMILIES: f64 = 4.0;
-/// Standard errors of the end of a one-sided 95 % interval.
-const ONE_SIDED: f64 = 1.645;
 /// Squared correlation with the order above which commands run with it: then what depends on them is not taken off.
 const RUNS_WITH_ORDER: f64 = 0.5;
 
@@ -86,8 +84,6 @@ pub(crate) struct Finding {
     pub(crate) p_value: f64,
     /// By how much it moves stops, root mean square, in m.
     pub(crate) size: f64,
-    /// Share of that by which it moves them in 95 cases of 100.
-    at_least: f64,
     /// Of the order.
     pub(crate) form: Option<Form>,
 }
@@ -132,20 +128,13 @@ impl Answer {
     }
 
     /// What still moves stops by more than repeats scatter, and is more than half of the variance of the greatest that was found before, or by
-    /// more than `great` times what repeats scatter: beside it, no name is what the gap is. A form that is nearly right leaves less. Round
-    /// objects slide as the world's do: what they leave must surely be as great.
-    pub(crate) fn great_beside(
-        &self,
-        before: &Self,
-        great: f64,
-        is_round: bool,
-    ) -> Option<&Finding> {
+    /// more than `great` times what repeats scatter: beside it, no name is what the gap is. A form that is nearly right leaves less.
+    pub(crate) fn great_beside(&self, before: &Self, great: f64) -> Option<&Finding> {
         let greatest = before.findings.first();
         let half = greatest.map_or(0.0, |most| FRAC_1_SQRT_2 * most.size);
         let least = self.floor.max(half).min(great * self.floor);
         let largest = self.findings.first();
-        let surely = |found: &Finding| if is_round { found.at_least } else { 1.0 };
-        largest.filter(|found| surely(found) * found.size > least)
+        largest.filter(|found| found.size > least)
     }
 
     /// What pushes objects by where they are, beyond this in m: in no way that an object's own motion, the same wherever it is, would show.
@@ -403,17 +392,13 @@ impl Asking {
             if all.p_values[k] >= REAL / FAMILIES {
                 continue;
             }
-            let beyond = (asked.statistic[0] - all.by_chance[k]).max(0.0);
-            let square = beyond / asked.weight.max(1e-300);
-            // A noncentral χ² whose degrees of freedom are what chance gives.
-            let deviation = (2.0 * all.by_chance[k] + 4.0 * beyond).sqrt();
-            let at_least = (1.0 - ONE_SIDED * deviation / beyond.max(1e-300)).max(0.0);
+            let square =
+                (asked.statistic[0] - all.by_chance[k]).max(0.0) / asked.weight.max(1e-300);
             let finding = Finding {
                 what: asked.what,
                 covariate: asked.covariate,
                 p_value: (FAMILIES * all.p_values[k]).min(1.0),
                 size: square.sqrt() * self.moves(asked.what),
-                at_least: at_least.sqrt(),
                 form: None,
             };
             let same =

@@ -485,8 +485,8 @@ mod tests {
     #[test]
     fn what_rises_over_some_strikes_and_stays_is_no_wander() {
         for seed in 0..5 {
-            let ramp = |i: usize| 40.0 / (1.0 + (-(i as f64 - 104.0) / 6.0).exp());
-            let form = formed(seed, 0.1, 200, 200, ramp);
+            let ramp = |i: usize| 12.0 * ((i as f64 - 90.0) / 25.0).clamp(0.0, 1.0);
+            let form = formed(seed, 0.0, 200, 200, ramp);
             assert!(form.has_no_name(), "{form:?}");
             // What begins with the first strike wears.
             let wear = |i: usize| 20.0 * (1.0 - (-(i as f64) / 30.0).exp());

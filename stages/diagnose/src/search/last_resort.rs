@@ -65,7 +65,8 @@ pub(crate) fn with_replacements<'a>(
             [] if is_wanted(candidate, &selection) => 1.0,
             [] => continue,
             [name] if !is_field(name) => thresholds.alike,
-            [_] => thresholds.explained.recip(),
+            // Its many values follow what is left of a single one's form.
+            [_] => thresholds.explained.powi(-2),
             _ => 1.0,
         };
         // What it gains by chance takes long to say, and is asked only where it matters.
