@@ -3,6 +3,8 @@
 //! Where lengths are seen larger by a share, speeds and friction are, by the same share; where time is seen shorter, speeds are by a share and
 //! friction by twice as much. Strikes alone do not say whether the camera does this or a tip that wears on a table that changes.
 
+use world::effects;
+
 use crate::{
     fit::{Fitted, NINETY_FIVE},
     model::RESTITUTION,
@@ -14,33 +16,38 @@ const OF: [f64; 2] = [1.0, 2.0];
 /// Whether friction and launch speed change over so many strikes as a camera's scale or clock would have it, within their errors.
 pub(crate) fn could_be(fitted: &Fitted, strikes: f64) -> bool {
     let free = &fitted.model.free;
-    let place = |name: &str| {
+    let place = |name: &str, of_it: &str| {
         let part = fitted
             .model
             .parts
             .iter()
             .position(|part| part.name == name)?;
-        let is_rate = |of: &Option<(usize, String)>| matches!(of, Some((of, parameter)) if *of == part && parameter == "rate");
-        free.iter().position(|free| is_rate(&free.of))
+        let is_it = |of: &Option<(usize, String)>| matches!(of, Some((of, parameter)) if *of == part && parameter == of_it);
+        free.iter().position(|free| is_it(&free.of))
     };
     let (Some(friction), Some(restitution), Some(covariance)) = (
-        place("friction_drift"),
-        place("restitution_drift"),
+        place("friction_drift", "rate"),
+        place("restitution_drift", "rate"),
         fitted.robust_covariance(),
     ) else {
         return false;
     };
-    let hundreds = 0.01 * strikes;
+    // Hundreds of strikes by the last one, as many as go on.
+    let gone_on = |name: &str| {
+        let saturation = place(name, "saturation").map_or(0.0, |at| fitted.model.values[at]);
+        0.01 * effects::gone_on(strikes, 0.01 * saturation)
+    };
+    let (wears, brakes) = (gone_on("restitution_drift"), gone_on("friction_drift"));
     let restored = fitted.model.values[RESTITUTION];
     let (worn, braked) = (
-        hundreds * fitted.model.values[restitution],
-        hundreds * fitted.model.values[friction],
+        wears * fitted.model.values[restitution],
+        brakes * fitted.model.values[friction],
     );
     // By the last strike: logarithms of the factors, and their derivatives by the rates.
     let launch = (restored * worn / (1.0 + restored)).max(-0.9).ln_1p();
-    let by_worn = hundreds * restored / (1.0 + restored * (1.0 + worn));
+    let by_worn = wears * restored / (1.0 + restored * (1.0 + worn));
     let brake = braked.max(-0.9).ln_1p();
-    let by_braked = hundreds / (1.0 + braked).max(0.1);
+    let by_braked = brakes / (1.0 + braked).max(0.1);
     // What goes with a square is no straight line: by its curvature about one.
     let curved = 0.5 * launch.abs().max(brake.abs()).powi(2);
     OF.into_iter().any(|share| {

@@ -40,7 +40,7 @@ pub const SPEC: EffectSpec = EffectSpec {
 };
 
 /// n' of so many strikes before, `saturation` = k.
-pub(super) fn gone_on(before: f64, saturation: f64) -> f64 {
+pub fn gone_on(before: f64, saturation: f64) -> f64 {
     let so_far = saturation * before;
     // (1 − exp(−x))/x, 1 where x is none.
     let bent = if so_far > 0.0 {

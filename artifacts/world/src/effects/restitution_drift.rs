@@ -58,24 +58,17 @@ mod tests {
     use crate::effects::tests::{Bench, assert_near};
 
     #[test]
-    fn one_that_saturates_strikes_as_in_a_world_with_the_restitution_of_its_formula() {
-        let drift = [("rate", -0.8), ("saturation", 2.0)];
-        for order in [10.0f64, 300.0] {
-            let restitution = 0.5 * (1.0 - 0.4 * (1.0 - (-0.02 * order).exp()));
-            let stop = Bench::with("restitution_drift", &drift)
-                .parameter("restitution", 0.5)
-                .during("", order)
-                .strike(0.9, 0.1)
-                .stop;
-            let plain = Bench::plain().parameter("restitution", restitution);
-            assert_near(stop, plain.strike(0.9, 0.1).stop, 1e-6);
-        }
-    }
-
-    #[test]
     fn it_strikes_as_in_a_world_with_the_restitution_of_its_formula() {
-        for (order, restitution) in [(0.0, 0.5), (50.0, 0.4), (100.0, 0.3)] {
-            let stop = Bench::with("restitution_drift", &[("rate", -0.4)])
+        let saturated = |order: f64| 0.5 * (1.0 - 0.4 * (1.0 - (-0.02 * order).exp()));
+        for (rate, saturation, order, restitution) in [
+            (-0.4, 0.0, 0.0, 0.5),
+            (-0.4, 0.0, 50.0, 0.4),
+            (-0.4, 0.0, 100.0, 0.3),
+            (-0.8, 2.0, 10.0, saturated(10.0)),
+            (-0.8, 2.0, 300.0, saturated(300.0)),
+        ] {
+            let drift = [("rate", rate), ("saturation", saturation)];
+            let stop = Bench::with("restitution_drift", &drift)
                 .parameter("restitution", 0.5)
                 .during("", order)
                 .strike(0.9, 0.1)
