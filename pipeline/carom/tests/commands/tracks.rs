@@ -71,12 +71,14 @@ fn what_hides_behind_a_fence_is_named_as_on_an_open_table() {
     let folder = tempfile::tempdir().expect("a folder");
     let dir = folder.path().display();
     fenced(&folder.path().join("rig"), &["table_tilt=0.012,0.008"]);
-    let line = format!("ingest {dir}/rig/logs --rig {dir}/rig/rig.toml --out {dir}/run");
-    let said = carom(&line).unwrap_or_else(|error| panic!("failed to {error}"));
+    let carom = |line: &str| carom(line).unwrap_or_else(|error| panic!("failed to {error}"));
+    let said = carom(&format!(
+        "ingest {dir}/rig/logs --rig {dir}/rig/rig.toml --out {dir}/run"
+    ));
     // One meets the fence within the frames that tell nothing.
     assert!(said.json["strikes"].as_u64() >= Some(118), "{}", said.text);
-    let said = done(&format!("diagnose --out {dir}/run"));
-    let diagnosis = &said["diagnosis"];
+    let said = carom(&format!("diagnose --out {dir}/run"));
+    let diagnosis = &said.json["diagnosis"];
     assert_eq!(diagnosis["verdict"], "named", "{diagnosis}");
     assert_eq!(diagnosis["effects"][0]["name"], "table_tilt");
 }
