@@ -138,6 +138,8 @@ fn speed_and_angle(pairs: &[Pair], log: Option<String>) -> Option<Finding> {
     /// So many strikes tell, by lines that leave this part of the spread.
     const FEWEST: usize = 12;
     const CLOSER: f64 = 0.4;
+    /// Headings that leave the direction of both fields by less than this follow it, in rad: at one speed a field alone does nearly the same.
+    const LEAVES: f64 = 0.02;
     /// Fields that vary by less than this tell nothing, in rad.
     const VARIES: f64 = 0.1;
     if pairs.len() < FEWEST {
@@ -151,6 +153,9 @@ fn speed_and_angle(pairs: &[Pair], log: Option<String>) -> Option<Finding> {
         Some((spread, line))
     };
     let (spread_as_stated, _) = spread_of(&|pair| pair.command.angle)?;
+    if spread_as_stated < LEAVES {
+        return None;
+    }
     let fields: [fn(&Pair) -> [f64; 2]; 2] = [
         |p| {
             [
