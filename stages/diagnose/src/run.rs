@@ -29,7 +29,7 @@ use crate::{
 
 impl Stage for Diagnose {
     const NAME: &'static str = "diagnose";
-    const VERSION: u32 = 44;
+    const VERSION: u32 = 45;
     type Input = Input;
     type Output = Diagnosed;
     type Error = DiagnoseError;
@@ -119,15 +119,12 @@ impl Diagnose {
         let selection = with_last_resorts(selection, &last_resorts, &chance)?;
         let replacements = [named(Naming::InPlace), named(Naming::Never)].concat();
         let selection = with_replacements(selection, &replacements, &mut chance, replicates)?;
-        let is_wander = |selection: &Selection<'_>| {
-            let asked = question::ask(
-                &selection.prepared,
-                &selection.fitted,
-                &came_before,
-                self.seed,
-            );
-            !asked.has_form_of_an_effect()
+        let ask = |Selection {
+                       prepared, fitted, ..
+                   }: &Selection<'_>| {
+            question::ask(prepared, fitted, &came_before, self.seed)
         };
+        let is_wander = |selection: &Selection<'_>| !ask(selection).has_form_of_an_effect();
         let (selection, little) = pruned(selection, &candidates, &chance, is_wander)?;
         let (selection, gains, mut notes) = paying(selection)?;
         notes.extend(notes::little(&little));
@@ -145,12 +142,7 @@ impl Diagnose {
         // Where tracks differ from any slide of the world, what is left of them says nothing against the effects.
         let remaining = match selection.effects.is_empty() || is_astray {
             true => Answer::default(),
-            false => question::ask(
-                &selection.prepared,
-                &selection.fitted,
-                &came_before,
-                self.seed,
-            ),
+            false => ask(&selection),
         };
         notes.extend(notes::wrong_sizes(rig, &selection.fitted, is_delivered));
         notes.extend(notes::arm_or_sizes(rig, &selection.fitted));

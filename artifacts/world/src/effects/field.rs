@@ -1,6 +1,6 @@
 //! A smooth field over the table: bumps on a grid, f(p) = Σ h·exp(−½·|(p − p_node)/w|²), each direction in its own spacing.
 //!
-//! Parameters: `low_x`, `high_x`, `low_y`, `high_y`, where the first and last nodes lie, and `height_k` of the bump on the k-th node, those along y
+//! Parameters: `low_x`, `high_x`, `low_y`, `high_y`, where the first and last nodes lie, and `node_k`, the height of the bump on the k-th node, those along y
 //! first. Nodes are about as far apart along x as along y.
 
 use values::Point;
@@ -24,7 +24,7 @@ const NAMES: [&str; MOST] = {
         ($($ten:literal)*) => {
             [$(ten!(@ $ten 0 1 2 3 4 5 6 7 8 9)),*]
         };
-        (@ $ten:literal $($one:literal)*) => { [$(concat!("height_", $ten, $one)),*] };
+        (@ $ten:literal $($one:literal)*) => { [$(concat!("node_", $ten, $one)),*] };
     }
     let tens = ten!("" "1" "2" "3" "4" "5" "6" "7" "8" "9" "10" "11");
     let mut names = [""; MOST];
@@ -82,8 +82,8 @@ impl Nodes {
     /// The one start of a fit: a column of this height for each node that strikes passed.
     pub(super) fn starts(self, experiment: &Experiment<'_>, height: f64) -> Vec<FitStart> {
         let [x, y] = experiment.extent();
-        let form: Vec<(&str, f64)> = EDGES.into_iter().zip([x.0, x.1, y.0, y.1]).collect();
         let edges = [x.0, x.1, y.0, y.1];
+        let form: Vec<(&str, f64)> = EDGES.into_iter().zip(edges).collect();
         let field = Field::new(self.along(edges), edges, Vec::new());
         let frames = |place: Point| {
             let near = |point: Point| {

@@ -95,8 +95,8 @@ mod tests {
             ("high_x", 1.0),
             ("low_y", -0.25),
             ("high_y", 0.25),
-            ("height_9", 0.4),
-            ("height_14", -0.2),
+            ("node_9", 0.4),
+            ("node_14", -0.2),
         ];
         let slid = Bench::with("friction_map", &map).slide(0.9, 0.1);
         slid.assert_integrates(|position, velocity| {

@@ -86,8 +86,8 @@ mod tests {
             ("high_x", 1.2),
             ("low_y", -0.45),
             ("high_y", 0.45),
-            ("height_35", 0.003),
-            ("height_54", -0.002),
+            ("node_35", 0.003),
+            ("node_54", -0.002),
         ];
         let slid = Bench::with("table_map", &map).slide(0.9, 0.1);
         slid.assert_integrates(|position, _| {

@@ -225,7 +225,7 @@ fn it_follows_mujoco_whatever_the_effect() {
         ),
         (
             "friction_map",
-            &[("height_6", 0.2), ("height_9", -0.2), ("low_x", 0.3)],
+            &[("node_6", 0.2), ("node_9", -0.2), ("low_x", 0.3)],
         ),
         ("camera_lean", &[("lean_x", 0.06), ("lean_y", -0.03)]),
         ("striker_speed_error", &[("cap", 1.1), ("softness", 0.4)]),

@@ -118,7 +118,7 @@ fn fitted_values_are_stated_in_a_sentence() {
         ),
         (
             "friction_map",
-            &[("height_11", 0.2), ("height_30", -0.1)],
+            &[("node_11", 0.2), ("node_30", -0.1)],
             "friction varies over the table: 20 % higher around (0.32, 0.10) m, 10 % lower around (0.68, -0.10) m",
         ),
         (

@@ -337,33 +337,40 @@ mod tests {
         }
     }
 
+    const TICK: f64 = 0.004;
+
+    /// What is reported at a time (s), of a tip that is at `place` of it (m) along the line.
+    fn sample(begun: Instant, t: f64, place: impl Fn(f64) -> f64, condition: Condition) -> Sample {
+        let at = begun + Duration::from_secs_f64(t);
+        let along = place(t);
+        Sample {
+            at,
+            made: at,
+            report: Report {
+                clock: t,
+                pose: Pose {
+                    at: [along, 0.0, 0.02],
+                    turn: Turn::rpy(DOWN),
+                },
+                velocity: [(along - place(t - TICK)) / TICK, 0.0, 0.0],
+                condition,
+            },
+        }
+    }
+
     /// Judges reports every 4 ms that show the tip where it is at a time (s): gives when (s) the first error came, and which.
     fn judged(line: Line, shown: impl Fn(f64) -> f64) -> Option<(f64, String)> {
         let mut guard = OnLine::new(line, None);
         let begun = guard.sent();
         let place = |t: f64| line.profile.at(shown(t));
         (1..1_500).find_map(|tick| {
-            let t = f64::from(tick) * 0.004;
-            let at = begun + Duration::from_secs_f64(t);
-            let along = place(t);
-            let velocity = (along - place(t - 0.004)) / 0.004;
-            let sample = Sample {
-                at,
-                made: at,
-                report: Report {
-                    clock: t,
-                    pose: Pose {
-                        at: [along, 0.0, 0.02],
-                        turn: Turn::rpy(DOWN),
-                    },
-                    velocity: [velocity, 0.0, 0.0],
-                    condition: if along < line.to.at[0] {
-                        Condition::Moving
-                    } else {
-                        Condition::Ready
-                    },
-                },
+            let t = f64::from(tick) * TICK;
+            let condition = if place(t) < line.to.at[0] {
+                Condition::Moving
+            } else {
+                Condition::Ready
             };
+            let sample = sample(begun, t, place, condition);
             let failed = guard.judge(&sample).err();
             assert!(failed.is_some() || t < line.profile.duration + 0.2 || guard.is_over());
             failed.map(|why| (t, why))
@@ -422,23 +429,10 @@ mod tests {
             let sent = guard.sent();
             let at = |t: f64| sent + Duration::from_secs_f64(t);
             let (mut last, mut first) = (0.0, f64::INFINITY);
-            for tick in 1..=(touch / 0.004) as u32 {
-                let t = f64::from(tick) * 0.004;
-                let along = line.profile.at(t - late);
-                let velocity = (along - line.profile.at(t - late - 0.004)) / 0.004;
-                let sample = Sample {
-                    at: at(t),
-                    made: at(t),
-                    report: Report {
-                        clock: t,
-                        pose: Pose {
-                            at: [along, 0.0, 0.02],
-                            turn: Turn::rpy(DOWN),
-                        },
-                        velocity: [velocity, 0.0, 0.0],
-                        condition: Condition::Moving,
-                    },
-                };
+            for tick in 1..=(touch / TICK) as u32 {
+                let t = f64::from(tick) * TICK;
+                let place = |t: f64| line.profile.at(t - late);
+                let sample = sample(sent, t, place, Condition::Moving);
                 assert_eq!(guard.judge(&sample), Ok(()), "{speed} {late}");
                 if guard.runs_up(at(t)) {
                     last = t;
