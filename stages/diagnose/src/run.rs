@@ -11,6 +11,7 @@ use crate::{
     arm::Arm,
     candidates::{Candidate, candidates, is_of_whole_strikes},
     conclude::Case,
+    constancy,
     evidence::{self, Alarm, Statistic, replicates},
     fit::Goal,
     heldout::{self, Gains},
@@ -125,7 +126,15 @@ impl Diagnose {
             question::ask(prepared, fitted, &came_before, self.seed)
         };
         let is_wander = |selection: &Selection<'_>| !ask(selection).has_form_of_an_effect();
-        let (selection, little) = pruned(selection, &candidates, &chance, is_wander)?;
+        let acts_in_part = |selection: &Selection<'_>, place: usize| {
+            let changing = constancy::changing(selection, self.seed);
+            changing.is_some_and(|changing| changing.name == selection.effects[place].name)
+        };
+        let judged = Pruning {
+            is_wander: &is_wander,
+            acts_in_part: &acts_in_part,
+        };
+        let (selection, little) = pruned(selection, &candidates, &chance, &judged)?;
         let (selection, gains, mut notes) = paying(selection)?;
         notes.extend(notes::little(&little));
         notes.extend(notes::left_out(&usable, pushed));
@@ -167,21 +176,31 @@ impl Diagnose {
     }
 }
 
+/// What is asked before an effect is left out.
+struct Pruning<'p> {
+    /// Whether what is left without it has no other form over the order than a wander's.
+    is_wander: &'p dyn Fn(&Selection<'_>) -> bool,
+    /// Whether the one at this place acts in a part of the strikes: fitted to all, it moves stops by less than it does where it acts.
+    acts_in_part: &'p dyn Fn(&Selection<'_>, usize) -> bool,
+}
+
 /// Without the effects whose strength may as well be none, without those of friction by the order that a wander holds as well, where what is left
-/// has no other form than a wander's, and without those that move stops by little, of which the names are returned.
+/// has no other form than a wander's, and without those that move stops by little in all strikes, of which the names are returned.
 fn pruned<'a>(
     mut selection: Selection<'a>,
     candidates: &[Candidate],
     chance: &Chance,
-    is_wander: impl Fn(&Selection<'_>) -> bool,
+    judged: &Pruning<'_>,
 ) -> Result<(Selection<'a>, Vec<&'static str>), DiagnoseError> {
     let mut little = Vec::new();
     loop {
         if let Some(unsure) = selection.fitted.unsure() {
             selection = without(selection, unsure, chance)?;
-        } else if let Some(wandering) = with_wander(&selection, chance)?.filter(&is_wander) {
+        } else if let Some(wandering) = with_wander(&selection, chance)?.filter(judged.is_wander) {
             selection = wandering;
-        } else if let Some(place) = least_that_moves_little(&selection)? {
+        } else if let Some(place) = least_that_moves_little(&selection)?
+            && !(judged.acts_in_part)(&selection, place)
+        {
             little.push(selection.effects[place].name);
             selection = without(selection, place, chance)?;
         } else {

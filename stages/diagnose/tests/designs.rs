@@ -86,7 +86,7 @@ fn what_a_spin_or_a_clock_does_is_not_given_the_names_of_a_table_that_does_nearl
         (Hidden::Curl(0.2), "curl to the left"),
         (Hidden::SlowingClock(0.06), "clock"),
         (Hidden::Stretched(0.08), "the camera shows lengths"),
-        (Hidden::LensHalfway(1.0), "depends on the place"),
+        (Hidden::LensHalfway(1.0), "acts in some part of the strikes"),
         (Hidden::Backlash(0.04), "the command of the strike before"),
     ] {
         let found = diagnosed(Plan::Random, hidden, 66);
