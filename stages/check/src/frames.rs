@@ -156,26 +156,17 @@ fn speed_and_angle(pairs: &[Pair], log: Option<String>) -> Option<Finding> {
     if spread_as_stated < LEAVES {
         return None;
     }
-    let fields: [fn(&Pair) -> [f64; 2]; 2] = [
-        |p| {
-            [
-                p.command.speed * p.command.angle.cos(),
-                p.command.speed * p.command.angle.sin(),
-            ]
-        },
-        |p| {
-            [
-                p.command.speed * p.command.angle.sin(),
-                p.command.speed * p.command.angle.cos(),
-            ]
-        },
-    ];
-    for (exchanged, fields) in [false, true].into_iter().zip(fields) {
-        let are_speeds = pairs.iter().all(|pair| fields(pair)[0] > 0.0);
-        let Some((spread, line)) = spread_of(&|pair| fields(pair)[1]).filter(|_| are_speeds) else {
+    let fields = |pair: &Pair| {
+        let (sine, cosine) = pair.command.angle.sin_cos();
+        [pair.command.speed * cosine, pair.command.speed * sine]
+    };
+    for (exchanged, speed, angle) in [(false, 0, 1), (true, 1, 0)] {
+        let are_speeds = pairs.iter().all(|pair| fields(pair)[speed] > 0.0);
+        let follows = spread_of(&|pair| fields(pair)[angle]);
+        let Some((spread, line)) = follows.filter(|_| are_speeds) else {
             continue;
         };
-        let angles: Vec<f64> = pairs.iter().map(|pair| fields(pair)[1]).collect();
+        let angles: Vec<f64> = pairs.iter().map(|pair| fields(pair)[angle]).collect();
         let mean = angles.iter().sum::<f64>() / angles.len() as f64;
         let varies = angles.iter().map(|a| (a - mean).powi(2)).sum::<f64>() / angles.len() as f64;
         for (degrees, unit) in [(false, 1.0), (true, 1f64.to_radians())] {

@@ -5,6 +5,7 @@
 //! command has to do with it.
 
 use ingest::Meeting;
+use nalgebra::{Matrix4, Vector4};
 use values::{Point, Rig};
 
 use crate::finding::{Delay, Finding, LogRead};
@@ -97,8 +98,8 @@ pub(crate) struct Origins {
 
 /// Radii, delay and both coordinates of a displacement, with standard errors; the spread of a coordinate, and each meeting's distance left.
 struct Fitted {
-    values: [f64; 4],
-    errors: [f64; 4],
+    values: Vector4<f64>,
+    errors: Vector4<f64>,
     spread: f64,
     left: Vec<f64>,
 }
@@ -141,34 +142,27 @@ impl Origins {
     /// Least squares of radii, delay and both coordinates of the displacement.
     fn through(meetings: &[Meeting], reach: f64) -> Option<Fitted> {
         // For each coordinate of a meeting: its terms, and what lies between the centres beyond the radii.
-        let rows: Vec<[f64; 5]> = meetings
+        let rows: Vec<(Vector4<f64>, f64)> = meetings
             .iter()
             .flat_map(|m| {
                 let towards = m.velocity * (1.0 / m.velocity.norm());
                 let between = m.object - m.tip - towards * reach;
                 [
-                    [towards.x, -m.velocity.x, 1.0, 0.0, between.x],
-                    [towards.y, -m.velocity.y, 0.0, 1.0, between.y],
+                    (Vector4::new(towards.x, -m.velocity.x, 1.0, 0.0), between.x),
+                    (Vector4::new(towards.y, -m.velocity.y, 0.0, 1.0), between.y),
                 ]
             })
             .collect();
-        let mut table = [[0.0; 9]; 4];
-        for row in &rows {
-            for (i, line) in table.iter_mut().enumerate() {
-                for (cell, value) in line.iter_mut().zip(row) {
-                    *cell += row[i] * value;
-                }
-            }
-        }
-        for (i, line) in table.iter_mut().enumerate() {
-            line[5 + i] = 1.0;
-        }
-        let table = eliminated(table)?;
-        let values = table.map(|line| line[4]);
-        let misfit = |row: &[f64; 5]| row[4] - (0..4).map(|i| row[i] * values[i]).sum::<f64>();
+        let normal: Matrix4<f64> = rows.iter().map(|(row, _)| row * row.transpose()).sum();
+        let right: Vector4<f64> = rows.iter().map(|(row, value)| row * *value).sum();
+        let inverse = normal.cholesky()?.inverse();
+        let values = inverse * right;
+        let misfit = |(row, value): &(Vector4<f64>, f64)| value - row.dot(&values);
         let squares: f64 = rows.iter().map(|row| misfit(row).powi(2)).sum();
         let spread = (squares / (rows.len() as f64 - 4.0).max(1.0)).sqrt();
-        let errors = [0, 1, 2, 3].map(|i| spread * table[i][5 + i].max(0.0).sqrt());
+        let errors = inverse
+            .diagonal()
+            .map(|variance| spread * variance.max(0.0).sqrt());
         let left = rows
             .chunks(2)
             .map(|pair| misfit(&pair[0]).hypot(misfit(&pair[1])));
@@ -179,27 +173,6 @@ impl Origins {
             left: left.collect(),
         })
     }
-}
-
-/// Normal equations beside their right side and the unit matrix, solved and inverted; none where they are as good as singular.
-fn eliminated(mut table: [[f64; 9]; 4]) -> Option<[[f64; 9]; 4]> {
-    const SINGULAR: f64 = 1e-9;
-    let scale = [0, 1, 2, 3].map(|i| table[i][i]);
-    for at in 0..4 {
-        let pivot = table[at][at];
-        if pivot <= SINGULAR * scale[at] {
-            return None;
-        }
-        table[at] = table[at].map(|cell| cell / pivot);
-        let line = table[at];
-        for (_, other) in table.iter_mut().enumerate().filter(|(i, _)| *i != at) {
-            let factor = other[at];
-            for (cell, above) in other.iter_mut().zip(line) {
-                *cell -= factor * above;
-            }
-        }
-    }
-    Some(table)
 }
 
 /// Places by the camera as those by the arm, turned and scaled and displaced.
