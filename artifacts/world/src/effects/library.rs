@@ -44,6 +44,9 @@ pub const EFFECTS: &[&EffectSpec] = &[
     &super::camera_stretch::SPEC,
 ];
 
+/// Parameters of an effect that are told where another is not known.
+const TOLD: usize = 12;
+
 /// Effects of other crates.
 static MORE: OnceLock<Vec<&'static EffectSpec>> = OnceLock::new();
 
@@ -86,11 +89,17 @@ pub fn values(added: &AddedEffect) -> Result<Values, WorldError> {
     for (name, estimate) in &added.parameters {
         let full = format!("{}.{name}", added.name);
         let Some(p) = spec.parameter(name) else {
-            let known: Vec<_> = listed.iter().map(|p| p.name).collect();
+            // A map has a hundred.
+            let (told, more) = listed.split_at(listed.len().min(TOLD));
+            let known: Vec<_> = told.iter().map(|p| p.name).collect();
+            let more = match more.len() {
+                0 => String::new(),
+                more => format!(" and {more} more"),
+            };
             return Err(WorldError::UnknownParameter {
                 name: full,
                 hint: String::new(),
-                known: known.join(", "),
+                known: known.join(", ") + &more,
             });
         };
         in_range(&full, estimate.value, p.low, p.high, p.unit)?;

@@ -249,6 +249,12 @@ fn values_out_of_range_and_unknown_parameters_are_reported() {
         unknown.contains("`friction_patch.centre_x`") && unknown.contains("center_x, center_y"),
         "{unknown}"
     );
+    // A map has more than a person reads.
+    let of_a_map = error("table_map", &[("height_12", 0.001)]);
+    assert!(
+        of_a_map.contains("low_x, high_x") && of_a_map.contains("more") && of_a_map.len() < 250,
+        "{of_a_map}"
+    );
     let jump = error("friction_by_session", &[("monday.mcap", -1.5)]);
     assert!(
         jump.contains("friction_by_session.monday.mcap = -1.5"),
