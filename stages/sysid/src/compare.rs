@@ -218,7 +218,7 @@ impl Launch {
     };
 
     /// A command as it is delivered so.
-    fn of(self, command: Command) -> Command {
+    pub(crate) fn of(self, command: Command) -> Command {
         Command {
             speed: command.speed * self.speed_factor,
             angle: command.angle + self.turn,

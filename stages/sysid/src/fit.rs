@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use stage::Progress;
-use values::{Shape, Strike};
+use values::{Object, Shape, Solid, Strike};
 use world::{ParameterSpec, World, WorldError, parameter};
 
 use crate::{
@@ -20,6 +20,8 @@ const MOST_ITERATIONS: u32 = 15;
 const LEAST_ITERATIONS: u32 = 3;
 /// The fit ends when no parameter moves by more than this share of its standard error.
 const SETTLED: f64 = 0.05;
+/// Rolling friction over a ball's radius, as a share of sliding friction, from which on it takes most of what turns the ball.
+const ROLLS: f64 = 0.8;
 /// What is fitted besides the parameters: the mean turn of the launches, and the mean delay of their clocks.
 pub(crate) const MEANS: usize = 2;
 /// Standard errors from which a mean turn is reported.
@@ -42,8 +44,8 @@ pub(crate) struct Fitted {
     pub(crate) slopes: Slopes,
     /// Huber weight of each strike.
     pub(crate) weights: Vec<f64>,
-    /// Logarithm of each strike's own friction over the world's.
-    pub(crate) frictions: Vec<f64>,
+    /// What each strike differs by.
+    pub(crate) guesses: Vec<Nuisances>,
     pub(crate) iterations: u32,
     pub(crate) simulations: u64,
 }
@@ -69,6 +71,23 @@ impl Fitted {
                     .then(|| format!("{name} ended at the bound of its range, {value:.4}: the model lacks something, or the rig file is off"))
             })
             .collect()
+    }
+
+    /// A sentence on a ball that would not begin to roll: rolling friction holds it back as much as sliding friction turns it.
+    pub(crate) fn never_rolls(&self, object: &Object) -> Option<String> {
+        let Solid::Sphere { radius } = object.solid else {
+            return None;
+        };
+        let (sliding, rolling) = (
+            self.world.value("friction").ok()?,
+            self.world.value("rolling_friction").ok()? / radius,
+        );
+        (rolling >= ROLLS * sliding).then(|| {
+            format!(
+                "in this world the ball hardly begins to roll: rolling friction over its radius, {rolling:.3}, is as great as sliding friction, \
+                 {sliding:.3}. The tracks show one deceleration: friction and restitution predict them, and are not the ball's own"
+            )
+        })
     }
 
     /// A sentence on launches that are all turned alike.
@@ -383,7 +402,7 @@ pub(crate) fn fit(
                 residuals: all.into_iter().map(|evidence| evidence.residual).collect(),
                 slopes,
                 weights: weights_now,
-                frictions: guesses.iter().map(|guess| guess[FRICTION]).collect(),
+                guesses,
                 iterations,
                 simulations,
             });

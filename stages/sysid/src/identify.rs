@@ -19,7 +19,7 @@ const DETERMINED: f64 = 0.10;
 /// A parameter of which less than this share of the effect is left beside the freed ones is not distinguished from them.
 const APART: f64 = 0.02;
 /// Twice the gain in log-likelihood from which a candidate is worth freeing: one false alarm in a thousand or so.
-const WORTH: f64 = 12.0;
+pub(crate) const WORTH: f64 = 12.0;
 
 /// What can be determined.
 #[derive(Default)]
@@ -42,8 +42,6 @@ fn candidates(rig: &Rig) -> &'static [&'static str] {
 
 /// Values to look at where a small step shows nothing: a tip that sticks says only that its friction is enough.
 const SCANNED: &[f64] = &[0.1, 0.2, 0.3, 0.4, 0.6, 0.8, 1.2];
-/// Share of the residual by which another value must be better than the one that stands.
-const BETTER: f64 = 0.01;
 
 /// The world with each of a few values of what an impact on a face may have, of those that hold a box as all strikes show.
 pub(crate) fn others(rig: &Rig, world: &World, all: &[&Strike]) -> Vec<World> {
@@ -68,30 +66,6 @@ pub(crate) fn rms(rig: &Rig, fitted: &Fitted, all: &[&Strike]) -> Result<f64, Wo
     let strikes = some(all);
     let lab = StrikeSimulator::mujoco(rig, &strikes);
     Ok(lab.simulate(&fitted.world, fitted.launch)?.rms(&strikes))
-}
-
-/// The best of the [`others`] beside a fit's world, and the simulations that it took.
-pub(crate) fn scan(
-    rig: &Rig,
-    fitted: &Fitted,
-    all: &[&Strike],
-) -> Result<(World, u64), WorldError> {
-    let mut best = fitted.world.clone();
-    let others = others(rig, &fitted.world, all);
-    if others.is_empty() {
-        return Ok((best, 0));
-    }
-    let strikes = some(all);
-    let lab = StrikeSimulator::mujoco(rig, &strikes);
-    let simulations = (strikes.len() * (others.len() + 1)) as u64;
-    let mut least = rms(rig, fitted, all)? * (1.0 - BETTER);
-    for trial in others {
-        let left = lab.simulate(&trial, fitted.launch)?.rms(&strikes);
-        if left < least {
-            (least, best) = (left, trial);
-        }
-    }
-    Ok((best, simulations))
 }
 
 /// Looks at every parameter that was not freed, through the residual's own weights, with the freed ones projected off.

@@ -16,6 +16,7 @@ mod identify;
 mod interval;
 mod scatter;
 mod sizes;
+mod slip;
 mod slopes;
 mod start;
 mod wander;
@@ -105,7 +106,7 @@ fn pushed_again(count: usize, of: usize, are_left_out: bool) -> String {
 
 impl Stage for Sysid {
     const NAME: &'static str = "sysid";
-    const VERSION: u32 = 22;
+    const VERSION: u32 = 23;
     type Input = Input;
     type Output = Fit;
     type Error = SysidError;
@@ -194,10 +195,10 @@ impl Stage for Sysid {
             fit::fit(&mujoco, beside, world, launch, free, progress)
         };
         let mut fitted = fit(&begun, Launch::EXACT, free)?;
+        let rms = |fitted: &fit::Fitted| identify::rms(&input.rig, fitted, &strikes);
         let mut identifiability = Identifiability::default();
         if default && !fitted.components.at_bounds().is_empty() {
             // Launches that scatter so much may be those of a tip that slips: then no restitution of one that sticks is near.
-            let rms = |fitted: &fit::Fitted| identify::rms(&input.rig, fitted, &strikes);
             let mut least = rms(&fitted)?;
             for world in identify::others(&input.rig, &begun, &strikes) {
                 let other = fit(&world, Launch::EXACT, fitted.free.clone())?;
@@ -210,9 +211,15 @@ impl Stage for Sysid {
             }
         }
         if default {
-            let (scanned, simulations) = identify::scan(&input.rig, &fitted, &strikes)?;
-            if scanned != fitted.world {
-                fitted = fit(&scanned, fitted.launch, fitted.free)?.after(fitted.simulations);
+            let (slips, simulations) = slip::explained(&input.rig, &fitted, &strikes)?;
+            if let Some(slips) = slips {
+                let other = fit(&slips, fitted.launch, fitted.free.clone())?;
+                let simulations = fitted.simulations + other.simulations;
+                // Where the world lacks what bends all tracks, launches tell nothing of the tip.
+                if rms(&other)? <= rms(&fitted)? {
+                    fitted = other;
+                }
+                fitted.simulations = simulations;
             }
             fitted.simulations += simulations;
             identifiability = identify::identifiability(&input.rig, &fitted, &strikes)?;
@@ -240,8 +247,8 @@ impl Stage for Sysid {
         let rms = |world| Ok::<_, WorldError>(mujoco.simulate(world, Launch::EXACT)?.rms(told));
         let used: Vec<(f64, f64)> = launched
             .iter()
-            .zip(&fitted.frictions)
-            .map(|(strike, friction)| (strike.conditions.order, *friction))
+            .zip(&fitted.guesses)
+            .map(|(strike, guess)| (strike.conditions.order, guess[scatter::FRICTION]))
             .collect();
         let all: Vec<f64> = struck.iter().map(|s| s.conditions.order).collect();
         let mut world = interval::with_intervals(&fitted, wander::unseen(&used, &all))?;
@@ -261,6 +268,7 @@ impl Stage for Sysid {
         }
         warnings.extend(sizes.note);
         warnings.extend(fitted.at_bounds());
+        warnings.extend(fitted.never_rolls(&input.rig.object));
         warnings.extend(fitted.components.at_bounds());
         let mut notes = identifiability.notes;
         notes.extend(fitted.bias());

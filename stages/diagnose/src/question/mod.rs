@@ -435,7 +435,7 @@ impl Asking {
                 error: *error,
             })
             .collect();
-        weighed(&cells, is_centred)
+        weighed(&cells, &self.sessions, is_centred)
     }
 
     /// One for all strikes, and one for each session but the first.
@@ -604,8 +604,14 @@ impl Asking {
 
     fn pushes(&self) -> [(What, Pushes); 2] {
         [
-            (What::Along, Pushes::new(&self.rows, |row| &row.along)),
-            (What::Across, Pushes::new(&self.rows, |row| &row.across)),
+            (
+                What::Along,
+                Pushes::new(&self.rows, &self.sessions, |row| &row.along),
+            ),
+            (
+                What::Across,
+                Pushes::new(&self.rows, &self.sessions, |row| &row.across),
+            ),
         ]
     }
 

@@ -26,15 +26,19 @@ pub(super) struct Pushes {
 }
 
 impl Pushes {
-    pub(super) fn new(rows: &[Row], of: impl Fn(&Row) -> &[Cell; HATS]) -> Self {
+    pub(super) fn new(
+        rows: &[Row],
+        sessions: &[usize],
+        of: impl Fn(&Row) -> &[Cell; HATS],
+    ) -> Self {
         let mut values = vec![[0.0; HATS]; rows.len()];
         let mut weights = values.clone();
         let mut whole = values.clone();
         let mut weight = 0.0;
         for k in 0..HATS {
             let cells: Vec<Cell> = rows.iter().map(|row| of(row)[k]).collect();
-            let centred = weighed(&cells, true);
-            let weighed = weighed(&cells, false);
+            let centred = weighed(&cells, sessions, true);
+            let weighed = weighed(&cells, sessions, false);
             for i in 0..rows.len() {
                 values[i][k] = centred.values[i];
                 weights[i][k] = centred.weights[i];
