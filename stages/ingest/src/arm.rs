@@ -2,7 +2,8 @@
 //!
 //! A state is logged at 50 Hz or more, with noise, and a plateau may last for one sample. So the command's own profile is laid
 //! through the states before contact (a factor, a turn and a delay, by least squares); what the states differ from it near contact,
-//! as far as it stands out of their noise, is added.
+//! as far as it stands out of their noise, is added. A tip meets the object on the plateau: where the object is seen to move a little after the
+//! arm began to brake, the camera is late.
 
 use logs::Sample;
 use serde::{Deserialize, Serialize};
@@ -87,8 +88,8 @@ const LEAST_SHARE: f64 = 0.1;
 /// A state this many times faster than the command is no measurement.
 const IMPLAUSIBLE: f64 = 5.0;
 
-/// What the arm delivered; `None` where the states do not determine it.
-pub(crate) fn delivered(states: &[State], context: &LaunchContext<'_>) -> Option<Delivered> {
+/// What the arm delivered, and how long after its plateau the object was seen to move, in s; `None` where the states do not determine it.
+pub(crate) fn delivered(states: &[State], context: &LaunchContext<'_>) -> Option<(Delivered, f64)> {
     let contact = contact(context);
     let start = context.commands.first()?.stamp;
     let moment = since(start, context.first_motion) + contact;
@@ -118,18 +119,19 @@ pub(crate) fn delivered(states: &[State], context: &LaunchContext<'_>) -> Option
         .map(|(t, state)| (*t, state.velocity))
         .rev()
         .collect();
-    let velocity = velocity_at(&thinned, moment, context);
+    let (velocity, late) = velocity_at(&thinned, moment, context);
     let (tip_speed, tip_angle) = (velocity.norm(), velocity.bearing());
     if !velocity.is_finite() || tip_speed < LEAST_SHARE * context.command.speed {
         return None;
     }
     let pushed_again = reaches_again(&timed, moment, velocity, contact, context);
-    Some(Delivered {
+    let delivered = Delivered {
         tip_speed,
         tip_angle,
         contact,
         pushed_again,
-    })
+    };
+    Some((delivered, late))
 }
 
 /// How long after the tip's touch, by its measured places, the object moved; none where the places do not tell, and for a box, whose reach
@@ -233,8 +235,10 @@ struct Profile {
     cost: f64,
 }
 
-/// Velocity of the tip at a moment, in m/s.
-fn velocity_at(states: &[(f64, Point)], moment: f64, context: &LaunchContext<'_>) -> Point {
+/// Velocity of the tip at contact, in m/s, where the object was seen to move at a moment, and how long after its plateau that was, in s.
+fn velocity_at(states: &[(f64, Point)], moment: f64, context: &LaunchContext<'_>) -> (Point, f64) {
+    /// A camera is late by no more, in s, without `frames.camera_delay`.
+    const LATE: f64 = 0.03;
     /// A residual this many deviations of its noise is a wrong measurement.
     const WRONG: f64 = 6.0;
     /// Residuals within the rounding of a logged number are none.
@@ -265,7 +269,10 @@ fn velocity_at(states: &[(f64, Point)], moment: f64, context: &LaunchContext<'_>
     } else {
         states
     };
-    profile.at(&commands, moment) + correction(&residuals(&profile, states), moment)
+    let late = (moment - commands.plateau_end() - profile.delay).max(0.0);
+    let contact = moment - late.min(LATE);
+    let beside = correction(&residuals(&profile, states), contact);
+    (profile.at(&commands, contact) + beside, late)
 }
 
 impl Profile {
@@ -456,6 +463,17 @@ impl<'a> Commands<'a> {
     fn new(commands: &'a [Sample]) -> Self {
         let start = commands.first().map_or(0, |command| command.stamp);
         Self { commands, start }
+    }
+
+    /// When the last command as fast as any was given.
+    fn plateau_end(&self) -> f64 {
+        /// Speeds on a plateau differ by no more than this part.
+        const ALIKE: f64 = 0.01;
+        let speed = |command: &Sample| command.x.hypot(command.y);
+        let most = self.commands.iter().map(speed).fold(0.0, f64::max);
+        let mut on_it = self.commands.iter().rev();
+        let last = on_it.find(|command| speed(command) >= (1.0 - ALIKE) * most);
+        last.map_or(0.0, |command| since(self.start, command.stamp))
     }
 
     fn at(&self, t: f64) -> Point {

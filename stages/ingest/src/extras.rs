@@ -10,6 +10,7 @@ use values::{Rig, Strike};
 
 use crate::arm::{LaunchContext, Meeting, State, TouchDelay, delay, delivered, meeting};
 use crate::order::Stamped;
+use crate::robust::median;
 use crate::yaw::{YawSample, yaw};
 
 /// At most this many strikes wait (some 3 MB).
@@ -18,6 +19,10 @@ const MOST_STRIKES: usize = 200;
 const MOST_HELD: usize = 500_000;
 /// States and poses are needed from this long before a command rises, and after a track ends, in ns.
 const MARGIN: i64 = 500_000_000;
+
+/// An object that moves so long after the arm began to brake, in s, was met before, and one strike in so many is told.
+const AFTER: f64 = 0.002;
+const SHARE: usize = 4;
 
 /// A strike that waits.
 pub(crate) struct Waiting {
@@ -58,6 +63,8 @@ pub(crate) struct Extras {
     delays: Vec<TouchDelay>,
     /// Where the tip was when it moved.
     meetings: Vec<Meeting>,
+    /// Seconds from the end of the arm's plateau to the object's first motion, one a strike of which the arm's state is known.
+    late: Vec<f64>,
 }
 
 /// The last samples of a topic that may be absent.
@@ -168,13 +175,30 @@ impl Extras {
     }
 
     /// What is to be said of it, in the end.
-    pub(crate) fn note(&self) -> Option<String> {
-        (self.early > 0).then(|| {
+    pub(crate) fn notes(&self) -> impl Iterator<Item = String> {
+        let early = (self.early > 0).then(|| {
             format!(
                 "{} strikes went on before the arm's states or the object's poses of their time came: in this log one topic lies far behind another",
                 self.early
             )
-        })
+        });
+        let late: Vec<f64> = self
+            .late
+            .iter()
+            .copied()
+            .filter(|late| *late > AFTER)
+            .collect();
+        let (count, of) = (late.len(), self.late.len());
+        let is_told = SHARE * count >= of.max(SHARE);
+        let late = is_told.then(|| {
+            format!(
+                "in {count} of {of} strikes the object was seen to move {:.0} ms (median) after the arm began to brake: the camera is late, or the \
+                 tip meets objects as it brakes. What the arm delivered is read before it brakes; `frames.camera_delay` in the rig file says how late \
+                 the camera is",
+                1e3 * median(late)
+            )
+        });
+        early.into_iter().chain(late)
     }
 
     fn release(&mut self, rig: &Rig, keep: &mut dyn FnMut(Strike)) {
@@ -197,7 +221,9 @@ impl Extras {
         };
         self.delays.extend(delay(&states, &context, rig));
         self.meetings.extend(meeting(&states, &context));
-        strike.delivered = delivered(&states, &context);
+        let found = delivered(&states, &context);
+        self.late.extend(found.map(|(_, late)| late));
+        strike.delivered = found.map(|(delivered, _)| delivered);
         keep(waiting.strike);
     }
 }

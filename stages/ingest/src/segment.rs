@@ -739,7 +739,7 @@ impl<'a> Segmenter<'a> {
             self.found.notes.push("no command is logged: strikes are found by the arm's measured state, and what it delivered stands for the command; no error of the arm can be named".into());
         }
         self.found.notes.extend(self.counts.notes());
-        self.found.notes.extend(self.extras.note());
+        self.found.notes.extend(self.extras.notes());
         self.found.notes.extend(self.counts.other_rate(self.rig));
         self.found
     }

@@ -2,14 +2,13 @@
 
 use nalgebra::DMatrix;
 use values::{Rig, Shape, Strike};
-use world::{PARAMETERS, World, WorldError};
+use world::{PARAMETERS, WorldError};
 
 use crate::{
     compare::StrikeSimulator,
     fit::{Fitted, MEANS, beside_means, own_derivatives},
     scatter::Evidence,
     slopes::{nuisances, sensitivities},
-    start::holds,
 };
 
 /// Strikes looked at: this is about sensitivity, which few strikes show.
@@ -38,21 +37,6 @@ fn candidates(rig: &Rig) -> &'static [&'static str] {
         Shape::Sphere => &["rolling_friction"],
         Shape::Cylinder => &[],
     }
-}
-
-/// Values to look at where a small step shows nothing: a tip that sticks says only that its friction is enough.
-const SCANNED: &[f64] = &[0.1, 0.2, 0.3, 0.4, 0.6, 0.8, 1.2];
-
-/// The world with each of a few values of what an impact on a face may have, of those that hold a box as all strikes show.
-pub(crate) fn others(rig: &Rig, world: &World, all: &[&Strike]) -> Vec<World> {
-    let names = candidates(rig)
-        .iter()
-        .filter(|name| **name == "tip_friction");
-    let worlds = names.flat_map(|name| {
-        let values = SCANNED.iter().filter(|value| holds(rig, all, **value));
-        values.map(|value| world.clone().with(name, *value))
-    });
-    worlds.collect()
 }
 
 /// A part of the strikes, which stand for all.

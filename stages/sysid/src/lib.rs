@@ -172,7 +172,11 @@ impl Stage for Sysid {
             false => strikes.clone(),
         };
         let begun = start::start(&input.rig, &input.world, &first, &free);
-        let begun = start::hold(&input.rig, begun, &strikes, &free);
+        let stuck = start::hold(&input.rig, begun, &strikes, &free);
+        let begun = match default {
+            true => slip::start(&input.rig, stuck.clone(), &strikes)?,
+            false => stuck.clone(),
+        };
         let launched = strikes.clone();
         // An impact of this world stands for what began a slide: of its launch no more is known than what the slide itself shows.
         let gain = 1.0 + begun.value("restitution")?;
@@ -194,26 +198,23 @@ impl Stage for Sysid {
             let beside = beside.as_ref().unwrap_or(&mujoco);
             fit::fit(&mujoco, beside, world, launch, free, progress)
         };
+        // The planar form's launches are smooth; those of a tip that slips in some strikes are not, and its friction is fitted in MuJoCo.
+        let with_tip = |free: &[String]| [free, &[start::HOLDS.into()]].concat();
+        let slips = begun != stuck;
+        let free = match slips {
+            true => with_tip(&free),
+            false => free,
+        };
         let mut fitted = fit(&begun, Launch::EXACT, free)?;
         let rms = |fitted: &fit::Fitted| identify::rms(&input.rig, fitted, &strikes);
         let mut identifiability = Identifiability::default();
-        if default && !fitted.components.at_bounds().is_empty() {
-            // Launches that scatter so much may be those of a tip that slips: then no restitution of one that sticks is near.
-            let mut least = rms(&fitted)?;
-            for world in identify::others(&input.rig, &begun, &strikes) {
-                let other = fit(&world, Launch::EXACT, fitted.free.clone())?;
-                let simulations = fitted.simulations + other.simulations;
-                let left = rms(&other)?;
-                if left < least {
-                    (least, fitted) = (left, other);
-                }
-                fitted.simulations = simulations;
-            }
-        }
         if default {
-            let (slips, simulations) = slip::explained(&input.rig, &fitted, &strikes)?;
-            if let Some(slips) = slips {
-                let other = fit(&slips, fitted.launch, fitted.free.clone())?;
+            let (other, simulations) = match slips {
+                true => (None, 0),
+                false => slip::explained(&input.rig, &fitted, &strikes)?,
+            };
+            if let Some(other) = other {
+                let other = fit(&other, fitted.launch, with_tip(&fitted.free))?;
                 let simulations = fitted.simulations + other.simulations;
                 // Where the world lacks what bends all tracks, launches tell nothing of the tip.
                 if rms(&other)? <= rms(&fitted)? {

@@ -1,37 +1,113 @@
-//! Whether a tip of another friction, which slips where strikes are aslant, explains how launches differ from the world's.
+//! The friction of the tip on a box's face, by how strikes leave the tip.
 //!
-//! A tip that sticks says only that its friction is enough: a small step shows nothing. Where it slips, a box leaves at no more than the
-//! friction cone's angle and loses speed, which the fit takes for scatter of launches. So the launches that the fit gave each strike
-//! are held against those by a few other frictions, in MuJoCo's impacts alone.
+//! A tip that sticks says only that its friction is enough: a small step shows nothing, and a fit that begins there ends there. Where it
+//! slips, a box leaves at no more than the friction cone's angle and loses speed, which a fit takes for scatter of launches. So a fit begins at
+//! the friction by which MuJoCo's impacts alone are nearest to the launches that tracks show, and the launches that it then gives each strike
+//! are held against those by other frictions.
 
 use nalgebra::{DMatrix, DVector};
-use values::{Rig, Shape, Strike};
-use world::{Impact, Simulator, World, WorldError};
+use values::{Point, Rig, Shape, Strike, median};
+use world::{Impact, Simulator, World, WorldError, parameter};
 
 use crate::{
+    compare::Launch,
     fit::Fitted,
     identify::WORTH,
     scatter::{ANGLE, SPEED},
-    start::{HOLDS, holds},
+    start::{HOLDS, heading, holds},
 };
 
-/// Frictions that are looked at.
+/// Frictions that are looked at: from the least on, each greater by a factor.
 const LEAST: f64 = 0.08;
 const FURTHER: f64 = 1.1;
 const LOOKED_AT: i32 = 30;
+/// Strikes that are looked at before a fit, and how far launches scatter then, relative and in rad: clocks and slides are not known yet.
+const STRIKES: usize = 40;
+const SCATTER: f64 = 0.03;
+/// Such scatters off counts one that does not leave the tip.
+const STAYS: f64 = 5.0;
+/// Fewer tell nothing.
+const FEWEST: usize = 8;
 
-/// How each strike leaves the tip: logarithm of its speed and its angle in rad, a row a strike. None where one does not leave it.
+/// Frictions that are looked at, every second one before a fit.
+fn frictions(step: usize) -> impl Iterator<Item = f64> {
+    (0..LOOKED_AT)
+        .step_by(step)
+        .map(|k| LEAST * FURTHER.powi(k))
+}
+
+/// The world from which a fit begins, with the tip's friction and the restitution by which impacts are nearest to the launches that tracks
+/// show, where that is beyond chance. Only where the tip's friction was not set.
+pub(crate) fn start(rig: &Rig, world: World, all: &[&Strike]) -> Result<World, WorldError> {
+    let seen: Vec<(&Strike, [f64; 2])> = all
+        .iter()
+        .step_by(all.len().div_ceil(STRIKES).max(1))
+        .filter(|strike| !strike.conditions.is_unstruck)
+        .filter_map(|strike| {
+            let (_, speed) = strike.release()?;
+            let aside = Point::polar(1.0, heading(strike)? - strike.command.angle).bearing();
+            Some((*strike, [speed.max(1e-9).ln(), aside]))
+        })
+        .collect();
+    if rig.object.shape() != Shape::Box
+        || seen.len() < FEWEST
+        || world.parameters.contains_key(HOLDS)
+    {
+        return Ok(world);
+    }
+    let (strikes, seen): (Vec<&Strike>, Vec<[f64; 2]>) = seen.into_iter().unzip();
+    let spec = parameter("restitution")?;
+    // Twice the negative logarithm of a likelihood (Cauchy's, for mishits), and the world with its restitution.
+    let far = |mut world: World| -> Result<(f64, World), WorldError> {
+        let mut far = (f64::INFINITY, world.clone());
+        for _ in 0..2 {
+            let launched = launches(rig, &world, Launch::EXACT, &strikes)?;
+            let off = |j: usize| -> Vec<f64> {
+                let pairs = seen.iter().zip(&launched);
+                pairs
+                    .filter_map(|(seen, launched)| Some(seen[j] - (*launched)?[j]))
+                    .collect()
+            };
+            let (speeds, angles) = (off(0), off(1));
+            let faster = median(speeds.clone()).unwrap_or(0.0);
+            let turned = median(angles.clone()).unwrap_or(0.0);
+            // Of one that does not leave the tip, more than any scatter.
+            let stays = (seen.len() - speeds.len()) as f64 * STAYS.powi(2).ln_1p();
+            let of = |all: &[f64], middle: f64| -> f64 {
+                let each = all.iter().map(|v| ((v - middle) / SCATTER).powi(2).ln_1p());
+                each.sum::<f64>() + stays
+            };
+            far = (
+                2.0 * (of(&speeds, faster) + of(&angles, turned)),
+                world.clone(),
+            );
+            let restitution = (1.0 + world.value("restitution")?) * faster.exp() - 1.0;
+            world = world.with("restitution", restitution.clamp(spec.low, spec.high));
+        }
+        Ok(far)
+    };
+    let (mut least, mut best) = (far(world.clone())?.0 - WORTH, None);
+    for friction in frictions(2) {
+        let (far, other) = far(world.clone().with(HOLDS, friction))?;
+        if far < least {
+            (least, best) = (far, Some(other));
+        }
+    }
+    Ok(best.unwrap_or(world))
+}
+
+/// How each strike leaves the tip: logarithm of its speed, and its angle beside the tip's in rad; none of one that does not leave it.
 fn launches(
     rig: &Rig,
     world: &World,
-    fitted: &Fitted,
+    launch: Launch,
     strikes: &[&Strike],
-) -> Result<Option<DMatrix<f64>>, WorldError> {
+) -> Result<Vec<Option<[f64; 2]>>, WorldError> {
     let restitution = world.value("restitution")?;
     let impacts: Vec<Impact> = strikes
         .iter()
         .map(|strike| {
-            let command = fitted.launch.of(strike.command);
+            let command = launch.of(strike.command);
             Impact::of(&[], restitution, command, &strike.conditions)
         })
         .collect();
@@ -39,8 +115,7 @@ fn launches(
         let velocity = worker.release(*impact)?.velocity;
         Some([velocity.norm().max(1e-9).ln(), velocity.bearing()])
     });
-    let released: Option<Vec<[f64; 2]>> = released.into_iter().collect();
-    Ok(released.map(|all| DMatrix::from_fn(all.len(), 2, |i, j| all[i][j])))
+    Ok(released)
 }
 
 /// The world with the tip's friction under which the launches of a fit's strikes are likeliest, where that is beyond chance; `all`: what the
@@ -53,24 +128,25 @@ pub(crate) fn explained(
     let struck: Vec<usize> = (0..all.len())
         .filter(|i| !all[*i].conditions.is_unstruck)
         .collect();
-    if rig.object.shape() != Shape::Box || struck.len() < 8 {
+    if rig.object.shape() != Shape::Box || struck.len() < FEWEST {
         return Ok((None, 0));
     }
     let strikes: Vec<&Strike> = struck.iter().map(|i| all[*i]).collect();
     let n = strikes.len();
     let mut simulations = n as u64;
-    let Some(as_fitted) = launches(rig, &fitted.world, fitted, &strikes)? else {
-        return Ok((None, simulations));
-    };
+    let as_fitted = launches(rig, &fitted.world, fitted.launch, &strikes)?;
     let beside = [
         DMatrix::from_element(n, 1, 1.0),
         DMatrix::from_fn(n, 2, |i, j| strikes[i].command.angle.powi(j as i32)),
     ];
     // Twice the logarithm of a likelihood, the scatter of both estimated anew.
-    let likelihood = |launched: &DMatrix<f64>| {
+    let likelihood = |launched: &[Option<[f64; 2]>]| {
         let of = |j: usize, place: usize| {
             let needed = DVector::from_fn(n, |i, _| {
-                as_fitted[(i, j)] + fitted.guesses[struck[i]][place] - launched[(i, j)]
+                // One that does not leave the tip tells nothing.
+                let moves = as_fitted[i].zip(launched[i]);
+                let moves = moves.map_or(0.0, |(from, to)| from[j] - to[j]);
+                fitted.guesses[struck[i]][place] + moves
             });
             let weighed = DVector::from_fn(n, |i, _| fitted.weights[struck[i]].sqrt());
             let columns =
@@ -84,16 +160,13 @@ pub(crate) fn explained(
     };
     let mut most = likelihood(&as_fitted) + WORTH;
     let mut best = None;
-    for k in 0..LOOKED_AT {
-        let friction = LEAST * FURTHER.powi(k);
+    for friction in frictions(1) {
         if !holds(rig, all, friction) {
             continue;
         }
         let other = fitted.world.clone().with(HOLDS, friction);
         simulations += n as u64;
-        let Some(launched) = launches(rig, &other, fitted, &strikes)? else {
-            continue;
-        };
+        let launched = launches(rig, &other, fitted.launch, &strikes)?;
         let likely = likelihood(&launched);
         if likely > most {
             (most, best) = (likely, Some(other));

@@ -9,10 +9,21 @@ use crate::fit::Fitted;
 
 /// The parameter that decides how far aside a box can be sent.
 pub(crate) const HOLDS: &str = "tip_friction";
-/// Share of the strikes whose bearings must lie within the tip's friction cone, and by how much the cone is wider yet.
-const HELD: (f64, f64) = (0.98, 1.1);
+/// Share of the strikes whose bearings must lie within the tip's friction cone, and by how much the cone is wider yet: those of a tip that slips
+/// gather at its edge, and noise takes some beyond it.
+const HELD: (f64, f64) = (0.9, 1.1);
 /// Shorter paths, in m, have no bearing to speak of.
 const SHORT: f64 = 0.05;
+/// Part of the way by which an object's heading is told: what bends the way is none of the impact's.
+const EARLY: f64 = 0.4;
+
+/// The direction in rad in which an object leaves the tip, from the first part of its way; none where the way is too short.
+pub(crate) fn heading(strike: &Strike) -> Option<f64> {
+    let early = (EARLY * strike.path().norm()).max(SHORT);
+    let mut frames = (0..strike.track.len()).map(|frame| strike.track.point(frame));
+    let away = frames.find(|at| at.distance(strike.initial) >= early)?;
+    Some((away - strike.initial).bearing())
+}
 
 /// The tip's friction that the strikes' bearings need at least: a tip that slips along a face cannot send a box further aside than the
 /// arc tangent of its friction. None for a round object, and where no strike shows it.
@@ -22,13 +33,12 @@ fn needed_grip(rig: &Rig, strikes: &[&Strike]) -> Option<f64> {
     }
     let mut aside: Vec<f64> = strikes
         .iter()
-        .filter(|strike| strike.path().norm() > SHORT)
-        .map(|strike| {
+        .filter_map(|strike| {
             // Beside the normal of the face that it leaves behind.
             let quarter = FRAC_PI_2;
-            let bearing = strike.path().bearing() - strike.conditions.yaw.unwrap_or(0.0);
+            let bearing = heading(strike)? - strike.conditions.yaw.unwrap_or(0.0);
             let bearing = bearing.rem_euclid(quarter);
-            bearing.min(quarter - bearing)
+            Some(bearing.min(quarter - bearing))
         })
         .collect();
     aside.sort_by(f64::total_cmp);
@@ -113,6 +123,13 @@ mod tests {
 
     fn strike(bearing: f64) -> Strike {
         let initial = Point::new(0.3, 0.0);
+        let mut track = Track::default();
+        for frame in 1..=10 {
+            let at = initial + Point::polar(0.02 * f64::from(frame), bearing);
+            track.t.push(0.02 * f64::from(frame));
+            track.x.push(at.x);
+            track.y.push(at.y);
+        }
         Strike {
             id: String::new(),
             log: String::new(),
@@ -124,7 +141,7 @@ mod tests {
                 speed: 0.7,
                 angle: bearing,
             },
-            track: Track::default(),
+            track,
             split: Split::Train,
             conditions: Conditions::default(),
             delivered: None,
