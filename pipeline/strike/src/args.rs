@@ -1,6 +1,8 @@
 //! What the command line takes: here, so that its manual and its completions are written beside carom's.
 
+use std::io::{self, IsTerminal};
 use std::path::PathBuf;
+use std::time::Duration;
 
 use clap::{ArgAction, Parser};
 use store::Model;
@@ -34,6 +36,16 @@ a batch), not_ready (the robot), other_rig (the artifact was made for another ob
 the key, or older than what was loaded before), table_changed (recent strikes show another table). No command is ever moved into a limit. A damaged artifact is bad input: exit
 code 2. With --json every outcome is one object: a plan, a refusal, or {\"failed\": text}; a strike that was made is reported
 and its log is kept even where something failed after it.";
+
+fn seconds(text: &str) -> Result<f64, String> {
+    let number: f64 = text
+        .parse()
+        .map_err(|_| "no number of seconds".to_owned())?;
+    let is_pause = (0.0..=600.0).contains(&number);
+    is_pause
+        .then_some(number)
+        .ok_or_else(|| "must be 0 to 600 s".into())
+}
 
 /// Strikes an object so that it comes to rest at a target.
 #[derive(Debug, Parser)]
@@ -84,6 +96,10 @@ pub struct Args {
     /// FOLDER's), xarm:HOST (UFACTORY's xArm5, 6, 7 and Lite6), ur:HOST (Universal Robots' e-Series); an arm needs --key and --rig
     #[arg(long, value_name = "ROBOT", default_value = "dry-run")]
     pub robot: Choice,
+    /// Whoever is told to step back has so long, in s, before an arm moves [default: 0 where standard error is a terminal, whose reader
+    /// called it, else 3]
+    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
+    pub pause: Option<f64>,
     /// Log of the strike [default: the next strike_NNNNNN.mcap in DIR/strikes]; never overwrites
     #[arg(long, value_name = "FILE")]
     pub log: Option<PathBuf>,
@@ -107,4 +123,37 @@ pub struct Args {
     /// Print results and errors only
     #[arg(long)]
     pub quiet: bool,
+}
+
+impl Args {
+    /// How long whoever is told to step back has for it.
+    pub fn pause(&self) -> Duration {
+        /// Of somebody who did not call it.
+        const STEP_BACK: f64 = 3.0;
+        let usual = || match io::stderr().is_terminal() || !self.robot.moves() {
+            true => 0.0,
+            false => STEP_BACK,
+        };
+        Duration::from_secs_f64(self.pause.unwrap_or_else(usual))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_time_to_step_back_is_what_is_given_and_none_where_nothing_moves() {
+        let parsed = |more: &[&str]| {
+            let words = ["strike", "--artifacts", "run", "--to", "0.6", "0.1"];
+            Args::try_parse_from([&words[..], more].concat())
+        };
+        let pause = |more: &[&str]| parsed(more).expect("sound").pause().as_secs_f64();
+        assert_eq!(pause(&[]), 0.0);
+        assert_eq!(pause(&["--robot", "ur:arm", "--pause", "1.5"]), 1.5);
+        assert_eq!(pause(&["--robot", "ur:arm", "--pause", "0"]), 0.0);
+        for wrong in ["601", "nan", "soon"] {
+            assert!(parsed(&["--pause", wrong]).is_err(), "{wrong}");
+        }
+    }
 }

@@ -9,7 +9,7 @@ use world::{Simulator, World, WorldError};
 
 use crate::limits::{self, BrokenLimit};
 use crate::plan::{Details, GOOD_FOR};
-use crate::{Plan, PlannerError, Reason, Refusal, motion};
+use crate::{Plan, PlannerError, Reason, Refusal, clearance, motion};
 
 /// The version's name in plans that no version made.
 const NO_VERSION: &str = "none";
@@ -84,9 +84,22 @@ impl CommandPlanner {
     }
 
     /// The strike of an object at rest at `from` (m) with this command, or why it is not made. The object must stay on the table
-    /// even if it slides `farther` times as far as it is foreseen to.
+    /// even if it slides `farther` times as far as it is foreseen to. A box is taken to stand with its faces along the table's axes.
     pub fn plan(&self, from: Point, command: Command, farther: f64) -> Result<Plan, Refusal> {
-        self.try_plan(from, command, farther)
+        self.plan_turned(from, command, farther, 0.0)
+    }
+
+    /// The same for an object that is seen turned by `yaw` (rad) from the table's axes: a box is struck as it stands, and refused where
+    /// it is turned too far.
+    pub fn plan_turned(
+        &self,
+        from: Point,
+        command: Command,
+        farther: f64,
+        yaw: f64,
+    ) -> Result<Plan, Refusal> {
+        limits::turn(&self.rig, yaw)
+            .and_then(|turn| self.try_plan(from, command, farther, turn))
             .map_err(|(refused, detail)| Refusal {
                 from: Some(from),
                 to: None,
@@ -95,17 +108,27 @@ impl CommandPlanner {
             })
     }
 
-    fn try_plan(&self, from: Point, command: Command, farther: f64) -> Result<Plan, BrokenLimit> {
+    fn try_plan(
+        &self,
+        from: Point,
+        command: Command,
+        farther: f64,
+        turn: Option<f64>,
+    ) -> Result<Plan, BrokenLimit> {
         let rig = &self.rig;
         limits::point(rig, "from", from)?;
         limits::command(rig, command, command)?;
-        let conditions = Conditions::default();
+        let conditions = Conditions {
+            yaw: turn,
+            ..Conditions::default()
+        };
         let stroke = motion::stroke(rig, &self.simulator, from, command, &conditions)?;
         let object = motion::object(&self.simulator, from, command, &conditions)?;
         let path = object.stop - from;
         let farthest = from + path * farther.max(1.0);
         limits::points(rig, from, object.stop)
             .and_then(|()| limits::point(rig, "to", farthest))
+            .and_then(|()| clearance::object(rig, from, farthest))
             .map_err(|(reason, detail)| {
                 let text = format!(
                     "struck with {:.3} m/s at {:.3} rad it is foreseen to slide {:.3} m, and may slide {farther:.2} times as far: {detail}",
@@ -123,7 +146,10 @@ impl CommandPlanner {
             ));
         }
         let maker = (self.version.clone(), self.model);
-        let details = Details::unaided(maker, (from, object.stop), command, &stroke, rig);
+        let details = Details {
+            yaw: turn,
+            ..Details::unaided(maker, (from, object.stop), command, &stroke, rig)
+        };
         let plan = Plan::new(details, stroke, rig.clone(), self.good_for);
         Ok(plan.by_clock(self.clock))
     }

@@ -1,6 +1,7 @@
 //! Where an arm's last strike left the object, kept by the arm's serial number and not by folder of logs: whichever call strikes next, and
 //! whatever became of the logs, an object that nobody put back is not struck.
 
+use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 use std::{env, fs, io};
@@ -26,7 +27,7 @@ pub(crate) enum LastStop {
 /// Nowhere to keep where an arm's last strike left the object.
 #[derive(Debug, thiserror::Error)]
 #[error(
-    "find a folder for where the object stopped last: neither XDG_STATE_HOME nor HOME is set; set one"
+    "find a folder for where the object stopped last: neither XDG_STATE_HOME nor HOME is an absolute path; set one"
 )]
 pub struct NoMemory;
 
@@ -43,11 +44,20 @@ pub struct Memory {
     left: Option<Height>,
 }
 
-/// The folder of what is kept by arm: `carom` in XDG_STATE_HOME, or in `.local/state` of the user's home. Errors where neither is set.
+/// The folder of what is kept by arm: `carom` in XDG_STATE_HOME, or in `.local/state` of the user's home. Errors where neither is set
+/// to an absolute path.
 pub fn memory_folder() -> Result<PathBuf, NoMemory> {
-    let set = |name: &str| env::var_os(name).map(PathBuf::from);
-    let state = set("XDG_STATE_HOME").filter(|path| path.is_absolute());
-    state
+    folder_by(|name| env::var_os(name))
+}
+
+/// The same by these variables. A path that is not absolute would be another folder for each call.
+fn folder_by(variable: impl Fn(&str) -> Option<OsString>) -> Result<PathBuf, NoMemory> {
+    let set = |name: &str| {
+        variable(name)
+            .map(PathBuf::from)
+            .filter(|path| path.is_absolute())
+    };
+    set("XDG_STATE_HOME")
         .or_else(|| Some(set("HOME")?.join(".local/state")))
         .map(|state| state.join("carom"))
         .ok_or(NoMemory)
@@ -154,13 +164,20 @@ impl Memory {
         durable::write_bytes(&self.path, text.as_bytes())
     }
 
-    /// Whether the object lies where its last strike left it, or may have.
+    /// Whether the object lies where its last strike left it, or may have: from there on it is followed, for what creeps away by itself, as on
+    /// a table that leans, was put nowhere.
     pub(crate) fn is_at(&mut self, place: Point) -> bool {
-        match self.stop {
+        match &mut self.stop {
             LastStop::None => false,
-            LastStop::At(stop) | LastStop::Unseen(Some(stop)) => stop.distance(place) < PUT_BACK,
-            LastStop::Unseen(None) => {
-                self.stop = LastStop::Unseen(Some(place));
+            LastStop::At(stop) | LastStop::Unseen(Some(stop)) => {
+                let is_there = stop.distance(place) < PUT_BACK;
+                if is_there {
+                    *stop = place;
+                }
+                is_there
+            }
+            LastStop::Unseen(stop @ None) => {
+                *stop = Some(place);
                 true
             }
         }
@@ -298,6 +315,27 @@ mod tests {
         memory.keep(LastStop::Unseen(None)).expect("keeps");
         assert!(memory.is_at(here), "it may have stopped there");
         assert!(memory.is_at(near) && memory.is_at(here));
+        // By itself, however far in the end.
+        let crept = |step: u32| Point::new(0.5 + 0.015 * f64::from(step), 0.1);
+        assert!((1..4).all(|step| memory.is_at(crept(step))));
         assert!(!memory.is_at(there));
+    }
+
+    #[test]
+    fn a_folder_that_depends_on_where_the_program_is_called_from_is_none() {
+        let by = |state: &'static str, home: &'static str| {
+            let of = |name: &str| if name == "HOME" { home } else { state };
+            folder_by(|name| Some(of(name).into()))
+        };
+        for (state, home, folder) in [
+            ("/s", "/h", Some("/s/carom")),
+            ("s", "/h", Some("/h/.local/state/carom")),
+            ("", "", None),
+            ("", "h", None),
+        ] {
+            let found = by(state, home).ok();
+            assert_eq!(found, folder.map(PathBuf::from), "{state} {home}");
+        }
+        assert!(folder_by(|_| None).is_err());
     }
 }

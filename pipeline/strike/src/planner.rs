@@ -12,7 +12,7 @@ use crate::correction::{Correction, solved};
 use crate::limits::{self, BrokenLimit};
 use crate::plan::{Adapted, Details, GOOD_FOR};
 use crate::recent::{Acting, Recent};
-use crate::{Plan, PlannerError, Reason, Refusal, motion};
+use crate::{Plan, PlannerError, Reason, Refusal, clearance, motion};
 
 /// How a start is named that was chosen here.
 const CHOSEN_START: &str = "the start in the middle of the trained paths (no --from was given)";
@@ -188,6 +188,12 @@ impl Planner {
         Self { good_for, ..self }
     }
 
+    /// The same, for so much longer.
+    pub fn good_for_longer(self, by: Duration) -> Self {
+        let good_for = self.good_for + by;
+        self.good_for(good_for)
+    }
+
     /// The rig that it plans for.
     pub fn rig(&self) -> &Rig {
         &self.rig
@@ -261,6 +267,7 @@ impl Planner {
 
     fn try_plan(&self, from: Point, to: Point, turn: Option<f64>) -> Result<Plan, BrokenLimit> {
         limits::points(&self.rig, from, to)?;
+        clearance::object(&self.rig, from, to)?;
         limits::trained(&self.region, from, to)?;
         let path = to - from;
         limits::trained_face(&self.region, path, turn)?;

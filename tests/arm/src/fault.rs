@@ -98,11 +98,13 @@ pub enum Fault {
     Dead,
     /// The arm leaves its line, and no stop arrives any more.
     NoStop,
+    /// Connections that requests and stops go over are closed; reports go on.
+    ControlClosed,
 }
 
 impl Fault {
     /// All of them.
-    pub const ALL: [Self; 41] = [
+    pub const ALL: [Self; 42] = [
         Self::Reset,
         Self::Gone,
         Self::HalfOpen,
@@ -144,5 +146,6 @@ impl Fault {
         Self::Burst,
         Self::Dead,
         Self::NoStop,
+        Self::ControlClosed,
     ];
 }

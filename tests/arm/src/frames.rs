@@ -70,6 +70,8 @@ pub struct Reported {
     pub codes: [u8; 2],
     /// mm and rad.
     pub pose: [f64; 6],
+    /// Where the controller wants the tip: mm and rad.
+    pub wanted: [f64; 6],
     /// mm/s.
     pub velocity: [f64; 3],
     /// mm and rad.
@@ -111,8 +113,8 @@ impl Reported {
         frame[12] = self.mode << 4 | self.state;
         frame[13..15].copy_from_slice(&self.waiting.to_be_bytes());
         // Target and measured: the emulated arm has no error of following.
-        for (pose, speed) in [(424, 448), (472, 496)] {
-            put(&mut frame, pose, &self.pose);
+        for (at, pose, speed) in [(424, &self.wanted, 448), (472, &self.pose, 496)] {
+            put(&mut frame, at, pose);
             put(&mut frame, speed, &self.velocity);
         }
         frame

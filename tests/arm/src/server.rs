@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 
 use crate::foxglove::Topic;
 use crate::frames::{Reported, Request};
-use crate::shared::{Shared, is_cut, is_dead, is_held};
+use crate::shared::{Shared, is_cut, is_dead, is_held, is_shut};
 use crate::state::{Event, Model, State};
 use crate::table::Table;
 use crate::{Fault, Step, ur};
@@ -204,7 +204,7 @@ fn control(shared: &Shared, mut stream: TcpStream) {
     let since = Instant::now();
     let _ = stream.set_read_timeout(Some(Duration::from_millis(5)));
     let mut waiting = Vec::new();
-    while !shared.ends() && !is_cut(shared, since) {
+    while !shared.ends() && !is_shut(shared, since) {
         let mut more = [0; 512];
         match io::Read::read(&mut stream, &mut more) {
             Ok(0) => return,
@@ -232,7 +232,7 @@ fn control(shared: &Shared, mut stream: TcpStream) {
                 Some(Fault::GarbageReply) => vec![0xa5; 32],
                 _ => reply,
             };
-            if is_cut(shared, since) || stream.write_all(&reply).is_err() {
+            if is_shut(shared, since) || stream.write_all(&reply).is_err() {
                 return;
             }
         }

@@ -31,6 +31,13 @@ pub(crate) fn is_cut(shared: &Shared, since: Instant) -> bool {
     })
 }
 
+/// The same of one that requests go over.
+pub(crate) fn is_shut(shared: &Shared, since: Instant) -> bool {
+    let made = shared.lock().made;
+    let alone = made.is_some_and(|(at, fault)| fault == Fault::ControlClosed && since <= at);
+    alone || is_cut(shared, since)
+}
+
 /// Whether nothing goes through a connection, which was made at that moment.
 pub(crate) fn is_dead(shared: &Shared, since: Instant) -> bool {
     let made = shared.lock().made;

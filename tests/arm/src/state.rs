@@ -433,6 +433,7 @@ impl State {
             Some((_, Fault::Repeated)) => self.frozen.unwrap_or(reported),
             Some((_, Fault::Frozen)) => self.frozen.map_or(reported, |frozen| Reported {
                 clock: reported.clock,
+                wanted: reported.wanted,
                 ..frozen
             }),
             _ => reported,
@@ -446,6 +447,7 @@ impl State {
             .map_or((self.pose, [0.0; 3]), |(begun, motion)| {
                 motion.at(begun.elapsed().as_secs_f64())
             });
+        let wanted = pose;
         let mut clock = self.begun.elapsed().as_micros() as u64;
         if let Some((since, fault)) = self.made {
             let later = since.elapsed().as_secs_f64();
@@ -476,6 +478,7 @@ impl State {
             off: self.model.off,
             codes: self.codes,
             pose,
+            wanted,
             velocity,
             tool_offset: self.model.tool_offset,
             payload: self.model.payload,

@@ -8,7 +8,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use crate::frames::Reported;
-use crate::shared::{Shared, is_cut, is_dead, is_held};
+use crate::shared::{Shared, is_cut, is_dead, is_held, is_shut};
 use crate::{Fault, Step};
 
 /// What a script is looked for so often.
@@ -55,7 +55,8 @@ fn value(name: &str, shown: &Reported) -> Vec<u8> {
     let [x, y, z] = shown.velocity.map(|speed| speed * 1e-3);
     match name {
         "timestamp" => doubles(&[shown.clock as f64 * 1e-6]),
-        "actual_TCP_pose" | "target_TCP_pose" => doubles(&metres(shown.pose)),
+        "actual_TCP_pose" => doubles(&metres(shown.pose)),
+        "target_TCP_pose" => doubles(&metres(shown.wanted)),
         "actual_TCP_speed" | "target_TCP_speed" => doubles(&[x, y, z, 0.0, 0.0, 0.0]),
         "tcp_offset" => doubles(&metres(shown.tool_offset)),
         "payload" => doubles(&[shown.payload]),
@@ -246,7 +247,7 @@ pub(crate) fn script(shared: &Shared, mut stream: TcpStream) {
     let since = Instant::now();
     let _ = stream.set_read_timeout(Some(TICK));
     let mut waiting = String::new();
-    while !shared.ends() && !is_cut(shared, since) {
+    while !shared.ends() && !is_shut(shared, since) {
         let Some(came) = more(&mut stream) else {
             return;
         };

@@ -54,6 +54,7 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
         None if !args.recent.is_empty() => adapt::by_logs(&args.recent, &artifact, planner)?,
         None => planner,
     };
+    let planner = planner.good_for_longer(args.pause());
     match (&args.batch, &args.to) {
         (Some(file), _) => plan_batch(args, &planner, file),
         (None, Some(to)) => strike_one(args, &planner, &artifact.manifest.sha256, point(to)),

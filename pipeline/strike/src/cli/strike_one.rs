@@ -144,6 +144,7 @@ fn strike_with_arm<D: Arm>(
         RobotError::Busy { .. } => Failure::Busy(error.to_string()),
         error => Failure::failed(error),
     })?;
+    robot.pause(args.pause());
     let folder = memory_folder().map_err(Failure::failed)?;
     let mut memory = Memory::open(&folder, robot.serial()).map_err(Failure::failed)?;
     if let Some(lost) = memory.lost() {

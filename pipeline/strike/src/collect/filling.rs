@@ -5,7 +5,7 @@ use values::{Command, Interval, Point, Rig};
 use super::collection::Collection;
 use super::error::CollectError;
 use super::request::StrikeRequest;
-use crate::{CommandPlanner, Plan};
+use crate::{CommandPlanner, Plan, Resting};
 
 /// Commands that are compared for one strike.
 const CANDIDATES: u64 = 96;
@@ -15,17 +15,22 @@ const PLACES: u64 = 64;
 const START_X: (f64, f64) = (1.0 / 9.0, 1.0 / 3.0);
 const START_Y: (f64, f64) = (1.0 / 3.0, 2.0 / 3.0);
 
-/// Where the object is best put for the next strike: the next place of an even sequence from which a strike fits.
+/// Where the object is best put for the next strike: the next place of an even sequence from which a strike fits. `is_over` ends the search,
+/// which takes minutes where none does.
 pub(super) fn request(
     planner: &CommandPlanner,
     collection: &Collection,
+    is_over: &dyn Fn() -> bool,
 ) -> Result<StrikeRequest, CollectError> {
     let (made, farther) = (collection.made(), collection.farther(planner));
     let first = collection.strikes_made() as u64;
     let mut last = None;
     for place in first..first + PLACES {
+        if is_over() {
+            return Err(CollectError::Interrupted);
+        }
         let from = start(planner.rig(), place);
-        match choose(planner, from, &made, farther) {
+        match choose(planner, &Resting::at(from), &made, farther) {
             Ok(plan) => {
                 return Ok(StrikeRequest {
                     from,
@@ -47,14 +52,14 @@ fn start(rig: &Rig, n: u64) -> Point {
     Point::new(part(rig.table.x, START_X, 2), part(rig.table.y, START_Y, 3))
 }
 
-/// The strike from a place whose command lies farthest from those made, of those that can be made.
+/// The strike of an object at rest whose command lies farthest from those made, of those that can be made.
 pub(super) fn choose(
     planner: &CommandPlanner,
-    from: Point,
+    rest: &Resting,
     made: &[StrikeRequest],
     farther: f64,
 ) -> Result<Plan, CollectError> {
-    let rig = planner.rig();
+    let (rig, from, yaw) = (planner.rig(), rest.point, rest.yaw.unwrap_or(0.0));
     let between = |range: Interval, share: f64| {
         let value = range.low + share * (range.high - range.low);
         (value * 1e4).round() / 1e4
@@ -73,7 +78,7 @@ pub(super) fn choose(
     candidates.sort_by(|a, b| b.0.total_cmp(&a.0));
     let mut last = None;
     for (_, command) in candidates {
-        match planner.plan(from, command, farther) {
+        match planner.plan_turned(from, command, farther, yaw) {
             Ok(plan) => return Ok(plan),
             Err(refusal) => last = Some(refusal),
         }
@@ -131,7 +136,7 @@ mod tests {
         let (mut speeds, mut angles) = ([0; 3], [0; 3]);
         for n in 0..54 {
             let from = start(&rig, n);
-            let plan = choose(&planner, from, &made, 1.0).expect("a strike");
+            let plan = choose(&planner, &Resting::at(from), &made, 1.0).expect("a strike");
             let third = |range: Interval, value: f64| {
                 let share = (value - range.low) / (range.high - range.low);
                 ((share * 3.0) as usize).min(2)
@@ -150,10 +155,24 @@ mod tests {
     }
 
     #[test]
+    fn a_box_is_struck_as_it_is_seen_to_stand() {
+        let planner = CommandPlanner::nominal(&Rig::demo(Shape::Box)).expect("a world");
+        let turned = |yaw| Resting {
+            yaw: Some(yaw),
+            ..Resting::at(Point::new(0.3, 0.0))
+        };
+        let plan = |yaw| choose(&planner, &turned(yaw), &[], 1.0);
+        assert_eq!(plan(0.2).expect("a strike").yaw, Some(0.2));
+        let error = plan(0.6).expect_err("on its corner").to_string();
+        assert!(error.contains("lay it straighter"), "{error}");
+    }
+
+    #[test]
     fn from_a_place_that_nothing_fits_the_reason_is_reported() {
         let rig = Rig::demo(Shape::Cylinder);
         let planner = CommandPlanner::nominal(&rig).expect("a world");
-        let error = choose(&planner, Point::new(0.98, 0.0), &[], 1.0).expect_err("at the edge");
+        let edge = Resting::at(Point::new(0.98, 0.0));
+        let error = choose(&planner, &edge, &[], 1.0).expect_err("at the edge");
         assert!(error.to_string().contains("refused"), "{error}");
     }
 }

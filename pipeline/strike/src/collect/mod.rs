@@ -60,17 +60,18 @@ pub fn collect(
         let next = requested.first().copied();
         let put = match next {
             Some(request) => request,
-            None => request(planner, &collection)?,
+            None => request(planner, &collection, is_over)?,
         };
         report(CollectEvent::Put(put));
         let log = OpenLog::open(Destination::Next(folder.into()))?;
         let log = log.reserve(ROOM + station.room())?;
-        let from = station.object(put.from, report)?;
+        let rest = station.object(put.from, report)?;
         let farther = collection.farther(planner);
         let plan = match next {
             Some(request) => {
                 requested.remove(0);
-                match planner.plan(from, request.command, farther) {
+                let yaw = rest.yaw.unwrap_or(0.0);
+                match planner.plan_turned(rest.point, request.command, farther, yaw) {
                     Ok(plan) => plan,
                     Err(refusal) => {
                         report(CollectEvent::LeftOut(refusal));
@@ -78,7 +79,7 @@ pub fn collect(
                     }
                 }
             }
-            None => match choose(planner, from, &collection.made(), farther) {
+            None => match choose(planner, &rest, &collection.made(), farther) {
                 Err(CollectError::NoStrike(why)) if station.is_by_hand() => {
                     report(CollectEvent::Waiting(why));
                     continue;

@@ -57,12 +57,12 @@ pub trait Station {
     /// Bytes that the messages of a strike may come to.
     fn room(&self) -> u64;
 
-    /// Waits until the object lies ready, wherever that is; `requested` is where it would best lie. In m. Reports what it waits for.
+    /// Waits until the object lies ready, wherever that is; `requested` is where it would best lie, in m. Reports what it waits for.
     fn object(
         &mut self,
         requested: Point,
         report: &mut dyn FnMut(CollectEvent),
-    ) -> Result<Point, CollectError>;
+    ) -> Result<Resting, CollectError>;
 
     /// Whether a hand puts the object back, which may put it where nothing can be struck.
     fn is_by_hand(&self) -> bool;
@@ -112,8 +112,8 @@ impl Station for SimStation {
         &mut self,
         requested: Point,
         _: &mut dyn FnMut(CollectEvent),
-    ) -> Result<Point, CollectError> {
-        Ok(requested)
+    ) -> Result<Resting, CollectError> {
+        Ok(Resting::at(requested))
     }
 
     fn strike(&mut self, plan: &Plan) -> Result<Recorded, Box<Unfinished>> {
@@ -184,7 +184,7 @@ impl<D: Arm> Station for ArmStation<D> {
         &mut self,
         _: Point,
         report: &mut dyn FnMut(CollectEvent),
-    ) -> Result<Point, CollectError> {
+    ) -> Result<Resting, CollectError> {
         if let Some(lost) = self.memory.lost() {
             report(CollectEvent::Lost(lost));
         }
@@ -219,7 +219,7 @@ impl<D: Arm> Station for ArmStation<D> {
                     Some((before, _)) if self.live.is_still(&before).is_err() => still = None,
                     Some((_, since)) if since.elapsed() >= self.pause => {
                         self.ready = Some(rest);
-                        return Ok(rest.point);
+                        return Ok(rest);
                     }
                     Some(_) => {}
                 },

@@ -53,11 +53,9 @@ pub(super) struct Channels {
 }
 
 impl Channels {
-    /// Whether images are listened to.
-    pub(super) fn has_images(&self) -> bool {
-        self.listened
-            .values()
-            .any(|channel| channel.role == Role::Image)
+    /// Whether a channel of this role is listened to.
+    pub(super) fn has(&self, role: Role) -> bool {
+        self.listened.values().any(|channel| channel.role == role)
     }
 
     pub(super) fn new(topics: &Topics) -> Self {

@@ -17,8 +17,8 @@ use crate::robot::arm::{is_nothing_yet, why_none};
 
 /// How long connecting may take, the handshake included.
 const CONNECT: Duration = Duration::from_secs(5);
-/// The socket is read for so long at a time: the end of the program is noticed in between.
-const TICK: Duration = Duration::from_millis(50);
+/// The socket is read for so long at a time: the end of the program, and that nothing comes, is noticed in between.
+const TICK: Duration = Duration::from_millis(10);
 /// How long the socket may refuse a subscription.
 const SEND: Duration = Duration::from_secs(1);
 /// Largest message that is taken, in bytes: an uncompressed image of 20 megapixels.

@@ -25,6 +25,7 @@ use values::Rig;
 
 use crate::epoch::Epoch;
 use crate::robot::arm::start;
+use channels::Role;
 use connection::Connection;
 pub use error::LiveError;
 use recording::MOST_BYTES;
@@ -156,7 +157,7 @@ impl Live {
 
     /// Bytes that the messages of a strike may come to.
     pub fn room(&self) -> u64 {
-        let images = self.shared.lock().channels.has_images();
+        let images = self.shared.lock().channels.has(Role::Image);
         PLACES + if images { MOST_BYTES as u64 } else { 0 }
     }
 
@@ -229,6 +230,11 @@ impl Live {
         let places = seen.places.since(since);
         let found = resting(places, Instant::now(), window, self.rig.camera.noise);
         let found = found.map_err(|why| seen.not_at_rest(why))?;
+        let is_box = self.rig.object.solid.half_sides().is_some();
+        if is_box && found.yaw.is_none() && seen.channels.has(Role::Pose) {
+            let why = "its pose has not come all along, which says how the box is turned";
+            return Err(seen.not_at_rest(why.into()));
+        }
         match seen.behind {
             Some(behind) if behind.abs() > CLOCK => Err(LiveError::NotAtRest(format!(
                 "its stamps are {:.1} s {} this computer's clock, and a log joins both: set the clocks alike (NTP, PTP)",
@@ -262,9 +268,13 @@ fn listen(shared: &Shared, mut connection: Connection) {
         let taken = connection
             .read()
             .and_then(|message| take(shared, &mut connection, message));
+        let mut seen = shared.lock();
         if let Err(fault) = taken {
-            shared.lock().ends(fault);
+            seen.ends(fault);
             return;
+        }
+        if let Some(sentry) = &mut seen.sentry {
+            sentry.waits(Instant::now());
         }
     }
 }

@@ -14,6 +14,8 @@ const FEWEST: usize = 5;
 pub(super) const FRESH: Duration = Duration::from_millis(250);
 /// Share of the places that may lie elsewhere: outliers of a tracker.
 const OUTLIERS: f64 = 0.2;
+/// But not so many at last, one after another: those show an object that has just begun to move.
+pub(super) const IN_A_ROW: usize = 2;
 
 /// Where the object was seen, and when the message came.
 #[derive(Clone, Copy, Debug)]
@@ -84,13 +86,15 @@ pub(super) fn resting(
     }
     let middle = median(&recent);
     let reach = WANDER + NOISE * noise;
-    let near: Vec<Place> = recent
-        .iter()
-        .copied()
-        .filter(|place| place.point.distance(middle) <= reach)
-        .collect();
+    let is_near = |place: &&Place| place.point.distance(middle) <= reach;
+    let near: Vec<Place> = recent.iter().filter(is_near).copied().collect();
     let elsewhere = recent.len() - near.len();
-    if elsewhere as f64 > OUTLIERS * recent.len() as f64 {
+    let has_left = !recent
+        .iter()
+        .rev()
+        .take(IN_A_ROW)
+        .any(|place| is_near(&place));
+    if has_left || elsewhere as f64 > OUTLIERS * recent.len() as f64 {
         let farthest = recent
             .iter()
             .map(|place| place.point.distance(middle))
@@ -194,6 +198,13 @@ mod tests {
         assert!(said(|t| [if t < 0.8 { 0.5 } else { 0.3 }, 0.1], 0).contains("moves"));
         let none = resting(std::iter::empty(), Instant::now(), WINDOW, NOISE);
         assert!(none.expect_err("nothing").contains("yet"));
+        // Pushed a moment ago, though nearly all places are those of before.
+        let pushed = |t: f64| [0.3 + (0.3 * (t - 0.92)).max(0.0), 0.1];
+        assert!(
+            seen(pushed, Duration::ZERO)
+                .expect_err("no rest")
+                .contains("moves")
+        );
         // Half a second of two frames is too little.
         assert!(said(|_| [f64::NAN, 0.1], 0).contains("mm"));
     }

@@ -6,10 +6,10 @@ use logs::write::Received;
 use values::Topics;
 
 use super::LiveError;
-use super::channels::Channels;
+use super::channels::{Channels, Sighting};
 use super::protocol::{self, Control};
 use super::recording::{Places, Recording};
-use super::rest::{Place, Resting};
+use super::rest::{FRESH, Place, Resting};
 use super::still::Sentry;
 use crate::epoch::Epoch;
 
@@ -33,6 +33,8 @@ pub(super) struct Seen {
     pub(super) sentry: Option<Sentry>,
     /// The last stamp, in ns.
     stamp: Option<i64>,
+    /// How the object's pose said last that it is turned, in rad, and when that came.
+    turned: Option<(Instant, f64)>,
 }
 
 impl Seen {
@@ -48,6 +50,7 @@ impl Seen {
             lowest: None,
             sentry: None,
             stamp: None,
+            turned: None,
         }
     }
 
@@ -112,7 +115,11 @@ impl Seen {
                 self.behind = sighting
                     .stamp
                     .map(|stamp| (i128::from(log_time) - i128::from(stamp)) as f64 * 1e-9);
-                let (point, yaw, z) = (sighting.point, sighting.yaw, sighting.z);
+                let (point, z) = (sighting.point, sighting.z);
+                // A centroid says nothing of it.
+                let fresh = |(came, _): &(Instant, f64)| at.duration_since(*came) <= FRESH;
+                let of_pose = self.turned.filter(fresh).map(|(_, yaw)| yaw);
+                let yaw = sighting.yaw.or(of_pose);
                 if let Some(sentry) = &mut self.sentry {
                     sentry.sees(at, &Resting { point, yaw, z });
                 }
@@ -122,6 +129,7 @@ impl Seen {
                     frames = Some(LiveError::Frames(first.clone(), sighting.frame));
                 }
             }
+            Ok(Some(Sighting { yaw: Some(yaw), .. })) => self.turned = Some((at, yaw)),
             Ok(_) => {}
             Err(why) => self.unread = Some(why),
         }
@@ -163,5 +171,48 @@ pub fn read_messages(topics: &Topics, messages: &[ServerMessage<'_>]) -> Result<
     match seen.unread {
         Some(why) => Err(why),
         None => Ok(seen.recording.take(Epoch::now()).0.len()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::Duration;
+
+    use super::*;
+
+    #[test]
+    fn a_centroid_has_the_yaw_of_the_pose_beside_it_while_that_comes() {
+        let mut seen = Seen::new(&Topics::default());
+        let asked = seen.control(
+            r#"{"op":"advertise","channels":[{"id":1,"topic":"/object/centroid","encoding":"json"},
+            {"id":2,"topic":"/object/pose","encoding":"json"}]}"#,
+        );
+        assert_eq!(asked.expect("sound").len(), 2);
+        let begun = Instant::now();
+        let mut came = |subscription: u32, ms: u64, place: &str| {
+            let header =
+                format!(r#""header":{{"stamp":{{"sec":1,"nanosec":{ms}}},"frame_id":"table"}}"#);
+            let mut frame = vec![1];
+            frame.extend(subscription.to_le_bytes());
+            frame.extend([0; 8]);
+            frame.extend(format!("{{{header},{place}}}").into_bytes());
+            let at = begun + Duration::from_millis(ms);
+            seen.data(&frame, at, 0).expect("sound");
+        };
+        let centroid = r#""point":{"x":0.3,"y":0.0,"z":0.0}"#;
+        let (sin, cos) = 0.1f64.sin_cos();
+        let pose = format!(
+            r#""pose":{{"position":{{"x":0.3,"y":0.0,"z":0.0}},"orientation":{{"x":0,"y":0,"z":{sin},"w":{cos}}}}}"#
+        );
+        came(1, 0, centroid);
+        came(2, 10, &pose);
+        came(1, 20, centroid);
+        came(1, 400, centroid);
+        let yaws: Vec<bool> = seen
+            .places
+            .since(begun)
+            .map(|place| place.yaw.is_some_and(|yaw| (yaw - 0.2).abs() < 1e-9))
+            .collect();
+        assert_eq!(yaws, [false, true, false], "{:?}", seen.unread);
     }
 }

@@ -2,11 +2,11 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::fmt;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use values::Rig;
 
-use super::rest::Resting;
+use super::rest::{IN_A_ROW, Resting};
 
 /// An object that is seen farther from its place than this, in m, was moved.
 const MOVED: f64 = 0.003;
@@ -16,8 +16,8 @@ const TURNED: f64 = 0.05;
 const LIFTED: f64 = 0.01;
 /// One message alone is off by so many standard deviations of the camera's noise at the most, and by so many rad.
 const ALONE: (f64, f64) = (4.0, 0.15);
-/// So many messages in a row show that it was moved: one alone may be a tracker's outlier.
-const IN_A_ROW: u32 = 2;
+/// It was covered by a hand, or taken, where no message shows it for so long: three frames of 30 Hz.
+const BLIND: Duration = Duration::from_millis(100);
 
 /// By how much (m) an object is higher that somebody has lifted.
 pub(super) fn lifted(rig: &Rig) -> f64 {
@@ -68,7 +68,9 @@ type Ends = Box<dyn FnMut(Instant, &str) + Send>;
 pub(super) struct Sentry {
     rig: Rig,
     before: Resting,
-    in_a_row: u32,
+    in_a_row: usize,
+    /// When it was seen last.
+    last: Instant,
     ends: Ends,
 }
 
@@ -83,12 +85,14 @@ impl Sentry {
             rig: rig.clone(),
             before,
             in_a_row: 0,
+            last: Instant::now(),
             ends: Box::new(ends),
         }
     }
 
     /// Takes what a message shows that came at a moment.
     pub(super) fn sees(&mut self, at: Instant, now: &Resting) {
+        self.last = at;
         let (noises, turned) = ALONE;
         let most = (MOVED + noises * self.rig.camera.noise, turned);
         let moved = differs(&self.rig, &self.before, now, most);
@@ -98,6 +102,14 @@ impl Sentry {
                 at,
                 &format!("the object was moved during the run-up: {how}"),
             );
+        }
+    }
+
+    /// No message has shown it since, up to a moment.
+    pub(super) fn waits(&mut self, now: Instant) {
+        let unseen = now.saturating_duration_since(self.last);
+        if unseen > BLIND {
+            self.is_blind(now, &format!("for {} ms", unseen.as_millis()));
         }
     }
 
@@ -148,6 +160,24 @@ mod tests {
         let said = told(&[0.0, 4.0, 9.0, 14.0, 19.0]);
         assert_eq!(said.len(), 2, "{said:?}");
         assert!(said[0].contains("moved by 14.0 mm"), "{said:?}");
+    }
+
+    #[test]
+    fn an_object_that_no_message_shows_any_more_is_told() {
+        let (tell, told) = mpsc::channel();
+        let rig = Rig::demo(Shape::Cylinder);
+        let before = Resting::at(Point::new(0.3, 0.0));
+        let mut sentry = Sentry::new(&rig, before, move |_, how| {
+            tell.send(how.to_owned()).expect("is heard");
+        });
+        let begun = Instant::now();
+        let at = |ms: u64| begun + Duration::from_millis(ms);
+        sentry.sees(at(1_000), &before);
+        // Two of 30 frames a second were lost.
+        sentry.waits(at(1_100));
+        assert!(told.try_recv().is_err());
+        sentry.waits(at(1_140));
+        assert!(told.recv().expect("told").contains("seen no more"));
     }
 
     #[test]

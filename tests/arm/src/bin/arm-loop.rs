@@ -269,6 +269,8 @@ impl Lab {
                     &y,
                     "--robot",
                     &self.arm,
+                    "--pause",
+                    "0",
                     "--json",
                 ],
             )

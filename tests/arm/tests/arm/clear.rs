@@ -6,8 +6,8 @@ use std::thread;
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use strike::{Plan, Planner};
-use values::{Obstacle, Point, Rig, Shape};
+use strike::{CommandPlanner, Plan, Planner};
+use values::{Command, Interval, Obstacle, Point, Rig, Shape};
 use world::World;
 
 use crate::fixture;
@@ -88,6 +88,11 @@ fn too_near(rig: &Rig, at: Point) -> Option<String> {
     {
         return Some("its reach".into());
     }
+    met(rig, at, radius + ASIDE)
+}
+
+/// The obstacle that what reaches so far (m) about a place meets.
+fn met(rig: &Rig, at: Point, reach: f64) -> Option<String> {
     let gap = |obstacle: &Obstacle| match obstacle {
         Obstacle::Disc { centre, radius } => at.distance(*centre) - radius,
         Obstacle::Box { x, y } => {
@@ -95,8 +100,25 @@ fn too_near(rig: &Rig, at: Point) -> Option<String> {
             beyond(x.low, x.high, at.x).hypot(beyond(y.low, y.high, at.y))
         }
     };
-    let met = robot.obstacles.iter().find(|o| gap(o) < radius + ASIDE);
+    let met = rig.robot.obstacles.iter().find(|o| gap(o) < reach);
     met.map(|obstacle| format!("{obstacle:?}"))
+}
+
+/// What an object that slides there comes too near to: an obstacle, or with its smallest half width the table's edge.
+fn slides_into(rig: &Rig, at: Point) -> Option<String> {
+    let (table, half) = (&rig.table, rig.object.solid.narrowest());
+    // A ball rests on a point.
+    let foot = if rig.object.shape() == Shape::Sphere {
+        0.0
+    } else {
+        half
+    };
+    let is_on = |range: Interval, v: f64| {
+        range.low <= v - foot + ROUNDING && v + foot <= range.high + ROUNDING
+    };
+    let is_on_table = is_on(table.x, at.x) && is_on(table.y, at.y);
+    let edge = (!is_on_table).then(|| "the object: the table's edge".to_owned());
+    edge.or_else(|| met(rig, at, half).map(|obstacle| format!("the object: {obstacle}")))
 }
 
 /// Places from one to another.
@@ -135,7 +157,8 @@ fn wrong(rig: &Rig, plan: &Plan, here: Point) -> Option<String> {
     let at_touch = clear(plan.strike);
     let met_early = (is_flat && (before < ASIDE || at_touch.abs() > 1e-3))
         .then(|| format!("the object: {before} before, {at_touch} at the touch"));
-    on_its_way.or(on_the_way_there).or(met_early)
+    let slide = places(plan.from, plan.to).find_map(|at| slides_into(rig, at));
+    on_its_way.or(on_the_way_there).or(met_early).or(slide)
 }
 
 #[test]
@@ -154,7 +177,8 @@ fn no_planned_strike_leaves_its_area_or_reach_or_comes_near_the_base_or_an_obsta
         artifact.rig = rig.clone();
         artifact.sysid.world = world(&rig);
         let planner = Planner::within(&artifact, store::Model::Sysid, &rig).unwrap();
-        for _ in 0..DRAWS {
+        let commands = CommandPlanner::nominal(&rig).unwrap();
+        for draw in 0..DRAWS {
             let mut point = |x: [f64; 2], y: f64| {
                 Point::new(
                     between(&mut random, x[0], x[1]),
@@ -167,7 +191,14 @@ fn no_planned_strike_leaves_its_area_or_reach_or_comes_near_the_base_or_an_obsta
                 point([-0.3, 1.1], 0.7),
             );
             let yaw = between(&mut random, -0.3, 0.3);
-            let Ok(plan) = planner.plan_turned(from, to, yaw) else {
+            // Every fifth one as a collection plans it, of which no target is known.
+            let of = |range: Interval| between(&mut random, range.low, range.high);
+            let [speed, angle] = [rig.robot.speed, rig.robot.angle].map(of);
+            let plan = match draw % 5 {
+                0 => commands.plan_turned(from, Command { speed, angle }, 1.5, yaw),
+                _ => planner.plan_turned(from, to, yaw),
+            };
+            let Ok(plan) = plan else {
                 refused.fetch_add(1, Ordering::Relaxed);
                 continue;
             };

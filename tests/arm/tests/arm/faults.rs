@@ -124,6 +124,7 @@ fn one(maker: Maker, name: &str, step: Step, fault: Fault) -> Row {
             Step::Connect => matches!(
                 fault,
                 Fault::Reset
+                    | Fault::ControlClosed
                     | Fault::HalfOpen
                     | Fault::OperatorStop
                     | Fault::MotorsOff
@@ -212,6 +213,12 @@ fn one(maker: Maker, name: &str, step: Step, fault: Fault) -> Row {
             check(
                 kept.is_some_and(|kept| !kept.states.is_empty()),
                 "the record is lost",
+            );
+        }
+        if fault == Fault::ControlClosed && is_moving {
+            check(
+                told.contains("would be stopped over was closed"),
+                "it went on though nothing could stop it",
             );
         }
         // A stop that does not arrive is the controller's own where its protocol has a sign of life.

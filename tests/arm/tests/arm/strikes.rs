@@ -410,6 +410,70 @@ fn a_strike_is_sent_right_after_the_last_look_or_not_at_all() {
 }
 
 #[test]
+fn whoever_is_told_to_step_back_has_the_time_for_it_and_may_stop_the_arm() {
+    fn told<D: Arm>(maker: Maker) {
+        let plan = plan(&maker.rig(), Point::new(0.62, 0.0));
+        for is_stopped in [false, true] {
+            let emulator = maker.emulator(None);
+            let mut arm = connect_to::<D>(&emulator, plan.rig(), Arc::default()).unwrap();
+            let pause = Duration::from_secs(1);
+            arm.pause(pause);
+            let begun = Instant::now();
+            let outcome = thread::scope(|scope| {
+                scope.spawn(|| {
+                    thread::sleep(pause / 2);
+                    if is_stopped {
+                        emulator.make(Fault::OtherController);
+                    }
+                });
+                execute(&mut arm, &plan)
+            });
+            let is_line = |(_, event): &&(Instant, Event)| matches!(event, Event::Line);
+            let events = emulator.events();
+            let first = events.iter().find(is_line);
+            assert_eq!(first.is_none(), is_stopped, "{maker:?}: {outcome:?}");
+            assert_eq!(outcome.is_err(), is_stopped, "{maker:?}: {outcome:?}");
+            assert!(first.is_none_or(|(at, _)| at.duration_since(begun) >= pause));
+        }
+    }
+    in_time(|| told::<XArm>(Maker::XArm));
+    in_time(|| told::<Ur>(Maker::Ur));
+}
+
+#[test]
+fn a_pose_that_freezes_as_a_line_begins_is_told_within_a_tenth_of_a_second() {
+    fn frozen<D: Arm>(maker: Maker) {
+        let plan = plan(&maker.rig(), Point::new(0.62, 0.0));
+        let emulator = Arc::new(maker.emulator(None));
+        let mut arm = connect_to::<D>(&emulator, plan.rig(), Arc::default()).unwrap();
+        let freezes = emulator.clone();
+        arm.look_first(move |when| {
+            if when == Look::BeforeStrike {
+                freezes.make(Fault::Frozen);
+            }
+            Ok(())
+        });
+        let error = execute(&mut arm, &plan).unwrap_err();
+        let events = emulator.events();
+        let last = |is: fn(&Event) -> bool| {
+            let found = events.iter().rev().find(|(_, event)| is(event));
+            found.map(|(at, _)| *at).unwrap()
+        };
+        let line = last(|event| matches!(event, Event::Line));
+        let stop = events
+            .iter()
+            .find(|(at, event)| *at > line && matches!(event, Event::Stop));
+        let took = stop.unwrap().0.duration_since(line);
+        assert!(
+            took <= Duration::from_millis(100),
+            "{maker:?}: {took:?}, {error}"
+        );
+    }
+    in_time(|| frozen::<XArm>(Maker::XArm));
+    in_time(|| frozen::<Ur>(Maker::Ur));
+}
+
+#[test]
 fn an_arm_that_answers_nothing_is_not_waited_for_longer_than_allowed() {
     fn asked<D: Arm>() -> Duration {
         let silent = [(); 4].map(|()| TcpListener::bind(("127.0.0.1", 0)).unwrap());

@@ -101,13 +101,16 @@ pub struct Report {
     pub velocity: [f64; 3],
     /// Whether the controller takes lines.
     pub condition: Condition,
+    /// Where the controller wants the tip by then, in m; none where its reports do not hold that.
+    pub wanted: Option<[f64; 3]>,
 }
 
 impl Report {
     /// The same, where it is of numbers.
     pub(crate) fn checked(self) -> io::Result<Self> {
         self.pose.checked()?;
-        let is_finite = self.velocity.iter().all(|v| v.is_finite()) && self.clock.is_finite();
+        let mut numbers = self.velocity.iter().chain(self.wanted.iter().flatten());
+        let is_finite = numbers.all(|v| v.is_finite()) && self.clock.is_finite();
         is_finite
             .then_some(self)
             .ok_or_else(|| garbage("a report of it holds what is no number"))

@@ -90,6 +90,8 @@ pub(super) struct OnLine {
     before: Option<Sample>,
     /// By how much, in s, the line began after it was sent, as the quickest report shows.
     began: Option<f64>,
+    /// The same of where the controller wants the tip, where its reports say that.
+    wanted: Option<f64>,
     was_reached: bool,
     at_end: u32,
 }
@@ -102,6 +104,7 @@ impl OnLine {
             sent: Instant::now(),
             before: last,
             began: None,
+            wanted: None,
             was_reached: false,
             at_end: 0,
         }
@@ -180,7 +183,11 @@ impl OnLine {
         let Some(time) = sample.made.checked_duration_since(self.sent) else {
             return Ok(());
         };
-        self.judge_progress(time.as_secs_f64(), along)?;
+        let time = time.as_secs_f64();
+        if let Some(wanted) = report.wanted {
+            self.wanted = self.quickest(self.wanted, time, self.line.place(wanted).0);
+        }
+        self.judge_progress(time, along)?;
         if let Some(reached_at) = self.line.reached_at
             && !self.was_reached
             && along >= reached_at
@@ -221,10 +228,17 @@ impl OnLine {
         Ok(())
     }
 
+    /// When (s after it was sent) the line began by the quickest of these places (m) along it so far, and this one at a time (s).
+    fn quickest(&self, so_far: Option<f64>, time: f64, along: f64) -> Option<f64> {
+        let says = along > ENDS && along < self.line.length() - ENDS;
+        let began = says.then(|| time - self.line.profile.when(along));
+        so_far.into_iter().chain(began).reduce(f64::min)
+    }
+
     /// The tip is where its ramp lets it be, `time` seconds after the line was sent. One check catches a line that begins late, reports that
     /// are late all along, a place that stands still while its clock runs, and an arm that is slower or faster than its ramp.
     fn judge_progress(&mut self, time: f64, along: f64) -> Result<(), String> {
-        let profile = &self.line.profile;
+        let profile = self.line.profile;
         let (early, ahead) = AHEAD;
         let farthest = profile.at(time + early) + ahead;
         if along > farthest {
@@ -233,12 +247,12 @@ impl OnLine {
                 (along - farthest) * 1e3
             ));
         }
-        if along > ENDS && along < self.line.length() - ENDS {
-            let began = time - profile.when(along);
-            self.began = Some(self.began.map_or(began, |quickest| quickest.min(began)));
-        }
+        self.began = self.quickest(self.began, time, along);
         let (late, behind) = BEHIND;
-        let allowed = self.began.map_or(self.line.start, |began| began + late);
+        let began = self.began.into_iter().chain(self.wanted);
+        let allowed = began
+            .reduce(f64::min)
+            .map_or(self.line.start, |began| began + late);
         let due = profile.at(time - allowed);
         let least = due - behind;
         let (moved, still) = STANDS;
@@ -247,6 +261,9 @@ impl OnLine {
             return Ok(());
         }
         Err(match self.began {
+            None if self.wanted.is_some() => {
+                "the controller has begun the line, and the tip is not seen to move: it is held, or its pose stands still".into()
+            }
             None => format!(
                 "the line did not begin within {:.0} ms of being sent, or its reports are late",
                 self.line.start * 1e3
@@ -354,6 +371,7 @@ mod tests {
                 },
                 velocity: [(along - place(t - TICK)) / TICK, 0.0, 0.0],
                 condition,
+                wanted: None,
             },
         }
     }
@@ -411,6 +429,32 @@ mod tests {
             assert!(why.contains("behind"), "{why}");
             let (_, why) = judged(line(speed), |t| t + 0.1).expect("early");
             assert!(why.contains("ahead") || why.contains("jumps"), "{why}");
+        }
+    }
+
+    #[test]
+    fn a_tip_that_is_not_seen_where_its_controller_wants_it_is_not_given_the_time_of_a_late_line() {
+        // A line of an arm without a limit of jerk that may begin 100 ms late, and begins 20 ms late; in the air, and one that strikes.
+        for (speed, acceleration) in [(0.1, 0.5), (1.0, 5.0)] {
+            let mut line = line(speed);
+            line.profile = Profile::new(0.4, speed, acceleration, None);
+            line.start = 0.1;
+            let begins = 0.02;
+            let stopped = |is_seen: bool| {
+                let mut guard = OnLine::new(line, None);
+                let sent = guard.sent();
+                (1..100).map(|tick| f64::from(tick) * TICK).find(|t| {
+                    let wanted = |t: f64| line.profile.at(t - begins);
+                    // The tip follows 12 ms later.
+                    let place = |t: f64| if is_seen { wanted(t - 0.012) } else { 0.0 };
+                    let mut sample = sample(sent, *t, place, Condition::Moving);
+                    sample.report.wanted = Some([wanted(*t), 0.0, 0.02]);
+                    guard.judge(&sample).is_err()
+                })
+            };
+            assert_eq!(stopped(true), None);
+            let at = stopped(false).expect("frozen");
+            assert!(at <= 0.1, "{speed}: {at}");
         }
     }
 

@@ -100,6 +100,7 @@ pub struct Guarded<D: Arm> {
     /// A line was sent in this strike.
     has_moved: bool,
     look: Option<LookFirst>,
+    pause: Duration,
     _claims: [Claim; 2],
 }
 
@@ -157,6 +158,7 @@ impl<D: Arm> Guarded<D> {
             left: None,
             has_moved: false,
             look: None,
+            pause: Duration::ZERO,
             _claims: [by_place, by_serial],
         })
     }
@@ -167,6 +169,12 @@ impl<D: Arm> Guarded<D> {
         look: impl FnMut(Look) -> Result<(), String> + Send + 'static,
     ) -> &mut Self {
         self.look = Some(LookFirst(Box::new(look)));
+        self
+    }
+
+    /// Whoever is told to step back has so long until anything moves. Without it nobody is, but that the arm moves now.
+    pub fn pause(&mut self, pause: Duration) -> &mut Self {
+        self.pause = pause;
         self
     }
 
@@ -247,6 +255,34 @@ impl<D: Arm> Guarded<D> {
         let comes = self.watch.broken().map_or(Ok(()), Err);
         let free = comes.and_then(|()| self.is_nobodys());
         free.map_err(|why| self.not_ready(why))
+    }
+
+    /// Tells a person what must be read before the arm moves. Who holds back what the terminal shows has not read it: it is waited for until
+    /// the plan is old.
+    fn tells(&self, plan: &Plan, what: &str) -> Result<(), RobotError> {
+        let told = told(&format!("{}: {what}", self.name), |_| {
+            plan.check_again().is_err() || self.interrupted.load(Ordering::Relaxed)
+        });
+        told.map_err(|error| {
+            self.not_ready(format!(
+                "standard error cannot be written ({error}), so that nobody would be told that the arm moves; give it a terminal or a file"
+            ))
+        })
+    }
+
+    /// Tells a person to step back, and gives the time for it.
+    fn waits(&self, plan: &Plan) -> Result<(), RobotError> {
+        let seconds = self.pause.as_secs_f64();
+        self.tells(plan, &format!("step back: the arm moves in {seconds:.1} s"))?;
+        let told = Instant::now();
+        while told.elapsed() < self.pause {
+            self.is_free()?;
+            if self.interrupted.load(Ordering::Relaxed) {
+                return Err(self.not_ready("it was interrupted by a signal"));
+            }
+            std::thread::sleep(Duration::from_millis(10));
+        }
+        Ok(())
     }
 
     /// The arm at rest, as reports show it, and that nobody has stopped it since it was ready. Moves nothing.
@@ -592,16 +628,10 @@ impl<D: Arm> Robot for Guarded<D> {
         let lines = self.lines(plan, self.setup.on_table(here.at));
         self.check_fence(&status, here, &lines)
             .map_err(|why| self.not_ready(why))?;
-        // A person who holds back what the terminal shows has not read it: it is waited for until the plan is old.
-        let told = told(
-            &format!("{}: the arm moves now: stand clear", self.name),
-            |_| plan.check_again().is_err() || self.interrupted.load(Ordering::Relaxed),
-        );
-        told.map_err(|error| {
-            self.not_ready(format!(
-                "standard error cannot be written ({error}), so that nobody would be told that the arm moves; give it a terminal or a file"
-            ))
-        })
+        if !self.pause.is_zero() {
+            self.waits(plan)?;
+        }
+        self.tells(plan, "the arm moves now: stand clear")
     }
 
     fn strike(&mut self, plan: &Plan) -> Result<Option<StrikeRecord>, RobotError> {

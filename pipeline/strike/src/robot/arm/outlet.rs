@@ -5,6 +5,8 @@ use std::net::{Shutdown, TcpStream};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+
 use super::connection::is_nothing_yet;
 
 /// A reply is looked for this often, so that a stop ends the waiting.
@@ -46,6 +48,17 @@ impl Outlet {
             }
         }
         sent
+    }
+
+    /// Whether a connection that it is stopped over is closed: a guard that can stop nothing is none.
+    pub(crate) fn is_closed(&self) -> bool {
+        let ways = self.ways.lock().unwrap_or_else(PoisonError::into_inner);
+        let closed = PollFlags::RDHUP | PollFlags::HUP | PollFlags::ERR;
+        ways.stops.iter().any(|(stream, _)| {
+            let mut asked = [PollFd::new(stream, PollFlags::RDHUP)];
+            let answer = poll(&mut asked, Some(&Timespec::default()));
+            answer.is_ok() && asked[0].revents().intersects(closed)
+        })
     }
 
     /// Ends what is still read over its connections: nothing is sent any more.
@@ -107,4 +120,30 @@ impl Outlet {
 
 fn stopped() -> io::Error {
     io::Error::other("the arm was stopped: nothing more is sent to it")
+}
+
+#[cfg(test)]
+mod tests {
+    use std::net::TcpListener;
+    use std::thread;
+
+    use super::*;
+
+    #[test]
+    fn a_way_that_was_closed_from_there_is_seen_with_nothing_sent() {
+        let listener = TcpListener::bind("127.0.0.1:0").expect("a port");
+        let address = listener.local_addr().expect("an address");
+        let connect = || TcpStream::connect(address).expect("connects");
+        let (first, spare) = (connect(), connect());
+        let [kept, closed] = [0; 2].map(|_| listener.accept().expect("accepts").0);
+        let outlet = Outlet::new(vec![(first, Vec::new()), (spare, Vec::new())]);
+        assert!(!outlet.is_closed());
+        drop(closed);
+        let begun = Instant::now();
+        while !outlet.is_closed() {
+            assert!(begun.elapsed() < Duration::from_secs(20));
+            thread::sleep(Duration::from_millis(1));
+        }
+        drop(kept);
+    }
 }

@@ -338,7 +338,7 @@ fn read(shared: &Shared, mut reports: Box<dyn Reports>) {
     }
 }
 
-/// Stops the arm where no report comes on a line, or a signal did.
+/// Stops the arm where no report comes on a line, a signal did, or it could be stopped no more.
 fn watch_time(shared: &Shared, interrupted: &AtomicBool) {
     while !shared.ends.load(Ordering::Relaxed) {
         thread::sleep(TICK);
@@ -346,12 +346,15 @@ fn watch_time(shared: &Shared, interrupted: &AtomicBool) {
         let Some(guard) = &seen.guard else {
             continue;
         };
-        if interrupted.load(Ordering::Relaxed) {
-            stop(
-                &shared.outlet,
-                &mut seen,
-                "it was interrupted by a signal".into(),
-            );
+        let ends = if interrupted.load(Ordering::Relaxed) {
+            Some("it was interrupted by a signal")
+        } else if shared.outlet.is_closed() {
+            Some("a connection that it would be stopped over was closed from there")
+        } else {
+            None
+        };
+        if let Some(why) = ends {
+            stop(&shared.outlet, &mut seen, why.into());
             shared.news.notify_all();
             continue;
         }
@@ -389,6 +392,7 @@ mod tests {
                 },
                 velocity: [0.0; 3],
                 condition: Condition::Ready,
+                wanted: None,
             })
         }
     }

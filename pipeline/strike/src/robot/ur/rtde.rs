@@ -17,10 +17,11 @@ const LONGEST: usize = 4_096;
 const DATA: u8 = b'U';
 
 /// What is asked for, and how each is written.
-const RECIPE: [(&str, &str); 12] = [
+const RECIPE: [(&str, &str); 13] = [
     ("timestamp", "DOUBLE"),
     ("actual_TCP_pose", "VECTOR6D"),
     ("actual_TCP_speed", "VECTOR6D"),
+    ("target_TCP_pose", "VECTOR6D"),
     ("robot_mode", "INT32"),
     ("safety_mode", "INT32"),
     ("runtime_state", "UINT32"),
@@ -110,6 +111,7 @@ impl Stream {
     fn sample(&mut self, mut body: &[u8]) -> io::Result<Sample> {
         let from = &mut body;
         let [clock, place @ .., u, v, w, _, _, _] = numbers::<13, 8, _>(from, f64::from_be_bytes)?;
+        let [x, y, z, _, _, _] = numbers(from, f64::from_be_bytes)?;
         let states = numbers(from, i32::from_be_bytes)?;
         let [slider, payload, tool @ ..] = numbers::<8, 8, _>(from, f64::from_be_bytes)?;
         let [answer, echo] = numbers(from, i32::from_be_bytes)?;
@@ -119,6 +121,7 @@ impl Stream {
                 pose: Pose::by_vector(place),
                 velocity: [u, v, w],
                 condition: self.condition(states, echo),
+                wanted: Some([x, y, z]),
             },
             slider,
             payload,

@@ -80,6 +80,7 @@ impl Reports for Stream {
             pose: pose(report.pose),
             velocity: report.velocity.map(|speed| speed / MM),
             condition,
+            wanted: None,
         })
     }
 }
