@@ -269,7 +269,7 @@ fn velocity_at(states: &[(f64, Point)], moment: f64, context: &LaunchContext<'_>
     } else {
         states
     };
-    let late = (moment - commands.plateau_end() - profile.delay).max(0.0);
+    let late = (moment - commands.plateau_end - profile.delay).max(0.0);
     let contact = moment - late.min(LATE);
     let beside = correction(&residuals(&profile, states), contact);
     (profile.at(&commands, contact) + beside, late)
@@ -277,7 +277,7 @@ fn velocity_at(states: &[(f64, Point)], moment: f64, context: &LaunchContext<'_>
 
 impl Profile {
     /// The best delay and factor.
-    fn through(states: &[(f64, Point)], commands: &Commands<'_>) -> Self {
+    fn through(states: &[(f64, Point)], commands: &Commands) -> Self {
         /// Delays that are tried, in s.
         const EARLIEST: f64 = -0.02;
         const STEP: f64 = 0.002;
@@ -307,7 +307,7 @@ impl Profile {
     }
 
     /// Least squares for the factor, at one delay.
-    fn with_delay(states: &[(f64, Point)], commands: &Commands<'_>, delay: f64) -> Self {
+    fn with_delay(states: &[(f64, Point)], commands: &Commands, delay: f64) -> Self {
         let pairs = || states.iter().map(|(t, v)| (commands.at(t - delay), *v));
         let (mut product, mut power) = (Point::default(), 0.0);
         for (command, velocity) in pairs() {
@@ -332,7 +332,7 @@ impl Profile {
         }
     }
 
-    fn at(&self, commands: &Commands<'_>, t: f64) -> Point {
+    fn at(&self, commands: &Commands, t: f64) -> Point {
         times(self.factor, commands.at(t - self.delay))
     }
 }
@@ -453,42 +453,70 @@ fn path_at(path: &[(f64, f64, f64)], t: f64) -> Option<(f64, f64)> {
     ))
 }
 
-/// The commands of a strike as a function of time since the first, in s: lines between them, zero outside.
-struct Commands<'a> {
-    commands: &'a [Sample],
-    start: i64,
+/// The commands of a strike as a function of time since the first, in s: lines between them, zero outside. Ramps go on to the plateau: a line
+/// from the last command of a ramp to the first of the plateau would cut its corner, and of a plateau of one command most of it.
+struct Commands {
+    points: Vec<(f64, Point)>,
+    /// When the last command as fast as any was given.
+    plateau_end: f64,
 }
 
-impl<'a> Commands<'a> {
-    fn new(commands: &'a [Sample]) -> Self {
+impl Commands {
+    fn new(commands: &[Sample]) -> Self {
+        /// Commands of a plateau differ by no more than this part, by rounding.
+        const ALIKE: f64 = 0.002;
         let start = commands.first().map_or(0, |command| command.stamp);
-        Self { commands, start }
-    }
-
-    /// When the last command as fast as any was given.
-    fn plateau_end(&self) -> f64 {
-        /// Speeds on a plateau differ by no more than this part.
-        const ALIKE: f64 = 0.01;
-        let speed = |command: &Sample| command.x.hypot(command.y);
-        let most = self.commands.iter().map(speed).fold(0.0, f64::max);
-        let mut on_it = self.commands.iter().rev();
-        let last = on_it.find(|command| speed(command) >= (1.0 - ALIKE) * most);
-        last.map_or(0.0, |command| since(self.start, command.stamp))
+        let timed = commands.iter().map(|command| {
+            (
+                since(start, command.stamp),
+                Point::new(command.x, command.y),
+            )
+        });
+        let mut points: Vec<(f64, Point)> = timed.collect();
+        let most = points.iter().map(|(_, v)| v.norm()).fold(0.0, f64::max);
+        let is_on = |(_, v): &(f64, Point)| v.norm() >= (1.0 - ALIKE) * most;
+        let ends = points
+            .iter()
+            .position(is_on)
+            .zip(points.iter().rposition(is_on));
+        let Some((first, last)) = ends else {
+            return Self {
+                points,
+                plateau_end: 0.0,
+            };
+        };
+        let plateau_end = points[last].0;
+        // Where the ramp through two commands beside the plateau meets it, which lies between the nearer one and the plateau's own.
+        let corner = |far: usize, near: usize, on: usize| {
+            let ((t_far, far), (t_near, near), (t_on, on)) =
+                (points[far], points[near], points[on]);
+            let slope = (near.norm() - far.norm()) / (t_near - t_far);
+            let t = t_near + (on.norm() - near.norm()) / slope;
+            (t.is_finite() && (t - t_near) * (t_on - t) > 0.0).then_some((t, on))
+        };
+        let rise = (first >= 2)
+            .then(|| corner(first - 2, first - 1, first))
+            .flatten();
+        let fall = (last + 2 < points.len())
+            .then(|| corner(last + 2, last + 1, last))
+            .flatten();
+        points.extend(rise);
+        points.extend(fall);
+        points.sort_by(|a, b| a.0.total_cmp(&b.0));
+        Self {
+            points,
+            plateau_end,
+        }
     }
 
     fn at(&self, t: f64) -> Point {
-        let time = |command: &Sample| since(self.start, command.stamp);
-        let after = self.commands.partition_point(|command| time(command) <= t);
-        let value = |command: &Sample| Point::new(command.x, command.y);
-        match (after.checked_sub(1), self.commands.get(after)) {
-            (Some(before), Some(next)) => {
-                let last = &self.commands[before];
-                let part = (t - time(last)) / (time(next) - time(last));
-                value(last) + (value(next) - value(last)) * part
+        let after = self.points.partition_point(|(at, _)| *at <= t);
+        match (after.checked_sub(1), self.points.get(after)) {
+            (Some(before), Some((t_next, next))) => {
+                let (t_last, last) = self.points[before];
+                last + (*next - last) * ((t - t_last) / (t_next - t_last))
             }
-            (Some(before), None) if time(&self.commands[before]) >= t => {
-                value(&self.commands[before])
-            }
+            (Some(before), None) if self.points[before].0 >= t => self.points[before].1,
             _ => Point::default(),
         }
     }
