@@ -389,7 +389,7 @@ fn report_new(
     Ok(new)
 }
 
-/// Whether the new strikes scatter more than the older ones beside what learnt from both, beyond chance: then they are set aside.
+/// Whether the new strikes scatter more than the older ones beside what learnt from both, beyond chance: then those logs are set aside that do.
 fn scatters(
     run: &Run,
     parts: [&[Strike]; 2],
@@ -404,9 +404,9 @@ fn scatters(
         return Ok(false);
     }
     let candidate = loaded(contents(results)?)?;
+    let varies = score::varies(&candidate);
     // About where each part has the table.
-    let scatter = |parts: &[&[Strike]]| -> Result<_, Error> {
-        let varies = score::varies(&candidate);
+    let scatter = |parts: &[Vec<Strike>]| -> Result<_, Error> {
         let (mut squares, mut freedom) = (0.0, 0.0);
         for part in parts {
             let fitted = score::fitted(run, &candidate, part)?;
@@ -417,18 +417,34 @@ fn scatters(
         }
         Ok((squares / freedom, freedom))
     };
-    let latest = &older[older.len().saturating_sub(MOST_OLDER)..];
-    let (here, freedom) = scatter(&parts)?;
+    let latest = older[older.len().saturating_sub(MOST_OLDER)..].to_vec();
     let (before, freedom_before) = scatter(&[latest])?;
-    let ratio = here / before;
-    // Of too few there is no such number.
-    let f = FisherSnedecor::new(freedom, freedom_before);
-    if f.map_or(1.0, |f| f.sf(ratio)) >= QUARANTINE {
+    // How many times as much as those before the new strikes scatter, or those of one log; none where that may be chance.
+    let beyond_chance = |log: Option<&str>| -> Result<Option<f64>, Error> {
+        let of_log = |strike: &&Strike| log.is_none_or(|log| strike.log == log);
+        let of_parts = parts.map(|part| part.iter().filter(of_log).cloned().collect());
+        let (here, freedom) = scatter(&of_parts)?;
+        let ratio = here / before;
+        // Of too few there is no such number.
+        let chance = FisherSnedecor::new(freedom, freedom_before).map_or(1.0, |f| f.sf(ratio));
+        Ok((chance < QUARANTINE).then_some(ratio))
+    };
+    let Some(ratio) = beyond_chance(None)? else {
         return Ok(false);
+    };
+    let all: BTreeSet<&str> = new.iter().map(|strike| strike.log.as_str()).collect();
+    let mut logs = Vec::new();
+    for log in &all {
+        if beyond_chance(Some(log))?.is_some() {
+            logs.push(*log);
+        }
+    }
+    // Where none does by itself, all of them do together.
+    if logs.is_empty() {
+        logs.extend(&all);
     }
     night.status = Status::Refused;
     night.quarantined = true;
-    let logs: BTreeSet<&str> = new.iter().map(|strike| strike.log.as_str()).collect();
     night.set_aside.extend(logs.into_iter().map(String::from));
     night.why.push(format!(
         "the new strikes scatter {:.1} times as much as those before: they are not learnt from",

@@ -14,8 +14,6 @@ use crate::Error;
 pub const LEAST: usize = 5;
 /// Chance calls a table that is as it was changed once in so many tests, over its three quantities.
 const CHANCE: f64 = 1e-3;
-/// Degrees of freedom of what is assumed to differ from session to session, where one only was seen.
-const ASSUMED_FREEDOM: f64 = 4.0;
 /// Steps to where strikes have the table: what the last one leaves is of the third order.
 const STEPS: usize = 2;
 
@@ -59,9 +57,8 @@ impl Drift {
             .enumerate()
             .map(|(i, name)| {
                 let between = usual[i].powi(2) + varies.certainty[i][i];
-                let freedom = ASSUMED_FREEDOM + varies.between.sessions as f64 - 1.0;
                 let values: Vec<f64> = shown.iter().map(|shift| shift[i]).collect();
-                quantity(name, &values, between, freedom)
+                quantity(name, &values, between, varies.between.freedom())
             })
             .collect();
         let least = quantities.iter().map(|q| q.p).fold(1.0, f64::min);

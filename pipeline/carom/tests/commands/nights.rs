@@ -73,8 +73,17 @@ fn a_version_that_is_put_to_use_during_a_night_stays_and_the_next_night_decides_
 
 /// The strikes of one night, in one log: commands and starts go through their ranges.
 fn night(truth: &Truth, number: usize, strikes: usize, logs: &Path) {
-    let mut sim = Sim::from(truth.clone()).expect("a rig");
-    sim = sim.after(100 * number).in_session(number);
+    night_of(&[truth], number, strikes, logs);
+}
+
+/// The same, made on these tables by turns.
+fn night_of(tables: &[&Truth], number: usize, strikes: usize, logs: &Path) {
+    let truth = tables[0];
+    let sim = |truth: &&Truth| {
+        let sim = Sim::from((*truth).clone()).expect("a rig");
+        sim.after(100 * number).in_session(number)
+    };
+    let mut sims: Vec<Sim> = tables.iter().map(sim).collect();
     let path = logs.join(format!("night_{number}.mcap"));
     let mut writer = RecordingWriter::create(&path, &truth.rig.topics).expect("a log");
     for strike in 0..strikes {
@@ -146,4 +155,43 @@ fn friction_that_rises_for_good_is_followed_the_same_night_and_learnt_from_after
         "{why}"
     );
     assert_eq!(back["change"]["version"], "v0001");
+}
+
+#[test]
+fn of_two_logs_of_a_night_only_the_one_whose_strikes_scatter_is_set_aside() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let dir = folder.path();
+    let logs = dir.join("logs");
+    fs::create_dir(&logs).expect("a folder");
+    let truth = Truth::demo(&Truth::demo_rig(Shape::Cylinder), 3);
+    fs::write(dir.join("rig.toml"), truth.rig.to_toml()).expect("written");
+    let name = dir.display();
+    let nightly = || {
+        let line = format!("nightly {name}/logs --rig {name}/rig.toml --out {name}/run");
+        carom(&line).expect("a decision").json
+    };
+    night(&truth, 0, 100, &logs);
+    assert_eq!(nightly()["status"], "promoted");
+
+    let mut shaken = truth.clone();
+    shaken.scatter.speed = 0.1;
+    night(&truth, 1, 25, &logs);
+    night(&shaken, 2, 25, &logs);
+    let bad = nightly();
+    assert_eq!(
+        (&bad["status"], &bad["new_strikes"]),
+        (&"refused".into(), &50.into())
+    );
+    assert_eq!(
+        bad["set_aside"],
+        serde_json::json!(["night_2.mcap"]),
+        "{bad}"
+    );
+
+    // The other one is learnt from.
+    night(&truth, 3, 25, &logs);
+    let next = nightly();
+    assert_eq!(next["strikes"], 150, "{next}");
+    assert_eq!(next["new_strikes"], 50, "{next}");
+    assert_eq!(next["set_aside"], bad["set_aside"]);
 }
