@@ -5,7 +5,7 @@ use world::{Estimate, World};
 
 use crate::{
     constancy::Changing,
-    diagnosis::{Gap, Noise, Verdict},
+    diagnosis::{Noise, Verdict},
     fit::Fitted,
     heldout::{self, Gains},
     mixed::{ANGLE, FRICTION, SPEED},
