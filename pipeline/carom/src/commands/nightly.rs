@@ -461,13 +461,15 @@ struct Candidate {
     /// Beside the version in use, on strikes that neither learnt from.
     gate: HeldOutGate,
     executor: ExecutorGate,
+    /// Whether it has the table where tonight's strikes show it, if they show a change.
+    follows: bool,
     /// Whether it is the version from before the last change: the change found tonight takes that back.
     takes_back: bool,
 }
 
 impl Candidate {
     fn passed(&self) -> bool {
-        self.gate.passed && self.executor.passed
+        self.gate.passed && self.executor.passed && self.follows
     }
 }
 
@@ -505,6 +507,15 @@ fn choose(
         .change
         .as_ref()
         .map_or(f64::NEG_INFINITY, |change| change.since);
+    let is_since = |strike: &&Strike| strike.t_start >= since;
+    let strikes: Vec<Strike> = results.strikes.iter().filter(is_since).cloned().collect();
+    let follows = |artifact: &Artifact| -> Result<bool, Error> {
+        let drift = match is_changed {
+            true => score::drift(run, artifact, new)?,
+            false => None,
+        };
+        Ok(!drift.is_some_and(|drift| drift.is_beyond_chance()))
+    };
     let all = contents(results)?;
     let mut waits = all.clone();
     let judged = |name: &str, contents: &Contents| -> Result<Option<Candidate>, Error> {
@@ -517,7 +528,8 @@ fn choose(
             name: name.into(),
             contents: contents.clone(),
             gate: compare_held_out(run, before, &artifact, &judges)?,
-            executor: plan_paths(&artifact, &results.strikes),
+            executor: plan_paths(&artifact, &strikes),
+            follows: follows(&artifact)?,
             takes_back: false,
         }))
     };
@@ -556,8 +568,6 @@ fn choose(
     }
     let base = night.change.as_ref().map(|change| &change.version);
     if let Some(base) = base.and_then(|version| store.load(Some(version)).ok()) {
-        let is_since = |strike: &&Strike| strike.t_start >= since;
-        let strikes: Vec<Strike> = results.strikes.iter().filter(is_since).cloned().collect();
         let latest = &strikes[strikes.len().saturating_sub(MOST_SINCE)..];
         let logs: BTreeSet<&str> = strikes.iter().map(|strike| strike.log.as_str()).collect();
         if strikes.len() >= ALONE {
@@ -573,13 +583,15 @@ fn choose(
             strikes: latest,
         };
         if let Some(moved) = since.moved(run)? {
+            let artifact = loaded(&moved.contents)?;
             candidates.push(Candidate {
                 name: format!(
                     "{} moved by {} (each strike by what the others show)",
                     base.version, moved.shift
                 ),
                 gate: since.compare_cross_fitted(run, before)?,
-                executor: plan_paths(&loaded(&moved.contents)?, &results.strikes),
+                executor: plan_paths(&artifact, &strikes),
+                follows: follows(&artifact)?,
                 contents: as_of_tonight(moved.contents),
                 takes_back: false,
             });
@@ -601,6 +613,11 @@ fn choose(
             night
                 .why
                 .push(format!("{}: {}", one.name, one.executor.sentence()));
+        }
+        if !one.follows {
+            night
+                .why
+                .push(format!("{}: it does not follow the change", one.name));
         }
         night.beats = Some(one.gate.clone());
         night.executor = Some(one.executor.clone());

@@ -121,6 +121,12 @@ fn quantity(name: &str, values: &[f64], between: f64, freedom: f64) -> Quantity 
     }
 }
 
+/// What strikes show of the table beside a version's default model; none of too few.
+pub fn drift(run: &Run, artifact: &Artifact, strikes: &[Strike]) -> Result<Option<Drift>, Error> {
+    let seen = observed(run, artifact, strikes)?;
+    Ok(Drift::of(&varies(artifact), &seen))
+}
+
 /// How the table varies beside a version's default model.
 pub fn varies(artifact: &Artifact) -> Varies {
     let model = artifact.manifest.provenance.default_model;
@@ -147,7 +153,7 @@ pub fn default_model(artifact: &Artifact) -> Model {
 }
 
 /// What strikes show beside a version's default model, those that show a free slide.
-pub fn observed(run: &Run, artifact: &Artifact, strikes: &[Strike]) -> Result<Session, Error> {
+fn observed(run: &Run, artifact: &Artifact, strikes: &[Strike]) -> Result<Session, Error> {
     observed_on(run, artifact, Shift::default(), strikes)
 }
 

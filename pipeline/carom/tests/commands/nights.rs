@@ -195,3 +195,40 @@ fn of_two_logs_of_a_night_only_the_one_whose_strikes_scatter_is_set_aside() {
     assert_eq!(next["new_strikes"], 50, "{next}");
     assert_eq!(next["set_aside"], bad["set_aside"]);
 }
+
+#[test]
+fn an_object_that_goes_half_as_far_is_followed_the_same_night() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let dir = folder.path();
+    let logs = dir.join("logs");
+    fs::create_dir(&logs).expect("a folder");
+    let mut truth = Truth::demo(&Truth::demo_rig(Shape::Cylinder), 3);
+    fs::write(dir.join("rig.toml"), truth.rig.to_toml()).expect("written");
+    let name = dir.display();
+    let nightly = || {
+        let line = format!("nightly {name}/logs --rig {name}/rig.toml --out {name}/run");
+        done(&line)
+    };
+    night(&truth, 0, 100, &logs);
+    assert_eq!(nightly()["status"], "promoted");
+    let region = |version: &str| {
+        let manifest = json(&dir.join("run/versions").join(version), "manifest.json");
+        manifest["trained_region"]["distance"][0]
+            .as_f64()
+            .expect("a length")
+    };
+
+    truth.friction *= 1.6;
+    truth.restitution *= 0.7;
+    night(&truth, 1, 25, &logs);
+    let changed = nightly();
+    assert_eq!(changed["status"], "promoted", "{changed}");
+    let gate = &changed["beats"];
+    let mean = |of: &str| gate[of].as_f64().expect("a mean");
+    assert!(
+        mean("candidate_mean") < 0.2 * mean("current_mean"),
+        "{gate}"
+    );
+    // Its paths are shorter than any before.
+    assert!(region("v0002") < 0.8 * region("v0001"));
+}
