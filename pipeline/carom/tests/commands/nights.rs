@@ -73,17 +73,8 @@ fn a_version_that_is_put_to_use_during_a_night_stays_and_the_next_night_decides_
 
 /// The strikes of one night, in one log: commands and starts go through their ranges.
 fn night(truth: &Truth, number: usize, strikes: usize, logs: &Path) {
-    night_of(&[truth], number, strikes, logs);
-}
-
-/// The same, made on these tables by turns.
-fn night_of(tables: &[&Truth], number: usize, strikes: usize, logs: &Path) {
-    let truth = tables[0];
-    let sim = |truth: &&Truth| {
-        let sim = Sim::from((*truth).clone()).expect("a rig");
-        sim.after(100 * number).in_session(number)
-    };
-    let mut sims: Vec<Sim> = tables.iter().map(sim).collect();
+    let mut sim = Sim::from(truth.clone()).expect("a rig");
+    sim = sim.after(100 * number).in_session(number);
     let path = logs.join(format!("night_{number}.mcap"));
     let mut writer = RecordingWriter::create(&path, &truth.rig.topics).expect("a log");
     for strike in 0..strikes {
