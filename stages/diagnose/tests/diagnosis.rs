@@ -217,11 +217,8 @@ fn strikes_that_judge_the_gap_veto_no_name_and_move_no_parameter() {
     assert_eq!(found.effects, spoilt.effects);
     assert_eq!((found.verdict, found.noise), (spoilt.verdict, spoilt.noise));
     assert!(found.gap.after < found.gap.before, "{:?}", found.gap);
-    assert!(
-        spoilt.gap.after > 1.5 * spoilt.gap.before,
-        "{:?}",
-        spoilt.gap
-    );
+    let half = spoilt.gap.change_half_95.expect("many judge");
+    assert!(spoilt.gap.change > half, "{:?}", spoilt.gap);
 }
 
 #[test]
