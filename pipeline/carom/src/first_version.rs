@@ -29,7 +29,8 @@ pub struct FirstVersion {
     pub passed: bool,
     /// Strikes in all.
     pub strikes: usize,
-    /// Strikes that fitted nothing: those that judge, and those that only stop the training of a network.
+    /// Strikes that judge: those that fitted nothing; where they are fewer than eight, those of [`Split::Validation`], too, which identification
+    /// did not look at, and effects did.
     pub held_out: usize,
     /// The model that would be used.
     pub model: String,
@@ -45,7 +46,7 @@ pub struct FirstVersion {
     pub unbounded: Vec<String>,
 }
 
-/// Judges the model that a version would be used with, by the latest strikes that it did not learn from.
+/// Judges the model that a version would be used with, by the latest strikes that are held out.
 pub fn judge(
     run: &Run,
     strikes: &[Strike],
@@ -53,8 +54,12 @@ pub fn judge(
     floor: Option<StopErrors>,
     candidate: &Candidate,
 ) -> Result<FirstVersion, Error> {
-    let held_out = strikes.iter().filter(|strike| strike.split != Split::Train);
-    let held_out: Vec<&Strike> = latest(held_out.collect());
+    let part = |split| strikes.iter().filter(move |strike| strike.split == split);
+    let mut held_out: Vec<&Strike> = part(Split::Test).collect();
+    if held_out.len() < LEAST {
+        held_out.extend(part(Split::Validation));
+    }
+    let held_out: Vec<&Strike> = latest(held_out);
     let judges: Vec<HeldOut> = held_out.iter().copied().map(HeldOut::from).collect();
     let rig = &candidate.model.rig;
     let by_nominal = stop_errors(run, &Model::of_world(rig, &World::nominal(rig)), &judges)?;

@@ -221,7 +221,7 @@ impl Case<'_, '_> {
             return Ok(unnamed(Verdict::Consistent, None, None));
         }
         // Tracks that differ from the world's in a way that moves no stop beyond what repeats scatter by are no gap that strikes would show.
-        let moved = gap::rms(before.iter().copied().flatten());
+        let moved = gap::rms(part(&before, false).into_iter().flatten());
         let unexplained = match is_gap || moved > GREAT * floor.at_most() {
             true => Verdict::Unexplained,
             false => Verdict::Consistent,
@@ -310,7 +310,8 @@ impl Case<'_, '_> {
         let after = gap::stop_residuals(rig, &world, strikes)?;
         let gap = gap_to(&after);
         let accounted = floor.at_most();
-        let stops = gap::clipped_rms(after.iter().copied().flatten(), LONGEST * accounted);
+        let stops = part(&after, false).into_iter().flatten();
+        let stops = gap::clipped_rms(stops, LONGEST * accounted);
         // From delivered launches strikes repeat without the arm's scatter, which is most of what repeats of a command scatter by; where some
         // meet a fence, or none rests, those that rest are no fair choice among all.
         let all_rest = strikes.iter().all(|strike| strike.has_stop());
@@ -333,9 +334,8 @@ impl Case<'_, '_> {
                 Some(note),
             ));
         }
-        let judges = gap::falls(&part(&before, true), &part(&after, true));
-        if !heldout::pays(&judges, &self.gains.stop) {
-            let note = notes::not_named(&self.names(), &notes::does_not_pay(&gap, &self.gains));
+        if !heldout::pays(&self.gains.stop) {
+            let note = notes::not_named(&self.names(), &notes::does_not_pay(&self.gains));
             return Ok(unnamed(unexplained, None, Some(note)));
         }
         Ok(Conclusion {

@@ -54,13 +54,6 @@ fn paired<'r>(
     both.filter_map(|(before, after)| Some(((*before)?, (*after)?)))
 }
 
-/// By how much each strike's squared stop error falls, in m².
-pub(crate) fn falls(before: &[Option<Point>], after: &[Option<Point>]) -> Vec<f64> {
-    paired(before, after)
-        .map(|(before, after)| before.dot(before) - after.dot(after))
-        .collect()
-}
-
 /// The gap over the held-out strikes.
 pub(crate) fn gap(before: &[Option<Point>], after: &[Option<Point>], variation: Variation) -> Gap {
     let both: Vec<(Point, Point)> = paired(before, after).collect();

@@ -5,7 +5,7 @@ use world::{Estimate, World};
 
 use crate::{
     constancy::Changing,
-    diagnosis::{Gap, Noise, Verdict},
+    diagnosis::{Noise, Verdict},
     fit::Fitted,
     heldout::{self, Gains},
     mixed::{ANGLE, FRICTION, SPEED},
@@ -191,16 +191,11 @@ pub(crate) fn beside_never_named(others: &[String]) -> Option<String> {
 }
 
 /// That effects do not pay on strikes that took no part in their fit.
-pub(crate) fn does_not_pay(gap: &Gap, gains: &Gains) -> String {
+pub(crate) fn does_not_pay(gains: &Gains) -> String {
     let (sum, error) = heldout::total(&gains.stop);
     let each = 1e6 / gains.stop.len().max(1) as f64;
     format!(
-        "its stops are no nearer on strikes that took no part: rms stop error {:.1} mm without and {:.1} mm with, \
-         {}, on {} held-out strikes; squared stop error {:+.1} ± {:.1} mm² a strike on {} left out of its fits in turn",
-        1e3 * gap.before,
-        1e3 * gap.after,
-        gap.change_in_words(),
-        gap.heldout_strikes,
+        "its stops are no nearer on strikes that took no part: squared stop error {:+.1} ± {:.1} mm² a strike on {} left out of its fits in turn",
         -each * sum,
         each * error,
         gains.stop.len()

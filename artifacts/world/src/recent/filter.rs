@@ -1,7 +1,8 @@
 //! The table followed from strike to strike: a mixture of Kalman filters.
 //!
-//! Each hypothesis is a history: which of friction, gain and heading jumped when a session began, which strike was bad, whether the
-//! table jumped in between. Hypotheses stay apart, so that a bad first strike is recognised by those after it.
+//! Each hypothesis is a history: whether a session began on the table of before, on one that differs as sessions do, or with a jump of friction,
+//! gain or heading; which strike was bad, whether the table jumped in between. Hypotheses stay apart, so that a bad first strike is recognised
+//! by those after it.
 
 use nalgebra::{Cholesky, Const};
 use serde::{Deserialize, Serialize};
@@ -123,7 +124,8 @@ impl Filter {
     pub fn begin_session(&mut self) {
         let between = &self.varies.between;
         let usual = variances(between.next());
-        let stays = (1.0 - between.jump_chance).ln();
+        let (same, stays) = (between.same_chance(), 1.0 - between.jump_chance);
+        let [same, differs] = [stays * same, stays * (1.0 - same)].map(f64::ln);
         for hypothesis in &mut self.hypotheses {
             hypothesis.good = 0;
         }
@@ -133,9 +135,10 @@ impl Filter {
                 *hypothesis = hypothesis.spread(0.0, &usual);
             }
         }
-        let mut begun = Vec::with_capacity(8 * self.hypotheses.len());
+        let mut begun = Vec::with_capacity((2 + JUMPS.len()) * self.hypotheses.len());
         for hypothesis in &self.hypotheses {
-            begun.push(hypothesis.spread(stays, &usual));
+            begun.push(hypothesis.spread(same, &Matrix::zeros()));
+            begun.push(hypothesis.spread(differs, &usual));
             for (jumps, share) in JUMPS {
                 let jump = std::array::from_fn(|i| if jumps[i] { JUMP[i] } else { 0.0 });
                 let chance = (between.jump_chance * share).ln();

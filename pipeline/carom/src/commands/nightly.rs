@@ -389,7 +389,7 @@ fn report_new(
     Ok(new)
 }
 
-/// Whether the new strikes scatter more than the older ones beside what learnt from both, beyond chance: then they are set aside.
+/// Whether the new strikes scatter more than the older ones beside what learnt from both, beyond chance: then those logs are set aside that do.
 fn scatters(
     run: &Run,
     parts: [&[Strike]; 2],
@@ -404,9 +404,9 @@ fn scatters(
         return Ok(false);
     }
     let candidate = loaded(contents(results)?)?;
+    let varies = score::varies(&candidate);
     // About where each part has the table.
-    let scatter = |parts: &[&[Strike]]| -> Result<_, Error> {
-        let varies = score::varies(&candidate);
+    let scatter = |parts: &[Vec<Strike>]| -> Result<_, Error> {
         let (mut squares, mut freedom) = (0.0, 0.0);
         for part in parts {
             let fitted = score::fitted(run, &candidate, part)?;
@@ -417,18 +417,34 @@ fn scatters(
         }
         Ok((squares / freedom, freedom))
     };
-    let latest = &older[older.len().saturating_sub(MOST_OLDER)..];
-    let (here, freedom) = scatter(&parts)?;
+    let latest = older[older.len().saturating_sub(MOST_OLDER)..].to_vec();
     let (before, freedom_before) = scatter(&[latest])?;
-    let ratio = here / before;
-    // Of too few there is no such number.
-    let f = FisherSnedecor::new(freedom, freedom_before);
-    if f.map_or(1.0, |f| f.sf(ratio)) >= QUARANTINE {
+    // How many times as much as those before the new strikes scatter, or those of one log; none where that may be chance.
+    let beyond_chance = |log: Option<&str>| -> Result<Option<f64>, Error> {
+        let of_log = |strike: &&Strike| log.is_none_or(|log| strike.log == log);
+        let of_parts = parts.map(|part| part.iter().filter(of_log).cloned().collect());
+        let (here, freedom) = scatter(&of_parts)?;
+        let ratio = here / before;
+        // Of too few there is no such number.
+        let chance = FisherSnedecor::new(freedom, freedom_before).map_or(1.0, |f| f.sf(ratio));
+        Ok((chance < QUARANTINE).then_some(ratio))
+    };
+    let Some(ratio) = beyond_chance(None)? else {
         return Ok(false);
+    };
+    let all: BTreeSet<&str> = new.iter().map(|strike| strike.log.as_str()).collect();
+    let mut logs = Vec::new();
+    for log in &all {
+        if beyond_chance(Some(log))?.is_some() {
+            logs.push(*log);
+        }
+    }
+    // Where none does by itself, all of them do together.
+    if logs.is_empty() {
+        logs.extend(&all);
     }
     night.status = Status::Refused;
     night.quarantined = true;
-    let logs: BTreeSet<&str> = new.iter().map(|strike| strike.log.as_str()).collect();
     night.set_aside.extend(logs.into_iter().map(String::from));
     night.why.push(format!(
         "the new strikes scatter {:.1} times as much as those before: they are not learnt from",
@@ -445,13 +461,15 @@ struct Candidate {
     /// Beside the version in use, on strikes that neither learnt from.
     gate: HeldOutGate,
     executor: ExecutorGate,
+    /// Whether it has the table where tonight's strikes show it, if they show a change.
+    follows: bool,
     /// Whether it is the version from before the last change: the change found tonight takes that back.
     takes_back: bool,
 }
 
 impl Candidate {
     fn passed(&self) -> bool {
-        self.gate.passed && self.executor.passed
+        self.gate.passed && self.executor.passed && self.follows
     }
 }
 
@@ -489,6 +507,15 @@ fn choose(
         .change
         .as_ref()
         .map_or(f64::NEG_INFINITY, |change| change.since);
+    let is_since = |strike: &&Strike| strike.t_start >= since;
+    let strikes: Vec<Strike> = results.strikes.iter().filter(is_since).cloned().collect();
+    let follows = |artifact: &Artifact| -> Result<bool, Error> {
+        let drift = match is_changed {
+            true => score::drift(run, artifact, new)?,
+            false => None,
+        };
+        Ok(!drift.is_some_and(|drift| drift.is_beyond_chance()))
+    };
     let all = contents(results)?;
     let mut waits = all.clone();
     let judged = |name: &str, contents: &Contents| -> Result<Option<Candidate>, Error> {
@@ -501,7 +528,8 @@ fn choose(
             name: name.into(),
             contents: contents.clone(),
             gate: compare_held_out(run, before, &artifact, &judges)?,
-            executor: plan_paths(&artifact, &results.strikes),
+            executor: plan_paths(&artifact, &strikes),
+            follows: follows(&artifact)?,
             takes_back: false,
         }))
     };
@@ -540,8 +568,6 @@ fn choose(
     }
     let base = night.change.as_ref().map(|change| &change.version);
     if let Some(base) = base.and_then(|version| store.load(Some(version)).ok()) {
-        let is_since = |strike: &&Strike| strike.t_start >= since;
-        let strikes: Vec<Strike> = results.strikes.iter().filter(is_since).cloned().collect();
         let latest = &strikes[strikes.len().saturating_sub(MOST_SINCE)..];
         let logs: BTreeSet<&str> = strikes.iter().map(|strike| strike.log.as_str()).collect();
         if strikes.len() >= ALONE {
@@ -557,13 +583,15 @@ fn choose(
             strikes: latest,
         };
         if let Some(moved) = since.moved(run)? {
+            let artifact = loaded(&moved.contents)?;
             candidates.push(Candidate {
                 name: format!(
                     "{} moved by {} (each strike by what the others show)",
                     base.version, moved.shift
                 ),
                 gate: since.compare_cross_fitted(run, before)?,
-                executor: plan_paths(&loaded(&moved.contents)?, &results.strikes),
+                executor: plan_paths(&artifact, &strikes),
+                follows: follows(&artifact)?,
                 contents: as_of_tonight(moved.contents),
                 takes_back: false,
             });
@@ -585,6 +613,11 @@ fn choose(
             night
                 .why
                 .push(format!("{}: {}", one.name, one.executor.sentence()));
+        }
+        if !one.follows {
+            night
+                .why
+                .push(format!("{}: it does not follow the change", one.name));
         }
         night.beats = Some(one.gate.clone());
         night.executor = Some(one.executor.clone());

@@ -5,8 +5,8 @@ use std::collections::BTreeSet;
 use judge::{HeldOut, stop_errors};
 use serde::{Deserialize, Serialize};
 use stage::Run;
-use store::{Artifact, Calibrated, Contents, Moved};
-use values::{Split, StopErrors, Strike};
+use store::{Artifact, Calibrated, Contents, Moved, TrainedRegion};
+use values::{Interval, Split, StopErrors, Strike};
 use world::{Session, Shift};
 
 use super::held_out_gate::{HeldOutGate, compare, noise_floor, unseen};
@@ -78,6 +78,7 @@ impl Since<'_> {
         for varies in provenance.varies.values_mut() {
             *varies = varies.moved(fitted.certainty);
         }
+        provenance.trained_region = widened(provenance.trained_region, &strikes);
         provenance.moved = Some(Moved {
             version: self.base.version.clone(),
             strikes: fitted.seen.0.len(),
@@ -136,6 +137,20 @@ impl Since<'_> {
             }
         }
         Ok(errors)
+    }
+}
+
+/// A trained region with the lengths and stops of these strikes' paths, too: a table that brakes more stops objects nearer.
+fn widened(region: TrainedRegion, strikes: &[Strike]) -> TrainedRegion {
+    let Some(since) = TrainedRegion::of(strikes.iter().map(|s| (s.initial, s.stop))) else {
+        return region;
+    };
+    let both = |a: Interval, b: Interval| Interval::new(a.low.min(b.low), a.high.max(b.high));
+    TrainedRegion {
+        distance: both(region.distance, since.distance),
+        stop_x: both(region.stop_x, since.stop_x),
+        stop_y: both(region.stop_y, since.stop_y),
+        ..region
     }
 }
 

@@ -44,8 +44,9 @@ pub fn errors_section(evaluation: &Evaluation) -> Markup {
                     }
                     (errors_table(&rows, "not predicted"))
                     p.note {
-                        "The distance between where a strike that took no part in fitting stopped and where the model says that it "
-                        "would. The noise floor is what repeats of the same command would scatter by."
+                        "The distance between where a strike that took no part in fitting, in naming effects or in choosing a model "
+                        "stopped and where the model says that it would. The noise floor is what repeats of the same command would "
+                        "scatter by."
                     }
                 }
                 (figures::distribution(&shown).figure("share of held-out strikes below a stop error, model by model"))

@@ -14,8 +14,6 @@ use crate::Error;
 pub const LEAST: usize = 5;
 /// Chance calls a table that is as it was changed once in so many tests, over its three quantities.
 const CHANCE: f64 = 1e-3;
-/// Degrees of freedom of what is assumed to differ from session to session, where one only was seen.
-const ASSUMED_FREEDOM: f64 = 4.0;
 /// Steps to where strikes have the table: what the last one leaves is of the third order.
 const STEPS: usize = 2;
 
@@ -59,9 +57,8 @@ impl Drift {
             .enumerate()
             .map(|(i, name)| {
                 let between = usual[i].powi(2) + varies.certainty[i][i];
-                let freedom = ASSUMED_FREEDOM + varies.between.sessions as f64 - 1.0;
                 let values: Vec<f64> = shown.iter().map(|shift| shift[i]).collect();
-                quantity(name, &values, between, freedom)
+                quantity(name, &values, between, varies.between.freedom())
             })
             .collect();
         let least = quantities.iter().map(|q| q.p).fold(1.0, f64::min);
@@ -124,6 +121,12 @@ fn quantity(name: &str, values: &[f64], between: f64, freedom: f64) -> Quantity 
     }
 }
 
+/// What strikes show of the table beside a version's default model; none of too few.
+pub fn drift(run: &Run, artifact: &Artifact, strikes: &[Strike]) -> Result<Option<Drift>, Error> {
+    let seen = observed(run, artifact, strikes)?;
+    Ok(Drift::of(&varies(artifact), &seen))
+}
+
 /// How the table varies beside a version's default model.
 pub fn varies(artifact: &Artifact) -> Varies {
     let model = artifact.manifest.provenance.default_model;
@@ -150,7 +153,7 @@ pub fn default_model(artifact: &Artifact) -> Model {
 }
 
 /// What strikes show beside a version's default model, those that show a free slide.
-pub fn observed(run: &Run, artifact: &Artifact, strikes: &[Strike]) -> Result<Session, Error> {
+fn observed(run: &Run, artifact: &Artifact, strikes: &[Strike]) -> Result<Session, Error> {
     observed_on(run, artifact, Shift::default(), strikes)
 }
 

@@ -5,7 +5,7 @@ use stage::Run;
 use store::{Artifact, Logged, Model};
 use values::Strike;
 
-use super::drift::{Drift, LEAST, model_of, observed, varies};
+use super::drift::{Drift, LEAST, drift, model_of};
 use crate::Error;
 use crate::noise::identified;
 
@@ -22,8 +22,7 @@ pub fn judge(
     // What the strikes that it was computed from showed of repeats.
     let published = artifact.manifest.provenance.noise_floor;
     evaluation.noise_floor = published.or(evaluation.noise_floor);
-    let seen = observed(run, artifact, strikes)?;
-    Ok((evaluation, Drift::of(&varies(artifact), &seen)))
+    Ok((evaluation, drift(run, artifact, strikes)?))
 }
 
 /// Why drift from a version cannot be judged.

@@ -4,4 +4,4 @@ mod drift;
 mod judge;
 
 pub use self::judge::{drift_unknown, follow_known_strikes, judge};
-pub use drift::{Drift, default_model, fitted, moved, step, varies};
+pub use drift::{Drift, default_model, drift, fitted, moved, step, varies};

@@ -147,3 +147,77 @@ fn friction_that_rises_for_good_is_followed_the_same_night_and_learnt_from_after
     );
     assert_eq!(back["change"]["version"], "v0001");
 }
+
+#[test]
+fn of_two_logs_of_a_night_only_the_one_whose_strikes_scatter_is_set_aside() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let dir = folder.path();
+    let logs = dir.join("logs");
+    fs::create_dir(&logs).expect("a folder");
+    let truth = Truth::demo(&Truth::demo_rig(Shape::Cylinder), 3);
+    fs::write(dir.join("rig.toml"), truth.rig.to_toml()).expect("written");
+    let name = dir.display();
+    let nightly = || {
+        let line = format!("nightly {name}/logs --rig {name}/rig.toml --out {name}/run");
+        carom(&line).expect("a decision").json
+    };
+    night(&truth, 0, 100, &logs);
+    assert_eq!(nightly()["status"], "promoted");
+
+    let mut shaken = truth.clone();
+    shaken.scatter.speed = 0.1;
+    night(&truth, 1, 25, &logs);
+    night(&shaken, 2, 25, &logs);
+    let bad = nightly();
+    assert_eq!(bad["status"], "refused", "{bad}");
+    assert_eq!(
+        bad["set_aside"],
+        serde_json::json!(["night_2.mcap"]),
+        "{bad}"
+    );
+
+    // The other one is learnt from.
+    night(&truth, 3, 25, &logs);
+    let next = nightly();
+    let logs = serde_json::json!(["night_1.mcap", "night_3.mcap"]);
+    assert_eq!(next["new_logs"], logs, "{next}");
+    assert!(next["new_strikes"].as_u64().is_some_and(|new| new > 40));
+    assert_eq!(next["set_aside"], bad["set_aside"]);
+}
+
+#[test]
+fn an_object_that_goes_half_as_far_is_followed_the_same_night() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let dir = folder.path();
+    let logs = dir.join("logs");
+    fs::create_dir(&logs).expect("a folder");
+    let mut truth = Truth::demo(&Truth::demo_rig(Shape::Cylinder), 3);
+    fs::write(dir.join("rig.toml"), truth.rig.to_toml()).expect("written");
+    let name = dir.display();
+    let nightly = || {
+        let line = format!("nightly {name}/logs --rig {name}/rig.toml --out {name}/run");
+        done(&line)
+    };
+    night(&truth, 0, 100, &logs);
+    assert_eq!(nightly()["status"], "promoted");
+    let region = |version: &str| {
+        let manifest = json(&dir.join("run/versions").join(version), "manifest.json");
+        manifest["trained_region"]["distance"][0]
+            .as_f64()
+            .expect("a length")
+    };
+
+    truth.friction *= 1.6;
+    truth.restitution *= 0.7;
+    night(&truth, 1, 25, &logs);
+    let changed = nightly();
+    assert_eq!(changed["status"], "promoted", "{changed}");
+    let gate = &changed["beats"];
+    let mean = |of: &str| gate[of].as_f64().expect("a mean");
+    assert!(
+        mean("candidate_mean") < 0.2 * mean("current_mean"),
+        "{gate}"
+    );
+    // Its paths are shorter than any before.
+    assert!(region("v0002") < 0.8 * region("v0001"));
+}

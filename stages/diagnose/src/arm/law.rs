@@ -29,13 +29,9 @@ const OUTLIER: f64 = 6.0;
 const MOST_OF_ONE: f64 = 20.0;
 
 /// The laws by which the arm of these strikes deviates from its commands: by what was commanded, one of the speed, one of the angle, and then by
-/// where the object lay. The strikes that judge take no part in fit and choice.
-pub(super) fn fit(
-    rig: &Rig,
-    strikes: &[&Strike],
-    judges: &[&Strike],
-) -> Result<Vec<Law>, WorldError> {
-    let (pairs, judges) = (Pair::all(strikes), Pair::all(judges));
+/// where the object lay.
+pub(super) fn fit(rig: &Rig, strikes: &[&Strike]) -> Result<Vec<Law>, WorldError> {
+    let pairs = Pair::all(strikes);
     let mut laws = Vec::new();
     let mut by_place: Option<Law> = None;
     for quantity in Quantity::ALL {
@@ -43,19 +39,17 @@ pub(super) fn fit(
         let of_command = forms(quantity, &pairs);
         // Of each kind beside the other, the stronger one first.
         let all = [of_command.as_slice(), of_place.as_slice()].concat();
-        let Some(first) = law_of(rig, quantity, &all, &pairs, &judges)? else {
+        let Some(first) = law_of(rig, quantity, &all, &pairs)? else {
             continue;
         };
         let effect = [effects::build(&first.added, rig)?];
         let (on_command, on_place) = if first.name == BY_PLACE {
             let less: Vec<_> = pairs.iter().map(|pair| pair.less(&effect)).collect();
-            let judges: Vec<_> = judges.iter().map(|pair| pair.less(&effect)).collect();
-            let second = law_of(rig, quantity, &of_command, &less, &judges)?;
+            let second = law_of(rig, quantity, &of_command, &less)?;
             (second, Some(first))
         } else {
             let beside: Vec<_> = pairs.iter().map(|pair| pair.beside(&effect)).collect();
-            let judges: Vec<_> = judges.iter().map(|pair| pair.beside(&effect)).collect();
-            let second = law_of(rig, quantity, &of_place, &beside, &judges)?;
+            let second = law_of(rig, quantity, &of_place, &beside)?;
             (Some(first), second)
         };
         laws.extend(on_command);
@@ -78,7 +72,6 @@ fn law_of(
     quantity: Quantity,
     forms: &[Form],
     pairs: &[Pair<'_>],
-    judges: &[Pair<'_>],
 ) -> Result<Option<Law>, WorldError> {
     let all: Vec<&Pair<'_>> = pairs.iter().collect();
     let Some((form, fitted, _)) = best(rig, quantity, forms, &all)? else {
@@ -98,19 +91,17 @@ fn law_of(
     let Some((form, fitted, evidence)) = best(rig, quantity, forms, &near)? else {
         return Ok(None);
     };
-    let pays = pays(rig, quantity, form, &fitted, &near, judges)?;
+    let pays = pays(rig, quantity, form, &fitted, &near)?;
     Ok(pays.then(|| law(form, &fitted, evidence)))
 }
 
-/// Whether a law brings deliveries nearer of strikes that took no part in its fit: of those that judge, and of those that fits to the
-/// others leave out.
+/// Whether a law brings deliveries nearer of strikes that took no part in its fit: those that fits to the others leave out.
 fn pays(
     rig: &Rig,
     quantity: Quantity,
     form: &Form,
     fitted_to_all: &Fitted,
     pairs: &[&Pair<'_>],
-    judges: &[Pair<'_>],
 ) -> Result<bool, WorldError> {
     let about = residuals(rig, quantity, form, &fitted_to_all.values, pairs)?;
     let mut typical: Vec<f64> = about.iter().map(|r| r * r + FLOOR * FLOOR).collect();
@@ -139,9 +130,7 @@ fn pays(
             left_out.extend(falls(&fitted.values, &part(true))?);
         }
     }
-    let judges: Vec<&Pair<'_>> = judges.iter().collect();
-    let judges = falls(&fitted_to_all.values, &judges)?;
-    Ok(heldout::pays(&judges, &left_out))
+    Ok(heldout::pays(&left_out))
 }
 
 /// The form that these strikes need, with its evidence; none where the arm delivers its commands. A form with further values must

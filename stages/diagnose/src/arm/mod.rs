@@ -46,13 +46,9 @@ impl Arm {
         let Some(strikes) = delivered_strikes(&input.strikes) else {
             return Ok(None);
         };
-        let (judges, fitted): (Vec<&Strike>, Vec<&Strike>) = input
-            .strikes
-            .iter()
-            .filter(|strike| !strike.is_pushed_again())
-            .partition(|strike| strike.split == Split::Test);
-        let laws = fit(&input.rig, &fitted, &judges)?;
-        let unexplained = unexplained(&input.rig, &laws, &[fitted, judges].concat())?;
+        let fitted = fitted(input);
+        let laws = fit(&input.rig, &fitted)?;
+        let unexplained = unexplained(&input.rig, &laws, &fitted)?;
         let input = Input {
             strikes,
             ..input.clone()
@@ -80,7 +76,8 @@ impl Arm {
             .iter()
             .filter(|strike| !strike.is_pushed_again())
             .collect();
-        let beside = self.beside_laws(input, &strikes)?;
+        let fitted = fitted(input);
+        let beside = self.beside_laws(input, &fitted)?;
         let repeatability = self.repeatability(beside);
         // A world that was fitted here scatters by the impact alone; the identified one by the arm, too.
         let mut impact = found.world.as_ref().unwrap_or(&input.world).scatter;
@@ -109,9 +106,9 @@ impl Arm {
             named.equivalent.retain(|name| !is_the_arms(name));
             named.rivals.retain(|rival| !is_the_arms(&rival.name));
         }
-        let by_arm = moved(&strikes, |_| repeatability);
+        let by_arm = moved(&fitted, |_| repeatability);
         let repeats = diagnosis.gap.noise_floor.hypot(by_arm);
-        let little = self.without_little(input, &strikes, repeats)?;
+        let little = self.without_little(input, &fitted, repeats)?;
         diagnosis.notes.extend(notes::little(&little));
         if !self.laws.is_empty() {
             self.name_laws(diagnosis)?;
@@ -254,6 +251,14 @@ impl Arm {
         }
         diagnosis.r#where.splice(0..0, all());
     }
+}
+
+/// The strikes that fit and choose.
+fn fitted(input: &Input) -> Vec<&Strike> {
+    let strikes = input.strikes.iter();
+    strikes
+        .filter(|strike| strike.split != Split::Test && !strike.is_pushed_again())
+        .collect()
 }
 
 /// By how much stops move, root mean square in m, where launches differ so: a stop lies as far as the square of the speed says.
