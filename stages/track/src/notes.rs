@@ -178,16 +178,24 @@ mod tests {
         let untold = CameraModel::of(&rig).expect("complete");
         rig.camera.readout = Some(0.0);
         let told = CameraModel::of(&rig).expect("complete");
-        let mut notes = Notes::default();
-        let mut late = |stamp: i64, x: f64| {
-            notes.add(stamp, Some(Point::new(x, 0.0)), [0.0; 2]);
-            [&untold, &told].map(|camera| notes.late(camera))
+        let seen = Readout {
+            seconds: 0.02,
+            deviation: 0.003,
         };
-        assert_eq!(late(0, 0.4), [0.0; 2], "nothing to compare with");
+        let mut all = [(&untold, None), (&told, None), (&untold, Some(seen))]
+            .map(|(camera, readout)| Notes::of(camera, readout));
+        let mut late = |stamp: i64, x: f64| {
+            all.each_mut().map(|notes| {
+                notes.add(stamp, Some(Point::new(x, 0.0)), [0.0; 2]);
+                notes.late()
+            })
+        };
+        assert_eq!(late(0, 0.4), [0.0; 3], "nothing to compare with");
         // 0.6 m/s.
-        let [untold, told] = late(33_333_333, 0.42);
+        let [untold, told, seen] = late(33_333_333, 0.42);
         assert!((untold - 0.6 * UNKNOWN).abs() < 1e-6, "{untold}");
         assert_eq!(told, 0.0);
-        assert_eq!(late(66_666_666, 0.42), [0.0; 2], "at rest");
+        assert!((seen - 0.6 * 0.003).abs() < 1e-6, "{seen}");
+        assert_eq!(late(66_666_666, 0.42), [0.0; 3], "at rest");
     }
 }

@@ -55,6 +55,10 @@ struct Sheared {
 }
 
 impl Sheared {
+    fn moves(&self) -> bool {
+        self.velocity != [0.0; 2]
+    }
+
     /// How the shear depends on the readout and on what is there at rest.
     fn slope(&self) -> Matrix2x3<f64> {
         let [x, y] = self.velocity;
@@ -108,6 +112,9 @@ impl Frames {
 
     /// The readout that fits best.
     fn fit(&self) -> Option<Readout> {
+        if self.moving < FEWEST {
+            return None;
+        }
         let fitted = |frames: &[&Sheared]| {
             let (mut normal, mut right) = (Matrix3::zeros(), Vector3::zeros());
             for frame in frames {
@@ -116,26 +123,27 @@ impl Frames {
                 right += slope.transpose() * frame.sums.right;
             }
             let inverse = normal.try_inverse()?;
-            let parts = inverse * right;
-            let mut left: Vec<f64> = frames.iter().map(|frame| frame.left(parts)).collect();
+            Some((inverse * right, inverse[(0, 0)]))
+        };
+        // Those that move scatter otherwise than those that rest.
+        let scatter = |frames: &[&Sheared], parts, moves: bool| {
+            let of_kind = frames.iter().filter(|frame| frame.moves() == moves);
+            let mut left: Vec<f64> = of_kind.map(|frame| frame.left(parts)).collect();
             left.sort_by(f64::total_cmp);
             // Of two numbers that scatter by 1, the median of the squares' sum is 1.39.
-            let scatter = left.get(left.len() / 2)? / 1.386;
-            Some((parts, inverse[(0, 0)] * scatter.max(1.0), scatter))
+            left.get(left.len() / 2).map_or(0.0, |left| left / 1.386)
         };
-        if self.moving < FEWEST {
-            return None;
-        }
-        let all: Vec<&Sheared> = self.sheared.iter().collect();
-        let (parts, _, scatter) = fitted(&all)?;
-        let is_near = |frame: &&&Sheared| frame.left(parts) < FAR * 1.386 * scatter;
-        let near: Vec<&Sheared> = all.iter().filter(is_near).copied().collect();
-        let (parts, variance, _) = fitted(&near)?;
+        let mut frames: Vec<&Sheared> = self.sheared.iter().collect();
+        let (parts, _) = fitted(&frames)?;
+        let [rests, moves] = [false, true].map(|moves| FAR * scatter(&frames, parts, moves));
+        frames.retain(|frame| frame.left(parts) <= if frame.moves() { moves } else { rests });
+        let (parts, variance) = fitted(&frames)?;
+        let scatter = scatter(&frames, parts, true).max(1.0);
         let seconds = parts[0];
         let unseen = UNSEEN.hypot(UNSEEN_SHARE * seconds);
         Some(Readout {
             seconds,
-            deviation: variance.sqrt().hypot(unseen),
+            deviation: (scatter * variance).sqrt().hypot(unseen),
         })
     }
 }
