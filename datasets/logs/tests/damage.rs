@@ -137,6 +137,35 @@ fn a_damaged_chunk_is_left_out_and_the_others_are_read() {
     }
 }
 
+/// A chunk that is too large to be held is unpacked twice: once for its CRC, before anything of it is given.
+#[test]
+fn a_large_chunk_is_given_as_a_whole_or_not_at_all() {
+    let written = samples(100_000);
+    for compression in [Compression::Zstd, Compression::Lz4] {
+        let mut file = write(Encoding::Cdr, options(Some(compression), 1 << 25), &written);
+        let mut offsets = record_offsets(&file).into_iter();
+        let chunk = offsets.find(|at| file[*at] == op::CHUNK).expect("a chunk");
+        let unpacked = chunk + 9 + 16;
+        let size = u64::from_le_bytes(file[unpacked..unpacked + 8].try_into().expect("8 bytes"));
+        assert!(size > 8 << 20, "{size}");
+        let (read_whole, summary) = read(&file).expect("reads");
+        assert!(read_whole == written && summary.damage.is_empty());
+
+        file[unpacked + 8] ^= 1;
+        match read(&file) {
+            Ok((read, summary)) => {
+                assert!(read.is_empty() && !summary.damage.is_empty());
+                assert!(
+                    summary.damage[0].why.contains("CRC"),
+                    "{:?}",
+                    summary.damage
+                );
+            }
+            Err(error) => assert!(matches!(error, LogError::MissingTopic { .. }), "{error}"),
+        }
+    }
+}
+
 #[test]
 fn a_flipped_bit_outside_of_chunks_distrusts_all() {
     let mut file = write(

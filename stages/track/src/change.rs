@@ -1,7 +1,7 @@
 //! The change of a pose that lays an outline on the edges seen: least squares with Tukey's weights, how well the edges determine it, and
 //! how far a part of the outline decides it.
 
-use nalgebra::{Matrix3, Matrix4, Matrix4x3, Vector3, Vector4};
+use nalgebra::{Matrix3, Matrix4, SMatrix, SVector, Vector4};
 
 use crate::edges::{Edge, Ray};
 
@@ -114,33 +114,39 @@ impl Change {
         self.scale * (ALIKE * square).sqrt()
     }
 
-    /// What the edges say of the brightness of the object's side, beyond the one that they were found with (a + b·cos + c·sin of the
-    /// direction that it faces): a side taken for brighter than it is puts each edge out by its width. The place of the object and its
-    /// size are left open, so that sums of several images add up.
-    pub(crate) fn side(&self, rays: &[Ray], found: &[Edge], prior: &Prior) -> BandSums {
+    /// What the edges say of a pattern, by which each ray's edge is put out for each of its parts. The place of the object and its size
+    /// are left open, so that sums of several images add up.
+    pub(crate) fn pattern<const N: usize>(
+        &self,
+        rays: &[Ray],
+        found: &[Edge],
+        prior: &Prior,
+        of: impl Fn(&Ray) -> SVector<f64, N>,
+    ) -> PatternSums<N> {
         let (mut normal, mut right) = (Matrix4::<f64>::zeros(), Vector4::<f64>::zeros());
-        let (mut mixed, mut band) = (Matrix4x3::<f64>::zeros(), BandSums::default());
+        let mut mixed = SMatrix::<f64, 4, N>::zeros();
+        let mut sums = PatternSums::<N>::default();
         for (ray, edge) in known(rays, found) {
             let weight = self.weight(ray, edge) / (ALIKE * self.scale * self.scale);
             let yaw = if prior.turns { ray.moves[2] } else { 0.0 };
             let row = Vector4::new(ray.moves[0], ray.moves[1], yaw, 1.0);
-            let of_band = ray.band * Vector3::new(1.0, ray.normal[0], ray.normal[1]);
+            let out = of(ray);
             let left = self.left(ray, edge);
             normal += weight * row * row.transpose();
             right += weight * left * row;
-            mixed += weight * row * of_band.transpose();
-            band.normal += weight * of_band * of_band.transpose();
-            band.right += weight * left * of_band;
+            mixed += weight * row * out.transpose();
+            sums.normal += weight * out * out.transpose();
+            sums.right += weight * left * out;
         }
         if !prior.turns {
             normal[(2, 2)] = 1.0;
         }
         let Some(inverse) = normal.try_inverse() else {
-            return BandSums::default();
+            return PatternSums::default();
         };
-        BandSums {
-            normal: band.normal - mixed.transpose() * inverse * mixed,
-            right: band.right - mixed.transpose() * inverse * right,
+        PatternSums {
+            normal: sums.normal - mixed.transpose() * inverse * mixed,
+            right: sums.right - mixed.transpose() * inverse * right,
         }
     }
 
@@ -177,12 +183,25 @@ impl Change {
     }
 }
 
-/// What images say of the brightness of the object's side by where its edges lie: sums of a least-squares fit.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct BandSums {
-    normal: Matrix3<f64>,
-    right: Vector3<f64>,
+/// What images say of a pattern by where edges lie: sums of a least-squares fit.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PatternSums<const N: usize> {
+    pub(crate) normal: SMatrix<f64, N, N>,
+    pub(crate) right: SVector<f64, N>,
 }
+
+impl<const N: usize> Default for PatternSums<N> {
+    fn default() -> Self {
+        Self {
+            normal: SMatrix::zeros(),
+            right: SVector::zeros(),
+        }
+    }
+}
+
+/// The brightness of the object's side beyond the one that edges were found with (a + b·cos + c·sin of the direction that it faces): a side
+/// taken for brighter than it is puts each edge out by its width.
+pub(crate) type BandSums = PatternSums<3>;
 
 impl BandSums {
     /// What the side's brightness may differ by from what its pixels show, of the upper face's (standard deviation).

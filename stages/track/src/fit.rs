@@ -1,7 +1,9 @@
 //! The pose at which the outline lies on the edges seen, step by step.
 
 use crate::aligned::Alignment;
-use crate::change::{BandSums, Change, Prior};
+use nalgebra::{Vector2, Vector3};
+
+use crate::change::{BandSums, Change, PatternSums, Prior};
 use crate::colour::{Contrast, Map, Part, Range};
 use crate::edges::{Edge, Edges, Ray, SideSums, edges, rays};
 use crate::learned::Learned;
@@ -20,6 +22,8 @@ pub(crate) struct Scene<'a> {
     pub(crate) light: &'a [f32; 256],
     /// How far a point of the object moves within an exposure at the most, in m.
     pub(crate) blur: f64,
+    /// By how many px edges are taken to be blurred to both sides at the least.
+    pub(crate) least_blur: f64,
     /// What the log's other images show, and how their background lies in this one.
     pub(crate) learned: &'a Learned,
     pub(crate) alignment: Alignment,
@@ -43,6 +47,8 @@ pub(crate) struct Fit<'a> {
     pub(crate) side: SideSums,
     /// What its edges say of that.
     pub(crate) band: BandSums,
+    /// What they say of how it is sheared: by so much of its velocity (m/s) as each row of the image is seen later, in s for all rows.
+    pub(crate) shear: PatternSums<2>,
     /// Mean distance, in px, by which most edges miss a step at the most.
     spread: f64,
     /// How much larger than the outline the object is seen, beyond what the log's other images let expect, in px.
@@ -90,9 +96,9 @@ const FEWEST_PIXELS: usize = 16;
 
 /// Fits the outline from a first guess on: as if nothing moved, and where edges are wider than that, or none are found, as if it did.
 pub(crate) fn fit<'a>(scene: &Scene<'a>, start: Pose) -> Result<Fit<'a>, NoFit> {
-    let still = fit_blurred(scene, start, 0.0);
+    let still = fit_blurred(scene, start, scene.least_blur);
     let blur = match &still {
-        Ok(fit) if fit.spread > SPREAD => 2.0 * fit.spread - CLEAR,
+        Ok(fit) if fit.spread > SPREAD => (2.0 * fit.spread - CLEAR).max(scene.least_blur),
         Err(NoFit::NoEdges) if scene.blur > 0.0 => {
             let [fx, fy, ..] = scene.camera.lens.matrix;
             0.5 * scene.blur * fx.max(fy) / scene.camera.position[2]
@@ -164,14 +170,23 @@ fn fit_blurred<'a>(scene: &Scene<'a>, start: Pose, blur: f64) -> Result<Fit<'a>,
         if (moved < DONE && step > 1) || step + 1 == STEPS {
             return Ok(Fit {
                 pose,
-                outline,
                 residuals: change.residuals(&rays, &found),
                 pull: change.pull(&rays, &found, &prior).ok_or(NoFit::NoEdges)?,
                 deviation: change.deviation(),
-                band: change.side(&rays, &found, &prior),
+                band: change.pattern(&rays, &found, &prior, |ray| {
+                    ray.band * Vector3::new(1.0, ray.normal[0], ray.normal[1])
+                }),
+                shear: {
+                    let (_, [_, middle]) = outline.moments();
+                    let rows = scene.image.height as f64;
+                    change.pattern(&rays, &found, &prior, |ray| {
+                        (ray.at[1] - middle) / rows * Vector2::new(ray.moves[0], ray.moves[1])
+                    })
+                },
                 side,
                 spread,
                 rays,
+                outline,
                 larger: larger - scene.learned.larger[0],
                 seen_larger: larger,
                 map: seen.map,

@@ -4,6 +4,7 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 
 use logs::read::RawChannel;
 
+use crate::change::PatternSums;
 use crate::draw::drawn;
 use crate::learned::Learned;
 use crate::{Decoder, ImageMessage, Observation, Reason, Tracker};
@@ -17,6 +18,8 @@ pub(crate) struct TrackedFrame {
     /// Width and height, where it was decoded.
     pub(crate) size: Option<[usize; 2]>,
     pub(crate) observation: Observation,
+    /// How its outline is sheared.
+    pub(crate) shear: PatternSums<2>,
     /// Why it could not be decoded.
     pub(crate) why: Option<String>,
     /// The image with what was found drawn in, as JPEG, where that is wanted.
@@ -42,7 +45,8 @@ pub(crate) fn track_frame(
     });
     match parsed.and_then(|message| decoder.decode(&message)) {
         Ok(image) => {
-            let observation = tracker.look(image, learned).observation;
+            let looked = tracker.look(image, learned);
+            let observation = looked.observation;
             let middle = 0.5 * image.height as f64;
             let row = observation.pixel.map_or(middle, |[_, row]| row);
             let delay = tracker.camera().delay(row, image.height);
@@ -52,6 +56,7 @@ pub(crate) fn track_frame(
                 size: Some([image.width, image.height]),
                 drawn: is_drawn.then(|| drawn(image, &observation)).flatten(),
                 observation,
+                shear: looked.shear,
                 why: None,
             }
         }
@@ -67,6 +72,7 @@ impl TrackedFrame {
             hash: None,
             size: None,
             observation: Observation::none(Reason::Undecodable),
+            shear: PatternSums::default(),
             why: Some(why),
             drawn: None,
         }

@@ -55,6 +55,7 @@ impl Learned {
             // Every second one goes where there are too many: those that stay are even over the log.
             while kept.len() > 2 * PILOTS
                 || (bytes > MOST_MESSAGE_BYTES && kept.len() > FEWEST_PILOTS)
+                || (bytes > 2 * MOST_MESSAGE_BYTES && kept.len() > 1)
             {
                 let mut is_even = false;
                 kept.retain(|_| {
@@ -66,18 +67,20 @@ impl Learned {
             }
             Ok(())
         })?;
-        Ok(Self::of(&kept, tracker))
+        Ok(Self::of(kept, tracker))
     }
 
-    fn of(kept: &[Kept], tracker: &Tracker) -> Self {
+    fn of(kept: Vec<Kept>, tracker: &Tracker) -> Self {
         let size = kept.iter().find_map(|kept| Some(decoded(kept)?.rgb.len()));
         let Some(size) = size else {
             return Self::default();
         };
         let most = (MOST_PIXEL_BYTES / size.max(1)).clamp(1, PILOTS);
         let step = kept.len().div_ceil(most).max(1);
-        let some: Vec<&Kept> = kept.iter().step_by(step).collect();
-        let images: Vec<Image> = some.into_par_iter().filter_map(decoded).collect();
+        let some: Vec<Kept> = kept.into_iter().step_by(step).collect();
+        // Each message goes as its image comes.
+        let images = some.into_par_iter().filter_map(|kept| decoded(&kept));
+        let images: Vec<Image> = images.collect();
         let look = |image: &Image, learned: &Self| tracker.study(image, learned);
         let mut learned = Self::default();
         let first: Vec<Looked> = images

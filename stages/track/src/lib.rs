@@ -53,6 +53,7 @@ mod minimise;
 mod notes;
 mod outline;
 mod protobuf;
+mod readout;
 mod report;
 mod rotation;
 mod seen_point;

@@ -14,6 +14,7 @@ use crate::learned::Learned;
 use crate::log_lens::LogLens;
 use crate::message_queue::{FrameTracker, MessageQueue, Processed};
 use crate::notes::{Notes, said_of_marker};
+use crate::readout::Readout;
 use crate::report::QUALITY_SCHEMA;
 use crate::sequence::{Sequence, SequenceFrame};
 use crate::view::{LogFile, View};
@@ -75,6 +76,17 @@ fn track_into(
     let has_poses = rig.object.marker.is_some() && pose != centroid;
     let pose = has_poses.then_some(pose.as_str());
     let learned = Learned::of_log(log, &topic.name, &tracker)?;
+    let readout = match tracker.camera().readout {
+        Some(_) => None,
+        None => {
+            let seeing = (&tracker, &learned);
+            Readout::of_log(log, &topic.name, seeing, 1.0 / rig.camera.rate)?
+        }
+    };
+    let tracker = match readout {
+        Some(readout) => tracker.with_readout(readout.seconds),
+        None => tracker,
+    };
     let frames = FrameTracker::new(&tracker, &learned, view.is_some());
     let (summary, mut outcome) = rayon::scope_fifo(|scope| {
         let mut tracking = Tracking {
@@ -90,7 +102,7 @@ fn track_into(
             held_bytes: 0,
             outcome: TrackOutcome::default(),
             why: None,
-            notes: Notes::default(),
+            notes: Notes::of(tracker.camera(), readout),
             size,
             info: None,
             view,
@@ -282,7 +294,7 @@ impl Tracking<'_, '_, '_> {
             let point = frame.centre.ok();
             let (log_time, seen) = frame.with;
             self.notes.add(frame.stamp, point, seen.shift);
-            let late = self.notes.late(self.tracker.camera());
+            let late = self.notes.late();
             let reason = frame.centre.err();
             let turned = seen.turned.filter(|_| point.is_some());
             let report = FrameReport {

@@ -1,12 +1,18 @@
 //! What a person should know of a log's frames together: that the camera was pushed, and what is not known of its timing.
 
-use values::Point;
+use values::{Point, StampMark};
 
 use crate::CameraModel;
+use crate::readout::Readout;
 
 /// What was seen up to now.
 #[derive(Debug, Default)]
 pub(crate) struct Notes {
+    /// The keys of the camera's timing that are not stated, and the readout that the images told.
+    unstated: Option<&'static str>,
+    readout: Option<Readout>,
+    /// Standard deviation of what is not known of when the object was seen, in s.
+    unsure: f64,
     /// Frames in which the table is elsewhere, when the first of them was taken (ns), and how far at the most (px).
     moved: u64,
     first: i64,
@@ -43,6 +49,22 @@ fn unstated(camera: &CameraModel) -> Option<&'static str> {
 }
 
 impl Notes {
+    /// Nothing seen yet, by a camera whose readout is stated, or was told by the images, or neither.
+    pub(crate) fn of(camera: &CameraModel, readout: Option<Readout>) -> Self {
+        let unstated = match readout {
+            None => unstated(camera),
+            Some(_) => (camera.exposure.is_none() && camera.stamp != StampMark::Middle)
+                .then_some("camera.exposure is"),
+        };
+        let unsure = unstated.map_or(0.0, |_| UNKNOWN);
+        Self {
+            unstated,
+            readout,
+            unsure: unsure.hypot(readout.map_or(0.0, |readout| readout.deviation)),
+            ..Self::default()
+        }
+    }
+
     /// Adds a frame: its stamp (ns), the object's centre, and how far the table is seen from where it was (px).
     pub(crate) fn add(&mut self, stamp: i64, centre: Option<Point>, [x, y]: [f64; 2]) {
         let far = x.hypot(y);
@@ -72,8 +94,8 @@ impl Notes {
 
     /// Standard deviation (m) of a coordinate of the last frame's centre for what is not known of the camera's timing: nothing where that is
     /// stated, or the object rests.
-    pub(crate) fn late(&self, camera: &CameraModel) -> f64 {
-        unstated(camera).map_or(0.0, |_| UNKNOWN * self.speed)
+    pub(crate) fn late(&self) -> f64 {
+        self.unsure * self.speed
     }
 
     /// How large the object's marker is seen, of what it is: the median of the log.
@@ -98,7 +120,16 @@ impl Notes {
                  {frames} frames; their centres are corrected by that, a new pose is better: `carom camera calibrate`"
             ));
         }
-        if let (Some(keys), true) = (unstated(camera), self.fastest > SLOW) {
+        if let (Some(readout), true) = (self.readout, self.fastest > SLOW) {
+            let [ms, unsure] = [readout.seconds, readout.deviation].map(|seconds| 1e3 * seconds);
+            let speed = self.fastest;
+            said.push(format!(
+                "camera.readout is not stated: {ms:.1} ms are taken, by how a moving object is sheared in the images. They are known to {unsure:.1} ms, \
+                 which at {speed:.1} m/s puts it {:.1} mm off along its way; write camera.readout into the rig file if you know it",
+                unsure * speed
+            ));
+        }
+        if let (Some(keys), true) = (self.unstated, self.fastest > SLOW) {
             let speed = self.fastest;
             said.push(format!(
                 "{keys} not stated: at {speed:.1} m/s each millisecond of them puts a moving object {speed:.1} mm off along its way; a webcam's \
@@ -147,16 +178,24 @@ mod tests {
         let untold = CameraModel::of(&rig).expect("complete");
         rig.camera.readout = Some(0.0);
         let told = CameraModel::of(&rig).expect("complete");
-        let mut notes = Notes::default();
-        let mut late = |stamp: i64, x: f64| {
-            notes.add(stamp, Some(Point::new(x, 0.0)), [0.0; 2]);
-            [&untold, &told].map(|camera| notes.late(camera))
+        let seen = Readout {
+            seconds: 0.02,
+            deviation: 0.003,
         };
-        assert_eq!(late(0, 0.4), [0.0; 2], "nothing to compare with");
+        let mut all = [(&untold, None), (&told, None), (&untold, Some(seen))]
+            .map(|(camera, readout)| Notes::of(camera, readout));
+        let mut late = |stamp: i64, x: f64| {
+            all.each_mut().map(|notes| {
+                notes.add(stamp, Some(Point::new(x, 0.0)), [0.0; 2]);
+                notes.late()
+            })
+        };
+        assert_eq!(late(0, 0.4), [0.0; 3], "nothing to compare with");
         // 0.6 m/s.
-        let [untold, told] = late(33_333_333, 0.42);
+        let [untold, told, seen] = late(33_333_333, 0.42);
         assert!((untold - 0.6 * UNKNOWN).abs() < 1e-6, "{untold}");
         assert_eq!(told, 0.0);
-        assert_eq!(late(66_666_666, 0.42), [0.0; 2], "at rest");
+        assert!((seen - 0.6 * 0.003).abs() < 1e-6, "{seen}");
+        assert_eq!(late(66_666_666, 0.42), [0.0; 3], "at rest");
     }
 }

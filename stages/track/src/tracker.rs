@@ -6,7 +6,7 @@ use values::{Interval, Point, Rig};
 
 use crate::aligned::Aligned;
 use crate::background::{Background, Pilot};
-use crate::change::BandSums;
+use crate::change::{BandSums, PatternSums};
 use crate::colour::{Range, light_of_bytes};
 use crate::detect::{Blob, blobs};
 use crate::edges::SideSums;
@@ -54,6 +54,8 @@ pub(crate) struct Looked {
     /// How bright the object's side is seen.
     pub(crate) side: SideSums,
     pub(crate) band: BandSums,
+    /// How its outline is sheared.
+    pub(crate) shear: PatternSums<2>,
     /// How much larger than it is the object is seen, in px.
     pub(crate) larger: f64,
 }
@@ -70,6 +72,8 @@ pub struct Tracker {
     light: [f32; 256],
     /// How far the object moves within an exposure at the most, in m.
     blur: f64,
+    /// By how many px edges are taken to be blurred at the least.
+    least_blur: f64,
 }
 
 /// An object leaves an impact faster than the tip: twice as fast at the most (restitution 1, a heavy striker).
@@ -111,6 +115,7 @@ impl Tracker {
             table: [rig.table.x, rig.table.y],
             light: light_of_bytes(),
             blur: camera.exposure.unwrap_or(0.0) * rig.robot.speed.high * FASTEST,
+            least_blur: 0.0,
             camera,
         })
     }
@@ -118,6 +123,18 @@ impl Tracker {
     /// The camera that it sees through.
     pub fn camera(&self) -> &CameraModel {
         &self.camera
+    }
+
+    /// The same with a camera whose last row is seen so much later than its first, in s.
+    pub(crate) fn with_readout(mut self, readout: f64) -> Self {
+        self.camera.readout = Some(readout);
+        self
+    }
+
+    /// The same where edges are taken to be blurred by so many px to both sides at the least.
+    pub(crate) fn with_least_blur(mut self, pixels: f64) -> Self {
+        self.least_blur = pixels;
+        self
     }
 
     /// Finds the object in an image, of which nothing else is known.
@@ -186,6 +203,7 @@ impl Tracker {
             observation,
             side: SideSums::default(),
             band: BandSums::default(),
+            shear: PatternSums::default(),
             larger: 0.0,
         })
     }
@@ -210,6 +228,7 @@ impl Tracker {
                 range,
                 light: &self.light,
                 blur: self.blur,
+                least_blur: self.least_blur,
                 learned,
                 alignment: aligned.near(blob.centre),
                 is_strict: false,
@@ -336,6 +355,7 @@ impl Tracker {
                 Looked {
                     side: fit.side,
                     band: fit.band,
+                    shear: fit.shear,
                     larger: fit.seen_larger,
                     observation: Observation::of(&fit, &judged),
                 }
@@ -370,6 +390,7 @@ impl Looked {
             observation: Observation::none(reason),
             side: SideSums::default(),
             band: BandSums::default(),
+            shear: PatternSums::default(),
             larger: 0.0,
         }
     }

@@ -110,6 +110,9 @@ const MOST_DEVIATION_IN_PART: f64 = WRONG / 6.0;
 const UNSEEN: f64 = 0.0001;
 const UNSEEN_PX: f64 = 0.08;
 
+/// What makes an object larger or smaller than it is stated does so on all sides alike, or on one: then its centre is off by half of that.
+const OF_SIZE: f64 = 0.5;
+
 /// Most of what is seen just outside the outline that may have the object's colour, or glare: dust and noise.
 const MOST_OUTSIDE: f64 = 0.05;
 
@@ -160,7 +163,7 @@ pub(crate) fn judge(
     let deviation = (fit.deviation.powi(2) + UNSEEN.powi(2) + (UNSEEN_PX / scale).powi(2)).sqrt();
     let judged = |against: Option<Reason>| Judgement {
         quality: outline * inside.share,
-        deviation,
+        deviation: deviation.hypot(OF_SIZE * fit.seen_larger / scale),
         against,
     };
     let is_whole = outline >= WHOLE_OUTLINE;

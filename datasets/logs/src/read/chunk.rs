@@ -119,6 +119,9 @@ fn each_plain<E>(
     }
 }
 
+/// An unpacked chunk up to this size is held as a whole while its CRC is checked; a larger one is unpacked twice, a record at a time.
+const HELD: u64 = 8 << 20;
+
 /// Records that are compressed are unpacked by the mcap crate, fed with this chunk alone.
 fn each_packed<E>(
     body: &[u8],
@@ -128,13 +131,28 @@ fn each_packed<E>(
     each: EachRecord<'_, E>,
 ) -> Result<(), ChunkFault<E>> {
     let checked = whole && header.crc != 0;
-    let mut reader = LinearReader::new_with_options(
-        LinearReaderOptions::default()
-            .with_skip_start_magic(true)
-            .with_skip_end_magic(true)
-            .with_prevalidate_chunk_crcs(checked)
-            .with_record_length_limit(limits.chunk),
-    );
+    let options = LinearReaderOptions::default()
+        .with_skip_start_magic(true)
+        .with_skip_end_magic(true)
+        .with_record_length_limit(limits.chunk);
+    let unpack = |options, each: EachRecord<'_, E>| unpack(body, header, whole, options, each);
+    let is_held = header.unpacked <= HELD;
+    if checked && !is_held {
+        let options = options.clone().with_validate_chunk_crcs(true);
+        unpack(options, &mut |_, _, _| Ok(()))?;
+    }
+    let options = options.with_prevalidate_chunk_crcs(checked && is_held);
+    unpack(options, &mut |opcode, data, _| each(opcode, data, checked))
+}
+
+fn unpack<E>(
+    body: &[u8],
+    header: &Header<'_>,
+    whole: bool,
+    options: LinearReaderOptions,
+    each: EachRecord<'_, E>,
+) -> Result<(), ChunkFault<E>> {
+    let mut reader = LinearReader::new_with_options(options);
     let header_length = body.len() - header.records.len();
     let length = if whole {
         body.len() as u64
@@ -157,7 +175,7 @@ fn each_packed<E>(
                 left = later;
             }
             Ok(LinearReadEvent::Record { opcode, data }) => {
-                each(opcode, data, checked).map_err(ChunkFault::Ended)?;
+                each(opcode, data, false).map_err(ChunkFault::Ended)?;
             }
             Err(mcap::McapError::BadChunkCrc { saved, calculated }) => {
                 return Err(crc_mismatch(saved, calculated));
