@@ -220,8 +220,9 @@ impl Case<'_, '_> {
         if !(is_gap || self.is_real && is_tried) {
             return Ok(unnamed(Verdict::Consistent, None, None));
         }
-        // Tracks that differ from the world's in a way that moves no stop beyond what repeats scatter by are no gap that strikes would show.
-        let moved = gap::rms(part(&before, false).into_iter().flatten());
+        // Tracks that differ from the world's in a way that moves no stop beyond what repeats scatter by are no gap that strikes would show. Held-out
+        // strikes count here, too: they name nothing, and may say that something is missing.
+        let moved = gap::rms(before.iter().copied().flatten());
         let unexplained = match is_gap || moved > GREAT * floor.at_most() {
             true => Verdict::Unexplained,
             false => Verdict::Consistent,
