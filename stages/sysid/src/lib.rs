@@ -200,12 +200,15 @@ impl Stage for Sysid {
         };
         // The planar form's launches are smooth; those of a tip that slips in some strikes are not, and its friction is fitted in MuJoCo.
         let with_tip = |free: &[String]| [free, &[start::HOLDS.into()]].concat();
-        let slips = begun != stuck;
-        let free = match slips {
-            true => with_tip(&free),
-            false => free,
+        let of_a_tip_that_slips = match begun != stuck {
+            true => fit(&begun, Launch::EXACT, with_tip(&free)).ok(),
+            false => None,
         };
-        let mut fitted = fit(&begun, Launch::EXACT, free)?;
+        let slips = of_a_tip_that_slips.is_some();
+        let mut fitted = match of_a_tip_that_slips {
+            Some(fitted) => fitted,
+            None => fit(&stuck, Launch::EXACT, free)?,
+        };
         let rms = |fitted: &fit::Fitted| identify::rms(&input.rig, fitted, &strikes);
         let mut identifiability = Identifiability::default();
         if default {
@@ -213,8 +216,8 @@ impl Stage for Sysid {
                 true => (None, 0),
                 false => slip::explained(&input.rig, &fitted, &strikes)?,
             };
-            if let Some(other) = other {
-                let other = fit(&other, fitted.launch, with_tip(&fitted.free))?;
+            let other = other.map(|other| fit(&other, fitted.launch, with_tip(&fitted.free)));
+            if let Some(Ok(other)) = other {
                 let simulations = fitted.simulations + other.simulations;
                 // Where the world lacks what bends all tracks, launches tell nothing of the tip.
                 if rms(&other)? <= rms(&fitted)? {

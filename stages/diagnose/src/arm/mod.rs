@@ -155,7 +155,8 @@ impl Arm {
         })
     }
 
-    /// Leaves out the laws that move stops by little beside what repeats scatter by, in m; their names.
+    /// Leaves out the laws that move stops by little beside what repeats scatter by, in m, and those that change deliveries by no more than these
+    /// are read to; their names.
     fn without_little(
         &mut self,
         input: &Input,
@@ -165,15 +166,19 @@ impl Arm {
         let mut little = Vec::new();
         for law in std::mem::take(&mut self.laws) {
             let effect = effects::build(&law.added, &input.rig)?;
-            let moves = moved(strikes, |strike| {
+            let differs = |strike: &Strike| {
                 let command = strike.command;
                 let by = effect.deliver(command, strike.initial, &strike.conditions);
                 ArmScatter {
                     speed: by.speed / command.speed.max(1e-9) - 1.0,
                     angle: by.angle - command.angle,
                 }
+            };
+            let is_read = strikes.iter().any(|strike| {
+                let by = differs(strike);
+                by.speed.abs() > READ.speed || by.angle.abs() > READ.angle
             });
-            match moves < question::LITTLE * repeats {
+            match !is_read || moved(strikes, differs) < question::LITTLE * repeats {
                 true => little.push(law.name),
                 false => self.laws.push(law),
             }
@@ -260,6 +265,12 @@ fn fitted(input: &Input) -> Vec<&Strike> {
         .filter(|strike| strike.split != Split::Test && !strike.is_pushed_again())
         .collect()
 }
+
+/// How well what an arm delivered is read off its state: states come every few milliseconds, of a plateau that may last no longer.
+const READ: ArmScatter = ArmScatter {
+    speed: 0.005,
+    angle: 0.002,
+};
 
 /// By how much stops move, root mean square in m, where launches differ so: a stop lies as far as the square of the speed says.
 fn moved(strikes: &[&Strike], differs: impl Fn(&Strike) -> ArmScatter) -> f64 {
