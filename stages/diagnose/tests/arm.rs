@@ -112,6 +112,11 @@ fn of_an_arm_that_delivers_its_commands_nothing_is_named() {
         notes.contains("in the arm") && notes.contains("at the impact"),
         "{notes}"
     );
+    // 0.3 % is no law of an arm whose state is read to 0.5 %, however surely neighbours agree on it.
+    let found = diagnosis("striker_speed_error=0,1.003,9,0.01", true);
+    assert_eq!(names(&found), [""; 0], "{}", found.diagnosis.summary);
+    let notes = found.diagnosis.notes.join("\n");
+    assert!(notes.contains("than a state is read to"), "{notes}");
 }
 
 #[test]

@@ -108,8 +108,8 @@ impl Arm {
         }
         let by_arm = moved(&fitted, |_| repeatability);
         let repeats = diagnosis.gap.noise_floor.hypot(by_arm);
-        let little = self.without_little(input, &fitted, repeats)?;
-        diagnosis.notes.extend(notes::little(&little));
+        let left_out = self.without_little(input, &fitted, repeats)?;
+        diagnosis.notes.extend(left_out);
         if !self.laws.is_empty() {
             self.name_laws(diagnosis)?;
             let world = found.world.get_or_insert_with(|| input.world.clone());
@@ -156,14 +156,14 @@ impl Arm {
     }
 
     /// Leaves out the laws that move stops by little beside what repeats scatter by, in m, and those that change deliveries by no more than these
-    /// are read to; their names.
+    /// are read to; sentences on them.
     fn without_little(
         &mut self,
         input: &Input,
         strikes: &[&Strike],
         repeats: f64,
-    ) -> Result<Vec<&'static str>, DiagnoseError> {
-        let mut little = Vec::new();
+    ) -> Result<Vec<String>, DiagnoseError> {
+        let (mut little, mut unread) = (Vec::new(), Vec::new());
         for law in std::mem::take(&mut self.laws) {
             let effect = effects::build(&law.added, &input.rig)?;
             let differs = |strike: &Strike| {
@@ -178,12 +178,23 @@ impl Arm {
                 let by = differs(strike);
                 by.speed.abs() > READ.speed || by.angle.abs() > READ.angle
             });
-            match !is_read || moved(strikes, differs) < question::LITTLE * repeats {
-                true => little.push(law.name),
-                false => self.laws.push(law),
+            if !is_read {
+                unread.push(law.name);
+            } else if moved(strikes, differs) < question::LITTLE * repeats {
+                little.push(law.name);
+            } else {
+                self.laws.push(law);
             }
         }
-        Ok(little)
+        let unread = (!unread.is_empty()).then(|| {
+            let why = format!(
+                "it changes what the arm delivers by no more than a state is read to, {:.1} % and {:.1}°",
+                100.0 * READ.speed,
+                READ.angle.to_degrees()
+            );
+            notes::not_named(&unread, &why)
+        });
+        Ok(notes::little(&little).into_iter().chain(unread).collect())
     }
 
     /// By how much repeats of a command differ in what the arm delivers: what launches depend on is no scatter.
