@@ -85,7 +85,8 @@ impl Fitted {
         (rolling >= ROLLS * sliding).then(|| {
             format!(
                 "in this world the ball hardly begins to roll: rolling friction over its radius, {rolling:.3}, is as great as sliding friction, \
-                 {sliding:.3}. The tracks show one deceleration: friction and restitution predict them, and are not the ball's own"
+                 {sliding:.3}. The tracks show one deceleration: friction and restitution predict them, and are not the ball's own; measure these apart \
+                 where they are needed"
             )
         })
     }

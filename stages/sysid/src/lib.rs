@@ -76,7 +76,7 @@ pub struct Fit {
     pub rms_after: f64,
     /// Gauss–Newton iterations in MuJoCo; those in planar form, before, are not counted.
     pub iterations: u32,
-    /// Strikes that MuJoCo simulated; those in planar form are not counted.
+    /// Strikes that MuJoCo simulated; those in planar form, and impacts alone, are not counted.
     pub simulations: u64,
     /// Sentences on what to look at on the rig before this world is used: strikes that were left out, sizes that the strikes contradict, what
     /// went to a bound.
@@ -106,7 +106,7 @@ fn pushed_again(count: usize, of: usize, are_left_out: bool) -> String {
 
 impl Stage for Sysid {
     const NAME: &'static str = "sysid";
-    const VERSION: u32 = 23;
+    const VERSION: u32 = 24;
     type Input = Input;
     type Output = Fit;
     type Error = SysidError;
@@ -212,8 +212,8 @@ impl Stage for Sysid {
         let rms = |fitted: &fit::Fitted| identify::rms(&input.rig, fitted, &strikes);
         let mut identifiability = Identifiability::default();
         if default {
-            let (other, simulations) = match slips {
-                true => (None, 0),
+            let other = match slips {
+                true => None,
                 false => slip::explained(&input.rig, &fitted, &strikes)?,
             };
             let other = other.map(|other| fit(&other, fitted.launch, with_tip(&fitted.free)));
@@ -225,7 +225,6 @@ impl Stage for Sysid {
                 }
                 fitted.simulations = simulations;
             }
-            fitted.simulations += simulations;
             identifiability = identify::identifiability(&input.rig, &fitted, &strikes)?;
         }
         if let Some(more) = identifiability.worth_freeing.take() {

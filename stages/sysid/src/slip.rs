@@ -24,9 +24,9 @@ const LOOKED_AT: i32 = 30;
 /// Strikes that are looked at before a fit, and how far launches scatter then, relative and in rad: clocks and slides are not known yet.
 const STRIKES: usize = 40;
 const SCATTER: f64 = 0.03;
-/// Such scatters off counts one that does not leave the tip.
+/// A strike that does not leave the tip counts as one whose launch is off by so many times that scatter.
 const STAYS: f64 = 5.0;
-/// Fewer tell nothing.
+/// Fewer strikes tell nothing.
 const FEWEST: usize = 8;
 
 /// Frictions that are looked at, every second one before a fit.
@@ -39,6 +39,9 @@ fn frictions(step: usize) -> impl Iterator<Item = f64> {
 /// The world from which a fit begins, with the tip's friction and the restitution by which impacts are nearest to the launches that tracks
 /// show, where that is beyond chance. Only where the tip's friction was not set.
 pub(crate) fn start(rig: &Rig, world: World, all: &[&Strike]) -> Result<World, WorldError> {
+    if rig.object.shape() != Shape::Box || world.parameters.contains_key(HOLDS) {
+        return Ok(world);
+    }
     let seen: Vec<(&Strike, [f64; 2])> = all
         .iter()
         .step_by(all.len().div_ceil(STRIKES).max(1))
@@ -49,10 +52,7 @@ pub(crate) fn start(rig: &Rig, world: World, all: &[&Strike]) -> Result<World, W
             Some((*strike, [speed.max(1e-9).ln(), aside]))
         })
         .collect();
-    if rig.object.shape() != Shape::Box
-        || seen.len() < FEWEST
-        || world.parameters.contains_key(HOLDS)
-    {
+    if seen.len() < FEWEST {
         return Ok(world);
     }
     let (strikes, seen): (Vec<&Strike>, Vec<[f64; 2]>) = seen.into_iter().unzip();
@@ -111,11 +111,10 @@ fn launches(
             Impact::of(&[], restitution, command, &strike.conditions)
         })
         .collect();
-    let released = Simulator::new(rig, world)?.map(&impacts, |worker, impact| {
+    Ok(Simulator::new(rig, world)?.map(&impacts, |worker, impact| {
         let velocity = worker.release(*impact)?.velocity;
         Some([velocity.norm().max(1e-9).ln(), velocity.bearing()])
-    });
-    Ok(released)
+    }))
 }
 
 /// The world with the tip's friction under which the launches of a fit's strikes are likeliest, where that is beyond chance; `all`: what the
@@ -124,39 +123,37 @@ pub(crate) fn explained(
     rig: &Rig,
     fitted: &Fitted,
     all: &[&Strike],
-) -> Result<(Option<World>, u64), WorldError> {
+) -> Result<Option<World>, WorldError> {
     let struck: Vec<usize> = (0..all.len())
         .filter(|i| !all[*i].conditions.is_unstruck)
         .collect();
     if rig.object.shape() != Shape::Box || struck.len() < FEWEST {
-        return Ok((None, 0));
+        return Ok(None);
     }
     let strikes: Vec<&Strike> = struck.iter().map(|i| all[*i]).collect();
     let n = strikes.len();
-    let mut simulations = n as u64;
     let as_fitted = launches(rig, &fitted.world, fitted.launch, &strikes)?;
-    let beside = [
-        DMatrix::from_element(n, 1, 1.0),
-        DMatrix::from_fn(n, 2, |i, j| strikes[i].command.angle.powi(j as i32)),
-    ];
+    let weights = DVector::from_fn(n, |i, _| fitted.weights[struck[i]].sqrt());
+    // What is fitted anew, as orthonormal columns.
+    let basis = |columns: usize| {
+        let powers = |i: usize, j: usize| strikes[i].command.angle.powi(j as i32);
+        let beside = DMatrix::from_fn(n, columns, |i, j| weights[i] * powers(i, j));
+        beside.qr().q()
+    };
+    let parts = [(SPEED, basis(1)), (ANGLE, basis(2))];
     // Twice the logarithm of a likelihood, the scatter of both estimated anew.
-    let likelihood = |launched: &[Option<[f64; 2]>]| {
-        let of = |j: usize, place: usize| {
+    let likelihood = |launched: &[Option<[f64; 2]>]| -> f64 {
+        let of = |(j, (place, basis)): (usize, &(usize, DMatrix<f64>))| {
             let needed = DVector::from_fn(n, |i, _| {
                 // One that does not leave the tip tells nothing.
                 let moves = as_fitted[i].zip(launched[i]);
                 let moves = moves.map_or(0.0, |(from, to)| from[j] - to[j]);
-                fitted.guesses[struck[i]][place] + moves
+                weights[i] * (fitted.guesses[struck[i]][*place] + moves)
             });
-            let weighed = DVector::from_fn(n, |i, _| fitted.weights[struck[i]].sqrt());
-            let columns =
-                DMatrix::from_fn(n, beside[j].ncols(), |i, k| weighed[i] * beside[j][(i, k)]);
-            let needed = needed.component_mul(&weighed);
-            let basis = columns.qr().q();
-            let left = &needed - &basis * basis.tr_mul(&needed);
+            let left = &needed - basis * basis.tr_mul(&needed);
             -(n as f64) * left.norm_squared().max(1e-12).ln()
         };
-        of(0, SPEED) + of(1, ANGLE)
+        parts.iter().enumerate().map(of).sum()
     };
     let mut most = likelihood(&as_fitted) + WORTH;
     let mut best = None;
@@ -165,12 +162,11 @@ pub(crate) fn explained(
             continue;
         }
         let other = fitted.world.clone().with(HOLDS, friction);
-        simulations += n as u64;
         let launched = launches(rig, &other, fitted.launch, &strikes)?;
         let likely = likelihood(&launched);
         if likely > most {
             (most, best) = (likely, Some(other));
         }
     }
-    Ok((best, simulations))
+    Ok(best)
 }

@@ -1,7 +1,7 @@
 //! What a person does while a night goes on.
 
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::thread;
 use std::time::Duration;
 
@@ -71,47 +71,66 @@ fn a_version_that_is_put_to_use_during_a_night_stays_and_the_next_night_decides_
     assert_eq!(json(&run, "nightly.json")["before"], "v0002");
 }
 
-/// The strikes of one night, in one log: commands and starts go through their ranges.
-fn night(truth: &Truth, number: usize, strikes: usize, logs: &Path) {
-    let mut sim = Sim::from(truth.clone()).expect("a rig");
-    sim = sim.after(100 * number).in_session(number);
-    let path = logs.join(format!("night_{number}.mcap"));
-    let mut writer = RecordingWriter::create(&path, &truth.rig.topics).expect("a log");
-    for strike in 0..strikes {
-        // Steps of the golden ratio and of its square fill a square evenly.
-        let part = |step: f64| ((strike + 31 * number) as f64 * step).fract();
-        let (along, across) = (part(0.618_034), part(0.381_966 * 1.7));
-        let from = Point::new(
-            0.22 + 0.14 * part(0.754_878),
-            -0.12 + 0.24 * part(0.569_840),
-        );
-        let command = Command::new(0.5 + 0.4 * along, -0.35 + 0.7 * across);
-        let samples = sim.strike(from, command).samples;
-        writer.write(&samples).expect("written");
+/// A folder with a rig file and one for its logs.
+struct Lab {
+    truth: Truth,
+    folder: tempfile::TempDir,
+}
+
+impl Lab {
+    fn new() -> Self {
+        let folder = tempfile::tempdir().expect("a folder");
+        let truth = Truth::demo(&Truth::demo_rig(Shape::Cylinder), 3);
+        fs::create_dir(folder.path().join("logs")).expect("a folder");
+        fs::write(folder.path().join("rig.toml"), truth.rig.to_toml()).expect("written");
+        Self { truth, folder }
     }
-    writer.finish().expect("a log");
+
+    /// The strikes of one night, in one log: commands and starts go through their ranges.
+    fn night(&self, number: usize, strikes: usize) {
+        let (truth, logs) = (&self.truth, self.folder.path().join("logs"));
+        let mut sim = Sim::from(truth.clone()).expect("a rig");
+        sim = sim.after(100 * number).in_session(number);
+        let path = logs.join(format!("night_{number}.mcap"));
+        let mut writer = RecordingWriter::create(&path, &truth.rig.topics).expect("a log");
+        for strike in 0..strikes {
+            // Steps of the golden ratio and of its square fill a square evenly.
+            let part = |step: f64| ((strike + 31 * number) as f64 * step).fract();
+            let (along, across) = (part(0.618_034), part(0.381_966 * 1.7));
+            let from = Point::new(
+                0.22 + 0.14 * part(0.754_878),
+                -0.12 + 0.24 * part(0.569_840),
+            );
+            let command = Command::new(0.5 + 0.4 * along, -0.35 + 0.7 * across);
+            let samples = sim.strike(from, command).samples;
+            writer.write(&samples).expect("written");
+        }
+        writer.finish().expect("a log");
+    }
+
+    fn run(&self) -> PathBuf {
+        self.folder.path().join("run")
+    }
+
+    /// The command that decides on a night.
+    fn line(&self) -> String {
+        let dir = self.folder.path().display();
+        format!("nightly {dir}/logs --rig {dir}/rig.toml --out {dir}/run")
+    }
 }
 
 #[test]
 fn friction_that_rises_for_good_is_followed_the_same_night_and_learnt_from_after() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let dir = folder.path();
-    let logs = dir.join("logs");
-    fs::create_dir(&logs).expect("a folder");
-    let mut truth = Truth::demo(&Truth::demo_rig(Shape::Cylinder), 3);
-    fs::write(dir.join("rig.toml"), truth.rig.to_toml()).expect("written");
-    let name = dir.display();
-    let nightly = || {
-        let line = format!("nightly {name}/logs --rig {name}/rig.toml --out {name}/run");
-        done(&line)
-    };
-    night(&truth, 0, 100, &logs);
+    let mut lab = Lab::new();
+    let line = lab.line();
+    let nightly = || done(&line);
+    lab.night(0, 100);
     assert_eq!(nightly()["status"], "promoted");
-    let steady = json(&dir.join("run"), "nightly.json");
+    let steady = json(&lab.run(), "nightly.json");
     assert_eq!(steady["change"], serde_json::Value::Null);
 
-    truth.friction *= 1.12;
-    night(&truth, 1, 25, &logs);
+    lab.truth.friction *= 1.12;
+    lab.night(1, 25);
     let changed = nightly();
     assert_eq!(changed["status"], "promoted", "{changed}");
     assert_eq!(changed["quarantined"], false);
@@ -127,7 +146,7 @@ fn friction_that_rises_for_good_is_followed_the_same_night_and_learnt_from_after
     assert!(changed["waiting"].is_string(), "{changed}");
 
     // The table stays as it is now: nothing is to be looked at.
-    night(&truth, 2, 25, &logs);
+    lab.night(2, 25);
     let next = nightly();
     assert!(
         next["status"] == "promoted" || next["status"] == "kept",
@@ -136,8 +155,8 @@ fn friction_that_rises_for_good_is_followed_the_same_night_and_learnt_from_after
     assert_eq!(next["change"]["what"], changed["change"]["what"]);
 
     // It was a shift of two days: what was known before is right again.
-    truth.friction /= 1.12;
-    night(&truth, 3, 25, &logs);
+    lab.truth.friction /= 1.12;
+    lab.night(3, 25);
     let back = nightly();
     assert_eq!(back["status"], "promoted", "{back}");
     let why = back["why"][0].as_str().expect("a sentence");
@@ -150,24 +169,16 @@ fn friction_that_rises_for_good_is_followed_the_same_night_and_learnt_from_after
 
 #[test]
 fn of_two_logs_of_a_night_only_the_one_whose_strikes_scatter_is_set_aside() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let dir = folder.path();
-    let logs = dir.join("logs");
-    fs::create_dir(&logs).expect("a folder");
-    let truth = Truth::demo(&Truth::demo_rig(Shape::Cylinder), 3);
-    fs::write(dir.join("rig.toml"), truth.rig.to_toml()).expect("written");
-    let name = dir.display();
-    let nightly = || {
-        let line = format!("nightly {name}/logs --rig {name}/rig.toml --out {name}/run");
-        carom(&line).expect("a decision").json
-    };
-    night(&truth, 0, 100, &logs);
+    let mut lab = Lab::new();
+    let line = lab.line();
+    let nightly = || carom(&line).expect("a decision").json;
+    lab.night(0, 100);
     assert_eq!(nightly()["status"], "promoted");
 
-    let mut shaken = truth.clone();
-    shaken.scatter.speed = 0.1;
-    night(&truth, 1, 25, &logs);
-    night(&shaken, 2, 25, &logs);
+    lab.night(1, 25);
+    let steady = std::mem::replace(&mut lab.truth.scatter.speed, 0.1);
+    lab.night(2, 25);
+    lab.truth.scatter.speed = steady;
     let bad = nightly();
     assert_eq!(bad["status"], "refused", "{bad}");
     assert_eq!(
@@ -177,7 +188,7 @@ fn of_two_logs_of_a_night_only_the_one_whose_strikes_scatter_is_set_aside() {
     );
 
     // The other one is learnt from.
-    night(&truth, 3, 25, &logs);
+    lab.night(3, 25);
     let next = nightly();
     let logs = serde_json::json!(["night_1.mcap", "night_3.mcap"]);
     assert_eq!(next["new_logs"], logs, "{next}");
@@ -187,29 +198,22 @@ fn of_two_logs_of_a_night_only_the_one_whose_strikes_scatter_is_set_aside() {
 
 #[test]
 fn an_object_that_goes_half_as_far_is_followed_the_same_night() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let dir = folder.path();
-    let logs = dir.join("logs");
-    fs::create_dir(&logs).expect("a folder");
-    let mut truth = Truth::demo(&Truth::demo_rig(Shape::Cylinder), 3);
-    fs::write(dir.join("rig.toml"), truth.rig.to_toml()).expect("written");
-    let name = dir.display();
-    let nightly = || {
-        let line = format!("nightly {name}/logs --rig {name}/rig.toml --out {name}/run");
-        done(&line)
-    };
-    night(&truth, 0, 100, &logs);
+    let mut lab = Lab::new();
+    let line = lab.line();
+    let nightly = || done(&line);
+    lab.night(0, 100);
     assert_eq!(nightly()["status"], "promoted");
+    let versions = lab.run().join("versions");
     let region = |version: &str| {
-        let manifest = json(&dir.join("run/versions").join(version), "manifest.json");
+        let manifest = json(&versions.join(version), "manifest.json");
         manifest["trained_region"]["distance"][0]
             .as_f64()
             .expect("a length")
     };
 
-    truth.friction *= 1.6;
-    truth.restitution *= 0.7;
-    night(&truth, 1, 25, &logs);
+    lab.truth.friction *= 1.6;
+    lab.truth.restitution *= 0.7;
+    lab.night(1, 25);
     let changed = nightly();
     assert_eq!(changed["status"], "promoted", "{changed}");
     let gate = &changed["beats"];
