@@ -3,7 +3,7 @@
 //! Where lengths are seen larger by a share, speeds and friction are, by the same share; where time is seen shorter, speeds are by a share and
 //! friction by twice as much. Strikes alone do not say whether the camera does this or a tip that wears on a table that changes.
 
-use world::effects;
+use world::effects::Drift;
 
 use crate::{
     fit::{Fitted, NINETY_FIVE},
@@ -34,8 +34,14 @@ pub(crate) fn could_be(fitted: &Fitted, strikes: f64) -> bool {
     };
     // Hundreds of strikes by the last one, as many as go on.
     let gone_on = |name: &str| {
-        let saturation = place(name, "saturation").map_or(0.0, |at| fitted.model.values[at]);
-        0.01 * effects::gone_on(strikes, 0.01 * saturation)
+        let value =
+            |of: &str, none: f64| place(name, of).map_or(none, |at| fitted.model.values[at]);
+        let drift = Drift {
+            rate: 0.01,
+            saturation: 0.01 * value("saturation", 0.0),
+            shape: value("shape", 1.0),
+        };
+        drift.rate * drift.gone_on(strikes)
     };
     let (wears, brakes) = (gone_on("restitution_drift"), gone_on("friction_drift"));
     let restored = fitted.model.values[RESTITUTION];

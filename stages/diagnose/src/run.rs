@@ -30,7 +30,7 @@ use crate::{
 
 impl Stage for Diagnose {
     const NAME: &'static str = "diagnose";
-    const VERSION: u32 = 49;
+    const VERSION: u32 = 50;
     type Input = Input;
     type Output = Diagnosed;
     type Error = DiagnoseError;

@@ -1,10 +1,11 @@
 //! Friction that changes from strike to strike, by wear or warming: μ(n) = μ·(1 + rate·n'/100), n the strikes before.
 //!
-//! n' = n where it goes on, and (1 − exp(−k·n))/k where it comes to an end after some 1/k strikes.
+//! n' = n where it goes on, and (1 − exp(−(k·n)^p))/k where it comes to an end after some 1/k strikes: from the first one on where
+//! p = 1, and from one level to another within some 3/(k·p) strikes where p is large.
 
 use super::{
     Acts, Column, Effect, EffectParameter, EffectSpec, Experiment, Family, FitStart, Naming,
-    Origin, Parameters, Slide, wording,
+    Origin, Parameters, Slide, Values, wording,
 };
 
 /// However long a falling drift goes on, this share of friction is left.
@@ -12,16 +13,23 @@ const LEAST_FACTOR: f64 = 0.05;
 
 /// A saturation per 100 strikes that is worth a word: below, the drift has hardly bent after 500 strikes.
 const STATED: f64 = 0.1;
+/// A shape from which on a drift is told as a change from one level to another.
+const STATED_AS_LEVELS: f64 = 2.0;
 /// How many times over a drift is taken to saturate during the strikes: starts of fits.
 const SATURATIONS: [f64; 2] = [2.0, 6.0];
+/// Where among the strikes of one session half of a change from one level to another lies, as a share of them: starts of fits.
+const MIDDLES: [f64; 3] = [0.25, 0.5, 0.75];
+/// Shape p at which such fits begin: a change within a quarter of the strikes before it.
+const LEVELS: f64 = 8.0;
 
-/// Friction drift; parameters `rate`: relative change of friction per 100 strikes, from that of the first, as it begins; and
-/// `saturation` = 100·k, per 100 strikes.
+/// Friction drift; parameters `rate`: relative change of friction per 100 strikes, as it begins where `shape` is 1; `saturation` = 100·k,
+/// per 100 strikes; and `shape` = p. Where it comes to an end it changes by rate/saturation in all.
 pub const SPEC: EffectSpec = EffectSpec {
     name: "friction_drift",
     parameters: Parameters::Listed(&[
         EffectParameter::new("rate", "per 100 strikes", [-10.0, 20.0], 0.15),
         EffectParameter::new("saturation", "per 100 strikes", [0.0, 100.0], 1.0),
+        SHAPE,
     ]),
     family: Family::FrictionByOrder,
     origin: Origin::Table,
@@ -30,28 +38,74 @@ pub const SPEC: EffectSpec = EffectSpec {
     naming: Naming::Ordinary,
     source: "friction changes with the number of pushes (Yu et al. 2016), to first order",
     starts: |experiment| starts(experiment, 0.02),
-    build: |values, _| {
-        Box::new(FrictionDrift {
-            per_strike: 0.01 * values.get("rate"),
-            saturation: 0.01 * values.get("saturation"),
-        })
-    },
-    statement: |values| statement("friction", values.get("rate"), values.get("saturation")),
+    build: |values, _| Box::new(FrictionDrift(Drift::of(values))),
+    statement: |values| Drift::of(values).statement("friction"),
 };
 
-/// n' of so many strikes before, `saturation` = k.
-pub fn gone_on(before: f64, saturation: f64) -> f64 {
-    let so_far = saturation * before;
-    // (1 − exp(−x))/x, 1 where x is none.
-    let bent = if so_far > 0.0 {
-        -(-so_far).exp_m1() / so_far
-    } else {
-        1.0
-    };
-    before * bent
+/// Shape p of a drift.
+pub(super) const SHAPE: EffectParameter =
+    EffectParameter::new("shape", "", [1.0, 100.0], 4.0).neutral_at(1.0);
+
+/// A change with the number of strikes before.
+#[derive(Clone, Copy, Debug)]
+pub struct Drift {
+    /// Relative change per strike.
+    pub rate: f64,
+    /// k, per strike.
+    pub saturation: f64,
+    /// p.
+    pub shape: f64,
 }
 
-/// Starts of fits of a drift: one that goes on, and ones that come to an end during the strikes.
+impl Drift {
+    /// The drift of an effect's parameters.
+    pub(super) fn of(values: &Values) -> Self {
+        Self {
+            rate: 0.01 * values.get("rate"),
+            saturation: 0.01 * values.get("saturation"),
+            shape: values.get("shape"),
+        }
+    }
+
+    /// n' of so many strikes before.
+    pub fn gone_on(&self, before: f64) -> f64 {
+        if self.saturation > 0.0 {
+            -(-(self.saturation * before).powf(self.shape)).exp_m1() / self.saturation
+        } else {
+            before
+        }
+    }
+
+    /// Factor of what drifts, after so many strikes.
+    pub(super) fn factor(&self, before: f64) -> f64 {
+        1.0 + self.rate * self.gone_on(before)
+    }
+
+    /// In words, from the first value of what drifts.
+    pub(super) fn statement(&self, of: &str) -> String {
+        let goes = if self.rate < 0.0 { "falls" } else { "rises" };
+        if 100.0 * self.saturation < STATED {
+            let rate = wording::percent(100.0 * self.rate);
+            return format!("{of} {goes} by {rate} of its first value every 100 strikes");
+        }
+        let by = wording::percent(self.rate / self.saturation);
+        let by_then = |share: f64| (-(1.0 - share).ln()).powf(1.0 / self.shape) / self.saturation;
+        if self.shape < STATED_AS_LEVELS {
+            let most = by_then(2.0 / 3.0);
+            return format!(
+                "{of} {goes} by {by} in all, two thirds of that within {most:.0} strikes"
+            );
+        }
+        let [first, last] = [0.1, 0.9].map(by_then);
+        match last - first < 2.0 {
+            true => format!("{of} {goes} by {by} at strike {last:.0}"),
+            false => format!("{of} {goes} by {by} between strikes {first:.0} and {last:.0}"),
+        }
+    }
+}
+
+/// Starts of fits of a drift: one that goes on, ones that come to an end during the strikes, and, within one session, ones that lead from
+/// one level to another: between sessions such a change has a name of its own.
 pub(super) fn starts(experiment: &Experiment<'_>, rate: f64) -> Vec<FitStart> {
     let mut starts = FitStart::linear(("rate", rate));
     let hundreds = 0.01 * experiment.span().max(1.0);
@@ -59,29 +113,24 @@ pub(super) fn starts(experiment: &Experiment<'_>, rate: f64) -> Vec<FitStart> {
         let column = Column::new(&[("saturation", saturation)], ("rate", rate));
         starts.push(FitStart::new(vec![column], &["rate", "saturation"]));
     }
+    let middles = if experiment.sessions().len() < 2 {
+        &MIDDLES[..]
+    } else {
+        &[]
+    };
+    for middle in middles {
+        let saturation = std::f64::consts::LN_2.powf(1.0 / LEVELS) / (middle * hundreds);
+        let form = [("saturation", saturation), ("shape", LEVELS)];
+        let column = Column::new(&form, ("rate", rate * saturation));
+        starts.push(FitStart::new(
+            vec![column],
+            &["rate", "saturation", "shape"],
+        ));
+    }
     starts
 }
 
-/// A drift in words, from its first value.
-pub(super) fn statement(of: &str, rate: f64, saturation: f64) -> String {
-    let goes = if rate < 0.0 { "falls" } else { "rises" };
-    match saturation >= STATED {
-        true => format!(
-            "{of} {goes} by {} in all, two thirds of that within {:.0} strikes",
-            wording::percent(rate / saturation),
-            100.0 / saturation
-        ),
-        false => format!(
-            "{of} {goes} by {} of its first value every 100 strikes",
-            wording::percent(rate)
-        ),
-    }
-}
-
-struct FrictionDrift {
-    per_strike: f64,
-    saturation: f64,
-}
+struct FrictionDrift(Drift);
 
 impl Effect for FrictionDrift {
     fn acts(&self) -> Acts {
@@ -89,8 +138,7 @@ impl Effect for FrictionDrift {
     }
 
     fn friction_factor(&self, slide: &Slide<'_>) -> f64 {
-        let gone_on = gone_on(slide.conditions.order, self.saturation);
-        (1.0 + self.per_strike * gone_on).max(LEAST_FACTOR)
+        self.0.factor(slide.conditions.order).max(LEAST_FACTOR)
     }
 }
 
@@ -107,6 +155,22 @@ mod tests {
             slid.assert_distance(slid.speed().powi(2) / (2.0 * DRY * factor));
         }
     }
+
+    #[test]
+    fn a_drift_from_one_level_to_another_stops_by_its_formula() {
+        let drift = [("rate", 0.4), ("saturation", 2.0), ("shape", 6.0)];
+        for (order, changed) in [
+            (10.0, 1.0 - (-0.2f64.powi(6)).exp()),
+            (50.0, 1.0 - (-1.0f64).exp()),
+            (80.0, 1.0),
+        ] {
+            let slid = Bench::with("friction_drift", &drift)
+                .during("", order)
+                .slide(0.9, 0.0);
+            slid.assert_distance(slid.speed().powi(2) / (2.0 * DRY * (1.0 + 0.2 * changed)));
+        }
+    }
+
     #[test]
     fn a_drift_that_saturates_stops_by_its_formula() {
         let drift = [("rate", 0.4), ("saturation", 2.0)];

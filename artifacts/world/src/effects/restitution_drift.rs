@@ -4,19 +4,20 @@
 use values::Conditions;
 
 use super::{
-    Acts, Effect, EffectParameter, EffectSpec, Family, Naming, Origin, Parameters, friction_drift,
+    Acts, Effect, EffectParameter, EffectSpec, Family, Naming, Origin, Parameters,
+    friction_drift::{self, Drift},
 };
 
 /// Factors beyond which a line no longer describes a contact: none restores less than nothing.
 const FACTORS: [f64; 2] = [0.0, 2.0];
 
-/// Restitution drift; parameters `rate`: relative change of restitution per 100 strikes, from that of the first, as it begins; and
-/// `saturation` = 100·k, per 100 strikes.
+/// Restitution drift; parameters as those of [`friction_drift`].
 pub const SPEC: EffectSpec = EffectSpec {
     name: "restitution_drift",
     parameters: Parameters::Listed(&[
         EffectParameter::new("rate", "per 100 strikes", [-10.0, 20.0], 0.15),
         EffectParameter::new("saturation", "per 100 strikes", [0.0, 100.0], 1.0),
+        friction_drift::SHAPE,
     ]),
     family: Family::RestitutionByOrder,
     origin: Origin::Contact,
@@ -25,21 +26,11 @@ pub const SPEC: EffectSpec = EffectSpec {
     naming: Naming::Ordinary,
     source: "wear of a contact with the number of impacts, to first order",
     starts: |experiment| friction_drift::starts(experiment, 0.05),
-    build: |values, _| {
-        Box::new(RestitutionDrift {
-            per_strike: 0.01 * values.get("rate"),
-            saturation: 0.01 * values.get("saturation"),
-        })
-    },
-    statement: |values| {
-        friction_drift::statement("restitution", values.get("rate"), values.get("saturation"))
-    },
+    build: |values, _| Box::new(RestitutionDrift(Drift::of(values))),
+    statement: |values| Drift::of(values).statement("restitution"),
 };
 
-struct RestitutionDrift {
-    per_strike: f64,
-    saturation: f64,
-}
+struct RestitutionDrift(Drift);
 
 impl Effect for RestitutionDrift {
     fn acts(&self) -> Acts {
@@ -48,8 +39,7 @@ impl Effect for RestitutionDrift {
 
     fn restitution_factor(&self, _: f64, conditions: &Conditions) -> f64 {
         let [least, greatest] = FACTORS;
-        let gone_on = friction_drift::gone_on(conditions.order, self.saturation);
-        (1.0 + self.per_strike * gone_on).clamp(least, greatest)
+        self.0.factor(conditions.order).clamp(least, greatest)
     }
 }
 
