@@ -118,13 +118,19 @@ impl Diagnose {
             selection = search(&prepared, &null, &screened, &candidates, &chance, &of_these)?;
         }
         let selection = with_last_resorts(selection, &last_resorts, &chance)?;
-        let replacements = [named(Naming::InPlace), named(Naming::Never)].concat();
-        let selection = with_replacements(selection, &replacements, &mut chance, replicates)?;
+        let of_any_shape = named(Naming::InPlace);
+        let replacements = [&of_any_shape[..], &named(Naming::Never)].concat();
+        let mut selection =
+            with_replacements(selection, &replacements, &mut chance, replicates, false)?;
         let ask = |Selection {
                        prepared, fitted, ..
                    }: &Selection<'_>| {
             question::ask(prepared, fitted, &came_before, self.seed)
         };
+        // What still pushes objects by where they are, beside a slope or a bowl, is a table of another shape.
+        if !is_astray && selection.effects.len() == 1 && ask(&selection).is_pushed_by_place() {
+            selection = with_replacements(selection, &of_any_shape, &mut chance, replicates, true)?;
+        }
         let is_wander = |selection: &Selection<'_>| !ask(selection).has_form_of_an_effect();
         let acts_in_part = |selection: &Selection<'_>, place: usize| {
             let changing = constancy::changing(selection, self.seed);

@@ -1,4 +1,4 @@
-//! A lens that bends the picture: seen = c + (p − c)·(1 + k₁·r²), r the distance from the point c it looks down on.
+//! A lens that bends the picture: seen = c + (p − c)·(1 + k₁·r² + k₂·r⁴), r the distance from the point c it looks down on.
 
 use values::Point;
 
@@ -10,12 +10,13 @@ use super::{
 /// Distance in m from the camera's centre at which the distortion is stated.
 const STATED_AT: f64 = 0.5;
 
-/// Camera distortion; parameter `k1` = k₁, in metres of the table, and `center_x`, `center_y` = c (the rig's
-/// camera where they are not given).
+/// Camera distortion; parameters `k1` = k₁ and `k2` = k₂, in metres of the table, and `center_x`, `center_y` = c (the rig's
+/// camera where they are not given). A wide lens, as a fisheye is, needs k₂: k₁ alone folds its picture.
 pub const SPEC: EffectSpec = EffectSpec {
     name: "camera_distortion",
     parameters: Parameters::Listed(&[
-        EffectParameter::new("k1", "1/m²", [-1.0, 1.5], 0.05),
+        EffectParameter::new("k1", "1/m²", [-3.0, 3.0], 0.05),
+        EffectParameter::new("k2", "1/m⁴", [-20.0, 20.0], 0.2),
         centre("center_x", 0.45),
         centre("center_y", 0.0),
     ]),
@@ -24,7 +25,7 @@ pub const SPEC: EffectSpec = EffectSpec {
     equivalent: &[],
     contains: &[],
     naming: Naming::Ordinary,
-    source: "first radial term of lens distortion, and of its decentring, which is that of an axis elsewhere (Brown 1971)",
+    source: "radial terms of lens distortion, and of its decentring, which is that of an axis elsewhere (Brown 1971)",
     starts: |experiment| {
         let [x, y] = experiment.camera_centre();
         let looks_down_on =
@@ -39,8 +40,10 @@ pub const SPEC: EffectSpec = EffectSpec {
             .fold(off_centre, |start, (name, range)| {
                 start.kept_in(name, range)
             });
+        let wide = Column::new(&[], ("k2", 0.1));
         vec![
             FitStart::new(vec![looks_down_on(0.0, 0.0)], &["k1"]),
+            FitStart::new(vec![looks_down_on(0.0, 0.0), wide], &["k1", "k2"]),
             off_centre,
         ]
     },
@@ -48,10 +51,12 @@ pub const SPEC: EffectSpec = EffectSpec {
         Box::new(CameraDistortion {
             centre: values.camera_centre(rig),
             k1: values.get("k1"),
+            k2: values.get("k2"),
         })
     },
     statement: |values| {
-        let share = values.get("k1") * STATED_AT * STATED_AT;
+        let square = STATED_AT * STATED_AT;
+        let share = square * (values.get("k1") + values.get("k2") * square);
         format!(
             "the lens shows what is {STATED_AT} m from its axis at ({:.2}, {:.2}) m {} too {} it",
             values.get("center_x"),
@@ -88,6 +93,7 @@ fn one_lens(start: &FitStart, coefficients: &[f64]) -> Vec<(String, f64)> {
 struct CameraDistortion {
     centre: Point,
     k1: f64,
+    k2: f64,
 }
 
 impl Effect for CameraDistortion {
@@ -97,7 +103,8 @@ impl Effect for CameraDistortion {
 
     fn observe(&self, point: Point) -> Point {
         let apart = point - self.centre;
-        self.centre + apart * (1.0 + self.k1 * apart.dot(apart))
+        let square = apart.dot(apart);
+        self.centre + apart * (1.0 + square * (self.k1 + square * self.k2))
     }
 }
 
@@ -107,15 +114,16 @@ mod tests {
 
     #[test]
     fn the_seen_stop_follows_its_formula_from_where_the_object_is() {
-        for k1 in [-0.3, 0.3] {
-            let bench = Bench::with("camera_distortion", &[("k1", k1)]);
+        for (k1, k2) in [(-0.3, 0.0), (0.3, 0.0), (-1.2, 2.0)] {
+            let bench = Bench::with("camera_distortion", &[("k1", k1), ("k2", k2)]);
             let centre = bench.rig.camera.centre;
-            // The radius of the true start solves r·(1 + k₁·r²) = what is seen.
+            let seen_at = |r: f64| r * (1.0 + r * r * (k1 + k2 * r * r));
+            // The radius of the true start.
             let seen = START - centre;
             let (mut low, mut high) = (0.0, 2.0 * seen.norm());
             for _ in 0..60 {
                 let middle = 0.5 * (low + high);
-                if middle * (1.0 + k1 * middle * middle) < seen.norm() {
+                if seen_at(middle) < seen.norm() {
                     low = middle;
                 } else {
                     high = middle;
@@ -124,7 +132,7 @@ mod tests {
             let start = centre + seen * (low / seen.norm());
             let plain = Bench::plain().strike(0.8, 0.2);
             let stop = start + (plain.stop - START) - centre;
-            let expected = centre + stop * (1.0 + k1 * stop.norm().powi(2));
+            let expected = centre + stop * (seen_at(stop.norm()) / stop.norm());
             assert_near(bench.strike(0.8, 0.2).stop, expected, 1e-6);
         }
     }

@@ -17,7 +17,7 @@ const STATED: f64 = 0.1;
 const STATED_AS_LEVELS: f64 = 2.0;
 /// How many times over a drift is taken to saturate during the strikes: starts of fits.
 const SATURATIONS: [f64; 2] = [2.0, 6.0];
-/// Where among the strikes of one session half of a change from one level to another lies, as a share of them: starts of fits.
+/// Where among the strikes half of a change from one level to another lies, as a share of them: starts of fits.
 const MIDDLES: [f64; 3] = [0.25, 0.5, 0.75];
 /// Shape p at which such fits begin: a change within a quarter of the strikes before it.
 const LEVELS: f64 = 8.0;
@@ -104,8 +104,7 @@ impl Drift {
     }
 }
 
-/// Starts of fits of a drift: one that goes on, ones that come to an end during the strikes, and, within one session, ones that lead from
-/// one level to another: between sessions such a change has a name of its own.
+/// Starts of fits of a drift: one that goes on, ones that come to an end during the strikes, and ones that lead from one level to another.
 pub(super) fn starts(experiment: &Experiment<'_>, rate: f64) -> Vec<FitStart> {
     let mut starts = FitStart::linear(("rate", rate));
     let hundreds = 0.01 * experiment.span().max(1.0);
@@ -113,12 +112,7 @@ pub(super) fn starts(experiment: &Experiment<'_>, rate: f64) -> Vec<FitStart> {
         let column = Column::new(&[("saturation", saturation)], ("rate", rate));
         starts.push(FitStart::new(vec![column], &["rate", "saturation"]));
     }
-    let middles = if experiment.sessions().len() < 2 {
-        &MIDDLES[..]
-    } else {
-        &[]
-    };
-    for middle in middles {
+    for middle in MIDDLES {
         let saturation = std::f64::consts::LN_2.powf(1.0 / LEVELS) / (middle * hundreds);
         let form = [("saturation", saturation), ("shape", LEVELS)];
         let column = Column::new(&form, ("rate", rate * saturation));

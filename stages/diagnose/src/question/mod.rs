@@ -29,7 +29,7 @@ pub(crate) use table::Column;
 use std::f64::consts::FRAC_1_SQRT_2;
 
 use nalgebra::DVector;
-use values::Command;
+use values::{Command, Shape};
 
 use self::{
     covariates::Covariates,
@@ -103,6 +103,7 @@ pub(crate) struct Answer {
     pub(crate) findings: Vec<Finding>,
     /// What repeats of these commands scatter by at rest, in m.
     pub(crate) floor: f64,
+    is_box: bool,
     /// Functions of the strikes that hold what was found in a column to depend on the order.
     by_order: Vec<(Column, Vec<DVector<f64>>)>,
 }
@@ -124,7 +125,17 @@ impl Answer {
     pub(crate) fn is_gap(&self) -> bool {
         self.findings
             .iter()
-            .any(|found| found.size > LITTLE * self.floor)
+            .any(|found| found.size > self.least_of(found) * self.floor)
+    }
+
+    /// How far a finding must move stops to be a gap, over what repeats scatter by. How a box leaves the tip by the angle at which it is met is
+    /// the contact's own, which is modelled no better than that.
+    fn least_of(&self, finding: &Finding) -> f64 {
+        let is_of_contact = matches!(finding.what, What::Column(column) if column.is_of_launch());
+        match self.is_box && is_of_contact && finding.covariate == "angle" {
+            true => 1.0,
+            false => LITTLE,
+        }
     }
 
     /// What still moves stops by more than repeats scatter, and is more than half of the variance of the greatest that was found before, or by
@@ -144,17 +155,22 @@ impl Answer {
         self.findings.iter().filter(is_push).find(by_place)
     }
 
+    /// Whether objects are pushed by where they are, by more than repeats scatter.
+    pub(crate) fn is_pushed_by_place(&self) -> bool {
+        self.push_by_place(self.floor).is_some()
+    }
+
     /// Whether something depends on the order in a form that an effect of the library has.
     pub(crate) fn has_form_of_an_effect(&self) -> bool {
         let forms = self.findings.iter().filter_map(|found| found.form);
         forms.into_iter().any(|form| !form.has_no_name())
     }
 
-    /// What no effect by the order (by session, too) is: it changes in a form that the library lacks, or steps within a session where sessions
-    /// are said to differ.
+    /// What no effect by the order (by session, too) is: it changes in a form that the library lacks, or within a session where sessions are said
+    /// to differ.
     pub(crate) fn contradicts(&self, is_by_session: bool) -> Option<&Finding> {
         let is_other = |found: &&Finding| match found.form {
-            Some(Form::StepInSession(_)) => is_by_session,
+            Some(Form::StepInSession(_) | Form::Ramp) => is_by_session,
             Some(form) => form.has_no_name(),
             None => false,
         };
@@ -274,6 +290,7 @@ struct Asking {
     commands: Vec<usize>,
     /// Standard deviation of a resting place, in m.
     resting: f64,
+    is_box: bool,
 }
 
 impl Asking {
@@ -289,6 +306,7 @@ impl Asking {
             ways: ways::commanded(&prepared.strikes, &rows),
             seed,
             commands: commands(prepared),
+            is_box: prepared.rig.object.shape() == Shape::Box,
             resting,
             rows,
         }
@@ -378,6 +396,7 @@ impl Asking {
         Answer {
             floor,
             findings,
+            is_box: self.is_box,
             by_order,
         }
     }

@@ -41,6 +41,13 @@ pub(crate) enum Column {
     Curve,
 }
 
+impl Column {
+    /// Whether the contact alone decides it, friction on the table aside.
+    pub(super) fn is_of_launch(self) -> bool {
+        matches!(self, Self::Launch | Self::Heading | Self::Stop)
+    }
+}
+
 pub(super) const COLUMNS: [Column; 6] = [
     Column::Launch,
     Column::Heading,

@@ -140,7 +140,10 @@ fn next_effect(
         .cloned()
         .collect();
     let is_enough = |fit: &CandidateFit| {
-        let by_form = taken_by_form(screened, fit.name, prepared.thresholds.form_least);
+        let by_form = match is_of_a_family_held(selection, fit.name) {
+            true => 1.0,
+            false => taken_by_form(screened, fit.name, prepared.thresholds.form_least),
+        };
         fit.evidence > required_evidence(selection, fit, by_form, limits.first)
     };
     let mut significant: Option<Alarm> = None;
@@ -178,6 +181,13 @@ fn next_effect(
         }
     }
     Ok(None)
+}
+
+/// Whether an effect of the same family is held: of a patch whose edge is soft, or that is no disc, a line or a slope holds what is left.
+fn is_of_a_family_held(selection: &Selection<'_>, name: &str) -> bool {
+    let family = |name: &str| effect(name).ok().map(|spec| spec.family);
+    let mut held = selection.effects.iter();
+    held.any(|held| family(held.name) == family(name))
 }
 
 /// Share of a candidate's score that what a wrong form of the effects held would leave takes: a change of launches by their order, beside a

@@ -46,12 +46,13 @@ pub(crate) fn with_last_resorts<'a>(
 }
 
 /// Asks each of these whether it stands better than several effects of its kind, which are less simple; so much better than a single one that
-/// this is excluded; or nearly as well as a field, which explains what is simpler.
+/// this is excluded, or better where a single one is known not to be enough; or nearly as well as a field, which explains what is simpler.
 pub(crate) fn with_replacements<'a>(
     mut selection: Selection<'a>,
     replacements: &[Candidate],
     chance: &mut Chance,
     replicates: Replicates,
+    is_too_little: bool,
 ) -> Result<Selection<'a>, WorldError> {
     for candidate in replacements {
         let held = held_beside(&selection, candidate);
@@ -64,7 +65,8 @@ pub(crate) fn with_replacements<'a>(
         let share = match held[..] {
             [] if is_wanted(candidate, &selection) => 1.0,
             [] => continue,
-            [name] if !is_field(name) => thresholds.alike,
+            [name] if !is_field(name) && !is_too_little => thresholds.alike,
+            [name] if !is_field(name) => 1.0,
             // Its many values follow what is left of a single one's form.
             [_] => thresholds.explained.powi(-2),
             _ => 1.0,
