@@ -49,6 +49,14 @@ pub struct Diagnosis {
     pub maps: Vec<SmoothMap>,
 }
 
+impl Diagnosis {
+    /// The probability that decided: of a gap of all candidates together, or, where there is one, of what it depends on.
+    pub fn least_p_value(&self) -> f64 {
+        let of_gap = self.r#where.iter().map(|found| found.p_value);
+        of_gap.fold(self.p_value, f64::min)
+    }
+}
+
 /// A smooth map of the launch over commands, or of friction over the table: what it would take of the gap, whatever its cause.
 /// A launch map that takes most says to look at the arm, a friction map to look at the table.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -217,6 +217,11 @@ pub(crate) fn world_at_end(name: &str, value: f64) -> String {
     )
 }
 
+/// Why a world may miss strikes that show no gap of their own.
+pub(crate) const WORLD_OF_OTHER_STRIKES: &str = "the identified world misses the strikes that were left out by more than twice what strikes scatter \
+     by, though one that is fitted to the strikes alone does not: slides that no strike began, or a value that the rig file fixes, taught it something \
+     else; look at slides.parquet and at what was identified";
+
 /// What most objects do where the arm goes on behind them, or the table moves; and what to do about it.
 pub(crate) const PUSHED_AGAIN: &str = "in most strikes the object speeds up again after it slowed down, which nothing in the library does; \
      look whether the arm goes on behind the object, or the table moves (a vibration), and log again";

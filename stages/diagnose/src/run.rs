@@ -12,6 +12,7 @@ use crate::{
     candidates::{Candidate, candidates, is_of_whole_strikes},
     conclude::Case,
     constancy,
+    diagnosis::{Diagnosis, Verdict},
     evidence::{self, Alarm, Statistic, replicates},
     fit::Goal,
     heldout::{self, Gains},
@@ -30,7 +31,7 @@ use crate::{
 
 impl Stage for Diagnose {
     const NAME: &'static str = "diagnose";
-    const VERSION: u32 = 50;
+    const VERSION: u32 = 51;
     type Input = Input;
     type Output = Diagnosed;
     type Error = DiagnoseError;
@@ -39,14 +40,36 @@ impl Stage for Diagnose {
         if input.rig.object.shape() == Shape::Sphere {
             return Err(DiagnoseError::Rolls);
         }
-        match Arm::of(input)? {
+        let mut found = match Arm::of(input)? {
             Some(arm) => {
                 let found = self.diagnose(&arm.input, Some(&arm), progress)?;
-                arm.complete(found, input)
+                arm.complete(found, input)?
             }
-            None => self.diagnose(input, None, progress),
+            None => self.diagnose(input, None, progress)?,
+        };
+        if contradicts_its_strikes(&found.diagnosis) {
+            let cause = notes::WORLD_OF_OTHER_STRIKES;
+            found.diagnosis.verdict = Verdict::Unexplained;
+            found.diagnosis.summary = format!("a real gap: {cause}");
+            found.diagnosis.cause = Some(cause.into());
         }
+        Ok(found)
     }
+}
+
+/// Over what strikes scatter by, misses of the identified world from which on it is not the world of these strikes, though one fitted to them
+/// alone leaves no gap: chance stays below it where as many judge.
+const CONTRADICTS: f64 = 2.0;
+const JUDGES: usize = 8;
+
+/// Whether no gap is left by a world that was fitted to the strikes alone, and a great one by the identified world, which slides that no strike
+/// began, or the rig file, have taught, too.
+fn contradicts_its_strikes(diagnosis: &Diagnosis) -> bool {
+    let gap = &diagnosis.gap;
+    let scatter = gap.noise_floor.hypot(gap.wander).hypot(gap.sessions);
+    diagnosis.verdict == Verdict::Consistent
+        && gap.heldout_strikes >= JUDGES
+        && gap.before > CONTRADICTS * scatter
 }
 
 impl Diagnose {

@@ -72,7 +72,7 @@ fn how_sure(shown: &ReportInput<'_>) -> Markup {
         p.said { (verdict(diagnosis.verdict)) }
         p {
             "A gap like this comes by chance with probability "
-            (probability(diagnosis.p_value, diagnosis.replicates)) " (" (diagnosis.strikes) " strikes)."
+            (probability(diagnosis.least_p_value(), diagnosis.replicates)) " (" (diagnosis.strikes) " strikes)."
         }
         (more(html! {
             @for effect in &diagnosis.effects {

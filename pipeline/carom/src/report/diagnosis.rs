@@ -289,7 +289,7 @@ fn details(diagnosis: &Diagnosis) -> Markup {
         }
         p.note {
             "Looked at " (diagnosis.strikes) " strikes; a gap like this one, or a larger, would come by chance with probability "
-            (probability(diagnosis.p_value, diagnosis.replicates)) "."
+            (probability(diagnosis.least_p_value(), diagnosis.replicates)) "."
         }
     }
 }

@@ -68,7 +68,7 @@ fn diagnosis(diagnosis: &Diagnosis) -> String {
     let mut text = format!(
         "diagnosis  {} (p {})\n",
         verdict(diagnosis.verdict),
-        probability(diagnosis.p_value, diagnosis.replicates)
+        probability(diagnosis.least_p_value(), diagnosis.replicates)
     );
     for effect in &diagnosis.effects {
         let values: Vec<String> = effect
@@ -110,9 +110,16 @@ fn diagnosis(diagnosis: &Diagnosis) -> String {
     text
 }
 
+/// Values of an effect that are shown: a map of a table has a hundred.
+const MOST_VALUES: usize = 6;
+
 /// An effect and its values, separated by commas.
 fn effect_lines(name: &str, values: &[String]) -> String {
-    let separated = values.join(",\n");
+    let (shown, more) = values.split_at(values.len().min(MOST_VALUES));
+    let mut separated = shown.join(",\n");
+    if !more.is_empty() {
+        separated += &format!(",\nand {} more, in diagnosis.json", more.len());
+    }
     lines(format!("           {name}:"), 12, separated.lines())
 }
 
