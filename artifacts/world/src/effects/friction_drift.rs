@@ -17,10 +17,11 @@ const STATED: f64 = 0.1;
 const STATED_AS_LEVELS: f64 = 2.0;
 /// How many times over a drift is taken to saturate during the strikes: starts of fits.
 const SATURATIONS: [f64; 2] = [2.0, 6.0];
-/// Where among the strikes half of a change from one level to another lies, as a share of them: starts of fits.
-const MIDDLES: [f64; 3] = [0.25, 0.5, 0.75];
-/// Shape p at which such fits begin: a change within a quarter of the strikes before it.
-const LEVELS: f64 = 8.0;
+/// Where among the strikes half of a change from one level to another lies, as a share of them: starts of fits, so near to each other that
+/// chance is asked of them wherever the change may lie.
+const MIDDLES: [f64; 9] = [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9];
+/// Shape p at which such fits begin: a change within a sixth of the strikes before it.
+const LEVELS: f64 = 12.0;
 
 /// Friction drift; parameters `rate`: relative change of friction per 100 strikes, as it begins where `shape` is 1; `saturation` = 100·k,
 /// per 100 strikes; and `shape` = p. Where it comes to an end it changes by rate/saturation in all.
