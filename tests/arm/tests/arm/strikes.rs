@@ -14,9 +14,7 @@ use strike::xarm::{Register, XArm, request};
 use strike::{CommandPlanner, Guarded, Look, Memory, RobotError, execute, strike_and_keep};
 use values::{Command, Point, Rig};
 
-use crate::bench::{
-    Maker, connect, connect_to, in_time, model, plan, rig, run, strike, undisturbed, wait_for,
-};
+use crate::bench::{Maker, connect, connect_to, in_time, model, plan, rig, undisturbed, wait_for};
 
 const TO: Point = Point::new(0.62, 0.0);
 
@@ -90,7 +88,7 @@ fn a_motor_that_stays_off_when_all_are_switched_on_is_seen_before_a_line_is_sent
             off: 0b100,
             ..model()
         };
-        let (emulator, outcome) = run(broken, None, &plan);
+        let (emulator, outcome) = Maker::XArm.run_of(broken, None, &plan);
         let error = outcome.unwrap_err().to_string();
         assert!(error.contains("motor is still off"), "{error}");
         assert_eq!(lines(&emulator), 0);
@@ -104,7 +102,7 @@ fn an_arm_that_sags_as_its_brakes_open_is_nobodys_and_one_that_falls_is() {
         for (sag, strikes) in [(3.0, true), (6.0, false)] {
             let mut sags = Model { sag, ..model() };
             sags.pose[2] = 71.0;
-            let (emulator, outcome) = run(sags, None, &plan);
+            let (emulator, outcome) = Maker::XArm.run_of(sags, None, &plan);
             assert_eq!(outcome.is_ok(), strikes, "{sag}: {outcome:?}");
             let told = outcome
                 .err()
@@ -206,7 +204,7 @@ fn whoever_stopped_the_arm_is_in_charge_until_the_program_is_started_again() {
         );
         // A new call is a person's word.
         drop(arm);
-        strike(&emulator, &plan).unwrap();
+        Maker::XArm.strike(&emulator, &plan).unwrap();
     });
 }
 
@@ -285,7 +283,7 @@ fn whoever_is_told_to_press_the_emergency_stop_is_told_once_the_arm_rests() {
             let mut far = model();
             far.pose[1] += 130.0;
             let (emulator, outcome) =
-                run(far, Some((Step::Line(2), Fault::NoStop)), &plan(&rig(), TO));
+                Maker::XArm.run_of(far, Some((Step::Line(2), Fault::NoStop)), &plan(&rig(), TO));
             outcome.unwrap_err();
             let events = emulator.events();
             let mut what = events.iter().map(|(_, event)| event);
@@ -372,7 +370,10 @@ fn a_fence_that_is_set_while_the_arm_is_made_ready_is_kept() {
                     model.modes[1] = true;
                 });
             });
-            let error = strike(&emulator, &plan).unwrap_err().to_string();
+            let error = Maker::XArm
+                .strike(&emulator, &plan)
+                .unwrap_err()
+                .to_string();
             assert!(error.contains("own fence"), "{error}");
         });
         assert_eq!(lines(&emulator), 0);
@@ -676,7 +677,7 @@ fn a_program_of_another_computer_that_sends_the_same_lines_is_seen() {
                 };
                 other.line(&same).unwrap();
             });
-            strike(&emulator, &plan)
+            Maker::XArm.strike(&emulator, &plan)
         });
         let error = outcome.unwrap_err().to_string();
         assert!(error.contains("another program"), "{error}");
@@ -875,7 +876,7 @@ fn an_arm_that_is_not_the_rigs_moves_nothing() {
     for (change, said) in cases {
         let mut model = model();
         change(&mut model);
-        let (emulator, outcome) = run(model, None, &plan);
+        let (emulator, outcome) = Maker::XArm.run_of(model, None, &plan);
         let error = outcome.expect_err(said);
         assert!(matches!(error, RobotError::NotReady { .. }), "{error}");
         let text = error.to_string();
