@@ -58,6 +58,8 @@ pub enum Fault {
     Late,
     /// Pose and speed of the reports stay as they were; their clock runs.
     Frozen,
+    /// Reports stay as they were in all but their clock.
+    Stale,
     /// The same report comes again and again.
     Repeated,
     /// The clock of the reports goes back by a second.
@@ -104,7 +106,7 @@ pub enum Fault {
 
 impl Fault {
     /// All of them.
-    pub const ALL: [Self; 42] = [
+    pub const ALL: [Self; 43] = [
         Self::Reset,
         Self::Gone,
         Self::HalfOpen,
@@ -126,6 +128,7 @@ impl Fault {
         Self::NeverReady,
         Self::Late,
         Self::Frozen,
+        Self::Stale,
         Self::Repeated,
         Self::ClockBack,
         Self::Delayed,

@@ -129,13 +129,30 @@ const PAUSED: u8 = 3;
 const STOPPED: u8 = 4;
 
 /// A script that runs.
-#[derive(Clone, Copy, Debug)]
+#[derive(Debug)]
 struct Script {
     begun: Instant,
     /// It waits for signs of life after its lines.
     waits: bool,
     /// It writes the last one that it read.
     echoes: bool,
+    /// Lines that it moves once their numbers come, as the queue holds them.
+    lines: Vec<(i32, [f64; 8])>,
+}
+
+/// A line as the queue holds it, mm and rad, of a script's numbers: x to c, acceleration and speed, m and rad.
+fn queued(numbers: &[f64]) -> Option<[f64; 8]> {
+    let [x, y, z, a, b, c, acceleration, speed] = *numbers.first_chunk()?;
+    let [x, y, z, speed, acceleration] = [x, y, z, speed, acceleration].map(|length| length * 1e3);
+    Some([x, y, z, a, b, c, speed, acceleration])
+}
+
+/// The same after its number.
+fn numbered(text: &str) -> Option<(i32, [f64; 8])> {
+    let (number, line) = numbers(text)
+        .split_first()
+        .map(|(n, rest)| (*n as i32, queued(rest)))?;
+    line.map(|line| (number, line))
 }
 
 /// The controller.
@@ -255,7 +272,7 @@ impl State {
                     motion.stop(begun.elapsed().as_secs_f64());
                 }
             }
-            Fault::Frozen | Fault::Repeated => self.frozen = Some(self.reported()),
+            Fault::Frozen | Fault::Stale | Fault::Repeated => self.frozen = Some(self.reported()),
             Fault::OperatorStop => self.halt(),
             Fault::MotorsOff => {
                 self.enabled = false;
@@ -268,10 +285,9 @@ impl State {
                 let [x, y, z, roll, pitch, yaw] = self.pose;
                 let line = [x, y + 60.0, z, roll, pitch, yaw, 50.0, 500.0];
                 self.queue.push_back(line);
-                self.script = self.script.map(|script| Script {
-                    waits: false,
-                    ..script
-                });
+                if let Some(script) = &mut self.script {
+                    script.waits = false;
+                }
             }
             Fault::OtherProgram if self.script.is_some() => {
                 self.run("def other():\n  while (True):\n    sync()\n  end\nend\n");
@@ -331,7 +347,7 @@ impl State {
 
     /// Lets the script that runs go on.
     fn run_on(&mut self) {
-        let Some(script) = self.script else {
+        let Some(script) = &self.script else {
             return;
         };
         let is_idle = self.motion.is_none() && self.queue.is_empty();
@@ -355,10 +371,36 @@ impl State {
         }
     }
 
-    /// A sign of life came.
-    pub(crate) fn is_told_of_life(&mut self, life: i32) {
-        if !self.is_made(Fault::Deaf) {
-            self.life = (Instant::now(), life);
+    /// A sign of life came, and the number of the line that is to be moved.
+    pub(crate) fn is_told_of_life(&mut self, life: i32, number: i32) {
+        if self.is_made(Fault::Deaf) {
+            return;
+        }
+        self.life = (Instant::now(), life);
+        let is_free = self.motion.is_none() && self.queue.is_empty();
+        let script = self.script.as_mut().filter(|_| is_free);
+        if let Some(script) = script.filter(|script| script.begun.elapsed() > 2 * REPLACED) {
+            let (due, later) = script
+                .lines
+                .drain(..)
+                .partition(|(line, _)| *line <= number);
+            let due: Vec<(i32, [f64; 8])> = due;
+            script.lines = later;
+            if let Some((_, line)) = due.iter().find(|(line, _)| *line == number) {
+                self.take_line(*line);
+            }
+        }
+    }
+
+    /// A line of a script is to be moved.
+    fn take_line(&mut self, line: [f64; 8]) {
+        self.line_came();
+        if self.codes[0] == 0 && self.mode == 0 && self.enabled {
+            // A program that was stopped does not keep the next one from running.
+            self.state = if self.motion.is_some() { MOVING } else { READY };
+            self.queue.clear();
+            self.queue.push_back(line);
+            self.pass();
         }
     }
 
@@ -431,6 +473,10 @@ impl State {
                 old.or(first).map_or(reported, |(_, old)| *old)
             }
             Some((_, Fault::Repeated)) => self.frozen.unwrap_or(reported),
+            Some((_, Fault::Stale)) => self.frozen.map_or(reported, |frozen| Reported {
+                clock: reported.clock,
+                ..frozen
+            }),
             Some((_, Fault::Frozen)) => self.frozen.map_or(reported, |frozen| Reported {
                 clock: reported.clock,
                 wanted: reported.wanted,
@@ -490,6 +536,7 @@ impl State {
             fence: self.model.fence,
             is_running: self
                 .script
+                .as_ref()
                 .is_some_and(|script| script.begun.elapsed() > REPLACED)
                 || (self.script.is_none() && waiting > 0),
             is_led: self.is_made(Fault::FreeDrive),
@@ -645,12 +692,14 @@ impl State {
             self.halt();
             return;
         }
-        let waits = text.contains("while (True)");
         let echoes = text.contains("write_output_integer_register(25");
+        let waits = echoes || text.contains("while (True)");
+        let lines = text.split("  line(").skip(1).filter_map(numbered).collect();
         self.script = Some(Script {
             begun: Instant::now(),
             waits,
             echoes,
+            lines,
         });
         if let (false, Some((begun, motion))) = (echoes || !waits, &mut self.motion) {
             // The program that it replaces moves no more.
@@ -673,23 +722,8 @@ impl State {
                 });
             let question = question.first().copied().unwrap_or_default() as i32;
             self.registers[0] = question + cannot.or(beyond).unwrap_or(0);
-        } else if let Some([x, y, z, a, b, c, acceleration, speed]) =
-            after("movel(p").and_then(|numbers| {
-                let line = numbers.get(..8)?;
-                <[f64; 8]>::try_from(line).ok()
-            })
-        {
-            self.line_came();
-            if self.codes[0] == 0 && self.mode == 0 && self.enabled {
-                // A program that was stopped does not keep the next one from running.
-                self.state = if self.motion.is_some() { MOVING } else { READY };
-                self.queue.clear();
-                let [x, y, z, speed, acceleration] =
-                    [x, y, z, speed, acceleration].map(|length| length * 1e3);
-                self.queue
-                    .push_back([x, y, z, a, b, c, speed, acceleration]);
-                self.pass();
-            }
+        } else if let Some(line) = after("movel(p[").and_then(|numbers| queued(&numbers)) {
+            self.take_line(line);
         } else if self.is_next(Step::Enable) {
             self.make_fault();
         }

@@ -127,13 +127,15 @@ pub(crate) fn rtde(shared: &Shared, mut stream: TcpStream) {
                     .iter()
                     .flat_map(|v| v.to_be_bytes())
                     .collect(),
-                // One program at a time gives signs of life.
+                // One program at a time gives signs of life, and lines.
                 b'I' => {
                     let mut state = shared.lock();
                     let is_free = !std::mem::replace(&mut state.is_claimed, true);
                     claims |= is_free;
-                    let kind: &[u8] = if is_free { b"INT32" } else { b"IN_USE" };
-                    [&[1][..], kind].concat()
+                    let kind = if is_free { "INT32" } else { "IN_USE" };
+                    let names = body.split(|byte| *byte == b',');
+                    let kinds: Vec<&str> = names.map(|_| kind).collect();
+                    [&[1][..], kinds.join(",").as_bytes()].concat()
                 }
                 b'O' if body.len() > 8 => {
                     let rate = f64::from_be_bytes(body[..8].try_into().unwrap_or_default());
@@ -171,11 +173,14 @@ fn signs_of_life(shared: &Shared, mut stream: TcpStream, since: Instant) {
     let mut waiting = Vec::new();
     while let (false, Some(came)) = (shared.ends(), more(&mut stream)) {
         waiting.extend(came);
-        while waiting.len() >= 8 {
-            let sign: Vec<u8> = waiting.drain(..8).collect();
-            let life = i32::from_be_bytes([sign[4], sign[5], sign[6], sign[7]]);
+        while waiting.len() >= 12 {
+            let sign: Vec<u8> = waiting.drain(..12).collect();
+            let [life, number] = [4, 8].map(|at| {
+                let four = sign[at..].first_chunk();
+                four.map_or(0, |four| i32::from_be_bytes(*four))
+            });
             if sign[2] == b'U' && !is_dead(shared, since) {
-                shared.lock().is_told_of_life(life);
+                shared.lock().is_told_of_life(life, number);
             }
         }
     }

@@ -31,7 +31,7 @@ pub use error::LiveError;
 use recording::MOST_BYTES;
 pub use rest::Resting;
 use rest::{FRESH, resting};
-use seen::Seen;
+use seen::{CLOCK, Seen};
 pub use seen::{ServerMessage, read_messages};
 use still::{Sentry, as_before, lifted};
 
@@ -43,8 +43,6 @@ const REST: Duration = Duration::from_millis(500);
 const REST_AFTER: Duration = Duration::from_millis(800);
 /// Bytes that a strike's messages may come to without images.
 const PLACES: u64 = 8 << 20;
-/// Stamps may differ from this computer's clock by so much, in s: a camera's latency, not another clock.
-const CLOCK: f64 = 0.5;
 /// How often what is waited for is looked at.
 const TICK: Duration = Duration::from_millis(20);
 /// And how often for the camera's next place.

@@ -13,6 +13,9 @@ use super::rest::{FRESH, Place, Resting};
 use super::still::Sentry;
 use crate::epoch::Epoch;
 
+/// Stamps may differ from this computer's clock by so much, in s: a camera's latency, not another clock.
+pub(super) const CLOCK: f64 = 0.5;
+
 /// What is known of the topics.
 #[derive(Debug)]
 pub(super) struct Seen {
@@ -31,7 +34,7 @@ pub(super) struct Seen {
     pub(super) lowest: Option<f64>,
     /// Who looks at each message while the tip runs up to the object.
     pub(super) sentry: Option<Sentry>,
-    /// The last stamp, in ns.
+    /// The latest stamp, in ns.
     stamp: Option<i64>,
     /// How the object's pose said last that it is turned, in rad, and when that came.
     turned: Option<(Instant, f64)>,
@@ -101,20 +104,23 @@ impl Seen {
         };
         let mut frames = None;
         match listened.read(message) {
-            // A tracker that has lost the object may tell its last place again and again.
+            // A tracker that has lost the object may tell its last places again and again.
             Ok(Some(sighting))
                 if self.channels.object() == Some(listened.role)
                     && sighting.stamp.is_some()
-                    && sighting.stamp == self.stamp =>
+                    && sighting.stamp <= self.stamp =>
             {
-                self.unread = Some("its stamps stand still".into());
+                self.unread = Some("its stamps stand still or run backwards".into());
             }
             Ok(Some(sighting)) if self.channels.object() == Some(listened.role) => {
                 self.unread = None;
-                self.stamp = sighting.stamp;
                 self.behind = sighting
                     .stamp
                     .map(|stamp| (i128::from(log_time) - i128::from(stamp)) as f64 * 1e-9);
+                // One stamp that is far ahead does not make all after it old.
+                if self.behind.is_none_or(|behind| behind.abs() <= CLOCK) {
+                    self.stamp = sighting.stamp;
+                }
                 let (point, z) = (sighting.point, sighting.z);
                 // A centroid says nothing of it.
                 let fresh = |(came, _): &(Instant, f64)| at.duration_since(*came) <= FRESH;

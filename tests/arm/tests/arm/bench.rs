@@ -65,12 +65,6 @@ pub fn connect(emulator: &Emulator, rig: &Rig) -> Result<Guarded<XArm>, RobotErr
     connect_to(emulator, rig, Arc::default())
 }
 
-/// One strike, from the connection on.
-pub fn strike(emulator: &Emulator, plan: &Plan) -> Result<Option<StrikeRecord>, RobotError> {
-    let mut arm = connect(emulator, plan.rig())?;
-    execute(&mut arm, plan)
-}
-
 /// A strike that nothing disturbs. This process shares its processors: where they are taken from it for longer than reports may fail
 /// to come, the strike stops, as it should, and is made again, twice at the most.
 pub fn undisturbed(
@@ -199,12 +193,16 @@ impl Maker {
         emulator: &Emulator,
         plan: &Plan,
     ) -> Result<Option<StrikeRecord>, RobotError> {
+        fn by<D: Arm>(
+            emulator: &Emulator,
+            plan: &Plan,
+        ) -> Result<Option<StrikeRecord>, RobotError> {
+            let mut arm = connect_to::<D>(emulator, plan.rig(), Arc::default())?;
+            execute(&mut arm, plan)
+        }
         match self {
-            Self::XArm => strike(emulator, plan),
-            Self::Ur => {
-                let mut arm = connect_to::<Ur>(emulator, plan.rig(), Arc::default())?;
-                execute(&mut arm, plan)
-            }
+            Self::XArm => by::<XArm>(emulator, plan),
+            Self::Ur => by::<Ur>(emulator, plan),
         }
     }
 
@@ -214,19 +212,18 @@ impl Maker {
         fault: Option<(Step, Fault)>,
         plan: &Plan,
     ) -> (Emulator, Result<Option<StrikeRecord>, RobotError>) {
-        let emulator = self.emulator(fault);
+        self.run_of(self.model(), fault, plan)
+    }
+
+    /// The same of this arm of the maker.
+    pub fn run_of(
+        self,
+        model: Model,
+        fault: Option<(Step, Fault)>,
+        plan: &Plan,
+    ) -> (Emulator, Result<Option<StrikeRecord>, RobotError>) {
+        let emulator = self.listening(model, fault);
         let outcome = self.strike(&emulator, plan);
         (emulator, outcome)
     }
-}
-
-/// An emulator of this model, and a strike of it.
-pub fn run(
-    model: Model,
-    fault: Option<(Step, Fault)>,
-    plan: &Plan,
-) -> (Emulator, Result<Option<StrikeRecord>, RobotError>) {
-    let emulator = Emulator::start(Listening::Free, model, fault).unwrap();
-    let outcome = strike(&emulator, plan);
-    (emulator, outcome)
 }

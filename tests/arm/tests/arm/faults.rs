@@ -174,6 +174,7 @@ fn one(maker: Maker, name: &str, step: Step, fault: Fault) -> Row {
                 | Fault::Jump
                 | Fault::Late
                 | Fault::Frozen
+                | Fault::Stale
                 | Fault::Repeated
                 | Fault::LostStop
                 | Fault::NoStop

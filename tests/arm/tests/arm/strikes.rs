@@ -14,9 +14,7 @@ use strike::xarm::{Register, XArm, request};
 use strike::{CommandPlanner, Guarded, Look, Memory, RobotError, execute, strike_and_keep};
 use values::{Command, Point, Rig};
 
-use crate::bench::{
-    Maker, connect, connect_to, in_time, model, plan, rig, run, strike, undisturbed, wait_for,
-};
+use crate::bench::{Maker, connect, connect_to, in_time, model, plan, rig, undisturbed, wait_for};
 
 const TO: Point = Point::new(0.62, 0.0);
 
@@ -90,7 +88,7 @@ fn a_motor_that_stays_off_when_all_are_switched_on_is_seen_before_a_line_is_sent
             off: 0b100,
             ..model()
         };
-        let (emulator, outcome) = run(broken, None, &plan);
+        let (emulator, outcome) = Maker::XArm.run_of(broken, None, &plan);
         let error = outcome.unwrap_err().to_string();
         assert!(error.contains("motor is still off"), "{error}");
         assert_eq!(lines(&emulator), 0);
@@ -104,7 +102,7 @@ fn an_arm_that_sags_as_its_brakes_open_is_nobodys_and_one_that_falls_is() {
         for (sag, strikes) in [(3.0, true), (6.0, false)] {
             let mut sags = Model { sag, ..model() };
             sags.pose[2] = 71.0;
-            let (emulator, outcome) = run(sags, None, &plan);
+            let (emulator, outcome) = Maker::XArm.run_of(sags, None, &plan);
             assert_eq!(outcome.is_ok(), strikes, "{sag}: {outcome:?}");
             let told = outcome
                 .err()
@@ -206,7 +204,7 @@ fn whoever_stopped_the_arm_is_in_charge_until_the_program_is_started_again() {
         );
         // A new call is a person's word.
         drop(arm);
-        strike(&emulator, &plan).unwrap();
+        Maker::XArm.strike(&emulator, &plan).unwrap();
     });
 }
 
@@ -285,7 +283,7 @@ fn whoever_is_told_to_press_the_emergency_stop_is_told_once_the_arm_rests() {
             let mut far = model();
             far.pose[1] += 130.0;
             let (emulator, outcome) =
-                run(far, Some((Step::Line(2), Fault::NoStop)), &plan(&rig(), TO));
+                Maker::XArm.run_of(far, Some((Step::Line(2), Fault::NoStop)), &plan(&rig(), TO));
             outcome.unwrap_err();
             let events = emulator.events();
             let mut what = events.iter().map(|(_, event)| event);
@@ -372,7 +370,10 @@ fn a_fence_that_is_set_while_the_arm_is_made_ready_is_kept() {
                     model.modes[1] = true;
                 });
             });
-            let error = strike(&emulator, &plan).unwrap_err().to_string();
+            let error = Maker::XArm
+                .strike(&emulator, &plan)
+                .unwrap_err()
+                .to_string();
             assert!(error.contains("own fence"), "{error}");
         });
         assert_eq!(lines(&emulator), 0);
@@ -442,14 +443,14 @@ fn whoever_is_told_to_step_back_has_the_time_for_it_and_may_stop_the_arm() {
 
 #[test]
 fn a_pose_that_freezes_as_a_line_begins_is_told_within_a_tenth_of_a_second() {
-    fn frozen<D: Arm>(maker: Maker) {
+    fn frozen<D: Arm>(maker: Maker, fault: Fault) {
         let plan = plan(&maker.rig(), Point::new(0.62, 0.0));
         let emulator = Arc::new(maker.emulator(None));
         let mut arm = connect_to::<D>(&emulator, plan.rig(), Arc::default()).unwrap();
         let freezes = emulator.clone();
         arm.look_first(move |when| {
             if when == Look::BeforeStrike {
-                freezes.make(Fault::Frozen);
+                freezes.make(fault);
             }
             Ok(())
         });
@@ -469,8 +470,10 @@ fn a_pose_that_freezes_as_a_line_begins_is_told_within_a_tenth_of_a_second() {
             "{maker:?}: {took:?}, {error}"
         );
     }
-    in_time(|| frozen::<XArm>(Maker::XArm));
-    in_time(|| frozen::<Ur>(Maker::Ur));
+    for fault in [Fault::Frozen, Fault::Stale, Fault::Repeated] {
+        in_time(|| frozen::<XArm>(Maker::XArm, fault));
+        in_time(|| frozen::<Ur>(Maker::Ur, fault));
+    }
 }
 
 #[test]
@@ -569,19 +572,21 @@ fn an_arm_that_its_pendant_has_or_another_program_is_not_moved() {
     }
 }
 
-/// A way to an address on which all that is sent arrives late.
-fn late(to: SocketAddr, by: Duration) -> SocketAddr {
+/// A way to an address on which all that is sent arrives late, once it is to.
+fn late(to: SocketAddr, is_late: &Arc<AtomicBool>, by: Duration) -> SocketAddr {
+    let is_late = is_late.clone();
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let at = listener.local_addr().unwrap();
     thread::spawn(move || {
         for from in listener.incoming().map_while(Result::ok) {
             let mut onward = TcpStream::connect(to).unwrap();
+            let is_late = is_late.clone();
             let (mut replies, mut back) = (onward.try_clone().unwrap(), from.try_clone().unwrap());
             thread::spawn(move || io::copy(&mut replies, &mut back));
             let (sent, held) = mpsc::channel::<(Instant, Vec<u8>)>();
             thread::spawn(move || {
                 for (at, bytes) in held {
-                    thread::sleep((at + by).saturating_duration_since(Instant::now()));
+                    thread::sleep(at.saturating_duration_since(Instant::now()));
                     if onward.write_all(&bytes).is_err() {
                         break;
                     }
@@ -590,10 +595,9 @@ fn late(to: SocketAddr, by: Duration) -> SocketAddr {
             thread::spawn(move || {
                 let (mut from, mut bytes) = (from, [0; 4096]);
                 while let Ok(count @ 1..) = from.read(&mut bytes) {
-                    if sent
-                        .send((Instant::now(), bytes[..count].to_vec()))
-                        .is_err()
-                    {
+                    let later = by * u32::from(is_late.load(Ordering::Relaxed));
+                    let came = (Instant::now() + later, bytes[..count].to_vec());
+                    if sent.send(came).is_err() {
                         break;
                     }
                 }
@@ -604,24 +608,31 @@ fn late(to: SocketAddr, by: Duration) -> SocketAddr {
 }
 
 #[test]
-fn scripts_that_come_late_are_waited_for_until_the_stop_has_come_too() {
-    in_time(|| {
+fn a_line_that_comes_late_is_waited_for_until_the_stop_has_come_too() {
+    fn held_up(ports: std::ops::Range<usize>) {
         let plan = plan(&Maker::Ur.rig(), TO);
         let emulator = Maker::Ur.emulator(None);
-        let mut ports = emulator.ports;
-        for port in &mut ports[..2] {
-            *port = late(*port, Duration::from_millis(600));
+        let (mut late_ports, is_late) = (emulator.ports, Arc::new(AtomicBool::new(false)));
+        for port in &mut late_ports[ports] {
+            *port = late(*port, &is_late, Duration::from_millis(600));
         }
-        let mut arm = Guarded::<Ur>::connect("arm", &ports, plan.rig(), Arc::default()).unwrap();
+        let connected = Guarded::<Ur>::connect("arm", &late_ports, plan.rig(), Arc::default());
+        let mut arm = connected.unwrap();
+        arm.look_first(move |when| {
+            is_late.store(when == Look::BeforeStrike, Ordering::Relaxed);
+            Ok(())
+        });
         execute(&mut arm, &plan).unwrap_err();
         drop(arm);
-        assert!(lines(&emulator) > 0);
         let left = emulator.pose();
         thread::sleep(Duration::from_secs(1));
         let [x, y, z, ..] = emulator.pose();
         let moved = (x - left[0]).hypot(y - left[1]).hypot(z - left[2]);
         assert!(moved < 0.1, "{moved} mm after it was given up");
-    });
+    }
+    // Signs of life, which bring a line's number; and the stop, too.
+    in_time(|| held_up(2..3));
+    in_time(|| held_up(0..3));
 }
 
 #[test]
@@ -666,7 +677,7 @@ fn a_program_of_another_computer_that_sends_the_same_lines_is_seen() {
                 };
                 other.line(&same).unwrap();
             });
-            strike(&emulator, &plan)
+            Maker::XArm.strike(&emulator, &plan)
         });
         let error = outcome.unwrap_err().to_string();
         assert!(error.contains("another program"), "{error}");
@@ -865,7 +876,7 @@ fn an_arm_that_is_not_the_rigs_moves_nothing() {
     for (change, said) in cases {
         let mut model = model();
         change(&mut model);
-        let (emulator, outcome) = run(model, None, &plan);
+        let (emulator, outcome) = Maker::XArm.run_of(model, None, &plan);
         let error = outcome.expect_err(said);
         assert!(matches!(error, RobotError::NotReady { .. }), "{error}");
         let text = error.to_string();

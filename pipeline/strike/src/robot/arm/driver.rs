@@ -178,7 +178,7 @@ impl Status {
 }
 
 /// A straight line of the tip, from wherever it is.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LineRequest {
     /// Where it ends.
     pub to: Pose,
@@ -221,7 +221,7 @@ pub trait Arm: Sized + Send {
     const PORTS: [u16; 4];
 
     /// Whether a line is accepted once [`Self::line`] returns. Where it is not, only reports show it: of the line that the tip moves on it, of a
-    /// stop that nothing is ready for lines any more.
+    /// stop that the controller is stopped, from where no line of before can begin any more.
     const ANSWERS: bool = false;
 
     /// Connects; changes nothing. A reply may take `patience`.
@@ -229,7 +229,7 @@ pub trait Arm: Sized + Send {
 
     /// A stream of its own of reports, at 100 Hz or more. Where the maker's protocol has a sign of life, it is given for each report that
     /// is read, until the outlet was stopped: a stop that is lost is then the controller's own.
-    fn reports(ports: &Ports, outlet: &Outlet) -> io::Result<Box<dyn Reports>>;
+    fn reports(&self) -> io::Result<Box<dyn Reports>>;
 
     /// Where its requests go out, and its stop.
     fn outlet(&self) -> &Outlet;

@@ -37,10 +37,6 @@ const TELL: Duration = Duration::from_millis(400);
 const GIVE_UP: Duration = Duration::from_millis(1_500);
 /// An arm that was sent a line and has not answered is watched, and stopped again and again, for so long: the line may come late.
 const ON_ITS_WAY: Duration = Duration::from_secs(3);
-/// A program that waits for lines and is gone so soon after a stop was ended by that, not by signs of life that cease.
-const HEARD: Duration = Duration::from_millis(800);
-/// A line that was taken up shows in positions within this time.
-const BEGINS: Duration = Duration::from_millis(250);
 /// How long a new connection may take to ask after a stop.
 const QUICK: Duration = Duration::from_millis(100);
 /// A pose that is asked for and the reports agree within m and rad.
@@ -134,7 +130,7 @@ impl<D: Arm> Guarded<D> {
         setup
             .check_identity(&identity)
             .map_err(|why| not_ready(name, why))?;
-        let reports = once_free(|| D::reports(ports, driver.outlet())).map_err(failed)?;
+        let reports = once_free(|| driver.reports()).map_err(failed)?;
         let watch =
             Watch::start(reports, driver.outlet().clone(), interrupted.clone()).map_err(failed)?;
         // The first report comes before the arm's state is asked for: a stop from now on shows as a change.
@@ -539,7 +535,7 @@ impl<D: Arm> Guarded<D> {
             epoch.was_set().map_or(Ok(()), Err)?;
             // Whoever stopped the arm while it was looked is not overridden by the line.
             self.is_nobodys()?;
-            if self.watch.is_taken_up() {
+            if self.watch.shows(|condition| condition != Condition::Ready) {
                 return Err(
                     "the controller ceased to be ready while it was looked at the object".into(),
                 );
@@ -697,15 +693,12 @@ impl<D: Arm> Robot for Guarded<D> {
         let mut sent = self.stop_everywhere();
         self.is_moving = false;
         self.watch.release();
-        let (mut asking, mut is_told, mut taken_up) = (None, false, None);
+        let (mut asking, mut is_told) = (None, false);
         loop {
             let rest = self.is_at_rest(&mut asking);
-            if !D::ANSWERS && begun.elapsed() < HEARD && self.watch.is_taken_up() {
-                taken_up.get_or_insert_with(Instant::now);
-            }
-            // It was the stop that was taken up, or the line: then the tip moves soon.
-            let is_heard = taken_up.is_some_and(|since| since.elapsed() >= BEGINS);
-            self.is_unanswered &= !(is_heard && rest == Some(true));
+            let is_stopped =
+                |condition| matches!(condition, Condition::Stopped(_) | Condition::Held(_));
+            self.is_unanswered &= D::ANSWERS || !self.watch.shows(is_stopped);
             let watched = match self.is_unanswered {
                 true => ON_ITS_WAY,
                 false => Duration::ZERO,

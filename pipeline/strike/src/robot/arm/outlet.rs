@@ -19,6 +19,16 @@ struct Ways {
     is_stopped: bool,
 }
 
+impl Drop for Ways {
+    /// Ends what is still read over its connections: nothing is sent any more.
+    fn drop(&mut self) {
+        for (stream, _) in &self.stops {
+            // One that is over already is closed, too.
+            let _ = stream.shutdown(Shutdown::Read);
+        }
+    }
+}
+
 /// Sends, and stops from any thread.
 #[derive(Clone, Debug)]
 pub struct Outlet {
@@ -59,15 +69,6 @@ impl Outlet {
             let answer = poll(&mut asked, Some(&Timespec::default()));
             answer.is_ok() && asked[0].revents().intersects(closed)
         })
-    }
-
-    /// Ends what is still read over its connections: nothing is sent any more.
-    pub(crate) fn close(&self) {
-        let ways = self.ways.lock().unwrap_or_else(PoisonError::into_inner);
-        for (stream, _) in &ways.stops {
-            // One that is over already is closed, too.
-            let _ = stream.shutdown(Shutdown::Read);
-        }
     }
 
     /// Whether it was stopped from here.

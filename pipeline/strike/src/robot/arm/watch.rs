@@ -218,11 +218,11 @@ impl Watch {
         line.is_some_and(OnLine::has_begun)
     }
 
-    /// Whether the last report, a new one, shows that nothing is ready for lines.
-    pub(super) fn is_taken_up(&self) -> bool {
+    /// Whether the last report, a new one, shows such a condition.
+    pub(super) fn shows(&self, is_such: impl FnOnce(Condition) -> bool) -> bool {
         let seen = self.shared.lock();
         let last = seen.last.filter(|last| last.at.elapsed() <= SILENCE);
-        last.is_some_and(|last| last.report.condition != Condition::Ready)
+        last.is_some_and(|last| is_such(last.report.condition))
     }
 
     /// Whether the positions of the last reports show the arm at rest; none where reports have ceased, come too seldom, or repeat one.

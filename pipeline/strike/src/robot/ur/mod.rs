@@ -1,30 +1,36 @@
 //! Universal Robots' e-Series: status and poses by RTDE, lines by URScript, identity by the dashboard. Stopping is `stopl`.
 //!
-//! Nothing here powers an arm on, releases a brake or clears a protective stop. While carom has the arm, a program of carom's waits on it:
-//! Stop on its pendant is seen, and where signs of life cease, the controller itself ends that program and the line that it moves.
+//! Nothing here powers an arm on, releases a brake or clears a protective stop. While carom has the arm, a program of carom's waits on it,
+//! and moves each line of a strike when its number comes: Stop on its pendant is seen, and where signs of life cease, the controller itself
+//! ends that program and the line that it moves.
 
 mod rtde;
 
 use std::io::{self, Write};
 use std::net::TcpStream;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicI32, Ordering::Relaxed};
 use std::time::{Duration, Instant};
 
-use rtde::{LIFE, Stream, number};
+use rtde::{Alive, Stream};
 
 use super::arm::{
     Arm, ArmLimits, CONNECT, Identity, LineRequest, Outlet, Ports, Pose, Reports, Status, connect,
-    connect_unread, distance, listen, version_in,
+    connect_unread, distance, garbage, listen, version_in,
 };
+use crate::epoch::Epoch;
 
 /// How the arm brakes when it is stopped, in m/s².
 const BRAKE: f64 = 8.0;
-/// Signs of life a second, without which the controller stops a line, and ends a program that only waits.
-const LEAST_LIFE: (f64, f64) = (10.0, 1.0);
 /// The controller is asked about places so far apart at the most, in m, and whether no joint turns faster between them, in rad/s.
 const APART: f64 = 0.05;
 const FASTEST: f64 = std::f64::consts::PI;
-/// A place has a solution, within safety limits as a place and by its joints (URScript's manual; tried on an emulator alone).
-const ASK: &str = include_str!("ask.script");
+/// A program of carom's replaces the one that runs. It can ask whether a place has a solution, within safety limits as a place and by its
+/// joints, and move a line once its number comes; while it waits for that it echoes signs of life. Without ten of these a second in a line,
+/// and one while it waits, the controller stops it (URScript's manual; tried on an emulator alone).
+const PROGRAM: &str = include_str!("program.script");
+/// A question has a multiple of this for its number, and each line that it asks about one of the numbers after it.
+const TEN: i32 = 10;
 /// The oldest software that is driven: its RTDE gives the tool.
 const SOFTWARE: (u32, u32) = (5, 11);
 
@@ -34,19 +40,10 @@ pub struct Ur {
     ports: Ports,
     patience: Duration,
     script: TcpStream,
-    outlet: Outlet,
-}
-
-/// A script that replaces the one that runs, and after its lines waits for the next one, shown by an echo of the signs of life. Without
-/// these, the controller stops it (URScript's manual, `rtde_set_watchdog`).
-fn waiting(name: &str, lines: &str) -> Vec<u8> {
-    let guarded = |least: f64| format!("  rtde_set_watchdog(\"{LIFE}\", {least}, \"stop\")\n");
-    let (on_line, idle) = (guarded(LEAST_LIFE.0), guarded(LEAST_LIFE.1));
-    format!(
-        "def carom_{name}():\n{on_line}{lines}{idle}  while (True):\n    \
-         write_output_integer_register(25, read_input_integer_register(24))\n    sync()\n  end\nend\n"
-    )
-    .into_bytes()
+    /// The number is that of the line that is to be moved, or of the last question.
+    alive: Alive,
+    /// Lines that its program waits for.
+    asked: Vec<LineRequest>,
 }
 
 /// A pose as URScript writes it.
@@ -55,29 +52,30 @@ fn written(pose: &Pose) -> String {
     format!("p[{x:.6},{y:.6},{z:.6},{a:.6},{b:.6},{c:.6}]")
 }
 
-fn stream(ports: &Ports, patience: Duration, alive: Option<&Outlet>) -> io::Result<Stream> {
-    Stream::start(listen(ports[2], patience)?, alive)
-}
-
 impl Ur {
+    /// Samples over a connection of their own.
+    fn samples(&self) -> io::Result<Stream> {
+        Stream::start(listen(self.ports[2], self.patience)?, None)
+    }
+
+    /// Runs these steps of a program, which then waits for a number that no line has.
+    fn run(&self, steps: &str) -> io::Result<()> {
+        let text = format!("{PROGRAM}{steps}  wait({})\nend\n", i32::MAX);
+        self.alive.0.send(&self.script, text.as_bytes())
+    }
+
     /// What the dashboard answers to each of these.
     fn dashboard<const N: usize>(&self, questions: [&str; N]) -> io::Result<[String; N]> {
         let stream = connect(self.ports[3], self.patience)?;
         let until = Instant::now() + self.patience;
         // It greets first.
-        self.outlet.read_line(&stream, until)?;
+        self.alive.0.read_line(&stream, until)?;
         let mut answers = [const { String::new() }; N];
         for (question, answer) in questions.into_iter().zip(&mut answers) {
             (&stream).write_all(format!("{question}\n").as_bytes())?;
-            *answer = self.outlet.read_line(&stream, until)?;
+            *answer = self.alive.0.read_line(&stream, until)?;
         }
         Ok(answers)
-    }
-}
-
-impl Drop for Ur {
-    fn drop(&mut self) {
-        self.outlet.close();
     }
 }
 
@@ -86,23 +84,27 @@ impl Arm for Ur {
 
     fn connect(ports: &Ports, patience: Duration) -> io::Result<Self> {
         let stop = format!("def carom_stop():\n  stopl({BRAKE})\nend\n").into_bytes();
-        let script = |number: usize| connect_unread(ports[number], patience);
-        let (first, spare) = (script(0)?, script(1)?);
+        let [first, spare] = [ports[0], ports[1]].map(|port| connect_unread(port, patience));
+        let (first, spare) = (first?, spare?);
         let outlet = Outlet::new(vec![(first.try_clone()?, stop.clone()), (spare, stop)]);
+        // No earlier program used it: what that wrote still stands in its registers.
+        let now = Epoch::now().stamp(Instant::now()) / 1_000_000 % 100_000_000;
         Ok(Self {
             ports: *ports,
             patience,
             script: first,
-            outlet,
+            alive: (outlet, Arc::new(AtomicI32::new(TEN * now as i32))),
+            asked: Vec::new(),
         })
     }
 
-    fn reports(ports: &Ports, outlet: &Outlet) -> io::Result<Box<dyn Reports>> {
-        Ok(Box::new(stream(ports, CONNECT, Some(outlet))?))
+    fn reports(&self) -> io::Result<Box<dyn Reports>> {
+        let stream = listen(self.ports[2], CONNECT)?;
+        Ok(Box::new(Stream::start(stream, Some(self.alive.clone()))?))
     }
 
     fn outlet(&self) -> &Outlet {
-        &self.outlet
+        &self.alive.0
     }
 
     fn identify(&mut self) -> io::Result<Result<Identity, String>> {
@@ -120,14 +122,14 @@ impl Arm for Ur {
             speed: 1.0,
             acceleration: 10.0,
             jerk: None,
-            start: Duration::from_millis(100),
+            start: Duration::from_millis(60),
         };
         Ok(Ok(Identity { serial, limits }))
     }
 
     fn status(&mut self) -> io::Result<Status> {
         let [remote] = self.dashboard(["is in remote control"])?;
-        let sample = stream(&self.ports, self.patience, None)?.next()?;
+        let sample = self.samples()?.next()?;
         let slider = sample.slider * 100.0;
         let wrong = [
             (remote != "true").then(|| {
@@ -137,53 +139,60 @@ impl Arm for Ur {
                 format!("its speed slider stands at {slider:.0} %; set it to 100 % on its pendant")
             }),
         ];
-        // Where motors are off or brakes closed, reports say that it is held.
         let wrong = wrong.into_iter().flatten().collect();
         Ok(Status::enabled(sample.tool, sample.payload, wrong))
     }
 
     fn pose(&mut self) -> io::Result<Pose> {
-        let sample = stream(&self.ports, self.patience, None)?.next()?;
-        Ok(sample.report.pose)
+        Ok(self.samples()?.next()?.report.pose)
     }
 
     fn enable(&mut self, go_on: &mut dyn FnMut() -> io::Result<()>) -> io::Result<()> {
         go_on()?;
-        self.outlet.send(&self.script, &waiting("wait", ""))
+        self.run("")
     }
 
-    /// A script asks about places along the lines, and writes the answer into a register.
+    /// Its program asks about places along the lines, and writes the answer into a register; then it waits for the lines.
     fn can_move(&mut self, lines: &[LineRequest]) -> io::Result<Result<(), (usize, String)>> {
-        let mut stream = stream(&self.ports, self.patience, None)?;
-        let mut from = stream.next()?.report.pose.at;
-        let mut text = ASK.to_owned();
+        let mut samples = self.samples()?;
+        let mut from = samples.next()?.report.pose.at;
+        let question = (self.alive.1.load(Relaxed) / TEN + 1) * TEN;
+        self.alive.1.store(question, Relaxed);
+        let (mut asks, mut moves) = (String::new(), String::new());
+        self.asked = lines.to_vec();
         for (number, line) in (1..).zip(lines) {
             for at in line.places(from, APART) {
                 let most = FASTEST * distance(from, at) / line.speed;
                 let place = written(&Pose { at, ..line.to });
-                text += &format!("  ask({place}, {number}, {most:.4})\n");
+                asks += &format!("  ask({place}, {number}, {most:.4})\n");
                 from = at;
             }
+            let (number, to) = (question + number, written(&line.to));
+            let (acceleration, speed) = (line.acceleration, line.speed);
+            moves += &format!("  line({number}, {to}, {acceleration:.6}, {speed:.6})\n");
         }
-        // The line's number is the last digit.
-        let question = number();
-        text += &format!("  write_output_integer_register(24, {question}0 + wrong)\n");
-        self.outlet.send(&self.script, &waiting("ask", &text))?;
+        self.run(&format!(
+            "{asks}  write_output_integer_register(24, {question} + wrong)\n{moves}"
+        ))?;
         let until = Instant::now() + self.patience;
         while Instant::now() < until {
-            let answer = stream.next()?.answer;
-            if answer / 10 == question {
+            // The line's number, from 1.
+            let wrong = samples.next()?.answer.wrapping_sub(question);
+            if (0..=lines.len() as i32).contains(&wrong) {
                 let why = "it leaves the arm's reach, safety planes or joint limits, or a joint would turn too fast; lay the object elsewhere";
-                let line = ((answer % 10) as usize).checked_sub(1);
+                let line = (wrong as usize).checked_sub(1);
                 return Ok(line.map_or(Ok(()), |line| Err((line, why.into()))));
             }
         }
         Err(io::ErrorKind::TimedOut.into())
     }
 
+    /// A line that the controller was asked about: its number goes out with the next sign of life.
     fn line(&mut self, line: &LineRequest) -> io::Result<()> {
-        let (to, speed, acceleration) = (written(&line.to), line.speed, line.acceleration);
-        let text = format!("  movel({to}, a={acceleration:.6}, v={speed:.6})\n");
-        self.outlet.send(&self.script, &waiting("line", &text))
+        let at = self.asked.iter().position(|asked| asked == line);
+        let at = at.ok_or_else(|| garbage("the controller was not asked about this line"))?;
+        let question = self.alive.1.load(Relaxed) / TEN * TEN;
+        self.alive.1.store(question + 1 + at as i32, Relaxed);
+        Ok(())
     }
 }

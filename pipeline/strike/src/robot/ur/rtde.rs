@@ -1,12 +1,13 @@
-//! Universal Robots' real-time data exchange (RTDE): a recipe of quantities, a stream of them, and a sign of life for each that is read.
+//! Universal Robots' real-time data exchange (RTDE): a recipe of quantities, a stream of them, and for each that is read a sign of life and
+//! the number of the line that is to be moved.
 //!
 //! Source: the maker's guide to RTDE, protocol version 2. All numbers are big-endian.
 
 use std::io::{self, Read, Write};
 use std::net::TcpStream;
-use std::time::Instant;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicI32, Ordering::Relaxed};
 
-use crate::epoch::Epoch;
 use crate::robot::arm::{Condition, Outlet, Pose, Report, Reports, Said, garbage, read_frame};
 
 /// Samples a second.
@@ -15,26 +16,14 @@ const RATE: f64 = 250.0;
 const LONGEST: usize = 4_096;
 /// The kind of packages that hold data.
 const DATA: u8 = b'U';
-
-/// What is asked for, and how each is written.
-const RECIPE: [(&str, &str); 13] = [
-    ("timestamp", "DOUBLE"),
-    ("actual_TCP_pose", "VECTOR6D"),
-    ("actual_TCP_speed", "VECTOR6D"),
-    ("target_TCP_pose", "VECTOR6D"),
-    ("robot_mode", "INT32"),
-    ("safety_mode", "INT32"),
-    ("runtime_state", "UINT32"),
-    ("robot_status_bits", "UINT32"),
-    ("target_speed_fraction", "DOUBLE"),
-    ("payload", "DOUBLE"),
-    ("tcp_offset", "VECTOR6D"),
-    // What a script writes for carom to read: an answer, and the last sign of life that it read.
-    ("output_int_register_24", "INT32"),
-    ("output_int_register_25", "INT32"),
+/// What is told, and its kinds; the last two are what a program writes for carom to read: an answer, and the last sign of life that it read.
+const TOLD: [&str; 2] = [
+    "timestamp,actual_TCP_pose,actual_TCP_speed,target_TCP_pose,robot_mode,safety_mode,runtime_state,robot_status_bits,\
+     target_speed_fraction,payload,tcp_offset,output_int_register_24,output_int_register_25",
+    "DOUBLE,VECTOR6D,VECTOR6D,VECTOR6D,INT32,INT32,UINT32,UINT32,DOUBLE,DOUBLE,VECTOR6D,INT32,INT32",
 ];
-/// Where the sign of life goes. One program can claim it.
-pub(super) const LIFE: &str = "input_int_register_24";
+/// What is given: a sign of life, and the number of a line. One program can claim them.
+const GIVEN: [&str; 2] = ["input_int_register_24,input_int_register_25", "INT32,INT32"];
 /// A program that waits for carom's lines echoes one of so many last signs of life.
 const ECHOES: i32 = 12;
 /// No program is shown for so many samples where one replaces another, and longer where somebody stopped it: 0.1 s.
@@ -49,43 +38,39 @@ pub(super) struct Sample {
     pub(super) answer: i32,
 }
 
-/// A number that no earlier program used: what it wrote still stands in its register.
-pub(super) fn number() -> i32 {
-    (Epoch::now().stamp(Instant::now()) / 1_000_000 % 100_000_000) as i32
-}
+/// Signs of life are given until the outlet is stopped, with the number of the line that is to be moved.
+pub(super) type Alive = (Outlet, Arc<AtomicI32>);
 
 /// A stream of samples.
 #[derive(Debug)]
 pub(super) struct Stream {
     stream: TcpStream,
-    recipe: u8,
-    /// The recipe of the sign of life, which is given until that outlet was stopped; none where none is given.
-    alive: Option<(u8, Outlet)>,
+    /// Of what is told, and of what is given.
+    recipes: [u8; 2],
+    alive: Option<Alive>,
     life: i32,
     without_program: u32,
 }
 
 impl Stream {
-    /// Agrees on the recipe, and starts. Errors where the controller does not know a quantity, or where another program gives the sign
-    /// of life.
-    pub(super) fn start(mut stream: TcpStream, alive: Option<&Outlet>) -> io::Result<Self> {
+    /// Agrees on what is told and given, and starts. Errors where the controller does not know a quantity, or where another program gives
+    /// signs of life.
+    pub(super) fn start(mut stream: TcpStream, alive: Option<Alive>) -> io::Result<Self> {
         if ask(&mut stream, b'V', &2u16.to_be_bytes())?.first() != Some(&1) {
             return Err(garbage("it does not speak version 2 of RTDE"));
         }
-        let (names, kinds): (Vec<_>, Vec<_>) = RECIPE.into_iter().unzip();
-        let wanted = [&RATE.to_be_bytes(), names.join(",").as_bytes()].concat();
-        let recipe = agree(&mut stream, b'O', &wanted, &kinds.join(","))?;
-        let inputs = alive
-            .map(|_| agree(&mut stream, b'I', LIFE.as_bytes(), "INT32"))
-            .transpose()?;
+        let told = [&RATE.to_be_bytes(), TOLD[0].as_bytes()].concat();
+        let told = agree(&mut stream, b'O', &told, TOLD[1])?;
+        let mut claim = || agree(&mut stream, b'I', GIVEN[0].as_bytes(), GIVEN[1]);
+        let given = alive.as_ref().map_or(Ok(0), |_| claim())?;
         if ask(&mut stream, b'S', &[])?.first() != Some(&1) {
             return Err(garbage("it does not start its stream"));
         }
         Ok(Self {
             stream,
-            recipe,
-            alive: inputs.zip(alive.cloned()),
-            life: number(),
+            recipes: [told, given],
+            life: alive.as_ref().map_or(0, |(_, line)| line.load(Relaxed)),
+            alive,
             without_program: REPLACED,
         })
     }
@@ -93,16 +78,18 @@ impl Stream {
     /// The next sample, for which a sign of life is given.
     pub(super) fn next(&mut self) -> io::Result<Sample> {
         let body = loop {
-            match package(&mut self.stream)? {
-                (DATA, body) if body.first() == Some(&self.recipe) => break body,
+            match read(&mut self.stream)? {
+                (DATA, body) if body.first() == Some(&self.recipes[0]) => break body,
                 (DATA, _) => return Err(garbage("a sample is of another recipe")),
                 _ => {}
             }
         };
-        if let Some((inputs, _)) = self.alive.as_ref().filter(|alive| !alive.1.is_stopped()) {
+        if let Some((outlet, line)) = &self.alive {
             self.life = self.life.wrapping_add(1);
-            let sign = [&[*inputs][..], &self.life.to_be_bytes()].concat();
-            send(&mut self.stream, DATA, &sign)?;
+            let [life, line] = [self.life, line.load(Relaxed)].map(i32::to_be_bytes);
+            let sign = package(DATA, &[&self.recipes[1..], &life, &line].concat());
+            let sent = outlet.send(&self.stream, &sign);
+            sent.or_else(|error| outlet.is_stopped().then_some(()).ok_or(error))?;
         }
         self.sample(&body[1..])
     }
@@ -176,7 +163,7 @@ fn numbers<const N: usize, const B: usize, T: Copy + Default>(
     Ok(numbers)
 }
 
-/// Asks for a recipe; gives its number. Errors where other kinds of numbers are given: `ResourceBusy` where another program claims one.
+/// Agrees on a recipe; gives its number. Errors where other kinds of numbers are given: `ResourceBusy` where another program claims one.
 fn agree(stream: &mut TcpStream, kind: u8, wanted: &[u8], kinds: &str) -> io::Result<u8> {
     let reply = ask(stream, kind, wanted)?;
     let (recipe, given) = reply.split_first().unwrap_or((&0, &[]));
@@ -191,22 +178,23 @@ fn agree(stream: &mut TcpStream, kind: u8, wanted: &[u8], kinds: &str) -> io::Re
 
 /// Sends a package, and reads its answer; messages for a person come in between.
 fn ask(stream: &mut TcpStream, kind: u8, body: &[u8]) -> io::Result<Vec<u8>> {
-    send(stream, kind, body)?;
+    stream.write_all(&package(kind, body))?;
     loop {
-        let (answer, body) = package(stream)?;
+        let (answer, body) = read(stream)?;
         if answer == kind {
             return Ok(body);
         }
     }
 }
 
-fn send(stream: &mut TcpStream, kind: u8, body: &[u8]) -> io::Result<()> {
+/// A package of a kind.
+fn package(kind: u8, body: &[u8]) -> Vec<u8> {
     let length = (body.len() as u16 + 3).to_be_bytes();
-    stream.write_all(&[&length, &[kind][..], body].concat())
+    [&length, &[kind][..], body].concat()
 }
 
-/// One package: its kind and content.
-fn package(stream: &mut impl Read) -> io::Result<(u8, Vec<u8>)> {
+/// Reads one: its kind and content.
+fn read(stream: &mut impl Read) -> io::Result<(u8, Vec<u8>)> {
     let length = |[high, low, _]: [u8; 3]| usize::from(u16::from_be_bytes([high, low]));
     let mut package = read_frame(stream, length, 3..=LONGEST)?;
     let body = package.split_off(3);

@@ -130,10 +130,10 @@ impl Arm for XArm {
         })
     }
 
-    fn reports(ports: &Ports, _: &Outlet) -> io::Result<Box<dyn Reports>> {
-        let reports = listen(ports[1], CONNECT)?;
+    fn reports(&self) -> io::Result<Box<dyn Reports>> {
+        let reports = listen(self.ports[1], CONNECT)?;
         let is_off = Arc::new(AtomicBool::new(false));
-        let (watched, address) = (is_off.clone(), ports[3]);
+        let (watched, address) = (is_off.clone(), self.ports[3]);
         start("arm-motors", move || {
             Stream::watch_motors(&watched, address);
         })?;
