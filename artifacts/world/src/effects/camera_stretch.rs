@@ -91,7 +91,7 @@ impl Effect for CameraStretch {
 
 #[cfg(test)]
 mod tests {
-    use values::{Point, Shape};
+    use values::Point;
 
     use crate::effects::tests::{Bench, START, assert_near};
 
