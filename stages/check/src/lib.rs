@@ -18,7 +18,7 @@ mod places;
 mod statistics;
 mod strays;
 
-pub use finding::{Check, Coverage, Delay, Finding, Limit, LogRead, Measured, Severity};
+pub use finding::{CONTACT, Check, Coverage, Delay, Finding, Limit, LogRead, Measured, Severity};
 
 use ingest::FoundFence;
 use values::{CommandFrame, Reject, RejectReason, Rig};

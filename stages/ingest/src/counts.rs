@@ -20,6 +20,8 @@ pub(crate) struct Counts {
     pub(crate) unheld: usize,
     /// Episodes that were judged before the centroids of their time came.
     pub(crate) unseen: u64,
+    /// Motions far from the arm that no slide is.
+    pub(crate) carried: u64,
     /// Motions of an arm without commands that met nothing.
     pub(crate) idle_motions: u64,
     /// Seconds from frame to frame around each command.
@@ -49,6 +51,10 @@ impl Counts {
             (
                 self.idle_motions,
                 "motions of the arm met no object that rests, and are no strikes",
+            ),
+            (
+                self.carried,
+                "motions far from the arm do not brake as what slides does: they are taken for a hand's carrying, and teach nothing",
             ),
             (
                 self.unseen,

@@ -1,7 +1,8 @@
 //! Slides that no strike began, such as a hand's push: what a table does to an object shows in them as well.
 //!
 //! Only where the tip's measured place shows that the arm was far away all the while. A slide begins once the object has been let go. A
-//! hand that carries an object to a place is no slide: it slows down for as long as it sped up, and not as a table brakes.
+//! hand that carries an object to a place is no slide: it slows down for as long as it sped up, and not as a table brakes, which is as hard
+//! at the beginning as at the end. Whether a slide agrees with those that strikes began is asked where it is to teach.
 
 use std::collections::VecDeque;
 
@@ -37,6 +38,15 @@ const PUSHED: f64 = 0.5;
 /// Root mean square about a parabola, in m and in deviations of the camera's noise.
 const STRAIGHT: f64 = 0.0005;
 const STRAIGHT_NOISE: f64 = 1.25;
+/// From the middle of a slide to its ends, and from the middle to both ends alike, its braking changes by this part of it at most, or by so
+/// many standard errors, of which the first is known to better than the last number. A hand's, that takes something from here to there, goes
+/// from nothing to twice its mean, or there and back.
+const EVEN: f64 = 0.5;
+const ARCHED: f64 = 0.7;
+const EVEN_ERRORS: f64 = 3.0;
+const EVEN_KNOWN: f64 = 0.5;
+/// Where less than this brakes (m/s²), as on an air table, frames do not tell how it changes.
+const HARDLY: f64 = 0.5;
 /// No table brakes harder, nor speeds up more, in m/s².
 const BRAKES: f64 = 10.0;
 const SPEEDS_UP: f64 = 0.3;
@@ -56,12 +66,23 @@ pub(crate) struct Pushes {
     /// Motions that have ended.
     ended: VecDeque<Vec<Sample>>,
     tips: VecDeque<State>,
+    /// Motions that were taken for a hand's carrying.
+    carried: u64,
 }
 
 enum Phase {
     Unknown,
     Rests(Point),
     Moves,
+}
+
+/// What a motion is that has ended.
+enum Motion {
+    Slide(Box<Strike>),
+    /// No slide, and the arm was far away.
+    Carried,
+    /// Too little to tell, or the arm's.
+    Other,
 }
 
 impl Pushes {
@@ -74,6 +95,7 @@ impl Pushes {
             run: Vec::new(),
             ended: VecDeque::new(),
             tips: VecDeque::new(),
+            carried: 0,
         }
     }
 
@@ -174,19 +196,43 @@ impl Pushes {
             if !(at_end || is_known) {
                 break;
             }
-            slides.extend(self.slide(run, log, rig));
+            match self.motion(run, log, rig) {
+                Motion::Slide(slide) => slides.push(*slide),
+                Motion::Carried => self.carried += 1,
+                Motion::Other => {}
+            }
             self.ended.pop_front();
         }
         slides
     }
 
-    /// The slide of one motion, if it is one that no strike began.
-    fn slide(&self, run: &[Sample], log: &str, rig: &Rig) -> Option<Strike> {
+    /// How many motions since the last time were taken for a hand's carrying.
+    pub(crate) fn take_carried(&mut self) -> u64 {
+        std::mem::take(&mut self.carried)
+    }
+
+    /// What one motion is.
+    fn motion(&self, run: &[Sample], log: &str, rig: &Rig) -> Motion {
         let all = without_outliers(run, self.noise);
-        let resting = all.partition_point(|frame| since(run[0].stamp, frame.stamp) < 0.5 * REST);
+        if let Some(slide) = self.slide(&all, log, rig) {
+            return Motion::Slide(Box::new(slide));
+        }
+        let is_fast = (0..all.len()).any(|at| speed(&all, at) >= SLOWEST);
+        let goes = all.first().zip(all.last());
+        let goes = goes.map_or(0.0, |(first, last)| place(first).distance(place(last)));
+        match is_fast && goes >= SHORTEST && self.is_far(&all, rig) {
+            true => Motion::Carried,
+            false => Motion::Other,
+        }
+    }
+
+    /// The slide of one motion, if it is one that no strike began.
+    fn slide(&self, all: &[Sample], log: &str, rig: &Rig) -> Option<Strike> {
+        let begin = all.first()?.stamp;
+        let resting = all.partition_point(|frame| since(begin, frame.stamp) < 0.5 * REST);
         let before: Vec<Point> = all[..resting].iter().map(place).collect();
         let noise = spread(&before).clamp(self.noise, 3.0 * self.noise);
-        let speeds: Vec<f64> = (0..all.len()).map(|at| speed(&all, at)).collect();
+        let speeds: Vec<f64> = (0..all.len()).map(|at| speed(all, at)).collect();
         let highest = speeds.iter().copied().fold(0.0, f64::max);
         let peak = speeds
             .iter()
@@ -222,6 +268,7 @@ impl Pushes {
         let along = parabola.acceleration.dot(ahead);
         let is_slide = parabola.misfit <= STRAIGHT + STRAIGHT_NOISE * noise
             && (-BRAKES..SPEEDS_UP).contains(&along)
+            && is_braked_evenly(&track, ahead, noise)
             && !track.is_pushed_again();
         if !is_slide || !self.is_far(&all[..from + frames.len()], rig) {
             return None;
@@ -270,17 +317,56 @@ impl Pushes {
     }
 }
 
-/// Speed at a frame, in m/s; 0 where there are too few frames about it.
+/// Speed at a frame, in m/s, over a frame to both sides at the least: where frames are missing, no speed of zero is feigned.
 fn speed(frames: &[Sample], at: usize) -> f64 {
     let now = frames[at].stamp;
     let from = frames.partition_point(|frame| since(frame.stamp, now) > HALF);
     let to = frames.partition_point(|frame| since(now, frame.stamp) <= HALF);
-    let (first, last) = (&frames[from], &frames[to - 1]);
+    let first = &frames[from.min(at.saturating_sub(1))];
+    let last = &frames[to.max(at + 2).min(frames.len()) - 1];
     let time = since(first.stamp, last.stamp);
-    if time < HALF {
+    if time <= 0.0 {
         return 0.0;
     }
     place(first).distance(place(last)) / time
+}
+
+/// Whether what brakes an object along its way is as even as a table: neither from little to much, as in the second half of a hand's carry,
+/// nor most in the middle. By a polynomial of the fourth degree over the frames' times, whose terms are orthogonal.
+fn is_braked_evenly(track: &Track, ahead: Point, noise: f64) -> bool {
+    let duration = track.t[track.len() - 1];
+    let late: Vec<f64> = track.t.iter().map(|t| 2.0 * t / duration - 1.0).collect();
+    let product = |one: &[f64], other: &[f64]| -> f64 {
+        one.iter().zip(other).map(|(one, other)| one * other).sum()
+    };
+    let mut terms: Vec<Vec<f64>> = vec![vec![1.0; track.len()]];
+    while let (Some(last), true) = (terms.last(), terms.len() < 5) {
+        let mut next: Vec<f64> = last.iter().zip(&late).map(|(p, s)| p * s).collect();
+        for term in &terms {
+            let share = product(&next, term) / product(term, term);
+            next.iter_mut().zip(term).for_each(|(p, q)| *p -= share * q);
+        }
+        terms.push(next);
+    }
+    let gone: Vec<f64> = (0..track.len())
+        .map(|i| track.point(i).dot(ahead))
+        .collect();
+    // Each with its standard error.
+    let part = |power: usize| {
+        let square = product(&terms[power], &terms[power]);
+        (
+            product(&gone, &terms[power]) / square,
+            noise / square.sqrt(),
+        )
+    };
+    let ((braked, _), (change, error), (arch, arch_error)) = (part(2), part(3), part(4));
+    // Second derivatives by the scaled time: of the square 2, of the cube 6 at an end, of the fourth power 8 beyond its mean.
+    let [change, error] = [change, error].map(|part| 3.0 * part.abs() / braked.abs());
+    let [arch, arch_error] = [arch, arch_error].map(|part| 4.0 * part.abs() / braked.abs());
+    let is_known = error < EVEN_KNOWN || 8.0 * braked.abs() < HARDLY * duration * duration;
+    is_known
+        && change <= EVEN.max(EVEN_ERRORS * error)
+        && arch <= ARCHED.max(EVEN_ERRORS * arch_error)
 }
 
 /// A parabola through places over time, by least squares.
@@ -337,9 +423,14 @@ mod tests {
 
     /// What is found in one motion along x at 60 Hz with a noise of half a millimetre, the tip resting at this x.
     fn found(tip: f64, x: impl Fn(f64) -> f64) -> Vec<Strike> {
+        found_and_carried(tip, x).0
+    }
+
+    /// The same, and how many motions were taken for a hand's carrying.
+    fn found_and_carried(tip: f64, x: impl Fn(f64) -> f64) -> (Vec<Strike>, u64) {
         let rig = Rig::demo(Shape::Cylinder);
         let mut pushes = Pushes::new(&rig);
-        for i in 0..180_i64 {
+        for i in 0..240_i64 {
             let (stamp, t) = (i * 16_666_667, i as f64 / 60.0);
             let wobble = |k: f64| 0.0007 * ((i * i) as f64 * k).sin();
             pushes.tip(&State {
@@ -353,7 +444,8 @@ mod tests {
                 y: wobble(2.3),
             });
         }
-        pushes.take("a.mcap", &rig, true)
+        let slides = pushes.take("a.mcap", &rig, true);
+        (slides, pushes.take_carried())
     }
 
     /// A hand pushes for 0.12 s and lets go; the table brakes with 2 m/s².
@@ -392,5 +484,106 @@ mod tests {
         let twice = |t: f64| push(t) + 0.5 * (t - 0.3).clamp(0.0, 0.5);
         assert_eq!(found(0.0, twice), []);
         assert_eq!(found(0.0, |_| 0.0), []);
+    }
+
+    /// What part of its way a carry has gone after a part of its time: its speed a half-cosine, of the least jerk, or a trapezoid that slows
+    /// down half-way for an approach.
+    fn carries() -> [fn(f64) -> f64; 4] {
+        let trapezoid = |s: f64| {
+            // Speeds of 0, 1, 1, 0.2, 0.2 and 0 at these times.
+            let knots = [
+                (0.0, 0.0),
+                (0.15, 1.0),
+                (0.45, 1.0),
+                (0.6, 0.2),
+                (0.92, 0.2),
+                (1.0, 0.0),
+            ];
+            let area = |until: f64| -> f64 {
+                let parts = knots.windows(2).map(|pair| {
+                    let ((from, first), (to, last)) = (pair[0], pair[1]);
+                    let time = (until - from).clamp(0.0, to - from);
+                    time * (first + 0.5 * (last - first) * time / (to - from))
+                });
+                parts.sum()
+            };
+            area(s) / area(1.0)
+        };
+        [
+            |s| 0.5 - 0.5 * (std::f64::consts::PI * s).cos(),
+            |s| s * s * (3.0 - 2.0 * s),
+            |s| s * s * s * (10.0 - 15.0 * s + 6.0 * s * s),
+            trapezoid,
+        ]
+    }
+
+    /// What is found in one motion along x at 60 Hz in a camera's noise of 0.7 mm, some tenths of the frames lost as it moves.
+    fn noisy(seed: u64, lost: f64, x: impl Fn(f64) -> f64) -> (Vec<Strike>, u64) {
+        let rig = Rig::demo(Shape::Cylinder);
+        let mut pushes = Pushes::new(&rig);
+        let mut state = seed;
+        let mut uniform = || {
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
+            (state >> 33) as f64 / (1_u64 << 31) as f64
+        };
+        for i in 0..240_i64 {
+            let (stamp, t) = (i * 16_666_667, i as f64 / 60.0 - 0.5);
+            pushes.tip(&State {
+                stamp,
+                velocity: Point::default(),
+                position: Point::new(-0.3, 0.0),
+            });
+            let is_lost = uniform() < lost && t > 0.0 && x(t) < x(9.0);
+            // Of many equal parts, as good as normal.
+            let mut wobble = || 0.0007 * ((0..12).map(|_| uniform()).sum::<f64>() - 6.0);
+            let seen = Sample {
+                stamp,
+                x: 0.3 + x(t) + wobble(),
+                y: wobble(),
+            };
+            if !is_lost {
+                pushes.see(&seen);
+            }
+        }
+        let slides = pushes.take("a.mcap", &rig, true);
+        (slides, pushes.take_carried())
+    }
+
+    #[test]
+    fn carries_of_every_kind_are_none_and_are_counted() {
+        let (mut all, mut told, mut slides) = (0, 0, Vec::new());
+        for carry in carries() {
+            for i in 0..16 * 9 * 4_u32 {
+                let (time, way) = (f64::from(i % 16), f64::from(i / 16 % 9));
+                let (time, way) = (0.5 + 0.1 * time, 0.1 + 0.05 * way);
+                let lost = if i < 16 * 9 * 2 { 0.0 } else { 0.3 };
+                let x = |t: f64| way * carry((t / time).clamp(0.0, 1.0));
+                let (found, carried) = noisy(u64::from(i), lost, x);
+                (all, told) = (all + 1, told + carried);
+                slides.extend(found.iter().filter_map(Strike::deceleration));
+            }
+        }
+        // What is left is one so slow that noise makes its speed: no table of these logs brakes so little.
+        assert!(250 * slides.len() <= all, "{slides:?} of {all}");
+        assert!(slides.iter().all(|braked| *braked < 1.0), "{slides:?}");
+        // The others are hardly faster than noise, or have too few frames.
+        assert!(10 * told > 8 * all as u64, "{told} of {all}");
+    }
+
+    #[test]
+    fn pushes_that_let_go_are_found_on_tables_that_brake_much_and_little() {
+        for (brakes, speed) in [(1.5, 0.7), (1.5, 0.9), (2.5, 1.0), (2.5, 1.2), (3.5, 1.3)] {
+            let push = |t: f64| {
+                let (pushed, slid) = (t.clamp(0.0, 0.12), (t - 0.12).clamp(0.0, speed / brakes));
+                0.5 * speed / 0.12 * pushed * pushed + (speed - 0.5 * brakes * slid) * slid
+            };
+            let found = (0..100).flat_map(|seed| noisy(seed, 0.0, push).0);
+            let braked: Vec<f64> = found.filter_map(|slide| slide.deceleration()).collect();
+            assert!(braked.len() >= 90, "{brakes} {speed}: {}", braked.len());
+            let middle = crate::robust::median(braked);
+            assert!((middle / brakes - 1.0).abs() < 0.03, "{brakes}: {middle}");
+        }
     }
 }

@@ -372,6 +372,7 @@ impl<'a> Segmenter<'a> {
             };
         }
         let slides = self.pushes.take(self.log, self.rig, at_end);
+        self.counts.carried += self.pushes.take_carried();
         self.found.seen.slides.extend(slides);
     }
 

@@ -14,6 +14,7 @@ mod fit;
 mod huber;
 mod identify;
 mod interval;
+mod pushes;
 mod scatter;
 mod sizes;
 mod slip;
@@ -85,14 +86,6 @@ pub struct Fit {
     pub notes: Vec<String>,
 }
 
-/// Those of the pushes that slide as the strikes do: what a hand carries along is braked less.
-fn slides_alike<'s>(struck: &[&Strike], pushes: &'s [Strike]) -> impl Iterator<Item = &'s Strike> {
-    let all: Vec<&Strike> = struck.iter().copied().chain(pushes).collect();
-    let is_free = values::free_slides(&all).split_off(struck.len());
-    let pushes = pushes.iter().zip(is_free);
-    pushes.filter_map(|(push, is_free)| is_free.then_some(push))
-}
-
 fn pushed_again(count: usize, of: usize, are_left_out: bool) -> String {
     let end = if are_left_out {
         "left out"
@@ -106,7 +99,7 @@ fn pushed_again(count: usize, of: usize, are_left_out: bool) -> String {
 
 impl Stage for Sysid {
     const NAME: &'static str = "sysid";
-    const VERSION: u32 = 24;
+    const VERSION: u32 = 25;
     type Input = Input;
     type Output = Fit;
     type Error = SysidError;
@@ -129,7 +122,7 @@ impl Stage for Sysid {
                 .take(self.most_strikes)
                 .collect()
         };
-        let (sliding, mut pushes) = (learning(strikes), learning(&pushes));
+        let (sliding, pushes) = (learning(strikes), learning(&pushes));
         let mut strikes: Vec<&Strike> = sliding.iter().collect();
         for name in &self.free {
             parameter(name)?;
@@ -167,6 +160,10 @@ impl Stage for Sysid {
         if free_slides.len() >= needed && 2 * again <= strikes.len() {
             strikes = free_slides;
         }
+        let pushes::Teaching {
+            slides: mut pushes,
+            warning: not_taught,
+        } = pushes::teaching(&strikes, pushes);
         let first = match strikes.is_empty() {
             true => pushes.iter().collect(),
             false => strikes.clone(),
@@ -183,7 +180,7 @@ impl Stage for Sysid {
         for push in &mut pushes {
             push.command.speed /= gain;
         }
-        strikes.extend(slides_alike(&launched, &pushes));
+        strikes.extend(&pushes);
         let mujoco = StrikeSimulator::mujoco(&input.rig, &strikes);
         let fit = |world: &World, launch, free: Vec<String>| {
             let Some(planar) = StrikeSimulator::planar(&input.rig, world, &strikes, &free)? else {
@@ -269,6 +266,7 @@ impl Stage for Sysid {
                 launched.len() < sliding.len(),
             ));
         }
+        warnings.extend(not_taught);
         warnings.extend(sizes.note);
         warnings.extend(fitted.at_bounds());
         warnings.extend(fitted.never_rolls(&input.rig.object));

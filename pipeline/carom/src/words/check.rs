@@ -261,8 +261,14 @@ pub fn say(finding: &Finding, rig: &Rig) -> Said {
                     "the camera's stamps and the encoders' differ by this, or both radii together are off"
                 },
                 format!(
-                    "state `[frames] camera_delay = {:.4}`{}",
+                    "state `[frames] camera_delay = {:.4}` (± {:.4}{}){}",
                     seconds + rig.frames.camera_delay,
+                    2.0 * error,
+                    match seconds > 0.0 {
+                        true =>
+                            format!("; up to {:.3} of it may be a soft tip's contact", check::CONTACT),
+                        false => String::new(),
+                    },
                     if delay.reach.is_some() {
                         ""
                     } else {
