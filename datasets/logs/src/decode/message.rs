@@ -20,25 +20,20 @@ pub type More = [f64; MOST_MORE];
 
 /// Why a message could not be decoded; each text says what is wrong with it.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[expect(missing_docs, reason = "each text says what is wrong")]
 pub enum DecodeError {
-    /// It ends before all that its schema, or its own lengths, say is there.
     #[error("it ends at byte {0}, before what its schema and lengths say is there")]
     Short(usize),
-    /// Its encapsulation header names a representation that is not read.
     #[error("its CDR header is {0:#06x}; plain CDR (0x0000, 0x0001, 0x0006, 0x0007) is read")]
     Representation(u16),
-    /// A wstring lies before a wanted field, and its length on the wire is not known.
     #[error(
         "a wstring lies before the fields that are read, and ROS 2's middlewares do not write those alike"
     )]
     WideText,
-    /// A field is not there.
     #[error("it has no value for `{0}`")]
     Absent(&'static str),
-    /// A stamp does not fit 64 bits of nanoseconds.
     #[error("its stamp is out of range")]
     Stamp,
-    /// It is not what its encoding allows.
     #[error("{0}")]
     Malformed(String),
 }
