@@ -1,12 +1,5 @@
 //! Files that are cut, damaged or made to harm: what is whole is read, and nothing panics or takes much memory.
 
-#![expect(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    clippy::cast_precision_loss,
-    reason = "small numbers"
-)]
-
 mod common;
 
 use common::{ENCODINGS, Encoding, read, samples, write};

@@ -1,12 +1,5 @@
 //! Whatever a log is written with, the same samples are read from it.
 
-#![expect(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    clippy::cast_precision_loss,
-    reason = "small numbers"
-)]
-
 mod common;
 
 use std::path::PathBuf;

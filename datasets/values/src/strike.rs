@@ -96,10 +96,6 @@ impl End {
             .find(|end| end.name() == name)
     }
 
-    #[expect(
-        clippy::trivially_copy_pass_by_ref,
-        reason = "serde passes a reference"
-    )]
     fn is_rest(&self) -> bool {
         *self == Self::Rest
     }

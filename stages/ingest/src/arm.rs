@@ -194,7 +194,6 @@ pub(crate) fn meeting(states: &[State], context: &LaunchContext<'_>) -> Option<M
 
 /// The moment of contact in s on the track's clock: where a line through the first frames' distances meets the resting place,
 /// but between the last frame at rest and a little after first motion.
-#[expect(clippy::cast_precision_loss, reason = "a handful of frames")]
 fn contact(context: &LaunchContext<'_>) -> f64 {
     /// A slide is straight enough for a line over this time, in s, or over as many frames.
     const LINE: f64 = 0.07;

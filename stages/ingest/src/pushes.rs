@@ -296,7 +296,6 @@ struct Parabola {
 
 impl Parabola {
     /// By polynomials that are orthogonal over the frames' times, of which there are four at the least.
-    #[expect(clippy::cast_precision_loss, reason = "a few thousand frames")]
     fn through(track: &Track) -> Self {
         let n = track.len() as f64;
         let mean = track.t.iter().sum::<f64>() / n;

@@ -207,7 +207,6 @@ fn missing(
         );
         return Err(Rejection::new(RejectReason::FramesMissing, detail));
     }
-    #[expect(clippy::cast_precision_loss, reason = "a few thousand frames")]
     let there = (arrival - first) as f64;
     let due = (all[arrival].t - all[first].t) / period;
     if there < (1.0 - MOST_MISSING) * due - 1.0 {

@@ -1,10 +1,6 @@
 //! Stamps, in nanoseconds of a log's clock.
 
 /// Nanoseconds in seconds.
-#[expect(
-    clippy::cast_precision_loss,
-    reason = "a quarter of a microsecond at today's epoch"
-)]
 pub(crate) fn seconds(nanoseconds: i64) -> f64 {
     nanoseconds as f64 * 1e-9
 }

@@ -63,7 +63,6 @@ mod tests {
         (0..120)
             .map(|i| {
                 let t = f64::from(i) / 120.0;
-                #[expect(clippy::cast_possible_truncation, reason = "a second")]
                 let state = State {
                     stamp: (t * 1e9) as i64,
                     velocity: Point::new(told(i), 0.0),

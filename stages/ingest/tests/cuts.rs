@@ -1,7 +1,5 @@
 //! Logs that are cut off or have flipped bits.
 
-#![expect(clippy::cast_possible_truncation, reason = "small numbers")]
-
 mod common;
 
 use common::{Folder, ingest, session, truths};

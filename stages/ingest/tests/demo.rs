@@ -28,7 +28,6 @@ fn demo(shape: Shape, count: usize, hidden: Option<&str>) -> Demo {
     }
 }
 
-#[expect(clippy::cast_precision_loss, reason = "a few hundred strikes")]
 fn rms(values: impl Iterator<Item = f64>) -> f64 {
     let (count, sum) = values.fold((0_usize, 0.0), |(count, sum), value| {
         (count + 1, sum + value * value)
@@ -37,7 +36,6 @@ fn rms(values: impl Iterator<Item = f64>) -> f64 {
 }
 
 #[test]
-#[expect(clippy::cast_precision_loss, reason = "stamps to a microsecond")]
 fn every_demo_strike_is_kept_and_measured_within_the_cameras_noise() {
     for shape in [Shape::Cylinder, Shape::Box, Shape::Sphere] {
         // Nothing hidden in the camera, so that what it sees is what is true.

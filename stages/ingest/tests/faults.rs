@@ -1,12 +1,5 @@
 //! What goes wrong on a robot: each strike is kept or rejected with its reason, and never guessed.
 
-#![expect(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    clippy::cast_precision_loss,
-    reason = "small numbers"
-)]
-
 mod common;
 
 use common::{EPOCH, Folder, IMPACT, Truth, ingest, ingest_samples, reasons, session, truths};

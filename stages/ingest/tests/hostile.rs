@@ -1,13 +1,6 @@
 //! What cameras, controllers and recorders do that no specification says: each strike is measured all the same, or rejected with
 //! a reason.
 
-#![expect(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    clippy::cast_precision_loss,
-    reason = "small numbers"
-)]
-
 mod common;
 
 use common::{EPOCH, Truth, ingest_samples, noise, reasons, session, truths};

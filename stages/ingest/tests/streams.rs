@@ -1,12 +1,5 @@
 //! Messages out of order, in floods, and topics that a log may have beside the required ones.
 
-#![expect(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    clippy::cast_precision_loss,
-    reason = "small numbers"
-)]
-
 mod common;
 
 use std::time::Instant;

@@ -1,12 +1,5 @@
 //! From logs to strikes: what was really done is what is measured, once, in any file.
 
-#![expect(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    clippy::cast_precision_loss,
-    reason = "small numbers"
-)]
-
 mod common;
 
 use common::{EPOCH, Folder, IMPACT, ingest, ingest_samples, session, truths};

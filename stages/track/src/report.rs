@@ -46,10 +46,6 @@ impl TrackOutcome {
 }
 
 /// Whether there is nothing to be said.
-#[expect(
-    clippy::trivially_copy_pass_by_ref,
-    reason = "serde passes a reference"
-)]
 fn is_zero(count: &u64) -> bool {
     *count == 0
 }

@@ -100,10 +100,6 @@ impl Raw {
 }
 
 impl Number {
-    #[expect(
-        clippy::cast_precision_loss,
-        reason = "coordinates that are whole numbers are small"
-    )]
     fn float(self) -> f64 {
         match self {
             Self::Integer(integer) => integer as f64,
@@ -112,10 +108,6 @@ impl Number {
     }
 
     /// This many units of `scale` nanoseconds, which is 1 or 1e9.
-    #[expect(
-        clippy::cast_possible_truncation,
-        reason = "checked to be finite and within the range of i64 before"
-    )]
     fn to_nanoseconds(self, scale: f64) -> Result<i128, DecodeError> {
         match self {
             Self::Integer(integer) => integer.checked_mul(scale as i128).ok_or(DecodeError::Stamp),

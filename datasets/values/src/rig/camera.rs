@@ -75,10 +75,6 @@ pub enum StampMark {
 }
 
 /// Whether the mark is the default, which is not written.
-#[expect(
-    clippy::trivially_copy_pass_by_ref,
-    reason = "serde passes a reference"
-)]
 fn is_middle(mark: &StampMark) -> bool {
     *mark == StampMark::Middle
 }
