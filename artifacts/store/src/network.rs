@@ -151,7 +151,7 @@ impl Network {
 }
 
 impl Network {
-    /// The same network, whose every answer is this share of what it was: the last layer is scaled.
+    /// This network, whose every answer is this share of what it was: the last layer is scaled.
     pub fn scaled(&self, share: f64) -> Result<Self, NetworkError> {
         let mut layers = self.layers.clone();
         let last = &mut layers[LAYERS - 1];

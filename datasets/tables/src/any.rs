@@ -8,10 +8,10 @@ use arrow::array::types::{Float64Type, UInt32Type};
 use crate::TableError;
 use crate::layout::{Kind, Table};
 use crate::read::{Batch, read};
-use crate::rejects::REJECTS;
-use crate::residuals::RESIDUALS;
-use crate::slides::SLIDES;
+use crate::solutions::RESIDUALS;
 use crate::solutions::SOLUTIONS;
+use crate::strikes::REJECTS;
+use crate::strikes::SLIDES;
 use crate::strikes::{STRIKES, TRACKS};
 
 /// One cell.

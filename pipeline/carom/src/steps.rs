@@ -10,8 +10,8 @@ use sysid::SysidError;
 
 use crate::args::Global;
 use crate::error::Outcome;
+use crate::error::Output;
 use crate::inputs::Inputs;
-use crate::output::Output;
 use crate::pipeline::{Step, pipeline};
 use crate::results::Worlds;
 use crate::{Error, outputs, publishing, report, summary, tracking};

@@ -10,8 +10,8 @@ use serde::{Deserialize, Serialize};
 use values::{Command, Delivered, Point, Rig, Track};
 
 use crate::order::Stamped;
+use crate::order::since;
 use crate::robust::median;
-use crate::time::since;
 
 /// One measured state of the tip.
 #[derive(Clone, Copy, Debug)]
@@ -149,7 +149,7 @@ pub(crate) fn delay(
     )
 }
 
-/// The same of an object at rest at `initial` (m) that began to move so many seconds after a stamp.
+/// The delay of an object at rest at `initial` (m) that began to move so many seconds after a stamp.
 pub(crate) fn touch_delay(
     states: &[State],
     initial: Point,

@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 use values::{Point, Rig};
 
 use crate::arm::State;
-use crate::time::since;
+use crate::order::since;
 
 /// A moving object that was turned round.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

@@ -10,9 +10,9 @@ use values::{Command, Conditions, Point, Rig, Shape, Split, Strike, Track};
 
 use crate::arm::State;
 use crate::identity::slide_id;
+use crate::order::{seconds, since};
 use crate::robust::{median_point, spread};
 use crate::slide::is_rest;
-use crate::time::{seconds, since};
 use crate::touched::{place, seen, without_outliers};
 
 /// An object that lies still this long rests, in s: some frames longer than [`seen`] needs, which is to find the rest in the motion. Within

@@ -10,20 +10,20 @@ use values::{Conditions, Point, Reject, RejectReason, Rig, Strike, split_of};
 
 use crate::arm::{State, TouchDelay};
 use crate::bounces::{Breaks, Flight, Touch};
-use crate::counts::Counts;
-use crate::end_of_data::EndOfData;
+use crate::episode::EndOfData;
+use crate::episode::Queue;
 use crate::episode::{Episode, Episodes};
 use crate::extras::{Extras, Waiting};
 use crate::identity::strike_id;
+use crate::log::Counts;
+use crate::order::seconds;
 use crate::order::{ClockSetBack, Ordered};
 use crate::outcome::StrikeSummary;
 use crate::plateau::{at_contact, plateau};
 use crate::pushes::Pushes;
-use crate::queue::Queue;
 use crate::rejection::Rejection;
 use crate::seen::{CommandSeen, MotionSeen, Seen, Watch};
 use crate::slide::{self, Frames};
-use crate::time::seconds;
 use crate::touched::{self, TouchedFlight, TouchedStrike};
 use crate::yaw::YawSample;
 
@@ -551,7 +551,7 @@ impl<'a> Segmenter<'a> {
         }
     }
 
-    /// The same when no message is on its way.
+    /// Ends all that has begun, when no message is on its way.
     fn shut(&mut self, ending: EndOfData) {
         // Whether the commands themselves were cut; a clock's fault lets the episode go on, to end as a rejected one.
         match &ending {

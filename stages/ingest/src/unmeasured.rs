@@ -6,7 +6,7 @@
 use values::Point;
 
 use crate::arm::State;
-use crate::time::since;
+use crate::order::since;
 
 /// An arm that has gone so far, in m, has moved.
 const MOVED: f64 = 0.05;

@@ -4,7 +4,7 @@ use rig::{Effect, Truth};
 use serde::{Deserialize, Serialize};
 
 use super::judged::Figure;
-use super::proportion::Proportion;
+use super::judged::Proportion;
 use super::set::DiagnosedSet;
 
 /// One interval beside its truth.

@@ -1,4 +1,4 @@
-//! What is read of one message, whatever it is encoded in.
+//! A channel's schema, and what is read of one message, whatever it is encoded in.
 
 use crate::path::Leaf;
 
@@ -123,4 +123,15 @@ impl Number {
             }
         }
     }
+}
+
+/// A channel's schema as the file holds it.
+#[derive(Clone, Copy, Debug)]
+pub struct SchemaText<'a> {
+    /// Message type, such as `geometry_msgs/msg/PointStamped`.
+    pub name: &'a str,
+    /// `ros2msg`, `ros1msg`, `protobuf`, `jsonschema` …
+    pub encoding: &'a str,
+    /// Its text, or a serialized `FileDescriptorSet`.
+    pub data: &'a [u8],
 }

@@ -3,9 +3,9 @@
 use serde_json::{Map, Value, json};
 use values::{FieldTopic, Topics};
 
-use super::cdr::Cdr;
+use super::messages::Cdr;
 use super::messages::{self, NANOSECONDS, RosType, Slot};
-use super::samples::{Stamped, StateSample};
+use super::messages::{Stamped, StateSample};
 use crate::path::{PathStep, parse};
 
 /// What is written, in the order in which equal stamps are.

@@ -108,7 +108,7 @@ impl Solid {
         }
     }
 
-    /// The same with all sizes times `factor`.
+    /// This solid with all sizes times `factor`.
     #[must_use]
     pub fn scaled(self, factor: f64) -> Self {
         match self {

@@ -7,8 +7,8 @@ use serde_json::json;
 
 use crate::args::Global;
 use crate::error::Outcome;
+use crate::error::Output;
 use crate::inputs::{find_logs, load_rig};
-use crate::output::Output;
 use crate::steps::open;
 use crate::{Error, reading, summary};
 

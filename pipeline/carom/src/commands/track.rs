@@ -9,9 +9,9 @@ use track::{TrackError, TrackOutcome, track_log};
 
 use crate::Error;
 use crate::error::Outcome;
+use crate::error::Output;
 use crate::inputs::{find_logs, load_rig};
 use crate::naming::names;
-use crate::output::Output;
 
 /// `carom track`.
 #[derive(Args, Debug)]

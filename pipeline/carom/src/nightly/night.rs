@@ -154,7 +154,7 @@ impl Night {
         }
     }
 
-    /// The same with what goes on from night to night.
+    /// This night with what goes on from night to night.
     pub fn after(self, last: &Self) -> Self {
         Self {
             change: last.change.clone(),

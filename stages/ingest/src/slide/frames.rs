@@ -4,9 +4,9 @@ use logs::Sample;
 use values::{Point, RejectReason, Rig};
 
 use super::tolerances::REST_BEFORE;
+use crate::order::since;
 use crate::rejection::Rejection;
 use crate::robust::{median, median_point};
-use crate::time::since;
 
 /// Frames that come slower than this, in s, show no slide.
 const SLOWEST: f64 = 1.0 / 15.0;

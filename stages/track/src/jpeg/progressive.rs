@@ -2,9 +2,9 @@
 //!
 //! Source: ITU-T T.81, annex G.
 
+use super::baseline::Means;
 use super::bits::Bits;
-use super::damage::{Damage, LEFT, NO_CODE, TOO_LONG};
-use super::means::Means;
+use super::bits::{Damage, LEFT, NO_CODE, TOO_LONG};
 use crate::huffman::Codes;
 
 /// What a scan brings.

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write;
 
 use super::super::judged::Judged;
-use super::super::proportion::Proportion;
+use super::super::judged::Proportion;
 use super::answers;
 use super::cases::Drawn;
 use super::design::DESIGNS;

@@ -2,7 +2,7 @@
 
 use super::super::coverage::{self, Covered};
 use super::super::judged::Figure;
-use super::super::proportion::Proportion;
+use super::super::judged::Proportion;
 use super::design::Design;
 use super::kind::HardKind;
 use super::outcome::HardOutcome;
