@@ -21,5 +21,5 @@ mod solid;
 pub use encode::{EncodeError, Picture};
 pub use optics::Optics;
 pub use renderer::{Renderer, Rendering};
-pub use scene::{Cover, Glare, Moment, Scene, Shade};
-pub use solid::Form;
+pub use scene::{Cover, Glare, Scene, Shade};
+pub use solid::{Form, Moment};

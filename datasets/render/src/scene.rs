@@ -2,7 +2,7 @@
 
 use values::{Object, Solid};
 
-use crate::Form;
+use crate::{Form, Moment};
 
 /// A capsule at a height over the table: a hand, an arm.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -110,15 +110,4 @@ impl Scene {
             ..Self::plain(object)?
         })
     }
-}
-
-/// Where an object is: its centre on the table (m) and its yaw (rad).
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Moment {
-    /// Along x, in m.
-    pub x: f64,
-    /// Along y, in m.
-    pub y: f64,
-    /// Yaw in rad.
-    pub yaw: f64,
 }

@@ -12,6 +12,7 @@
 mod arm;
 mod assemble;
 mod bounces;
+mod counts;
 mod episode;
 mod error;
 mod extras;

@@ -1,4 +1,4 @@
-//! One log: its messages into the segmenter, what is counted over it, and what is reported of the file.
+//! One log: its messages into the segmenter, and what is reported of the file.
 
 use std::path::Path;
 
@@ -13,7 +13,6 @@ use crate::episode::EndOfData;
 use crate::error::IngestError;
 use crate::frames::LogFrames;
 use crate::outcome::{LogOutcome, StrikeSummary, file_name};
-use crate::robust::median;
 use crate::segment::{CommandSource, Segmenter};
 use crate::settings::Ingest;
 use crate::unmeasured::Unmeasured;
@@ -285,70 +284,4 @@ fn notes(summary: &Summary, wanted: &[TopicRequest<'_>]) -> Vec<String> {
         }
     }
     notes
-}
-
-/// Frames whose rate differs from the rig file's by more than this part come from another camera, or the file is wrong.
-const OTHER_RATE: f64 = 0.1;
-
-/// Centroids that were left out, and how often they came.
-#[derive(Default)]
-pub(crate) struct Counts {
-    /// Frames in which the tracker saw nothing.
-    pub(crate) lost: u64,
-    /// Centroids that repeat the stamp of the one before.
-    pub(crate) repeated: u64,
-    /// Centroids that are left out of their tracks.
-    pub(crate) outliers: usize,
-    /// Centroids that came too long before the commands of their time.
-    pub(crate) unheld: usize,
-    /// Episodes that were judged before the centroids of their time came.
-    pub(crate) unseen: u64,
-    /// Motions of an arm without commands that met nothing.
-    pub(crate) idle_motions: u64,
-    /// Seconds from frame to frame around each command.
-    pub(crate) periods: Vec<f64>,
-}
-
-impl Counts {
-    /// A sentence for each count that is not zero.
-    pub(crate) fn notes(&self) -> Vec<String> {
-        let counts = [
-            (
-                self.lost,
-                "frames are lost: the tracker wrote no number, or zero, and they are left out",
-            ),
-            (
-                self.repeated,
-                "centroids repeat the stamp of the one before and are left out",
-            ),
-            (
-                self.outliers as u64,
-                "centroids jump away for a single frame, or repeat the last one while the object moves, and are left out of their tracks",
-            ),
-            (
-                self.unheld as u64,
-                "centroids came too long before the commands of their time and were let go",
-            ),
-            (
-                self.idle_motions,
-                "motions of the arm met no object that rests, and are no strikes",
-            ),
-            (
-                self.unseen,
-                "commands came too long before the centroids of their time and were judged without them",
-            ),
-        ];
-        let seen = counts.into_iter().filter(|(count, _)| *count > 0);
-        seen.map(|(count, text)| format!("{count} {text}"))
-            .collect()
-    }
-
-    /// What is to be said of frames that come at another rate than the rig file's.
-    pub(crate) fn other_rate(&self, rig: &Rig) -> Option<String> {
-        let rate = 1.0 / median(self.periods.iter().copied());
-        let stated = rig.camera.rate;
-        ((rate / stated).ln().abs() > OTHER_RATE).then(|| {
-            format!("frames come at {rate:.0} Hz, and the rig file says camera.rate = {stated}: set it to what the camera does")
-        })
-    }
 }

@@ -10,12 +10,12 @@ use values::{Conditions, Point, Reject, RejectReason, Rig, Strike, split_of};
 
 use crate::arm::{State, TouchDelay};
 use crate::bounces::{Breaks, Flight, Touch};
+use crate::counts::Counts;
 use crate::episode::EndOfData;
 use crate::episode::Queue;
 use crate::episode::{Episode, Episodes};
 use crate::extras::{Extras, Waiting};
 use crate::identity::strike_id;
-use crate::log::Counts;
 use crate::order::seconds;
 use crate::order::{ClockSetBack, Ordered};
 use crate::outcome::StrikeSummary;
