@@ -9,8 +9,7 @@ use store::Store;
 use sysid::SysidError;
 
 use crate::args::Global;
-use crate::error::Outcome;
-use crate::error::Output;
+use crate::error::{Outcome, Output};
 use crate::inputs::Inputs;
 use crate::pipeline::{Step, pipeline};
 use crate::results::Worlds;

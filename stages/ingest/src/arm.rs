@@ -9,8 +9,7 @@ use logs::Sample;
 use serde::{Deserialize, Serialize};
 use values::{Command, Delivered, Point, Rig, Track};
 
-use crate::order::Stamped;
-use crate::order::since;
+use crate::order::{Stamped, since};
 use crate::robust::median;
 
 /// One measured state of the tip.

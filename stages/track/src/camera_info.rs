@@ -8,8 +8,7 @@ use logs::read::{RawMessage, read_raw};
 use logs::{Limits, LogError};
 use values::Rig;
 
-use crate::wire::Wire;
-use crate::wire::{Value, each_field};
+use crate::wire::{Value, Wire, each_field};
 use crate::{ImageError, Lens, TrackError};
 
 /// A lens and the size of the images that it holds for.

@@ -8,13 +8,11 @@ use logs::write::{CopyWriter, Received, Stamped};
 use logs::{Limits, LogError};
 use values::{ImageTopic, Rig};
 
-use crate::camera_info::CameraMessage;
-use crate::camera_info::LogLens;
+use crate::camera_info::{CameraMessage, LogLens};
 use crate::frame::TrackedFrame;
 use crate::learned::Learned;
 use crate::message_queue::{FrameTracker, MessageQueue, Processed};
-use crate::notes::QUALITY_SCHEMA;
-use crate::notes::{Notes, said_of_marker};
+use crate::notes::{Notes, QUALITY_SCHEMA, said_of_marker};
 use crate::readout::Readout;
 use crate::sequence::{Sequence, SequenceFrame};
 use crate::view::{LogFile, View};

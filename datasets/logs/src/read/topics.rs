@@ -2,9 +2,7 @@
 
 use std::collections::{BTreeMap, HashMap};
 
-use super::event::{Damage, Extent};
-use super::event::{Event, Sample};
-use super::event::{Summary, TopicCount};
+use super::event::{Damage, Event, Extent, Sample, Summary, TopicCount};
 use super::raw::{RawMessage, RawSummary, Standing, Take, Verdict, unpacked};
 use super::request::TopicRequest;
 use crate::decode::DecodeError;

@@ -2,8 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::Point;
-use crate::exact;
+use crate::{Point, exact};
 
 /// The camera.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -3,8 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::RigError;
-use crate::exact;
-use crate::{Interval, Point};
+use crate::{Interval, Point, exact};
 
 /// The object that is struck.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -11,8 +11,7 @@ use stage::Run;
 use store::{Artifact, SIGNATURE, Store};
 
 use crate::args::Global;
-use crate::error::Outcome;
-use crate::error::Output;
+use crate::error::{Outcome, Output};
 use crate::inputs::Inputs;
 use crate::pipeline::{Step, pipeline};
 use crate::publishing::{SPLIT_SEED, store_error};

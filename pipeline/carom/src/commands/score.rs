@@ -11,8 +11,7 @@ use store::Store;
 use values::{StopErrors, Strike};
 
 use crate::args::Global;
-use crate::error::Outcome;
-use crate::error::{Output, to_json};
+use crate::error::{Outcome, Output, to_json};
 use crate::inputs::find_logs;
 use crate::outputs::write_json;
 use crate::publishing::store_error;

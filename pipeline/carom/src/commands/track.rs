@@ -8,8 +8,7 @@ use serde_json::json;
 use track::{TrackError, TrackOutcome, track_log};
 
 use crate::Error;
-use crate::error::Outcome;
-use crate::error::Output;
+use crate::error::{Outcome, Output};
 use crate::inputs::{find_logs, load_rig};
 use crate::naming::names;
 

@@ -6,8 +6,7 @@
 
 use super::corners::SeenBoard;
 use super::plane::Homography;
-use crate::calibrate::SeenPoint;
-use crate::calibrate::first_pose;
+use crate::calibrate::{SeenPoint, first_pose};
 use crate::minimise::{LeastSquares, minimise};
 use crate::rotation::turned;
 use crate::{BoardError, CameraModel, Lens};

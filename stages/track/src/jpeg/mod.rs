@@ -16,8 +16,7 @@ use bits::{CUT, Damage, HEADER, NO_TABLES};
 use progressive::{Coefficients, Pass};
 use scan::Scan;
 
-use crate::huffman::STANDARD_CODES;
-use crate::huffman::{BLOCK, Codes};
+use crate::huffman::{BLOCK, Codes, STANDARD_CODES};
 use crate::image::checked_size;
 
 /// Markers' second bytes.

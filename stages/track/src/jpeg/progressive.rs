@@ -3,8 +3,7 @@
 //! Source: ITU-T T.81, annex G.
 
 use super::baseline::Means;
-use super::bits::Bits;
-use super::bits::{Damage, LEFT, NO_CODE, TOO_LONG};
+use super::bits::{Bits, Damage, LEFT, NO_CODE, TOO_LONG};
 use crate::huffman::Codes;
 
 /// What a scan brings.
