@@ -1,6 +1,7 @@
-//! From 500 strike logs to a robot that hits: the paper's residual takes 81.6 % off sysid's error; at least 82 % here.
+//! From strike logs to a robot that hits.
 
-use std::{fs, path::Path};
+use std::fs;
+use std::path::Path;
 
 use serde_json::Value;
 
@@ -54,4 +55,25 @@ fn the_residual_takes_82_per_cent_off_sysid_for_a_cylinder() {
 #[test]
 fn the_residual_takes_82_per_cent_off_sysid_for_a_box() {
     residual_hits("box");
+}
+
+#[test]
+fn real_strikes_run_whole() {
+    let strikes = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/kuka-strikes");
+    if !strikes.is_dir() {
+        println!("skipped: no real strikes beside this checkout");
+        return;
+    }
+    let folder = tempfile::tempdir().expect("a folder");
+    let (dir, from) = (folder.path().display(), strikes.display());
+    let said = carom(&format!(
+        "run {from}/logs --rig {from}/rig.toml --out {dir}"
+    ));
+    assert_eq!(said.json["strikes"], 50, "{}", said.text);
+    let text = fs::read_to_string(folder.path().join("evaluation.json")).expect("evaluated");
+    let evaluation: Value = serde_json::from_str(&text).expect("JSON");
+    for model in ["nominal", "sysid", "sysid_residual"] {
+        println!("{model}: {:.4} m held out", mean(&evaluation, model));
+    }
+    assert!(mean(&evaluation, "sysid") < mean(&evaluation, "nominal"));
 }

@@ -1,6 +1,5 @@
 //! The whole of carom, as its users run it.
 
-mod blind;
 #[expect(clippy::unwrap_used, reason = "the workspace's own files are read")]
 mod circles;
 mod end_to_end;
@@ -8,11 +7,9 @@ mod faults;
 #[expect(clippy::unwrap_used, reason = "the workspace's own files are read")]
 mod floors;
 mod fuzz;
-mod kuka;
 mod reproducible;
 mod rows;
 mod sessions;
-mod soak;
 
 /// Runs a `carom` command line that must succeed.
 fn carom(line: &str) -> carom::Output {

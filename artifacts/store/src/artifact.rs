@@ -3,7 +3,7 @@
 use values::Rig;
 use world::World;
 
-use crate::contents::models;
+use crate::files::models;
 use crate::{Calibrated, Contents, Manifest, Model, ResidualModel};
 
 /// A version, every part of which was checked when it was loaded.

@@ -34,7 +34,7 @@ impl Store {
         self.write_version(contents)
     }
 
-    /// The same, if the version in use is still the `expected` one (none: nothing was published yet), which the contents were
+    /// Publishes contents, if the version in use is still the `expected` one (none: nothing was published yet), which the contents were
     /// compared with; else [`ArtifactError::Overtaken`], and nothing is written. The check and the change are made under one lock.
     pub fn promote(
         &self,

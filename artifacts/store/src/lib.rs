@@ -7,7 +7,6 @@
 
 mod artifact;
 mod change;
-mod contents;
 mod error;
 mod files;
 pub mod launch_map;
@@ -21,8 +20,8 @@ mod store;
 mod version;
 
 pub use artifact::Artifact;
-pub use contents::{Calibrated, Contents};
 pub use error::{ArtifactError, Fault};
+pub use files::{Calibrated, Contents};
 pub use launch_map::{LaunchMap, LaunchMapError, LaunchOffset};
 pub use manifest::{
     FileHash, InputFile, Logged, Manifest, Moved, Provenance, StageRecord, TrainedRegion,

@@ -28,7 +28,7 @@ pub(crate) fn load(dir: &Path, version: &str) -> Result<Artifact, ArtifactError>
     load_with(dir, version, &bytes).map_err(|fault| fault.of(version))
 }
 
-/// The same, after checking that this key signed it, and the count of its signature. Nothing of a version is looked at
+/// A version, checked, and the count of its signature, after checking that this key signed it. Nothing of a version is looked at
 /// before its signature holds.
 pub(crate) fn load_trusted(
     dir: &Path,

@@ -238,7 +238,7 @@ fn arc(mut bearings: Vec<f64>) -> Option<Interval> {
 const UNSEALED: &str = "0000000000000000000000000000000000000000000000000000000000000000";
 
 impl Manifest {
-    /// The same, with its own hash.
+    /// This manifest with its own hash.
     pub(crate) fn sealed(self) -> Self {
         let mut sealed = Self {
             sha256: UNSEALED.into(),

@@ -35,38 +35,24 @@ pub struct Network {
 
 /// Why weights were not accepted. Texts complete "failed to …".
 #[derive(Debug, thiserror::Error)]
+#[expect(missing_docs, reason = "each text says what is wrong")]
 pub enum NetworkError {
-    /// The bytes are no safetensors file.
     #[error(
         "read the residual's weights: not a whole safetensors file ({0}); restore the file or train again"
     )]
     Format(#[source] SafeTensorError),
-    /// The file holds other tensors than a residual model has.
     #[error(
         "read the residual's weights: the file holds [{found}] where [{expected}] must be; was it written by another program?"
     )]
-    Names {
-        /// Names in the file, sorted.
-        found: String,
-        /// Names that must be there, sorted.
-        expected: String,
-    },
-    /// A tensor of another type or shape.
+    Names { found: String, expected: String },
     #[error("read the residual's weights: `{name}` is {found}, it must be {expected}")]
     Shape {
-        /// Tensor.
         name: String,
-        /// Type and shape in the file.
         found: String,
-        /// Type and shape that it must have.
         expected: String,
     },
-    /// A weight is NaN or infinite.
     #[error("read the residual's weights: `{name}` holds a number that is not finite; train again")]
-    NotFinite {
-        /// Tensor.
-        name: String,
-    },
+    NotFinite { name: String },
 }
 
 impl Network {
@@ -165,7 +151,7 @@ impl Network {
 }
 
 impl Network {
-    /// The same network, whose every answer is this share of what it was: the last layer is scaled.
+    /// This network, whose every answer is this share of what it was: the last layer is scaled.
     pub fn scaled(&self, share: f64) -> Result<Self, NetworkError> {
         let mut layers = self.layers.clone();
         let last = &mut layers[LAYERS - 1];

@@ -38,7 +38,7 @@ impl Store {
         }
     }
 
-    /// The same, signing what it puts to use.
+    /// This store, signing what it puts to use.
     pub fn signed_by(self, signer: Arc<dyn Signer>) -> Self {
         Self {
             signer: Some(signer),

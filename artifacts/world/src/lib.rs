@@ -7,24 +7,17 @@
 //! Nothing here depends on logs, tables, files of a run, or the artifact store.
 
 mod base;
-mod contact_duration;
-mod delivery;
 pub mod effects;
 mod engine;
 mod error;
-mod grip;
 mod impact;
 pub mod launch;
-mod measured;
 mod parameter;
 pub mod planar;
 mod profile;
-mod range;
 mod recent;
 mod record;
-mod release;
 mod releases;
-mod restitution;
 mod scene;
 mod search;
 mod shift;
@@ -37,20 +30,17 @@ mod worker;
 mod world;
 
 pub use base::Base;
-pub use delivery::{AsCommanded, Delivery};
 pub use effects::AddedEffect;
 pub use engine::mujoco_version;
 pub use error::WorldError;
-pub use impact::Impact;
-pub use measured::Estimate;
-pub use parameter::{PARAMETERS, ParameterSpec, parameter};
+pub use impact::{AsCommanded, Delivery, Impact, contact_solref};
+pub use parameter::{Estimate, PARAMETERS, ParameterSpec, parameter};
 pub use profile::Profile;
 pub use recent::{
     BetweenSessions, Filter, MeanSquare, Observation, Observer, Session, TableChanged, Varies,
 };
 pub use record::Simulated;
-pub use release::Release;
-pub use restitution::contact_solref;
+pub use releases::Release;
 pub use scene::mjcf;
 pub use shift::Shift;
 pub use simulator::{Simulator, Steps};

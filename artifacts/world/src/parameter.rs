@@ -1,4 +1,6 @@
-//! The parameters of the MuJoCo world that identification can free: the paper's list (section 3.3).
+//! Parameters and their values: those of the MuJoCo world that identification can free (the paper's list, section 3.3), ranges, estimates.
+
+use serde::{Deserialize, Serialize};
 
 use crate::WorldError;
 
@@ -105,4 +107,59 @@ pub fn parameter(name: &str) -> Result<&'static ParameterSpec, WorldError> {
                 known: names.join(", "),
             }
         })
+}
+
+/// A finite value within its range, or an error that says so.
+pub(crate) fn in_range(
+    name: &str,
+    value: f64,
+    low: f64,
+    high: f64,
+    unit: &'static str,
+) -> Result<(), WorldError> {
+    if low <= value && value <= high {
+        Ok(())
+    } else {
+        Err(WorldError::OutOfRange {
+            name: name.into(),
+            value,
+            low,
+            high,
+            unit,
+        })
+    }
+}
+
+/// A value and its 95 % interval; a value that was not identified has none.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Estimate {
+    /// The value.
+    pub value: f64,
+    /// Lower end of the 95 % interval.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub low: Option<f64>,
+    /// Upper end of the 95 % interval.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub high: Option<f64>,
+}
+
+impl Estimate {
+    /// A value that was taken, not measured.
+    pub fn fixed(value: f64) -> Self {
+        Self {
+            value,
+            low: None,
+            high: None,
+        }
+    }
+
+    /// A value with its 95 % interval.
+    pub fn with_interval(value: f64, low: f64, high: f64) -> Self {
+        Self {
+            value,
+            low: Some(low),
+            high: Some(high),
+        }
+    }
 }

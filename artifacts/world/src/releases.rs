@@ -4,14 +4,10 @@
 //! changes little, so MuJoCo's impact at a few speeds and angles serves all strikes, by cubic interpolation. An entry depends
 //! on its place only: which strike asked first, and on which thread, changes no bit.
 
-use std::{
-    collections::BTreeMap,
-    sync::{PoisonError, RwLock},
-};
+use std::collections::BTreeMap;
+use std::sync::{PoisonError, RwLock};
 
-use values::Interval;
-
-use crate::release::Scaled;
+use values::{Command, Interval, Point};
 
 /// Steps of the table: logarithm of the speed, and rad.
 pub(crate) const STEPS: [f64; 2] = [0.3, 0.04];
@@ -60,6 +56,50 @@ pub(crate) fn cubic(at: f64, range: Interval, step: f64) -> Option<[(i64, f64); 
         });
         (place, weight)
     }))
+}
+
+/// The object as it leaves the tip, in the frame of the impact: x along the tip's velocity, y to its left, the object at rest
+/// in the origin.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Release {
+    /// Seconds since touch.
+    pub time: f64,
+    /// Position of the object in m.
+    pub position: Point,
+    /// Its velocity in m/s.
+    pub velocity: Point,
+    /// Its rate of turning in rad/s.
+    pub spin: f64,
+}
+
+/// What varies of a release from impact to impact: time, position and velocity in the frame of the impact, spin; positions per m,
+/// velocities and spin per m/s of the tip's speed.
+pub(crate) type Scaled = [f64; 6];
+
+impl Release {
+    /// By the tip's speed in m/s.
+    pub(crate) fn scaled(&self, speed: f64) -> Scaled {
+        [
+            self.time,
+            self.position.x,
+            self.position.y,
+            self.velocity.x / speed,
+            self.velocity.y / speed,
+            self.spin / speed,
+        ]
+    }
+
+    /// After an impact with this command, on the table.
+    pub(crate) fn of(scaled: Scaled, command: Command) -> Self {
+        let [time, x, y, vx, vy, spin] = scaled;
+        let Command { speed, angle } = command;
+        Self {
+            time,
+            position: Point::new(x, y).rotated(angle),
+            velocity: Point::new(vx, vy).rotated(angle) * speed,
+            spin: spin * speed,
+        }
+    }
 }
 
 #[cfg(test)]

@@ -6,9 +6,9 @@ use values::{Command, Conditions, Point, Rig, Shape, Solid};
 
 use crate::{
     Base, Delivery, GRAVITY, Impact, Profile, Shift, World, WorldError,
-    contact_duration::ContactDuration,
     effects::{self, Effect},
     engine::{Engine, Scene, TableContact},
+    impact::ContactDuration,
     planar::{self, Planar},
     releases::Releases,
     scene,
@@ -64,7 +64,7 @@ impl Simulator {
         Self::with_steps(rig, world, Steps::default())
     }
 
-    /// The same with other step lengths.
+    /// Compiles a world for a rig, with other step lengths than the usual ones.
     pub fn with_steps(rig: &Rig, world: &World, steps: Steps) -> Result<Self, WorldError> {
         world.check()?;
         let scene = Scene::compile(&scene::mjcf(rig, world)?, rig.object.mass * GRAVITY)?;
@@ -91,7 +91,7 @@ impl Simulator {
         })
     }
 
-    /// The same world, whose arm delivers what this correction says.
+    /// This world, whose arm delivers what this correction says.
     pub fn with_delivery(self, delivery: Arc<dyn Delivery>) -> Self {
         Self {
             delivery: Some(delivery),
@@ -99,12 +99,12 @@ impl Simulator {
         }
     }
 
-    /// The same world on a table that differs so from the world's own, whatever it differed by before. What is compiled is shared.
+    /// This world on a table that differs so from the world's own, whatever it differed by before. What is compiled is shared.
     pub fn shifted(&self, shift: Shift) -> Self {
         self.on(self.own, shift)
     }
 
-    /// The same on the table as it was when the world was identified.
+    /// This world on the table as it was when the world was identified.
     pub fn as_identified(&self) -> Self {
         self.on(Shift::default(), Shift::default())
     }

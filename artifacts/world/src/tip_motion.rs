@@ -2,7 +2,7 @@
 
 use values::{Point, Shape};
 
-use crate::{GRAVITY, Profile, Simulator, engine::Engine, grip::Grip};
+use crate::{GRAVITY, Profile, Simulator, engine::Engine, impact::Grip};
 
 /// How long the tip holds its speed after touch, in contact times.
 const HELD: f64 = 2.0;

@@ -12,7 +12,7 @@ use crate::{
     Estimate, PARAMETERS, Shift, WorldError,
     effects::{self, AddedEffect, Parameters, Population, UNKNOWN},
     parameter,
-    range::in_range,
+    parameter::in_range,
 };
 
 /// The model of a set-up: parameters, launch scatter, and the effects added to it.
@@ -171,7 +171,7 @@ impl World {
             .collect()
     }
 
-    /// The same world as if it had never seen a session: there, what differs by session has its mean over the others. To be asked
+    /// This world as if it had never seen a session: there, what differs by session has its mean over the others. To be asked
     /// about that session alone, for relative changes of the others are then taken from another mean.
     pub fn without_session(mut self, session: &str) -> Self {
         for added in &mut self.effects {
@@ -198,7 +198,7 @@ impl World {
         self
     }
 
-    /// The same world with what its effects by session say of the population they are drawn from.
+    /// This world with what its effects by session say of the population they are drawn from.
     pub fn with_populations(mut self) -> Self {
         self.sessions.clear();
         for added in &self.effects {
@@ -211,7 +211,7 @@ impl World {
         self
     }
 
-    /// The same world with one parameter set to a value, without an interval.
+    /// This world with one parameter set to a value, without an interval.
     pub fn with(mut self, name: &str, value: f64) -> Self {
         self.parameters.insert(name.into(), Estimate::fixed(value));
         self

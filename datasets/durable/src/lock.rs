@@ -34,7 +34,7 @@ impl Lock {
         Self::take(path, File::try_lock)
     }
 
-    /// The same beside others that share it: no one acquires it meanwhile.
+    /// Shares the lock with others that share it: no one acquires it meanwhile.
     pub fn share(path: &Path) -> Result<Self, LockError> {
         Self::take(path, File::try_lock_shared)
     }

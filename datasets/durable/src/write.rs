@@ -71,7 +71,7 @@ pub fn write<E: From<Error>>(
     write_as("", path, fill)
 }
 
-/// The same where others may write that file at the same time: `writer` is a name that none of them has. Each writes aside under a name of its
+/// Writes a file that others may write at the same time: `writer` is a name that none of them has. Each writes aside under a name of its
 /// own, and the last one's file stays.
 pub fn write_as<E: From<Error>>(
     writer: &str,

@@ -5,7 +5,6 @@ mod message;
 mod protobuf;
 mod ros;
 mod ros_schema;
-mod schema;
 
 use values::FieldTopic;
 
@@ -13,8 +12,7 @@ use self::message::Raw;
 use crate::LogError;
 use crate::path::{FieldTree, Leaf};
 
-pub use self::message::{DecodeError, Fields, MOST_MORE, More};
-pub use self::schema::SchemaText;
+pub use self::message::{DecodeError, Fields, MOST_MORE, More, SchemaText};
 
 /// Decodes the messages of one channel.
 #[derive(Debug)]
@@ -42,7 +40,7 @@ impl Decoder {
         Self::compile_exactly(message_encoding, schema, topic, &[])
     }
 
-    /// The same with the paths of further numbers (at most [`MOST_MORE`] are read) and of a text. They may be absent: what a schema lacks
+    /// Compiles the plan with the paths of further numbers (at most [`MOST_MORE`] are read) and of a text. They may be absent: what a schema lacks
     /// is left out.
     pub fn compile_with(
         message_encoding: &str,
@@ -105,7 +103,7 @@ impl Decoder {
         self.decode_with(data).map(|(fields, ..)| fields)
     }
 
-    /// The same with the further numbers that were asked for, and the text.
+    /// Reads the fields of one message, the further numbers that were asked for, and the text.
     pub fn decode_with(&self, data: &[u8]) -> Result<(Fields, More, Option<String>), DecodeError> {
         let mut raw = Raw::default();
         match &self.plan {

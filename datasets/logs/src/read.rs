@@ -5,14 +5,12 @@
 
 mod bag;
 mod chunk;
-mod damage;
 mod event;
 mod raw;
 mod records;
 mod request;
 #[cfg(feature = "sqlite")]
 mod sqlite;
-mod summary;
 mod topics;
 
 use std::io::{Read, Seek};
@@ -22,11 +20,9 @@ use self::topics::Topics;
 use crate::LogError;
 
 pub use self::bag::{bag_files, hash, is_log};
-pub use self::damage::{Damage, Extent};
-pub use self::event::{Event, Sample};
+pub use self::event::{Damage, Event, Extent, Sample, Summary, TopicCount};
 pub use self::raw::{RawChannel, RawMessage, RawSummary, SeenChannel, read_raw};
 pub use self::request::{Limits, TopicRequest};
-pub use self::summary::{Summary, TopicCount};
 
 /// Reads the wanted topics of a log: a file (MCAP, or rosbag2's SQLite, either packed by zstd as a whole), or the folder of a
 /// rosbag2 recording, whose files are read as one.

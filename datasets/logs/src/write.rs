@@ -3,12 +3,10 @@
 //! The same writer serves the embedded rig and the executor, so that whatever strikes, the next run can ingest it.
 //! Nothing here reads a clock: every stamp is passed in, and the same samples give the same bytes.
 
-mod cdr;
 mod copy;
 mod form;
 mod lineage;
 mod messages;
-mod samples;
 
 use std::collections::{BTreeMap, HashMap};
 use std::fs::File;
@@ -28,7 +26,7 @@ pub(crate) use messages::known_definition;
 
 pub use copy::CopyWriter;
 pub use lineage::{Lineage, lineages};
-pub use samples::{Samples, Stamped, StateSample};
+pub use messages::{Samples, Stamped, StateSample};
 
 /// A message that was received as it is.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -90,7 +88,7 @@ impl RecordingWriter<BufWriter<File>> {
         Self::new(create(path)?, topics)
     }
 
-    /// The same without a topic of centroids: the object's place is in poses.
+    /// Creates a log without a topic of centroids: the object's place is in poses.
     pub fn create_without_centroids(path: &Path, topics: &Topics) -> Result<Self, WriteError> {
         Self::beside_received(create(path)?, topics)
     }
@@ -114,7 +112,7 @@ impl<W: Write + Seek> RecordingWriter<W> {
         Ok(writer)
     }
 
-    /// The same where the object's place is in messages that are received: no topic of centroids is made for it.
+    /// A writer of a log in which the object's place is in messages that are received: no topic of centroids is made for it.
     pub fn beside_received(sink: W, topics: &Topics) -> Result<Self, WriteError> {
         let mut writer = Self::start(sink, topics)?;
         writer.channel(Kind::Command)?;
@@ -138,12 +136,12 @@ impl<W: Write + Seek> RecordingWriter<W> {
         self.write_with(samples, &[])
     }
 
-    /// The same with poses in place of centroids: `yaws` (rad) is how the object is turned at each of them. Without yaws, centroids.
+    /// Writes samples with poses in place of centroids: `yaws` (rad) is how the object is turned at each of them. Without yaws, centroids.
     pub fn write_turned(&mut self, samples: &Samples, yaws: &[f64]) -> Result<(), WriteError> {
         self.merge(samples, yaws, &[])
     }
 
-    /// The same, and messages that were received meanwhile (in order of time), each with its own channel and schema.
+    /// Writes samples, and messages that were received meanwhile (in order of time), each with its own channel and schema.
     pub fn write_with(
         &mut self,
         samples: &Samples,

@@ -1,8 +1,6 @@
-//! Pictures as files.
+//! Pictures, and pictures as files.
 
 use jpeg_encoder::{ChromaSubsamplingMethod, ColorType, Encoder, SamplingFactor};
-
-use crate::Picture;
 
 /// Why a picture could not be encoded.
 #[derive(Debug, thiserror::Error)]
@@ -52,4 +50,15 @@ impl Picture {
             why: why.to_string(),
         }
     }
+}
+
+/// What a camera gives.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Picture {
+    /// Pixels in a row.
+    pub width: usize,
+    /// Rows.
+    pub height: usize,
+    /// Three bytes a pixel, rows from the top.
+    pub rgb: Vec<u8>,
 }

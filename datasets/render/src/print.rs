@@ -2,7 +2,7 @@
 
 use crate::light::byte;
 use crate::noise::{bells, noisy};
-use crate::rays::Rays;
+use crate::optics::Rays;
 use crate::{Optics, Picture};
 
 impl Picture {

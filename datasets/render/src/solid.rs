@@ -1,6 +1,4 @@
-//! Rays against solids.
-
-use crate::Moment;
+//! Where an object is, and rays against solids.
 
 /// An object's form, standing on the table.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -152,4 +150,15 @@ fn slab(half: [f64; 3], from: [f64; 3], ray: [f64; 3]) -> Option<Hit> {
         normal,
         face,
     })
+}
+
+/// Where an object is: its centre on the table (m) and its yaw (rad).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Moment {
+    /// Along x, in m.
+    pub x: f64,
+    /// Along y, in m.
+    pub y: f64,
+    /// Yaw in rad.
+    pub yaw: f64,
 }

@@ -24,7 +24,7 @@ pub struct AirTable {
     pub tilt: Point,
     /// Speed of parting over speed of approach, of puck and mallet.
     pub restitution: f64,
-    /// The same of puck and wall.
+    /// Restitution of puck and wall.
     pub wall_restitution: f64,
     /// Draws everything random.
     pub seed: u64,

@@ -152,7 +152,7 @@ impl Sim {
         self.strike_lying(initial, self.next_true_yaw(), command)
     }
 
-    /// The same with an object that the camera sees turned by `yaw` (rad).
+    /// Strikes an object that the camera sees turned by `yaw` (rad).
     pub fn strike_turned(&mut self, initial: Point, yaw: f64, command: Command) -> Recording {
         let turned = self.prepared.truth.see_yaw(initial, yaw, self.index) - yaw;
         self.strike_lying(initial, yaw - turned, command)

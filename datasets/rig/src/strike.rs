@@ -78,7 +78,7 @@ impl PreparedRig {
         self.strike_aside(from, delivered, 0.0, index, friction_factor)
     }
 
-    /// The same by a tip whose line passes so far (m) to the left of the object's centre.
+    /// One strike by a tip whose line passes so far (m) to the left of the object's centre.
     pub(crate) fn strike_aside(
         &self,
         from: impl Into<Lying>,

@@ -43,7 +43,7 @@ impl<'a> Surface<'a> {
         }
     }
 
-    /// The same with fences on it.
+    /// This surface with fences on it.
     pub(crate) fn with_fences(self, fences: &'a [FenceTruth]) -> Self {
         Self { fences, ..self }
     }

@@ -182,7 +182,7 @@ impl Truth {
         serde_json::to_string_pretty(self).expect("a truth is plain data")
     }
 
-    /// The same truth before it struck.
+    /// This truth before it struck.
     pub(crate) fn without_strikes(&self) -> Self {
         Self {
             rig: self.rig.clone(),

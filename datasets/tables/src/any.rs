@@ -8,11 +8,8 @@ use arrow::array::types::{Float64Type, UInt32Type};
 use crate::TableError;
 use crate::layout::{Kind, Table};
 use crate::read::{Batch, read};
-use crate::rejects::REJECTS;
-use crate::residuals::RESIDUALS;
-use crate::slides::SLIDES;
-use crate::solutions::SOLUTIONS;
-use crate::strikes::{STRIKES, TRACKS};
+use crate::solutions::{RESIDUALS, SOLUTIONS};
+use crate::strikes::{REJECTS, SLIDES, STRIKES, TRACKS};
 
 /// One cell.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -83,7 +83,7 @@ impl<const N: usize> Table<N> {
 }
 
 impl Column {
-    /// The same column, of which rows may lack a value.
+    /// This column, of which rows may lack a value.
     pub const fn or_null(self) -> Self {
         Self {
             nullable: true,

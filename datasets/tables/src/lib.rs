@@ -10,9 +10,6 @@ mod error;
 mod layout;
 mod lerobot;
 mod read;
-mod rejects;
-mod residuals;
-mod slides;
 mod solutions;
 mod strikes;
 mod write;
@@ -21,8 +18,10 @@ pub use any::{Reader, Value, read_all};
 pub use error::TableError;
 pub use layout::SCHEMA_VERSION;
 pub use lerobot::{Episode, write_lerobot};
-pub use rejects::{read_rejects, write_rejects};
-pub use residuals::{read_residuals, write_residuals};
-pub use slides::write_slides;
-pub use solutions::{SolutionRow, read_solutions, write_solutions};
-pub use strikes::{read_strikes, stream_strikes, strikes_as_arrow, tracks_as_arrow, write_strikes};
+pub use solutions::{
+    SolutionRow, read_residuals, read_solutions, write_residuals, write_solutions,
+};
+pub use strikes::{
+    read_rejects, read_strikes, stream_strikes, strikes_as_arrow, tracks_as_arrow, write_rejects,
+    write_slides, write_strikes,
+};

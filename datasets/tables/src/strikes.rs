@@ -1,4 +1,4 @@
-//! `strikes.parquet` and `tracks.parquet`: a row a strike, and a row a frame.
+//! What is read of logs: `strikes.parquet` and `rejects.parquet`, a row a strike; `tracks.parquet` and `slides.parquet`, a row a frame.
 
 use std::borrow::Borrow;
 use std::collections::HashMap;
@@ -6,12 +6,17 @@ use std::path::Path;
 
 use arrow::array::RecordBatch;
 use arrow::datatypes::SchemaRef;
-use values::{Command, Conditions, Delivered, End, Point, Split, Strike, Track, Yaw};
+use serde::Deserialize;
+use serde::de::IntoDeserializer;
+use serde::de::value::Error as NameError;
+use values::{
+    Command, Conditions, Delivered, End, Point, Reject, RejectReason, Split, Strike, Track, Yaw,
+};
 
 use crate::TableError;
 use crate::layout::{Table, count, real, text};
 use crate::read::{Batch, read, read_whole};
-use crate::write::{Cell, write_with};
+use crate::write::{Cell, write, write_with};
 
 /// The columns of the public interface, `order`, and what else is known of a strike where the arm's state or the object's yaw was
 /// logged: null where it was not. Where `end` is not `rest` there is no stop, and no path. `moving` is the velocity that the object had before, null where it rested. `contact` is on the track's clock; `pushed_again` is 1 where the arm reached the object again.
@@ -271,4 +276,83 @@ fn delivered(batch: &Batch, row: usize) -> Option<Delivered> {
 pub(crate) fn split(batch: &Batch, row: usize) -> Result<Split, TableError> {
     let name = batch.text("split").value(row);
     Split::from_name(name).ok_or_else(|| batch.wrong(row, format!("there is no split `{name}`")))
+}
+
+/// `t_start` is the stamp of a slide's first frame, `t` the time since. `end` is a track's, as in `strikes.parquet`.
+pub(crate) const SLIDES: Table<7> = Table {
+    name: "slides",
+    columns: [
+        text("slide_id"),
+        text("log"),
+        real("t_start", "s"),
+        text("end"),
+        real("t", "s"),
+        real("x", "m"),
+        real("y", "m"),
+    ],
+};
+
+/// Writes the table of these slides, in their order.
+pub fn write_slides(dir: &Path, slides: &[Strike]) -> Result<(), TableError> {
+    let rows = slides.iter().flat_map(|slide| {
+        (0..slide.track.len()).map(|frame| {
+            let at = slide.track.point(frame);
+            [
+                Cell::Text(&slide.id),
+                Cell::Text(&slide.log),
+                Cell::Real(slide.t_start),
+                Cell::Text(slide.track.end.name()),
+                Cell::Real(slide.track.t[frame]),
+                Cell::Real(at.x),
+                Cell::Real(at.y),
+            ]
+        })
+    });
+    write(dir, &SLIDES, rows)
+}
+
+pub(crate) const REJECTS: Table<5> = Table {
+    name: "rejects",
+    columns: [
+        text("log"),
+        count("index"),
+        real("t_start", "s"),
+        text("reason"),
+        text("detail"),
+    ],
+};
+
+/// Writes the table of these rejects, in their order.
+pub fn write_rejects(dir: &Path, rejects: &[Reject]) -> Result<(), TableError> {
+    let rows = rejects.iter().map(|reject| {
+        [
+            Cell::Text(&reject.log),
+            Cell::Count(reject.index),
+            Cell::Real(reject.t_start),
+            Cell::Text(reject.reason.name()),
+            Cell::Text(&reject.detail),
+        ]
+    });
+    write(dir, &REJECTS, rows)
+}
+
+/// Reads the table, in the order written.
+pub fn read_rejects(dir: &Path) -> Result<Vec<Reject>, TableError> {
+    let mut rejects = Vec::new();
+    for batch in read(dir, &REJECTS)? {
+        let batch = batch?;
+        for row in batch.rows() {
+            let reason = batch.text("reason").value(row).into_deserializer();
+            let reason = RejectReason::deserialize(reason)
+                .map_err(|error: NameError| batch.wrong(row, error.to_string()))?;
+            rejects.push(Reject {
+                log: batch.text("log").value(row).to_string(),
+                index: batch.count("index")[row],
+                t_start: batch.real("t_start")[row],
+                reason,
+                detail: batch.text("detail").value(row).to_string(),
+            });
+        }
+    }
+    Ok(rejects)
 }

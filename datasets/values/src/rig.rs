@@ -5,7 +5,6 @@ mod check;
 mod demo;
 mod error;
 mod file;
-mod frames;
 mod keys;
 mod object;
 mod robot;
@@ -18,11 +17,10 @@ use serde::{Deserialize, Serialize};
 
 pub use camera::{Camera, StampMark};
 pub use error::RigError;
-pub use frames::{CommandFrame, Frames};
 pub use object::{Colour, Marker, Object, Shape, Solid, Striker, Tip};
 pub use robot::{Obstacle, Robot};
 pub use table::{Fence, Table};
-pub use topics::{FieldTopic, ImageTopic, PoseTopic, StateTopic, Topics};
+pub use topics::{CommandFrame, FieldTopic, Frames, ImageTopic, PoseTopic, StateTopic, Topics};
 
 /// What is known of the set-up; `rig.toml`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -96,10 +96,6 @@ impl End {
             .find(|end| end.name() == name)
     }
 
-    #[expect(
-        clippy::trivially_copy_pass_by_ref,
-        reason = "serde passes a reference"
-    )]
     fn is_rest(&self) -> bool {
         *self == Self::Rest
     }
@@ -189,7 +185,7 @@ impl Strike {
         }
     }
 
-    /// The same strike as one of all logs' strikes: its rank among them, and how its object was turned, complete its conditions.
+    /// This strike as one of all logs' strikes: its rank among them, and how its object was turned, complete its conditions.
     pub fn among_all(mut self, order: u32) -> Self {
         self.conditions.order = order.into();
         self.conditions.yaw = self.track.yaw.as_ref().map(|yaw| yaw.initial);

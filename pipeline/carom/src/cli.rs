@@ -8,7 +8,7 @@ use crate::commands::{
     artifacts, camera, check, collect, dataset, demo, key, nightly, predict, query, rebuild,
     report, rig, run, score, shell, status, step, track, trial, view, work,
 };
-use crate::output::Output;
+use crate::error::Output;
 use crate::pipeline::Step;
 
 const EXIT_CODES: &str = "\

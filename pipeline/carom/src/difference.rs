@@ -12,7 +12,7 @@ use values::{Interval, Point, StopErrors};
 use world::{AddedEffect, Estimate, World};
 
 use crate::Error;
-use crate::output::to_json;
+use crate::error::to_json;
 use crate::summary::diagnosis::to_two_figures_of;
 
 /// Targets along each of distance and bearing whose commands are compared.

@@ -1,8 +1,9 @@
-//! What can go wrong, and how it ended.
+//! How a command ends: what it has to print, or what went wrong.
 
 use std::error::Error as StdError;
 use std::path::Path;
 
+use serde_json::Value;
 use stage::{RunError, StageError};
 use tables::TableError;
 
@@ -98,4 +99,31 @@ pub enum Outcome {
     Refused = 4,
     /// Another run works there; try again.
     Busy = 75,
+}
+
+/// A command's result, for machines and for people; `main` prints one of the two.
+#[derive(Debug)]
+pub struct Output {
+    /// How the command ended.
+    pub outcome: Outcome,
+    /// For `--json`.
+    pub json: Value,
+    /// For people, ending in a line break.
+    pub text: String,
+}
+
+impl Output {
+    /// Done, with nothing to complain of.
+    pub fn done(json: Value, text: String) -> Self {
+        Self {
+            outcome: Outcome::Done,
+            json,
+            text,
+        }
+    }
+}
+
+/// A result for machines.
+pub fn to_json<T: serde::Serialize>(value: &T) -> Result<Value, Error> {
+    serde_json::to_value(value).map_err(Error::failed)
 }

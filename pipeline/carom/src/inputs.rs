@@ -55,7 +55,7 @@ impl Inputs {
         })
     }
 
-    /// The same, with the logs that lie now where they were named.
+    /// These inputs, with the logs that lie now where they were named.
     pub fn again(self) -> Result<Self, Error> {
         let named = if self.named.is_empty() {
             &self.logs
@@ -68,7 +68,7 @@ impl Inputs {
         })
     }
 
-    /// The same without the logs of these names.
+    /// These inputs without the logs of these names.
     pub fn without(&self, names: &[String]) -> Self {
         let is_named = |path: &PathBuf| {
             let name = path.file_name().unwrap_or_default().to_string_lossy();

@@ -14,10 +14,8 @@ mod growth;
 mod inputs;
 mod left_out;
 mod naming;
-mod new_file;
 mod nightly;
 mod noise;
-mod output;
 mod outputs;
 mod pipeline;
 mod program;
@@ -38,6 +36,5 @@ mod view;
 mod words;
 
 pub use cli::{Cli, about, execute};
-pub use error::{Error, Outcome};
-pub use output::Output;
+pub use error::{Error, Outcome, Output};
 pub use program::program;

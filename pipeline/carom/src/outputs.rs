@@ -1,10 +1,12 @@
-//! The files that a run leaves in its folder (contract, section 4).
+//! Files that are written: those that a run leaves in its folder (contract, section 4), and new ones that take no other's place.
 //!
 //! `world.toml`, `solutions.parquet` and `residuals.parquet` are those of the world that will be used: the one with effects
 //! where they are named, and then `world_sysid.toml` is the plain one.
 
 use std::fs;
-use std::io::ErrorKind;
+use std::fs::OpenOptions;
+use std::io::{ErrorKind, Write};
+use std::os::unix::fs::OpenOptionsExt;
 use std::path::Path;
 
 use diagnose::Diagnosis;
@@ -106,6 +108,27 @@ fn solution_rows(strikes: &[Strike], solved: &[(usize, Solved)]) -> Vec<Solution
         status: solution.status.name().into(),
     })
     .collect()
+}
+
+/// Permissions of an ordinary file, before the user's mask.
+pub const ORDINARY: u32 = 0o666;
+
+/// Writes a file that must not be there yet, with these permissions; it is on disk when this returns.
+pub fn write_new(path: &Path, mode: u32, bytes: &[u8]) -> Result<(), Error> {
+    let created = OpenOptions::new()
+        .write(true)
+        .create_new(true)
+        .mode(mode)
+        .open(path);
+    let mut file = created.map_err(|error| {
+        let help = match error.kind() {
+            ErrorKind::AlreadyExists => "nothing is overwritten, name another file",
+            _ => "name a file in a folder that is there and may be written to",
+        };
+        Error::input(format!("create {}: {error}; {help}", path.display()))
+    })?;
+    let written = file.write_all(bytes).and_then(|()| file.sync_all());
+    written.map_err(|error| Error::failed(format!("write {}: {error}", path.display())))
 }
 
 #[cfg(test)]

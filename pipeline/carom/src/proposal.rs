@@ -396,7 +396,6 @@ fn samples(log: &Path, topic: &FieldTopic) -> Option<(Vec<Sample>, bool)> {
 /// Messages a second, by the middle interval.
 fn rate(samples: &[Sample]) -> Option<f64> {
     let intervals = samples.windows(2).map(|pair| {
-        #[expect(clippy::cast_precision_loss, reason = "seconds between frames")]
         let nanoseconds = (pair[1].stamp - pair[0].stamp) as f64;
         1e-9 * nanoseconds
     });

@@ -158,7 +158,7 @@ impl Worlds {
         std::iter::once((Model::Sysid, &self.sysid)).chain(effect)
     }
 
-    /// The same, to be changed.
+    /// The worlds, the plainer first, to be changed.
     pub fn each_mut(&mut self) -> impl Iterator<Item = &mut WorldResults> {
         std::iter::once(&mut self.sysid).chain(&mut self.effect)
     }

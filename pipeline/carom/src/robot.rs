@@ -119,7 +119,7 @@ impl Table {
         }
     }
 
-    /// The same after so many strikes.
+    /// This robot after so many strikes.
     pub fn after(self, strikes: usize) -> Self {
         match self {
             Self::Rig(sim) => Self::Rig(Box::new(sim.after(strikes))),
@@ -130,7 +130,7 @@ impl Table {
         }
     }
 
-    /// The same in another session.
+    /// This robot in another session.
     pub fn in_session(self, session: usize) -> Self {
         match self {
             Self::Rig(sim) => Self::Rig(Box::new(sim.in_session(session))),

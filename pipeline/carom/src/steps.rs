@@ -9,9 +9,8 @@ use store::Store;
 use sysid::SysidError;
 
 use crate::args::Global;
-use crate::error::Outcome;
+use crate::error::{Outcome, Output};
 use crate::inputs::Inputs;
-use crate::output::Output;
 use crate::pipeline::{Step, pipeline};
 use crate::results::Worlds;
 use crate::{Error, outputs, publishing, report, summary, tracking};

@@ -9,9 +9,8 @@ use logs::Sample;
 use serde::{Deserialize, Serialize};
 use values::{Command, Delivered, Point, Rig, Track};
 
-use crate::order::Stamped;
+use crate::order::{Stamped, since};
 use crate::robust::median;
-use crate::time::since;
 
 /// One measured state of the tip.
 #[derive(Clone, Copy, Debug)]
@@ -149,7 +148,7 @@ pub(crate) fn delay(
     )
 }
 
-/// The same of an object at rest at `initial` (m) that began to move so many seconds after a stamp.
+/// The delay of an object at rest at `initial` (m) that began to move so many seconds after a stamp.
 pub(crate) fn touch_delay(
     states: &[State],
     initial: Point,
@@ -194,7 +193,6 @@ pub(crate) fn meeting(states: &[State], context: &LaunchContext<'_>) -> Option<M
 
 /// The moment of contact in s on the track's clock: where a line through the first frames' distances meets the resting place,
 /// but between the last frame at rest and a little after first motion.
-#[expect(clippy::cast_precision_loss, reason = "a handful of frames")]
 fn contact(context: &LaunchContext<'_>) -> f64 {
     /// A slide is straight enough for a line over this time, in s, or over as many frames.
     const LINE: f64 = 0.07;

@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 use values::{Point, Rig};
 
 use crate::arm::State;
-use crate::time::since;
+use crate::order::since;
 
 /// A moving object that was turned round.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -197,7 +197,6 @@ impl Breaks {
         let t = (-apart.dot(impulse) / impulse.dot(impulse))
             .clamp(before[before.len() - 1].0, after[0].0);
         let misfit = one.misfit + other.misfit + one.at(t).distance(other.at(t));
-        #[expect(clippy::cast_possible_truncation, reason = "within a few frames")]
         let found = Break {
             stamp: first.saturating_add((1e9 * t) as i64),
             first,
@@ -343,7 +342,6 @@ impl Touch {
 
     /// The tip where it was when the object was pushed, which a camera that lies this behind (s) told at this stamp.
     pub(crate) fn earlier(&self, stamp: i64, delay: f64) -> Self {
-        #[expect(clippy::cast_possible_truncation, reason = "some milliseconds")]
         let stamp = stamp.saturating_sub((1e9 * delay) as i64);
         Self::at(&self.states, stamp)
     }
@@ -388,7 +386,6 @@ struct Straight {
 }
 
 impl Straight {
-    #[expect(clippy::cast_precision_loss, reason = "a few dozen frames")]
     fn through(frames: &[(f64, Point)]) -> Option<Self> {
         if frames.len() < FRAMES {
             return None;

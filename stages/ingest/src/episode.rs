@@ -1,14 +1,18 @@
-//! The stream of commands cut into episodes: in each the commanded speed rises from rest and falls back.
+//! The stream of commands cut into episodes, in each of which the commanded speed rises from rest and falls back; how they wait for
+//! centroids, and what a cut log leaves of them.
+
+use std::collections::VecDeque;
 
 use logs::Sample;
 use values::{Point, RejectReason, Rig};
 
+use crate::identity::AFTER;
+use crate::order::{seconds, since};
 use crate::rejection::Rejection;
-use crate::time::since;
 
 /// Below this part of the robot's slowest strike the arm is idle.
 const IDLE: f64 = 0.05;
-/// The same where the speed is measured: an arm that is held still quivers.
+/// Part of that speed below which an arm is idle where its speed is measured: an arm that is held still quivers.
 const IDLE_MEASURED: f64 = 0.25;
 /// The arm is idle again when it was so this long, in ns: a single zero within a strike does not end it.
 const IDLE_TIME: i64 = 100_000_000;
@@ -182,6 +186,104 @@ impl Episodes {
         self.idle.clear();
         self.against = 0;
         self.current.take()
+    }
+}
+
+/// Why no more samples that belong to the present ones will come.
+pub(crate) enum EndOfData {
+    /// The log ends.
+    End,
+    /// Messages are missing from here on.
+    Lost(String),
+    /// A clock was set back.
+    Clock(String),
+}
+
+impl EndOfData {
+    /// Whether all that a strike's id is made of is there: one that is cut off before would be another strike than the whole one.
+    pub(crate) fn leaves_whole(
+        ending: Option<&Self>,
+        episode: &Episode,
+        last_centroid: Option<i64>,
+    ) -> Result<(), Rejection> {
+        let needed = episode.end().saturating_add(AFTER);
+        match ending {
+            Some(Self::Lost(why)) if last_centroid.is_none_or(|last| last <= needed) => {
+                let after = seconds(AFTER);
+                let detail = format!("the log is cut within {after} s after its command: {why}");
+                Err(Rejection::new(RejectReason::Truncated, detail))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// What has not been seen to its end is the fault of what ended it.
+    pub(crate) fn blame(ending: Option<&Self>, rejection: Rejection) -> Rejection {
+        let unseen = matches!(
+            rejection.reason,
+            RejectReason::NoRestAfter | RejectReason::NoMotion | RejectReason::FramesMissing
+        );
+        match ending {
+            Some(Self::Lost(why)) if unseen => Rejection::new(
+                RejectReason::Truncated,
+                format!("{}; the log is cut here: {why}", rejection.detail),
+            ),
+            Some(Self::Clock(why)) if unseen => Rejection::new(
+                RejectReason::ClockBackwards,
+                format!("{}; {why}", rejection.detail),
+            ),
+            _ => rejection,
+        }
+    }
+}
+
+/// At most this many commands wait (24 MB), and an episode counts as so many more.
+const MOST_WAITING: usize = 1_000_000;
+const EPISODE: usize = 8;
+
+/// Episodes in their order.
+#[derive(Default)]
+pub(crate) struct Queue {
+    episodes: VecDeque<Episode>,
+    /// Index and start of those that strike, the first one left out.
+    striking: VecDeque<(u32, i64)>,
+    commands: usize,
+}
+
+impl Queue {
+    /// Adds an episode. Blips do not strike, nor does an arm that goes back.
+    pub(crate) fn push(&mut self, episode: Episode, rig: &Rig) {
+        if !self.episodes.is_empty() && !episode.is_blip() && episode.is_towards_strikes(rig) {
+            self.striking.push_back((episode.index, episode.start()));
+        }
+        self.commands += episode.commands.len() + EPISODE;
+        self.episodes.push_back(episode);
+    }
+
+    /// The one that waits longest.
+    pub(crate) fn first(&self) -> Option<&Episode> {
+        self.episodes.front()
+    }
+
+    /// When the next episode after the first one strikes.
+    pub(crate) fn next_strike(&self) -> Option<i64> {
+        self.striking.front().map(|(_, start)| *start)
+    }
+
+    /// Takes the first one.
+    pub(crate) fn pop(&mut self) -> Option<Episode> {
+        let episode = self.episodes.pop_front()?;
+        self.commands -= episode.commands.len() + EPISODE;
+        let first = self.episodes.front().map(|first| first.index);
+        if self.striking.front().map(|(index, _)| *index) == first {
+            self.striking.pop_front();
+        }
+        Some(episode)
+    }
+
+    /// Whether more waits than may.
+    pub(crate) fn is_full(&self) -> bool {
+        self.commands > MOST_WAITING
     }
 }
 

@@ -42,7 +42,6 @@ impl Waiting {
     }
 
     /// And up to this one.
-    #[expect(clippy::cast_possible_truncation, reason = "a track lasts for seconds")]
     fn until(&self) -> i64 {
         let last = self.strike.track.t.last().copied().unwrap_or(0.0);
         self.first_motion

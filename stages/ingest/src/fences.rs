@@ -60,7 +60,6 @@ pub fn fences<'a>(rig: &Rig, logs: impl IntoIterator<Item = &'a Seen>) -> Vec<Fo
     }
     let stride = bounces.len().div_ceil(MOST_BOUNCES).max(1);
     let mut bounces: Vec<Bounce> = bounces.into_iter().step_by(stride).collect();
-    #[expect(clippy::cast_precision_loss, reason = "thousands of motions")]
     let least = FEWEST.max((LEAST_SHARE * motions as f64) as usize);
     let mut found = Vec::new();
     while found.len() < MOST_FENCES
@@ -112,7 +111,6 @@ impl Line {
     }
 
     /// Whether so many bounces may lie on it by chance alone.
-    #[expect(clippy::cast_precision_loss, reason = "thousands of bounces")]
     fn is_chance(&self, count: usize, bounces: &[Bounce], near: f64) -> bool {
         let about = self.turned(bounces, (1.0 + BANDS) * near).len();
         let expected = about.saturating_sub(count) as f64 / BANDS;
@@ -127,7 +125,6 @@ impl Line {
 
     /// Through the middle of bounces, along them where they tell a direction.
     fn through(bounces: &[Bounce]) -> Option<Self> {
-        #[expect(clippy::cast_precision_loss, reason = "thousands of bounces")]
         let n = bounces.len() as f64;
         let middle = bounces
             .iter()

@@ -17,7 +17,6 @@ pub(crate) struct LogFrames {
 }
 
 impl LogFrames {
-    #[expect(clippy::cast_possible_truncation, reason = "at most an hour")]
     pub(crate) fn of(rig: &Rig) -> Self {
         let of_base = rig.frames.command == CommandFrame::Base;
         let robot = &rig.robot;

@@ -9,7 +9,7 @@ use values::{
 };
 
 use crate::arm::State;
-use crate::end_of_data::EndOfData;
+use crate::episode::EndOfData;
 use crate::error::IngestError;
 use crate::frames::LogFrames;
 use crate::outcome::{LogOutcome, StrikeSummary, file_name};
@@ -36,7 +36,7 @@ pub fn ingest_log(path: &Path, rig: &Rig, settings: &Ingest) -> Result<LogOutcom
     Ok(outcome.with_strikes(|_| strikes))
 }
 
-/// The same, of a log by its name; each strike is handed over when it is found, and what stays of it is what distinguishes it from
+/// Ingests a log that has this name; each strike is handed over when it is found, and what stays of it is what distinguishes it from
 /// others. The object's place comes from its centroids; from its poses in a log that has those and no centroids.
 pub(crate) fn read_log(
     path: &Path,
@@ -79,7 +79,7 @@ fn names(found: &[String], name: &str) -> bool {
         .any(|there| there.split(' ').next() == Some(name))
 }
 
-/// The same with the object's place from one topic; by the arm's state where no command is logged, or none that tells a direction.
+/// Reads a log with the object's place from one topic; by the arm's state where no command is logged, or none that tells a direction.
 fn read_by_either(
     object: &FieldTopic,
     path: &Path,
@@ -111,7 +111,7 @@ fn read_by_either(
     }
 }
 
-/// The same by one source of commands.
+/// Reads a log by one source of commands.
 fn read_by(
     object: &FieldTopic,
     source: CommandSource,

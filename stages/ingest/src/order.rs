@@ -1,4 +1,4 @@
-//! Samples in the order of their stamps.
+//! Stamps, and samples in their order.
 //!
 //! Recorders write messages as they arrive, and two may overtake each other on the way. A few messages of a topic are held, so that
 //! one that comes late takes its place; a stamp that lies further back, or stamps that stay back, are a clock that was set back.
@@ -101,6 +101,16 @@ impl<T: Stamped> Ordered<T> {
         *self = Self::default();
         held
     }
+}
+
+/// Nanoseconds in seconds.
+pub(crate) fn seconds(nanoseconds: i64) -> f64 {
+    nanoseconds as f64 * 1e-9
+}
+
+/// Seconds from one stamp to another.
+pub(crate) fn since(from: i64, to: i64) -> f64 {
+    seconds(to.saturating_sub(from))
 }
 
 #[cfg(test)]

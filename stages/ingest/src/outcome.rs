@@ -93,7 +93,7 @@ impl<S> LogOutcome<S> {
         }
     }
 
-    /// The same with other strikes.
+    /// This outcome with other strikes.
     pub(crate) fn with_strikes<T>(self, with: impl FnOnce(Vec<S>) -> Vec<T>) -> LogOutcome<T> {
         LogOutcome {
             log: self.log,

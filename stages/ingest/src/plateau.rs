@@ -6,9 +6,9 @@ use logs::Sample;
 use values::{Command, RejectReason, Rig};
 
 use crate::episode::{is_finite, speed};
+use crate::order::since;
 use crate::rejection::Rejection;
 use crate::robust::median;
-use crate::time::since;
 
 /// Speeds on a plateau differ by no more than this part.
 const PLATEAU_TOLERANCE: f64 = 0.01;

@@ -11,9 +11,9 @@ use values::{Command, Conditions, Point, Rig, Shape, Split, Strike, Track};
 
 use crate::arm::State;
 use crate::identity::slide_id;
+use crate::order::{seconds, since};
 use crate::robust::{median_point, spread};
 use crate::slide::is_rest;
-use crate::time::{seconds, since};
 use crate::touched::{place, seen, without_outliers};
 
 /// An object that lies still this long rests, in s: some frames longer than [`seen`] needs, which is to find the rest in the motion. Within
@@ -382,7 +382,6 @@ struct Parabola {
 
 impl Parabola {
     /// By polynomials that are orthogonal over the frames' times, of which there are four at the least.
-    #[expect(clippy::cast_precision_loss, reason = "a few thousand frames")]
     fn through(track: &Track) -> Self {
         let n = track.len() as f64;
         let mean = track.t.iter().sum::<f64>() / n;

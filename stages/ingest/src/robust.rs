@@ -37,7 +37,6 @@ pub(crate) fn spread(points: &[Point]) -> f64 {
 }
 
 /// Mean of the points that lie within `reach` of the median point.
-#[expect(clippy::cast_precision_loss, reason = "a few hundred points")]
 pub(crate) fn mean_near_median(points: &[Point], reach: f64) -> Point {
     let centre = median_point(points);
     let near: Vec<Point> = points

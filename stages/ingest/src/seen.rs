@@ -10,9 +10,9 @@ use values::{Point, Rig, Strike};
 use crate::arm::{Meeting, TouchDelay};
 use crate::bounces::Bounce;
 use crate::episode::{Episode, is_finite, speed};
+use crate::order::{seconds, since};
 use crate::plateau::plateau;
 use crate::robust::{median, median_point, spread};
-use crate::time::{seconds, since};
 
 /// Commands and motions of one log, each in order of time; times are in s on the log's clocks, as it is read.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]

@@ -6,24 +6,21 @@
 use std::collections::VecDeque;
 
 use logs::Sample;
-use values::{Conditions, Point, Reject, RejectReason, Rig, Strike, split_of};
+use values::{Command, Conditions, Point, Reject, RejectReason, Rig, Strike, split_of};
 
 use crate::arm::{State, TouchDelay};
 use crate::bounces::{Breaks, Flight, Touch};
 use crate::counts::Counts;
-use crate::end_of_data::EndOfData;
-use crate::episode::{Episode, Episodes};
+use crate::episode::{EndOfData, Episode, Episodes, Queue};
 use crate::extras::{Extras, Waiting};
 use crate::identity::strike_id;
-use crate::order::{ClockSetBack, Ordered};
+use crate::order::{ClockSetBack, Ordered, seconds};
 use crate::outcome::StrikeSummary;
 use crate::plateau::{at_contact, plateau};
 use crate::pushes::Pushes;
-use crate::queue::Queue;
 use crate::rejection::Rejection;
 use crate::seen::{CommandSeen, MotionSeen, Seen, Watch};
 use crate::slide::{self, Frames};
-use crate::time::seconds;
 use crate::touched::{self, TouchedFlight, TouchedStrike};
 use crate::yaw::YawSample;
 
@@ -413,20 +410,14 @@ impl<'a> Segmenter<'a> {
         let found = match touched::strike(touched, camera_delay, self.rig) {
             Ok(found) => found,
             Err(rejection) => {
-                self.touched.rejects.push(Reject {
-                    log: self.log.into(),
-                    index,
-                    t_start: seconds(begun.stamp),
-                    reason: rejection.reason,
-                    detail: rejection.detail,
-                });
+                let reject = self.reject(index, begun.stamp, rejection);
+                self.touched.rejects.push(reject);
                 return;
             }
         };
         let commands: Vec<Sample> = touch.states.iter().map(State::as_command).collect();
         let id = strike_id(&commands, &flight.frames);
         let (command, t_start) = (found.command, seconds(found.first));
-        let delivered = Some(found.delivered());
         self.touched.commands.push(CommandSeen {
             rise: t_start - found.gap,
             fall: t_start,
@@ -438,14 +429,26 @@ impl<'a> Segmenter<'a> {
             from: found.initial,
             velocity: found.launch,
         });
-        self.touched.strikes.push(Strike {
+        let strike = self.strike_by_touch(index, id, command, &found);
+        self.touched.strikes.push(strike);
+    }
+
+    /// A strike whose touch is known, with what was commanded or stands for it.
+    fn strike_by_touch(
+        &self,
+        index: u32,
+        id: String,
+        command: Command,
+        found: &TouchedStrike,
+    ) -> Strike {
+        Strike {
             log: self.log.into(),
             index,
-            t_start,
+            t_start: seconds(found.first),
             initial: found.initial,
             stop: found.stop,
             command,
-            track: found.track,
+            track: found.track.clone(),
             split: split_of(&id, self.seed),
             conditions: Conditions {
                 session: self.log.into(),
@@ -453,8 +456,18 @@ impl<'a> Segmenter<'a> {
                 ..Conditions::default()
             },
             id,
-            delivered,
-        });
+            delivered: Some(found.delivered()),
+        }
+    }
+
+    fn reject(&self, index: u32, stamp: i64, rejection: Rejection) -> Reject {
+        Reject {
+            log: self.log.into(),
+            index,
+            t_start: seconds(stamp),
+            reason: rejection.reason,
+            detail: rejection.detail,
+        }
     }
 
     /// Of a log with commands, a command at which the object moved before is a strike where the tip's state shows its touch. What was commanded
@@ -483,23 +496,7 @@ impl<'a> Segmenter<'a> {
                 continue;
             };
             let id = strike_id(&episode.commands, frames);
-            let strike = Strike {
-                log: self.log.into(),
-                index: episode.index,
-                t_start: seconds(found.first),
-                initial: found.initial,
-                stop: found.stop,
-                command,
-                track: found.track.clone(),
-                split: split_of(&id, self.seed),
-                conditions: Conditions {
-                    session: self.log.into(),
-                    moving: Some(moving),
-                    ..Conditions::default()
-                },
-                id,
-                delivered: Some(found.delivered()),
-            };
+            let strike = self.strike_by_touch(episode.index, id, command, found);
             self.found.strikes.push(StrikeSummary::from(&strike));
             (self.keep)(strike);
         }
@@ -552,7 +549,7 @@ impl<'a> Segmenter<'a> {
         }
     }
 
-    /// The same when no message is on its way.
+    /// Ends all that has begun, when no message is on its way.
     fn shut(&mut self, ending: EndOfData) {
         // Whether the commands themselves were cut; a clock's fault lets the episode go on, to end as a rejected one.
         match &ending {
@@ -652,13 +649,7 @@ impl<'a> Segmenter<'a> {
                 } else {
                     EndOfData::blame(ending, rejection)
                 };
-                let reject = Reject {
-                    log: self.log.into(),
-                    index: episode.index,
-                    t_start: seconds(episode.start()),
-                    reason: rejection.reason,
-                    detail: rejection.detail,
-                };
+                let reject = self.reject(episode.index, episode.start(), rejection);
                 if by_state {
                     self.untouched.rejects.push(reject);
                 } else if matches!(

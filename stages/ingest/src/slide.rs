@@ -28,8 +28,8 @@ pub(crate) use self::rest::is_rest;
 use self::rest::{initial, rest_after, rest_before};
 use self::tolerances::{FRAMES_AFTER, GAP_LATER, REST_BEFORE, SURELY_AWAY_NOISE};
 use crate::bounces::turned_round;
+use crate::order::since;
 use crate::rejection::Rejection;
-use crate::time::since;
 
 /// A slide only slows down: a frame this many times faster than its beginning is another's doing.
 const FASTER: f64 = 2.0;
@@ -207,7 +207,6 @@ fn missing(
         );
         return Err(Rejection::new(RejectReason::FramesMissing, detail));
     }
-    #[expect(clippy::cast_precision_loss, reason = "a few thousand frames")]
     let there = (arrival - first) as f64;
     let due = (all[arrival].t - all[first].t) / period;
     if there < (1.0 - MOST_MISSING) * due - 1.0 {

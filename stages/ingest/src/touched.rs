@@ -9,10 +9,10 @@ use values::{Command, Delivered, End, Point, RejectReason, Rig, Shape, Track};
 
 use crate::arm::{TouchDelay, touch_delay};
 use crate::bounces::{Break, Flight, Touch};
+use crate::order::since;
 use crate::rejection::Rejection;
 use crate::robust::{mean_near_median, median, median_point};
 use crate::slide::{Frame, held, held_until, is_rest, outliers, reaches_fence};
-use crate::time::since;
 
 /// A track needs as many frames.
 const FEWEST: usize = 8;

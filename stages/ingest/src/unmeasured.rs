@@ -6,7 +6,7 @@
 use values::Point;
 
 use crate::arm::State;
-use crate::time::since;
+use crate::order::since;
 
 /// An arm that has gone so far, in m, has moved.
 const MOVED: f64 = 0.05;
@@ -63,7 +63,6 @@ mod tests {
         (0..120)
             .map(|i| {
                 let t = f64::from(i) / 120.0;
-                #[expect(clippy::cast_possible_truncation, reason = "a second")]
                 let state = State {
                     stamp: (t * 1e9) as i64,
                     velocity: Point::new(told(i), 0.0),

@@ -4,8 +4,7 @@ use std::f64::consts::{PI, TAU};
 
 use values::Yaw;
 
-use crate::order::Stamped;
-use crate::time::since;
+use crate::order::{Stamped, since};
 
 /// How the object was turned at a stamp.
 #[derive(Clone, Copy, Debug, PartialEq)]

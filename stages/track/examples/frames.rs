@@ -74,7 +74,7 @@ enum Name {
     Blur,
     /// All at once with JPEG and lens, a flat disc.
     All,
-    /// The same with an object 40 mm tall.
+    /// Clean frames of an object 40 mm tall.
     Tall,
 }
 

@@ -64,7 +64,7 @@ const FAR_BETTER: f32 = 0.7;
 const KNOWN: f64 = 0.16;
 const LEAST_SHIFT: f64 = 0.5;
 const SURE: f64 = 8.0;
-/// The same of a turn, which what moves on the table imitates.
+/// Deviations below which a turn is none: what moves on the table imitates one.
 const SURE_TURNED: f64 = 16.0;
 /// Where the background scatters by so many times its noise, and this much of 255, it is not where it was.
 const ELSEWHERE: f32 = 3.0;

@@ -1,15 +1,15 @@
-//! Lens and pose of a camera from points of the table and the pixels in which they are seen.
+//! Lens and pose of a camera from points of the table and the pixels in which they are seen; the first pose after Zhang 2000, section 3.1.
 //!
 //! A homography of the plane gives a first pose (Zhang 2000, section 3.1); the sum of squared pixels is then minimised over the
 //! pose, and over the focal length where the lens is not known. What the points leave uncertain is given in mm on the table.
 
 use nalgebra::DMatrix;
-use values::Interval;
+use values::{Interval, StampMark};
 
-use crate::first_pose::first_pose;
+use crate::camera::dot;
+use crate::homography::homography;
 use crate::minimise::{LeastSquares, minimise, slope};
-use crate::rotation::{quaternion, turned};
-use crate::seen_point::SeenPoint;
+use crate::rotation::{cross, length, quaternion, turned, unit};
 use crate::{CalibrationError, CameraModel, Lens};
 
 /// What is known of the lens.
@@ -229,6 +229,52 @@ fn farthest(left: &[f64]) -> (usize, f64) {
     let distances = left.chunks(2).map(|pair| pair[0].hypot(pair[1]));
     let far = distances.enumerate().max_by(|a, b| a.1.total_cmp(&b.1));
     far.unwrap_or((0, 0.0))
+}
+
+/// A point of the table or above it, and where it is seen.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SeenPoint {
+    /// In the frame `table`, in m.
+    pub at: [f64; 3],
+    /// Its pixel.
+    pub pixel: [f64; 2],
+}
+
+/// A pose from the homography between the table's plane and directions; heights of points are small and wait for the fit.
+pub(crate) fn first_pose(points: &[SeenPoint], lens: &Lens) -> Option<CameraModel> {
+    let count = points.len() as f64;
+    let middle = [0, 1].map(|i| points.iter().map(|point| point.at[i]).sum::<f64>() / count);
+    let h = homography(points.iter().map(|point| {
+        let at = [0, 1].map(|i| point.at[i] - middle[i]);
+        (at, lens.direction(point.pixel))
+    }))?;
+    // Columns: the camera's view of the table's x, of its y, and of its middle, which lies before the camera.
+    let across = [h[0], h[3], h[6]];
+    let along = [h[1], h[4], h[7]];
+    let scale = 0.5 * (length(across) + length(along));
+    if !scale.is_finite() || scale <= 0.0 {
+        return None;
+    }
+    let x = unit(across)?;
+    let off = dot(x, along);
+    let y = unit([0, 1, 2].map(|i| along[i] - off * x[i]))?;
+    let z = cross(x, y);
+    let to_middle = [h[2], h[5], 1.0].map(|part| part / scale);
+    // Rows of the camera's view are its axes in the table's frame.
+    let axes = [0, 1, 2].map(|i| [x[i], y[i], z[i]]);
+    let from_middle = [x, y, z].map(|axis| -dot(axis, to_middle));
+    Some(CameraModel {
+        lens: *lens,
+        position: [
+            middle[0] + from_middle[0],
+            middle[1] + from_middle[1],
+            from_middle[2],
+        ],
+        axes,
+        exposure: None,
+        readout: None,
+        stamp: StampMark::Middle,
+    })
 }
 
 #[cfg(test)]

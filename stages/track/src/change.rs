@@ -29,7 +29,7 @@ pub(crate) struct Prior {
 const FEWEST_EDGES: usize = 12;
 /// Rounds of weights.
 const ROUNDS: usize = 4;
-/// The same where a part is left out: the rest is near.
+/// Rounds where a part is left out: the rest is near.
 const ROUNDS_OF_PART: usize = 2;
 /// Tukey's constant, and the least scale of residuals in px: what edges scatter by in a good image.
 const TUKEY: f64 = 4.7;

@@ -1,16 +1,16 @@
-//! Some images of a log, small: what is shown beside strikes.
+//! Some images of a log: the first one, and small ones that are shown beside strikes.
 
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use logs::Limits;
 use logs::read::{RawChannel, RawMessage, read_raw};
+use logs::{Limits, LogError};
 
 use crate::draw::jpeg_of;
 use crate::image::square;
 use crate::message::is_video;
 use crate::video::is_key_frame;
-use crate::{Decoder, ImageError, ImageMessage, Payload, TrackError, is_image};
+use crate::{Decoder, Image, ImageError, ImageMessage, Payload, TrackError, is_image};
 
 /// Pixels of the longer side, at the most; larger images are averaged down.
 const LONGEST_SIDE: usize = 640;
@@ -279,6 +279,53 @@ fn small(
 /// How many pixels of an image of this width and height are one pixel of its small image, along each side.
 pub fn averaged_by([width, height]: [u32; 2]) -> u32 {
     square([width as usize, height as usize], LONGEST_SIDE) as u32
+}
+
+/// Why reading ends.
+enum End {
+    Found(Box<Image>),
+    Failed(LogError),
+}
+
+impl From<LogError> for End {
+    fn from(error: LogError) -> Self {
+        Self::Failed(error)
+    }
+}
+
+/// The first image of a log that can be decoded, of this topic or, without one, of any topic of images.
+///
+/// # Errors
+/// The log cannot be read, or holds no such image.
+pub fn first_image(log: &Path, topic: Option<&str>) -> Result<Image, TrackError> {
+    let mut decoder = Decoder::default();
+    let mut why = None;
+    let read = read_raw(log, Limits::default(), &mut |message| {
+        let channel = message.channel;
+        let is_other = topic.is_some_and(|topic| channel.topic != topic);
+        if is_other || !is_image(&channel.schema) {
+            return Ok(());
+        }
+        let parsed = ImageMessage::parse(&channel.schema, &channel.encoding, message.data);
+        match parsed.and_then(|message| decoder.decode(&message).cloned()) {
+            Ok(image) => Err(End::Found(Box::new(image))),
+            Err(error) => {
+                why.get_or_insert(error.to_string());
+                Ok(())
+            }
+        }
+    });
+    match read {
+        Err(End::Found(image)) => Ok(*image),
+        Err(End::Failed(error)) => Err(TrackError::Log(error)),
+        Ok(_) => Err(TrackError::NoImage {
+            log: log.display().to_string(),
+            why: why.unwrap_or_else(|| match topic {
+                Some(topic) => format!("no images are on the rig file's topic {topic}"),
+                None => "no topic of it holds images".into(),
+            }),
+        }),
+    }
 }
 
 #[cfg(test)]

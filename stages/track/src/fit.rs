@@ -53,7 +53,7 @@ pub(crate) struct Fit<'a> {
     spread: f64,
     /// How much larger than the outline the object is seen, beyond what the log's other images let expect, in px.
     pub(crate) larger: f64,
-    /// The same with that.
+    /// How much larger than the outline it is seen, what they let expect included, in px.
     pub(crate) seen_larger: f64,
     pub(crate) map: Map,
     /// Light of the object's middle.
@@ -112,7 +112,7 @@ pub(crate) fn fit<'a>(scene: &Scene<'a>, start: Pose) -> Result<Fit<'a>, NoFit> 
 /// Edges that miss a step by more px than that are blurred by movement: by a box four times as wide.
 const SPREAD: f64 = 1.25;
 
-/// The same with edges that movement blurs by so many px to both sides.
+/// The fit with edges that movement blurs by so many px to both sides.
 fn fit_blurred<'a>(scene: &Scene<'a>, start: Pose, blur: f64) -> Result<Fit<'a>, NoFit> {
     let mut pose = start;
     let mut colours: Option<Colours<'_>> = None;

@@ -20,7 +20,7 @@ impl Flow {
         }
     }
 
-    /// The same, all moved by so many px.
+    /// This flow, all moved by so many px.
     pub(crate) fn moved(mut self, [x, y]: [f64; 2]) -> Self {
         self.parts[0] += x;
         self.parts[1] += y;

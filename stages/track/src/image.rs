@@ -27,7 +27,7 @@ impl Image {
         Ok(())
     }
 
-    /// The same with no side longer than `most`: means of squares of pixels; what is left at the right and below is cut off.
+    /// This image with no side longer than `most`: means of squares of pixels; what is left at the right and below is cut off.
     pub(crate) fn averaged(&self, most: usize) -> Self {
         let square = square([self.width, self.height], most);
         if square == 1 {

@@ -8,14 +8,12 @@ use logs::write::{CopyWriter, Received, Stamped};
 use logs::{Limits, LogError};
 use values::{ImageTopic, Rig};
 
-use crate::camera_info::CameraMessage;
+use crate::camera_info::{CameraMessage, LogLens};
 use crate::frame::TrackedFrame;
 use crate::learned::Learned;
-use crate::log_lens::LogLens;
 use crate::message_queue::{FrameTracker, MessageQueue, Processed};
-use crate::notes::{Notes, said_of_marker};
+use crate::notes::{Notes, QUALITY_SCHEMA, said_of_marker};
 use crate::readout::Readout;
-use crate::report::QUALITY_SCHEMA;
 use crate::sequence::{Sequence, SequenceFrame};
 use crate::view::{LogFile, View};
 use crate::{
@@ -269,7 +267,7 @@ impl Tracking<'_, '_, '_> {
         self.write(decided)
     }
 
-    /// The same, unless its size is another than that of the images before.
+    /// The frame as tracked, unless its size is another than that of the images before.
     fn of_size(&mut self, tracked: TrackedFrame) -> TrackedFrame {
         match (tracked.size, self.size) {
             (Some(size), Some(first)) if size != first => {

@@ -4,8 +4,7 @@
 //! `RawImage.proto`. Their fields are fixed by these definitions, so that no schema is read.
 
 use crate::ImageError;
-use crate::protobuf::{Value, each_field, timestamp};
-use crate::wire::Wire;
+use crate::wire::{Value, Wire, each_field, timestamp};
 
 /// The pixels of a message, not yet decoded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

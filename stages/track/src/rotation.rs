@@ -53,7 +53,7 @@ pub(crate) fn length(v: [f64; 3]) -> f64 {
     dot(v, v).sqrt()
 }
 
-/// The same direction with length 1; none of nothing.
+/// The direction with length 1; none of nothing.
 pub(crate) fn unit(v: [f64; 3]) -> Option<[f64; 3]> {
     let length = length(v);
     (length > 0.0).then(|| v.map(|part| part / length))

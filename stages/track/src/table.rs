@@ -17,7 +17,7 @@ pub(crate) struct Table<'a> {
 
 /// Light of the table in shadow, of its light without: from deep shadow to a lamp's gleam.
 const SHADED: std::ops::Range<f32> = 0.2..1.25;
-/// The same of a table that is bare and not shaded.
+/// Light of a table that is bare and not shaded, of its light without.
 const BARE: std::ops::Range<f32> = 0.85..1.18;
 /// Of the table's light, by how much its colour may differ; and of 1, what noise makes of the dark.
 const OTHER: f32 = 0.14;

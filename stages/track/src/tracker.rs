@@ -125,13 +125,13 @@ impl Tracker {
         &self.camera
     }
 
-    /// The same with a camera whose last row is seen so much later than its first, in s.
+    /// This tracker with a camera whose last row is seen so much later than its first, in s.
     pub(crate) fn with_readout(mut self, readout: f64) -> Self {
         self.camera.readout = Some(readout);
         self
     }
 
-    /// The same where edges are taken to be blurred by so many px to both sides at the least.
+    /// This tracker where edges are taken to be blurred by so many px to both sides at the least.
     pub(crate) fn with_least_blur(mut self, pixels: f64) -> Self {
         self.least_blur = pixels;
         self

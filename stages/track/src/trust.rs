@@ -330,7 +330,7 @@ impl Outside {
 struct Inside {
     /// Share that has the object's colour.
     share: f64,
-    /// The same beside the part of the outline that agrees, near to it.
+    /// The object's share beside the part of the outline that agrees, near to it.
     beside: f64,
     /// What most of the rest is.
     reason: Reason,

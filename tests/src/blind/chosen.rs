@@ -57,7 +57,7 @@ pub struct Pair {
     pub rival: String,
     /// Strikes that were needed; none where those made were not enough.
     pub chosen: Option<usize>,
-    /// The same at random.
+    /// Random strikes that were needed; none where those made were not enough.
     pub random: Option<usize>,
 }
 

@@ -3,8 +3,7 @@
 use rig::{Effect, Truth};
 use serde::{Deserialize, Serialize};
 
-use super::judged::Figure;
-use super::proportion::Proportion;
+use super::judged::{Figure, Proportion};
 use super::set::DiagnosedSet;
 
 /// One interval beside its truth.

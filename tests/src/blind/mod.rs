@@ -14,7 +14,6 @@ mod judged;
 mod outcome;
 mod page;
 mod peers;
-mod proportion;
 mod resume;
 mod set;
 mod size;
@@ -25,10 +24,9 @@ pub use grade::is_right;
 pub use hard::{
     Design, Drawn, HardCase, HardKind, HardOutcome, diagnosed_hard, hard_cases, hard_page, run_hard,
 };
-pub use judged::{Figure, Judged};
+pub use judged::{Figure, Judged, Proportion};
 pub use outcome::{Outcome, diagnosed, run};
 pub use page::page;
 pub use peers::{Peers, is_for_peers, peers};
-pub use proportion::Proportion;
 pub use resume::{beside, lines, resumed};
 pub use set::{Answer, DiagnosedSet};

@@ -9,10 +9,9 @@ use super::cases::{EFFECTS, FOREIGN, Kind, MAGNITUDES, STRIKES};
 use super::chosen::{Pair, Separation};
 use super::coverage::{self, Covered};
 use super::grade::{is_claimed_alone, is_exact, is_of_its_own, is_right};
-use super::judged::{Figure, Judged};
+use super::judged::{Figure, Judged, Proportion};
 use super::outcome::Outcome;
 use super::peers::Peers;
-use super::proportion::Proportion;
 
 /// The key of this benchmark's runs in `tests/judged.json`.
 const BENCHMARK: &str = "plain";

@@ -207,7 +207,7 @@ impl Answer {
         }
     }
 
-    /// The same without classes: what a person reads who reads names alone.
+    /// This answer without classes: what a person reads who reads names alone.
     pub(super) fn by_name_alone(&self) -> Self {
         let named = self
             .named

@@ -1,10 +1,9 @@
 //! What the executor reads: lines of a batch, and signatures.
 
 use std::fs;
-use std::sync::Arc;
 
 use serde_json::Value;
-use store::{Key, Model, SIGNATURE, Signer, Store};
+use store::{Key, Model, SIGNATURE, Store};
 use strike::{Planner, batch};
 
 use super::seeds;
@@ -47,46 +46,27 @@ pub(super) fn batch_reader() -> impl Fn(&[u8]) -> Result<(), String> {
     }
 }
 
-/// A key of this process alone.
-struct Signing {
-    pair: minisign::KeyPair,
-    key: Key,
-}
-
-impl std::fmt::Debug for Signing {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Signing").finish_non_exhaustive()
-    }
-}
-
-impl Signer for Signing {
-    fn key(&self) -> &Key {
-        &self.key
-    }
-
-    fn sign(&self, content: &[u8], trusted_comment: &str) -> Result<String, String> {
-        let (public, secret) = (&self.pair.pk, &self.pair.sk);
-        minisign::sign(Some(public), secret, content, Some(trusted_comment), None)
-            .map(minisign::SignatureBox::into_string)
-            .map_err(|error| error.to_string())
-    }
-}
-
 /// A true signature, and what reads another in its place: none may pass with another count than the one that was signed.
 pub(super) fn signatures() -> (Vec<Vec<u8>>, Reads) {
-    let pair = minisign::KeyPair::generate_unencrypted_keypair().expect("a key");
-    let key = Key::parse(&pair.pk.to_base64()).expect("a key");
-    let signer = Arc::new(Signing { pair, key });
     let folder = tempfile::tempdir().expect("a folder");
-    let store = Store::open(folder.path()).signed_by(signer.clone());
+    let dir = folder.path().display();
+    let store = Store::open(folder.path());
     let version = store.publish(&seeds::contents()).expect("a version");
+    for line in [
+        format!("key new --out {dir}/key"),
+        format!("artifacts sign --artifacts {dir} --key {dir}/key"),
+    ] {
+        crate::carom(&line).expect("a signature");
+    }
+    let key = fs::read_to_string(folder.path().join("key.pub")).expect("a key");
+    let key = Key::parse(&key).expect("a key");
     let path = store.version_dir(&version).join(SIGNATURE);
     let whole = fs::read(&path).expect("a signature");
     let read = move |input: &[u8]| {
         let _kept = &folder;
         fs::write(&path, input).map_err(|error| error.to_string())?;
         let (_, sequence) = store
-            .load_trusted(None, &signer.key)
+            .load_trusted(None, &key)
             .map_err(|error| error.to_string())?;
         assert_eq!(sequence, 1, "a forged count passes");
         Ok(())

@@ -259,14 +259,7 @@ pub(super) fn weights() -> Vec<u8> {
 /// What a version may hold.
 pub(super) fn contents() -> Contents {
     let rig = Rig::demo(Shape::Cylinder);
-    let metrics = StopErrors {
-        mean: 0.01,
-        sd: 0.004,
-        median: 0.009,
-        p95: 0.02,
-        n: 50,
-        failed: 0,
-    };
+    let metrics = StopErrors::of([0.008, 0.009, 0.012].into_iter()).expect("errors");
     let strikes = [
         (Point::new(0.2, 0.0), Point::new(0.5, 0.1)),
         (Point::new(0.3, 0.1), Point::new(0.9, -0.1)),

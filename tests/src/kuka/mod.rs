@@ -1,7 +1,6 @@
 //! The real strikes of a KUKA arm, beside the checkout: every model judged on commands, and on whole sessions, that it did not learn
 //! from.
 
-mod fold;
 mod judged;
 mod page;
 mod pictures;
@@ -13,8 +12,7 @@ use ingest::{Ingest, assemble, ingest_log};
 use rayon::prelude::*;
 use values::{Rig, Strike};
 
-pub use fold::{Fold, session_folds, setting_folds};
-pub use judged::{Judged, judge};
+pub use judged::{Fold, Judged, judge, session_folds, setting_folds};
 pub use page::page;
 pub use pictures::{gaps, launches};
 

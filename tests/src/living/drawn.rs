@@ -14,7 +14,7 @@ pub enum Case {
     Steady,
     /// Friction ±12 %, launch −5 %, heading ±1.5°.
     Noon,
-    /// The same, and the second strike after it is bad: friction twice as great, that once.
+    /// As at noon, and the second strike after it is bad: friction twice as great, that once.
     NoonBad,
     /// Nothing, and the first strike is bad.
     SteadyBad,
@@ -100,7 +100,7 @@ impl LivingRig {
         Ok(truth)
     }
 
-    /// The same without wander: what repeats scatter by.
+    /// The truth without wander: what repeats scatter by.
     pub fn repeating(&self, case: Case) -> anyhow::Result<Truth> {
         match case {
             Case::Wander => Ok(self.truth.clone()),

@@ -40,7 +40,7 @@ pub enum Method {
     LastError,
     /// A Newton step of a fixed Jacobian (distance as speed squared, bearing as angle) by the last strike's error.
     NewtonLast,
-    /// The same by the mean of the recent strikes' errors.
+    /// Newton's step by the mean of the recent strikes' errors.
     NewtonMean,
 }
 

@@ -10,7 +10,7 @@ use super::{
     parameters::{Parameters, Values},
     spec::EffectSpec,
 };
-use crate::{WorldError, range::in_range};
+use crate::{WorldError, parameter::in_range};
 
 /// The library.
 pub const EFFECTS: &[&EffectSpec] = &[

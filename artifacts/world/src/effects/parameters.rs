@@ -66,7 +66,7 @@ impl EffectParameter {
         }
     }
 
-    /// The same that does nothing, or where a fit starts, at another value.
+    /// This parameter, which does nothing, or where a fit starts, at another value.
     pub const fn neutral_at(self, neutral: f64) -> Self {
         Self { neutral, ..self }
     }

@@ -82,7 +82,7 @@ impl FitStart {
         vec![Self::new(vec![Column::new(&[], strength)], &[strength.0])]
     }
 
-    /// The same for an effect that goes one way, its strength kept between none and `most`.
+    /// A start that is linear in the strength of an effect that goes one way, its strength kept between none and `most`.
     pub fn linear_up_to(strength: (&str, f64), most: f64) -> Vec<Self> {
         let starts = Self::linear(strength).into_iter();
         starts
@@ -90,13 +90,13 @@ impl FitStart {
             .collect()
     }
 
-    /// The same, its coefficients made parameters by this.
+    /// This start, its coefficients made parameters by `combine`.
     pub fn combined_by(mut self, combine: Combine) -> Self {
         self.combine = Some(combine);
         self
     }
 
-    /// The same, its parameters `center_x` and `center_y` kept about where strikes went.
+    /// This start, its parameters `center_x` and `center_y` kept about where strikes went.
     pub fn about(mut self, experiment: &Experiment<'_>) -> Self {
         let [x, y] = experiment.extent();
         for (name, (low, high)) in [("center_x", x), ("center_y", y)] {
@@ -107,7 +107,7 @@ impl FitStart {
         self
     }
 
-    /// The same, a parameter kept in this range: an effect that goes the other way has another name.
+    /// This start, a parameter kept in `range`: an effect that goes the other way has another name.
     pub fn kept_in(mut self, parameter: &str, range: (f64, f64)) -> Self {
         self.within.insert(parameter.into(), range);
         self

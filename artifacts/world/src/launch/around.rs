@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use values::{Command, Conditions, Rig, Shape};
 
 use super::Launch;
-use crate::{Impact, Simulator, Worker, World, WorldError, parameter, release::Scaled};
+use crate::{Impact, Simulator, Worker, World, WorldError, parameter, releases::Scaled};
 
 /// What is changed beside an impact, and by how much: relative speed, angle (rad), offset of the tip (m), restitution.
 const STEPS: [f64; 4] = [0.08, 0.04, 0.003, 0.1];

@@ -2,7 +2,7 @@
 //!
 //! A candidate that changes the command, the tip's line or restitution then needs no simulation of contact at all.
 
-use crate::{Impact, Release, release::Scaled};
+use crate::{Impact, Release, releases::Scaled};
 
 pub use around::{launches, launches_about};
 

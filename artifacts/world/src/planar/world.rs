@@ -54,7 +54,7 @@ impl<'a> Planar<'a> {
         ))
     }
 
-    /// The same of friction and restitution, a base, and the square of the radius of gyration in m².
+    /// A planar world of friction and restitution, a base, and the square of the radius of gyration in m².
     pub fn of(
         [friction, restitution]: [f64; 2],
         base: Base,

@@ -279,7 +279,7 @@ impl Hypothesis {
         Vector::from(self.mean)
     }
 
-    /// The same, less likely by this factor (its logarithm) and less certain by these variances.
+    /// This state, less likely by a factor (its logarithm) and less certain by these variances.
     fn spread(&self, log_chance: f64, by: &Matrix) -> Self {
         Self {
             log_weight: self.log_weight + log_chance,

@@ -116,7 +116,7 @@ impl Observer {
     }
 }
 
-/// The same conditions in a session that no world knows.
+/// These conditions in a session that no world knows.
 fn unknown(conditions: &Conditions) -> Conditions {
     Conditions {
         session: effects::UNKNOWN.into(),

@@ -253,7 +253,7 @@ impl Varies {
         })
     }
 
-    /// The same, once the model's own values moved to where strikes since a change have them, known as surely as these say.
+    /// How the table varies once the model's own values moved to where strikes since a change have them, known as surely as these say.
     pub fn moved(&self, certainty: [[f64; 3]; 3]) -> Self {
         Self {
             certainty,

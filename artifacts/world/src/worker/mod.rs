@@ -1,6 +1,5 @@
 //! The model and data of one thread, in which strikes are simulated.
 
-mod contact_duration;
 mod release;
 mod strike;
 
@@ -8,7 +7,7 @@ use rayon::prelude::*;
 use values::{Command, Point};
 
 use crate::{
-    Impact, Profile, Simulator, contact_duration::ContactDuration, contact_solref, engine::Engine,
+    Impact, Profile, Simulator, contact_solref, engine::Engine, impact::ContactDuration,
     tip_motion::TipMotion, touch,
 };
 
@@ -58,7 +57,7 @@ impl Worker<'_> {
         self.place(origin, impact, *measured)
     }
 
-    /// The same, with this taken back of what the contact's duration does.
+    /// Places tip and object, with this taken back of what the contact's duration does.
     fn place(
         &mut self,
         origin: Point,

@@ -1,15 +1,12 @@
-//! The impact alone, simulated or interpolated between simulated ones.
+//! The impact alone, simulated or interpolated between simulated ones, and what the duration of MuJoCo's contact does to it.
 
 use values::{Command, Conditions, Interval, Point, Shape};
 
 use super::Worker;
-use crate::{
-    GRAVITY, Impact, Release,
-    release::Scaled,
-    releases::{STEPS, cubic},
-    tip_motion::TipMotion,
-    touch,
-};
+use crate::impact::{ContactDuration, RESTITUTIONS, SPEEDS};
+use crate::releases::{STEPS, Scaled, cubic};
+use crate::tip_motion::TipMotion;
+use crate::{GRAVITY, Impact, Release, touch};
 
 impl Worker<'_> {
     /// How the object leaves the tip; parameters of the slide and effects of the world do not act. `None` where tip and
@@ -103,6 +100,37 @@ impl Worker<'_> {
             let impact = simulator.delivered_impact(delivered, &Conditions::default());
             self.release(impact).map(|release| release.scaled(speed))
         })
+    }
+}
+
+impl Worker<'_> {
+    /// By impacts through the centre, without effects. Nothing is taken back where tip and object do not part.
+    pub(super) fn measure_contact_duration(&mut self) -> ContactDuration {
+        let measured = RESTITUTIONS.map(|restitution| {
+            let [slow, fast] = SPEEDS.map(|speed| self.excess(speed, restitution));
+            Some([slow?, fast?])
+        });
+        match measured {
+            [Some(low), Some(high)] => ContactDuration::of([low, high]),
+            _ => ContactDuration::default(),
+        }
+    }
+
+    /// Launch speed at the place of rest that leads to the same slide, over that of an impact without duration, less one.
+    fn excess(&mut self, speed: f64, restitution: f64) -> Option<f64> {
+        let impact = Impact {
+            command: Command { speed, angle: 0.0 },
+            tip_offset: 0.0,
+            restitution,
+            yaw: 0.0,
+            tip_friction: 0.0,
+        };
+        let motion = self.place(Point::default(), impact, ContactDuration::default())?;
+        let release = self.released(motion, 0.0)?;
+        let (friction, _) = self.simulator.coefficients();
+        let braked = 2.0 * friction * GRAVITY * release.position.x;
+        let launch = (release.velocity.x.powi(2) + braked).sqrt();
+        Some(launch / (speed * (1.0 + restitution)) - 1.0)
     }
 }
 

@@ -32,7 +32,8 @@ impl Worker<'_> {
         self.strike_until(initial, command, conditions, f64::INFINITY)
     }
 
-    /// The same, followed no longer than this (s since touch), whether it rests by then or not: [`Simulated::stop`] is then where it is.
+    /// Simulates a strike, followed no longer than a time (s since touch), whether it rests by then or not:
+    /// [`Simulated::stop`] is then where it is.
     pub fn strike_until(
         &mut self,
         initial: Point,

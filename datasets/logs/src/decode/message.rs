@@ -1,4 +1,4 @@
-//! What is read of one message, whatever it is encoded in.
+//! A channel's schema, and what is read of one message, whatever it is encoded in.
 
 use crate::path::Leaf;
 
@@ -20,25 +20,20 @@ pub type More = [f64; MOST_MORE];
 
 /// Why a message could not be decoded; each text says what is wrong with it.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[expect(missing_docs, reason = "each text says what is wrong")]
 pub enum DecodeError {
-    /// It ends before all that its schema, or its own lengths, say is there.
     #[error("it ends at byte {0}, before what its schema and lengths say is there")]
     Short(usize),
-    /// Its encapsulation header names a representation that is not read.
     #[error("its CDR header is {0:#06x}; plain CDR (0x0000, 0x0001, 0x0006, 0x0007) is read")]
     Representation(u16),
-    /// A wstring lies before a wanted field, and its length on the wire is not known.
     #[error(
         "a wstring lies before the fields that are read, and ROS 2's middlewares do not write those alike"
     )]
     WideText,
-    /// A field is not there.
     #[error("it has no value for `{0}`")]
     Absent(&'static str),
-    /// A stamp does not fit 64 bits of nanoseconds.
     #[error("its stamp is out of range")]
     Stamp,
-    /// It is not what its encoding allows.
     #[error("{0}")]
     Malformed(String),
 }
@@ -105,10 +100,6 @@ impl Raw {
 }
 
 impl Number {
-    #[expect(
-        clippy::cast_precision_loss,
-        reason = "coordinates that are whole numbers are small"
-    )]
     fn float(self) -> f64 {
         match self {
             Self::Integer(integer) => integer as f64,
@@ -117,10 +108,6 @@ impl Number {
     }
 
     /// This many units of `scale` nanoseconds, which is 1 or 1e9.
-    #[expect(
-        clippy::cast_possible_truncation,
-        reason = "checked to be finite and within the range of i64 before"
-    )]
     fn to_nanoseconds(self, scale: f64) -> Result<i128, DecodeError> {
         match self {
             Self::Integer(integer) => integer.checked_mul(scale as i128).ok_or(DecodeError::Stamp),
@@ -136,4 +123,15 @@ impl Number {
             }
         }
     }
+}
+
+/// A channel's schema as the file holds it.
+#[derive(Clone, Copy, Debug)]
+pub struct SchemaText<'a> {
+    /// Message type, such as `geometry_msgs/msg/PointStamped`.
+    pub name: &'a str,
+    /// `ros2msg`, `ros1msg`, `protobuf`, `jsonschema` …
+    pub encoding: &'a str,
+    /// Its text, or a serialized `FileDescriptorSet`.
+    pub data: &'a [u8],
 }

@@ -214,10 +214,6 @@ impl Scalar {
         }
     }
 
-    #[expect(
-        clippy::cast_possible_wrap,
-        reason = "protobuf writes negative numbers in two's complement"
-    )]
     fn read(self, wire: WireType, data: &mut &[u8]) -> Result<Number, String> {
         if wire != self.wire() {
             return Err(format!(

@@ -1,6 +1,5 @@
-//! What comes out of a log.
+//! What comes out of a log: samples, damage, and what was in it.
 
-use super::damage::Damage;
 use crate::More;
 
 /// A stamped pair of coordinates.
@@ -19,8 +18,69 @@ pub struct Sample {
 pub enum Event<'a> {
     /// A message of the wanted topic with this index.
     Sample(usize, Sample),
-    /// The same of a topic of which further numbers are wanted.
+    /// A sample of a topic of which further numbers are wanted, with these.
     Extended(usize, Sample, More),
     /// Messages are lost between those before and those after.
     Lost(&'a Damage),
+}
+
+/// A place where a file is not whole.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Damage {
+    /// Byte of the file.
+    pub offset: u64,
+    /// How much it takes.
+    pub extent: Extent,
+    /// What was found.
+    pub why: String,
+}
+
+/// How much of a file a damage takes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Extent {
+    /// One chunk or record.
+    Part,
+    /// Everything after: the file is cut off or cannot be followed further.
+    Rest,
+    /// Some bytes of the messages that no chunk's CRC covers; which ones is not known.
+    Unlocated,
+    /// Nothing but the index and statistics behind the messages.
+    Index,
+}
+
+/// Messages of one topic.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct TopicCount {
+    /// Its name.
+    pub name: String,
+    /// Its schema's name, empty for none.
+    pub schema: String,
+    /// Messages seen.
+    pub messages: u64,
+}
+
+/// What was in a log.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Summary {
+    /// SHA-256 of the whole file, in hex.
+    pub sha256: String,
+    /// Messages seen, over all topics.
+    pub messages: u64,
+    /// Every topic that the file has, by name.
+    pub topics: Vec<TopicCount>,
+    /// For each wanted topic, messages that could not be decoded and why the first could not.
+    pub undecodable: Vec<(u64, String)>,
+    /// For each wanted topic, whether its schema lacks the stamp, so that log times were taken.
+    pub unstamped: Vec<bool>,
+    /// Where the file is not whole; empty for a whole one, and of very many places the first ones and the end.
+    pub damage: Vec<Damage>,
+}
+
+impl Summary {
+    /// Whether messages after some place are missing.
+    pub fn truncated(&self) -> bool {
+        self.damage
+            .iter()
+            .any(|damage| damage.extent == Extent::Rest)
+    }
 }

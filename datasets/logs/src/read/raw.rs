@@ -13,7 +13,7 @@ use mcap::records::{Record, op};
 
 use super::bag::{self, JoinedHash, Opened};
 use super::chunk::{self, ChunkFault};
-use super::damage::{Damage, Extent};
+use super::event::{Damage, Extent};
 use super::records::{self, Ending, Records};
 use super::request::Limits;
 use crate::{LogError, SchemaText};
@@ -216,7 +216,7 @@ pub(super) fn take<T: Take>(
     Ok(reading.summary(sha256))
 }
 
-/// The same from any source; `log` is its name in errors.
+/// Takes the messages of any source; `log` is its name in errors.
 pub(super) fn take_from<T: Take, R: Read + Seek>(
     log: &str,
     source: R,

@@ -2,11 +2,9 @@
 
 use std::collections::{BTreeMap, HashMap};
 
-use super::damage::{Damage, Extent};
-use super::event::{Event, Sample};
+use super::event::{Damage, Event, Extent, Sample, Summary, TopicCount};
 use super::raw::{RawMessage, RawSummary, Standing, Take, Verdict, unpacked};
 use super::request::TopicRequest;
-use super::summary::{Summary, TopicCount};
 use crate::decode::DecodeError;
 use crate::{Decoder, LogError};
 

@@ -46,7 +46,7 @@ impl<W: Write + Seek> CopyWriter<W> {
         Self::with(options(), sink)
     }
 
-    /// The same for messages that are not ROS 2's.
+    /// A writer of messages that are not ROS 2's.
     pub fn without_profile(sink: W) -> Result<Self, WriteError> {
         Self::with(options().profile(""), sink)
     }

@@ -3,9 +3,7 @@
 use serde_json::{Map, Value, json};
 use values::{FieldTopic, Topics};
 
-use super::cdr::Cdr;
-use super::messages::{self, NANOSECONDS, RosType, Slot};
-use super::samples::{Stamped, StateSample};
+use super::messages::{self, Cdr, NANOSECONDS, RosType, Slot, Stamped, StateSample};
 use crate::path::{PathStep, parse};
 
 /// What is written, in the order in which equal stamps are.

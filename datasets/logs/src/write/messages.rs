@@ -1,7 +1,4 @@
-//! The ROS 2 messages that a strike and its pictures leave, with the schema text that rosbag2 would embed.
-
-use super::cdr::Cdr;
-use super::samples::Stamped;
+//! The ROS 2 messages that a strike and its pictures leave in CDR, with the schema text that rosbag2 would embed.
 
 /// The frame that every stamp's header names.
 const FRAME: &str = "table";
@@ -205,5 +202,86 @@ pub(super) fn header(cdr: &mut Cdr<'_>, stamp: u64) {
 fn vector(cdr: &mut Cdr<'_>, values: [f64; 3]) {
     for value in values {
         cdr.float64(value);
+    }
+}
+
+/// One stamped pair of coordinates.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stamped {
+    /// Nanoseconds since the epoch of the log's clock.
+    pub stamp: u64,
+    /// Along x: metres for a position, m/s for a velocity.
+    pub x: f64,
+    /// Along y: metres for a position, m/s for a velocity.
+    pub y: f64,
+}
+
+/// Measured pose and velocity of the striker's tip.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StateSample {
+    /// Nanoseconds since the epoch of the log's clock.
+    pub stamp: u64,
+    /// Position `[x, y]` of the tip's centre, in m.
+    pub position: [f64; 2],
+    /// Velocity `[x, y]`, in m/s.
+    pub velocity: [f64; 2],
+}
+
+/// What one strike leaves in a log, each list in order of time.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Samples {
+    /// Object centroids, in m.
+    pub centroids: Vec<Stamped>,
+    /// Commanded end-effector velocity, in m/s, zero when idle.
+    pub commands: Vec<Stamped>,
+    /// Measured end-effector state; empty where the robot does not log it.
+    pub states: Vec<StateSample>,
+}
+
+/// Marks plain little-endian CDR; alignment counts from its end.
+const ENCAPSULATION: [u8; 4] = [0, 1, 0, 0];
+
+/// Appends primitive values to a buffer, each aligned to its own size.
+pub(super) struct Cdr<'a> {
+    buffer: &'a mut Vec<u8>,
+}
+
+impl<'a> Cdr<'a> {
+    /// Starts a message in an empty buffer.
+    pub(super) fn new(buffer: &'a mut Vec<u8>) -> Self {
+        buffer.extend_from_slice(&ENCAPSULATION);
+        Self { buffer }
+    }
+
+    fn put<const N: usize>(&mut self, bytes: [u8; N]) {
+        while !(self.buffer.len() - ENCAPSULATION.len()).is_multiple_of(N) {
+            self.buffer.push(0);
+        }
+        self.buffer.extend_from_slice(&bytes);
+    }
+
+    pub(super) fn int32(&mut self, value: i32) {
+        self.put(value.to_le_bytes());
+    }
+
+    pub(super) fn uint32(&mut self, value: u32) {
+        self.put(value.to_le_bytes());
+    }
+
+    pub(super) fn float64(&mut self, value: f64) {
+        self.put(value.to_le_bytes());
+    }
+
+    /// A sequence of bytes: its length, and they.
+    pub(super) fn bytes(&mut self, bytes: &[u8]) {
+        self.uint32(u32::try_from(bytes.len()).unwrap_or(u32::MAX));
+        self.buffer.extend_from_slice(bytes);
+    }
+
+    /// A string: its length with the closing zero, its bytes, the zero.
+    pub(super) fn string(&mut self, text: &str) {
+        self.uint32(u32::try_from(text.len() + 1).unwrap_or(u32::MAX));
+        self.buffer.extend_from_slice(text.as_bytes());
+        self.buffer.push(0);
     }
 }

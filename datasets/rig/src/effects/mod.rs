@@ -13,7 +13,6 @@ mod forces;
 mod foreign;
 mod friction;
 mod impact;
-mod lens;
 mod order;
 mod place;
 mod reach;
@@ -27,29 +26,9 @@ use crate::declare::declare_all;
 
 pub(crate) use acts::{Acts, GRAVITY};
 
-pub use arm::{AngleBacklash, RoundedSpeed, StrikerAngleError, TanhSpeed};
-pub use camera::{CameraDistortion, CameraRotation};
-pub use forces::{QuadraticDrag, TableBowl, TableTilt, ViscousDrag};
-pub use foreign::{AirJet, StickyLine, Vibration};
-pub use friction::{
-    AnisotropicFriction, FrictionBySession, FrictionDrift, FrictionPatch, SpeedWeakeningFriction,
-};
-pub use impact::{RestitutionStep, ViscoelasticRestitution, YieldingRestitution};
-pub use lens::{BrownLens, CameraLean, CameraScale, OffCentreLens};
-pub use order::{FrictionChange, FrictionCycle, PushedCamera, SandedTable, WarmingArm, WipedTable};
-pub use place::{FrictionGradient, FrictionMap, FrictionStep, RectangularPatch};
-pub use reach::{HeadingByBearing, SpeedByReach, StrikerErrorByPlace};
-pub use sliding::{CosineGrain, LogarithmicStribeck, PowerDrag, RationalStribeck};
-pub use striker::{
-    OffCentreContact, SpeedDependentRestitution, StrikerAngleBias, StrikerSpeedError,
-};
-pub use table::{Saddle, SineBowl, TableMap, Trough, WarpedTilt};
-pub use unnamed::{
-    AngleRipple, FrictionAgeing, Magnet, SideForce, Sloshing, SpeedRipple, StitchedCameras, Swirl,
-};
-pub use wear::{
-    CameraAngleBySession, FrictionOfSessions, LinearWear, RestitutionDrift, RunningIn,
-    StrikerAngleBySession,
+pub(crate) use self::{
+    arm::*, camera::*, forces::*, foreign::*, friction::*, impact::*, order::*, place::*, reach::*,
+    sliding::*, striker::*, table::*, unnamed::*, wear::*,
 };
 
 declare_all!(
@@ -123,7 +102,7 @@ declare_all!(
 );
 
 impl Effect {
-    /// The same effect this many times as strong: parameters of strength move away from where the effect vanishes,
+    /// This effect `times` times as strong: parameters of strength move away from where the effect vanishes,
     /// those of place and form stay.
     pub fn scaled(&self, factor: f64) -> Self {
         let mut scaled = *self;

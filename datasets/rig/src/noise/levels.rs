@@ -16,7 +16,7 @@ pub(crate) struct Levels {
     pub launch_tails: bool,
     /// Factor on the scatter of launches at the robot's highest speed, less 1.
     pub launch_growth_by_speed: f64,
-    /// The same at its widest angle.
+    /// Factor on the scatter of launches at the robot's widest angle, less 1.
     pub launch_growth_by_angle: f64,
     /// Autocorrelation of camera noise from frame to frame.
     pub camera_correlation: f64,

@@ -3,26 +3,16 @@
 //! No kind of noise is an effect: a diagnosis that knows its noise finds nothing where only these act. Each states its
 //! parameters in [`declare!`](crate::declare::declare) and adds to the [`Levels`] that the rig draws from.
 
-mod camera;
+mod kinds;
 mod levels;
-mod rig_file;
-mod strike;
 
 use serde::{Deserialize, Serialize};
 use values::Rig;
 
 use crate::declare::declare_all;
 
-pub use camera::{
-    CameraCorrelation, CameraTails, JitteringStamps, LateStamps, LostBursts, MountVibration,
-    NarrowView, QuantisedPlaces, QuantisedStamps, RollingShutter, StrayFrames,
-};
+use kinds::*;
 pub(crate) use levels::{Disturbs, Levels};
-pub use rig_file::WrongRigFile;
-pub use strike::{
-    CameraNoiseByStrike, FrictionScatter, FrictionWander, LaunchScatterByAngle,
-    LaunchScatterBySpeed, LaunchTails, TwoObjects, YawScatter,
-};
 
 declare_all!(
     /// A kind of noise with its parameters; in files `{"name": …, "parameters": {…}}`.

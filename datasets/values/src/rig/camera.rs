@@ -2,8 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::Point;
-use crate::exact;
+use crate::{Point, exact};
 
 /// The camera.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -75,10 +74,6 @@ pub enum StampMark {
 }
 
 /// Whether the mark is the default, which is not written.
-#[expect(
-    clippy::trivially_copy_pass_by_ref,
-    reason = "serde passes a reference"
-)]
 fn is_middle(mark: &StampMark) -> bool {
     *mark == StampMark::Middle
 }

@@ -3,8 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::RigError;
-use crate::exact;
-use crate::{Interval, Point};
+use crate::{Interval, Point, exact};
 
 /// The object that is struck.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -108,7 +107,7 @@ impl Solid {
         }
     }
 
-    /// The same with all sizes times `factor`.
+    /// This solid with all sizes times `factor`.
     #[must_use]
     pub fn scaled(self, factor: f64) -> Self {
         match self {

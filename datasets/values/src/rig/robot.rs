@@ -4,8 +4,7 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-use crate::exact;
-use crate::{Interval, Point};
+use crate::{Interval, Point, exact};
 
 /// Limits of the arm.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -9,7 +9,7 @@ use store::{Key, Manifest, Store};
 
 use crate::args::{SignArgs, StoreArgs, VersionArgs, examples};
 use crate::difference::difference;
-use crate::output::{Output, to_json};
+use crate::error::{Output, to_json};
 use crate::publishing::store_error;
 use crate::{Error, signing};
 
@@ -30,7 +30,7 @@ pub enum ArtifactsCommand {
     Diff {
         /// A version, or the folder of a run, of which its latest is taken.
         before: String,
-        /// The same; what it has beside the first is told.
+        /// The other version; what it has beside the first is told.
         after: String,
         /// Folder of the run whose versions are named.
         #[arg(long, value_name = "DIR", default_value = "artifacts/demo")]

@@ -6,9 +6,8 @@ use clap::Args;
 use serde_json::json;
 
 use crate::args::Global;
-use crate::error::Outcome;
+use crate::error::{Outcome, Output};
 use crate::inputs::{find_logs, load_rig};
-use crate::output::Output;
 use crate::steps::open;
 use crate::{Error, reading, summary};
 

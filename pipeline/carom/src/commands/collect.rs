@@ -24,7 +24,7 @@ use strike::{
 use values::Rig;
 
 use crate::args::Global;
-use crate::output::Output;
+use crate::error::Output;
 use crate::{Error, Outcome};
 
 /// `carom collect`.

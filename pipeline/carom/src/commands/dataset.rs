@@ -15,9 +15,8 @@ use crate::args::examples;
 use crate::dataset::{
     FILES, Lock, MOST_FPS, PinnedLog, Recipe, Rows, all_turn, episode, hashes, pin, usual_fps,
 };
-use crate::error::Outcome;
+use crate::error::{Outcome, Output};
 use crate::naming::name_logs;
-use crate::output::Output;
 
 /// `carom dataset`.
 #[derive(Debug, Subcommand)]

@@ -10,7 +10,7 @@ use serde_json::json;
 use values::Shape;
 
 use crate::Error;
-use crate::output::Output;
+use crate::error::Output;
 
 /// `carom demo`.
 #[derive(Args, Debug)]

@@ -9,8 +9,8 @@ use serde_json::json;
 
 use crate::Error;
 use crate::args::examples;
-use crate::new_file::write_new;
-use crate::output::Output;
+use crate::error::Output;
+use crate::outputs::write_new;
 
 /// `carom key`.
 #[derive(Debug, Subcommand)]

@@ -17,6 +17,7 @@ use store::{Artifact, ArtifactError, Contents, Store};
 use values::Strike;
 
 use crate::args::{Global, SignArgs};
+use crate::error::{Output, to_json};
 use crate::first_version::FirstVersion;
 use crate::inputs::Inputs;
 use crate::left_out::LeftOut;
@@ -24,7 +25,6 @@ use crate::nightly::{
     Change, ExecutorGate, HeldOutGate, Log, Night, Server, Since, Status, changed,
     compare_held_out, keep, kept, new_strikes, plan_paths, promised, unseen,
 };
-use crate::output::{Output, to_json};
 use crate::pipeline::{Step, pipeline};
 use crate::publishing::store_error;
 use crate::results::Results;

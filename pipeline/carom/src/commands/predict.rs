@@ -11,7 +11,7 @@ use world::Simulator;
 
 use crate::Error;
 use crate::args::Global;
-use crate::output::Output;
+use crate::error::Output;
 use crate::publishing::store_error;
 use crate::score::default_model;
 use crate::steps::open;

@@ -13,7 +13,7 @@ use serde_json::{Map, json};
 use tables::{Reader, TableError, Value};
 
 use crate::Error;
-use crate::output::Output;
+use crate::error::Output;
 
 /// `carom query`.
 #[derive(Args, Debug)]

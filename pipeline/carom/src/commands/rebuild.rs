@@ -11,9 +11,8 @@ use stage::Run;
 use store::{Artifact, SIGNATURE, Store};
 
 use crate::args::Global;
-use crate::error::Outcome;
+use crate::error::{Outcome, Output};
 use crate::inputs::Inputs;
-use crate::output::Output;
 use crate::pipeline::{Step, pipeline};
 use crate::publishing::{SPLIT_SEED, store_error};
 use crate::steps::open;

@@ -6,8 +6,8 @@ use clap::Args;
 use serde_json::json;
 
 use crate::args::Global;
+use crate::error::Output;
 use crate::inputs::Inputs;
-use crate::output::Output;
 use crate::pipeline::{Step, pipeline};
 use crate::steps::open;
 use crate::{Error, report};

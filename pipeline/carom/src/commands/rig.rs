@@ -8,8 +8,8 @@ use values::Rig;
 
 use crate::Error;
 use crate::args::examples;
-use crate::new_file::{ORDINARY, write_new};
-use crate::output::Output;
+use crate::error::Output;
+use crate::outputs::{ORDINARY, write_new};
 use crate::proposal::propose;
 
 /// `carom rig`.

@@ -5,8 +5,8 @@ use std::path::Path;
 use clap::Args;
 
 use crate::args::{Global, LogsArgs, SignArgs};
+use crate::error::Output;
 use crate::inputs::Inputs;
-use crate::output::Output;
 use crate::pipeline::Step;
 use crate::steps::{advance, open};
 use crate::{Error, signing};

@@ -11,9 +11,8 @@ use store::Store;
 use values::{StopErrors, Strike};
 
 use crate::args::Global;
-use crate::error::Outcome;
+use crate::error::{Outcome, Output, to_json};
 use crate::inputs::find_logs;
-use crate::output::{Output, to_json};
 use crate::outputs::write_json;
 use crate::publishing::store_error;
 use crate::score::{Drift, drift_unknown, follow_known_strikes, judge};

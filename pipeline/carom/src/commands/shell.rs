@@ -9,7 +9,7 @@ use clap_complete::{Generator, Shell};
 use serde_json::json;
 
 use crate::Error;
-use crate::output::Output;
+use crate::error::Output;
 
 /// `carom completions`.
 #[derive(Args, Debug)]

@@ -16,7 +16,7 @@ use sysid::Sysid;
 use train::Train;
 
 use crate::Error;
-use crate::output::{Output, to_json};
+use crate::error::{Output, to_json};
 
 /// `carom status`.
 #[derive(Args, Debug)]

@@ -8,10 +8,9 @@ use serde_json::json;
 use track::{TrackError, TrackOutcome, track_log};
 
 use crate::Error;
-use crate::error::Outcome;
+use crate::error::{Outcome, Output};
 use crate::inputs::{find_logs, load_rig};
 use crate::naming::names;
-use crate::output::Output;
 
 /// `carom track`.
 #[derive(Args, Debug)]

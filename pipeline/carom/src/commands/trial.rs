@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use crate::args::Global;
-use crate::output::{Output, to_json};
+use crate::error::{Output, to_json};
 use crate::robot::TrialRobot;
 use crate::trial::{self, TrialSettings};
 use crate::{Error, steps, summary};

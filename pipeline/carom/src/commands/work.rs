@@ -6,8 +6,8 @@ use stage::{Event, PATIENCE, Share};
 
 use crate::Error;
 use crate::args::{Global, LogsArgs};
+use crate::error::Output;
 use crate::inputs::Inputs;
-use crate::output::Output;
 use crate::pipeline::{Step, pipeline};
 use crate::steps::{explained, join};
 

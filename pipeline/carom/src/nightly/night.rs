@@ -23,7 +23,7 @@ use crate::score::Drift;
 const FILE: &str = "nightly.json";
 
 /// What came of a night.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Night {
     /// How it ended.
     pub status: Status,
@@ -84,7 +84,7 @@ pub struct Night {
 }
 
 /// How a night ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Status {
     /// A new version is in use.
@@ -96,6 +96,7 @@ pub enum Status {
     /// Somebody must look: the executor cannot use what came out, or the table or the strikes are not what they were.
     Refused,
     /// There was nothing to decide.
+    #[default]
     NothingNew,
     /// The work failed; the version before stays in use.
     Failed,
@@ -115,30 +116,12 @@ impl Night {
     pub fn new(logs: &[LogFile], before: Option<&Artifact>, basis: String) -> Self {
         let version = before.map(|before| before.version.clone());
         Self {
-            status: Status::NothingNew,
-            why: Vec::new(),
             before: version.clone(),
             latest: version,
             logs: logs.len(),
             new_logs: new_logs(before, logs).map(|log| log.name.clone()).collect(),
-            strikes: 0,
-            new_strikes: 0,
-            rejected: 0,
-            damaged: Vec::new(),
-            left_out: Vec::new(),
-            in_use_for: None,
-            promised: None,
-            achieved: None,
-            change: None,
-            waiting: None,
-            set_aside: Vec::new(),
-            quarantined: false,
-            beats: None,
-            executor: None,
-            drift: None,
-            missing: Vec::new(),
-            removed: Vec::new(),
             basis,
+            ..Self::default()
         }
     }
 
@@ -154,7 +137,7 @@ impl Night {
         }
     }
 
-    /// The same with what goes on from night to night.
+    /// This night with what goes on from night to night.
     pub fn after(self, last: &Self) -> Self {
         Self {
             change: last.change.clone(),

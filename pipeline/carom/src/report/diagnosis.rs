@@ -222,7 +222,7 @@ fn pictures(shown: &ReportInput<'_>, places: &Places<'_>, found: &Diagnosed) -> 
         let seen = &seen;
         let models = &models;
         COVARIATES
-            .iter()
+            .into_iter()
             .map(move |covariate| against(covariate, component, seen, models))
     });
     html! {

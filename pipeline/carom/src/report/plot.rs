@@ -123,7 +123,7 @@ impl Series {
         }
     }
 
-    /// The same, named at run time.
+    /// This series, named at run time.
     pub fn named(self, name: String) -> Self {
         Self {
             name: Some(name),
@@ -131,7 +131,7 @@ impl Series {
         }
     }
 
-    /// The same, paler.
+    /// This series, paler.
     pub fn pale(self) -> Self {
         Self {
             is_pale: true,
@@ -139,7 +139,7 @@ impl Series {
         }
     }
 
-    /// The same with these radii, in pixels.
+    /// This series with these radii, in pixels.
     pub fn sized(self, radii: Vec<f64>) -> Self {
         Self { radii, ..self }
     }
@@ -175,7 +175,7 @@ impl Plot {
         }
     }
 
-    /// The same with a title.
+    /// This plot with a title.
     pub fn titled(self, title: impl Into<String>) -> Self {
         Self {
             title: title.into(),

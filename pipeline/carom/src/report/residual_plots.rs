@@ -19,36 +19,16 @@ pub type StrikeResidual<'a> = (usize, &'a Strike, &'a StopResidual);
 /// Which of a strike's residuals is drawn: along and across the simulated path, in m.
 pub type ResidualOf = fn(&StopResidual) -> [f64; 2];
 
-/// What a residual is drawn against.
-pub struct Covariate {
-    /// On the axis.
-    pub label: &'static str,
-    /// Its value for a strike.
-    pub value: fn(&Strike) -> f64,
-}
+/// What a residual is drawn against: what stands on the axis, and its value for a strike.
+pub type Covariate = (&'static str, fn(&Strike) -> f64);
 
 /// All covariates, in the order of the pictures.
 pub const COVARIATES: [Covariate; 5] = [
-    Covariate {
-        label: "commanded speed in m/s",
-        value: |strike| strike.command.speed,
-    },
-    Covariate {
-        label: "commanded angle in rad",
-        value: |strike| strike.command.angle,
-    },
-    Covariate {
-        label: "x of the stop in m",
-        value: |strike| strike.stop.x,
-    },
-    Covariate {
-        label: "y of the stop in m",
-        value: |strike| strike.stop.y,
-    },
-    Covariate {
-        label: "strikes before it",
-        value: |strike| strike.conditions.order,
-    },
+    ("commanded speed in m/s", |strike| strike.command.speed),
+    ("commanded angle in rad", |strike| strike.command.angle),
+    ("x of the stop in m", |strike| strike.stop.x),
+    ("y of the stop in m", |strike| strike.stop.y),
+    ("strikes before it", |strike| strike.conditions.order),
 ];
 
 /// By how much arrows are drawn longer than they are: a power of ten, or two or five of it; never shorter.
@@ -106,20 +86,20 @@ fn arrow(strike: &Strike, [along, across]: [f64; 2]) -> (Point, Point) {
 
 /// One component of the residuals against a covariate, in mm, model by model; a point a strike.
 pub fn against(
-    covariate: &Covariate,
+    (label, value): Covariate,
     component: usize,
     seen: &[StrikeResidual<'_>],
     models: &[(&'static str, ResidualOf)],
 ) -> Plot {
     let series = models.iter().map(|(model, residual)| {
         let points = seen.iter().map(|(place, strike, look)| {
-            let at = ((covariate.value)(strike), MM * residual(look)[component]);
+            let at = (value(strike), MM * residual(look)[component]);
             (*place, at)
         });
         Series::of_strikes(None, in_colours(model), Kind::Dots, points)
     });
     let y = ["along in mm", "across in mm"][component];
-    Plot::new(covariate.label, y, series.collect())
+    Plot::new(label, y, series.collect())
 }
 
 #[cfg(test)]

@@ -25,12 +25,11 @@ pub fn errors_section(evaluation: &Evaluation) -> Markup {
         .collect();
     let rows: Vec<Row<'_>> = model_rows(&evaluation.models)
         .into_iter()
-        .chain(evaluation.noise_floor.iter().map(|errors| Row {
-            name: "noise_floor",
-            numbers: [errors.mean, errors.sd, errors.median, errors.p95],
-            n: errors.n,
-            left_out: errors.failed,
-        }))
+        .chain(
+            evaluation
+                .noise_floor
+                .map(|errors| Row::of("noise_floor", errors)),
+        )
         .collect();
     section(
         "Stop error on held-out strikes",
@@ -56,24 +55,25 @@ pub fn errors_section(evaluation: &Evaluation) -> Markup {
 }
 
 fn model_rows(errors: &BTreeMap<String, StopErrors>) -> Vec<Row<'_>> {
-    let row = |model: &'static str| {
-        let errors = errors.get(model)?;
-        Some(Row {
-            name: model,
-            numbers: [errors.mean, errors.sd, errors.median, errors.p95],
-            n: errors.n,
-            left_out: errors.failed,
-        })
-    };
+    let row = |model: &'static str| Some(Row::of(model, *errors.get(model)?));
     model_names().into_iter().filter_map(row).collect()
 }
 
 /// One line of a table of stop errors, in m.
 struct Row<'a> {
     name: &'a str,
-    numbers: [f64; 4],
-    n: usize,
+    errors: StopErrors,
     left_out: usize,
+}
+
+impl<'a> Row<'a> {
+    fn of(name: &'a str, errors: StopErrors) -> Self {
+        Self {
+            name,
+            errors,
+            left_out: errors.failed,
+        }
+    }
 }
 
 fn errors_table(rows: &[Row<'_>], left_out: &str) -> Markup {
@@ -88,10 +88,10 @@ fn errors_table(rows: &[Row<'_>], left_out: &str) -> Markup {
                 @for row in rows {
                     tr class=[(row.name == "noise_floor").then_some("floor")] {
                         td { (swatch(row.name)) (title(row.name)) }
-                        td.number { (format!("{:.2} ± {:.2}", row.numbers[0] * 100.0, row.numbers[1] * 100.0)) }
-                        td.number { (format!("{:.2}", row.numbers[2] * 100.0)) }
-                        td.number { (format!("{:.2}", row.numbers[3] * 100.0)) }
-                        td.number { (row.n) }
+                        td.number { (format!("{:.2} ± {:.2}", row.errors.mean * 100.0, row.errors.sd * 100.0)) }
+                        td.number { (format!("{:.2}", row.errors.median * 100.0)) }
+                        td.number { (format!("{:.2}", row.errors.p95 * 100.0)) }
+                        td.number { (row.errors.n) }
                         @if any { td.number { (row.left_out) } }
                     }
                 }
@@ -106,19 +106,14 @@ pub fn trial_section(trial: &Trial) -> Markup {
             .iter()
             .filter_map(|model| {
                 let outcome = outcomes.get(*model)?;
-                let errors = outcome.errors?;
                 Some(Row {
-                    name: model,
-                    numbers: [errors.mean, errors.sd, errors.median, errors.p95],
-                    n: errors.n,
                     left_out: outcome.refusals.len(),
+                    ..Row::of(model, outcome.errors?)
                 })
             })
-            .chain(trial.noise_floor.iter().map(|errors| Row {
-                name: "noise_floor",
-                numbers: [errors.mean, errors.sd, errors.median, errors.p95],
-                n: errors.n,
+            .chain(trial.noise_floor.map(|errors| Row {
                 left_out: 0,
+                ..Row::of("noise_floor", errors)
             }))
             .collect()
     }

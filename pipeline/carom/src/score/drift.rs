@@ -157,7 +157,7 @@ fn observed(run: &Run, artifact: &Artifact, strikes: &[Strike]) -> Result<Sessio
     observed_on(run, artifact, Shift::default(), strikes)
 }
 
-/// The same beside that model on a table that differs so from its own.
+/// A strike beside a model on a table that differs so from its own.
 fn observed_on(
     run: &Run,
     artifact: &Artifact,

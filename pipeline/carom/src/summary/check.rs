@@ -27,7 +27,7 @@ pub fn findings(check: &Check, rig: &Rig, least: Severity) -> String {
     text
 }
 
-/// The same for machines, each with its words.
+/// Findings for machines, each with its words.
 pub fn findings_json(check: &Check, rig: &Rig) -> Value {
     check
         .findings

@@ -106,7 +106,7 @@ pub fn gap(gap: &Gap) -> String {
     )
 }
 
-/// The same on one line.
+/// How far the gap shrinks, on one line.
 pub fn gap_in_brief(gap: &Gap) -> String {
     if gap.heldout_strikes == 0 {
         return "gap not measured: no strike was held out".into();

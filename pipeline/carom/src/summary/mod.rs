@@ -4,14 +4,11 @@ mod check;
 mod details;
 pub mod diagnosis;
 mod overview;
-mod rejects;
 mod shared;
 mod table;
-mod trial;
 
 pub use check::{candidate, findings, findings_json, measured};
 pub use details::{details, rolled_back};
 pub use overview::overview;
-pub use rejects::{examples, reasons};
-pub use table::{evaluation_table, misses_table};
-pub use trial::trial;
+pub use shared::{examples, reasons};
+pub use table::{evaluation_table, misses_table, trial};

@@ -1,8 +1,10 @@
-//! What the overview and the details both print.
+//! What the overview and the details both print, rejected strikes among it.
 
+use std::collections::BTreeMap;
 use std::fmt::Write;
 
-use super::rejects::{examples, reasons};
+use values::Reject;
+
 use super::table::evaluation_table;
 use crate::results::{Results, Worlds};
 
@@ -88,6 +90,34 @@ pub fn stop_errors(results: &Results) -> String {
         let table = evaluation_table(evaluation);
         format!("\nStop error on held-out strikes\n{table}")
     })
+}
+
+/// Such as "3 off_table, 1 truncated".
+pub fn reasons(rejects: &[Reject]) -> String {
+    let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
+    for reject in rejects {
+        *counts.entry(reject.reason.name()).or_default() += 1;
+    }
+    let counts: Vec<String> = counts
+        .iter()
+        .map(|(reason, count)| format!("{count} {reason}"))
+        .collect();
+    counts.join(", ")
+}
+
+/// The first of each reason, in words.
+pub fn examples(rejects: &[Reject]) -> Vec<String> {
+    let mut firsts: BTreeMap<&str, &Reject> = BTreeMap::new();
+    for reject in rejects {
+        firsts.entry(reject.reason.name()).or_insert(reject);
+    }
+    let example = |(reason, first): (&str, &Reject)| {
+        let Reject {
+            log, index, detail, ..
+        } = first;
+        format!("{reason}, such as strike {index} of {log}: {detail}")
+    };
+    firsts.into_iter().map(example).collect()
 }
 
 #[cfg(test)]

@@ -94,7 +94,7 @@ pub struct Trial {
     /// The session that all of this was struck in but `new_sessions`: the last one that was logged; none where the rig was not.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub session: Option<String>,
-    /// The same in new sessions; none where none was requested.
+    /// Strikes at random targets in new sessions; none where none was requested.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub new_sessions: Option<NewSessions>,
     /// Random targets, struck once; by model.

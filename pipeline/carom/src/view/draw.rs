@@ -28,7 +28,7 @@ const CIRCLE: u32 = 48;
 pub struct Ink(pub [f64; 4]);
 
 impl Ink {
-    /// The same, covering this share.
+    /// This colour, covering this share.
     pub fn covering(self, share: f64) -> Self {
         let [r, g, b, _] = self.0;
         Self([r, g, b, share])

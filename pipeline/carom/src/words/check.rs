@@ -32,7 +32,6 @@ pub fn severity(severity: Severity) -> &'static str {
 }
 
 /// A finding in words.
-#[expect(clippy::too_many_lines, reason = "a sentence or two for each finding")]
 pub fn say(finding: &Finding, rig: &Rig) -> Said {
     let said = |seen: String, likely: &str, mend: String| Said {
         seen,

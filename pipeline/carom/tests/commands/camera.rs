@@ -4,7 +4,7 @@ use carom::Outcome;
 use track::{CameraModel, Image, png_of};
 use values::{Rig, Shape};
 
-use crate::fixture::{done, refusal, write};
+use crate::fixture::{done, folder_and_path, refusal, write};
 
 /// The demo's rig with its camera.
 fn rig() -> Rig {
@@ -28,8 +28,7 @@ fn typed(rig: &Rig, off: f64) -> String {
 
 #[test]
 fn a_camera_is_calibrated_from_typed_points_or_refused() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let dir = folder.path().display();
+    let (folder, dir) = folder_and_path();
     let known = rig();
     let mut open = known.clone();
     (open.camera.position, open.camera.orientation) = (None, None);
@@ -65,8 +64,7 @@ fn commands(page: &str, words: &str) -> Vec<String> {
 
 #[test]
 fn the_pages_examples_of_typed_points_are_good_calibrations() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let dir = folder.path().display();
+    let (folder, dir) = folder_and_path();
     let page = include_str!("../../docs/camera.md");
     let (_, lens) = page.split_once("```toml\n[camera]\n").expect("a lens");
     let (lens, _) = lens.split_once("```").expect("an end");
@@ -90,8 +88,7 @@ fn the_pages_examples_of_typed_points_are_good_calibrations() {
 
 #[test]
 fn a_colour_is_proposed_from_an_image_and_shown() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let dir = folder.path().display();
+    let (folder, dir) = folder_and_path();
     let (width, height) = (160, 120);
     let is_object = |at: usize| {
         let (x, y) = ((at % width) as f64, (at / width) as f64);
@@ -131,8 +128,7 @@ fn a_colour_is_proposed_from_an_image_and_shown() {
 
 #[test]
 fn a_board_that_cannot_be_is_refused_with_what_is_wrong() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let dir = folder.path().display();
+    let (folder, dir) = folder_and_path();
     write(&folder.path().join("rig.toml"), &rig().to_toml());
     let size = [320, 240];
     let image = Image {

@@ -2,13 +2,11 @@
 
 use carom::Outcome;
 
-use crate::fixture::{carom, done, refusal, write};
+use crate::fixture::{carom, demo, done, refusal, write};
 
 #[test]
 fn a_collection_makes_what_is_planned_first_goes_on_and_is_joined_into_sessions() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let dir = folder.path().display();
-    done(&format!("demo --strikes 1 --hide none --out {dir}/rig"));
+    let (folder, dir) = demo("--strikes 1 --hide none");
     let planned = r#"{"next_strikes": [{"x0": 0.3, "y0": 0.05, "speed": 0.613, "angle": 0.123}]}"#;
     write(&folder.path().join("next.json"), planned);
     let collect = |strikes: u32| {
@@ -52,9 +50,7 @@ fn a_collection_makes_what_is_planned_first_goes_on_and_is_joined_into_sessions(
 
 #[test]
 fn a_planned_strike_that_is_left_out_is_no_success() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let dir = folder.path().display();
-    done(&format!("demo --strikes 1 --hide none --out {dir}/rig"));
+    let (folder, dir) = demo("--strikes 1 --hide none");
     let planned = r#"{"next_strikes": [{"x0": 0.3, "y0": 0.05, "speed": 9.0, "angle": 0.0}]}"#;
     write(&folder.path().join("next.json"), planned);
     let said = carom(&format!(
@@ -70,9 +66,7 @@ fn a_planned_strike_that_is_left_out_is_no_success() {
 
 #[test]
 fn a_strike_that_was_joined_before_the_program_was_killed_is_not_joined_twice() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let dir = folder.path().display();
-    done(&format!("demo --strikes 1 --hide none --out {dir}/rig"));
+    let (folder, dir) = demo("--strikes 1 --hide none");
     let collect = |strikes: u32| {
         done(&format!(
             "collect --rig {dir}/rig/rig.toml --robot sim --strikes {strikes} --out {dir}/logs"
@@ -100,9 +94,7 @@ fn a_strike_that_was_joined_before_the_program_was_killed_is_not_joined_twice() 
 
 #[test]
 fn what_cannot_collect_is_reported_before_anything_is_made() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let dir = folder.path().display();
-    done(&format!("demo --strikes 1 --hide none --out {dir}/rig"));
+    let (_folder, dir) = demo("--strikes 1 --hide none");
     let collect = format!("collect --rig {dir}/rig/rig.toml --strikes 2 --out {dir}/logs --robot");
     for (rest, said) in [
         ("dry-run", "makes none"),

@@ -5,6 +5,7 @@ use std::path::Path;
 use carom::{Cli, Error, Outcome, Output, execute};
 use clap::Parser;
 use serde_json::Value;
+use tempfile::TempDir;
 
 pub fn carom(line: &str) -> Result<Output, Error> {
     let words = line.split_whitespace();
@@ -12,14 +13,29 @@ pub fn carom(line: &str) -> Result<Output, Error> {
     execute(&cli.unwrap_or_else(|error| panic!("{line}: {error}")))
 }
 
+/// What a command says that does not fail.
+pub fn answer(line: &str) -> Output {
+    carom(line).unwrap_or_else(|error| panic!("{line}: failed to {error}"))
+}
+
 pub fn done(line: &str) -> Value {
-    match carom(line) {
-        Ok(said) => {
-            assert_eq!(said.outcome, Outcome::Done, "{line}: {}", said.text);
-            said.json
-        }
-        Err(error) => panic!("{line}: failed to {error}"),
-    }
+    let said = answer(line);
+    assert_eq!(said.outcome, Outcome::Done, "{line}: {}", said.text);
+    said.json
+}
+
+/// A folder that goes when it is dropped, and its path as it is typed.
+pub fn folder_and_path() -> (TempDir, String) {
+    let folder = tempfile::tempdir().expect("a folder");
+    let dir = folder.path().display().to_string();
+    (folder, dir)
+}
+
+/// A folder and its path, with a demo of these options in its folder `rig`.
+pub fn demo(options: &str) -> (TempDir, String) {
+    let (folder, dir) = folder_and_path();
+    done(&format!("demo {options} --out {dir}/rig"));
+    (folder, dir)
 }
 
 pub fn computed(said: &Value) -> Vec<(String, u64)> {

@@ -2,13 +2,11 @@
 
 use carom::Outcome;
 
-use crate::fixture::{carom, done, refusal, write};
+use crate::fixture::{answer, demo, done, refusal, write};
 
 #[test]
 fn a_log_that_has_grown_and_another_of_its_name_are_distinguished_at_night() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let dir = folder.path().display();
-    done(&format!("demo --strikes 240 --hide none --out {dir}/rig"));
+    let (folder, dir) = demo("--strikes 240 --hide none");
     let session = |number: u32| {
         let path = format!("rig/logs/session_00{number}.mcap");
         std::fs::read(folder.path().join(path)).expect("a log")
@@ -19,8 +17,7 @@ fn a_log_that_has_grown_and_another_of_its_name_are_distinguished_at_night() {
         std::fs::write(day.join("session.mcap"), bytes).expect("written");
     };
     let night = |more: &str| {
-        let said = carom(&format!("nightly {more} --out {dir}/run"));
-        let said = said.unwrap_or_else(|error| panic!("failed to {error}"));
+        let said = answer(&format!("nightly {more} --out {dir}/run"));
         let count = |key: &str| said.json[key].as_u64().expect("a count");
         (count("strikes"), count("new_strikes"))
     };
@@ -38,11 +35,7 @@ fn a_log_that_has_grown_and_another_of_its_name_are_distinguished_at_night() {
 
 #[test]
 fn a_rig_file_is_proposed_out_of_a_log_and_reads_it() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let dir = folder.path().display();
-    done(&format!(
-        "demo --strikes 40 --hide none --state --out {dir}/rig"
-    ));
+    let (folder, dir) = demo("--strikes 40 --hide none --state");
     let log = format!("{dir}/rig/logs/session_000.mcap");
     done(&format!("rig init --from {log} --out {dir}/own.toml"));
     let own = values::Rig::load(&folder.path().join("own.toml")).expect("a rig file");
@@ -68,9 +61,7 @@ fn a_rig_file_is_proposed_out_of_a_log_and_reads_it() {
 
 #[test]
 fn what_cannot_be_worked_with_is_bad_input_that_names_what_and_where() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let dir = folder.path().display();
-    done(&format!("demo --strikes 1 --hide none --out {dir}/rig"));
+    let (folder, dir) = demo("--strikes 1 --hide none");
     let rig = format!("--rig {dir}/rig/rig.toml --out {dir}/run");
     write(&folder.path().join("no.mcap"), "no log");
     write(&folder.path().join("bad.toml"), "[object]\nshpae = 1\n");
@@ -105,9 +96,7 @@ fn what_cannot_be_worked_with_is_bad_input_that_names_what_and_where() {
 
 #[test]
 fn logs_of_one_name_in_several_folders_are_other_sessions() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let dir = folder.path().display();
-    done(&format!("demo --strikes 40 --hide none --out {dir}/rig"));
+    let (folder, dir) = demo("--strikes 40 --hide none");
     for day in 0..4 {
         let to = folder.path().join(format!("days/d{day}"));
         std::fs::create_dir_all(&to).expect("a folder");
@@ -116,7 +105,7 @@ fn logs_of_one_name_in_several_folders_are_other_sessions() {
     }
     let ingest = |logs: &str| {
         let options = format!("--rig {dir}/rig/rig.toml --out {dir}/run");
-        carom(&format!("ingest {logs} {options}")).unwrap_or_else(|error| panic!("{error}"));
+        answer(&format!("ingest {logs} {options}"));
         let strikes = tables::read_strikes(&folder.path().join("run")).expect("a table");
         strikes
             .into_iter()
@@ -135,14 +124,12 @@ fn logs_of_one_name_in_several_folders_are_other_sessions() {
 
 #[test]
 fn a_cut_off_log_gives_what_is_whole_and_says_so() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let dir = folder.path().display();
-    done(&format!("demo --strikes 10 --hide none --out {dir}/rig"));
+    let (folder, dir) = demo("--strikes 10 --hide none");
     let log = folder.path().join("rig/logs/session_000.mcap");
     let bytes = std::fs::read(&log).expect("a log");
     std::fs::write(&log, &bytes[..bytes.len() / 2]).expect("written");
     let line = format!("ingest {dir}/rig/logs --rig {dir}/rig/rig.toml --out {dir}");
-    let said = carom(&line).unwrap_or_else(|error| panic!("failed to {error}"));
+    let said = answer(&line);
     assert_eq!(said.outcome, Outcome::Rejected);
     assert!(said.json["strikes"].as_u64() < Some(10));
     assert!(said.text.contains("session_000.mcap"), "{}", said.text);
@@ -159,32 +146,28 @@ fn a_cut_off_log_gives_what_is_whole_and_says_so() {
 
 #[test]
 fn strikes_that_are_rejected_are_reported_with_an_example_of_each_reason() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let dir = folder.path().display();
-    done(&format!("demo --strikes 12 --hide none --out {dir}/rig"));
+    let (folder, dir) = demo("--strikes 12 --hide none");
     let rig = std::fs::read_to_string(folder.path().join("rig/rig.toml")).expect("a rig file");
     let ingest = |x: &str| {
         let other = rig.replace("x = [0.1, 1.0]", x);
         assert_ne!(other, rig);
         std::fs::write(folder.path().join("other.toml"), other).expect("written");
-        carom(&format!(
+        answer(&format!(
             "ingest {dir}/rig/logs --rig {dir}/other.toml --out {dir}"
         ))
     };
-    let some = ingest("x = [0.25, 1.0]").unwrap_or_else(|error| panic!("failed to {error}"));
+    let some = ingest("x = [0.25, 1.0]");
     let example = "off_table, such as strike ";
     assert!(some.text.contains(example), "{}", some.text);
     // Where all are, the table is another: nothing is made of that.
-    let none = ingest("x = [2.0, 3.0]").unwrap_or_else(|error| panic!("failed to {error}"));
+    let none = ingest("x = [2.0, 3.0]");
     assert!(none.text.contains(example), "{}", none.text);
     assert_eq!(none.outcome, Outcome::Refused);
 }
 
 #[test]
 fn logs_that_are_none_are_left_out_and_reported_and_the_others_are_read() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let dir = folder.path().display();
-    done(&format!("demo --strikes 12 --hide none --out {dir}/rig"));
+    let (folder, dir) = demo("--strikes 12 --hide none");
     let line = format!("ingest {dir}/rig/logs --rig {dir}/rig/rig.toml --out {dir}");
     let before = done(&line);
     let logs = folder.path().join("rig/logs");
@@ -202,7 +185,7 @@ fn logs_that_are_none_are_left_out_and_reported_and_the_others_are_read() {
         .status();
     assert!(pipe.expect("mkfifo").success());
 
-    let said = carom(&line).unwrap_or_else(|error| panic!("failed to {error}"));
+    let said = answer(&line);
     assert_eq!(said.outcome, Outcome::Rejected);
     assert_eq!(said.json["strikes"], before["strikes"]);
     let left_out: Vec<_> = said.json["left_out"]

@@ -2,6 +2,7 @@
 
 mod camera;
 mod collect;
+mod datasets;
 mod fixture;
 mod logs;
 mod nights;

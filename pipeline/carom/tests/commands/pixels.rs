@@ -4,7 +4,7 @@ use std::path::Path;
 
 use carom::Outcome;
 
-use crate::fixture::{carom, done, refusal, write};
+use crate::fixture::{answer, carom, demo, done, refusal, write};
 
 /// Strikes are shown beside the images that they were tracked in: some of each, at the times of the strike.
 fn is_shown_with_images(folder: &Path) {
@@ -42,11 +42,7 @@ fn is_shown_with_images(folder: &Path) {
 
 #[test]
 fn a_run_starts_from_images_tracks_them_once_and_is_rebuilt_from_them() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let dir = folder.path().display();
-    done(&format!(
-        "demo --strikes 12 --seed 3 --hide none --camera --out {dir}/rig"
-    ));
+    let (folder, dir) = demo("--strikes 12 --seed 3 --hide none --camera");
 
     let said = done(&format!(
         "track {dir}/rig/logs --rig {dir}/rig/rig.toml --out {dir}/tracked"
@@ -58,7 +54,7 @@ fn a_run_starts_from_images_tracks_them_once_and_is_rebuilt_from_them() {
     let run = format!("run {dir}/rig/logs --rig {dir}/rig/rig.toml --out {dir}/run");
     // So few strikes give a candidate.
     let candidate = || {
-        let said = carom(&run).unwrap_or_else(|error| panic!("failed to {error}"));
+        let said = answer(&run);
         assert_eq!(said.outcome, Outcome::Refused, "{}", said.text);
         said.json
     };
@@ -129,10 +125,9 @@ fn a_run_starts_from_images_tracks_them_once_and_is_rebuilt_from_them() {
     let unseen = unseen.expect("tracked");
     assert_eq!(unseen.outcome, Outcome::Rejected, "{}", unseen.text);
     assert!(unseen.text.contains("camera tune"), "{}", unseen.text);
-    let said = carom(&format!(
+    let said = answer(&format!(
         "run {dir}/rig/logs --rig {dir}/blue.toml --out {dir}/run"
-    ))
-    .unwrap_or_else(|error| panic!("failed to {error}"));
+    ));
     assert_eq!(said.outcome, Outcome::Refused, "{}", said.text);
     assert!(said.text.contains("no_object"), "{}", said.text);
 

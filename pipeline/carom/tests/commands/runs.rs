@@ -6,13 +6,11 @@ use std::path::Path;
 use carom::Outcome;
 use serde_json::Value;
 
-use crate::fixture::{carom, computed, done, fetches_nothing, json, refusal};
+use crate::fixture::{answer, computed, demo, done, fetches_nothing, json, refusal};
 
 #[test]
 fn a_demo_becomes_a_version_that_strikes_and_can_be_rebuilt() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let dir = folder.path().display();
-    done(&format!("demo --strikes 80 --seed 3 --out {dir}/rig"));
+    let (folder, dir) = demo("--strikes 80 --seed 3");
     let first = format!("run {dir}/rig/logs/session_000.mcap {dir}/rig/logs/session_001.mcap");
     let options = format!("--rig {dir}/rig/rig.toml --out {dir}");
     let said = done(&format!("{first} {options}"));
@@ -99,7 +97,7 @@ fn a_demo_becomes_a_version_that_strikes_and_can_be_rebuilt() {
 
     // What was rolled back is not brought back in silence.
     let line = format!("publish --out {dir}");
-    let said = carom(&line).unwrap_or_else(|error| panic!("failed to {error}"));
+    let said = answer(&line);
     assert_eq!(
         (&said.json["version"], &said.json["latest"]),
         (&Value::from("v0002"), &Value::from("v0001"))
@@ -114,7 +112,7 @@ fn a_demo_becomes_a_version_that_strikes_and_can_be_rebuilt() {
 }
 
 /// What is signed stays so, and a rebuild is the same with or without it.
-fn signs(dir: &std::path::Display<'_>) {
+fn signs(dir: &str) {
     done(&format!("key new --out {dir}/carom.key"));
     let artifacts = format!("--artifacts {dir}");
     let verify = format!("artifacts verify {artifacts} --key {dir}/carom.pub");
@@ -256,15 +254,10 @@ fn is_shown_and_exported(path: &Path) {
 
 #[test]
 fn too_few_strikes_to_diagnose_are_no_failure_of_a_run_and_publish_nothing() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let dir = folder.path().display();
-    done(&format!(
-        "demo --strikes 7 --seed 2 --hide none --out {dir}/rig"
-    ));
-    let said = carom(&format!(
+    let (folder, dir) = demo("--strikes 7 --seed 2 --hide none");
+    let said = answer(&format!(
         "run {dir}/rig/logs --rig {dir}/rig/rig.toml --out {dir}"
     ));
-    let said = said.unwrap_or_else(|error| panic!("failed to {error}"));
     let why = said.json["no_diagnosis"].as_str().expect("a reason");
     assert!(why.contains("log more strikes"), "{why}");
     // Nothing judges what came out: it is a candidate, and no robot finds it.
@@ -280,11 +273,7 @@ fn too_few_strikes_to_diagnose_are_no_failure_of_a_run_and_publish_nothing() {
 
 #[test]
 fn a_ball_is_identified_and_learnt_though_nothing_diagnoses_it() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let dir = folder.path().display();
-    done(&format!(
-        "demo --object sphere --strikes 30 --hide none --out {dir}/rig"
-    ));
+    let (_folder, dir) = demo("--object sphere --strikes 30 --hide none");
     let said = done(&format!(
         "run {dir}/rig/logs --rig {dir}/rig/rig.toml --out {dir}"
     ));
@@ -297,9 +286,7 @@ fn a_ball_is_identified_and_learnt_though_nothing_diagnoses_it() {
 
 #[test]
 fn a_second_run_in_a_folder_is_asked_to_try_again() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let dir = folder.path().display();
-    done(&format!("demo --strikes 1 --hide none --out {dir}/rig"));
+    let (folder, dir) = demo("--strikes 1 --hide none");
     let options = stage::Options::default();
     let first = stage::Run::open(&folder.path().join("run"), options).expect("a run");
     let (outcome, text) = refusal(&format!(

@@ -8,7 +8,7 @@ use rig::{AirTable, FenceTruth, Hidden, demo};
 use serde_json::Value;
 use values::{Point, Reject, Rig, Shape, Strike};
 
-use crate::fixture::{carom, done};
+use crate::fixture::{answer, carom, done, folder_and_path};
 
 /// 120 strikes of a demo with this hidden, half of which a fence turns back; with the truth's friction and restitution.
 fn fenced(folder: &Path, hide: &[&str]) -> (f64, f64) {
@@ -32,8 +32,7 @@ fn holds(said: &Value, name: &str, value: f64) -> bool {
 
 #[test]
 fn a_fence_that_nobody_stated_is_found_told_and_ends_tracks() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let dir = folder.path().display();
+    let (folder, dir) = folder_and_path();
     let (friction, restitution) = fenced(&folder.path().join("rig"), &["none"]);
     let rig = format!("--rig {dir}/rig/rig.toml");
     let checked = carom(&format!("check {dir}/rig/logs {rig}")).expect("checked");
@@ -46,8 +45,7 @@ fn a_fence_that_nobody_stated_is_found_told_and_ends_tracks() {
     let mend = fences[0]["words"]["mend"].as_str().expect("words");
     assert!(mend.contains("[[table.fences]] from = ["), "{mend}");
     done(&format!("ingest {dir}/rig/logs {rig} --out {dir}/run"));
-    let said = carom(&format!("sysid --out {dir}/run"));
-    let said = said.unwrap_or_else(|error| panic!("failed to {error}"));
+    let said = answer(&format!("sysid --out {dir}/run"));
     assert!(holds(&said.json, "friction", friction), "{}", said.text);
     let estimate = &said.json["parameters"]["restitution"]["value"];
     // Masses and the launch factor are one with it.
@@ -68,16 +66,14 @@ fn a_fence_that_nobody_stated_is_found_told_and_ends_tracks() {
 
 #[test]
 fn what_hides_behind_a_fence_is_named_as_on_an_open_table() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let dir = folder.path().display();
+    let (folder, dir) = folder_and_path();
     fenced(&folder.path().join("rig"), &["table_tilt=0.012,0.008"]);
-    let carom = |line: &str| carom(line).unwrap_or_else(|error| panic!("failed to {error}"));
-    let said = carom(&format!(
+    let said = answer(&format!(
         "ingest {dir}/rig/logs --rig {dir}/rig/rig.toml --out {dir}/run"
     ));
     // One meets the fence within the frames that tell nothing.
     assert!(said.json["strikes"].as_u64() >= Some(118), "{}", said.text);
-    let said = carom(&format!("diagnose --out {dir}/run"));
+    let said = answer(&format!("diagnose --out {dir}/run"));
     let diagnosis = &said.json["diagnosis"];
     assert_eq!(diagnosis["verdict"], "named", "{diagnosis}");
     assert_eq!(diagnosis["effects"][0]["name"], "table_tilt");
@@ -85,8 +81,7 @@ fn what_hides_behind_a_fence_is_named_as_on_an_open_table() {
 
 #[test]
 fn an_air_table_on_which_nothing_stops_is_identified_and_diagnosed_and_not_published() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let dir = folder.path().display();
+    let (folder, dir) = folder_and_path();
     let table = AirTable {
         friction: 0.004,
         tilt: Point::default(),
@@ -101,10 +96,9 @@ fn an_air_table_on_which_nothing_stops_is_identified_and_diagnosed_and_not_publi
     }
     let rig = folder.path().join("rig.toml");
     std::fs::write(&rig, AirTable::rig().to_toml()).expect("written");
-    let said = carom(&format!(
+    let said = answer(&format!(
         "run {dir}/logs --rig {dir}/rig.toml --out {dir}/run"
     ));
-    let said = said.unwrap_or_else(|error| panic!("failed to {error}"));
     assert_eq!(said.outcome, Outcome::Refused, "{}", said.text);
     // Of 51 hits, all but those that graze, or after which the puck meets a wall within the frames that tell nothing.
     assert!(said.json["strikes"].as_u64() > Some(35), "{}", said.text);
@@ -180,8 +174,7 @@ fn pushed(log: &Path, friction: f64, count: u32) {
 
 #[test]
 fn a_hands_pushes_teach_friction_beside_strikes_and_alone_publish_nothing() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let dir = folder.path().display();
+    let (folder, dir) = folder_and_path();
     let hidden = Hidden::parse(&["none"]).expect("known effects");
     let mut settings = demo::Settings::new(Shape::Cylinder, 30, 23, Some(hidden));
     settings.log_state = true;
@@ -191,12 +184,8 @@ fn a_hands_pushes_teach_friction_beside_strikes_and_alone_publish_nothing() {
     pushed(&folder.path().join("pushes/hand.mcap"), friction, 40);
     let run = |logs: &str, to: &str| {
         let line = format!("ingest {logs} --rig {dir}/rig/rig.toml --out {dir}/{to}");
-        let read = carom(&line).unwrap_or_else(|error| panic!("failed to {error}"));
-        let said = carom(&format!("sysid --out {dir}/{to}"));
-        (
-            read,
-            said.unwrap_or_else(|error| panic!("failed to {error}")),
-        )
+        let read = answer(&line);
+        (read, answer(&format!("sysid --out {dir}/{to}")))
     };
     let width = |said: &Value, name: &str| {
         let end = |key: &str| said["parameters"][name][key].as_f64().expect("an end");
@@ -234,10 +223,9 @@ fn a_hands_pushes_teach_friction_beside_strikes_and_alone_publish_nothing() {
     let strikes = |run: &str| tables::read_strikes(&folder.path().join(run)).expect("tables");
     assert_eq!(strikes("alone").len(), strikes("both").len());
 
-    let said = carom(&format!(
+    let said = answer(&format!(
         "run {dir}/pushes --rig {dir}/rig/rig.toml --out {dir}/hand"
     ));
-    let said = said.unwrap_or_else(|error| panic!("failed to {error}"));
     assert_eq!(said.outcome, Outcome::Refused, "{}", said.text);
     assert!(said.text.contains("no strike was seen"), "{}", said.text);
     assert!(holds(&said.json, "friction", friction), "{}", said.text);

@@ -6,7 +6,7 @@ use std::path::Path;
 use carom::Outcome;
 use serde_json::Value;
 
-use crate::fixture::{computed, done, refusal};
+use crate::fixture::{computed, demo, done, refusal};
 
 /// The bytes of every file of a folder, by name.
 fn bytes(folder: &Path) -> Vec<(String, Vec<u8>)> {
@@ -32,9 +32,7 @@ fn sums(said: &[Value]) -> std::collections::BTreeMap<String, u64> {
 
 #[test]
 fn workers_compute_each_answer_once_and_the_run_publishes_the_bytes_of_one_machine() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let dir = folder.path().display();
-    done(&format!("demo --strikes 80 --seed 3 --out {dir}/rig"));
+    let (folder, dir) = demo("--strikes 80 --seed 3");
     let logs = format!("{dir}/rig/logs --rig {dir}/rig/rig.toml --seed 5 --out {dir}");
     let alone = done(&format!("run {logs}/alone"));
 
@@ -73,11 +71,7 @@ fn workers_compute_each_answer_once_and_the_run_publishes_the_bytes_of_one_machi
 
 #[test]
 fn logs_with_images_are_tracked_by_one_worker_each_and_a_worker_that_fails_says_why() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let dir = folder.path().display();
-    done(&format!(
-        "demo --strikes 3 --seed 4 --camera --out {dir}/rig"
-    ));
+    let (folder, dir) = demo("--strikes 3 --seed 4 --camera");
     let logs = format!("{dir}/rig/logs --rig {dir}/rig/rig.toml --out {dir}");
     let why = std::thread::scope(|scope| {
         let shares = (1..=2).map(|share| format!("work {logs}/shared --shard {share}/2"));

@@ -104,7 +104,7 @@ impl Lab {
         self.sessions.iter().enumerate().map(write).collect()
     }
 
-    /// The same lab making one of [`MISTAKES`], or another one that a test of the check makes.
+    /// This lab making one of [`MISTAKES`], or another one that a test of the check makes.
     pub fn mistaken(mut self, mistake: &str) -> Self {
         match mistake {
             "the camera's y axis is mirrored" => self.each_centroid(|p| Point::new(p.x, -p.y)),

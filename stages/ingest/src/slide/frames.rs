@@ -6,9 +6,9 @@ use logs::Sample;
 use values::{Point, RejectReason, Rig};
 
 use super::tolerances::REST_BEFORE;
+use crate::order::since;
 use crate::rejection::Rejection;
 use crate::robust::{median, median_point};
-use crate::time::since;
 
 /// Frames that come slower than this, in s, show no slide.
 const SLOWEST: f64 = 1.0 / 15.0;
@@ -152,7 +152,6 @@ impl<'a> Frames<'a> {
 
 /// Seconds from frame to frame, frames that are missing left out of account: the mean of the intervals, for a camera whose clock
 /// ticks coarser than its frames come has two intervals, and its period is neither.
-#[expect(clippy::cast_precision_loss, reason = "a few hundred frames")]
 fn mean_interval(frames: &[&Frame]) -> f64 {
     let intervals = || frames.windows(2).map(|pair| pair[1].t - pair[0].t);
     let most = INTERVAL_WITH_GAP * median(intervals());

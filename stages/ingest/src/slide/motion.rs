@@ -110,7 +110,6 @@ fn follow_back(all: &[Frame], sure: usize, noise: f64) -> usize {
 }
 
 /// Where a rising line fitted through (t, distance) meets zero.
-#[expect(clippy::cast_precision_loss, reason = "a handful of points")]
 fn meets_zero(points: &[(f64, f64)]) -> Option<f64> {
     let count = points.len() as f64;
     let (t, d) = points.iter().fold((0.0, 0.0), |sum, point| {

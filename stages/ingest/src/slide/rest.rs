@@ -154,7 +154,6 @@ pub(super) fn rest_after(
 }
 
 /// Whether nearly all frames lie at one place and their halves do not drift.
-#[expect(clippy::cast_precision_loss, reason = "a few dozen points")]
 pub(crate) fn is_rest(points: &[Point], reach: f64, noise: f64) -> bool {
     /// Standard deviation of a median, in that of a mean.
     const MEDIAN_NOISE: f64 = 1.2533;

@@ -67,11 +67,6 @@ pub(super) fn stopped(
             .collect(),
     };
     let moments = |from: f64, to: f64| {
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "a hundred steps"
-        )]
         let steps = ((to - from) / STEP) as u32;
         (0..=steps).map(move |i| from + STEP * f64::from(i))
     };
@@ -79,7 +74,6 @@ pub(super) fn stopped(
     let at_once = moments(first, until)
         .filter_map(|moment| approach.at_once(moment))
         .min_by(|one, other| one.sum.total_cmp(&other.sum))?;
-    #[expect(clippy::cast_precision_loss, reason = "a few dozen frames")]
     let freedom = approach.frames.len().saturating_sub(3).max(1) as f64;
     let square = (noise * noise).max(at_once.sum / freedom);
     let usual = at_once.braking + UNSURE * square.sqrt() * at_once.braking_error;

@@ -6,10 +6,9 @@
 
 use super::corners::SeenBoard;
 use super::plane::Homography;
-use crate::first_pose::first_pose;
+use crate::calibrate::{SeenPoint, first_pose};
 use crate::minimise::{LeastSquares, minimise};
 use crate::rotation::turned;
-use crate::seen_point::SeenPoint;
 use crate::{BoardError, CameraModel, Lens};
 
 /// A lens that was found from views of a board.

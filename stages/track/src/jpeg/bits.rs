@@ -1,6 +1,4 @@
-//! The bits of a scan's entropy-coded data.
-
-use super::damage::{CUT, Damage, LEFT};
+//! The bits of a scan's entropy-coded data, and what can be wrong with them.
 
 /// Bytes behind the data, so that bits can be read four bytes at a time. Their ones are no code.
 const MARGIN: usize = 16;
@@ -101,3 +99,14 @@ pub(super) fn check_units(
         Err(LEFT)
     }
 }
+
+pub(super) type Damage = &'static str;
+
+pub(super) const CUT: Damage = "its data end before the image does";
+pub(super) const LEFT: Damage = "data are left over behind the image's last block";
+pub(super) const NO_CODE: Damage = "its data hold what is no code";
+pub(super) const TOO_LONG: Damage = "a block of it has more than 64 coefficients";
+pub(super) const TOO_BRIGHT: Damage = "a block of it is brighter or darker than a pixel can be";
+pub(super) const ORDER: Damage = "a restart marker is missing, or one too many";
+pub(super) const HEADER: Damage = "its header is damaged";
+pub(super) const NO_TABLES: Damage = "it has no Huffman tables";

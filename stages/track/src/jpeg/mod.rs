@@ -8,20 +8,16 @@
 
 mod baseline;
 mod bits;
-mod damage;
-mod means;
 mod progressive;
 mod scan;
 
-use baseline::Blocks;
-use damage::{CUT, Damage, HEADER, NO_TABLES};
-use means::Means;
+use baseline::{Blocks, Means};
+use bits::{CUT, Damage, HEADER, NO_TABLES};
 use progressive::{Coefficients, Pass};
 use scan::Scan;
 
-use crate::huffman::{BLOCK, Codes};
+use crate::huffman::{BLOCK, Codes, STANDARD_CODES};
 use crate::image::checked_size;
-use crate::standard_codes::STANDARD_CODES;
 
 /// Markers' second bytes.
 mod marker {

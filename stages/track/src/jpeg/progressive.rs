@@ -2,9 +2,8 @@
 //!
 //! Source: ITU-T T.81, annex G.
 
-use super::bits::Bits;
-use super::damage::{Damage, LEFT, NO_CODE, TOO_LONG};
-use super::means::Means;
+use super::baseline::Means;
+use super::bits::{Bits, Damage, LEFT, NO_CODE, TOO_LONG};
 use crate::huffman::Codes;
 
 /// What a scan brings.

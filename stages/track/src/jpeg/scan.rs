@@ -1,8 +1,7 @@
 //! A scan's data, from one restart marker to the next.
 
 use super::baseline::Blocks;
-use super::bits::{check_units, gather};
-use super::damage::{CUT, Damage, ORDER};
+use super::bits::{CUT, Damage, ORDER, check_units, gather};
 use super::progressive::Pass;
 
 /// The first and the last restart marker's second byte; they follow one another in a circle.

@@ -6,7 +6,8 @@ use rig::{Effect, Hidden, PlannedStrike, StrikeIndex, Truth};
 use serde::{Deserialize, Serialize};
 use values::Shape;
 
-use super::super::form::{self, one_of, uniform};
+use super::super::form;
+use super::super::form::{one_of, uniform};
 use super::super::set::Make;
 use super::super::size::{Probes, Shift};
 use super::design::Design;

@@ -16,11 +16,11 @@ use super::kind::HardKind;
 pub enum Design {
     /// As the demo's: start, speed and angle at random; 40 to 160 strikes.
     Random,
-    /// The same, 25 strikes.
+    /// At random, 25 strikes.
     Few,
-    /// The same, 400 strikes.
+    /// At random, 400 strikes.
     Many,
-    /// The same, with a quarter of the strikes in a row missing from the logs.
+    /// At random, with a quarter of the strikes in a row missing from the logs.
     Gaps,
     /// All pairs of five angles and four speeds, from two starts, once to three times, in their order or shuffled.
     Grid,

@@ -11,7 +11,6 @@ mod kind;
 mod noise;
 mod outcome;
 mod page;
-mod repeats;
 mod rows;
 
 pub use answers::{right, said};

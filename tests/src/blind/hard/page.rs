@@ -3,15 +3,13 @@
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-use super::super::judged::Judged;
-use super::super::proportion::Proportion;
-use super::answers;
+use super::super::judged::{Judged, Proportion};
 use super::cases::Drawn;
 use super::design::DESIGNS;
 use super::kind::HardKind;
 use super::noise::kinds;
 use super::outcome::HardOutcome;
-use super::rows;
+use super::{answers, rows};
 
 /// The key of this benchmark's runs in `tests/judged.json`.
 pub const BENCHMARK: &str = "hard";

@@ -1,8 +1,7 @@
 //! What the hard benchmark measures, each figure with what it counts.
 
 use super::super::coverage::{self, Covered};
-use super::super::judged::Figure;
-use super::super::proportion::Proportion;
+use super::super::judged::{Figure, Proportion};
 use super::design::Design;
 use super::kind::HardKind;
 use super::outcome::HardOutcome;

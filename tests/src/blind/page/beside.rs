@@ -5,9 +5,9 @@ use std::fmt::Write;
 
 use super::super::cases::{CLASSES, EFFECTS, Kind, SLIDING};
 use super::super::chosen::Separation;
+use super::super::judged::Proportion;
 use super::super::outcome::Outcome;
 use super::super::peers::Peers;
-use super::super::proportion::Proportion;
 
 /// A set that carom and all peers were tried on.
 struct Both<'o> {

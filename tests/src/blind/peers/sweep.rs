@@ -8,76 +8,46 @@ use super::fits::{BASE, Candidate, Fits, Fitted, STEP};
 /// Probability by chance below which a sweep names: carom's own.
 const ALARM: f64 = 0.01;
 
-/// Values of an effect's parameters, by name.
-type Begin = &'static [(&'static str, f64)];
+/// Where a sweep of each effect begins, a line a start; it fits all parameters that are listed.
+const SWEPT: &str = "\
+viscous_drag: rate 0.2
+quadratic_drag: coefficient 0.2
+speed_weakening_friction: rise 0.2, speed 0.2
+speed_weakening_friction: rise 0.2, speed 0.5
+anisotropic_friction: contrast 0.05, direction 0.0
+anisotropic_friction: contrast 0.05, direction 0.8
+anisotropic_friction: contrast 0.05, direction -0.8
+friction_patch: center_x 0.45, center_y -0.08, radius 0.08, change 0.1
+friction_patch: center_x 0.45, center_y 0.08, radius 0.08, change 0.1
+friction_patch: center_x 0.55, center_y -0.08, radius 0.08, change 0.1
+friction_patch: center_x 0.55, center_y 0.08, radius 0.08, change 0.1
+friction_drift: rate 0.05
+table_tilt: tilt_x 0.001, tilt_y 0.001
+table_bowl: curvature 0.02, center_x 0.45, center_y 0.0
+table_bowl: curvature -0.02, center_x 0.45, center_y 0.0
+striker_speed_error: offset -0.02
+striker_speed_error: offset 0.0, cap 0.8
+striker_angle_bias: bias 0.01
+speed_dependent_restitution: slope 0.1
+off_centre_contact: offset 0.001
+camera_rotation: angle 0.01
+camera_distortion: k1 0.05";
 
-/// Where a sweep of each effect begins; it fits all parameters that are listed.
-const SWEPT: &[(&str, &[Begin])] = &[
-    ("viscous_drag", &[&[("rate", 0.2)]]),
-    ("quadratic_drag", &[&[("coefficient", 0.2)]]),
-    (
-        "speed_weakening_friction",
-        &[
-            &[("rise", 0.2), ("speed", 0.2)],
-            &[("rise", 0.2), ("speed", 0.5)],
-        ],
-    ),
-    (
-        "anisotropic_friction",
-        &[
-            &[("contrast", 0.05), ("direction", 0.0)],
-            &[("contrast", 0.05), ("direction", 0.8)],
-            &[("contrast", 0.05), ("direction", -0.8)],
-        ],
-    ),
-    (
-        "friction_patch",
-        &[
-            &[
-                ("center_x", 0.45),
-                ("center_y", -0.08),
-                ("radius", 0.08),
-                ("change", 0.1),
-            ],
-            &[
-                ("center_x", 0.45),
-                ("center_y", 0.08),
-                ("radius", 0.08),
-                ("change", 0.1),
-            ],
-            &[
-                ("center_x", 0.55),
-                ("center_y", -0.08),
-                ("radius", 0.08),
-                ("change", 0.1),
-            ],
-            &[
-                ("center_x", 0.55),
-                ("center_y", 0.08),
-                ("radius", 0.08),
-                ("change", 0.1),
-            ],
-        ],
-    ),
-    ("friction_drift", &[&[("rate", 0.05)]]),
-    ("table_tilt", &[&[("tilt_x", 0.001), ("tilt_y", 0.001)]]),
-    (
-        "table_bowl",
-        &[
-            &[("curvature", 0.02), ("center_x", 0.45), ("center_y", 0.0)],
-            &[("curvature", -0.02), ("center_x", 0.45), ("center_y", 0.0)],
-        ],
-    ),
-    (
-        "striker_speed_error",
-        &[&[("offset", -0.02)], &[("offset", 0.0), ("cap", 0.8)]],
-    ),
-    ("striker_angle_bias", &[&[("bias", 0.01)]]),
-    ("speed_dependent_restitution", &[&[("slope", 0.1)]]),
-    ("off_centre_contact", &[&[("offset", 0.001)]]),
-    ("camera_rotation", &[&[("angle", 0.01)]]),
-    ("camera_distortion", &[&[("k1", 0.05)]]),
-];
+/// The starts of [`SWEPT`].
+fn listed() -> impl Iterator<Item = Candidate> {
+    SWEPT.lines().map(|line| {
+        let value = |entry: &str| {
+            let (name, value) = entry.split_once(' ')?;
+            Some((name.to_owned(), value.parse().ok()?))
+        };
+        let (name, values) = line.split_once(": ").expect("a name and values");
+        let parameters: Option<Vec<_>> = values.split(", ").map(value).collect();
+        Candidate {
+            name: name.into(),
+            parameters: parameters.expect("a parameter and a number each"),
+        }
+    })
+}
 
 impl Fits<'_> {
     /// The effect that BIC prefers over end points, where its gain is more than chance makes: calibrated at 1 % by a parametric
@@ -92,13 +62,7 @@ impl Fits<'_> {
             parameters: Vec::new(),
         };
         let base = self.fit(&null, false, false)?;
-        let listed = SWEPT.iter().flat_map(|(name, starts)| {
-            starts.iter().map(|start| Candidate {
-                name: name.to_string(),
-                parameters: start.iter().map(|(n, v)| (n.to_string(), *v)).collect(),
-            })
-        });
-        let candidates: Vec<Candidate> = listed.chain(by_session.iter().cloned()).collect();
+        let candidates: Vec<Candidate> = listed().chain(by_session.iter().cloned()).collect();
         if self.calibration(&null, &base, &candidates)?.p_value(seed) >= ALARM {
             return None;
         }
@@ -154,5 +118,18 @@ impl Fits<'_> {
             &directions,
             paths.collect(),
         ))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_start_names_parameters_that_the_effect_has() {
+        for candidate in listed() {
+            let has = candidate.ranges().len();
+            assert_eq!(has, candidate.parameters.len(), "{}", candidate.name);
+        }
     }
 }

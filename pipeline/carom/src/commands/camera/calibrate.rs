@@ -10,9 +10,9 @@ use values::Rig;
 use super::board::BoardArgs;
 use super::typed::{point, size};
 use crate::Error;
+use crate::error::Output;
 use crate::inputs::load_rig;
-use crate::new_file::{ORDINARY, write_new};
-use crate::output::Output;
+use crate::outputs::{ORDINARY, write_new};
 
 /// `carom camera calibrate`.
 #[derive(Args, Debug)]

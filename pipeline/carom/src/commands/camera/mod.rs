@@ -10,7 +10,7 @@ use clap::Subcommand;
 
 use crate::Error;
 use crate::args::examples;
-use crate::output::Output;
+use crate::error::Output;
 
 /// `carom camera`.
 #[derive(Debug, Subcommand)]

@@ -11,8 +11,8 @@ use values::{Point, Rig};
 use super::files::load_image;
 use super::typed::pixel;
 use crate::Error;
+use crate::error::Output;
 use crate::inputs::load_rig;
-use crate::output::Output;
 
 /// `carom camera tune`.
 #[derive(Args, Debug)]

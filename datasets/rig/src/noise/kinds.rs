@@ -1,0 +1,196 @@
+//! Kinds of noise, from strike to strike, of the camera and its stamps, and of the rig file, each with what it adds to the [`Levels`].
+
+use super::levels::{Disturbs, Levels};
+use crate::declare::declare;
+
+/// Declares kinds of noise: their parameters, and what each adds.
+macro_rules! noise {
+    ($(
+        $(#[$doc:meta])* $kind:ident = $name:literal { $($parameters:tt)* }
+        |$noise:ident, $levels:ident| $adds:expr;
+    )*) => {$(
+        declare! { $(#[$doc])* $kind = $name { $($parameters)* } }
+
+        impl Disturbs for $kind {
+            fn add_to(&self, $levels: &mut Levels) {
+                let $noise = self;
+                $adds;
+            }
+        }
+    )*};
+}
+
+noise! {
+    /// Friction scatters from strike to strike.
+    FrictionScatter = "friction_scatter" {
+        /// Standard deviation, as a share of friction.
+        sd: 0.02, "1", Some(0.0);
+    }
+    |noise, levels| levels.friction_scatter = levels.friction_scatter.hypot(noise.sd);
+
+    /// Two objects were mixed up: some strikes are of another one, with another base.
+    TwoObjects = "two_objects" {
+        /// Relative change of its friction.
+        change: 0.15, "1", Some(0.0);
+        /// Share of the strikes.
+        share: 0.4, "1", None;
+    }
+    |noise, levels| {
+        levels.other_change += noise.change;
+        levels.other_share = noise.share;
+    };
+
+    /// The object is put down turned, otherwise before each strike: a box's faces then do not lie along the table's axes.
+    YawScatter = "yaw_scatter" {
+        /// Standard deviation, in rad: four degrees, as a person puts a box down by eye.
+        sd: 0.07, "rad", Some(0.0);
+    }
+    |noise, levels| levels.yaw_scatter = levels.yaw_scatter.hypot(noise.sd);
+
+    /// Friction wanders: a random walk with a step for each strike.
+    FrictionWander = "friction_wander" {
+        /// Standard deviation of a step, as a share of friction.
+        step: 0.005, "1", Some(0.0);
+    }
+    |noise, levels| levels.friction_wander = levels.friction_wander.hypot(noise.step);
+
+    /// Launches have heavy tails: a t distribution of three degrees of freedom with the same standard deviation.
+    LaunchTails = "launch_tails" {
+        /// Above 0: on.
+        on: 1.0, "1", Some(0.0);
+    }
+    |noise, levels| levels.launch_tails |= noise.on > 0.0;
+
+    /// Launches scatter more at high speed.
+    LaunchScatterBySpeed = "launch_scatter_by_speed" {
+        /// Factor at the robot's highest speed; 1 at its lowest.
+        factor: 4.0, "1", Some(1.0);
+    }
+    |noise, levels| levels.launch_growth_by_speed += noise.factor - 1.0;
+
+    /// Launches scatter more at wide angles.
+    LaunchScatterByAngle = "launch_scatter_by_angle" {
+        /// Factor at the robot's widest angle; 1 straight ahead.
+        factor: 3.0, "1", Some(1.0);
+    }
+    |noise, levels| levels.launch_growth_by_angle += noise.factor - 1.0;
+
+    /// The camera's noise differs from strike to strike, as light does.
+    CameraNoiseByStrike = "camera_noise_by_strike" {
+        /// Standard deviation of the logarithm of the noise.
+        spread: 0.5, "1", Some(0.0);
+    }
+    |noise, levels| levels.camera_spread = levels.camera_spread.hypot(noise.spread);
+
+    /// Camera noise is correlated from frame to frame (autoregressive of first order, the same standard deviation).
+    CameraCorrelation = "camera_correlation" {
+        /// Autocorrelation of neighbouring frames.
+        rho: 0.6, "1", Some(0.0);
+    }
+    |noise, levels| levels.camera_correlation = noise.rho.clamp(0.0, 0.99);
+
+    /// Camera noise has heavy tails: a t distribution of three degrees of freedom with the same standard deviation.
+    CameraTails = "camera_tails" {
+        /// Above 0: on.
+        on: 1.0, "1", Some(0.0);
+    }
+    |noise, levels| levels.camera_tails |= noise.on > 0.0;
+
+    /// Stamps are late by an exponential delay, as those that a driver gives on arrival.
+    LateStamps = "late_stamps" {
+        /// Mean delay, in s.
+        mean: 0.003, "s", Some(0.0);
+    }
+    |noise, levels| levels.stamp_delay += noise.mean;
+
+    /// Stamps scatter about the time of exposure.
+    JitteringStamps = "jittering_stamps" {
+        /// Standard deviation, in s.
+        sd: 0.003, "s", Some(0.0);
+    }
+    |noise, levels| levels.stamp_jitter = levels.stamp_jitter.hypot(noise.sd);
+
+    /// In some frames something else is taken for the object.
+    StrayFrames = "stray_frames" {
+        /// Share of frames.
+        share: 0.01, "1", Some(0.0);
+        /// How far from the object at the most, in m.
+        distance: 0.10, "m", None;
+    }
+    |noise, levels| {
+        levels.stray_share += noise.share;
+        levels.stray_distance = levels.stray_distance.max(noise.distance);
+    };
+
+    /// Places are reported on a grid, as whole pixels are.
+    QuantisedPlaces = "quantised_places" {
+        /// In m.
+        step: 0.002, "m", Some(0.0);
+    }
+    |noise, levels| levels.place_step = levels.place_step.max(noise.step);
+
+    /// Stamps are whole ticks of a coarse clock.
+    QuantisedStamps = "quantised_stamps" {
+        /// In s.
+        step: 0.004, "s", Some(0.0);
+    }
+    |noise, levels| levels.stamp_step = levels.stamp_step.max(noise.step);
+
+    /// In some strikes all frames of a while are lost.
+    LostBursts = "lost_bursts" {
+        /// Share of strikes.
+        share: 0.3, "1", Some(0.0);
+        /// How long at the most, in s.
+        longest: 0.3, "s", None;
+    }
+    |noise, levels| {
+        levels.burst_share += noise.share;
+        levels.burst_longest = levels.burst_longest.max(noise.longest);
+    };
+
+    /// The camera's view ends: what lies beyond is in no frame.
+    NarrowView = "narrow_view" {
+        /// One over the largest x that is seen, in 1/m.
+        narrowness: 1.4, "1/m", Some(0.0);
+    }
+    |noise, levels| levels.view_narrowness = levels.view_narrowness.max(noise.narrowness);
+
+    /// A rolling shutter: rows of the picture are exposed one after another, so that a place is seen later the farther it lies.
+    RollingShutter = "rolling_shutter" {
+        /// Time from one place to another that lies 1 m farther, in s.
+        readout: 0.015, "s", Some(0.0);
+        /// Direction in which rows follow each other, in rad.
+        bearing: 0.0, "rad", None;
+    }
+    |noise, levels| levels.readout = values::Point::polar(noise.readout, noise.bearing);
+
+    /// The camera's mount vibrates, in a direction and with a phase of its own in each strike.
+    MountVibration = "mount_vibration" {
+        /// Amplitude on the table, in m.
+        amplitude: 0.0007, "m", Some(0.0);
+        /// In Hz.
+        frequency: 7.0, "Hz", None;
+    }
+    |noise, levels| {
+        levels.mount_amplitude = noise.amplitude;
+        levels.mount_frequency = noise.frequency;
+    };
+
+    /// Numbers of the rig file are off by a share of themselves.
+    WrongRigFile = "wrong_rig_file" {
+        /// The object's sizes.
+        object: 0.1, "1", Some(0.0);
+        /// The object's mass.
+        mass: 0.0, "1", Some(0.0);
+        /// The tip's radius.
+        tip: 0.0, "1", Some(0.0);
+        /// The camera's noise.
+        noise: 0.0, "1", Some(0.0);
+    }
+    |noise, levels| {
+        levels.object_error += noise.object;
+        levels.mass_error += noise.mass;
+        levels.tip_error += noise.tip;
+        levels.camera_noise_error += noise.noise;
+    };
+}
