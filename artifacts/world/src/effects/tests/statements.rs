@@ -79,7 +79,17 @@ fn fitted_values_are_stated_in_a_sentence() {
         (
             "friction_drift",
             &[("rate", 0.5), ("saturation", 2.0)],
-            "friction rises by 25 % in all, two thirds of that within 50 strikes",
+            "friction rises by 25 % in all, two thirds of that within 55 strikes",
+        ),
+        (
+            "friction_drift",
+            &[("rate", 0.2), ("saturation", 1.0), ("shape", 8.0)],
+            "friction rises by 20 % between strikes 75 and 111",
+        ),
+        (
+            "restitution_drift",
+            &[("rate", -0.1), ("saturation", 2.0), ("shape", 90.0)],
+            "restitution falls by 5.0 % at strike 50",
         ),
         (
             "striker_angle_error",
