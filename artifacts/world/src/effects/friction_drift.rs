@@ -38,7 +38,8 @@ pub const SPEC: EffectSpec = EffectSpec {
     contains: &[],
     naming: Naming::Ordinary,
     source: "friction changes with the number of pushes (Yu et al. 2016), to first order",
-    starts: |experiment| starts(experiment, 0.02),
+    // Between sessions a change of level has a name of its own.
+    starts: |experiment| starts(experiment, 0.02, experiment.sessions().len() < 2),
     build: |values, _| Box::new(FrictionDrift(Drift::of(values))),
     statement: |values| Drift::of(values).statement("friction"),
 };
@@ -105,15 +106,16 @@ impl Drift {
     }
 }
 
-/// Starts of fits of a drift: one that goes on, ones that come to an end during the strikes, and ones that lead from one level to another.
-pub(super) fn starts(experiment: &Experiment<'_>, rate: f64) -> Vec<FitStart> {
+/// Starts of fits of a drift: one that goes on, ones that come to an end during the strikes, and, where asked, ones that lead from one level
+/// to another.
+pub(super) fn starts(experiment: &Experiment<'_>, rate: f64, has_levels: bool) -> Vec<FitStart> {
     let mut starts = FitStart::linear(("rate", rate));
     let hundreds = 0.01 * experiment.span().max(1.0);
     for saturation in SATURATIONS.map(|times| times / hundreds) {
         let column = Column::new(&[("saturation", saturation)], ("rate", rate));
         starts.push(FitStart::new(vec![column], &["rate", "saturation"]));
     }
-    for middle in MIDDLES {
+    for middle in MIDDLES.into_iter().filter(|_| has_levels) {
         let saturation = std::f64::consts::LN_2.powf(1.0 / LEVELS) / (middle * hundreds);
         let form = [("saturation", saturation), ("shape", LEVELS)];
         let column = Column::new(&form, ("rate", rate * saturation));

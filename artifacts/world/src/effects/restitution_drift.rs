@@ -25,7 +25,7 @@ pub const SPEC: EffectSpec = EffectSpec {
     contains: &[],
     naming: Naming::Ordinary,
     source: "wear of a contact with the number of impacts, to first order",
-    starts: |experiment| friction_drift::starts(experiment, 0.05),
+    starts: |experiment| friction_drift::starts(experiment, 0.05, true),
     build: |values, _| Box::new(RestitutionDrift(Drift::of(values))),
     statement: |values| Drift::of(values).statement("restitution"),
 };

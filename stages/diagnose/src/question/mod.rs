@@ -104,6 +104,7 @@ pub(crate) struct Answer {
     /// What repeats of these commands scatter by at rest, in m.
     pub(crate) floor: f64,
     is_box: bool,
+    has_sessions: bool,
     /// Functions of the strikes that hold what was found in a column to depend on the order.
     by_order: Vec<(Column, Vec<DVector<f64>>)>,
 }
@@ -170,7 +171,12 @@ impl Answer {
     /// to differ.
     pub(crate) fn contradicts(&self, is_by_session: bool) -> Option<&Finding> {
         let is_other = |found: &&Finding| match found.form {
-            Some(Form::StepInSession(_) | Form::Ramp) => is_by_session,
+            Some(Form::StepInSession(_)) => is_by_session,
+            // A change of level is a form of a drift, of friction's within one session.
+            Some(Form::Ramp) => {
+                let is_of_friction = found.what == What::Column(Column::Friction);
+                is_by_session || self.has_sessions && is_of_friction
+            }
             Some(form) => form.has_no_name(),
             None => false,
         };
@@ -397,6 +403,7 @@ impl Asking {
             floor,
             findings,
             is_box: self.is_box,
+            has_sessions: self.sessions.iter().any(|session| *session > 0),
             by_order,
         }
     }
