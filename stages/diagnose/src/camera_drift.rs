@@ -37,11 +37,11 @@ pub(crate) fn could_be(fitted: &Fitted, strikes: f64) -> bool {
         let value =
             |of: &str, none: f64| place(name, of).map_or(none, |at| fitted.model.values[at]);
         let drift = Drift {
-            rate: 0.01,
+            rate: 1.0,
             saturation: 0.01 * value("saturation", 0.0),
             shape: value("shape", 1.0),
         };
-        drift.rate * drift.gone_on(strikes)
+        0.01 * drift.gone_on(strikes)
     };
     let (wears, brakes) = (gone_on("restitution_drift"), gone_on("friction_drift"));
     let restored = fitted.model.values[RESTITUTION];

@@ -12,7 +12,7 @@ use crate::{
     candidates::{Candidate, candidates, is_of_whole_strikes},
     conclude::Case,
     constancy,
-    diagnosis::{Diagnosis, Verdict},
+    diagnosis::{Gap, Verdict},
     evidence::{self, Alarm, Statistic, replicates},
     fit::Goal,
     heldout::{self, Gains},
@@ -27,6 +27,7 @@ use crate::{
     },
     strikes::PreparedStrikes,
     usable::FEWEST,
+    words,
 };
 
 impl Stage for Diagnose {
@@ -47,11 +48,12 @@ impl Stage for Diagnose {
             }
             None => self.diagnose(input, None, progress)?,
         };
-        if contradicts_its_strikes(&found.diagnosis) {
+        let diagnosis = &mut found.diagnosis;
+        if diagnosis.verdict == Verdict::Consistent && contradicts_its_strikes(&diagnosis.gap) {
             let cause = notes::WORLD_OF_OTHER_STRIKES;
-            found.diagnosis.verdict = Verdict::Unexplained;
-            found.diagnosis.summary = format!("a real gap: {cause}");
-            found.diagnosis.cause = Some(cause.into());
+            diagnosis.verdict = Verdict::Unexplained;
+            diagnosis.summary = words::unexplained(Some(cause));
+            diagnosis.cause = Some(cause.into());
         }
         Ok(found)
     }
@@ -64,12 +66,9 @@ const JUDGES: usize = 8;
 
 /// Whether no gap is left by a world that was fitted to the strikes alone, and a great one by the identified world, which slides that no strike
 /// began, or the rig file, have taught, too.
-fn contradicts_its_strikes(diagnosis: &Diagnosis) -> bool {
-    let gap = &diagnosis.gap;
+fn contradicts_its_strikes(gap: &Gap) -> bool {
     let scatter = gap.noise_floor.hypot(gap.wander).hypot(gap.sessions);
-    diagnosis.verdict == Verdict::Consistent
-        && gap.heldout_strikes >= JUDGES
-        && gap.before > CONTRADICTS * scatter
+    gap.heldout_strikes >= JUDGES && gap.before > CONTRADICTS * scatter
 }
 
 impl Diagnose {
@@ -341,4 +340,29 @@ fn about_itself<'a>(
     }
     selection.prepared = prepared;
     Ok(selection)
+}
+
+#[cfg(test)]
+mod tests {
+    use values::Point;
+
+    use super::*;
+    use crate::gap;
+
+    #[test]
+    fn a_world_that_misses_by_far_more_than_strikes_scatter_is_not_theirs() {
+        let gap = |count, before: f64| {
+            let stops = vec![Some(Point::new(before, 0.0)); count];
+            let variation = question::Variation {
+                repeats: 0.004,
+                wander: 0.003,
+                ..question::Variation::default()
+            };
+            gap::gap(&stops, &stops, variation)
+        };
+        assert!(contradicts_its_strikes(&gap(8, 0.0101)));
+        assert!(!contradicts_its_strikes(&gap(8, 0.0099)));
+        // So few may miss by chance.
+        assert!(!contradicts_its_strikes(&gap(7, 0.0101)));
+    }
 }

@@ -100,15 +100,18 @@ pub(crate) fn summary(
             "no gap beyond noise ({}); see `detectable` for the least that would have shown",
             self::p_value(p_value)
         ),
-        Verdict::Unexplained => {
-            let cause = cause.map_or(String::new(), |cause| format!(": {cause}"));
-            format!("a real gap that no candidate explains{cause}")
-        }
+        Verdict::Unexplained => unexplained(cause),
         Verdict::Named => {
             let statements: Vec<&str> = named.iter().map(|n| n.statement.as_str()).collect();
             statements.join(", and ")
         }
     }
+}
+
+/// A gap that no candidate explains, with what stands behind it.
+pub(crate) fn unexplained(cause: Option<&str>) -> String {
+    let cause = cause.map_or(String::new(), |cause| format!(": {cause}"));
+    format!("a real gap that no candidate explains{cause}")
 }
 
 #[cfg(test)]

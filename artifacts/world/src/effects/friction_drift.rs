@@ -86,13 +86,14 @@ impl Drift {
     /// In words, from the first value of what drifts.
     pub(super) fn statement(&self, of: &str) -> String {
         let goes = if self.rate < 0.0 { "falls" } else { "rises" };
-        if 100.0 * self.saturation < STATED {
+        let is_level = self.saturation > 0.0 && self.shape >= STATED_AS_LEVELS;
+        if !is_level && 100.0 * self.saturation < STATED {
             let rate = wording::percent(100.0 * self.rate);
             return format!("{of} {goes} by {rate} of its first value every 100 strikes");
         }
         let by = wording::percent(self.rate / self.saturation);
         let by_then = |share: f64| (-(1.0 - share).ln()).powf(1.0 / self.shape) / self.saturation;
-        if self.shape < STATED_AS_LEVELS {
+        if !is_level {
             let most = by_then(2.0 / 3.0);
             return format!(
                 "{of} {goes} by {by} in all, two thirds of that within {most:.0} strikes"

@@ -739,3 +739,54 @@ impl Asking {
         asked
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn found(what: What, covariate: &'static str, size: f64, form: Option<Form>) -> Finding {
+        Finding {
+            what,
+            covariate,
+            p_value: 0.002,
+            size,
+            form,
+        }
+    }
+
+    fn answer(finding: Finding) -> Answer {
+        Answer {
+            findings: vec![finding],
+            floor: 0.004,
+            ..Answer::default()
+        }
+    }
+
+    #[test]
+    fn what_a_box_s_launch_does_by_its_angle_is_a_gap_beyond_what_repeats_scatter_by() {
+        let launch = What::Column(Column::Launch);
+        let is_gap = |what, covariate, size, is_box| {
+            let asked = answer(found(what, covariate, size, None));
+            Answer { is_box, ..asked }.is_gap()
+        };
+        assert!(is_gap(launch, "angle", 0.003, false) && !is_gap(launch, "angle", 0.003, true));
+        assert!(is_gap(launch, "angle", 0.005, true) && is_gap(launch, "speed", 0.003, true));
+        assert!(is_gap(What::Column(Column::Friction), "angle", 0.003, true));
+    }
+
+    #[test]
+    fn a_change_of_level_contradicts_friction_by_order_in_several_sessions_alone() {
+        let contradicts = |column, has_sessions, is_by_session| {
+            let ramp = found(What::Column(column), "order", 0.01, Some(Form::Ramp));
+            let asked = Answer {
+                has_sessions,
+                ..answer(ramp)
+            };
+            asked.contradicts(is_by_session).is_some()
+        };
+        assert!(contradicts(Column::Friction, true, false));
+        assert!(!contradicts(Column::Friction, false, false));
+        assert!(!contradicts(Column::Launch, true, false));
+        assert!(contradicts(Column::Launch, true, true));
+    }
+}

@@ -87,6 +87,11 @@ fn fitted_values_are_stated_in_a_sentence() {
             "friction rises by 20 % between strikes 75 and 111",
         ),
         (
+            "friction_drift",
+            &[("rate", 0.004), ("saturation", 0.02), ("shape", 8.0)],
+            "friction rises by 20 % between strikes 3774 and 5549",
+        ),
+        (
             "restitution_drift",
             &[("rate", -0.1), ("saturation", 2.0), ("shape", 90.0)],
             "restitution falls by 5.0 % at strike 50",
