@@ -1,6 +1,15 @@
 //! Strikes as the arm delivered them, where its state was logged.
+//!
+//! A reading of what an arm delivered has an error. Where the arm repeats better than it is read, most of what readings differ by is that error, and
+//! a launch that is taken as read is worse than one that is taken as commanded. How much of it objects follow is seen in their paths: by that
+//! share readings are drawn to what the arm makes of such commands (regression calibration: Carroll, Ruppert, Stefanski and
+//! Crainiceanu 2006, chapter 4), so that what is left does not depend on what was read.
 
-use crate::Strike;
+use std::f64::consts::TAU;
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::{Delivered, Split, Strike};
 
 /// How repeats of one command differ in what the arm delivers: standard deviations.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -20,18 +29,221 @@ impl Strike {
             ..self.clone()
         })
     }
+
+    /// Its delivered speed over the commanded one, as a logarithm, and its delivered angle beside the commanded one.
+    fn beside_command(&self) -> Option<[f64; 2]> {
+        let Delivered {
+            tip_speed,
+            tip_angle,
+            ..
+        } = self.delivered?;
+        let speed = (tip_speed / self.command.speed.max(1e-9)).max(1e-9).ln();
+        Some([speed, wrapped(tip_angle - self.command.angle)])
+    }
+
+    /// The same of its path: a speed goes on by its square.
+    fn path_beside_command(&self) -> Option<[f64; 2]> {
+        /// A shorter path, in m, has no direction to speak of.
+        const LEAST: f64 = 0.02;
+        let (path, speed) = (self.path(), self.command.speed.max(1e-9));
+        let is_free = self.has_stop() && !self.is_pushed_again() && path.norm() > LEAST;
+        is_free.then(|| {
+            [
+                0.5 * path.norm().ln() - speed.ln(),
+                wrapped(path.bearing() - self.command.angle),
+            ]
+        })
+    }
 }
 
-/// Strikes with what was delivered in place of what was commanded, those left out of which that is not known; `None` where it is
+fn wrapped(angle: f64) -> f64 {
+    angle - TAU * (angle / TAU).round()
+}
+
+/// Strikes with what was delivered in place of what was commanded, calibrated, those left out of which that is not known; `None` where it is
 /// known of fewer than half.
 pub fn delivered_strikes(strikes: &[Strike]) -> Option<Vec<Strike>> {
-    let delivered: Vec<Strike> = strikes.iter().filter_map(Strike::as_delivered).collect();
-    (!delivered.is_empty() && 2 * delivered.len() >= strikes.len()).then_some(delivered)
+    let known = strikes.iter().filter(|strike| strike.delivered.is_some());
+    let count = known.count();
+    (count > 0 && 2 * count >= strikes.len()).then(|| {
+        let strikes = calibrated(strikes);
+        strikes.iter().filter_map(Strike::as_delivered).collect()
+    })
 }
 
-/// Scatter of launches under equal commands: by how much delivered speeds (relative) and angles (rad) differ from lines over the
+/// Strikes whose deliveries are drawn to what the arm makes of such commands, by what of their differences objects do not follow. The strikes that
+/// judge say nothing of it.
+pub fn calibrated(strikes: &[Strike]) -> Vec<Strike> {
+    let mut strikes = strikes.to_vec();
+    let known: Vec<usize> = (0..strikes.len())
+        .filter(|i| strikes[*i].delivered.is_some())
+        .collect();
+    let basis = basis(&strikes, &known);
+    for quantity in 0..2 {
+        let commanded: Vec<f64> = known
+            .iter()
+            .map(|i| strikes[*i].command)
+            .map(|command| [command.speed.max(1e-9).ln(), command.angle][quantity])
+            .collect();
+        let read: Vec<f64> = known
+            .iter()
+            .filter_map(|i| strikes[*i].beside_command())
+            .map(|both| both[quantity])
+            .collect();
+        let learns: Vec<bool> = known
+            .iter()
+            .map(|i| strikes[*i].split != Split::Test)
+            .collect();
+        let followed: Vec<Option<f64>> = known
+            .iter()
+            .map(|i| strikes[*i].path_beside_command().map(|both| both[quantity]))
+            .collect();
+        let Some((law, share)) = followed_share(&basis, &commanded, &read, &followed, &learns)
+        else {
+            continue;
+        };
+        for ((place, read), law) in known.iter().zip(&read).zip(law.iter()) {
+            let drawn = law + share * (read - law);
+            if let Some(delivered) = &mut strikes[*place].delivered {
+                match quantity {
+                    0 => delivered.tip_speed *= (drawn - read).exp(),
+                    _ => delivered.tip_angle += drawn - read,
+                }
+            }
+        }
+    }
+    strikes
+}
+
+/// Fewest strikes for each function of the basis.
+const FEWEST: usize = 4;
+
+/// What an arm's delivery may depend on: a level for each session, the command, the start and the order, each function a column.
+fn basis(strikes: &[Strike], known: &[usize]) -> DMatrix<f64> {
+    let of = |i: usize| {
+        let Strike {
+            command,
+            initial,
+            conditions,
+            ..
+        } = &strikes[known[i]];
+        let square = |value: f64| [value, value * value];
+        let all = [command.speed, command.angle, conditions.order].map(square);
+        let start = [initial.x, initial.y];
+        all.into_iter().flatten().chain(start).collect::<Vec<f64>>()
+    };
+    let mut sessions: Vec<&str> = Vec::new();
+    let session: Vec<usize> = known
+        .iter()
+        .map(|i| {
+            let name = strikes[*i].conditions.session.as_str();
+            let seen = sessions.iter().position(|other| *other == name);
+            seen.unwrap_or_else(|| {
+                sessions.push(name);
+                sessions.len() - 1
+            })
+        })
+        .collect();
+    let functions: Vec<Vec<f64>> = (0..known.len()).map(of).collect();
+    let width = functions.first().map_or(0, Vec::len);
+    let mut basis = DMatrix::from_fn(known.len(), sessions.len() + width, |i, k| {
+        match k.checked_sub(sessions.len()) {
+            Some(k) => functions[i][k],
+            None => f64::from(u8::from(session[i] == k)),
+        }
+    });
+    // Of one scale, so that what is constant is told from what varies.
+    for mut column in basis.column_iter_mut().skip(sessions.len()) {
+        let mean = column.mean();
+        column.add_scalar_mut(-mean);
+        let norm = column.norm();
+        if norm > 1e-6 * (1.0 + mean.abs()) {
+            column /= norm;
+        } else {
+            column.fill(0.0);
+        }
+    }
+    basis
+}
+
+/// What the arm makes of each command, and the share of what it was read to differ from that by which its objects follow; `None` where that may be
+/// all, or is not known.
+fn followed_share(
+    basis: &DMatrix<f64>,
+    commanded: &[f64],
+    read: &[f64],
+    followed: &[Option<f64>],
+    learns: &[bool],
+) -> Option<(DVector<f64>, f64)> {
+    /// Errors beyond so many deviations are another thing's.
+    const ASTRAY: f64 = 4.0;
+    /// Standard errors by which the share must lie below one.
+    const SURELY: f64 = 2.0;
+    /// An arm's errors must spread by less than its deliveries, for these to show how paths follow them.
+    const SPREAD: f64 = 10.0;
+    let project = |design: &DMatrix<f64>, values: &DVector<f64>| -> Option<DVector<f64>> {
+        let gram = design.tr_mul(design).svd(true, true);
+        gram.solve(&design.tr_mul(values), 1e-9).ok()
+    };
+    let learning: Vec<usize> = (0..read.len()).filter(|i| learns[*i]).collect();
+    if learning.len() < FEWEST * basis.ncols() {
+        return None;
+    }
+    let at = |rows: &[usize], of: &dyn Fn(usize) -> f64| {
+        DVector::from_iterator(rows.len(), rows.iter().map(|i| of(*i)))
+    };
+    let law = basis * project(&basis.select_rows(&learning), &at(&learning, &|i| read[i]))?;
+    let mut rows: Vec<usize> = learning;
+    rows.retain(|i| followed[*i].is_some());
+    // Paths that went astray are left out, then the rest is fitted anew.
+    for round in 0..2 {
+        if rows.len() < FEWEST * basis.ncols() {
+            return None;
+        }
+        let path = at(&rows, &|i| followed[i].unwrap_or_default());
+        let beside = at(&rows, &|i| read[i] - law[i]);
+        let delivered = at(&rows, &|i| commanded[i] + law[i]);
+        let follows = slope(&delivered, &(&path + at(&rows, &|i| commanded[i])));
+        let design = basis.select_rows(&rows);
+        let left = |values: &DVector<f64>| Some(values - &design * project(&design, values)?);
+        let (path, beside) = (left(&path)?, left(&beside)?);
+        let is_spread = delivered.variance() > SPREAD * SPREAD * beside.variance();
+        let beside = beside * if is_spread { follows } else { 1.0 };
+        let power = beside.norm_squared();
+        let share = path.dot(&beside) / power;
+        let errors = &path - &beside * share;
+        let freedom = rows.len().saturating_sub(basis.ncols() + 1).max(1) as f64;
+        let variance = errors.norm_squared() / freedom;
+        if round == 0 {
+            let mut sizes: Vec<f64> = errors.iter().map(|e| e.abs()).collect();
+            sizes.sort_by(f64::total_cmp);
+            let most = ASTRAY * 1.4826 * sizes[sizes.len() / 2];
+            let kept = rows.iter().zip(errors.iter());
+            rows = kept
+                .filter(|(_, e)| e.abs() <= most)
+                .map(|(i, _)| *i)
+                .collect();
+        } else {
+            let error = (variance / power).sqrt();
+            let is_less = share.is_finite() && share + SURELY * error < 1.0;
+            return is_less.then(|| (law, share.max(0.0)));
+        }
+    }
+    None
+}
+
+/// Of the line of least squares through points of these coordinates; 1 where it is none.
+fn slope(x: &DVector<f64>, y: &DVector<f64>) -> f64 {
+    let from = |values: &DVector<f64>| values.add_scalar(-values.mean());
+    let (x, y) = (from(x), from(y));
+    let slope = x.dot(&y) / x.norm_squared();
+    if slope.is_finite() { slope } else { 1.0 }
+}
+
+/// Scatter of launches under equal commands: by how much delivered speeds (relative) and angles (rad), calibrated, differ from lines over the
 /// commanded ones.
 pub fn arm_scatter(strikes: &[Strike]) -> ArmScatter {
+    let strikes = calibrated(strikes);
     let pairs = || {
         strikes
             .iter()
@@ -43,11 +255,10 @@ pub fn arm_scatter(strikes: &[Strike]) -> ArmScatter {
             delivered.tip_speed / command.speed.max(1e-9) - 1.0,
         )
     }));
-    let turn = std::f64::consts::TAU;
-    let angle = about_a_line(pairs().map(|(command, delivered)| {
-        let error = delivered.tip_angle - command.angle;
-        (command.angle, error - turn * (error / turn).round())
-    }));
+    let angle =
+        about_a_line(pairs().map(|(command, delivered)| {
+            (command.angle, wrapped(delivered.tip_angle - command.angle))
+        }));
     ArmScatter { speed, angle }
 }
 

@@ -16,7 +16,7 @@ mod split;
 mod stop_errors;
 mod strike;
 
-pub use delivery::{ArmScatter, arm_scatter, delivered_strikes};
+pub use delivery::{ArmScatter, arm_scatter, calibrated, delivered_strikes};
 pub use geometry::{Point, wrap_angle};
 pub use interval::Interval;
 pub use median::median;

@@ -3,7 +3,7 @@
 use values::{Point, Strike};
 use world::{
     World, WorldError,
-    effects::{self, AddedEffect, EffectSpec, Parameters, effect},
+    effects::{self, AddedEffect, EffectSpec, Family, Parameters, effect},
 };
 
 use crate::{
@@ -22,7 +22,7 @@ use crate::{
     model::{FRICTION, RESTITUTION, specification},
     next::{next_strikes, repeats},
     notes,
-    question::{self, Answer},
+    question::{self, Answer, EffectsByOrder},
     score::DRAWN,
     screen::{Chance, Screened},
     search::{CandidateFit, SelectedEffect, Selection},
@@ -256,16 +256,23 @@ impl Case<'_, '_> {
             let cause = cause.filter(|_| unexplained == Verdict::Unexplained);
             return Ok(unnamed(unexplained, cause, note));
         }
-        let any_is = |of: fn(&EffectSpec) -> bool| {
-            let mut specs = self.names().into_iter().flat_map(effect);
-            specs.any(of)
+        let by_order: Vec<&EffectSpec> = self
+            .names()
+            .into_iter()
+            .flat_map(effect)
+            .filter(|spec| spec.family.is_by_order())
+            .collect();
+        let any_is = |of: fn(&EffectSpec) -> bool| by_order.iter().any(|spec| of(spec));
+        let is_by_session =
+            |spec: &EffectSpec| matches!(spec.parameters, Parameters::BySession { .. });
+        let effects = EffectsByOrder {
+            by_session: any_is(is_by_session),
+            drift: any_is(|spec| !matches!(spec.parameters, Parameters::BySession { .. })),
+            friction: any_is(|spec| spec.family == Family::FrictionByOrder),
+            restitution: any_is(|spec| spec.family == Family::RestitutionByOrder),
         };
-        let is_by_session = any_is(|spec| matches!(spec.parameters, Parameters::BySession { .. }));
-        if let Some(finding) = self
-            .asked
-            .contradicts(is_by_session)
-            .filter(|_| any_is(|spec| spec.family.is_by_order()))
-        {
+        let contradicting = self.asked.contradicts(effects);
+        if let Some(finding) = contradicting.filter(|_| !by_order.is_empty()) {
             let note = notes::not_named(
                 &self.names(),
                 "what changes with the order of strikes does so in another form",

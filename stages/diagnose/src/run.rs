@@ -32,7 +32,7 @@ use crate::{
 
 impl Stage for Diagnose {
     const NAME: &'static str = "diagnose";
-    const VERSION: u32 = 51;
+    const VERSION: u32 = 52;
     type Input = Input;
     type Output = Diagnosed;
     type Error = DiagnoseError;

@@ -171,10 +171,14 @@ impl Field {
         let by_x = along(at.x, self.spacing.x, self.along.0);
         let by_y = along(at.y, self.spacing.y, self.along.1);
         let (mut value, mut slope) = (0.0, Point::default());
-        for (node, height) in self.heights.iter().enumerate() {
-            let (x, y) = (by_x[node / self.along.1], by_y[node % self.along.1]);
-            value += height * x.0 * y.0;
-            slope = slope + Point::new(x.1 * y.0, x.0 * y.1) * *height;
+        for (row, (x, along_x)) in self.heights.chunks(self.along.1).zip(by_x) {
+            let (mut sum, mut along_y) = (0.0, 0.0);
+            for (height, (y, slope)) in row.iter().zip(by_y) {
+                sum += height * y;
+                along_y += height * slope;
+            }
+            value += x * sum;
+            slope = slope + Point::new(along_x * sum, x * along_y);
         }
         (value, slope)
     }

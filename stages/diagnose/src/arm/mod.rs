@@ -4,7 +4,7 @@
 //! the arm. What the arm does is a regression of its own, of delivered on commanded speeds and angles, by the formulas of the library's
 //! effects of the striker.
 
-use values::{ArmScatter, Point, Split, Strike, arm_scatter, delivered_strikes};
+use values::{ArmScatter, Point, Split, Strike, arm_scatter, calibrated, delivered_strikes};
 use world::{
     Estimate,
     effects::{self, Origin, effect},
@@ -77,7 +77,7 @@ impl Arm {
             .filter(|strike| !strike.is_pushed_again())
             .collect();
         let fitted = fitted(input);
-        let beside = self.beside_laws(input, &fitted)?;
+        let beside = self.beside_laws(input)?;
         let repeatability = self.repeatability(beside);
         // A world that was fitted here scatters by the impact alone; the identified one by the arm, too.
         let mut impact = found.world.as_ref().unwrap_or(&input.world).scatter;
@@ -137,11 +137,13 @@ impl Arm {
     }
 
     /// By how much deliveries differ from what the laws make of their commands, root mean square.
-    fn beside_laws(&self, input: &Input, strikes: &[&Strike]) -> Result<ArmScatter, DiagnoseError> {
+    fn beside_laws(&self, input: &Input) -> Result<ArmScatter, DiagnoseError> {
         let laws = self.laws.iter();
         let laws = laws.map(|law| effects::build(&law.added, &input.rig));
         let laws = laws.collect::<Result<Vec<_>, _>>()?;
-        let pairs = Pair::all(strikes);
+        let strikes = calibrated(&input.strikes);
+        let strikes: Vec<&Strike> = strikes.iter().filter(|s| is_fitted(s)).collect();
+        let pairs = Pair::all(&strikes);
         let left = |quantity| {
             let squares = pairs.iter().map(|pair| {
                 let predicted = pair.beside(&laws).command;
@@ -272,9 +274,11 @@ impl Arm {
 /// The strikes that fit and choose.
 fn fitted(input: &Input) -> Vec<&Strike> {
     let strikes = input.strikes.iter();
-    strikes
-        .filter(|strike| strike.split != Split::Test && !strike.is_pushed_again())
-        .collect()
+    strikes.filter(|strike| is_fitted(strike)).collect()
+}
+
+fn is_fitted(strike: &Strike) -> bool {
+    strike.split != Split::Test && !strike.is_pushed_again()
 }
 
 /// How well what an arm delivered is read off its state: states come every few milliseconds, of a plateau that may last no longer.

@@ -109,6 +109,16 @@ pub(crate) struct Answer {
     by_order: Vec<(Column, Vec<DVector<f64>>)>,
 }
 
+/// Which effects by the order of strikes there are.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct EffectsByOrder {
+    pub(crate) by_session: bool,
+    /// By the number of strikes before.
+    pub(crate) drift: bool,
+    pub(crate) friction: bool,
+    pub(crate) restitution: bool,
+}
+
 /// How stops vary for no reason that a command could foretell, root mean square in m.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Variation {
@@ -167,17 +177,25 @@ impl Answer {
         forms.into_iter().any(|form| !form.has_no_name())
     }
 
-    /// What no effect by the order (by session, too) is: it changes in a form that the library lacks, or within a session where sessions are said
-    /// to differ.
-    pub(crate) fn contradicts(&self, is_by_session: bool) -> Option<&Finding> {
+    /// What these effects by the order are not: it changes in a form that the library lacks, by at least half as much as anything else does with the
+    /// order; or within a session where sessions alone are said to differ.
+    pub(crate) fn contradicts(&self, effects: EffectsByOrder) -> Option<&Finding> {
+        let by_sessions_alone = effects.by_session && !effects.drift;
+        // How far objects slide shows both at once, each in its own form.
+        let is_mixed = effects.friction && effects.restitution;
+        let by_order = self.findings.iter().filter(|found| found.form.is_some());
+        let most = by_order.map(|found| found.size).fold(0.0, f64::max);
         let is_other = |found: &&Finding| match found.form {
-            Some(Form::StepInSession(_)) => is_by_session,
+            Some(Form::StepInSession(_)) => by_sessions_alone,
             // A change of level is a form of a drift, of friction's within one session.
             Some(Form::Ramp) => {
                 let is_of_friction = found.what == What::Column(Column::Friction);
-                is_by_session || self.has_sessions && is_of_friction
+                by_sessions_alone || self.has_sessions && is_of_friction
             }
-            Some(form) => form.has_no_name(),
+            Some(form) => {
+                let is_of_both = is_mixed && found.what == What::Column(Column::Stop);
+                form.has_no_name() && !is_of_both && 2.0 * found.size >= most
+            }
             None => false,
         };
         self.findings
@@ -774,19 +792,69 @@ mod tests {
         assert!(is_gap(What::Column(Column::Friction), "angle", 0.003, true));
     }
 
+    /// Whether a finding of this form contradicts effects by the order.
+    fn contradicts(asked: Answer, effects: EffectsByOrder) -> bool {
+        asked.contradicts(effects).is_some()
+    }
+
+    fn by_order(column: Column, size: f64, form: Form) -> Answer {
+        answer(found(What::Column(column), "order", size, Some(form)))
+    }
+
     #[test]
     fn a_change_of_level_contradicts_friction_by_order_in_several_sessions_alone() {
-        let contradicts = |column, has_sessions, is_by_session| {
-            let ramp = found(What::Column(column), "order", 0.01, Some(Form::Ramp));
-            let asked = Answer {
-                has_sessions,
-                ..answer(ramp)
+        let contradicts = |column, has_sessions, by_session| {
+            let asked = by_order(column, 0.01, Form::Ramp);
+            let effects = EffectsByOrder {
+                by_session,
+                ..EffectsByOrder::default()
             };
-            asked.contradicts(is_by_session).is_some()
+            contradicts(
+                Answer {
+                    has_sessions,
+                    ..asked
+                },
+                effects,
+            )
         };
         assert!(contradicts(Column::Friction, true, false));
         assert!(!contradicts(Column::Friction, false, false));
         assert!(!contradicts(Column::Launch, true, false));
         assert!(contradicts(Column::Launch, true, true));
+    }
+
+    #[test]
+    fn a_step_within_a_session_contradicts_sessions_where_no_drift_is_there_too() {
+        let step = || by_order(Column::Launch, 0.01, Form::StepInSession(20));
+        let sessions = EffectsByOrder {
+            by_session: true,
+            friction: true,
+            ..EffectsByOrder::default()
+        };
+        assert!(contradicts(step(), sessions));
+        let drift = true;
+        assert!(!contradicts(step(), EffectsByOrder { drift, ..sessions }));
+    }
+
+    #[test]
+    fn a_form_without_a_name_contradicts_where_it_is_no_sum_of_two() {
+        let drift = EffectsByOrder {
+            drift: true,
+            friction: true,
+            ..EffectsByOrder::default()
+        };
+        let both = EffectsByOrder {
+            restitution: true,
+            ..drift
+        };
+        let worn = |column| by_order(column, 0.01, Form::WearInSessions);
+        assert!(contradicts(worn(Column::Stop), drift));
+        assert!(!contradicts(worn(Column::Stop), both));
+        assert!(contradicts(worn(Column::Friction), both));
+        // It is little beside another.
+        let mut asked = worn(Column::Friction);
+        let step = by_order(Column::Launch, 0.03, Form::Step(20));
+        asked.findings.extend(step.findings);
+        assert!(!contradicts(asked, both));
     }
 }
