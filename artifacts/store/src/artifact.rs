@@ -34,6 +34,12 @@ impl From<Artifact> for Contents {
 }
 
 impl Artifact {
+    /// Number of strikes that the version knows: the order of the next one.
+    pub fn next_order(&self) -> f64 {
+        let strikes = self.manifest.provenance.strikes;
+        strikes.map_or(0.0, |strikes| strikes.count as f64)
+    }
+
     /// The models that it can be struck with, the plainest first.
     pub fn models(&self) -> Vec<Model> {
         models(&self.sysid, self.effect.as_ref())

@@ -95,7 +95,7 @@ impl Planner {
             unaided: unaided.copied(),
             conditions: Conditions {
                 session: String::new(),
-                order: next_order(artifact),
+                order: artifact.next_order(),
                 yaw: None,
                 moving: None,
                 is_unstruck: false,
@@ -145,7 +145,7 @@ impl Planner {
             delivering: &delivering.map_or_else(|| usual(&self.simulator), usual),
             alone: &alone,
             residual,
-            order: next_order(artifact),
+            order: artifact.next_order(),
         };
         recent
             .follow(&model, strikes)
@@ -372,12 +372,6 @@ impl Planner {
 /// The model that a stop depends on, on tables beside its own.
 fn beside(alone: &Simulator, residual: Option<&Correction>) -> Observer {
     Observer::about(residual.and_then(Correction::delivering).unwrap_or(alone))
-}
-
-/// Strikes that the version knows: the order of the next one.
-fn next_order(artifact: &Artifact) -> f64 {
-    let strikes = artifact.manifest.provenance.strikes;
-    strikes.map_or(0.0, |strikes| strikes.count as f64)
 }
 
 fn no_model(artifact: &Artifact, model: Model) -> PlannerError {

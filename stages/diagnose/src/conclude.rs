@@ -3,7 +3,7 @@
 use values::{Point, Strike};
 use world::{
     World, WorldError,
-    effects::{self, AddedEffect, EffectSpec, Family, Parameters, effect},
+    effects::{self, AddedEffect, effect},
 };
 
 use crate::{
@@ -26,6 +26,7 @@ use crate::{
     score::DRAWN,
     screen::{Chance, Screened},
     search::{CandidateFit, SelectedEffect, Selection},
+    sessions::is_by_session,
     words,
 };
 
@@ -34,10 +35,6 @@ const POWER: f64 = 0.84;
 
 /// Stop errors over what repeats scatter by, above which something else moves stops by as much as that.
 const GREAT: f64 = std::f64::consts::SQRT_2;
-
-/// The same, beyond which a single error counts no more: one normal error in eight thousand is longer, and a strike that went astray does not speak
-/// for the others.
-const LONGEST: f64 = 3.0;
 
 /// All that was found, before it is judged.
 pub(crate) struct Case<'c, 'a> {
@@ -256,23 +253,19 @@ impl Case<'_, '_> {
             let cause = cause.filter(|_| unexplained == Verdict::Unexplained);
             return Ok(unnamed(unexplained, cause, note));
         }
-        let by_order: Vec<&EffectSpec> = self
+        let is_by_order = |name: &&str| effect(name).is_ok_and(|spec| spec.family.is_by_order());
+        let (by_session, drifts): (Vec<&str>, Vec<&str>) = self
             .names()
             .into_iter()
-            .flat_map(effect)
-            .filter(|spec| spec.family.is_by_order())
-            .collect();
-        let any_is = |of: fn(&EffectSpec) -> bool| by_order.iter().any(|spec| of(spec));
-        let is_by_session =
-            |spec: &EffectSpec| matches!(spec.parameters, Parameters::BySession { .. });
+            .filter(is_by_order)
+            .partition(|name| is_by_session(name));
         let effects = EffectsByOrder {
-            by_session: any_is(is_by_session),
-            drift: any_is(|spec| !matches!(spec.parameters, Parameters::BySession { .. })),
-            friction: any_is(|spec| spec.family == Family::FrictionByOrder),
-            restitution: any_is(|spec| spec.family == Family::RestitutionByOrder),
+            by_session: !by_session.is_empty(),
+            drift: !drifts.is_empty(),
         };
+        let is_by_order = effects.by_session || effects.drift;
         let contradicting = self.asked.contradicts(effects);
-        if let Some(finding) = contradicting.filter(|_| !by_order.is_empty()) {
+        if let Some(finding) = contradicting.filter(|_| is_by_order) {
             let note = notes::not_named(
                 &self.names(),
                 "what changes with the order of strikes does so in another form",
@@ -319,7 +312,7 @@ impl Case<'_, '_> {
         let gap = gap_to(&after);
         let accounted = floor.at_most();
         let stops = part(&after, false).into_iter().flatten();
-        let stops = gap::clipped_rms(stops, LONGEST * accounted);
+        let stops = gap::clipped_rms(stops, gap::LONGEST * accounted);
         // From delivered launches strikes repeat without the arm's scatter, which is most of what repeats of a command scatter by; where some
         // meet a fence, or none rests, those that rest are no fair choice among all.
         let all_rest = strikes.iter().all(|strike| strike.has_stop());

@@ -9,6 +9,10 @@ use crate::{
     question::Variation,
 };
 
+/// Stop errors over what strikes scatter by, beyond which a single one counts no more: one normal error in eight thousand is longer, and a strike that went astray does not speak
+/// for the others.
+pub(crate) const LONGEST: f64 = 3.0;
+
 /// Measured less simulated stops, in m; `None` where a strike does not rest, or not in that world. Where most do not rest, the ends of tracks.
 pub(crate) fn stop_residuals(
     rig: &Rig,

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use stage::{Progress, Stage};
-use values::{Rig, Shape, Strike};
+use values::{Point, Rig, Shape, Strike};
 use world::{World, effects::Naming, launch::launches};
 
 use crate::{
@@ -12,9 +12,10 @@ use crate::{
     candidates::{Candidate, candidates, is_of_whole_strikes},
     conclude::Case,
     constancy,
-    diagnosis::{Gap, Verdict},
+    diagnosis::{Gap, StopResidual, Verdict},
     evidence::{self, Alarm, Statistic, replicates},
     fit::Goal,
+    gap,
     heldout::{self, Gains},
     maps, notes,
     null::fit_null,
@@ -25,6 +26,7 @@ use crate::{
         Limits, SelectedEffect, Selection, least_that_moves_little, search, with_last_resorts,
         with_replacements, with_rivals, with_wander, without,
     },
+    sessions::is_by_session,
     strikes::PreparedStrikes,
     usable::FEWEST,
     words,
@@ -49,7 +51,9 @@ impl Stage for Diagnose {
             None => self.diagnose(input, None, progress)?,
         };
         let diagnosis = &mut found.diagnosis;
-        if diagnosis.verdict == Verdict::Consistent && contradicts_its_strikes(&diagnosis.gap) {
+        if diagnosis.verdict == Verdict::Consistent
+            && contradicts_its_strikes(&diagnosis.gap, &found.residuals)
+        {
             let cause = notes::WORLD_OF_OTHER_STRIKES;
             diagnosis.verdict = Verdict::Unexplained;
             diagnosis.summary = words::unexplained(Some(cause));
@@ -65,10 +69,13 @@ const CONTRADICTS: f64 = 2.0;
 const JUDGES: usize = 8;
 
 /// Whether no gap is left by a world that was fitted to the strikes alone, and a great one by the identified world, which slides that no strike
-/// began, or the rig file, have taught, too.
-fn contradicts_its_strikes(gap: &Gap) -> bool {
+/// began, or the rig file, have taught, too. A strike that went astray says no more than that one did.
+fn contradicts_its_strikes(gap: &Gap, residuals: &[StopResidual]) -> bool {
     let scatter = gap.noise_floor.hypot(gap.wander).hypot(gap.sessions);
-    gap.heldout_strikes >= JUDGES && gap.before > CONTRADICTS * scatter
+    let judges = residuals.iter().filter(|residual| residual.is_heldout);
+    let missed = judges.map(|residual| Point::new(residual.before[0], residual.before[1]));
+    let missed = gap::clipped_rms(missed, gap::LONGEST * scatter);
+    gap.heldout_strikes >= JUDGES && missed > CONTRADICTS * scatter
 }
 
 impl Diagnose {
@@ -153,7 +160,13 @@ impl Diagnose {
         if !is_astray && selection.effects.len() == 1 && ask(&selection).is_pushed_by_place() {
             selection = with_replacements(selection, &of_any_shape, &mut chance, replicates, true)?;
         }
-        let is_wander = |selection: &Selection<'_>| !ask(selection).has_form_of_an_effect();
+        let is_wander = |selection: &Selection<'_>| {
+            let by_session = selection
+                .effects
+                .iter()
+                .any(|held| is_by_session(held.name));
+            !ask(selection).has_form_of_an_effect(by_session)
+        };
         let acts_in_part = |selection: &Selection<'_>, place: usize| {
             let changing = constancy::changing(selection, self.seed);
             changing.is_some_and(|changing| changing.name == selection.effects[place].name)
@@ -344,25 +357,37 @@ fn about_itself<'a>(
 
 #[cfg(test)]
 mod tests {
-    use values::Point;
+    use values::{Command, Split};
 
     use super::*;
-    use crate::gap;
 
     #[test]
     fn a_world_that_misses_by_far_more_than_strikes_scatter_is_not_theirs() {
-        let gap = |count, before: f64| {
-            let stops = vec![Some(Point::new(before, 0.0)); count];
+        let contradicts = |errors: &[f64]| {
             let variation = question::Variation {
                 repeats: 0.004,
                 wander: 0.003,
                 ..question::Variation::default()
             };
-            gap::gap(&stops, &stops, variation)
+            let strike = Strike {
+                split: Split::Test,
+                ..Strike::bare(
+                    Command::new(0.5, 0.0),
+                    Point::default(),
+                    Point::new(0.3, 0.0),
+                )
+            };
+            let strikes = vec![&strike; errors.len()];
+            let stops: Vec<_> = errors.iter().map(|e| Some(Point::new(*e, 0.0))).collect();
+            let gap = gap::gap(&stops, &stops, variation);
+            contradicts_its_strikes(&gap, &gap::residuals(&strikes, &stops, &stops))
         };
-        assert!(contradicts_its_strikes(&gap(8, 0.0101)));
-        assert!(!contradicts_its_strikes(&gap(8, 0.0099)));
-        // So few may miss by chance.
-        assert!(!contradicts_its_strikes(&gap(7, 0.0101)));
+        assert!(contradicts(&[0.0101; 8]));
+        assert!(!contradicts(&[0.0099; 8]));
+        // So few may miss by chance, and so may one by any length.
+        assert!(!contradicts(&[0.0101; 7]));
+        assert!(!contradicts(&[
+            0.2, 0.005, 0.005, 0.005, 0.005, 0.005, 0.005, 0.005
+        ]));
     }
 }

@@ -11,6 +11,11 @@ use world::{
     effects::{Parameters, centred, effect},
 };
 
+/// Whether an effect has a value for each session.
+pub(crate) fn is_by_session(name: &str) -> bool {
+    effect(name).is_ok_and(|spec| matches!(spec.parameters, Parameters::BySession { .. }))
+}
+
 /// The parameters of an effect as they are reported; `free` are those that were fitted, by name, with their `covariance`, and 95 % lie
 /// within so many standard errors.
 pub(crate) fn centred_estimates(

@@ -36,7 +36,7 @@ pub struct PredictArgs {
     pub angle: f64,
 }
 
-/// Simulates the strike, and has the version's own model say where it stops.
+/// Simulates the next strike, and has the version's own model say where it stops.
 pub fn run(args: &PredictArgs, global: Global) -> Result<Output, Error> {
     let artifact = Store::open(&args.artifacts)
         .load(args.version.as_deref())
@@ -65,9 +65,14 @@ pub fn run(args: &PredictArgs, global: Global) -> Result<Output, Error> {
     let name = artifact.manifest.provenance.default_model;
     let model = default_model(&artifact);
     let simulator = Simulator::new(&artifact.rig, &model.world).map_err(Error::failed)?;
+    // As `strike` plans: the strike after those that the version knows.
+    let conditions = Conditions {
+        order: artifact.next_order(),
+        ..Conditions::default()
+    };
     let simulated = simulator
         .worker()
-        .strike(initial, command, &Conditions::default())
+        .strike(initial, command, &conditions)
         .map_err(Error::input)?;
     let strike = HeldOut {
         strike_id: String::new(),
@@ -75,7 +80,7 @@ pub fn run(args: &PredictArgs, global: Global) -> Result<Output, Error> {
         stop: initial,
         ends: None,
         command,
-        conditions: Conditions::default(),
+        conditions,
     };
     let scratch = tempfile::tempdir().map_err(Error::failed)?;
     let run = open(

@@ -115,8 +115,6 @@ pub(crate) struct EffectsByOrder {
     pub(crate) by_session: bool,
     /// By the number of strikes before.
     pub(crate) drift: bool,
-    pub(crate) friction: bool,
-    pub(crate) restitution: bool,
 }
 
 /// How stops vary for no reason that a command could foretell, root mean square in m.
@@ -171,31 +169,30 @@ impl Answer {
         self.push_by_place(self.floor).is_some()
     }
 
-    /// Whether something depends on the order in a form that an effect of the library has.
-    pub(crate) fn has_form_of_an_effect(&self) -> bool {
-        let forms = self.findings.iter().filter_map(|found| found.form);
-        forms.into_iter().any(|form| !form.has_no_name())
+    /// Whether something depends on the order in a form that an effect of the library has. Beside levels of the sessions, a drift changes in each.
+    pub(crate) fn has_form_of_an_effect(&self, beside_sessions: bool) -> bool {
+        let mut forms = self.findings.iter().filter_map(|found| found.form);
+        forms.any(|form| match form {
+            Form::WearInSessions => beside_sessions,
+            form => !form.has_no_name(),
+        })
     }
 
     /// What these effects by the order are not: it changes in a form that the library lacks, by at least half as much as anything else does with the
     /// order; or within a session where sessions alone are said to differ.
     pub(crate) fn contradicts(&self, effects: EffectsByOrder) -> Option<&Finding> {
         let by_sessions_alone = effects.by_session && !effects.drift;
-        // How far objects slide shows both at once, each in its own form.
-        let is_mixed = effects.friction && effects.restitution;
         let by_order = self.findings.iter().filter(|found| found.form.is_some());
         let most = by_order.map(|found| found.size).fold(0.0, f64::max);
         let is_other = |found: &&Finding| match found.form {
             Some(Form::StepInSession(_)) => by_sessions_alone,
+            Some(Form::DriftAndSessions) => !(effects.drift && effects.by_session),
             // A change of level is a form of a drift, of friction's within one session.
             Some(Form::Ramp) => {
                 let is_of_friction = found.what == What::Column(Column::Friction);
                 by_sessions_alone || self.has_sessions && is_of_friction
             }
-            Some(form) => {
-                let is_of_both = is_mixed && found.what == What::Column(Column::Stop);
-                form.has_no_name() && !is_of_both && 2.0 * found.size >= most
-            }
+            Some(form) => form.has_no_name() && 2.0 * found.size >= most,
             None => false,
         };
         self.findings
@@ -824,35 +821,27 @@ mod tests {
     }
 
     #[test]
-    fn a_step_within_a_session_contradicts_sessions_where_no_drift_is_there_too() {
-        let step = || by_order(Column::Launch, 0.01, Form::StepInSession(20));
-        let sessions = EffectsByOrder {
-            by_session: true,
-            friction: true,
-            ..EffectsByOrder::default()
-        };
-        assert!(contradicts(step(), sessions));
-        let drift = true;
-        assert!(!contradicts(step(), EffectsByOrder { drift, ..sessions }));
+    fn what_changes_within_sessions_contradicts_sessions_alone() {
+        for form in [Form::StepInSession(20), Form::DriftAndSessions] {
+            let asked = || by_order(Column::Launch, 0.01, form);
+            let sessions = EffectsByOrder {
+                by_session: true,
+                drift: false,
+            };
+            let drift = true;
+            assert!(contradicts(asked(), sessions));
+            assert!(!contradicts(asked(), EffectsByOrder { drift, ..sessions }));
+        }
     }
 
     #[test]
-    fn a_form_without_a_name_contradicts_where_it_is_no_sum_of_two() {
-        let drift = EffectsByOrder {
-            drift: true,
-            friction: true,
-            ..EffectsByOrder::default()
-        };
+    fn a_form_without_a_name_contradicts_where_it_is_not_little_beside_another() {
         let both = EffectsByOrder {
-            restitution: true,
-            ..drift
+            by_session: true,
+            drift: true,
         };
-        let worn = |column| by_order(column, 0.01, Form::WearInSessions);
-        assert!(contradicts(worn(Column::Stop), drift));
-        assert!(!contradicts(worn(Column::Stop), both));
-        assert!(contradicts(worn(Column::Friction), both));
-        // It is little beside another.
-        let mut asked = worn(Column::Friction);
+        let mut asked = by_order(Column::Friction, 0.01, Form::WearInSessions);
+        assert!(contradicts(asked.clone(), both));
         let step = by_order(Column::Launch, 0.03, Form::Step(20));
         asked.findings.extend(step.findings);
         assert!(!contradicts(asked, both));

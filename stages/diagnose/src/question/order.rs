@@ -51,7 +51,10 @@ pub(crate) enum Form {
     Wear,
     Cycle,
     Sessions,
+    /// The same wear in each, from the same level.
     WearInSessions,
+    /// Sessions of their own levels, in each of which it changes by as much: a drift beside them does the same.
+    DriftAndSessions,
     /// It steps, and wears off.
     WearsOff,
     /// From one level to another, over some strikes.
@@ -68,6 +71,7 @@ impl Form {
             Self::Cycle => "cycle",
             Self::Sessions => "sessions",
             Self::WearInSessions => "wear within sessions",
+            Self::DriftAndSessions => "a drift, or wear, within sessions that differ",
             Self::WearsOff => "a step that wears off",
             Self::Ramp => "from one level to another",
         }
@@ -243,7 +247,9 @@ impl InOrder {
             return (Form::Wander, Vec::new());
         }
         let best = least(&own, &|_| true);
-        let named = least(&own, &|form| !form.has_no_name());
+        let named = least(&own, &|form| {
+            !form.has_no_name() && form != Form::DriftAndSessions
+        });
         let (form, criterion) = match named.1 - best.1 < EXCLUDED {
             true => named,
             false => best,
@@ -325,7 +331,7 @@ impl InOrder {
             let since = self.since_session();
             let within = sessions.iter().cloned().chain([since.clone()]).collect();
             forms.push((Form::WearInSessions, self.beside(vec![since]), 1.0));
-            forms.push((Form::WearInSessions, self.beside(within), count + 1.0));
+            forms.push((Form::DriftAndSessions, self.beside(within), count + 1.0));
             forms.push((Form::Sessions, self.beside(sessions), count));
         }
         forms

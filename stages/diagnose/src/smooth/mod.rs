@@ -15,17 +15,20 @@ use self::{
 use crate::{
     fit::Fitted,
     score::{RandomColumns, Replicates, ScoreTest},
+    sessions::is_by_session,
     strikes::PreparedStrikes,
 };
 
 /// What a wrong form of the effects held would leave: smooth dependences of their families, each as large as the marginal
-/// likelihood would have it. They stand beside a model while it is asked whether it lacks another effect.
+/// likelihood would have it. They stand beside a model while it is asked whether it lacks another effect. Values of their own for each session are
+/// no form.
 pub(crate) fn family_columns(
     prepared: &PreparedStrikes<'_>,
     fitted: &Fitted,
 ) -> Result<Vec<RandomColumns>, WorldError> {
     let parts = fitted.model.parts.iter();
     let mut covariates: Vec<Covariate> = parts
+        .filter(|part| !is_by_session(part.name))
         .flat_map(|part| family(part.name).iter().copied())
         .collect();
     covariates.sort_unstable();
