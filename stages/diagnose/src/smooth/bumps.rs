@@ -169,10 +169,14 @@ pub(crate) fn bumps(
                 [0.0, 0.0, height]
             }))
         }
-        Covariate::Order => {
+        Covariate::Order | Covariate::Turning => {
             let orders = line(strikes.iter().map(|s| s.conditions.order), BUMPS);
+            let delivered = match covariate {
+                Covariate::Order => ahead,
+                _ => left,
+            };
             Some(
-                builder.launched(on_line(&orders, &[ahead, left]), &|i, place| {
+                builder.launched(on_line(&orders, &[delivered]), &|i, place| {
                     bump(strikes[i].conditions.order - place.x, orders.1)
                 }),
             )

@@ -19,8 +19,9 @@ pub(crate) enum Covariate {
     Command,
     /// Delivered speed and angle, by where the object lies.
     Start,
-    /// Delivered speed and angle, by the number of strikes before.
+    /// Delivered speed, and delivered angle, by the number of strikes before.
     Order,
+    Turning,
     /// Friction, by the number of strikes before.
     Wear,
 }
@@ -29,9 +30,13 @@ impl Covariate {
     /// Whether it is one of a strike's launch, or of its friction as a whole.
     pub(crate) fn is_of_whole_strikes(self) -> bool {
         match self {
-            Self::Speed | Self::Angle | Self::Command | Self::Start | Self::Order | Self::Wear => {
-                true
-            }
+            Self::Speed
+            | Self::Angle
+            | Self::Command
+            | Self::Start
+            | Self::Order
+            | Self::Turning
+            | Self::Wear => true,
             Self::Position | Self::Surface | Self::SlidingSpeed | Self::Heading => false,
         }
     }
@@ -44,7 +49,8 @@ pub(crate) fn family(name: &str) -> &'static [Covariate] {
     };
     match spec.family {
         Family::FrictionByOrder => &[Covariate::Wear],
-        Family::RestitutionByOrder | Family::LaunchAngleByOrder => &[Covariate::Order],
+        Family::RestitutionByOrder => &[Covariate::Order],
+        Family::LaunchAngleByOrder => &[Covariate::Turning],
         Family::FrictionByPlace => &[Covariate::Surface],
         Family::FrictionBySpeed => &[Covariate::SlidingSpeed],
         Family::FrictionByHeading | Family::SeenByHeading => &[Covariate::Heading],

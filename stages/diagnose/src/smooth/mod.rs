@@ -20,7 +20,7 @@ use crate::{
 };
 
 /// What a wrong form of the effects held would leave: smooth dependences of their families, each as large as the marginal
-/// likelihood would have it. They stand beside a model while it is asked whether it lacks another effect. Values of their own for each session are
+/// likelihood would have it. They stand beside a model while it is asked whether it lacks another effect. Friction of its own for each session is
 /// no form.
 pub(crate) fn family_columns(
     prepared: &PreparedStrikes<'_>,
@@ -28,8 +28,10 @@ pub(crate) fn family_columns(
 ) -> Result<Vec<RandomColumns>, WorldError> {
     let parts = fitted.model.parts.iter();
     let mut covariates: Vec<Covariate> = parts
-        .filter(|part| !is_by_session(part.name))
-        .flat_map(|part| family(part.name).iter().copied())
+        .flat_map(|part| {
+            let over = family(part.name).iter().copied();
+            over.filter(|over| *over != Covariate::Wear || !is_by_session(part.name))
+        })
         .collect();
     covariates.sort_unstable();
     covariates.dedup();
