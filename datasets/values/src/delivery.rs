@@ -186,7 +186,7 @@ fn followed_share(
         gram.solve(&design.tr_mul(values), 1e-9).ok()
     };
     let learning: Vec<usize> = (0..read.len()).filter(|i| learns[*i]).collect();
-    if learning.len() < FEWEST * basis.ncols() {
+    if learning.is_empty() || learning.len() < FEWEST * basis.ncols() {
         return None;
     }
     let at = |rows: &[usize], of: &dyn Fn(usize) -> f64| {
@@ -311,6 +311,49 @@ mod tests {
         let few: Vec<Strike> = (0..10).map(|i| strike(i, i == 3)).collect();
         assert_eq!(delivered_strikes(&few), None);
         assert_eq!(delivered_strikes(&[]), None);
+    }
+
+    /// Strikes of an arm that scatters by `arm` about its commands and is read with an error of `read` more, both relative: objects slide as far as
+    /// the square of what it truly delivered says, to 0.1 %.
+    fn read(arm: f64, read: f64) -> Vec<Strike> {
+        // Fractions of multiples of irrational numbers, in units of their standard deviation, of any two independent.
+        let even = |i: u32, step: f64| 12f64.sqrt() * ((f64::from(i) * step).fract() - 0.5);
+        let strikes = 1..=120u32;
+        let each = strikes.map(|i| {
+            let command = Command::new(0.7 + 0.1 * even(i, 0.618_033), 0.2 * even(i, 0.414_213));
+            let true_speed = command.speed * (1.0 + arm * even(i, 0.732_050));
+            let tip_speed = true_speed * (1.0 + read * even(i, 0.236_067));
+            let length = 0.4 * true_speed.powi(2) * (1.0 + 0.001 * even(i, 0.302_775));
+            let stop = Point::polar(length, command.angle);
+            Strike {
+                delivered: Some(Delivered {
+                    tip_speed,
+                    tip_angle: command.angle,
+                    contact: 0.0,
+                    pushed_again: false,
+                }),
+                ..Strike::bare(command, Point::default(), stop)
+            }
+        });
+        each.collect()
+    }
+
+    #[test]
+    fn what_objects_do_not_follow_is_no_delivery() {
+        // One part in seventeen of what readings differ by is the arm's.
+        let strikes = read(0.001, 0.004);
+        let scatter = arm_scatter(&strikes).speed;
+        assert!((0.000_1..0.000_8).contains(&scatter), "{scatter}");
+        // All of it is.
+        let exact = read(0.01, 0.0);
+        assert_eq!(calibrated(&exact), exact);
+        assert!((arm_scatter(&exact).speed - 0.01).abs() < 1e-3);
+        // Strikes that judge say nothing of it.
+        let mut judged = read(0.001, 0.004);
+        judged
+            .iter_mut()
+            .for_each(|strike| strike.split = Split::Test);
+        assert_eq!(calibrated(&judged), judged);
     }
 
     #[test]
