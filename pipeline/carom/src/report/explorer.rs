@@ -152,7 +152,7 @@ fn gathered<'a>(
         }
     }
     let names = |name: fn(&Strike) -> &str| -> Vec<&'a str> {
-        let names: BTreeSet<&str> = all.iter().map(name).collect();
+        let names: BTreeSet<&str> = listed.iter().map(|at| name(&all[*at])).collect();
         names.into_iter().collect()
     };
     let (logs, sessions) = (

@@ -25,6 +25,8 @@ const REJECTS: usize = 50;
 
 /// More hashes than these are folded away.
 const HASHES: usize = 20;
+/// Hashes in the page, at the most.
+const MOST_HASHES: usize = 500;
 
 /// The whole page as text.
 pub fn page(shown: &ReportInput<'_>) -> Result<String, PageError> {
@@ -202,8 +204,9 @@ fn provenance_section(shown: &ReportInput<'_>) -> Markup {
                 details open[provenance.hashes.len() <= HASHES] {
                     summary { "SHA-256 of " (provenance.hashes.len()) " files and logs" }
                     table.hashes { tbody {
-                        @for (name, hash) in &provenance.hashes { tr { td { (name) } td { code { (hash) } } } }
+                        @for (name, hash) in provenance.hashes.iter().take(MOST_HASHES) { tr { td { (name) } td { code { (hash) } } } }
                     } }
+                    @if provenance.hashes.len() > MOST_HASHES { p { "And " (provenance.hashes.len() - MOST_HASHES) " more in the version's manifest.json." } }
                 }
             }
         },
