@@ -118,15 +118,15 @@ pub fn explorer_section(
     ))
 }
 
-/// Places of the strikes that the page lists, draws and opens: those that models were judged by and that the diagnosis looked at come first.
+/// Places of the strikes that the page lists, draws and opens: those that models were judged by and that the diagnosis learnt from come first.
 pub fn listed(results: &Results) -> BTreeSet<usize> {
     let judged = results.evaluation().into_iter();
     let judged = judged.flat_map(|evaluation| &evaluation.predictions);
-    let looked_at = results.found().into_iter();
-    let looked_at = looked_at.flat_map(|found| &found.residuals);
+    let learnt = results.found().into_iter();
+    let learnt = learnt.flat_map(|found| found.residuals.iter().filter(|look| !look.is_heldout));
     let first: HashSet<&str> = judged
         .map(|row| row.strike_id.as_str())
-        .chain(looked_at.map(|look| look.strike_id.as_str()))
+        .chain(learnt.map(|look| look.strike_id.as_str()))
         .collect();
     let is_first = |place: &usize| first.contains(results.strikes[*place].id.as_str());
     let (first, others) = (0..results.strikes.len()).partition(is_first);
