@@ -31,6 +31,8 @@ def rerun(*command, **expected):
     return call(tools / "rerun", *command, **expected)
 
 
+rerun("analytics", "disable")
+
 # A view of all, and one of a single strike.
 everything, single = folder / "view.mcap", folder / "single.mcap"
 shown = json.loads(call(carom, "view", run, "-o", everything, "--json").stdout)["shown"]
@@ -40,7 +42,15 @@ check(shown["strikes"] == len(strikes), f"all of {len(strikes)} strikes are show
 first = next(iter(strikes))
 call(carom, "view", run, "--strike", first, "-o", single)
 call(carom, "view", run, "--strike", "no-such", "-o", single, expected=2)
-call(carom, "view", run, "-o", folder / "view.rrd", expected=2)
+# An .rrd is made by Rerun's own program, where there is one.
+own = folder / "own.rrd"
+own.unlink(missing_ok=True)
+path, os.environ["PATH"] = os.environ["PATH"], ""
+call(carom, "view", run, "--strike", first, "-o", own, expected=2)
+check(not own.exists(), "without Rerun's program there is no .rrd")
+os.environ["PATH"] = f"{tools}:{path}"
+call(carom, "view", run, "--strike", first, "-o", own)
+rerun("rrd", "verify", own)
 
 # By MCAP's and protobuf's own readers.
 topics = collections.Counter()
@@ -157,7 +167,6 @@ recorded, recorded_single, of_video = show(video, "video")
 check(abs(of_video - images) <= 24, f"as many images of the video as of the JPEGs, but for two of a strike: {of_video}, {images}")
 
 # By Rerun.
-rerun("analytics", "disable")
 rerun("mcap", "check", "--full", everything)
 for view in (everything, single, filmed, filmed_single, recorded, recorded_single):
     rrd = view.with_suffix(".rrd")

@@ -171,7 +171,7 @@ pub enum Command {
     /// Write strikes for viewers, Foxglove and Rerun: measured tracks beside simulated ones, and the effects named where they act.
     #[command(after_help = examples(&[
         "carom view artifacts/demo -o view.mcap",
-        "carom view artifacts/demo --strike 0f3c --strike 91b2 -o two.mcap",
+        "carom view artifacts/demo --strike 0f3c --strike 91b2 -o two.rrd",
     ]))]
     View(view::ViewArgs),
     /// Print a script that completes a program's words in a shell.

@@ -14,7 +14,7 @@ use crate::inputs::Inputs;
 use crate::pipeline::{Step, pipeline};
 use crate::results::Results;
 use crate::steps::open;
-use crate::view::{images, show};
+use crate::view::{Shown, images, show};
 
 /// `carom view`.
 #[derive(Args, Debug)]
@@ -25,7 +25,7 @@ pub struct ViewArgs {
     /// Only this strike, by its id or by how that begins; repeat it for several [default: all that were kept].
     #[arg(long, value_name = "ID")]
     pub strike: Vec<String>,
-    /// The file to write, MCAP.
+    /// The file to write: .mcap, or .rrd, which Rerun's program `rerun` makes of it.
     #[arg(short, long, value_name = "FILE")]
     pub out: PathBuf,
 }
@@ -33,12 +33,13 @@ pub struct ViewArgs {
 /// Writes what the run's cache holds; what is missing is computed.
 pub fn run(args: &ViewArgs, global: Global) -> Result<Output, Error> {
     let path = &args.out;
-    if path.extension().is_none_or(|extension| extension != "mcap") {
-        let name = path.with_extension("mcap");
+    let (mcap, rrd) = (path.with_extension("mcap"), path.with_extension("rrd"));
+    let is_rrd = path.extension() == rrd.extension();
+    if !is_rrd && path.extension() != mcap.extension() {
         return Err(Error::input(format!(
-            "write {}: what viewers read is written as MCAP; name {}, of which `rerun mcap convert` makes an .rrd",
+            "write {}: a view is an .mcap or an .rrd; name {}",
             path.display(),
-            name.display()
+            mcap.display()
         )));
     }
     let inputs = Inputs::kept(&args.dir)?;
@@ -60,7 +61,11 @@ pub fn run(args: &ViewArgs, global: Global) -> Result<Output, Error> {
         .collect();
     let worlds: Vec<_> = worlds.iter().map(|(_, of_world)| &of_world.world).collect();
     let images = images(&results.read, &strikes)?;
-    let shown = show(path, &results.read.rig, &worlds, &strikes, &images)?;
+    let show = |path: &Path| show(path, &results.read.rig, &worlds, &strikes, &images);
+    let shown = match is_rrd {
+        true => converted(path, show)?,
+        false => show(path)?,
+    };
     let mut text = format!(
         "view       {} of {} strikes, {:.0} s long",
         path.display(),
@@ -81,6 +86,43 @@ pub fn run(args: &ViewArgs, global: Global) -> Result<Output, Error> {
         json!({ "view": path, "shown": shown, "notes": images.notes }),
         text,
     ))
+}
+
+/// Writes a view beside `path` and has Rerun make `path` of it: its own program knows what its viewer of that version reads.
+fn converted(
+    path: &Path,
+    show: impl FnOnce(&Path) -> Result<Shown, Error>,
+) -> Result<Shown, Error> {
+    let doing = || format!("write {}", path.display());
+    let folder = path.parent().filter(|folder| *folder != Path::new(""));
+    let aside = tempfile::tempdir_in(folder.unwrap_or(Path::new(".")))
+        .map_err(|error| Error::input(format!("{}: {error}", doing())))?;
+    let (mcap, rrd) = (
+        aside.path().join("view.mcap"),
+        aside.path().join("view.rrd"),
+    );
+    let shown = show(&mcap)?;
+    let mut convert = std::process::Command::new("rerun");
+    let convert = convert.args(["mcap", "convert"]).arg(&mcap);
+    let ran = convert.arg("-o").arg(&rrd).output();
+    let ran = ran.map_err(|error| {
+        let mcap = path.with_extension("mcap");
+        Error::input(format!(
+            "{}: start Rerun's program `rerun`, which makes it: {error}; `pip install rerun-sdk` brings it, or name {}, which Rerun opens, too",
+            doing(),
+            mcap.display()
+        ))
+    })?;
+    if !ran.status.success() {
+        let said = String::from_utf8_lossy(&ran.stderr);
+        return Err(Error::failed(format!(
+            "{}: `rerun mcap convert`: {}",
+            doing(),
+            said.trim()
+        )));
+    }
+    durable::rename(&rrd, path)?;
+    Ok(shown)
 }
 
 /// The strikes that were asked for, in the order in which they were made.

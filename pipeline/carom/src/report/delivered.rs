@@ -1,5 +1,7 @@
 //! What the arm was commanded against what it delivered, where `/striker/state` was logged.
 
+use std::collections::BTreeSet;
+
 use maud::{Markup, html};
 use values::{Delivered, Strike, wrap_angle};
 
@@ -10,7 +12,7 @@ use super::plot::{Kind, Plot, Series};
 type Pair<'a> = (&'a Strike, &'a Delivered);
 
 /// The section; none where no strike has a measured delivery.
-pub fn delivered_section(strikes: &[Strike]) -> Option<Markup> {
+pub fn delivered_section(strikes: &[Strike], listed: &BTreeSet<usize>) -> Option<Markup> {
     let pairs: Vec<Pair<'_>> = strikes
         .iter()
         .filter_map(|strike| Some((strike, strike.delivered.as_ref()?)))
@@ -18,13 +20,12 @@ pub fn delivered_section(strikes: &[Strike]) -> Option<Markup> {
     if pairs.is_empty() {
         return None;
     }
-    let places: Vec<usize> = strikes
-        .iter()
-        .enumerate()
-        .filter(|(_, strike)| strike.delivered.is_some())
-        .map(|(place, _)| place)
-        .collect();
-    let plots = [speeds(&places, &pairs), angles(&places, &pairs)];
+    let drawn = listed.iter().filter_map(|place| {
+        let strike = &strikes[*place];
+        Some((*place, (strike, strike.delivered.as_ref()?)))
+    });
+    let (places, drawn): (Vec<usize>, Vec<Pair<'_>>) = drawn.unzip();
+    let plots = [speeds(&places, &drawn), angles(&places, &drawn)];
     let (speed, speed_sd) = mean_and_sd(&pairs.iter().map(relative_speed).collect::<Vec<_>>());
     let turns: Vec<f64> = pairs.iter().map(turn).collect();
     let (angle, angle_sd) = mean_and_sd(&turns);
@@ -137,7 +138,7 @@ mod tests {
 
     #[test]
     fn only_a_measured_delivery_is_shown_with_its_difference_from_the_command() {
-        assert!(delivered_section(&[strike(None)]).is_none());
+        assert!(delivered_section(&[strike(None)], &[0].into()).is_none());
         let delivered = Delivered {
             tip_speed: 0.76,
             tip_angle: 0.1 + 2f64.to_radians(),
@@ -145,7 +146,7 @@ mod tests {
             pushed_again: true,
         };
         let strikes = [strike(None), strike(Some(delivered))];
-        let section = delivered_section(&strikes).expect("shown");
+        let section = delivered_section(&strikes, &[0, 1].into()).expect("shown");
         let text = section.into_string();
         for shown in ["1 of 2", "-5.0 ± 0.0 %", "+2.00 ± 0.00°"] {
             assert!(text.contains(shown), "{shown}: {text}");

@@ -1,11 +1,11 @@
 //! Strike by strike: the list, and what a click opens. `page.js` shows what is gathered here.
 
-use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 
 use maud::{Markup, html};
 use rayon::prelude::*;
 use serde::Serialize;
-use values::{Split, Strike};
+use values::Strike;
 use world::{Simulator, World, WorldError};
 
 use super::input::ReportInput;
@@ -13,12 +13,10 @@ use super::markup::{PageError, model_names, section, title};
 use super::plot::{Short, data};
 use crate::beside::simulate;
 use crate::publishing::best_model;
-use crate::results::Worlds;
+use crate::results::{Results, Worlds};
 
-/// Strikes whose tracks are in the page, at the most; of more, those held out come first.
-const MOST_TRACKS: usize = 600;
-/// Strikes in the list, at the most.
-const MOST_LISTED: usize = 1500;
+/// Strikes in the page, at the most.
+const MOST: usize = 1000;
 /// Rejected strikes in the list, at the most.
 const MOST_REJECTED: usize = 500;
 /// Frames of a track in the page, at the most.
@@ -80,11 +78,12 @@ struct Rejected<'a> {
     detail: &'a str,
 }
 
-pub fn explorer_section(shown: &ReportInput<'_>) -> Result<Markup, PageError> {
-    let results = shown.results;
-    let listed = chosen(&results.strikes, MOST_LISTED);
-    let strikes = gathered(shown, &listed)?;
-    let all = results.strikes.len();
+pub fn explorer_section(
+    shown: &ReportInput<'_>,
+    listed: &BTreeSet<usize>,
+) -> Result<Markup, PageError> {
+    let strikes = gathered(shown, listed)?;
+    let all = shown.results.strikes.len();
     Ok(section(
         "Strike by strike",
         html! {
@@ -112,22 +111,32 @@ pub fn explorer_section(shown: &ReportInput<'_>) -> Result<Markup, PageError> {
             p.note {
                 "The filters hold for every plot of strikes on this page. Point at a dot to see which strike it is; click it, or choose a \
                  row, to open it. With the keyboard: arrows go from dot to dot, Enter opens."
-                @if all > listed.len() { " Of " (all) " strikes " (listed.len()) " are listed, those held out first; strikes.parquet has all." }
+                @if all > listed.len() { " Of " (all) " strikes " (listed.len()) " are in this page, those that models were judged by first; strikes.parquet has all." }
             }
             dialog.strike aria-label="A strike" {}
         },
     ))
 }
 
-/// Places of so many strikes at the most: those held out first, evenly.
-fn chosen(strikes: &[Strike], most: usize) -> BTreeSet<usize> {
-    let of = |held_out: bool| {
-        let all = strikes.iter().enumerate();
-        let these = all.filter(move |(_, strike)| (strike.split == Split::Test) == held_out);
-        these.map(|(place, _)| place).collect::<Vec<_>>()
-    };
+/// Places of the strikes that the page lists, draws and opens: those that models were judged by and that the diagnosis learnt from come first.
+pub fn listed(results: &Results) -> BTreeSet<usize> {
+    let judged = results.evaluation().into_iter();
+    let judged = judged.flat_map(|evaluation| &evaluation.predictions);
+    let learnt = results.found().into_iter();
+    let learnt = learnt.flat_map(|found| found.residuals.iter().filter(|look| !look.is_heldout));
+    let first: HashSet<&str> = judged
+        .map(|row| row.strike_id.as_str())
+        .chain(learnt.map(|look| look.strike_id.as_str()))
+        .collect();
+    let is_first = |place: &usize| first.contains(results.strikes[*place].id.as_str());
+    let (first, others) = (0..results.strikes.len()).partition(is_first);
+    chosen([first, others], MOST)
+}
+
+/// So many of these places at the most: those of the first group before those of the second, each evenly.
+fn chosen(groups: [Vec<usize>; 2], most: usize) -> BTreeSet<usize> {
     let mut chosen = BTreeSet::new();
-    for places in [of(true), of(false)] {
+    for places in groups {
         let room = most - chosen.len();
         if room > 0 {
             let every = places.len().div_ceil(room).max(1);
@@ -152,7 +161,7 @@ fn gathered<'a>(
         }
     }
     let names = |name: fn(&Strike) -> &str| -> Vec<&'a str> {
-        let names: BTreeSet<&str> = all.iter().map(name).collect();
+        let names: BTreeSet<&str> = listed.iter().map(|at| name(&all[*at])).collect();
         names.into_iter().collect()
     };
     let (logs, sessions) = (
@@ -220,7 +229,7 @@ fn gathered<'a>(
     })
 }
 
-/// For each listed strike its track beside those of the worlds; none for those beyond [`MOST_TRACKS`].
+/// For each listed strike its track beside those of the worlds.
 fn tracks(
     shown: &ReportInput<'_>,
     listed: &BTreeSet<usize>,
@@ -234,15 +243,10 @@ fn tracks(
         .chain(found)
         .map(|(model, world)| Ok((model, Simulator::new(rig, world)?)))
         .collect::<Result<Vec<_>, WorldError>>()?;
-    let with_track = chosen(&results.strikes, MOST_TRACKS);
-    let listed: Vec<usize> = listed.iter().copied().collect();
+    let listed: Vec<&Strike> = listed.iter().map(|at| &results.strikes[*at]).collect();
     Ok(listed
         .par_iter()
-        .map(|place| {
-            let strike = &results.strikes[*place];
-            let is_shown = with_track.contains(place) && !strike.track.is_empty();
-            is_shown.then(|| beside(strike, &simulators))
-        })
+        .map(|strike| (!strike.track.is_empty()).then(|| beside(strike, &simulators)))
         .collect())
 }
 
@@ -286,24 +290,16 @@ mod tests {
     use super::*;
 
     #[test]
-    fn of_many_strikes_so_many_are_listed_and_those_held_out_come_first() {
-        let strike = |place: usize| Strike {
-            split: match place % 5 {
-                0 => Split::Test,
-                _ => Split::Train,
-            },
-            ..crate::report::testing::strike(place)
+    fn of_many_strikes_so_many_are_listed_and_those_that_count_come_first() {
+        let of = |count: usize, most| {
+            let (first, others) = (0..count).partition(|place| place % 5 == 0);
+            let chosen = chosen([first, others], most);
+            (chosen.len(), chosen.iter().filter(|p| *p % 5 == 0).count())
         };
-        let few: Vec<Strike> = (0..100).map(strike).collect();
-        assert_eq!(chosen(&few, MOST_LISTED).len(), 100);
-        let held_out = |places: &BTreeSet<usize>| places.iter().filter(|p| *p % 5 == 0).count();
-        let some = chosen(&few, 30);
-        assert!(some.len() <= 30 && held_out(&some) == 20, "{some:?}");
-        let many: Vec<Strike> = (0..50_000).map(strike).collect();
-        let listed = chosen(&many, MOST_LISTED);
-        assert!(listed.len() <= MOST_LISTED && listed.len() > MOST_LISTED / 2);
-        // What even steps through the held-out ones leave of the room is filled with others.
-        assert!(held_out(&listed) > listed.len() * 9 / 10);
+        assert_eq!(of(100, MOST), (100, 20));
+        assert_eq!(of(100, 30), (30, 20));
+        let (all, first) = of(50_000, MOST);
+        assert!(all <= MOST && first > MOST * 9 / 10, "{all} {first}");
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! The report's plots, each from plain values.
 
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 
 use judge::Prediction;
 use train::Epoch;
@@ -12,7 +12,7 @@ use super::plot::{Kind, Plot, Series, xy};
 const CM: f64 = 100.0;
 const MM: f64 = 1000.0;
 
-/// Each strike's place among the run's, by its name.
+/// The place among the run's of each strike that the page lists, by its name.
 pub type Places<'a> = HashMap<&'a str, usize>;
 
 /// The table's rectangle, for [`Plot::shaded`].
@@ -21,20 +21,17 @@ pub fn table_of(rig: &Rig) -> Option<[f64; 4]> {
     Some([x.low, x.high, y.low, y.high])
 }
 
-/// Where strikes stopped; a click opens one.
-pub fn table(rig: &Rig, strikes: &[Strike]) -> Plot {
+/// Where the listed strikes stopped; a click opens one.
+pub fn table(rig: &Rig, strikes: &[Strike], listed: &BTreeSet<usize>) -> Plot {
+    let listed = || listed.iter().map(|place| (*place, &strikes[*place]));
     let stops = |learnt: bool| {
         let of = move |(_, strike): &(usize, &Strike)| (strike.split == Split::Train) == learnt;
-        let stopped = strikes
-            .iter()
-            .enumerate()
-            .filter(|(_, strike)| strike.has_stop());
-        stopped
+        listed()
+            .filter(|(_, strike)| strike.has_stop())
             .filter(of)
             .map(|(place, strike)| (place, xy(strike.stop)))
     };
-    let starts = strikes.iter().enumerate();
-    let starts = starts.map(|(place, strike)| (place, xy(strike.initial)));
+    let starts = listed().map(|(place, strike)| (place, xy(strike.initial)));
     Plot {
         shaded: table_of(rig),
         ..Plot::map(vec![

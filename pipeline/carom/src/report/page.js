@@ -17,19 +17,16 @@
   const cm = (metres) => (metres === undefined ? "" : (100 * metres).toFixed(2) + " cm");
   const titleOf = (model) => (all.models.find(([name]) => name === model) ?? ["", { nominal: "nominal simulator", sysid: "identified simulator", effect: "identified + effect" }[model] ?? model])[1];
 
-  // Which strikes the filters let through. A strike that is not listed has no row: it is shown while nothing is filtered.
+  // Which strikes the filters let through.
   const isWanted = (place) => {
     const row = all.strikes[place];
-    const any = wanted.session !== "" || wanted.split !== "" || !Number.isNaN(wanted.low) || !Number.isNaN(wanted.high);
-    if (!any) return true;
-    if (!row || wanted.split === "rejected") return false;
+    if (wanted.split === "rejected") return false;
     return (wanted.session === "" || row.session === Number(wanted.session))
       && (wanted.split === "" || row.split === wanted.split || (wanted.split === "train" && row.split === "validation"))
       && !(row.speed < wanted.low) && !(row.speed > wanted.high);
   };
   const describe = (place) => {
     const row = all.strikes[place];
-    if (!row) return `strike ${place + 1} of the run, not listed`;
     const error = row.errors?.[wanted.model];
     return `${row.id} · ${all.sessions[row.session]} · ${row.speed.toFixed(2)} m/s at ${row.angle.toFixed(2)} rad`
       + (error === undefined ? "" : ` · misses by ${cm(error)}`);
@@ -322,7 +319,7 @@
       track();
       residual();
     } else {
-      dialog.append(make("p", { class: "note" }, "Its track is not in this page, which would be too large; tracks.parquet has it."));
+      dialog.append(make("p", { class: "note" }, "No frame of it was kept."));
     }
     if (!dialog.open) dialog.showModal();
     dialog.querySelector(".close").focus();

@@ -1,5 +1,7 @@
 //! The page and its sections.
 
+use std::collections::BTreeSet;
+
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use values::{Reject, Split, Strike};
 
@@ -25,6 +27,8 @@ const REJECTS: usize = 50;
 
 /// More hashes than these are folded away.
 const HASHES: usize = 20;
+/// Hashes in the page, at the most.
+const MOST_HASHES: usize = 500;
 
 /// The whole page as text.
 pub fn page(shown: &ReportInput<'_>) -> Result<String, PageError> {
@@ -33,8 +37,9 @@ pub fn page(shown: &ReportInput<'_>) -> Result<String, PageError> {
         Some(version) => format!("carom report · {version}"),
         None => "carom report".to_string(),
     };
-    let ids = results.strikes.iter().map(|strike| strike.id.as_str());
-    let places: Places<'_> = ids.enumerate().map(|(place, id)| (id, place)).collect();
+    let listed = explorer::listed(results);
+    let id = |place: &usize| results.strikes[*place].id.as_str();
+    let places: Places<'_> = listed.iter().map(|place| (id(place), *place)).collect();
     let body = html! {
         h1 { "From strike logs to a robot that strikes" }
         p.lead {
@@ -53,8 +58,8 @@ pub fn page(shown: &ReportInput<'_>) -> Result<String, PageError> {
         }
         @if let Some(section) = trend::trend_section(&shown.versions) { (section) }
         (check_section(shown))
-        (strikes_section(shown))
-        (explorer::explorer_section(shown)?)
+        (strikes_section(shown, &listed))
+        (explorer::explorer_section(shown, &listed)?)
         @if let Some(evaluation) = results.evaluation() { (stops::errors_section(evaluation)) }
         @if let Some(found) = results.found() { (diagnosis::diagnosis_section(shown, &places, found)) }
         @if let Some(why) = results.worlds.as_ref().and_then(Worlds::no_diagnosis) {
@@ -62,7 +67,7 @@ pub fn page(shown: &ReportInput<'_>) -> Result<String, PageError> {
         }
         @if let Some(trial) = shown.trial { (stops::trial_section(trial)) }
         @if let Some(worlds) = &results.worlds { (models::world_section(&worlds.fit)) }
-        @if let Some(section) = delivered::delivered_section(&results.strikes) { (section) }
+        @if let Some(section) = delivered::delivered_section(&results.strikes, &listed) { (section) }
         @if let Some(worlds) = &results.worlds && let Some(evaluation) = &worlds.evaluation {
             (stops::predictions_section(&results.strikes, &places, worlds, evaluation)?)
             (models::learning_section(worlds, &places, evaluation))
@@ -118,7 +123,7 @@ fn check_section(shown: &ReportInput<'_>) -> Markup {
     )
 }
 
-fn strikes_section(shown: &ReportInput<'_>) -> Markup {
+fn strikes_section(shown: &ReportInput<'_>, listed: &BTreeSet<usize>) -> Markup {
     let strikes = &shown.results.strikes;
     let count = |split| {
         strikes
@@ -136,7 +141,7 @@ fn strikes_section(shown: &ReportInput<'_>) -> Markup {
         "Strikes on the table",
         html! {
             div.columns {
-                (figures::table(&shown.inputs.rig, strikes).figure("where strikes began and stopped on the table"))
+                (figures::table(&shown.inputs.rig, strikes, listed).figure("where strikes began and stopped on the table"))
                 table {
                     tbody {
                         tr { td { "kept" } td.number { (strikes.len()) } }
@@ -202,8 +207,9 @@ fn provenance_section(shown: &ReportInput<'_>) -> Markup {
                 details open[provenance.hashes.len() <= HASHES] {
                     summary { "SHA-256 of " (provenance.hashes.len()) " files and logs" }
                     table.hashes { tbody {
-                        @for (name, hash) in &provenance.hashes { tr { td { (name) } td { code { (hash) } } } }
+                        @for (name, hash) in provenance.hashes.iter().take(MOST_HASHES) { tr { td { (name) } td { code { (hash) } } } }
                     } }
+                    @if provenance.hashes.len() > MOST_HASHES { p { "And " (provenance.hashes.len() - MOST_HASHES) " more in the version's manifest.json." } }
                 }
             }
         },

@@ -4,9 +4,6 @@ use maud::{Markup, PreEscaped, html};
 use serde::Serialize;
 use values::Point;
 
-/// Points of a series at the most: more make a page heavy and no clearer.
-pub const MOST_POINTS: usize = 1500;
-
 /// How a series is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
@@ -92,16 +89,14 @@ impl Series {
         }
     }
 
-    /// Points of strikes, by their places; thinned evenly where there are more than [`MOST_POINTS`].
+    /// Points of strikes, by their places.
     pub fn of_strikes(
         name: impl Into<Option<&'static str>>,
         colour: &'static str,
         kind: Kind,
         points: impl IntoIterator<Item = (usize, (f64, f64))>,
     ) -> Self {
-        let points = thinned(points.into_iter().collect());
-        let strikes = points.iter().map(|(strike, _)| *strike).collect();
-        let points = points.into_iter().map(|(_, point)| point);
+        let (strikes, points): (_, Vec<_>) = points.into_iter().unzip();
         Self {
             strikes,
             ..Self::new(name, colour, kind, points)
@@ -114,9 +109,8 @@ impl Series {
         colour: &'static str,
         arrows: impl IntoIterator<Item = (usize, [Point; 2])>,
     ) -> Self {
-        let arrows = thinned(arrows.into_iter().collect());
-        let strikes = arrows.iter().map(|(strike, _)| *strike).collect();
-        let ends = arrows.into_iter().flat_map(|(_, ends)| ends.map(xy));
+        let (strikes, ends): (_, Vec<_>) = arrows.into_iter().unzip();
+        let ends = ends.into_iter().flat_map(|ends| ends.map(xy));
         Self {
             strikes,
             ..Self::new(name, colour, Kind::Arrows, ends)
@@ -143,11 +137,6 @@ impl Series {
     pub fn sized(self, radii: Vec<f64>) -> Self {
         Self { radii, ..self }
     }
-}
-
-fn thinned<T>(points: Vec<T>) -> Vec<T> {
-    let every = points.len().div_ceil(MOST_POINTS).max(1);
-    points.into_iter().step_by(every).collect()
 }
 
 impl Plot {
@@ -257,16 +246,6 @@ mod tests {
             [0.123_456_78, 12.0, -0.0, f64::NAN].map(text),
             ["0.12346", "12", "0", "null"]
         );
-    }
-
-    #[test]
-    fn a_series_of_many_strikes_is_thinned_and_each_point_keeps_its_strike() {
-        let points = (0..10_000).map(|strike| (strike, (strike as f64, 0.0)));
-        let series = Series::of_strikes("all", "sysid", Kind::Dots, points);
-        assert!(series.x.len() <= MOST_POINTS && series.x.len() > MOST_POINTS / 2);
-        for (strike, x) in series.strikes.iter().zip(&series.x) {
-            assert_eq!(*strike as f64, *x);
-        }
     }
 
     #[test]

@@ -131,13 +131,6 @@ pub fn strike(index: usize) -> Strike {
 }
 
 fn text(found: Diagnosed, is_used: bool) -> String {
-    let inputs = Inputs {
-        named: Vec::new(),
-        rig: Rig::demo(Shape::Cylinder),
-        logs: Vec::new(),
-        seed: 0,
-        without_effects: !is_used,
-    };
     let mut results = Results {
         strikes: (0..4).map(strike).collect(),
         ..diagnosed(Some(found))
@@ -145,13 +138,24 @@ fn text(found: Diagnosed, is_used: bool) -> String {
     if let (false, Some(worlds)) = (is_used, &mut results.worlds) {
         worlds.effect = None;
     }
+    text_of(&results, &Provenance::default())
+}
+
+fn text_of(results: &Results, provenance: &Provenance) -> String {
+    let inputs = Inputs {
+        named: Vec::new(),
+        rig: Rig::demo(Shape::Cylinder),
+        logs: Vec::new(),
+        seed: 0,
+        without_effects: false,
+    };
     let shown = ReportInput {
         night: None,
         versions: Vec::new(),
         inputs: &inputs,
-        results: &results,
+        results,
         trial: None,
-        provenance: &Provenance::default(),
+        provenance,
     };
     page::page(&shown).expect("a page")
 }
@@ -200,4 +204,29 @@ fn without_a_named_effect_there_is_one_map_and_no_after() {
     assert!(
         !page.contains("with the effects") && !page.contains("The most informative next strikes")
     );
+}
+
+#[test]
+fn the_page_of_many_strikes_each_in_a_log_and_a_session_of_its_own_is_bounded() {
+    let many = |count: usize| {
+        let log = |index: usize| format!("{index:05}.mcap");
+        let strikes = (0..count).map(|index| {
+            let mut strike = strike(index);
+            strike.log = log(index);
+            strike.conditions.session = strike.log.clone();
+            strike
+        });
+        let results = Results {
+            strikes: strikes.collect(),
+            ..diagnosed(Some(found_tilt()))
+        };
+        let hash = |index| (log(index), "0".repeat(64));
+        let provenance = Provenance {
+            hashes: (0..count).map(hash).collect(),
+            ..Provenance::default()
+        };
+        text_of(&results, &provenance).len()
+    };
+    let (some, many) = (many(2_000), many(20_000));
+    assert!(many < some + some / 10, "{many} of {some}");
 }

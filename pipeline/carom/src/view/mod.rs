@@ -12,4 +12,4 @@ mod show;
 mod table;
 
 pub use images::images;
-pub use show::show;
+pub use show::{Shown, show};

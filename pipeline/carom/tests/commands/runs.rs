@@ -236,7 +236,7 @@ fn is_shown_and_exported(path: &Path) {
     assert!(topics["/carom/motion"] > 10 && topics["/carom/transforms"] > 10);
     done(&view);
     assert!(bytes == std::fs::read(path.join("view.mcap")).expect("a view"));
-    for wrong in ["--strike none -o view.mcap", "-o view.rrd"] {
+    for wrong in ["--strike none -o view.mcap", "-o view.txt"] {
         let (outcome, _) = refusal(&format!("view {dir} {wrong}"));
         assert_eq!(outcome, Outcome::BadInput);
     }
