@@ -9,7 +9,7 @@ use ingest::{IngestError, LogOutcome};
 use serde::{Deserialize, Serialize};
 use store::Artifact;
 use strike::{Args, Planner, PlannerError, Reason, Recent, SESSION_GAP, tell};
-use values::Strike;
+use values::{Reject, Strike};
 
 use super::Failure;
 
@@ -124,8 +124,25 @@ fn is_of_today(log: &Path) -> bool {
     }
 }
 
+/// What a log holds; what of it shows nothing is told.
 fn ingested(log: &Path, planner: &Planner) -> Result<LogOutcome, IngestError> {
-    ingest::ingest_log(log, planner.rig(), &ingest::Ingest::default())
+    let outcome = ingest::ingest_log(log, planner.rig(), &ingest::Ingest::default())?;
+    let lost = outcome.rejects.iter().map(|reject| {
+        let Reject {
+            index,
+            reason,
+            detail,
+            ..
+        } = reject;
+        format!(
+            "its strike {} shows nothing of the table: {reason} ({detail})",
+            index + 1
+        )
+    });
+    for what in outcome.notes.iter().cloned().chain(lost) {
+        tell(&format!("strike: log {}: {what}", log.display()));
+    }
+    Ok(outcome)
 }
 
 /// The strikes of logs in the order of time.
