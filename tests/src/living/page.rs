@@ -18,7 +18,7 @@ pub fn page(outcomes: &[Outcome]) -> String {
          `make living` strikes {} rigs of the embedded kind, drawn at random (numbers {} to {}): `carom run` on 100 strikes, then one \
          strike after the other at targets; each of the latest 24 is planned after so many strikes just before it. Misses are means over \
          all targets, divided by the rig's repeat scatter (mean distance of repeats from their mean, at the same targets, on the table as it \
-         then is; what wanders is none of it); ± is the standard error over rigs. Every method plans with the same version and sees the \
+         then is; what wanders is none of it); where the table does not wander each plan is struck eight times. ± is the standard error over rigs. Every method plans with the same version and sees the \
          same recent strikes.\n\n",
         rigs.len(),
         rigs.first().unwrap_or(&0),

@@ -20,6 +20,9 @@ const LEARNT: usize = 100;
 const TARGETS: usize = 24;
 /// How often the command for each target is repeated.
 const REPEATS: usize = 16;
+/// How often each planned command is struck, where the table stands still meanwhile; their orders lie so far apart.
+const STRUCK: usize = 8;
+const APART: usize = 1000;
 
 /// A target: from, to.
 type Pair = (Point, Point);
@@ -134,18 +137,21 @@ fn measure_case(
                 let Some((command, promise)) = planned else {
                     continue;
                 };
-                let mut sim = sim.clone().after(LEARNT + place);
-                let stop = sim.strike(pair.0, command).stop;
-                outcomes.push(Outcome {
-                    rig: rig.number,
-                    case,
-                    method,
-                    recent,
-                    miss: stop.distance(pair.1),
-                    promise,
-                    floor,
-                    says_changed: says_changed && method == Method::Filter,
-                });
+                let repeats = if case == Case::Wander { 1 } else { STRUCK };
+                for repeat in 0..repeats {
+                    let mut sim = sim.clone().after(LEARNT + place + repeat * APART);
+                    let stop = sim.strike(pair.0, command).stop;
+                    outcomes.push(Outcome {
+                        rig: rig.number,
+                        case,
+                        method,
+                        recent,
+                        miss: stop.distance(pair.1),
+                        promise,
+                        floor,
+                        says_changed: says_changed && method == Method::Filter,
+                    });
+                }
             }
         }
     }

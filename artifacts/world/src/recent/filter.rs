@@ -33,6 +33,8 @@ const LEAST_STRIKES: usize = 2;
 /// So many strikes at the least that no step of the table explains, and chance gives as many less often than this.
 const LEAST_ODD: f64 = 3.0;
 const ODD_BY_CHANCE: f64 = 1e-4;
+/// All strikes of a session may be bad, but not where chance makes them so less often than this.
+const ALL_ODD_BY_CHANCE: f64 = 1e-3;
 
 /// What is known of the table now.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -44,6 +46,8 @@ pub struct Filter {
     as_it_was: Vec<Hypothesis>,
     /// Strikes that it followed.
     strikes: usize,
+    /// Of these, those since the session began.
+    in_session: usize,
 }
 
 /// One history. The weights of all sum to one.
@@ -85,6 +89,7 @@ impl Filter {
             hypotheses,
             varies: varies.clone(),
             strikes: 0,
+            in_session: 0,
         }
     }
 
@@ -146,6 +151,7 @@ impl Filter {
             }
         }
         self.hypotheses = begun;
+        self.in_session = 0;
     }
 
     /// After one more strike; `gap` strikes after the one before.
@@ -170,6 +176,7 @@ impl Filter {
             hypotheses: heaviest(next),
             as_it_was: self.as_it_was.clone(),
             strikes: self.strikes + 1,
+            in_session: self.in_session + 1,
         }
     }
 
@@ -204,13 +211,15 @@ impl Filter {
     pub fn check(&self) -> Result<(), TableChanged> {
         let mean = mean_of(&self.weighted(|_| true));
         let away = distance_squared(&mean, &self.belief());
-        let expected = (self.varies.bad + JUMP_NOW) * self.strikes as f64;
+        let chance = self.varies.bad + JUMP_NOW;
         let odd: f64 = self
             .hypotheses
             .iter()
             .map(|h| h.weight() * h.odd as f64)
             .sum();
-        let is_odd = odd >= LEAST_ODD && by_chance(odd, expected) < ODD_BY_CHANCE;
+        let expected = chance * self.strikes as f64;
+        let all_odd = !self.is_shown() && chance.powi(self.in_session as i32) < ALL_ODD_BY_CHANCE;
+        let is_odd = all_odd || (odd >= LEAST_ODD && by_chance(odd, expected) < ODD_BY_CHANCE);
         if is_odd || (self.strikes >= LEAST_STRIKES && away > BELIEF) {
             return Err(TableChanged {
                 shift: shift(&mean),

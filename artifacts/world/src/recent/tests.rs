@@ -126,6 +126,14 @@ fn a_table_beyond_belief_is_refused_by_two_strikes_and_not_by_one() {
     assert_eq!(check(&strikes[..1]), Ok(()));
     let changed = check(&strikes).expect_err("far");
     assert!((changed.shift.friction - 0.7).abs() < 0.1, "{changed:?}");
+    // No usual jump leads there: each strike alone may be a bad one, both are not.
+    let turned = Shift {
+        heading: 0.35,
+        ..Shift::default()
+    };
+    let strikes: Vec<Observation> = (0..2).map(|_| random.strike(turned)).collect();
+    assert_eq!(check(&strikes[..1]), Ok(()));
+    assert_eq!(check(&strikes).expect_err("turned").odd, Some(2));
     for rig in 0..40 {
         let mut random = Deviates(rig * 104_729 + 5);
         let varies = learnt(&mut random, 0.0);

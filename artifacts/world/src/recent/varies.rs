@@ -14,9 +14,9 @@ const STEADY_SESSIONS: f64 = 4.0;
 /// Chance that something jumps between two sessions where one only was seen; k sessions show it k times less, down to the least.
 const JUMP_CHANCE: [f64; 2] = [0.20, 0.06];
 /// Chance that a session in which nothing jumps does not differ at all from the one before, where one only was seen; k sessions show it k times
-/// less, for what they differ by is then known. Half: a table that is as it was is then hardly ever led astray by what strikes scatter by, and
-/// one that differs as above is followed as closely (both by 0.02 × the scatter of repeats at the most, of 1.05 and 1.09).
-const SAME_CHANCE: f64 = 0.5;
+/// less, for what they differ by is then known. On a linear table this costs one that is as it was 0.01 × the scatter of repeats after any
+/// number of strikes (0.02 with a half); one that differs as above is followed to 0.06 with either.
+const SAME_CHANCE: f64 = 0.8;
 /// What the world's own scatter counts for, in strikes.
 const PRIOR_STRIKES: f64 = 3.0;
 /// Least scatter of ln launch speed, ln distance and bearing (rad): no camera and no arm repeats better.

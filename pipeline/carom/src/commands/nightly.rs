@@ -90,11 +90,12 @@ pub fn run(args: &NightlyArgs, global: Global) -> Result<Output, Error> {
         let night = work(&run, &store, &inputs, args, &log);
         if let Err(error) = &night
             && !durable::faults::dead()
+            && let Ok(last) = kept(dir)
         {
             // The error is the one to report.
             let _ = keep(
                 dir,
-                &Night::failed(error, store.latest().ok(), kept(dir).as_ref()),
+                &Night::failed(error, store.latest().ok(), last.as_ref()),
             );
         }
         night
@@ -178,7 +179,7 @@ fn work(
     let dir = run.dir();
     let logs = reading::open(&inputs.logs);
     let before = in_use(store)?;
-    let last = kept(dir);
+    let last = kept(dir)?;
     let in_use_now = before.as_ref().map(|before| before.version.as_str());
     if let Some(last) = &last
         && last.basis == basis(inputs, &logs, in_use_now)
@@ -372,12 +373,23 @@ fn report_new(
         known.extend(reading::known(run, rig, inputs.seed, input)?.unwrap_or_else(of_name));
     }
     let mut new = new_strikes(before, &results.read.logs, &results.strikes, &known);
+    // Where the strikes that showed the change were taken away, for a clock was set, those that came after them are since.
+    if let (Some(change), Some(first)) = (&mut night.change, new.first())
+        && results
+            .strikes
+            .iter()
+            .all(|strike| strike.t_start < change.since)
+    {
+        change.since = first.t_start;
+    }
     let since = night
         .change
         .as_ref()
         .map_or(f64::NEG_INFINITY, |change| change.since);
+    let read = new.len();
     new.retain(|strike| strike.t_start >= since);
     night.new_strikes = new.len();
+    night.behind = read - new.len();
     if !new.is_empty() {
         let (evaluation, drift) = score::judge(run, before, &new)?;
         let model = before.manifest.provenance.default_model;
@@ -493,15 +505,25 @@ fn choose(
     let is_mature = score::varies(before).strikes >= MATURE;
     let is_changed = is_mature && night.drift.as_ref().is_some_and(Drift::is_beyond_chance);
     let last_change = night.change.clone().filter(|_| is_changed);
+    let known = before.manifest.provenance.strikes;
+    // When it changed cannot be told by a clock that was set.
+    let is_back = |first: &Strike| known.is_some_and(|known| first.t_start <= known.last);
     if let (true, Some(first)) = (is_changed, new.first()) {
-        night.change = Some(Change {
-            version: before.version.clone(),
-            since: first.t_start,
-            what: night
-                .drift
-                .as_ref()
-                .map_or_else(String::new, Drift::sentence),
-        });
+        if is_back(first) {
+            night.why.push(format!(
+                "the new strikes show a change and are stamped before the last that {} learnt from: if a clock was set, set it right and take their logs away",
+                before.version
+            ));
+        } else {
+            night.change = Some(Change {
+                version: before.version.clone(),
+                since: first.t_start,
+                what: night
+                    .drift
+                    .as_ref()
+                    .map_or_else(String::new, Drift::sentence),
+            });
+        }
     }
     let since = night
         .change
@@ -630,9 +652,19 @@ fn choose(
     }
     // A table that changed and is not followed is somebody's business, and so is what the executor cannot use.
     let is_unusable = candidates.first().is_some_and(|one| !one.executor.passed);
+    let is_behind = new.is_empty() && night.behind > 0;
+    if is_behind {
+        let later = strikes.iter().map(|strike| strike.log.as_str());
+        let later: BTreeSet<&str> = later.collect();
+        night.why.push(format!(
+            "all {} new strikes are stamped before the last change (stamp {since:.0} s): if a clock was set, take away what it stamped later: {}",
+            night.behind,
+            Vec::from_iter(later).join(", ")
+        ));
+    }
     night.status = if best.is_some() {
         Status::Promoted
-    } else if is_changed || is_unusable {
+    } else if is_changed || is_unusable || is_behind {
         Status::Refused
     } else if candidates.is_empty() {
         night.why.push("what came out is the version in use".into());

@@ -63,6 +63,9 @@ pub struct Night {
     pub strikes: usize,
     /// Those of them that are new to the version in use.
     pub new_strikes: usize,
+    /// Strikes of new logs that are stamped before the last change: where none is stamped after it, a clock was set.
+    #[serde(default)]
+    pub behind: usize,
     /// Strikes rejected.
     pub rejected: usize,
     /// Names of logs that are cut off or damaged.
@@ -299,9 +302,20 @@ impl Night {
     }
 }
 
-/// The last night in a folder; none where there was none, or it cannot be read.
-pub fn kept(dir: &Path) -> Option<Night> {
-    serde_json::from_slice(&fs::read(dir.join(FILE)).ok()?).ok()
+/// The last night in a folder; none where there was none. Errors where it cannot be read: it alone knows of changes and of logs set aside.
+pub fn kept(dir: &Path) -> Result<Option<Night>, Error> {
+    let place = dir.join(FILE);
+    let said = |error: &dyn std::fmt::Display| {
+        Error::input(format!(
+            "read {}: {error}; restore it from a copy, or take it away: the next night then knows of no change for good and of no log set aside",
+            place.display()
+        ))
+    };
+    match fs::read(&place) {
+        Ok(bytes) => serde_json::from_slice(&bytes).map_err(|error| said(&error)),
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(None),
+        Err(error) => Err(said(&error)),
+    }
 }
 
 /// Keeps a night.

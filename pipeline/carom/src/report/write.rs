@@ -24,7 +24,7 @@ pub fn write(
 ) -> Result<String, Error> {
     let trial = trial::kept(dir);
     let provenance = provenance(dir, results, version)?.unwrap_or_default();
-    let night = nightly::kept(dir);
+    let night = nightly::kept(dir).ok().flatten();
     let input = ReportInput {
         inputs,
         results,

@@ -1,15 +1,15 @@
 //! `--recent` and `--adapt`: the table as its last strikes show it.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 use std::{fs, io};
 
 use ingest::{IngestError, LogOutcome};
+use logs::write::Lineage;
 use serde::{Deserialize, Serialize};
 use store::Artifact;
 use strike::{Args, Planner, PlannerError, Reason, Recent, SESSION_GAP, tell};
-use values::Strike;
 
 use super::Failure;
 
@@ -18,16 +18,21 @@ const FILE: &str = "adapted.json";
 /// Logs that are read where nothing is kept: a table is known by its last strikes.
 const MOST_LOGS: usize = 60;
 
+/// What stands in the place of the file's own hash while that is computed.
+const UNSEALED: &str = "0000000000000000000000000000000000000000000000000000000000000000";
+
 /// What is known of the table, and from which logs. It holds for one model of one version, and is computed anew from the logs where it
-/// cannot be read.
+/// cannot be read or its hash is another.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Kept {
+    /// SHA-256 of the file's bytes with zeros in the place of these 64 hex digits.
+    sha256: String,
     /// Hash of the version's manifest.
     manifest: String,
     model: String,
-    /// Names of the logs that were followed or passed over.
-    logs: BTreeSet<String>,
+    /// Names of the logs that were followed or passed over, and hashes of those that were read.
+    logs: BTreeMap<String, String>,
     recent: Recent,
 }
 
@@ -38,7 +43,8 @@ pub fn by_logs(
     planner: Planner,
 ) -> Result<Planner, Failure> {
     let outcomes: Result<Vec<_>, _> = logs.iter().map(|log| ingested(log, &planner)).collect();
-    let strikes = in_order(outcomes.map_err(Failure::input)?);
+    let (mut strikes, _) = ingest::assemble(outcomes.map_err(Failure::input)?);
+    strikes.sort_by(|a, b| a.t_start.total_cmp(&b.t_start));
     if strikes.is_empty() {
         return Err(Failure::input(
             "follow the table: the recent logs hold no strike that can be used; `carom ingest` says why",
@@ -72,36 +78,54 @@ pub fn by_own_strikes(
     let place = folder.join(FILE);
     let is_same = |kept: &Kept| kept.manifest == *manifest && kept.model == model;
     let mut kept = read(&place).filter(is_same).unwrap_or_else(|| {
-        let passed_over = all.len().saturating_sub(MOST_LOGS);
+        let passed_over = all.iter().take(all.len().saturating_sub(MOST_LOGS));
         Kept {
+            sha256: UNSEALED.into(),
             manifest: manifest.clone(),
             model,
-            logs: all.iter().take(passed_over).map(|log| name(log)).collect(),
+            logs: passed_over.map(|log| (name(log), String::new())).collect(),
             recent: planner.recent(),
         }
     });
-    let new: Vec<PathBuf> = all
-        .iter()
-        .filter(|log| !kept.logs.contains(&name(log)))
-        .cloned()
-        .collect();
+    let is_new = |log: &&PathBuf| !kept.logs.contains_key(&name(log));
+    let new: Vec<&PathBuf> = all.iter().filter(is_new).collect();
     let known = artifact.manifest.provenance.strikes;
     let known = known.map_or(f64::NEG_INFINITY, |known| known.last);
-    let since = kept.recent.last().map_or(known, |last| last.max(known));
-    let mut outcomes = Vec::new();
+    let (mut outcomes, mut own) = (Vec::new(), BTreeSet::new());
     for log in &new {
+        let mut sha256 = String::new();
         match ingested(log, &planner) {
-            Ok(outcome) => outcomes.push(outcome),
+            Ok(outcome) => {
+                sha256.clone_from(&outcome.sha256);
+                // A copy shows nothing new.
+                if !kept.logs.values().any(|known| *known == sha256) {
+                    outcomes.push(outcome);
+                }
+            }
             // What a robot wrote as it lost power must not stop every strike to come.
             Err(error) => tell(&format!("strike: {error}; it shows nothing of the table")),
         }
+        if is_by(log, &artifact.version) {
+            own.insert(name(log));
+        }
+        kept.logs.insert(name(log), sha256);
     }
-    let mut strikes = in_order(outcomes);
-    strikes.retain(|strike| strike.t_start > since);
+    let (mut strikes, _) = ingest::assemble(outcomes);
+    // Logs in the order of their names, whatever a clock that was set says.
+    strikes.sort_by(|a, b| a.log.cmp(&b.log).then(a.t_start.total_cmp(&b.t_start)));
+    let read = strikes.len();
+    strikes.retain(|strike| strike.t_start > known || own.contains(&strike.log));
+    if strikes.len() < read {
+        tell(&format!(
+            "strike: {} strikes in {} are stamped no later than the last one that {} learnt from: they are not followed",
+            read - strikes.len(),
+            folder.display(),
+            artifact.version
+        ));
+    }
     let followed = planner.follow(artifact, &mut kept.recent, &strikes);
-    kept.logs.extend(new.iter().map(|log| name(log)));
     if !new.is_empty()
-        && let Err(error) = keep(&place, &kept)
+        && let Err(error) = keep(&place, &mut kept)
     {
         // The logs are there: the next plan follows them again.
         tell(&format!(
@@ -124,15 +148,20 @@ fn is_of_today(log: &Path) -> bool {
     }
 }
 
+/// What a log holds; what of it shows nothing is told.
 fn ingested(log: &Path, planner: &Planner) -> Result<LogOutcome, IngestError> {
-    ingest::ingest_log(log, planner.rig(), &ingest::Ingest::default())
-}
-
-/// The strikes of logs in the order of time.
-fn in_order(outcomes: Vec<LogOutcome>) -> Vec<Strike> {
-    let (mut strikes, _) = ingest::assemble(outcomes);
-    strikes.sort_by(|a, b| a.t_start.total_cmp(&b.t_start));
-    strikes
+    let outcome = ingest::ingest_log(log, planner.rig(), &ingest::Ingest::default())?;
+    let lost = outcome.rejects.iter().map(|reject| {
+        format!(
+            "its strike {} shows nothing of the table: {}",
+            reject.index + 1,
+            reject.detail
+        )
+    });
+    for what in outcome.notes.iter().cloned().chain(lost) {
+        tell(&format!("strike: log {}: {what}", log.display()));
+    }
+    Ok(outcome)
 }
 
 /// The logs of a folder by their names, which count; none where the folder is not there yet.
@@ -157,12 +186,24 @@ fn name(log: &Path) -> String {
         .into_owned()
 }
 
-fn read(place: &Path) -> Option<Kept> {
-    serde_json::from_slice(&fs::read(place).ok()?).ok()
+/// Whether this version planned a strike of a log: it had learnt by then.
+fn is_by(log: &Path, version: &str) -> bool {
+    let lineages = logs::write::lineages(log).unwrap_or_default();
+    let planned_by = |lineage: &Lineage| lineage.get("version").is_some_and(|by| by == version);
+    lineages.iter().any(planned_by)
 }
 
-fn keep(place: &Path, kept: &Kept) -> Result<(), String> {
+fn read(place: &Path) -> Option<Kept> {
+    let text = fs::read_to_string(place).ok()?;
+    let kept: Kept = serde_json::from_str(&text).ok()?;
+    let unsealed = text.replacen(&kept.sha256, UNSEALED, 1);
+    (durable::sha256(unsealed.as_bytes()) == kept.sha256).then_some(kept)
+}
+
+fn keep(place: &Path, kept: &mut Kept) -> Result<(), String> {
+    kept.sha256 = UNSEALED.into();
     let text = serde_json::to_string(kept).map_err(|error| error.to_string())?;
+    let text = text.replacen(UNSEALED, &durable::sha256(text.as_bytes()), 1);
     durable::write_bytes(place, text.as_bytes()).map_err(|error| error.to_string())
 }
 

@@ -237,4 +237,28 @@ fn recent_logs_are_read_on_the_command_line_and_own_strikes_by_themselves() {
         "{text}"
     );
     assert_ne!(std::fs::read(&kept).unwrap(), before);
+    // What rotted on the disk is not believed, a copy of a log shows nothing new, and a cut one is told.
+    let again = || run(&["--adapt", "--model", "effect"]);
+    let rotten = std::fs::read_to_string(&kept).unwrap();
+    let (start, digit) = (rotten.find("\"mean\":[").unwrap() + 8, '7');
+    std::fs::write(
+        &kept,
+        rotten[..start].to_owned() + &digit.to_string() + &rotten[start..],
+    )
+    .unwrap();
+    assert_eq!(again().2, text);
+    let own = dir.path().join("strikes/strike_000001.mcap");
+    std::fs::copy(&own, own.with_file_name("strike_000004.mcap")).unwrap();
+    assert_eq!(again().2, text);
+    let bytes = std::fs::read(&own).unwrap();
+    std::fs::write(
+        own.with_file_name("strike_000005.mcap"),
+        &bytes[..bytes.len() / 2],
+    )
+    .unwrap();
+    let (code, error, said) = again();
+    assert!(
+        code == Some(0) && said == text && error.contains("strike_000005.mcap"),
+        "{error}"
+    );
 }
