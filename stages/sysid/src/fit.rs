@@ -385,7 +385,7 @@ pub(crate) fn fit(
                 share *= 0.4;
             }
         }
-        let goes_on = moved.is_some() || !beside.is_mujoco() && iterations < LEAST_ITERATIONS;
+        let goes_on = moved.is_some() || beside.goes_beyond() && iterations < LEAST_ITERATIONS;
         if goes_on {
             let (world, launch) = (&place.world, place.launch);
             beyond = beside.beyond_slopes(world, launch, &guesses, &slopes.by_nuisance)?;
