@@ -10,6 +10,7 @@ use mujoco_rs::{
     prelude::{MjData, MjModel},
     wrappers::mj_logging::{log_config, set_log_config},
 };
+use nalgebra::{Quaternion, UnitQuaternion, Vector2, Vector3};
 use values::Point;
 
 use crate::{Base, GRAVITY, WorldError, scene::LOAD_IMPEDANCE};
@@ -17,6 +18,8 @@ use crate::{Base, GRAVITY, WorldError, scene::LOAD_IMPEDANCE};
 /// The pair of table and object, and that of tip and object, in the order that MuJoCo sorts them: by body.
 const LOAD: usize = 0;
 const STRIKE: usize = 1;
+/// The object among the bodies.
+const OBJECT: usize = 1;
 /// Least friction that MuJoCo accepts.
 const LEAST_FRICTION: f64 = 1e-5;
 
@@ -65,7 +68,12 @@ impl Scene {
 
     /// A worker's own copy of model and data.
     pub(crate) fn engine(&self, table_contact: TableContact) -> Engine {
-        let data = MjData::new(Box::new(self.0.clone()));
+        let mut data = MjData::new(Box::new(self.0.clone()));
+        if matches!(table_contact, TableContact::Ball(..)) {
+            // Rolling friction acts beside the contact: `Engine::resist_half`.
+            // SAFETY: MuJoCo reads a pair's dimensions when it finds the contact, and makes room for it in each step.
+            unsafe { data.model_mut().pair_dim_mut()[LOAD] = 4 };
+        }
         Engine {
             nv_object: data.model().nv() as usize - 2,
             base_friction: self.0.pair_friction()[LOAD],
@@ -106,10 +114,12 @@ pub(crate) struct Engine {
 pub(crate) enum TableContact {
     /// A base, and the square of the radius of gyration in m².
     Flat(Base, f64),
-    /// A ball's lowest point: its radius in m.
-    Ball(f64),
+    /// A ball's lowest point: its radius in m, and how much of rolling friction acts while it slips.
+    Ball(f64, f64),
 }
 
+/// Share of what friction stops of a ball's slip in a step over which rolling friction comes in: what rolls slips by some of it, too.
+const SLIPS: f64 = 0.3;
 /// How far, relative to dry friction's deceleration, MuJoCo's friction reference lies beyond the cone.
 const BEYOND_CONE: f64 = 1.5;
 
@@ -242,19 +252,46 @@ impl Engine {
             .any(|contact| contact.geom.contains(&tip))
     }
 
-    /// Speed in m/s with which a ball's lowest point slides: by what it does not roll.
-    fn ball_slip(&self, radius: f64) -> f64 {
-        let (velocity, qpos, qvel) = (self.velocity(), self.data.qpos(), self.data.qvel());
-        // MuJoCo gives its rate of turning in its own frame.
-        let (w, x, y, z) = (qpos[2], qpos[3], qpos[4], qpos[5]);
-        let (a, b, c) = (qvel[2], qvel[3], qvel[4]);
-        let rate_x = (1.0 - 2.0 * (y * y + z * z)) * a
-            + 2.0 * (x * y - w * z) * b
-            + 2.0 * (x * z + w * y) * c;
-        let rate_y = 2.0 * (x * y + w * z) * a
-            + (1.0 - 2.0 * (x * x + z * z)) * b
-            + 2.0 * (y * z - w * x) * c;
-        Point::new(velocity.x - rate_y * radius, velocity.y + rate_x * radius).norm()
+    /// A ball's rate of turning about x and y in rad/s, and the slip of its lowest point in m/s: by what it does not roll.
+    fn ball_motion(&self, radius: f64) -> (Vector2<f64>, f64) {
+        let (velocity, turning) = (self.velocity(), self.attitude() * self.turning());
+        let slip = Point::new(
+            velocity.x - turning.y * radius,
+            velocity.y + turning.x * radius,
+        );
+        (turning.xy(), slip.norm())
+    }
+
+    /// How a ball is turned.
+    fn attitude(&self) -> UnitQuaternion<f64> {
+        let qpos = self.data.qpos();
+        UnitQuaternion::new_unchecked(Quaternion::new(qpos[2], qpos[3], qpos[4], qpos[5]))
+    }
+
+    /// A ball's rate of turning in rad/s; MuJoCo gives it in the ball's own frame.
+    fn turning(&self) -> Vector3<f64> {
+        Vector3::from_column_slice(&self.data.qvel()[2..5])
+    }
+
+    /// Half of what rolling friction takes from a ball's turning in a step: a torque of the load times its length. It is no part of the
+    /// contact's cone, in which it would weaken the friction of a ball that slips. A ball slips where friction could not stop that in a step.
+    fn resist_half(&mut self) {
+        let TableContact::Ball(radius, in_slip) = self.table_contact else {
+            return;
+        };
+        let timestep = self.data.model_opt().timestep;
+        let model = self.data.model();
+        let gyration = model.body_inertia()[OBJECT][0] / model.body_mass()[OBJECT];
+        let [slide, _, _, length, _] = self.base_friction.map(|mu| mu * self.friction * GRAVITY);
+        let (turning, slip) = self.ball_motion(radius);
+        let stopped = slide * (1.0 + radius * radius / gyration) * timestep;
+        let rolls = ((1.0 - slip / stopped.max(1e-12)) / SLIPS).clamp(0.0, 1.0);
+        let taken = length / gyration * (rolls + (1.0 - rolls) * in_slip) * 0.5 * timestep;
+        let change = turning * (-(taken / turning.norm().max(1e-12)).min(1.0));
+        let own = self.attitude().inverse_transform_vector(&change.push(0.0));
+        for (rate, change) in self.data.qvel_mut()[2..5].iter_mut().zip(own.iter()) {
+            *rate += change;
+        }
     }
 
     /// MuJoCo's soft friction pulls what slides towards rest at a rate b, and its convex cone loads a contact in
@@ -266,7 +303,8 @@ impl Engine {
         let fastest = 0.9 / self.data.model_opt().timestep;
         let rate = |slip: f64| (BEYOND_CONE * weight / slip.max(1e-9)).min(fastest);
         let (rate, axes) = match self.table_contact {
-            TableContact::Ball(radius) => (rate(self.ball_slip(radius)), [1.0; 2]),
+            // Friction at a ball's lowest point turns it too, and stops that seven halves as fast as it would a block.
+            TableContact::Ball(radius, _) => (rate(self.ball_motion(radius).1 / 3.5), [1.0; 2]),
             TableContact::Flat(base, gyration) => {
                 let (v, w) = (self.velocity().norm().max(1e-9), base.arm * self.spin());
                 let rate = rate(v.hypot(w));
@@ -281,8 +319,8 @@ impl Engine {
                 (rate, axes.map(f64::sqrt))
             }
         };
-        let [slide, _, turn, roll, _] = self.base_friction.map(|mu| mu * self.friction);
-        let friction = [slide * axes[0], slide * axes[0], turn * axes[1], roll, roll];
+        let [slide, _, turn, ..] = self.base_friction.map(|mu| mu * self.friction);
+        let friction = [slide * axes[0], slide * axes[0], turn * axes[1], 0.0, 0.0];
         // SAFETY: as above.
         let model = unsafe { self.data.model_mut() };
         model.pair_friction_mut()[LOAD] = friction.map(|mu| mu.max(LEAST_FRICTION));
@@ -293,8 +331,10 @@ impl Engine {
     /// One step of MuJoCo's: semi-implicit, which keeps the energy of a stiff contact.
     pub(crate) fn step(&mut self) {
         self.push_half();
+        self.resist_half();
         self.follow_slip();
         self.data.step();
+        self.resist_half();
         self.push_half();
         self.steps[0] += 1;
     }

@@ -52,7 +52,9 @@ pub const PARAMETERS: &[ParameterSpec] = &[
          base (MuJoCo's friction[1])",
     ),
     spec("rolling_friction", 0.001, [0.0, 0.02], "m")
-        .does("rolling friction of a ball (MuJoCo's friction[2])"),
+        .does("rolling friction of a ball: the torque over the load (MuJoCo's friction[2])"),
+    spec("rolling_in_slip", 0.0, [0.0, 1.0], "")
+        .does("how much of it acts while the ball still slips"),
     spec("restitution", 0.50, [-0.6, 0.99], "").does(
         "separation speed over approach speed of tip and object; below zero: delivered speed \
          falls short",
@@ -69,12 +71,13 @@ pub const PARAMETERS: &[ParameterSpec] = &[
     spec("solimp_midpoint", 0.5, [0.1, 0.9], "")
         .does("midpoint of the impedance's rise (solimp[3])"),
     spec("solimp_power", 2.0, [1.0, 5.0], "").does("power of the impedance's rise (solimp[4])"),
-    // Air slows a sliding body by some 0.01 per metre, far below what strikes can show: none unless it is freed.
+    // Air slows a sliding body by some 0.01 per metre, far below what strikes can show, and MuJoCo's angular drag a ball that turns by as
+    // much as a hard table does: none unless it is freed.
     spec("fluid_blunt_drag", 0.0, [0.0, 5.0], "")
         .does("blunt drag coefficient in air (fluidcoef[0])"),
     spec("fluid_slender_drag", 0.0, [0.0, 5.0], "")
         .does("slender drag coefficient in air (fluidcoef[1])"),
-    spec("fluid_angular_drag", 1.5, [0.0, 10.0], "")
+    spec("fluid_angular_drag", 0.0, [0.0, 10.0], "")
         .does("angular drag coefficient in air (fluidcoef[2])"),
     spec("fluid_kutta_lift", 1.0, [0.0, 5.0], "")
         .does("Kutta lift coefficient in air (fluidcoef[3])"),

@@ -50,6 +50,7 @@ pub struct Simulator {
     pub(crate) contact_time: f64,
     pub(crate) tip_friction: f64,
     base: Base,
+    rolling_in_slip: f64,
     /// Square of the radius of gyration about the vertical in m².
     pub(crate) gyration: f64,
     pub(crate) releases: Releases,
@@ -83,6 +84,7 @@ impl Simulator {
             contact_time: world.value("contact_time")?,
             tip_friction: world.value("tip_friction")?,
             base: Base::new(rig, world)?,
+            rolling_in_slip: world.value("rolling_in_slip")?,
             gyration: planar::gyration(rig) * world.value("inertia_z")?,
             releases: Releases::default(),
             contact_duration: OnceLock::new(),
@@ -174,7 +176,7 @@ impl Simulator {
     /// What of the object rubs on the table.
     pub(crate) fn table_contact(&self) -> TableContact {
         match self.rig.object.solid {
-            Solid::Sphere { radius } => TableContact::Ball(radius),
+            Solid::Sphere { radius } => TableContact::Ball(radius, self.rolling_in_slip),
             Solid::Cylinder { .. } | Solid::Box { .. } => {
                 TableContact::Flat(self.base, self.gyration)
             }

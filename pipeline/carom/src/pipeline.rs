@@ -212,9 +212,11 @@ fn find_effects(
         strikes: diagnose.sample(learning(strikes)),
     };
     run.stage(&diagnose, &input).map_err(|error| match error {
-        RunError::Stage(error @ (DiagnoseError::TooFewStrikes { .. } | DiagnoseError::Rolls)) => {
-            Error::input(error)
-        }
+        RunError::Stage(
+            error @ (DiagnoseError::TooFewStrikes { .. }
+            | DiagnoseError::NoFit { .. }
+            | DiagnoseError::Rolls),
+        ) => Error::input(error),
         error => error.into(),
     })
 }

@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use values::{Command, Point, Rig, Shape, Strike};
 use world::{
-    Simulated, Simulator, World, WorldError,
+    Shift, Simulated, Simulator, World, WorldError,
     launch::{self, launches},
     planar::{Deviation, Frames, Planar, StrikeInput},
 };
@@ -65,6 +65,11 @@ impl<'a> StrikeSimulator<'a> {
     /// Whether MuJoCo simulates.
     pub(crate) fn is_mujoco(&self) -> bool {
         self.launches.is_none()
+    }
+
+    /// Whether what lies beyond the derivatives is taken off: planar form is quick, and a ball rolls so far that it counts.
+    pub(crate) fn goes_beyond(&self) -> bool {
+        !self.is_mujoco() || self.rig.object.shape() == Shape::Sphere
     }
 
     /// MuJoCo's simulations that one pass over the strikes takes.
@@ -137,7 +142,7 @@ impl StrikeSimulator<'_> {
     /// How far each strike's frames lie, with a launch, a clock and a friction of its own, from where the derivatives by these put them,
     /// in m: a slide is linear in none of them, and scatter would bias what is common to all. A launch counts up to what is scatter, a
     /// clock up to a frame; beyond these they stay linear. The launch of a slide that no strike began is not known beforehand, and counts
-    /// in full. None in MuJoCo: planar form differs little in this.
+    /// in full. None where the simulator does not go beyond them.
     pub(crate) fn beyond_slopes(
         &self,
         world: &World,
@@ -145,53 +150,67 @@ impl StrikeSimulator<'_> {
         guesses: &[Nuisances],
         slopes: &[DMatrix<f64>],
     ) -> Result<Option<Vec<DVector<f64>>>, WorldError> {
-        let Some(launches) = &self.launches else {
+        if !self.goes_beyond() {
             return Ok(None);
-        };
+        }
         let planar = Planar::new(self.rig, world, &[])?;
+        let simulator = Simulator::new(self.rig, world)?;
         let frame = 1.0 / self.rig.camera.rate;
-        let beyond = self
-            .strikes
-            .par_iter()
-            .zip(launches)
-            .zip(guesses.par_iter().zip(slopes))
-            .map(|((strike, near), (guess, slopes))| {
+        let beyond = self.strikes.par_iter().enumerate().map(|(i, strike)| {
+            let (guess, slopes) = (&guesses[i], &slopes[i]);
+            let command = launch.of(strike.command);
+            let most = match strike.conditions.is_unstruck {
+                true => UNSTRUCK_LAUNCH,
+                false => LAUNCH_SCATTER,
+            };
+            let own = Nuisances::from_column_slice(&[
+                guess[SPEED].clamp(-most, most),
+                guess[ANGLE].clamp(-most, most),
+                guess[CLOCK].clamp(-frame, frame),
+                0.0,
+                0.0,
+                guess[FRICTION],
+            ]);
+            let frames = |own: Nuisances| {
+                let delay = launch.delay + own[CLOCK];
+                let (gain, heading, friction) = (own[SPEED].ln_1p(), own[ANGLE], own[FRICTION]);
+                let Some(launches) = &self.launches else {
+                    let shift = Shift {
+                        friction,
+                        gain,
+                        heading,
+                    };
+                    let times = &strike.track.t;
+                    let until = times.last()? + delay + MARGIN;
+                    let shifted = simulator.shifted(shift);
+                    let simulated = shifted
+                        .worker()
+                        .strike_until(strike.initial, command, &strike.conditions, until)
+                        .ok()?;
+                    let at: Vec<_> = times.iter().map(|t| simulated.at(t + delay)).collect();
+                    return Some(stack(&at));
+                };
                 let input = StrikeInput {
-                    command: launch.of(strike.command),
+                    command,
                     to_rest: false,
                     ..StrikeInput::from(*strike)
                 };
-                let most = match strike.conditions.is_unstruck {
-                    true => UNSTRUCK_LAUNCH,
-                    false => LAUNCH_SCATTER,
+                let deviation = Deviation {
+                    speed: gain,
+                    angle: heading,
+                    delay,
+                    friction,
+                    ..Deviation::default()
                 };
-                let own = Nuisances::from_column_slice(&[
-                    guess[SPEED].clamp(-most, most),
-                    guess[ANGLE].clamp(-most, most),
-                    guess[CLOCK].clamp(-frame, frame),
-                    0.0,
-                    0.0,
-                    guess[FRICTION],
-                ]);
-                let frames = |own: Nuisances| {
-                    let deviation = Deviation {
-                        speed: own[SPEED].ln_1p(),
-                        angle: own[ANGLE],
-                        delay: launch.delay + own[CLOCK],
-                        friction: own[FRICTION],
-                        ..Deviation::default()
-                    };
-                    let frames = planar.strike(&input, near, &deviation)?;
-                    Some(stack(&frames.at))
-                };
-                let linear = slopes * own;
-                match frames(own).zip(frames(Nuisances::zeros())) {
-                    Some((there, here)) => there - here - linear,
-                    None => DVector::zeros(linear.len()),
-                }
-            })
-            .collect();
-        Ok(Some(beyond))
+                Some(stack(&planar.strike(&input, &launches[i], &deviation)?.at))
+            };
+            let linear = slopes * own;
+            match frames(own).zip(frames(Nuisances::zeros())) {
+                Some((there, here)) => there - here - linear,
+                None => DVector::zeros(linear.len()),
+            }
+        });
+        Ok(Some(beyond.collect()))
     }
 }
 

@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use stage::Progress;
-use values::{Object, Shape, Solid, Strike};
+use values::{Shape, Strike};
 use world::{ParameterSpec, World, WorldError, parameter};
 
 use crate::{
@@ -20,8 +20,12 @@ const MOST_ITERATIONS: u32 = 15;
 const LEAST_ITERATIONS: u32 = 3;
 /// The fit ends when no parameter moves by more than this share of its standard error.
 const SETTLED: f64 = 0.05;
-/// Rolling friction over a ball's radius, as a share of sliding friction, from which on it takes most of what turns the ball.
-const ROLLS: f64 = 0.8;
+/// The friction of a ball that rolls, and how much of it acts while it slips.
+pub(crate) const ROLLS: &str = "rolling_friction";
+pub(crate) const IN_SLIP: &str = "rolling_in_slip";
+/// What is known of that before strikes are seen, mean and variance: anything from none to all. Where strikes hardly show it, the intervals
+/// of what it is traded for are as wide as that.
+const ANY_SHARE: (f64, f64) = (0.5, 1.0 / 12.0);
 /// What is fitted besides the parameters: the mean turn of the launches, and the mean delay of their clocks.
 pub(crate) const MEANS: usize = 2;
 /// Standard errors from which a mean turn is reported.
@@ -33,7 +37,7 @@ pub(crate) struct Fitted {
     pub(crate) free: Vec<String>,
     pub(crate) launch: Launch,
     pub(crate) components: VarianceComponents,
-    /// Σ Jᵀ·Σ⁻¹·J over strikes; the freed parameters, then the means.
+    /// Σ Jᵀ·Σ⁻¹·J over strikes, and what was known before; the freed parameters, then the means.
     pub(crate) information: DMatrix<f64>,
     /// Jᵀ·Σ⁻¹·r of each strike.
     pub(crate) scores: Vec<DVector<f64>>,
@@ -65,30 +69,12 @@ impl Fitted {
                 let spec = parameter(name).ok()?;
                 let value = self.world.value(name).ok()?;
                 let margin = 1e-3 * (spec.high - spec.low);
-                // A table may have no friction.
+                // A table may have no friction, and a share is from none to all.
                 let is_least = value < spec.low + margin && name != "friction";
-                (is_least || value > spec.high - margin)
+                ((is_least || value > spec.high - margin) && name != IN_SLIP)
                     .then(|| format!("{name} ended at the bound of its range, {value:.4}: the model lacks something, or the rig file is off"))
             })
             .collect()
-    }
-
-    /// A sentence on a ball that would not begin to roll: rolling friction holds it back as much as sliding friction turns it.
-    pub(crate) fn never_rolls(&self, object: &Object) -> Option<String> {
-        let Solid::Sphere { radius } = object.solid else {
-            return None;
-        };
-        let (sliding, rolling) = (
-            self.world.value("friction").ok()?,
-            self.world.value("rolling_friction").ok()? / radius,
-        );
-        (rolling >= ROLLS * sliding).then(|| {
-            format!(
-                "in this world the ball hardly begins to roll: rolling friction over its radius, {rolling:.3}, is as great as sliding friction, \
-                 {sliding:.3}. The tracks show one deceleration: friction and restitution predict them, and are not the ball's own; measure these apart \
-                 where they are needed"
-            )
-        })
     }
 
     /// A sentence on launches that are all turned alike.
@@ -215,8 +201,17 @@ pub(crate) fn own_derivatives(
             continue;
         };
         let value = one + world.value(name)?;
+        // What differs of a table holds back a ball that rolls as one that slides.
+        let rolls = free
+            .iter()
+            .position(|free| free == ROLLS && place == FRICTION);
+        let rolling = world.value(ROLLS)?;
         for (nuisances, parameters) in by_nuisance.iter_mut().zip(by_free) {
-            nuisances.set_column(place, &(parameters.column(column) * value));
+            let mut own = parameters.column(column) * value;
+            if let Some(rolls) = rolls {
+                own += parameters.column(rolls) * rolling;
+            }
+            nuisances.set_column(place, &own);
         }
     }
     Ok(())
@@ -342,9 +337,18 @@ pub(crate) fn fit(
             informations.push(own);
             scores.push(weighed.tr_mul(&evidence.residual) * *weight);
         }
-        let score: DVector<f64> = scores
+        let mut score: DVector<f64> = scores
             .iter()
             .fold(DVector::zeros(slopes.fitted()), |sum, s| sum + s);
+        let any = free.iter().position(|name| name == IN_SLIP);
+        if let Some(any) = any {
+            information[(any, any)] += 1.0 / ANY_SHARE.1;
+            score[any] += (ANY_SHARE.0 - place.world.value(IN_SLIP)?) / ANY_SHARE.1;
+        }
+        let known = |place: &FitPoint| match any {
+            Some(_) => Ok((place.world.value(IN_SLIP)? - ANY_SHARE.0).powi(2) / ANY_SHARE.1),
+            None => Ok::<_, WorldError>(0.0),
+        };
         let is_held = |i: usize, step| {
             specs
                 .get(i)
@@ -366,7 +370,7 @@ pub(crate) fn fit(
         let guesses: Vec<Nuisances> = all.iter().map(Evidence::nuisance).collect();
         let mut moved = None;
         if !is_settled && iterations < MOST_ITERATIONS {
-            let now = objective(&all, &weights_now);
+            let now = objective(&all, &weights_now) + known(&place)?;
             // Shorten the step until the objective falls.
             let mut share = 1.0;
             while moved.is_none() && share > 0.01 {
@@ -374,14 +378,14 @@ pub(crate) fn fit(
                 simulations += count;
                 if let Ok(tried) = trial.simulate(lab) {
                     let then = evidence(strikes, &tried, &slopes, beyond.as_deref(), &components);
-                    if objective(&then, &weights_now) <= now * (1.0 + 1e-9) {
+                    if objective(&then, &weights_now) + known(&trial)? <= now * (1.0 + 1e-9) {
                         moved = Some((trial, tried));
                     }
                 }
                 share *= 0.4;
             }
         }
-        let goes_on = moved.is_some() || !beside.is_mujoco() && iterations < LEAST_ITERATIONS;
+        let goes_on = moved.is_some() || beside.goes_beyond() && iterations < LEAST_ITERATIONS;
         if goes_on {
             let (world, launch) = (&place.world, place.launch);
             beyond = beside.beyond_slopes(world, launch, &guesses, &slopes.by_nuisance)?;

@@ -34,8 +34,7 @@ pub(crate) struct Identifiability {
 fn candidates(rig: &Rig) -> &'static [&'static str] {
     match rig.object.shape() {
         Shape::Box => &["tip_friction"],
-        Shape::Sphere => &["rolling_friction"],
-        Shape::Cylinder => &[],
+        Shape::Cylinder | Shape::Sphere => &[],
     }
 }
 

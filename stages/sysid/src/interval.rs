@@ -8,13 +8,14 @@ use crate::{SysidError, fit::Fitted};
 
 /// Variance of each of what was fitted: the larger of the model's, A⁻¹, and the jackknife's A⁻¹·B·A⁻¹, B from each strike's own
 /// score s at the fit to all others, (1 − A_i·A⁻¹)⁻¹·s (Bell and McCaffrey 2002, "CR3"). None where A, the sum of the strikes'
-/// `informations`, is singular. `scores`: at the fit.
+/// `informations` and what was known before, is singular. `scores`: at the fit.
 pub(crate) fn variances(
     scores: &[DVector<f64>],
     informations: &[DMatrix<f64>],
+    whole: &DMatrix<f64>,
 ) -> Option<DVector<f64>> {
-    let (n, p) = (scores.len() as f64, informations.first()?.ncols());
-    let inverse = informations.iter().sum::<DMatrix<f64>>().try_inverse()?;
+    let (n, p) = (scores.len() as f64, whole.ncols());
+    let inverse = whole.clone().try_inverse()?;
     let mut between = DMatrix::zeros(p, p);
     for (score, own) in scores.iter().zip(informations) {
         // A strike pulls the fit towards itself: without it, its score would have been this.
@@ -35,7 +36,8 @@ pub(crate) fn quantile(strikes: usize, fitted: usize, probability: f64) -> f64 {
 /// The fitted world with intervals. `unseen`: relative variance that friction's mean over all strikes has beside that over those that
 /// were used ([`crate::wander`]).
 pub(crate) fn with_intervals(fitted: &Fitted, unseen: f64) -> Result<World, SysidError> {
-    let Some(variances) = variances(&fitted.scores, &fitted.informations) else {
+    let Some(variances) = variances(&fitted.scores, &fitted.informations, &fitted.information)
+    else {
         return Err(SysidError::Singular {
             names: fitted.free.join(", "),
         });

@@ -29,7 +29,7 @@ use compare::{Launch, StrikeSimulator};
 use identify::Identifiability;
 use serde::{Deserialize, Serialize};
 use stage::{Progress, Stage};
-use values::{Rig, Split, Strike, arm_scatter, delivered_strikes};
+use values::{Rig, Shape, Solid, Split, Strike, arm_scatter, delivered_strikes};
 use world::{World, WorldError, parameter};
 
 /// How to identify.
@@ -99,7 +99,7 @@ fn pushed_again(count: usize, of: usize, are_left_out: bool) -> String {
 
 impl Stage for Sysid {
     const NAME: &'static str = "sysid";
-    const VERSION: u32 = 25;
+    const VERSION: u32 = 26;
     type Input = Input;
     type Output = Fit;
     type Error = SysidError;
@@ -132,7 +132,10 @@ impl Stage for Sysid {
             // What no strike began says nothing of an impact.
             vec!["friction".into()]
         } else if default {
-            vec!["friction".into(), "restitution".into()]
+            let all = ["friction", "restitution", fit::ROLLS, fit::IN_SLIP];
+            let of_a_ball = input.rig.object.shape() == Shape::Sphere;
+            let count = if of_a_ball { 4 } else { 2 };
+            all[..count].iter().map(ToString::to_string).collect()
         } else {
             self.free.clone()
         };
@@ -202,9 +205,23 @@ impl Stage for Sysid {
             false => None,
         };
         let slips = of_a_tip_that_slips.is_some();
-        let mut fitted = match of_a_tip_that_slips {
-            Some(fitted) => fitted,
-            None => fit(&stuck, Launch::EXACT, free)?,
+        let mut fitted = match (of_a_tip_that_slips, input.rig.object.solid) {
+            (Some(fitted), _) => fitted,
+            (None, Solid::Sphere { radius }) if default => {
+                let from = |in_slip| {
+                    let begun = start::ball(radius, &input.world, &strikes, in_slip);
+                    fit(&begun, Launch::EXACT, free.clone())
+                };
+                // What is left within strikes is the camera's.
+                match (from(0.0), from(1.0)) {
+                    (Ok(none), Ok(all)) if all.components.camera < none.components.camera => {
+                        all.after(none.simulations)
+                    }
+                    (Ok(none), Ok(all)) => none.after(all.simulations),
+                    (none, all) => none.or(all)?,
+                }
+            }
+            _ => fit(&stuck, Launch::EXACT, free)?,
         };
         let rms = |fitted: &fit::Fitted| identify::rms(&input.rig, fitted, &strikes);
         let mut identifiability = Identifiability::default();
@@ -269,7 +286,6 @@ impl Stage for Sysid {
         warnings.extend(not_taught);
         warnings.extend(sizes.note);
         warnings.extend(fitted.at_bounds());
-        warnings.extend(fitted.never_rolls(&input.rig.object));
         warnings.extend(fitted.components.at_bounds());
         let mut notes = identifiability.notes;
         notes.extend(fitted.bias());

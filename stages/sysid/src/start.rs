@@ -2,10 +2,11 @@
 
 use std::f64::consts::FRAC_PI_2;
 
+use nalgebra::{DMatrix, DVector, Vector4};
 use values::{Point, Rig, Strike, median};
 use world::{GRAVITY, World, parameter};
 
-use crate::fit::Fitted;
+use crate::fit::{Fitted, IN_SLIP, ROLLS};
 
 /// The parameter that decides how far aside a box can be sent.
 pub(crate) const HOLDS: &str = "tip_friction";
@@ -73,6 +74,80 @@ pub(crate) fn held(before: &World, fitted: &Fitted) -> Option<String> {
     (!is_freed && after > before).then(|| {
         format!("{HOLDS} was raised to {after:.2}: the strikes' bearings need a tip that holds the box at least so well")
     })
+}
+
+/// How far a ball has gone so long (s) after a launch at this speed (m/s), in m: it slides, turning ever faster, then rolls. Decelerations of
+/// both in m/s², and how much of rolling friction acts while it slides.
+fn rolled(time: f64, launch: f64, sliding: f64, rolling: f64, in_slip: f64) -> f64 {
+    let slides = launch / (3.5 * (sliding - in_slip * rolling));
+    let rolls = launch - sliding * slides;
+    let (first, last) = (
+        time.min(slides),
+        (time - slides).clamp(0.0, rolls / rolling),
+    );
+    let slid = launch * first - 0.5 * sliding * first * first;
+    slid + rolls * last - 0.5 * rolling * last * last
+}
+
+/// A ball's world by the tracks of a part of the strikes, each relative to its length, where none or all of rolling friction acts while it
+/// slips: the valley between the two is long, and a fit that begins at the one may end there.
+pub(crate) fn ball(radius: f64, world: &World, strikes: &[&Strike], in_slip: f64) -> World {
+    let some = strikes.iter().step_by(strikes.len().div_ceil(24).max(1));
+    let frames: Vec<[f64; 4]> = some
+        .flat_map(|strike| {
+            let gone = |i| strike.track.point(i).distance(strike.initial);
+            let count = strike.track.len();
+            let weight = 1.0 / (gone(count - 1).max(SHORT) * (count as f64).sqrt());
+            let all = 0..count;
+            all.map(move |i| [strike.command.speed, strike.track.t[i], gone(i), weight])
+        })
+        .collect();
+    // Logarithms of friction and of what rolling takes of it, restitution, and by how much clocks are late.
+    let off = |at: &Vector4<f64>| -> DVector<f64> {
+        let sliding = GRAVITY * at[0].exp();
+        let rolling = sliding * at[1].exp();
+        let each = frames.iter().map(|[speed, time, gone, weight]| {
+            let time = (time + at[3]).max(0.0);
+            weight * (gone - rolled(time, speed * (1.0 + at[2]), sliding, rolling, in_slip))
+        });
+        DVector::from_iterator(frames.len(), each)
+    };
+    let low = Vector4::new(0.01_f64.ln(), 0.005_f64.ln(), -0.5, -0.02);
+    let high = Vector4::new(1.4_f64.ln(), 0.7_f64.ln(), 0.95, 0.03);
+    let mut at = Vector4::new(0.2_f64.ln(), 0.3_f64.ln(), 0.5, 0.0);
+    let (mut here, mut damping) = (off(&at), 1e-2);
+    for _ in 0..40 {
+        let slopes = DMatrix::from_columns(&[0, 1, 2, 3].map(|i| {
+            let beside = at + Vector4::ith(i, 1e-4);
+            (off(&beside) - &here) / 1e-4
+        }));
+        let mut damped = slopes.tr_mul(&slopes);
+        for i in 0..4 {
+            damped[(i, i)] = damped[(i, i)] * (1.0 + damping) + 1e-12;
+        }
+        let Some(step) = damped
+            .cholesky()
+            .map(|all| all.solve(&slopes.tr_mul(&here)))
+        else {
+            break;
+        };
+        let next = (at - Vector4::from_column_slice(step.as_slice()))
+            .sup(&low)
+            .inf(&high);
+        let there = off(&next);
+        if there.norm_squared() < here.norm_squared() {
+            (at, here, damping) = (next, there, 0.3 * damping);
+        } else {
+            damping *= 5.0;
+        }
+    }
+    let (friction, share) = (at[0].exp(), at[1].exp());
+    world
+        .clone()
+        .with("friction", friction)
+        .with("restitution", at[2])
+        .with(ROLLS, (1.4 * radius * friction * share).min(0.02))
+        .with(IN_SLIP, in_slip)
 }
 
 /// The world with friction and restitution from the lines, where they are free and a line can be drawn.

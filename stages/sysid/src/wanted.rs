@@ -46,14 +46,14 @@ impl Wanted {
         }
         let information: DMatrix<f64> = informations.iter().sum();
         let score: DVector<f64> = scores.iter().sum();
-        let step = information.cholesky()?.solve(&score);
+        let step = information.clone().cholesky()?.solve(&score);
         for (score, own) in scores.iter_mut().zip(&informations) {
             *score -= own * &step;
         }
         let last = step.len() - 1;
         Some(Self {
             change: step[last],
-            error: variances(&scores, &informations)?[last].sqrt(),
+            error: variances(&scores, &informations, &information)?[last].sqrt(),
             strikes: slopes.len(),
             fitted: step.len(),
         })

@@ -221,20 +221,28 @@ fn a_tip_that_sticks_is_not_taken_for_one_that_slips() {
     }
 }
 
+/// The embedded rig's ball, which has another physics: rolling holds it back as one force once it rolls.
 #[test]
-fn a_ball_that_would_not_begin_to_roll_is_told() {
+fn a_ball_has_its_own_friction_and_restitution() {
     let folder = tempfile::tempdir().expect("a folder");
     let none = Hidden::parse(&["viscous_drag=0.001"]).expect("an effect");
-    let settings = rig::demo::Settings::new(Shape::Sphere, 16, 11, Some(none));
+    let settings = rig::demo::Settings::new(Shape::Sphere, 40, 11, Some(none));
     let data = written(&settings, folder.path());
-    let fit = identify(
-        &settings.truth.rig,
-        World::nominal(&settings.truth.rig),
-        data,
-        &[],
-    );
-    let told = |warning: &String| warning.contains("hardly begins to roll");
-    assert!(fit.warnings.iter().any(told), "{fit:?}");
+    let truth = &settings.truth;
+    let fit = identify(&truth.rig, World::nominal(&truth.rig), data, &[]);
+    let radius = truth.rig.object.solid.half_height();
+    for (name, real, width) in [
+        ("friction", truth.friction, 0.1),
+        ("restitution", truth.restitution, 0.1),
+        ("rolling_friction", 1.4 * radius * truth.rolling, 0.02),
+    ] {
+        let found = fit.world.parameters[name];
+        let (low, high) = (found.low.expect("freed"), found.high.expect("freed"));
+        // Rolling friction is known to a thousandth, and the integration to three.
+        let off = 0.004 * real;
+        assert!(low - off < real && real < high + off, "{name}: {found:?}");
+        assert!(high - low < width * real, "{name}: {found:?}");
+    }
 }
 
 /// The demo's strikes with a cylinder, with an effect too small to matter in place of its hidden mixture.

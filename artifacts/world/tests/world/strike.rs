@@ -122,22 +122,42 @@ fn the_same_strike_gives_the_same_bits() {
     );
 }
 
+/// It slides at μ·g until it rolls, at v/3.5·(μ − s·c)·g, then rolls at c·g; c by the torque that a ball's inertia shares.
 #[test]
-fn a_ball_rolls_on_after_it_has_slid() {
+fn a_ball_slides_and_then_rolls() {
     let rig = Rig::demo(Shape::Sphere);
-    let world = still_air(&rig).with("rolling_friction", 0.002);
-    let simulator = Simulator::new(&rig, &world).expect("valid");
-    let command = Command::new(0.4, 0.1);
-    let strike = simulator
-        .worker()
-        .strike(ORIGIN, command, &Conditions::default())
-        .expect("rests");
-    let slid = (1.5_f64 * 0.4).powi(2) / (2.0 * 0.3 * GRAVITY);
-    assert!(
-        strike.stop.distance(ORIGIN) > 2.0 * slid,
-        "{:?}",
-        strike.stop
-    );
+    let radius = rig.object.solid.half_height();
+    for (friction, rolling, in_slip) in [
+        (0.3, 0.02, 0.0),
+        (0.18, 0.1, 0.0),
+        (0.18, 0.1, 0.5),
+        (0.18, 0.1, 1.0),
+        (0.5, 0.01, 1.0),
+    ] {
+        let world = still_air(&rig)
+            .with("friction", friction)
+            .with("rolling_friction", 1.4 * radius * rolling)
+            .with("rolling_in_slip", in_slip);
+        let simulator = Simulator::new(&rig, &world).expect("valid");
+        for speed in [0.4, 0.8] {
+            let launch = 1.5 * speed;
+            let slides = launch / (3.5 * (friction - in_slip * rolling) * GRAVITY);
+            let left = launch - friction * GRAVITY * slides;
+            let slid = 0.5 * (launch + left) * slides;
+            let expected = slid + left * left / (2.0 * rolling * GRAVITY);
+            let strike = simulator
+                .worker()
+                .strike(ORIGIN, Command::new(speed, 0.3), &Conditions::default())
+                .expect("rests");
+            for (gone, expected) in [(strike.stop, expected), (strike.at(slides), slid)] {
+                let off = gone.distance(ORIGIN) / expected - 1.0;
+                assert!(
+                    off.abs() < 5e-3,
+                    "{friction} {rolling} {in_slip} {speed}: {off}"
+                );
+            }
+        }
+    }
 }
 
 #[test]
