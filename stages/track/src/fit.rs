@@ -88,7 +88,7 @@ const FIRST: f64 = 2.0;
 const STEPS: usize = 8;
 const DONE: f64 = 0.004;
 /// How bright a side is, of the upper face, one image does not tell by better than this: standard deviation.
-const UNSEEN_SIDE: f64 = 0.18;
+const UNSEEN_SIDE: f64 = 0.23;
 /// A table with more than this share of glare's light cannot be distinguished from it: compression rings.
 const BRIGHT: f32 = 0.8;
 /// Fewest pixels of the object, and of the table, for their colours.
