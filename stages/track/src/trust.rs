@@ -100,6 +100,8 @@ const DARK: f32 = 0.25;
 /// on a table that the log's other images show, nothing pulls all of it to one side.
 const MOST_DEVIATION: f64 = 0.0009;
 const MOST_DEVIATION_WHOLE: f64 = 0.0015;
+/// Where a hard shadow's edge runs by, which is an edge as well.
+const MOST_DEVIATION_IN_SHADOW: f64 = 0.00065;
 
 /// What makes an object larger or smaller than it is seen to be does so on all sides alike, or on one: where a part is hidden, its centre is
 /// off by half of that.
@@ -160,6 +162,7 @@ pub(crate) fn judge(
     let is_sure = deviation
         < match (is_whole, is_known) {
             (true, true) => MOST_DEVIATION_WHOLE,
+            _ if is_in_shadow(fit) => MOST_DEVIATION_IN_SHADOW,
             _ => MOST_DEVIATION,
         };
     let least_outline = if is_known { LEAST_OUTLINE } else { LEAST_ALONE };
@@ -196,6 +199,15 @@ fn pixel(image: &Image, ray: &Ray, far: f64) -> Option<[u8; 3]> {
     let [x, y] = [0, 1].map(|i| (ray.at[i] + far * ray.normal[i]).round());
     let is_in = x >= 0.0 && y >= 0.0 && x < image.width as f64 && y < image.height as f64;
     is_in.then(|| image.pixel(x as usize, y as usize))
+}
+
+/// Whether the edge of a hard shadow runs over the table around.
+fn is_in_shadow(fit: &Fit<'_>) -> bool {
+    let parted = fit.rays.iter().filter(|ray| {
+        let at = [0, 1].map(|i| ray.at[i] + (fit.clear + 1.5) * ray.normal[i]);
+        fit.table.is_parted_at(at)
+    });
+    parted.count() as f64 > MOST_OUTSIDE * fit.rays.len() as f64
 }
 
 /// Signs that the object goes on outside the outline: there, where the blurred edge has ended, is its colour, or glare that the table
