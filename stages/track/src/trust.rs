@@ -97,10 +97,10 @@ const INSIDE: std::ops::Range<f32> = 0.35..2.5;
 const DARK: f32 = 0.25;
 
 /// A coordinate that is not known to this (standard deviation, m) may be wrong: a centre that is off by 3 mm is. Where all of the outline is seen,
-/// on a table that the log's other images show, nothing pulls all of it to one side.
+/// nothing pulls all of it to one side.
 const MOST_DEVIATION: f64 = 0.0009;
-const MOST_DEVIATION_WHOLE: f64 = 0.0015;
-/// Where a hard shadow's edge runs by, which is an edge as well.
+const MOST_DEVIATION_WHOLE: f64 = 0.0013;
+/// Where a hard shadow's edge runs by, which is an edge as well, and the log's other images do not show the table.
 const MOST_DEVIATION_IN_SHADOW: f64 = 0.00065;
 
 /// What makes an object larger or smaller than it is seen to be does so on all sides alike, or on one: where a part is hidden, its centre is
@@ -163,7 +163,8 @@ pub(crate) fn judge(
         < match (is_whole, is_known) {
             (true, true) => MOST_DEVIATION_WHOLE,
             _ if is_in_shadow(fit) => MOST_DEVIATION_IN_SHADOW,
-            _ => MOST_DEVIATION,
+            (true, false) => MOST_DEVIATION_WHOLE,
+            (false, _) => MOST_DEVIATION,
         };
     let least_outline = if is_known { LEAST_OUTLINE } else { LEAST_ALONE };
     let least_inside = if is_whole { 0.0 } else { LEAST_INSIDE };
