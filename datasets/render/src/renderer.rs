@@ -30,6 +30,8 @@ pub struct Rendering {
     pub picture: Picture,
     /// Centroid of the object's picture in px, each pixel weighed by the share that is object; none where it is not seen.
     pub centroid: Option<[f64; 2]>,
+    /// Area of the object's picture in px².
+    pub area: f64,
 }
 
 /// What a ray meets.
@@ -130,7 +132,8 @@ impl Renderer {
             .collect();
         let mut bytes = self.bare.clone();
         let (mut seen, mut sum) = (0.0, [0.0; 2]);
-        for region in self.regions(&moments) {
+        let regions = self.regions(&moments);
+        for (index, &region) in regions.iter().enumerate() {
             let surfaces = self.surfaces(region, &moments);
             let [left, top, right, bottom] = region;
             let pixels =
@@ -146,6 +149,13 @@ impl Renderer {
                 for (to, light) in bytes[at..at + 3].iter_mut().zip(light) {
                     *to = byte(light);
                 }
+                // Regions overlap: a pixel counts once.
+                if regions[..index]
+                    .iter()
+                    .any(|region| holds(region, [column, row]))
+                {
+                    continue;
+                }
                 seen += object;
                 sum[0] += object * column as f64;
                 sum[1] += object * row as f64;
@@ -155,6 +165,7 @@ impl Renderer {
         Rendering {
             picture: Picture { width, height, rgb },
             centroid: (seen > 0.0).then(|| sum.map(|sum| sum / seen)),
+            area: seen,
         }
     }
 
@@ -299,6 +310,11 @@ impl Renderer {
             clamp(high[1] + 2.0, height),
         ]
     }
+}
+
+/// Whether a region (left, top, right, bottom) has a pixel.
+fn holds([left, top, right, bottom]: &[usize; 4], [column, row]: [usize; 2]) -> bool {
+    (*left..*right).contains(&column) && (*top..*bottom).contains(&row)
 }
 
 /// The place at a share of the way.

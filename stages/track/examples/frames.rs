@@ -86,10 +86,14 @@ struct Frame {
     pixel: Option<[f64; 2]>,
     /// The object's centre on the table in m.
     place: [f64; 2],
+    /// Share of its picture that nothing hides or cuts off.
+    seen: f64,
 }
 
 /// The square of this many rays is cast for a pixel.
 const RAYS: usize = 6;
+/// Px around an image within which an object that its border cuts is whole.
+const AROUND: usize = 64;
 
 fn main() -> anyhow::Result<()> {
     let answer = match Args::parse().part {
@@ -178,6 +182,7 @@ fn render(dir: &Path, name: Name, pixels: [usize; 2], count: usize) -> anyhow::R
             file,
             pixel: rendered.centroid,
             place: [at.x, at.y],
+            seen: 1.0,
         })
     };
     let places: Vec<_> = case::places(count).into_iter().enumerate().collect();
@@ -203,6 +208,14 @@ fn hostile(dir: &Path, shape: &str, first: usize, count: usize) -> anyhow::Resul
     let plain = Scene::laboratory(&rig.object).context("a size is missing")?;
     let optics = Optics::of(&rig, case.pixels).context("no camera")?;
     let renderer = Renderer::new(optics, plain.clone(), case.noise, RAYS);
+    // The same camera with a larger image, in which nothing is cut off.
+    let mut around = rig.clone();
+    if let Some([_, _, x, y]) = &mut around.camera.matrix {
+        (*x, *y) = (*x + AROUND as f64, *y + AROUND as f64);
+    }
+    let pixels = case.pixels.map(|size| size + 2 * AROUND);
+    let whole = Optics::of(&around, pixels).context("no camera")?;
+    let whole = Renderer::new(whole, plain.clone(), 0.0, 2);
     fs::create_dir_all(dir)?;
     let kinds = KINDS.iter().enumerate().collect::<Vec<_>>();
     let of_kind = |(which, kind): (usize, &Kind)| -> anyhow::Result<Vec<Frame>> {
@@ -214,10 +227,12 @@ fn hostile(dir: &Path, shape: &str, first: usize, count: usize) -> anyhow::Resul
             let rendered = renderer.render(&|_| at, number as u64);
             let file = format!("{which}_{number:06}.jpg");
             fs::write(dir.join(&file), rendered.picture.jpeg(90)?)?;
+            let area = whole.render(&|_| at, 0).area;
             frames.push(Frame {
                 file,
                 pixel: rendered.centroid,
                 place: [at.x, at.y],
+                seen: rendered.area / area.max(1.0),
             });
         }
         Ok(frames)
@@ -312,5 +327,8 @@ fn track(dir: &Path, threads: usize, rounds: usize) -> anyhow::Result<Value> {
     if found.is_empty() {
         bail!("no frames in {}", dir.display());
     }
-    Ok(json!({ "seconds": seconds, "frames": all.len(), "found": found }))
+    let said = seen.iter().take(files.len());
+    let said = said.map(|(_, seen)| json!({ "reason": seen.centre.err(), "deviation": seen.deviation, "quality": seen.quality }));
+    let said = said.collect::<Vec<_>>();
+    Ok(json!({ "seconds": seconds, "frames": all.len(), "found": found, "said": said }))
 }

@@ -1,5 +1,5 @@
-//! The change of a pose that lays an outline on the edges seen: least squares with Tukey's weights, how well the edges determine it, and
-//! how far a part of the outline decides it.
+//! The change of a pose that lays an outline on the edges seen: least squares with Tukey's weights, and how well the edges
+//! determine it.
 
 use nalgebra::{Matrix3, Matrix4, SMatrix, SVector, Vector4};
 
@@ -108,10 +108,23 @@ impl Change {
             .collect()
     }
 
-    /// Standard deviation of a coordinate of the centre, in m, as far as the scatter of the edges tells.
-    pub(crate) fn deviation(&self) -> f64 {
-        let square = 0.5 * (self.inverse[(0, 0)] + self.inverse[(1, 1)]);
-        self.scale * (ALIKE * square).sqrt()
+    /// Standard deviation of a coordinate of the centre, in m: as the edges scatter one by one, and as they do side by side, which a jackknife
+    /// of blocks shows: any third of what is seen of the outline is left out. What covers, cuts or blinds one side, and the edges of
+    /// compression, move that side's edges together. None where the rest does not determine the centre.
+    pub(crate) fn deviation(&self, rays: &[Ray], found: &[Edge], prior: &Prior) -> Option<f64> {
+        let all: Vec<Known<'_>> = known(rays, found).collect();
+        let part = |index: usize| index * PARTS / all.len();
+        let mut squares = 0.0;
+        for first in 0..PARTS {
+            let is_kept = |index: usize| (part(index) + PARTS - first) % PARTS >= LEFT_OUT;
+            let rest = all.iter().enumerate().filter(|(index, _)| is_kept(*index));
+            let rest: Vec<Known<'_>> = rest.map(|(_, known)| *known).collect();
+            let without = Self::of(&rest, prior, ROUNDS_OF_PART)?;
+            let moved = [0, 1].map(|i| (without.parts[i] - self.parts[i]).powi(2));
+            squares += (moved[0] + moved[1]) / PARTS as f64;
+        }
+        let scatter = 0.5 * (self.inverse[(0, 0)] + self.inverse[(1, 1)]);
+        Some((ALIKE * self.scale * self.scale * scatter + squares).sqrt())
     }
 
     /// What the edges say of a pattern, by which each ray's edge is put out for each of its parts. The place of the object and its size
@@ -148,24 +161,6 @@ impl Change {
             normal: sums.normal - mixed.transpose() * inverse * mixed,
             right: sums.right - mixed.transpose() * inverse * right,
         }
-    }
-
-    /// How far (m) the centre moves at the most when any third of what is seen of the outline is left out, as a jackknife of blocks does.
-    /// What covers, cuts or blinds one side moves the edges of that side together: alike enough to agree with an outline that is moved
-    /// towards them. None where the rest does not determine the centre.
-    pub(crate) fn pull(&self, rays: &[Ray], found: &[Edge], prior: &Prior) -> Option<f64> {
-        let all: Vec<Known<'_>> = known(rays, found).collect();
-        let part = |index: usize| index * PARTS / all.len();
-        let mut most = 0.0f64;
-        for first in 0..PARTS {
-            let is_kept = |index: usize| (part(index) + PARTS - first) % PARTS >= LEFT_OUT;
-            let rest = all.iter().enumerate().filter(|(index, _)| is_kept(*index));
-            let rest: Vec<Known<'_>> = rest.map(|(_, known)| *known).collect();
-            let without = Self::of(&rest, prior, ROUNDS_OF_PART)?;
-            let moved = [0, 1].map(|i| without.parts[i] - self.parts[i]);
-            most = most.max(moved[0].hypot(moved[1]));
-        }
-        Some(most)
     }
 
     fn left(&self, ray: &Ray, edge: f64) -> f64 {

@@ -2,7 +2,6 @@
 
 use crate::Image;
 use crate::background::Background;
-use crate::colour::Range;
 
 /// Pixels of the object's colour that touch.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -11,13 +10,15 @@ pub(crate) struct Blob {
     pub(crate) area: f64,
     /// Its centroid in px.
     pub(crate) centre: [f64; 2],
+    /// How far it reaches from there to the side and up or down, in px.
+    pub(crate) reach: [f64; 2],
 }
 
 /// Finds the blobs among every `stride`-th pixel of every `stride`-th row, the largest first. Those of one grid point are noise,
 /// and what has always had the object's colour is not the object.
 pub(crate) fn blobs(
     image: &Image,
-    range: &Range,
+    is_object: impl Fn([u8; 3]) -> bool,
     stride: usize,
     background: Option<&Background>,
 ) -> Vec<Blob> {
@@ -31,7 +32,7 @@ pub(crate) fn blobs(
         let mut open = None;
         for column in 0..columns {
             let (x, y) = (half + column * stride, half + row * stride);
-            let is_in = range.contains(image.pixel(x, y), image.grey)
+            let is_in = is_object(image.pixel(x, y))
                 && !background.is_some_and(|background| background.is_coloured(x, y));
             match (is_in, open) {
                 (true, None) => open = Some(column),
@@ -98,10 +99,25 @@ fn root(runs: &mut [Run], mut index: usize) -> usize {
 
 fn gather(runs: &mut [Run], stride: usize) -> Vec<Blob> {
     let mut sums = vec![[0.0; 3]; runs.len()];
+    let mut bounds = vec![
+        [
+            f64::INFINITY,
+            f64::INFINITY,
+            f64::NEG_INFINITY,
+            f64::NEG_INFINITY
+        ];
+        runs.len()
+    ];
     for index in 0..runs.len() {
         let run = runs[index];
         let count = (run.to - run.from) as f64;
-        let sum = &mut sums[root(runs, index)];
+        let root = root(runs, index);
+        let [left, top, right, bottom] = &mut bounds[root];
+        *left = left.min(run.from as f64);
+        *top = top.min(run.row as f64);
+        *right = right.max(run.to as f64);
+        *bottom = bottom.max(run.row as f64 + 1.0);
+        let sum = &mut sums[root];
         sum[0] += count;
         sum[1] += count * 0.5 * (run.from + run.to - 1) as f64;
         sum[2] += count * run.row as f64;
@@ -109,10 +125,16 @@ fn gather(runs: &mut [Run], stride: usize) -> Vec<Blob> {
     let (scale, half) = (stride as f64, (stride / 2) as f64);
     let mut blobs: Vec<Blob> = sums
         .into_iter()
-        .filter(|[count, ..]| *count > 1.0)
-        .map(|[count, x, y]| Blob {
-            area: count * scale * scale,
-            centre: [half + scale * x / count, half + scale * y / count],
+        .zip(bounds)
+        .filter(|([count, ..], _)| *count > 1.0)
+        .map(|([count, x, y], [left, top, right, bottom])| {
+            let [x, y] = [x / count, y / count];
+            Blob {
+                area: count * scale * scale,
+                centre: [half + scale * x, half + scale * y],
+                reach: [(x - left).max(right - x), (y - top).max(bottom - y)]
+                    .map(|reach| scale * reach),
+            }
         })
         .collect();
     blobs.sort_by(|a, b| b.area.total_cmp(&a.area));
@@ -122,6 +144,8 @@ fn gather(runs: &mut [Run], stride: usize) -> Vec<Blob> {
 #[cfg(test)]
 mod tests {
     use values::Colour;
+
+    use crate::colour::Range;
 
     use super::*;
 
@@ -149,7 +173,7 @@ mod tests {
         });
         let range = Range::of(&Colour::demo());
         for stride in [1, 2, 3] {
-            let blobs = blobs(&image, &range, stride, None);
+            let blobs = blobs(&image, |rgb| range.contains(rgb, false), stride, None);
             assert_eq!(blobs.len(), 2, "stride {stride}");
             let near = |blob: &Blob, x: f64, y: f64| {
                 (blob.centre[0] - x).abs() < 1.0 && (blob.centre[1] - y).abs() < 1.0

@@ -66,7 +66,7 @@ const MOST_RAYS: f64 = 160.0;
 /// Distance of samples along a ray, in px.
 const STEP: f64 = 0.5;
 /// A side at least this wide (px) shows how bright it is.
-const WIDE_BAND: f64 = 2.5;
+pub(crate) const WIDE_BAND: f64 = 2.5;
 /// Least difference of the levels inside and outside, of 1, for an edge to be one.
 const LEAST_STEP: f32 = 0.35;
 

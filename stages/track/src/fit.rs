@@ -5,7 +5,7 @@ use nalgebra::{Vector2, Vector3};
 
 use crate::change::{BandSums, Change, PatternSums, Prior};
 use crate::colour::{Contrast, Map, Part, Range};
-use crate::edges::{Edge, Edges, Ray, SideSums, edges, rays};
+use crate::edges::{Edge, Edges, Ray, SideSums, WIDE_BAND, edges, rays};
 use crate::learned::Learned;
 use crate::outline::{Outline, Pose, Solid};
 use crate::size::GLARE;
@@ -39,9 +39,7 @@ pub(crate) struct Fit<'a> {
     pub(crate) rays: Vec<Ray>,
     /// What is left of each ray's edge, in px; none where there is no edge.
     pub(crate) residuals: Vec<Edge>,
-    /// How far a third of the outline moves the centre by itself, in m.
-    pub(crate) pull: f64,
-    /// Standard deviation of a coordinate of the centre that the scatter of the edges makes, in m.
+    /// Standard deviation of a coordinate of the centre, in m.
     pub(crate) deviation: f64,
     /// How bright this image shows the object's side.
     pub(crate) side: SideSums,
@@ -89,6 +87,8 @@ const FIRST: f64 = 2.0;
 /// Steps of Gauss–Newton at the most, and the move in px at which they end.
 const STEPS: usize = 8;
 const DONE: f64 = 0.004;
+/// How bright a side is, of the upper face, one image does not tell by better than this: standard deviation.
+const UNSEEN_SIDE: f64 = 0.23;
 /// A table with more than this share of glare's light cannot be distinguished from it: compression rings.
 const BRIGHT: f32 = 0.8;
 /// Fewest pixels of the object, and of the table, for their colours.
@@ -168,11 +168,18 @@ fn fit_blurred<'a>(scene: &Scene<'a>, start: Pose, blur: f64) -> Result<Fit<'a>,
         pose.y += y;
         pose.yaw += yaw;
         if (moved < DONE && step > 1) || step + 1 == STEPS {
+            let deviation = change.deviation(&rays, &found, &prior);
+            let deviation = deviation.ok_or(NoFit::NoEdges)?;
+            // A wide side shows how bright it is.
+            let narrow = rays.iter().map(|ray| ray.band.min(WIDE_BAND));
+            let of_side = match known {
+                Some(_) => 0.0,
+                None => UNSEEN_SIDE * narrow.sum::<f64>() / rays.len() as f64 / scale,
+            };
             return Ok(Fit {
                 pose,
                 residuals: change.residuals(&rays, &found),
-                pull: change.pull(&rays, &found, &prior).ok_or(NoFit::NoEdges)?,
-                deviation: change.deviation(),
+                deviation: deviation.hypot(of_side),
                 band: change.pattern(&rays, &found, &prior, |ray| {
                     ray.band * Vector3::new(1.0, ray.normal[0], ray.normal[1])
                 }),
@@ -202,9 +209,15 @@ fn fit_blurred<'a>(scene: &Scene<'a>, start: Pose, blur: f64) -> Result<Fit<'a>,
     Err(NoFit::NoEdges)
 }
 
-/// A pose near a first guess at which the object's colour fills the outline and ends there: where a part of the object is hidden or of
-/// another colour, the middle of what has its colour is not its middle.
-pub(crate) fn nearby(scene: &Scene<'_>, start: Pose) -> Option<Pose> {
+/// A pose within `reach` px of a first guess at which the object's colour fills the outline and ends there, and the share of the outline that
+/// does: where a part of the object is hidden or of another colour, or something of its colour lies beside it, the middle of what has its
+/// colour is not its middle. What lies within another outline tells nothing.
+pub(crate) fn nearby(
+    scene: &Scene<'_>,
+    start: Pose,
+    reach: [f64; 2],
+    other: Option<&Outline>,
+) -> Option<(Pose, f64)> {
     let outline = Outline::seen(scene.camera, scene.solid, start)?;
     let rays = rays(&outline, SEARCH_SPACING);
     let scale = outline.vertices.first()?.moves;
@@ -213,7 +226,7 @@ pub(crate) fn nearby(scene: &Scene<'_>, start: Pose) -> Option<Pose> {
         let [x, y] = [0, 1].map(|i| (ray.at[i] + off[i] + far * ray.normal[i]).round());
         let (width, height) = (scene.image.width as f64, scene.image.height as f64);
         let is_in = x >= 0.0 && y >= 0.0 && x < width && y < height;
-        is_in && {
+        is_in && !other.is_some_and(|other| other.holds([x, y])) && {
             let pixel = scene.image.pixel(x as usize, y as usize);
             scene.range.contains(pixel, scene.image.grey)
         }
@@ -229,35 +242,41 @@ pub(crate) fn nearby(scene: &Scene<'_>, start: Pose) -> Option<Pose> {
         rays.iter().map(one).sum()
     };
     let step = (SEARCH_STEP * across).max(1.0);
-    let reach = (across / step).ceil() as i32;
-    let offs = (-reach..=reach).flat_map(|i| (-reach..=reach).map(move |j| [i, j]));
+    let [right, down] = reach.map(|reach| {
+        let reach = reach.clamp(across, MOST_REACH * across);
+        (reach / step).ceil() as i32
+    });
+    let offs = (-right..=right).flat_map(|i| (-down..=down).map(move |j| [i, j]));
     // Of several alike the nearest.
-    let [i, j] = offs.max_by_key(|[i, j]| {
-        let off = [f64::from(*i) * step, f64::from(*j) * step];
-        (score(off), -(i * i + j * j))
-    })?;
+    let scored = offs.map(|[i, j]| {
+        let off = [f64::from(i) * step, f64::from(j) * step];
+        ((score(off), -(i * i + j * j)), [i, j])
+    });
+    let ((score, _), [i, j]) = scored.max()?;
     let off = [f64::from(i) * step, f64::from(j) * step];
     let middle = [start.x, start.y, scene.solid.middle()];
     let pixel = scene.camera.pixel(middle)?;
     let at = [pixel[0] + off[0], pixel[1] + off[1]];
     let at = scene.camera.point(at, scene.solid.middle())?;
-    Some(Pose {
+    let pose = Pose {
         x: at.x,
         y: at.y,
         yaw: start.yaw,
-    })
+    };
+    Some((pose, f64::from(score) / rays.len() as f64))
 }
 
-/// Distance of the rays of a search (px); how far to both sides of the outline it looks (px); its steps, of the object's half width.
+/// The farthest a search goes, in half widths of the object. Distance of the rays of a search (px); how far to both sides of the outline it looks (px); its steps, of the object's half width.
+const MOST_REACH: f64 = 10.0;
 const SEARCH_SPACING: f64 = 2.5;
 const SEARCH_EDGE: f64 = 2.0;
 const SEARCH_STEP: f64 = 0.12;
 
 /// Whether much of an outline comes nearer than this to the image's border (px): its edge cannot be seen there. What is left of a circle
-/// tells where it is, what is left of a box may be one that is turned otherwise.
+/// tells where it is, what is left of a box may be one that lies farther in.
 fn leaves(scene: &Scene<'_>, rays: &[Ray]) -> bool {
     const MARGIN: f64 = 2.0;
-    const MOST: f64 = 0.35;
+    const MOST: f64 = 0.4;
     let (image, turns) = (scene.image, scene.solid.turns());
     let most = if turns { 0.0 } else { MOST };
     let is_within = |at: f64, size: usize| at >= MARGIN && at <= size as f64 - 1.0 - MARGIN;

@@ -41,7 +41,9 @@ impl Learned {
         let (mut kept, mut every, mut number, mut bytes) = (Vec::<Kept>::new(), 1, 0usize, 0);
         read_raw(log, Limits::default(), &mut |message: RawMessage<'_>| {
             let channel = message.channel;
-            if channel.topic != topic || is_video(&channel.schema) {
+            // Of larger images too few are held for a background.
+            let is_large = message.data.len() > MOST_PIXEL_BYTES / FEWEST_PILOTS;
+            if channel.topic != topic || is_video(&channel.schema) || is_large {
                 return Ok::<_, LogError>(());
             }
             if number % every == 0 {
@@ -55,7 +57,6 @@ impl Learned {
             // Every second one goes where there are too many: those that stay are even over the log.
             while kept.len() > 2 * PILOTS
                 || (bytes > MOST_MESSAGE_BYTES && kept.len() > FEWEST_PILOTS)
-                || (bytes > 2 * MOST_MESSAGE_BYTES && kept.len() > 1)
             {
                 let mut is_even = false;
                 kept.retain(|_| {
@@ -72,10 +73,10 @@ impl Learned {
 
     fn of(kept: Vec<Kept>, tracker: &Tracker) -> Self {
         let size = kept.iter().find_map(|kept| Some(decoded(kept)?.rgb.len()));
-        let Some(size) = size else {
+        let most = size.map_or(0, |size| (MOST_PIXEL_BYTES / size.max(1)).min(PILOTS));
+        if most < FEWEST_PILOTS {
             return Self::default();
-        };
-        let most = (MOST_PIXEL_BYTES / size.max(1)).clamp(1, PILOTS);
+        }
         let step = kept.len().div_ceil(most).max(1);
         let some: Vec<Kept> = kept.into_iter().step_by(step).collect();
         // Each message goes as its image comes.

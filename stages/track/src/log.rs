@@ -25,9 +25,9 @@ use crate::{
 const STILL: f64 = 0.001;
 
 /// Bytes of messages that wait at the most for a frame to be decided.
-const MOST_HELD_BYTES: usize = 12 << 20;
+const MOST_HELD_BYTES: usize = 8 << 20;
 /// A larger message waits for none: it is copied as it is read, ahead of those that wait.
-const LARGE_MESSAGE: usize = 4 << 20;
+const LARGE_MESSAGE: usize = 1 << 20;
 
 /// Reads a log, finds the object in every image of the rig's image topic, and writes a log with all other messages, the
 /// centroids, the poses of an object with a marker, and what is said of every frame. Topics of these that the log has already are left
@@ -189,19 +189,18 @@ impl Tracking<'_, '_, '_> {
                 schema: channel.schema.clone(),
             });
         }
-        let received = || Received {
-            channel: Arc::clone(channel),
-            log_time: message.log_time,
-            data: message.data.to_vec(),
-        };
         if is_wanted {
-            self.queue.add_image(received());
+            self.queue.add_image(message);
         } else if !is_image(&channel.schema) {
             // Another camera's images are not needed, and would fill the disk again.
             if message.data.len() > LARGE_MESSAGE {
                 self.writer.copy(message)?;
             } else {
-                self.queue.add_message(received());
+                self.queue.add_message(Received {
+                    channel: Arc::clone(channel),
+                    log_time: message.log_time,
+                    data: message.data.to_vec(),
+                });
             }
         }
         while let Some(processed) = self.queue.next_if_full() {

@@ -54,6 +54,8 @@ const DEVIATION: f64 = 1.4826;
 const LEAST_SCATTER: f64 = 0.01;
 /// A cell that is off by more than this share of the contrast is seen otherwise.
 const OTHERWISE: f64 = 0.5;
+/// Neighbouring pixels share what noise and compression do to them: so many say what one would say alone.
+const ALIKE: f64 = 1.4;
 /// Fewest pixels.
 const FEWEST: usize = 60;
 
@@ -134,7 +136,7 @@ pub(crate) fn fit_marker(
     let mean = pixels.iter().map(|(_, light)| light).sum::<f64>() / count;
     let all = pixels.iter().map(|(_, light)| (light - mean).powi(2));
     // Of the pixels that count: what Tukey's weights leave out is judged by the cells.
-    let variance = scatter.powi(2);
+    let variance = ALIKE * scatter.powi(2);
     let of = |k: usize| (variance * inverse[(k, k)]).sqrt();
     Some(MarkerFit {
         placed,

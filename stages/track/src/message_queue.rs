@@ -4,8 +4,9 @@
 
 use std::collections::VecDeque;
 use std::sync::mpsc::{Receiver, TryRecvError, sync_channel};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 
+use logs::read::RawMessage;
 use logs::write::Received;
 use rayon::{ScopeFifo, Yield};
 
@@ -15,7 +16,7 @@ use crate::message::is_video;
 use crate::{Decoder, Tracker};
 
 /// Bytes, messages and images that wait at the most: enough for the threads, and little memory.
-const MOST_BYTES: usize = 16 << 20;
+const MOST_BYTES: usize = 12 << 20;
 const MOST_MESSAGES: usize = 4096;
 const MOST_IMAGES: usize = 32;
 
@@ -39,18 +40,18 @@ impl<'a> FrameTracker<'a> {
         }
     }
 
-    fn track(&self, decoder: &mut Decoder, image: &Received) -> TrackedFrame {
-        let message = (image.log_time, image.data.as_slice());
+    fn track(&self, decoder: &mut Decoder, image: &RawMessage<'_>) -> TrackedFrame {
+        let message = (image.log_time, image.data);
         track_frame(
             (self.tracker, self.learned),
             decoder,
-            &image.channel,
+            image.channel,
             message,
             self.is_drawn,
         )
     }
 
-    fn track_by_itself(&self, image: &Received) -> TrackedFrame {
+    fn track_by_itself(&self, image: &RawMessage<'_>) -> TrackedFrame {
         let decoders = || self.decoders.lock().unwrap_or_else(PoisonError::into_inner);
         let mut decoder = decoders().pop().unwrap_or_default();
         let frame = self.track(&mut decoder, image);
@@ -104,19 +105,33 @@ impl<'s, 'scope> MessageQueue<'s, 'scope> {
             .push_back((Queued::Ready(Processed::Message(message)), bytes));
     }
 
-    /// Images of a video are tracked in their order, others side by side.
-    pub(crate) fn add_image(&mut self, image: Received) {
-        let (bytes, log_time, frames) = (image.data.len(), image.log_time, self.frames);
-        let message = if is_video(&image.channel.schema) {
-            let frame = frames.track(&mut self.decoder, &image);
-            Queued::Ready(Processed::Frame(log_time, Box::new(frame)))
+    /// Images of a video are tracked in their order, others side by side; one that is larger than what may wait is tracked where it stands.
+    pub(crate) fn add_image(&mut self, image: &RawMessage<'_>) {
+        let (log_time, frames) = (image.log_time, self.frames);
+        let is_video = is_video(&image.channel.schema);
+        let (message, bytes) = if is_video || image.data.len() > MOST_BYTES {
+            let frame = if is_video {
+                frames.track(&mut self.decoder, image)
+            } else {
+                frames.track_by_itself(image)
+            };
+            (
+                Queued::Ready(Processed::Frame(log_time, Box::new(frame))),
+                0,
+            )
         } else {
             let (done, frame) = sync_channel(1);
+            let (channel, data) = (Arc::clone(image.channel), image.data.to_vec());
             self.scope.spawn_fifo(move |_| {
+                let image = RawMessage {
+                    channel: &channel,
+                    log_time,
+                    data: &data,
+                };
                 // Nobody waits for it where reading the log has failed.
                 drop(done.send(Box::new(frames.track_by_itself(&image))));
             });
-            Queued::Image(log_time, frame)
+            (Queued::Image(log_time, frame), image.data.len())
         };
         self.bytes += bytes;
         self.images += 1;

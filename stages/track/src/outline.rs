@@ -188,6 +188,14 @@ impl Outline {
         self.vertices.iter().zip(next)
     }
 
+    /// Whether a pixel lies within.
+    pub(crate) fn holds(&self, [x, y]: [f64; 2]) -> bool {
+        self.edges().all(|(a, b)| {
+            let along = [0, 1].map(|i| b.at[i] - a.at[i]);
+            along[0] * (y - a.at[1]) >= along[1] * (x - a.at[0])
+        })
+    }
+
     /// The least and greatest coordinates in px: `[[x, y], [x, y]]`.
     pub(crate) fn bounds(&self) -> [[f64; 2]; 2] {
         let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);

@@ -5,10 +5,8 @@
 //! fitted beside that.
 
 use std::path::Path;
-use std::sync::Arc;
 
 use logs::read::{RawMessage, read_raw};
-use logs::write::Received;
 use logs::{Limits, LogError};
 use nalgebra::{Matrix2x3, Matrix3, Vector2, Vector3};
 use values::Point;
@@ -193,11 +191,7 @@ impl Readout {
             };
             read_raw::<Ended>(log, Limits::default(), &mut |message: RawMessage<'_>| {
                 if message.channel.topic == topic && is_image(&message.channel.schema) {
-                    queue.add_image(Received {
-                        channel: Arc::clone(message.channel),
-                        log_time: message.log_time,
-                        data: message.data.to_vec(),
-                    });
+                    queue.add_image(&message);
                 }
                 while let Some(processed) = queue.next_if_full() {
                     take(processed)?;

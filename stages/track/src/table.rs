@@ -19,6 +19,9 @@ pub(crate) struct Table<'a> {
 const SHADED: std::ops::Range<f32> = 0.2..1.25;
 /// Light of a table that is bare and not shaded, of its light without.
 const BARE: std::ops::Range<f32> = 0.85..1.18;
+/// Light of a table on the other side of a hard shadow's edge, of its median light around: in the shadow, or beside it.
+const DEEP: std::ops::Range<f32> = 0.02..0.35;
+const BESIDE: std::ops::Range<f32> = 2.9..50.0;
 /// Of the table's light, by how much its colour may differ; and of 1, what noise makes of the dark.
 const OTHER: f32 = 0.14;
 const NOISE: f32 = 0.012;
@@ -53,6 +56,11 @@ impl Table<'_> {
     /// Whether bare table is seen here, as bright as it is without the object.
     pub(crate) fn is_bare_at(&self, at: [f64; 2]) -> bool {
         self.is_lit(at, BARE)
+    }
+
+    /// Whether table is seen here that the edge of a hard shadow parts from most of that around.
+    pub(crate) fn is_parted_at(&self, at: [f64; 2]) -> bool {
+        self.is_lit(at, DEEP) || self.is_lit(at, BESIDE)
     }
 
     fn is_lit(&self, at: [f64; 2], lit: std::ops::Range<f32>) -> bool {

@@ -14,6 +14,7 @@ use crate::fit::{Fit, NoFit, Scene, fit, nearby};
 use crate::learned::Learned;
 use crate::marker::{ByMarker, ObjectMarker};
 use crate::outline::{Outline, Pose, Solid};
+use crate::size::is_glare;
 use crate::trust::{Judgement, judge};
 use crate::{CameraModel, Image, Reason, SetupError};
 
@@ -80,11 +81,13 @@ pub struct Tracker {
 const FASTEST: f64 = 2.0;
 /// Pixels of the coarse grid across the object.
 const ACROSS: f64 = 8.0;
-/// A blob of less than this share of the object's picture is no object; of more than the other, not the object alone.
+/// A blob of less than this share of the object's picture is no object; of more than the other, not one object alone.
 const LEAST_AREA: f64 = 0.2;
 const MOST_AREA: f64 = 2.0;
-/// A blob of this share may be the object, a part of it hidden.
+/// A blob of this share may be the object, a part of it hidden; so may what is left of a larger one.
 const LIKE_IT: f64 = 0.4;
+/// The object's colour that fills so much of an outline and ends there may be the object.
+const MAY_BE: f64 = 0.4;
 /// Yaws (rad) from which a box is fitted where one along the table's axes does not do.
 const YAWS: [f64; 5] = [
     FRAC_PI_6 / 2.0,
@@ -219,7 +222,12 @@ impl Tracker {
         let mut best: Option<Looked> = None;
         // Blobs as large as the object that were not found to be it: one of them may be, and what was found another.
         let mut like_it = 0;
-        for (blob, pose) in self.candidates(image, range, learned, aligned) {
+        let mut candidates = self.candidates(image, range, learned, aligned, false);
+        let is_glared = candidates.is_empty();
+        if is_glared {
+            candidates = self.candidates(image, range, learned, aligned, true);
+        }
+        for (blob, pose) in candidates {
             let area = self.area(pose);
             let scene = Scene {
                 image,
@@ -233,9 +241,12 @@ impl Tracker {
                 alignment: aligned.near(blob.centre),
                 is_strict: false,
             };
-            let mut found = self.fit(&scene, pose);
-            if blob.area > MOST_AREA * area && found.observation.centre.is_ok() {
-                found.observation.centre = Err(Reason::Occluded);
+            let is_large = blob.area > (1.0 + LIKE_IT) * area;
+            let reach = if is_large { blob.reach } else { [0.0; 2] };
+            let mut found = self.fit(&scene, pose, reach);
+            if is_large && is_found(&found) && self.is_another_beside(&scene, pose, reach, &found) {
+                found.observation.centre = Err(Reason::TwoObjects);
+                return found;
             }
             let is_object = found.observation.centre.is_ok();
             if !is_object && (LIKE_IT * area..MOST_AREA * area).contains(&blob.area) {
@@ -252,6 +263,7 @@ impl Tracker {
                 None => best = Some(found),
             }
         }
+        let best = best.filter(|best| !is_glared || is_found(best));
         let mut best = best.unwrap_or_else(|| Looked::none(Reason::NoObject));
         if best.observation.centre.is_ok() && like_it > 0 {
             best.observation.centre = Err(Reason::TwoObjects);
@@ -259,18 +271,57 @@ impl Tracker {
         best
     }
 
-    /// Blobs that may be the object, on the table: the largest first. Where none is on the table, the largest beside it.
+    /// Whether something of the object's colour and shape lies beside what was found in one blob.
+    fn is_another_beside(
+        &self,
+        scene: &Scene<'_>,
+        start: Pose,
+        reach: [f64; 2],
+        found: &Looked,
+    ) -> bool {
+        let Observation {
+            centre: Ok(at),
+            yaw,
+            ..
+        } = found.observation
+        else {
+            return false;
+        };
+        let pose = Pose {
+            x: at.x,
+            y: at.y,
+            yaw,
+        };
+        let Some(outline) = Outline::seen(scene.camera, scene.solid, pose) else {
+            return false;
+        };
+        self.turns().chain([0.0]).any(|yaw| {
+            let other = nearby(scene, Pose { yaw, ..start }, reach, Some(&outline));
+            other.is_some_and(|(_, share)| share > MAY_BE)
+        })
+    }
+
+    /// Yaws by which an object is turned that is not found as it lies.
+    fn turns(&self) -> impl Iterator<Item = f64> + use<> {
+        let turns: &[f64] = if self.solid.turns() { &YAWS } else { &[] };
+        turns.iter().copied()
+    }
+
+    /// Blobs that may be the object, on the table: the largest first. Where none is on the table, the largest beside it. Where glare may
+    /// hide the colour, what glares is the object's too.
     fn candidates(
         &self,
         image: &Image,
         range: &Range,
         learned: &Learned,
         aligned: &Aligned,
+        may_glare: bool,
     ) -> Vec<(Blob, Pose)> {
         let stride = self.stride();
         let (mut on, mut beside) = (Vec::new(), None);
         let background = learned.background.as_ref();
-        for blob in blobs(image, range, stride, background) {
+        let is_object = |rgb| range.contains(rgb, image.grey) || (may_glare && is_glare(rgb));
+        for blob in blobs(image, is_object, stride, background) {
             let camera = self.camera_near(aligned, blob.centre);
             let Some(at) = camera.point(blob.centre, self.solid.middle()) else {
                 continue;
@@ -316,20 +367,22 @@ impl Tracker {
         (across / ACROSS).clamp(1.0, 6.0) as usize
     }
 
-    fn fit(&self, scene: &Scene<'_>, start: Pose) -> Looked {
+    /// The fit from a first guess on that is believed and known best; what has the object's colour reaches so many px from there.
+    fn fit(&self, scene: &Scene<'_>, start: Pose, reach: [f64; 2]) -> Looked {
         let mut best = self.judged(scene, start);
         if is_found(&best) {
             return best;
         }
         let mut take = |other: Looked| {
-            let key = |looked: &Looked| (is_found(looked), looked.observation.quality);
+            let key = |looked: &Looked| match looked.observation.centre {
+                Ok(_) => (true, -looked.observation.deviation),
+                Err(_) => (false, looked.observation.quality),
+            };
             if key(&other) > key(&best) {
                 best = other;
             }
         };
-        let turns: &[f64] = if self.solid.turns() { &YAWS } else { &[] };
-        for turn in turns {
-            let yaw = start.yaw + turn;
+        for yaw in self.turns() {
             take(self.judged(scene, Pose { yaw, ..start }));
         }
         let strict = Scene {
@@ -337,9 +390,8 @@ impl Tracker {
             ..*scene
         };
         take(self.judged(&strict, start));
-        for turn in turns.iter().chain([&0.0]) {
-            let yaw = start.yaw + turn;
-            if let Some(near) = nearby(scene, Pose { yaw, ..start }) {
+        for yaw in self.turns().chain([0.0]) {
+            if let Some((near, _)) = nearby(scene, Pose { yaw, ..start }, reach, None) {
                 take(self.judged(scene, near));
                 take(self.judged(&strict, near));
             }

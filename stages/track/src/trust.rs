@@ -7,7 +7,7 @@ use crate::colour::Range;
 use crate::edges::Ray;
 use crate::fit::{Fit, NoFit};
 use crate::outline::Solid;
-use crate::size::GLARE;
+use crate::size::is_glare;
 
 /// Why a frame's centre is not given.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -75,8 +75,9 @@ impl From<NoFit> for Reason {
 /// An edge that lies within this of the outline (px), or this share of the object's half width, agrees with it.
 const AGREES: f64 = 0.8;
 const AGREES_SHARE: f64 = 0.03;
-/// Least share of the outline that must be seen: of less, an outline that lies elsewhere could agree as well.
+/// Least share of the outline that must be seen: of less, an outline that lies elsewhere could agree as well. Of one image alone more.
 const LEAST_OUTLINE: f64 = 0.50;
+const LEAST_ALONE: f64 = 0.60;
 /// Where this share of the outline is seen, all inside is the object's, print and labels too; where less, so much of what the outline
 /// encloses beside the part that is seen must have its colour.
 const WHOLE_OUTLINE: f64 = 0.80;
@@ -95,31 +96,19 @@ const INSIDE: std::ops::Range<f32> = 0.35..2.5;
 /// A pixel with less than this share of the object's light is dark.
 const DARK: f32 = 0.25;
 
-/// A centre that is off by more than this (m) is wrong.
-const WRONG: f64 = 0.003;
-/// A third of the outline may move the centre by most of that: what misleads one third hardly misleads the others alike. Where a hard shadow lies
-/// around, which may, each third may move it by its third.
-const MOST_PULL: f64 = 0.8 * WRONG;
-/// Of one image alone, or where a part is hidden.
-const MOST_PULL_IN_PART: f64 = WRONG / 2.0;
-const MOST_PULL_IN_SHADOW: f64 = WRONG / 3.0;
-/// A coordinate that is not known to this (standard deviation, m) may be wrong; where a part is hidden, already to this.
-const MOST_DEVIATION: f64 = WRONG / 4.0;
-const MOST_DEVIATION_IN_PART: f64 = WRONG / 6.0;
-/// What the scatter of edges does not show of a centre's error: of the object's side, of compression; in m and in px.
-const UNSEEN: f64 = 0.0001;
-const UNSEEN_PX: f64 = 0.08;
+/// A coordinate that is not known to this (standard deviation, m) may be wrong: a centre that is off by 3 mm is. Where all of the outline is seen,
+/// nothing pulls all of it to one side.
+const MOST_DEVIATION: f64 = 0.0009;
+const MOST_DEVIATION_WHOLE: f64 = 0.0013;
+/// Where a hard shadow's edge runs by, which is an edge as well, and the log's other images do not show the table.
+const MOST_DEVIATION_IN_SHADOW: f64 = 0.00065;
 
-/// What makes an object larger or smaller than it is stated does so on all sides alike, or on one: then its centre is off by half of that.
+/// What makes an object larger or smaller than it is seen to be does so on all sides alike, or on one: where a part is hidden, its centre is
+/// off by half of that.
 const OF_SIZE: f64 = 0.5;
 
 /// Most of what is seen just outside the outline that may have the object's colour, or glare: dust and noise.
 const MOST_OUTSIDE: f64 = 0.05;
-
-/// The table's light is that which this share of it stays below: without what is brighter than the table.
-const BRIGHT_SHARE: f64 = 0.9;
-/// Most of a face under a hard shadow's edge that may be lit otherwise than the rest: noise.
-const MOST_ODD: f64 = 0.03;
 
 /// What is thought of a fit.
 pub(crate) struct Judgement {
@@ -160,49 +149,39 @@ pub(crate) fn judge(
     let against = against.count() as f64 / rays;
 
     let inside = Inside::count(image, light, fit, &|left| agrees(left));
-    let deviation = (fit.deviation.powi(2) + UNSEEN.powi(2) + (UNSEEN_PX / scale).powi(2)).sqrt();
+    // A log's other images tell how large the object is seen; of one image alone nothing tells how much blur and sharpening make of it.
+    let is_known = fit.table.background.is_some();
+    let is_whole = outline >= WHOLE_OUTLINE;
+    let of_size = if is_whole { 0.0 } else { OF_SIZE };
+    let deviation = fit.deviation.hypot(of_size * fit.larger / scale);
     let judged = |against: Option<Reason>| Judgement {
         quality: outline * inside.share,
-        deviation: deviation.hypot(OF_SIZE * fit.seen_larger / scale),
+        deviation,
         against,
     };
-    let is_whole = outline >= WHOLE_OUTLINE;
+    let is_sure = deviation
+        < match (is_whole, is_known) {
+            (true, true) => MOST_DEVIATION_WHOLE,
+            _ if is_in_shadow(fit) => MOST_DEVIATION_IN_SHADOW,
+            (true, false) => MOST_DEVIATION_WHOLE,
+            (false, _) => MOST_DEVIATION,
+        };
+    let least_outline = if is_known { LEAST_OUTLINE } else { LEAST_ALONE };
     let least_inside = if is_whole { 0.0 } else { LEAST_INSIDE };
-    let decides =
-        outline >= 0.6 && fit.pull < MOST_PULL_IN_PART && deviation < MOST_DEVIATION_IN_PART;
-    let most_against = if decides && fit.table.background.is_some() {
+    let most_against = if is_known && is_sure && outline >= LEAST_ALONE {
         MOST_ALIKE
     } else {
         MOST_AGAINST
     };
-    if outline < LEAST_OUTLINE || inside.beside < least_inside || against > most_against {
+    if outline < least_outline || inside.beside < least_inside || against > most_against {
         return judged(Some(inside.reason));
     }
-    // A log's other images tell how large the object is seen, and a shadow moves all of one side; of one image alone nothing does.
-    let is_known = fit.table.background.is_some();
-    let is_sized =
-        (is_known && (is_whole || decides)) || (is_whole && fit.larger.abs() < SIZE_IN_PART);
-    let is_half_dark = !is_sized && is_table_half_dark(image, light, fit);
-    if is_half_dark && is_face_half_dark(fit) {
-        return judged(Some(Reason::Shaded));
-    }
-    let outside = Outside::count(image, light, range, fit);
-    let most_pull = match (is_half_dark, is_whole) {
-        (true, _) => MOST_PULL_IN_SHADOW,
-        (false, true) if is_known => MOST_PULL,
-        (false, _) => MOST_PULL_IN_PART,
-    };
-    let most_deviation = if is_whole {
-        MOST_DEVIATION
-    } else {
-        MOST_DEVIATION_IN_PART
-    };
-    if outside.is_much() || fit.pull > most_pull || deviation > most_deviation {
+    let outside = Outside::count(image, light, range, fit, &agrees);
+    if outside.is_much() || !is_sure {
         return judged(Some(outside.reason()));
     }
     let most_size = match (is_whole, is_known) {
         (true, true) => SIZE.max(SIZE_SHARE * half_width),
-        // Of one image alone, nothing tells how much blur and sharpening make of it.
         (true, false) => 0.5 * SIZE.max(SIZE_SHARE * half_width),
         (false, _) => SIZE_IN_PART,
     };
@@ -223,41 +202,13 @@ fn pixel(image: &Image, ray: &Ray, far: f64) -> Option<[u8; 3]> {
     is_in.then(|| image.pixel(x as usize, y as usize))
 }
 
-fn is_glare(rgb: [u8; 3]) -> bool {
-    rgb.iter().all(|byte| *byte >= GLARE)
-}
-
-/// Whether a part of the table around the object has too little light, of the rest, for an edge to be seen there: a hard shadow, which may be
-/// the object's own.
-fn is_table_half_dark(image: &Image, light: &[f32; 256], fit: &Fit<'_>) -> bool {
-    let light_of = |ray: &Ray, far: f64| {
-        let rgb = pixel(image, ray, far)?;
-        Some(rgb.iter().map(|byte| light[usize::from(*byte)]).sum())
-    };
-    let beyond = |ray| [0.5, 1.5, 2.5].map(|beyond| light_of(ray, fit.clear + beyond));
-    let mut table: Vec<f32> = fit.rays.iter().flat_map(beyond).flatten().collect();
-    let bright = (BRIGHT_SHARE * table.len() as f64) as usize;
-    if bright >= table.len() {
-        return false;
-    }
-    let (_, bright, _) = table.select_nth_unstable_by(bright, f32::total_cmp);
-    let least = INSIDE.start * *bright;
-    let dark = table.iter().filter(|seen| **seen < least).count();
-    dark as f64 > MOST_OUTSIDE * table.len() as f64
-}
-
-/// Whether the edge of a hard shadow runs over the object's face: the object's own shadow, however deep, does not.
-fn is_face_half_dark(fit: &Fit<'_>) -> bool {
-    let inside = |ray: &Ray| {
-        let inset = ray.band + fit.clear;
-        [0.0, 1.0, 2.0].map(|further| {
-            let at = [0, 1].map(|i| ray.at[i] - (inset + further) * ray.normal[i]);
-            fit.map.at(at[0], at[1])
-        })
-    };
-    let face: Vec<f32> = fit.rays.iter().flat_map(inside).flatten().collect();
-    let odd = face.iter().filter(|value| !INSIDE.contains(value)).count();
-    odd as f64 > MOST_ODD * face.len() as f64
+/// Whether the edge of a hard shadow runs over the table around.
+fn is_in_shadow(fit: &Fit<'_>) -> bool {
+    let parted = fit.rays.iter().filter(|ray| {
+        let at = [0, 1].map(|i| ray.at[i] + (fit.clear + 1.5) * ray.normal[i]);
+        fit.table.is_parted_at(at)
+    });
+    parted.count() as f64 > MOST_OUTSIDE * fit.rays.len() as f64
 }
 
 /// Signs that the object goes on outside the outline: there, where the blurred edge has ended, is its colour, or glare that the table
@@ -270,7 +221,13 @@ struct Outside {
 }
 
 impl Outside {
-    fn count(image: &Image, light: &[f32; 256], range: &Range, fit: &Fit<'_>) -> Self {
+    fn count(
+        image: &Image,
+        light: &[f32; 256],
+        range: &Range,
+        fit: &Fit<'_>,
+        agrees: &dyn Fn(&Option<f64>) -> bool,
+    ) -> Self {
         let mut count = Self {
             glare: 0,
             dark: 0,
@@ -278,7 +235,7 @@ impl Outside {
             all: 0,
         };
         let total: f32 = fit.object.iter().sum();
-        for ray in &fit.rays {
+        for (ray, left) in fit.rays.iter().zip(&fit.residuals) {
             for beyond in [0.5, 1.5, 2.5] {
                 // No blur between object and table is as bright as glare: it is looked for at the outline itself.
                 let at = |far: f64| [0, 1].map(|i| ray.at[i] + far * ray.normal[i]);
@@ -301,7 +258,8 @@ impl Outside {
                 if range.contains(rgb, image.grey) {
                     if seen < DARK * total {
                         count.dark += 1;
-                    } else {
+                    } else if agrees(left) {
+                        // Where no edge is seen, something of its colour lies over it.
                         count.object += 1;
                     }
                 }

@@ -1,5 +1,5 @@
 //! Scenes that should not be trusted: hands, glare, two objects, shadows, borders. A centre that is given is right to 3 mm, or it is not
-//! given; and what is wrong is said by its name.
+//! given; what is wrong is said by its name; and where the object is seen, it is mostly found.
 
 use std::collections::BTreeMap;
 
@@ -14,6 +14,8 @@ use values::{Point, Shape};
 const WRONG: f64 = 0.003;
 /// Scenes of each kind, for each of three shapes.
 const SCENES: usize = 20;
+/// Of these scenes some 260 show one object, half of it or more: in so many of them, at the least, its centre can be told.
+const GIVEN: usize = 140;
 
 #[test]
 fn no_centre_is_wrong_and_not_marked() {
@@ -36,6 +38,11 @@ fn no_centre_is_wrong_and_not_marked() {
     assert!(scenes >= 500, "{scenes}");
     let wrong: Vec<_> = tried.iter().flat_map(|tried| &tried.wrong).collect();
     assert!(wrong.is_empty(), "{} of {scenes}: {wrong:#?}", wrong.len());
+    let given = tried
+        .iter()
+        .filter_map(|tried| tried.reasons.get("trusted"));
+    let given: usize = given.sum();
+    assert!(given >= GIVEN, "{given} of {scenes}");
     let unnamed: Vec<_> = tried.iter().filter(|tried| tried.is_unnamed).collect();
     assert!(unnamed.is_empty(), "{unnamed:#?}");
 }
