@@ -403,7 +403,10 @@ impl Tracker {
         match fit(scene, start) {
             Err(no_fit) => Looked::none(self.without_fit(scene, start, no_fit)),
             Ok(fit) => {
-                let judged = judge(scene.image, &self.light, scene.range, &self.solid, &fit);
+                let mut judged = judge(scene.image, &self.light, scene.range, &self.solid, &fit);
+                if judged.against == Some(Reason::Occluded) && self.is_at_border(scene, fit.pose) {
+                    judged.against = Some(Reason::Border);
+                }
                 Looked {
                     side: fit.side,
                     band: fit.band,
@@ -417,18 +420,21 @@ impl Tracker {
 
     /// A blob at the border may have its centroid well within.
     fn without_fit(&self, scene: &Scene<'_>, start: Pose, no_fit: NoFit) -> Reason {
-        let pixel = scene.camera.pixel([start.x, start.y, self.solid.middle()]);
-        let Some([x, y]) = pixel else {
-            return Reason::Border;
+        match self.is_at_border(scene, start) {
+            true => Reason::Border,
+            false => no_fit.into(),
+        }
+    }
+
+    /// Whether an object that lies so is near the picture's end.
+    fn is_at_border(&self, scene: &Scene<'_>, pose: Pose) -> bool {
+        let Some([x, y]) = scene.camera.pixel([pose.x, pose.y, self.solid.middle()]) else {
+            return true;
         };
         let [fx, fy, ..] = self.camera.lens.matrix;
         let around = 1.2 * self.solid.reach() * fx.max(fy) / self.camera.position[2];
         let is_within = |at: f64, size: usize| at > around && at < size as f64 - around;
-        if is_within(x, scene.image.width) && is_within(y, scene.image.height) {
-            no_fit.into()
-        } else {
-            Reason::Border
-        }
+        !(is_within(x, scene.image.width) && is_within(y, scene.image.height))
     }
 }
 

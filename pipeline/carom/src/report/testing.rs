@@ -227,6 +227,6 @@ fn the_page_of_many_strikes_each_in_a_log_and_a_session_of_its_own_is_bounded() 
         };
         text_of(&results, &provenance).len()
     };
-    let (some, many) = (many(2_000), many(20_000));
+    let (some, many) = (many(20_000), many(60_000));
     assert!(many < some + some / 10, "{many} of {some}");
 }
