@@ -118,6 +118,9 @@ pub fn calibrated(strikes: &[Strike]) -> Vec<Strike> {
 /// Fewest strikes for each function of the basis.
 const FEWEST: usize = 4;
 
+/// Sessions that have levels of their own, at the most; of more, all have one.
+const MOST_SESSIONS: usize = 30;
+
 /// What an arm's delivery may depend on: a level for each session, the command, the start and the order, each function a column.
 fn basis(strikes: &[Strike], known: &[usize]) -> DMatrix<f64> {
     let of = |i: usize| {
@@ -133,7 +136,7 @@ fn basis(strikes: &[Strike], known: &[usize]) -> DMatrix<f64> {
         all.into_iter().flatten().chain(start).collect::<Vec<f64>>()
     };
     let mut sessions: Vec<&str> = Vec::new();
-    let session: Vec<usize> = known
+    let mut session: Vec<usize> = known
         .iter()
         .map(|i| {
             let name = strikes[*i].conditions.session.as_str();
@@ -144,6 +147,10 @@ fn basis(strikes: &[Strike], known: &[usize]) -> DMatrix<f64> {
             })
         })
         .collect();
+    if sessions.len() > MOST_SESSIONS {
+        sessions.truncate(1);
+        session.fill(0);
+    }
     let functions: Vec<Vec<f64>> = (0..known.len()).map(of).collect();
     let width = functions.first().map_or(0, Vec::len);
     let mut basis = DMatrix::from_fn(known.len(), sessions.len() + width, |i, k| {
