@@ -5,11 +5,9 @@
 //! share readings are drawn to what the arm makes of such commands (regression calibration: Carroll, Ruppert, Stefanski and
 //! Crainiceanu 2006, chapter 4), so that what is left does not depend on what was read.
 
-use std::f64::consts::TAU;
-
 use nalgebra::{DMatrix, DVector};
 
-use crate::{Delivered, Split, Strike};
+use crate::{Delivered, Split, Strike, wrap_angle};
 
 /// How repeats of one command differ in what the arm delivers: standard deviations.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -21,15 +19,6 @@ pub struct ArmScatter {
 }
 
 impl Strike {
-    /// The strike with what was delivered in place of what was commanded; `None` where the arm's state was not logged.
-    pub fn as_delivered(&self) -> Option<Self> {
-        let delivered = self.delivered?;
-        Some(Self {
-            command: delivered.command(),
-            ..self.clone()
-        })
-    }
-
     /// Its delivered speed over the commanded one, as a logarithm, and its delivered angle beside the commanded one.
     fn beside_command(&self) -> Option<[f64; 2]> {
         let Delivered {
@@ -38,7 +27,7 @@ impl Strike {
             ..
         } = self.delivered?;
         let speed = (tip_speed / self.command.speed.max(1e-9)).max(1e-9).ln();
-        Some([speed, wrapped(tip_angle - self.command.angle)])
+        Some([speed, wrap_angle(tip_angle - self.command.angle)])
     }
 
     /// The same of its path: a speed goes on by its square.
@@ -50,14 +39,10 @@ impl Strike {
         is_free.then(|| {
             [
                 0.5 * path.norm().ln() - speed.ln(),
-                wrapped(path.bearing() - self.command.angle),
+                wrap_angle(path.bearing() - self.command.angle),
             ]
         })
     }
-}
-
-fn wrapped(angle: f64) -> f64 {
-    angle - TAU * (angle / TAU).round()
 }
 
 /// Strikes with what was delivered in place of what was commanded, calibrated, those left out of which that is not known; `None` where it is
@@ -66,53 +51,49 @@ pub fn delivered_strikes(strikes: &[Strike]) -> Option<Vec<Strike>> {
     let known = strikes.iter().filter(|strike| strike.delivered.is_some());
     let count = known.count();
     (count > 0 && 2 * count >= strikes.len()).then(|| {
-        let strikes = calibrated(strikes);
-        strikes.iter().filter_map(Strike::as_delivered).collect()
+        let each = strikes.iter().zip(calibrated(strikes));
+        let delivered = each.filter_map(|(strike, delivered)| {
+            Some(Strike {
+                command: delivered?.command(),
+                delivered,
+                ..strike.clone()
+            })
+        });
+        delivered.collect()
     })
 }
 
-/// Strikes whose deliveries are drawn to what the arm makes of such commands, by what of their differences objects do not follow. The strikes that
+/// What the arm delivered in each strike, drawn to what it makes of such commands by what of the differences objects do not follow. The strikes that
 /// judge say nothing of it.
-pub fn calibrated(strikes: &[Strike]) -> Vec<Strike> {
-    let mut strikes = strikes.to_vec();
-    let known: Vec<usize> = (0..strikes.len())
-        .filter(|i| strikes[*i].delivered.is_some())
-        .collect();
-    let basis = basis(&strikes, &known);
+pub fn calibrated(strikes: &[Strike]) -> Vec<Option<Delivered>> {
+    let known: Vec<&Strike> = strikes.iter().filter(|s| s.delivered.is_some()).collect();
+    let mut all: Vec<Option<Delivered>> = strikes.iter().map(|s| s.delivered).collect();
+    let basis = basis(&known);
+    let learns: Vec<bool> = known.iter().map(|s| s.split != Split::Test).collect();
     for quantity in 0..2 {
-        let commanded: Vec<f64> = known
-            .iter()
-            .map(|i| strikes[*i].command)
+        let commanded = known.iter().map(|strike| strike.command);
+        let commanded: Vec<f64> = commanded
             .map(|command| [command.speed.max(1e-9).ln(), command.angle][quantity])
             .collect();
-        let read: Vec<f64> = known
-            .iter()
-            .filter_map(|i| strikes[*i].beside_command())
-            .map(|both| both[quantity])
-            .collect();
-        let learns: Vec<bool> = known
-            .iter()
-            .map(|i| strikes[*i].split != Split::Test)
-            .collect();
-        let followed: Vec<Option<f64>> = known
-            .iter()
-            .map(|i| strikes[*i].path_beside_command().map(|both| both[quantity]))
+        let read = known.iter().filter_map(|strike| strike.beside_command());
+        let read: Vec<f64> = read.map(|both| both[quantity]).collect();
+        let followed = known.iter().map(|strike| strike.path_beside_command());
+        let followed: Vec<Option<f64>> = followed
+            .map(|both| both.map(|both| both[quantity]))
             .collect();
         let Some((law, share)) = followed_share(&basis, &commanded, &read, &followed, &learns)
         else {
             continue;
         };
-        for ((place, read), law) in known.iter().zip(&read).zip(law.iter()) {
+        for ((delivered, read), law) in all.iter_mut().flatten().zip(&read).zip(law.iter()) {
             let drawn = law + share * (read - law);
-            if let Some(delivered) = &mut strikes[*place].delivered {
-                match quantity {
-                    0 => delivered.tip_speed *= (drawn - read).exp(),
-                    _ => delivered.tip_angle += drawn - read,
-                }
+            match quantity {
+                0 => delivered.tip_speed *= (drawn - read).exp(),
+                _ => delivered.tip_angle += drawn - read,
             }
         }
     }
-    strikes
+    all
 }
 
 /// Fewest strikes for each function of the basis.
@@ -122,14 +103,14 @@ const FEWEST: usize = 4;
 const MOST_SESSIONS: usize = 30;
 
 /// What an arm's delivery may depend on: a level for each session, the command, the start and the order, each function a column.
-fn basis(strikes: &[Strike], known: &[usize]) -> DMatrix<f64> {
-    let of = |i: usize| {
+fn basis(known: &[&Strike]) -> DMatrix<f64> {
+    let of = |strike: &&Strike| {
         let Strike {
             command,
             initial,
             conditions,
             ..
-        } = &strikes[known[i]];
+        } = strike;
         let square = |value: f64| [value, value * value];
         let all = [command.speed, command.angle, conditions.order].map(square);
         let start = [initial.x, initial.y];
@@ -138,8 +119,8 @@ fn basis(strikes: &[Strike], known: &[usize]) -> DMatrix<f64> {
     let mut sessions: Vec<&str> = Vec::new();
     let mut session: Vec<usize> = known
         .iter()
-        .map(|i| {
-            let name = strikes[*i].conditions.session.as_str();
+        .map(|strike| {
+            let name = strike.conditions.session.as_str();
             let seen = sessions.iter().position(|other| *other == name);
             seen.unwrap_or_else(|| {
                 sessions.push(name);
@@ -151,7 +132,7 @@ fn basis(strikes: &[Strike], known: &[usize]) -> DMatrix<f64> {
         sessions.truncate(1);
         session.fill(0);
     }
-    let functions: Vec<Vec<f64>> = (0..known.len()).map(of).collect();
+    let functions: Vec<Vec<f64>> = known.iter().map(of).collect();
     let width = functions.first().map_or(0, Vec::len);
     let mut basis = DMatrix::from_fn(known.len(), sessions.len() + width, |i, k| {
         match k.checked_sub(sessions.len()) {
@@ -250,11 +231,10 @@ fn slope(x: &DVector<f64>, y: &DVector<f64>) -> f64 {
 /// Scatter of launches under equal commands: by how much delivered speeds (relative) and angles (rad), calibrated, differ from lines over the
 /// commanded ones.
 pub fn arm_scatter(strikes: &[Strike]) -> ArmScatter {
-    let strikes = calibrated(strikes);
+    let calibrated = calibrated(strikes);
     let pairs = || {
-        strikes
-            .iter()
-            .filter_map(|strike| Some((strike.command, strike.delivered?)))
+        let each = strikes.iter().zip(&calibrated);
+        each.filter_map(|(strike, delivered)| Some((strike.command, (*delivered)?)))
     };
     let speed = about_a_line(pairs().map(|(command, delivered)| {
         (
@@ -262,10 +242,12 @@ pub fn arm_scatter(strikes: &[Strike]) -> ArmScatter {
             delivered.tip_speed / command.speed.max(1e-9) - 1.0,
         )
     }));
-    let angle =
-        about_a_line(pairs().map(|(command, delivered)| {
-            (command.angle, wrapped(delivered.tip_angle - command.angle))
-        }));
+    let angle = about_a_line(pairs().map(|(command, delivered)| {
+        (
+            command.angle,
+            wrap_angle(delivered.tip_angle - command.angle),
+        )
+    }));
     ArmScatter { speed, angle }
 }
 
@@ -353,14 +335,16 @@ mod tests {
         assert!((0.000_1..0.000_8).contains(&scatter), "{scatter}");
         // All of it is.
         let exact = read(0.01, 0.0);
-        assert_eq!(calibrated(&exact), exact);
+        let read_of =
+            |strikes: &[Strike]| -> Vec<_> { strikes.iter().map(|s| s.delivered).collect() };
+        assert_eq!(calibrated(&exact), read_of(&exact));
         assert!((arm_scatter(&exact).speed - 0.01).abs() < 1e-3);
         // Strikes that judge say nothing of it.
         let mut judged = read(0.001, 0.004);
         judged
             .iter_mut()
             .for_each(|strike| strike.split = Split::Test);
-        assert_eq!(calibrated(&judged), judged);
+        assert_eq!(calibrated(&judged), read_of(&judged));
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use values::{Command, Conditions, Point, Rig, Strike};
+use values::{Command, Conditions, Delivered, Point, Rig, Strike};
 use world::effects::{Effect, Experiment, deliver, effect, library};
 
 /// Shares of the delivered speeds at which a fit of a cap begins; the last ones over the fastest.
@@ -41,15 +41,20 @@ pub(super) struct Form {
 impl<'a> Pair<'a> {
     /// Those of the strikes whose delivered launch is known.
     pub(super) fn all(strikes: &[&'a Strike]) -> Vec<Self> {
-        let each = strikes.iter().filter_map(|strike| {
-            Some(Self {
-                command: strike.command,
-                delivered: strike.delivered?.command(),
-                from: strike.initial,
-                conditions: &strike.conditions,
-            })
-        });
-        each.collect()
+        let each = strikes
+            .iter()
+            .map(|strike| Self::of(strike, strike.delivered));
+        each.flatten().collect()
+    }
+
+    /// A strike that delivered this.
+    pub(super) fn of(strike: &'a Strike, delivered: Option<Delivered>) -> Option<Self> {
+        Some(Self {
+            command: strike.command,
+            delivered: delivered?.command(),
+            from: strike.initial,
+            conditions: &strike.conditions,
+        })
     }
 
     /// The same beside effects that act before: what they make of a command is commanded.

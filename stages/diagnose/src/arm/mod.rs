@@ -141,9 +141,11 @@ impl Arm {
         let laws = self.laws.iter();
         let laws = laws.map(|law| effects::build(&law.added, &input.rig));
         let laws = laws.collect::<Result<Vec<_>, _>>()?;
-        let strikes = calibrated(&input.strikes);
-        let strikes: Vec<&Strike> = strikes.iter().filter(|s| is_fitted(s)).collect();
-        let pairs = Pair::all(&strikes);
+        let each = input.strikes.iter().zip(calibrated(&input.strikes));
+        let fitted = each.filter(|(strike, _)| is_fitted(strike));
+        let pairs: Vec<Pair<'_>> = fitted
+            .filter_map(|(strike, delivered)| Pair::of(strike, delivered))
+            .collect();
         let left = |quantity| {
             let squares = pairs.iter().map(|pair| {
                 let predicted = pair.beside(&laws).command;

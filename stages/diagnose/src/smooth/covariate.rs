@@ -19,8 +19,9 @@ pub(crate) enum Covariate {
     Command,
     /// Delivered speed and angle, by where the object lies.
     Start,
-    /// Delivered speed, and delivered angle, by the number of strikes before.
+    /// Delivered speed, by the number of strikes before.
     Order,
+    /// Delivered angle, by the number of strikes before.
     Turning,
     /// Friction, by the number of strikes before.
     Wear,
