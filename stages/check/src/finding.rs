@@ -169,6 +169,14 @@ pub enum Finding {
         strikes: usize,
         correlation: f64,
     },
+    /// So many objects in a row, from this strike on (1 is the log's first), leave as the command so many places after their own says.
+    OtherCommands {
+        log: String,
+        by: isize,
+        others: usize,
+        strikes: usize,
+        first: usize,
+    },
     /// Motions come at a constant time beside their commands that no strike takes; `certain` where strikes are lost by it.
     ClockOffset {
         log: String,
@@ -281,6 +289,7 @@ impl Finding {
             | Self::SpeedAndAngle { .. }
             | Self::Jumps { certain: true, .. }
             | Self::Unrelated { .. }
+            | Self::OtherCommands { .. }
             | Self::ClockOffset { certain: true, .. }
             | Self::NothingMoves { .. }
             | Self::OtherTimes { .. }

@@ -13,6 +13,7 @@
 mod coverage;
 mod finding;
 mod frames;
+mod other_commands;
 mod pairs;
 mod places;
 mod statistics;
@@ -53,6 +54,13 @@ pub fn check(rig: &Rig, logs: &[LogRead<'_>], fences: &[FoundFence]) -> Check {
             findings.extend(of_logs);
         }
     }
+    let each = logs.iter().zip(&paired).filter(|_| !is_torn);
+    let others: Vec<Finding> = each
+        .filter_map(|(log, of)| other_commands::findings(&of.pairs, log.name))
+        .collect();
+    // These say what headings follow.
+    findings.retain(|finding| others.is_empty() || !is_vague(finding));
+    findings.extend(others);
     // Where frames are wrong, all are astray.
     if !is_torn && !findings.iter().any(is_wrong) {
         let each = logs.iter().zip(&paired);

@@ -3,11 +3,16 @@
 //! Where lengths are seen larger by a share, speeds and friction are, by the same share; where time is seen shorter, speeds are by a share and
 //! friction by twice as much. Strikes alone do not say whether the camera does this or a tip that wears on a table that changes.
 
-use world::effects::Drift;
+use world::{
+    Impact, WorldError,
+    effects::{Drift, effect},
+};
 
 use crate::{
     fit::{Fitted, NINETY_FIVE},
     model::RESTITUTION,
+    sessions::is_by_session,
+    strikes::PreparedStrikes,
 };
 
 /// Shares of friction for each of launch speed: of a scale, of a clock.
@@ -64,4 +69,46 @@ pub(crate) fn could_be(fitted: &Fitted, strikes: f64) -> bool {
         let error = NINETY_FIVE * variance.max(0.0).sqrt();
         (share * launch - brake).abs() < error + curved
     })
+}
+
+/// Part of what friction changes by that a camera leaves at the most, in strikes of sessions.
+const LEFT: f64 = 0.15;
+
+/// The same of friction by session beside a restitution that changes with the order: strike by strike.
+pub(crate) fn could_be_by_session(
+    prepared: &PreparedStrikes<'_>,
+    fitted: &Fitted,
+) -> Result<bool, WorldError> {
+    let is_by_order = |name| effect(name).is_ok_and(|spec| spec.family.is_by_order());
+    let mut model = fitted.model.clone();
+    for place in (0..model.parts.len()).rev() {
+        if !is_by_order(model.parts[place].name) {
+            model = model.without(place);
+        }
+    }
+    let mut parts = model.parts.iter();
+    if !parts.any(|part| is_by_session(part.name)) {
+        return Ok(false);
+    }
+    let effects = model.effects(prepared.rig, &model.values)?;
+    let planar = prepared.planar(&model.values, &effects);
+    let each = prepared.strikes.iter().map(|strike| {
+        let (friction, _) = planar.even(&strike.conditions);
+        let restitution = model.values[RESTITUTION];
+        let impact = Impact::of(&effects, restitution, strike.command, &strike.conditions);
+        (impact.restitution.ln_1p(), friction.ln())
+    });
+    let (launches, frictions): (Vec<f64>, Vec<f64>) = each.unzip();
+    let square = |of: &dyn Fn(usize) -> f64| {
+        let n = launches.len() as f64;
+        let mean = (0..launches.len()).map(of).sum::<f64>() / n;
+        let squares = (0..launches.len()).map(|i| (of(i) - mean).powi(2));
+        squares.sum::<f64>() / n
+    };
+    let whole = square(&|i| frictions[i]);
+    let is_left = |share: f64| square(&|i| frictions[i] - share * launches[i]);
+    Ok(whole > 0.0
+        && OF
+            .into_iter()
+            .any(|share| is_left(share) < LEFT * LEFT * whole))
 }

@@ -51,7 +51,7 @@ pub(crate) struct Case<'c, 'a> {
     /// Whether that is no chance.
     pub(crate) is_real: bool,
     /// What the question finds in the strike table beside no effect.
-    pub(crate) asked: Answer,
+    pub(crate) asked: &'c Answer,
     /// What it still finds beside the effects.
     pub(crate) remaining: Answer,
     /// Whether launches are those that the arm's logged state delivered.
@@ -121,7 +121,7 @@ impl Case<'_, '_> {
                 strikes: self.selection.prepared.strikes.len(),
                 r#where: match verdict {
                     Verdict::Consistent => Vec::new(),
-                    _ => words::found(&self.asked),
+                    _ => words::found(self.asked),
                 },
                 effects: named,
                 ranking: self.ranking(),
@@ -185,16 +185,22 @@ impl Case<'_, '_> {
             refitted
         };
         let answer = match self.selection.effects.is_empty() {
-            true => &self.asked,
+            true => self.asked,
             false => &self.remaining,
         };
         let floor = question::variation(prepared, fitted, answer);
-        let gap_to =
-            |after: &[Option<Point>]| gap::gap(&part(&before, true), &part(after, true), floor);
+        let gap_to = |after: &[Option<Point>], floor| {
+            gap::gap(&part(&before, true), &part(after, true), floor)
+        };
+        // Where nothing is named, whichever of both worlds leaves less: what changes with the order may be seen in one of them alone.
+        let stated = match self.selection.effects.is_empty() {
+            true => floor,
+            false => floor.or_less(question::variation(prepared, null, self.asked)),
+        };
         let unnamed = |verdict, cause, note| Conclusion {
             verdict,
             world: None,
-            gap: gap_to(&before),
+            gap: gap_to(&before, stated),
             after: before.clone(),
             before: before.clone(),
             note,
@@ -277,7 +283,9 @@ impl Case<'_, '_> {
             ));
         }
         let last = |last: f64, strike: &&Strike| last.max(strike.conditions.order);
-        if camera_drift::could_be(fitted, prepared.strikes.iter().fold(0.0, last)) {
+        if camera_drift::could_be(fitted, prepared.strikes.iter().fold(0.0, last))
+            || camera_drift::could_be_by_session(prepared, fitted)?
+        {
             let note = notes::not_named(&self.names(), "a camera that drifts would do the same");
             let cause = Some(notes::CAMERA_DRIFTS.into());
             return Ok(unnamed(unexplained, cause, Some(note)));
@@ -309,7 +317,7 @@ impl Case<'_, '_> {
         }
         let world = fitted_world()?;
         let after = gap::stop_residuals(rig, &world, strikes)?;
-        let gap = gap_to(&after);
+        let gap = gap_to(&after, floor);
         let accounted = floor.at_most();
         let stops = part(&after, false).into_iter().flatten();
         let stops = gap::clipped_rms(stops, gap::LONGEST * accounted);
@@ -318,11 +326,13 @@ impl Case<'_, '_> {
         let all_rest = strikes.iter().all(|strike| strike.has_stop());
         let is_judged = all_rest && !(self.is_astray || self.is_delivered);
         let great = if is_judged { GREAT } else { f64::INFINITY };
-        let is_much_left = stops > great * accounted;
+        let judges = part(&after, true).into_iter().flatten();
+        let is_much_left =
+            stops > great * accounted || is_judged && gap::is_of_another_world(judges, accounted);
         let certainty = floor.repeats_at_most / floor.repeats.max(f64::MIN_POSITIVE);
         let finding = match is_much_left {
             true => self.remaining.findings.first(),
-            false => self.remaining.great_beside(&self.asked, great * certainty),
+            false => self.remaining.great_beside(self.asked, great * certainty),
         };
         if is_much_left || finding.is_some() {
             let note = notes::not_named(

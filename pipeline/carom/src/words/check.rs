@@ -349,6 +349,26 @@ pub fn say(finding: &Finding, rig: &Rig) -> Said {
                 format!("measure both, and state {}", either.join(" or ")),
             )
         }
+        Finding::OtherCommands {
+            log,
+            by,
+            others,
+            strikes,
+            first,
+        } => {
+            let places = match by.unsigned_abs() {
+                1 => String::new(),
+                places => format!("{places} places "),
+            };
+            let side = if *by > 0 { "after" } else { "before" };
+            said(
+                format!(
+                    "{log}: {others} of {strikes} objects, from strike {first} on, leave as the command {places}{side} their own says, and not as their own"
+                ),
+                "a command was logged twice, or not at all, or the log's writer queued them: from there on each strike has another's",
+"look there in a viewer, mend what writes the log, and record these strikes anew or cut them out".into(),
+            )
+        }
         Finding::Strays {
             log,
             strays,

@@ -7,6 +7,7 @@
 //! variance is taken for a power of the length.
 
 use nalgebra::{DMatrix, DVector};
+use values::median;
 
 use super::{covariates::cosines, projection::Basis};
 
@@ -49,9 +50,45 @@ pub(super) struct Measured {
     pub(super) slides: DVector<f64>,
 }
 
+/// A strike is left out whose error is so many times that of most, and so great a part of what strikes scatter by: of a track that ends at a fence,
+/// or soon, little was seen.
+const MOST_ERRORS: f64 = 3.0;
+const OF_SCATTER: f64 = 0.5;
+
 /// Of a column, with covariates (of mean 0 and standard deviation 1), what was found to depend on the order of strikes otherwise than a wander, each
 /// strike's session, and which strikes repeat a command.
 pub(super) fn components(
+    column: &Measured,
+    covariates: &[DVector<f64>],
+    by_order: &[DVector<f64>],
+    sessions: &[usize],
+    commands: &[usize],
+) -> Components {
+    let sizes = |of: &DVector<f64>| median(of.iter().map(|v| v.abs()).collect()).unwrap_or(0.0);
+    let middle = median(column.raw.iter().copied().collect()).unwrap_or(0.0);
+    let scatter = 1.4826 * sizes(&column.raw.add_scalar(-middle));
+    let least = (MOST_ERRORS * sizes(&column.errors)).max(OF_SCATTER * scatter);
+    let seen: Vec<usize> = (0..column.errors.len())
+        .filter(|i| column.errors[*i] <= least)
+        .collect();
+    let of = |v: &DVector<f64>| DVector::from_iterator(seen.len(), seen.iter().map(|i| v[*i]));
+    let of_each = |all: &[DVector<f64>]| all.iter().map(of).collect::<Vec<_>>();
+    let numbers = |all: &[usize]| seen.iter().map(|i| all[*i]).collect::<Vec<_>>();
+    of_seen(
+        &Measured {
+            clipped: of(&column.clipped),
+            raw: of(&column.raw),
+            errors: of(&column.errors),
+            slides: of(&column.slides),
+        },
+        &of_each(covariates),
+        &of_each(by_order),
+        &numbers(sessions),
+        &numbers(commands),
+    )
+}
+
+fn of_seen(
     column: &Measured,
     covariates: &[DVector<f64>],
     by_order: &[DVector<f64>],
@@ -135,6 +172,11 @@ pub(super) fn components(
     let most = (FAR * FAR * sigma).sqrt();
     let left = (&raw - smooth).map(|v| v.clamp(-most, most));
     let sigma = left.norm_squared() / freedom;
+    // What depends on the order has seldom quite the form that was found: neighbours differ by less of it.
+    let sigma = match by_order.is_empty() {
+        true => sigma,
+        false => sigma.min(neighbours(&left) * n as f64 / freedom),
+    };
     // Repeats differ by where they start, and by what was found in the order.
     let told = covariates.iter().chain(by_order).cloned();
     let told = Basis::new(std::iter::once(DVector::repeat(n, 1.0)).chain(told));
@@ -209,6 +251,13 @@ fn together(covariates: &[DVector<f64>]) -> Vec<DVector<f64>> {
         eigen.eigenvectors.column(k) * scale
     });
     each.collect()
+}
+
+/// Half of the mean square by which each value differs from the one before.
+fn neighbours(values: &DVector<f64>) -> f64 {
+    let pairs = values.as_slice().windows(2);
+    let squares: f64 = pairs.map(|pair| (pair[1] - pair[0]).powi(2)).sum();
+    0.5 * squares / (values.len() as f64 - 1.0).max(1.0)
 }
 
 /// Variance of repeats and its degrees of freedom, where there are enough: half of the mean square by which one repeat differs from the one before, so that
@@ -311,6 +360,20 @@ mod tests {
         );
         assert!((0.8..1.2).contains(&found.repeats.0), "{found:?}");
         assert!(found.repeats.1 < 1.0 && 1.0 < found.repeats.2, "{found:?}");
+    }
+
+    #[test]
+    fn a_strike_of_which_little_was_seen_takes_nothing_from_what_repeats_scatter_by() {
+        let n = 60;
+        let mut random = ChaCha8Rng::seed_from_u64(3);
+        let values = DVector::from_fn(n, |_, _| StandardNormal.sample(&mut random));
+        let commands: Vec<usize> = (0..n).collect();
+        let mut measured = exact(values, DVector::repeat(n, 1.0));
+        let of = |measured: &Measured| components(measured, &[], &[], &vec![0; n], &commands);
+        let (whole, _, _) = of(&measured).repeats;
+        (measured.errors[7], measured.raw[7], measured.clipped[7]) = (20.0, -12.0, -4.0);
+        let (without, _, _) = of(&measured).repeats;
+        assert!((without / whole - 1.0).abs() < 0.05, "{without} of {whole}");
     }
 
     #[test]

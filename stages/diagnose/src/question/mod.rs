@@ -174,6 +174,7 @@ impl Answer {
         let mut forms = self.findings.iter().filter_map(|found| found.form);
         forms.any(|form| match form {
             Form::WearInSessions => beside_sessions,
+            Form::WanderAlone => false,
             form => !form.has_no_name(),
         })
     }
@@ -186,6 +187,8 @@ impl Answer {
         let most = by_order.map(|found| found.size).fold(0.0, f64::max);
         let is_other = |found: &&Finding| match found.form {
             Some(Form::StepInSession(_)) => by_sessions_alone,
+            // Sessions of a wander differ, too.
+            Some(Form::WanderAlone) => effects.by_session,
             Some(Form::DriftAndSessions) => !(effects.drift && effects.by_session),
             // A change of level is a form of a drift, of friction's within one session.
             Some(Form::Ramp) => {
@@ -231,6 +234,14 @@ pub(crate) fn variation(
 }
 
 impl Variation {
+    /// This, or the other where repeats scatter by less.
+    pub(crate) fn or_less(self, other: Self) -> Self {
+        match other.repeats < self.repeats {
+            true => other,
+            false => self,
+        }
+    }
+
     /// All of it, with the most that repeats may scatter by.
     pub(crate) fn at_most(&self) -> f64 {
         self.repeats_at_most.hypot(self.wander).hypot(self.sessions)
@@ -334,9 +345,15 @@ impl Asking {
     }
 
     fn variation(&self, by_order: &[(Column, Vec<DVector<f64>>)]) -> Variation {
+        // How far an object slides depends on the order as its launch and its friction do.
         let of = |column| {
-            let found = by_order.iter().find(|(of, _)| *of == column);
-            self.components(column, found.map_or(&[], |(_, functions)| functions))
+            let is_of = |other: &Column| (column == Column::Heading) == (*other == Column::Heading);
+            let found = by_order.iter().filter(|(of, _)| is_of(of));
+            let functions: Vec<DVector<f64>> = found
+                .flat_map(|(_, functions)| functions)
+                .cloned()
+                .collect();
+            self.components(column, &functions)
         };
         let (stop, heading) = (of(Column::Stop), of(Column::Heading));
         let of = |part: fn(&Components) -> f64| part(&stop).hypot(part(&heading));
@@ -388,7 +405,12 @@ impl Asking {
                 }
             };
             finding.form = form;
-            form != Some(Form::Wander)
+            match form {
+                Some(Form::Wander) => false,
+                // A table's friction wanders; a tip that points elsewhere for some strikes is loose.
+                Some(Form::WanderAlone) => column == Column::Heading,
+                _ => true,
+            }
         });
         findings.extend(ordered);
         let total = self.total();
@@ -411,7 +433,8 @@ impl Asking {
             if is_of_all {
                 finding.size = finding.size.min(most);
             }
-            !is_of_all || finding.size > floor
+            let is_great = finding.size > floor;
+            is_great || !(is_of_all || finding.form == Some(Form::WanderAlone))
         });
         findings.sort_by(|a, b| b.size.total_cmp(&a.size));
         Answer {

@@ -25,6 +25,9 @@ const SIDE: usize = 3;
 /// Cycles over the order that are tried: up to `SLOW` turns by eighths, for then a quarter of a turn shows; up to `MOST_TURNS` by halves.
 const SLOW: f64 = 6.0;
 const MOST_TURNS: f64 = 40.0;
+/// Steps of the turns in which a cycle that was found is followed, and harmonics of it.
+const FINE: f64 = 0.03;
+const HARMONICS: usize = 3;
 /// Strikes in turn of as many objects, tips or people, at the most.
 const IN_TURN: usize = 6;
 /// How long what was done to a table lasts, as a share of the strikes.
@@ -43,6 +46,8 @@ const DRAWN: usize = 999;
 pub(crate) enum Form {
     /// Noise: each strike near the one before.
     Wander,
+    /// The same, which no other form describes nearly as well.
+    WanderAlone,
     Drift,
     /// At this strike, or between sessions beside it.
     Step(usize),
@@ -64,7 +69,7 @@ pub(crate) enum Form {
 impl Form {
     pub(crate) fn name(self) -> &'static str {
         match self {
-            Self::Wander => "wander",
+            Self::Wander | Self::WanderAlone => "wander",
             Self::Drift => "drift",
             Self::Step(_) | Self::StepInSession(_) => "step",
             Self::Wear => "wear",
@@ -244,7 +249,12 @@ impl InOrder {
             compared(&drawn, &all(&drawn)).1
         }));
         if share_as_far(&rows) >= REAL {
-            return (Form::Wander, Vec::new());
+            let [by_form, ..] = statistics;
+            let form = match by_form < -EXCLUDED {
+                true => Form::WanderAlone,
+                false => Form::Wander,
+            };
+            return (form, Vec::new());
         }
         let best = least(&own, &|_| true);
         let named = least(&own, &|form| {
@@ -265,11 +275,20 @@ impl InOrder {
             }
             form => {
                 let chosen = own.iter().position(|other| *other == (form, criterion));
-                let functions = chosen.and_then(|k| forms.get(k)).map(|(_, functions, _)| {
-                    let functions = functions.iter();
-                    functions.map(|f| f.component_div(&self.weights)).collect()
-                });
-                (form, functions.unwrap_or_default())
+                let chosen = chosen.and_then(|k| forms.get(k)).cloned();
+                let mut functions = chosen
+                    .map(|(_, functions, _)| functions)
+                    .unwrap_or_default();
+                match form {
+                    Form::Cycle => functions = self.finer_cycle((functions, criterion)),
+                    Form::WearInSessions => functions = self.beside(self.worn_in_sessions()),
+                    _ => {}
+                }
+                let functions = functions.iter();
+                (
+                    form,
+                    functions.map(|f| f.component_div(&self.weights)).collect(),
+                )
             }
         }
     }
@@ -335,6 +354,52 @@ impl InOrder {
             forms.push((Form::Sessions, self.beside(sessions), count));
         }
         forms
+    }
+
+    /// Functions that hold more of a cycle than those by which it was found, of this criterion: waves and their harmonics, and wear that is made as
+    /// new, at any period and phase.
+    fn finer_cycle(&self, found: (Vec<DVector<f64>>, f64)) -> Vec<DVector<f64>> {
+        let n = self.values.len() as f64;
+        let place = self.among_all();
+        let most = MOST_TURNS.min(0.25 * n);
+        let turns = (0..)
+            .map(|k| 1.0 + FINE * f64::from(k))
+            .take_while(|turns| *turns <= most);
+        let waves = turns.clone().flat_map(|turns| {
+            (1..=HARMONICS)
+                .filter(move |highest| turns * *highest as f64 <= 0.25 * n)
+                .map(move |highest| {
+                    let each = (1..=highest).flat_map(|k| self.turning(turns * k as f64));
+                    (each.collect::<Vec<_>>(), 1.0 + 2.0 * highest as f64)
+                })
+        });
+        let place = &place;
+        let rounds = turns
+            .take_while(|turns| *turns <= ROUNDS as f64)
+            .flat_map(|turns| {
+                (0..4 * PHASES).map(move |phase| {
+                    let begins = f64::from(phase) / f64::from(4 * PHASES);
+                    (vec![place.map(|t| (t * turns + begins).fract())], 3.0)
+                })
+            });
+        let whole = self.values.norm_squared();
+        let (mut best, mut least) = found;
+        for (functions, count) in waves.chain(rounds) {
+            let functions = self.beside(functions);
+            let taken: f64 = functions.iter().map(|q| q.dot(&self.values).powi(2)).sum();
+            let criterion = n * ((whole - taken).max(1e-300) / n).ln() + count * n.ln();
+            if criterion < least {
+                (best, least) = (functions, criterion);
+            }
+        }
+        best
+    }
+
+    /// Wear that is the same in each session, fast or slow.
+    fn worn_in_sessions(&self) -> Vec<DVector<f64>> {
+        let since = self.since_session();
+        let worn = LASTS.map(|length| since.map(|t| (-t / length).exp()));
+        std::iter::once(since).chain(worn).collect()
     }
 
     /// How far into its session each strike is, 0 to 1.
@@ -431,19 +496,50 @@ mod tests {
         number: &dyn Fn(usize) -> f64,
         hidden: impl Fn(usize) -> f64,
     ) -> Form {
+        let column = in_order(seed, ratio, n, session, number, hidden);
+        column.form(&Wander::new(n), seed).0
+    }
+
+    fn in_order(
+        seed: u64,
+        ratio: f64,
+        n: usize,
+        session: usize,
+        number: &dyn Fn(usize) -> f64,
+        hidden: impl Fn(usize) -> f64,
+    ) -> InOrder {
         let wander = Wander::new(n);
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let independent = DVector::from_fn(n, |_, _| StandardNormal.sample(&mut random));
         let beside = Basis::new([DVector::repeat(n, 1.0)]);
-        let column = InOrder {
+        InOrder {
             values: beside
                 .off(wander.drawn(ratio, &independent) + DVector::from_fn(n, |i, _| hidden(i))),
             weights: DVector::repeat(n, 1.0),
             beside,
             numbers: DVector::from_fn(n, |i, _| number(i)),
             sessions: (0..n).map(|i| i / session).collect(),
-        };
-        column.form(&wander, seed).0
+        }
+    }
+
+    #[test]
+    fn what_holds_a_cycle_leaves_what_strikes_scatter_by() {
+        let n = 90;
+        let hidden: [&dyn Fn(usize) -> f64; 3] = [
+            &|i| 4.0 * (TAU * i as f64 / 8.24).sin(),
+            &|i| 10.0 * (i as f64 / 10.3).fract(),
+            &|i| 8.0 * (-((i % 15) as f64) / 3.6).exp(),
+        ];
+        for hidden in hidden {
+            for seed in 0..5 {
+                let column = in_order(seed, 0.0, n, 15, &|i| i as f64, hidden);
+                let (form, functions) = column.form(&Wander::new(n), seed);
+                assert!(form.has_no_name(), "{form:?}");
+                let left = Basis::new(functions).off(column.values);
+                let scatter = left.norm() / (n as f64).sqrt();
+                assert!((0.8..1.2).contains(&scatter), "{form:?} {scatter}");
+            }
+        }
     }
 
     #[test]

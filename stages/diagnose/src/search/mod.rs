@@ -18,6 +18,7 @@ pub(crate) use refine::{least_that_moves_little, with_rivals, with_wander, witho
 use crate::{fit::Fitted, strikes::PreparedStrikes};
 
 /// What a search ends with.
+#[derive(Clone)]
 pub(crate) struct Selection<'a> {
     /// The strikes with the noise and frames of the model found.
     pub(crate) prepared: PreparedStrikes<'a>,
@@ -30,7 +31,7 @@ pub(crate) struct Selection<'a> {
 
 impl Selection<'_> {
     /// The effects' names.
-    fn names(&self) -> Vec<&'static str> {
+    pub(crate) fn names(&self) -> Vec<&'static str> {
         self.effects.iter().map(|effect| effect.name).collect()
     }
 
