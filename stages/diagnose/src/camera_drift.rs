@@ -73,6 +73,8 @@ pub(crate) fn could_be(fitted: &Fitted, strikes: f64) -> bool {
 
 /// Part of what friction changes by that a camera leaves at the most, in strikes of sessions.
 const LEFT: f64 = 0.15;
+/// A change of friction that is none, relative.
+const NONE: f64 = 1e-3;
 
 /// The same of friction by session beside a restitution that changes with the order: strike by strike.
 pub(crate) fn could_be_by_session(
@@ -107,7 +109,7 @@ pub(crate) fn could_be_by_session(
     };
     let whole = square(&|i| frictions[i]);
     let is_left = |share: f64| square(&|i| frictions[i] - share * launches[i]);
-    Ok(whole > 0.0
+    Ok(whole.sqrt() > NONE
         && OF
             .into_iter()
             .any(|share| is_left(share) < LEFT * LEFT * whole))

@@ -220,12 +220,14 @@ fn missing(
 fn carried(frames: &Frames<'_>, first: usize, arrival: usize, noise: f64) -> Result<(), Rejection> {
     let all = &frames.frames;
     let step = |at: usize| all[at].point.distance(all[at - 1].point);
-    let speed = |at: usize| step(at) / (all[at].t - all[at - 1].t);
+    // Stamps that are late by several ms bunch: two frames are a camera's period apart, whatever they say.
+    let apart = |at: usize| (all[at].t - all[at - 1].t).max(frames.period);
+    let speed = |at: usize| step(at) / apart(at);
     let fastest = (first + 1..arrival.min(first + BEGINNING) + 1)
         .map(speed)
         .fold(speed(first), f64::max);
     for at in first + BEGINNING..arrival {
-        let most = FASTER * fastest * (all[at].t - all[at - 1].t) + SURELY_AWAY_NOISE * noise;
+        let most = FASTER * fastest * apart(at) + SURELY_AWAY_NOISE * noise;
         if step(at) > most {
             let detail = format!(
                 "{:.3} s after first motion, not yet at rest, the object jumps {:.1} mm from one frame to the next",

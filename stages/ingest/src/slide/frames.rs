@@ -150,11 +150,23 @@ impl<'a> Frames<'a> {
     }
 }
 
+/// Intervals that are so short beside most are of stamps that bunch; one in so many shows that stamps do. Longer intervals than this, beside most,
+/// are then gaps.
+const BUNCHED: f64 = 0.5;
+const MANY_BUNCHED: usize = 10;
+const LATE_INTERVAL: f64 = 3.5;
+
 /// Seconds from frame to frame, frames that are missing left out of account: the mean of the intervals, for a camera whose clock
-/// ticks coarser than its frames come has two intervals, and its period is neither.
+/// ticks coarser than its frames come has two intervals, and its period is neither. Where stamps are so late that they bunch, long intervals make
+/// up for short ones.
 fn mean_interval(frames: &[&Frame]) -> f64 {
     let intervals = || frames.windows(2).map(|pair| pair[1].t - pair[0].t);
-    let most = INTERVAL_WITH_GAP * median(intervals());
+    let middle = median(intervals());
+    let bunched = intervals().filter(|t| *t < BUNCHED * middle).count();
+    let most = match MANY_BUNCHED * bunched > frames.len() {
+        true => LATE_INTERVAL * middle,
+        false => INTERVAL_WITH_GAP * middle,
+    };
     let (count, sum) = intervals()
         .filter(|interval| *interval <= most)
         .fold((0_usize, 0.0), |(count, sum), interval| {

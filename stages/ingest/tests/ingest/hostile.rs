@@ -67,6 +67,30 @@ fn cameras_from_30_to_240_hz_with_jitter_and_dropped_frames() {
 }
 
 #[test]
+fn stamps_that_are_late_by_half_a_period_and_bunch_lose_no_strike() {
+    let (truths, rate) = (truths(20), 60.0);
+    let mut samples = session(&truths);
+    let end = samples.centroids.last().map_or(0.0, time);
+    let mut last = 0.0f64;
+    samples.centroids = (0..(end * rate) as u64)
+        .map(|i| {
+            let t = i as f64 / rate;
+            // By up to 24 ms; frames keep their order.
+            let late = -0.008 * (0.5 + 0.28 * noise(7 * i + 3)).clamp(0.05, 1.0).ln();
+            last = (t + late).max(last + 2e-5);
+            let place = crate::common::place(&truths, t);
+            at(
+                last,
+                place.x + 0.0007 * noise(2 * i),
+                place.y + 0.0007 * noise(2 * i + 1),
+            )
+        })
+        .collect();
+    let outcome = ingest_samples(&samples);
+    assert_eq!(outcome.strikes.len(), truths.len(), "{:?}", outcome.rejects);
+}
+
+#[test]
 fn a_camera_that_shows_no_slide_is_reported_as_one() {
     let outcome = ingest_samples(&seen_at(&truths(2), 8.0));
     assert_eq!(
