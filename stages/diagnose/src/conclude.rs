@@ -259,6 +259,13 @@ impl Case<'_, '_> {
             let cause = cause.filter(|_| unexplained == Verdict::Unexplained);
             return Ok(unnamed(unexplained, cause, note));
         }
+        if let Some(name) = fitted.at_its_strongest() {
+            let why = format!("{name} would be as strong as can be, and stands for something else");
+            let cause = self.asked.findings.first().map(words::finding);
+            let cause = cause.filter(|_| unexplained == Verdict::Unexplained);
+            let note = notes::not_named(&self.names(), &why);
+            return Ok(unnamed(unexplained, cause, Some(note)));
+        }
         let is_by_order = |name: &&str| effect(name).is_ok_and(|spec| spec.family.is_by_order());
         let (by_session, drifts): (Vec<&str>, Vec<&str>) = self
             .names()

@@ -180,6 +180,22 @@ impl Fitted {
             .collect()
     }
 
+    /// The effect that is as strong as its range allows, within its error: something else stands behind it.
+    pub(crate) fn at_its_strongest(&self) -> Option<&'static str> {
+        /// Part of a range that counts as its end, at the most.
+        const END: f64 = 0.05;
+        let covariance = self.robust_covariance()?;
+        let free = self.model.free.iter().enumerate();
+        let mut strengths = free.filter(|(_, free)| free.is_strength && free.low < free.high);
+        let (_, free) = strengths.find(|(i, free)| {
+            let error = NINETY_FIVE * covariance[(*i, *i)].max(0.0).sqrt();
+            self.model
+                .is_at_end(*i, error.min(END * (free.high - free.low)))
+        })?;
+        let (part, _) = free.of.as_ref()?;
+        Some(self.model.parts[*part].name)
+    }
+
     /// Standard errors within which 95 % lie, where errors of as many values are estimated from as many strikes: Student's t.
     pub(crate) fn ninety_five(&self) -> f64 {
         let freedom = self.nuisances.len().saturating_sub(self.model.free.len());
