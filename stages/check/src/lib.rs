@@ -394,10 +394,19 @@ fn sessions(logs: &[LogRead<'_>], paired: &[Pairs], known: &[Finding]) -> Vec<Fi
     const TURNED: f64 = 0.1;
     const ERRORS: f64 = 6.0;
     let turn = |pair: &Pair| statistics::wrapped(pair.heading() - pair.command.angle);
-    let points = paired.iter().flat_map(|of| &of.pairs);
-    let points: Vec<(f64, f64)> = points.map(|p| (p.command.angle, turn(p))).collect();
-    // An arm may err by the angle, of which sessions may strike others.
-    let by_angle = statistics::line(&points).map_or(0.0, |line| line.slope);
+    // An arm may err by the angle, of which sessions may strike others: as each log shows it by itself.
+    let within = paired.iter().flat_map(|of| {
+        let middle_of = |value: &dyn Fn(&Pair) -> f64| {
+            let values: Vec<f64> = of.pairs.iter().map(value).collect();
+            statistics::middle(&values).map_or(0.0, |(middle, _)| middle)
+        };
+        let middle = (middle_of(&|p| p.command.angle), middle_of(&turn));
+        let beside = |one: f64, other: f64| statistics::wrapped(one - other);
+        let pairs = of.pairs.iter();
+        pairs.map(move |p| (beside(p.command.angle, middle.0), beside(turn(p), middle.1)))
+    });
+    let within: Vec<(f64, f64)> = within.collect();
+    let by_angle = statistics::line(&within).map_or(0.0, |line| line.slope);
     let turns = paired.iter().map(|of| {
         let turns = of
             .pairs
