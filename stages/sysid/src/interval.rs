@@ -28,10 +28,11 @@ pub(crate) fn variances(
     Some(inverse.diagonal().sup(&sandwich.diagonal()))
 }
 
-/// What all tracks may share that this world does not have, in parts of the way gone: a lens, a table's flatness, the integration.
-const SHARED: f64 = 0.001;
+/// What all tracks may share that this world does not have, in parts of the way gone: the integration of a roll is known to so much, and no lens or
+/// table to less than a third of it.
+const SHARED: f64 = 0.003;
 
-/// By how much each of what was fitted may be off, where all tracks are off by as much of their ways and alike from frame to frame. A ball
+/// By how much each of what was fitted may be off, where all tracks are off by as much of their ways, alike at each of their frames. A ball
 /// that rolls far shows its sliding in a few frames, which the rest of its way outweighs. None where nothing is determined.
 pub(crate) fn shared(fitted: &Fitted, strikes: &[&Strike]) -> Option<DVector<f64>> {
     let inverse = fitted.information.clone().try_inverse()?;
@@ -48,9 +49,11 @@ pub(crate) fn shared(fitted: &Fitted, strikes: &[&Strike]) -> Option<DVector<f64
             *pull += weighed.row(frames + frame).transpose() * gone.y;
         }
     }
-    let start = DVector::zeros(inverse.nrows());
-    let off = pulls.iter().map(|pull| (&inverse * pull).abs() * SHARED);
-    Some(off.fold(start, |sum, off| sum + off))
+    let squares = pulls
+        .iter()
+        .map(|pull| (&inverse * pull).map(|off| off * off));
+    let sum = squares.fold(DVector::zeros(inverse.nrows()), |sum, square| sum + square);
+    Some(sum.map(|sum: f64| SHARED * sum.sqrt()))
 }
 
 /// Quantile of Student's t with as many degrees of freedom as strikes less what was fitted.

@@ -232,8 +232,8 @@ fn a_ball_has_its_own_friction_and_restitution() {
     let fit = identify(&truth.rig, World::nominal(&truth.rig), data, &[]);
     let radius = truth.rig.object.solid.half_height();
     for (name, real, width) in [
-        ("friction", truth.friction, 0.1),
-        ("restitution", truth.restitution, 0.1),
+        ("friction", truth.friction, 0.2),
+        ("restitution", truth.restitution, 0.2),
         ("rolling_friction", 1.4 * radius * truth.rolling, 0.06),
     ] {
         let found = fit.world.parameters[name];
