@@ -88,6 +88,9 @@ const LONG: f64 = 0.01;
 /// So long after the touch a tip is some centimetres past it, and brakes: what it delivered is not known, in s.
 const TOO_LONG: f64 = 0.03;
 
+/// An object that is so many times as fast 70 ms after it began to move as at first was not struck, or is not seen as it moves.
+const PUSHED: f64 = 1.5;
+
 /// How grave a finding is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -266,6 +269,17 @@ pub enum Finding {
     Noise { measured: f64, stated: f64 },
     /// Many frames are lost.
     LostFrames { share: f64 },
+    /// Objects are faster a while after they began to move than at first, by this factor in the middle.
+    Gathering { times: f64, strikes: usize },
+    /// Objects of a log leave turned against those of the others.
+    SessionTurned {
+        log: String,
+        by: f64,
+        error: f64,
+        strikes: usize,
+    },
+    /// The stated object has a density that hardly any material has, in kg/m³.
+    Density { density: f64 },
     /// Few strikes.
     FewStrikes { strikes: usize },
     /// All at nearly one speed.
@@ -311,6 +325,7 @@ impl Finding {
                 ..
             } if rejected == seen => Severity::Meaningless,
             Self::Displaced { misses: true, .. } => Severity::Meaningless,
+            Self::Gathering { times, .. } if *times > PUSHED => Severity::Meaningless,
             Self::EncoderDelay { delay } if delay.seconds[0].abs() <= LONG => Severity::Told,
             Self::EncoderDelay { delay } if delay.seconds[0].abs() > TOO_LONG => {
                 Severity::Meaningless
@@ -325,6 +340,9 @@ impl Finding {
             | Self::OutsideLimits { .. }
             | Self::ClockDrift { .. }
             | Self::MostlyRejected { .. }
+            | Self::Gathering { .. }
+            | Self::SessionTurned { .. }
+            | Self::Density { .. }
             | Self::Noise { .. }
             | Self::LostFrames { .. } => Severity::Doubtful,
             Self::Fence { .. }

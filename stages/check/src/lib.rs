@@ -21,8 +21,10 @@ mod strays;
 
 pub use finding::{CONTACT, Check, Coverage, Delay, Finding, Limit, LogRead, Measured, Severity};
 
+use std::f64::consts::PI;
+
 use ingest::FoundFence;
-use values::{CommandFrame, Reject, RejectReason, Rig};
+use values::{CommandFrame, Reject, RejectReason, Rig, Solid};
 
 use crate::pairs::{FEWEST, Pair, Pairs};
 use crate::statistics::median;
@@ -90,6 +92,11 @@ pub fn check(rig: &Rig, logs: &[LogRead<'_>], fences: &[FoundFence]) -> Check {
         bounces: found.bounces,
     }));
     findings.extend(noise(rig, logs));
+    findings.extend(gathering(logs));
+    findings.extend(density(rig));
+    if !findings.iter().any(is_wrong) {
+        findings.extend(sessions(logs, &paired, &findings));
+    }
     let (seen, lost) = logs.iter().fold((0, 0), |(seen, lost), log| {
         (seen + log.seen.frames, lost + log.seen.lost)
     });
@@ -346,6 +353,98 @@ fn rejected(logs: &[LogRead<'_>]) -> Vec<Finding> {
         })
     });
     mostly.collect()
+}
+
+/// Objects that gather speed: a table only slows them down.
+fn gathering(logs: &[LogRead<'_>]) -> Option<Finding> {
+    /// From this on it is told: noise is no more than this of a speed over a frame or two, in the middle of many.
+    const TOLD: f64 = 1.2;
+    let all: Vec<f64> = logs
+        .iter()
+        .flat_map(|log| &log.seen.gathered)
+        .copied()
+        .collect();
+    let strikes = all.len();
+    let times = median(all).filter(|times| strikes >= FEWEST && *times > TOLD)?;
+    Some(Finding::Gathering { times, strikes })
+}
+
+/// Whether the stated object may be made of anything: a size or a mass in another unit.
+fn density(rig: &Rig) -> Option<Finding> {
+    /// From foam to osmium, in kg/m³.
+    const MATERIALS: std::ops::Range<f64> = 15.0..23_000.0;
+    let volume = match rig.object.solid {
+        Solid::Cylinder {
+            radius,
+            half_height,
+        } => 2.0 * PI * radius * radius * half_height,
+        Solid::Box {
+            half_size: [x, y, z],
+        } => 8.0 * x * y * z,
+        Solid::Sphere { radius } => 4.0 / 3.0 * PI * radius.powi(3),
+    };
+    let density = rig.object.mass / volume;
+    (!MATERIALS.contains(&density)).then_some(Finding::Density { density })
+}
+
+/// Logs whose objects leave turned against those of the others by more than an arm differs by from day to day: the camera or the arm's base
+/// was moved.
+fn sessions(logs: &[LogRead<'_>], paired: &[Pairs], known: &[Finding]) -> Vec<Finding> {
+    /// In rad, and in standard errors.
+    const TURNED: f64 = 0.1;
+    const ERRORS: f64 = 6.0;
+    let turn = |pair: &Pair| statistics::wrapped(pair.heading() - pair.command.angle);
+    // An arm may err by the angle, of which sessions may strike others: as each log shows it by itself.
+    let within = paired.iter().flat_map(|of| {
+        let middle_of = |value: &dyn Fn(&Pair) -> f64| {
+            let values: Vec<f64> = of.pairs.iter().map(value).collect();
+            statistics::middle(&values).map_or(0.0, |(middle, _)| middle)
+        };
+        let middle = (middle_of(&|p| p.command.angle), middle_of(&turn));
+        let beside = |one: f64, other: f64| statistics::wrapped(one - other);
+        let pairs = of.pairs.iter();
+        pairs.map(move |p| (beside(p.command.angle, middle.0), beside(turn(p), middle.1)))
+    });
+    let within: Vec<(f64, f64)> = within.collect();
+    let by_angle = statistics::line(&within).map_or(0.0, |line| line.slope);
+    let turns = paired.iter().map(|of| {
+        let turns = of
+            .pairs
+            .iter()
+            .map(|p| turn(p) - by_angle * p.command.angle);
+        let turns: Vec<f64> = turns.collect();
+        let (middle, spread) = statistics::middle(&turns).filter(|_| turns.len() >= FEWEST)?;
+        Some((
+            middle,
+            1.2533 * spread / (turns.len() as f64).sqrt(),
+            turns.len(),
+        ))
+    });
+    let turns: Vec<Option<(f64, f64, usize)>> = turns.collect();
+    let all: Vec<f64> = turns.iter().flatten().map(|turn| turn.0).collect();
+    // Of two, the first one stands for both.
+    let usual = match all[..] {
+        [first, _] => Some(first),
+        _ => statistics::middle(&all).map(|(usual, _)| usual),
+    };
+    let is_known = |name: &str| {
+        let is_its =
+            |f: &Finding| matches!(f, Finding::Turned { log: Some(log), .. } if log == name);
+        known.iter().any(is_its)
+    };
+    let each = logs.iter().zip(turns);
+    each.filter_map(|(log, turn)| {
+        let (turn, error, strikes) = turn?;
+        let by = statistics::wrapped(turn - usual?);
+        let is_turned = by.abs() > TURNED.max(ERRORS * error) && !is_known(log.name);
+        is_turned.then(|| Finding::SessionTurned {
+            log: log.name.into(),
+            by,
+            error,
+            strikes,
+        })
+    })
+    .collect()
 }
 
 /// The camera's noise at rest beside the rig file's.

@@ -4,9 +4,10 @@
 mod mistakes;
 
 use check::{Check, Finding, LogRead, Severity, check};
-use ingest::{Ingest, LogOutcome, ingest_log};
+use ingest::{FoundFence, Ingest, LogOutcome, ingest_log};
 use mistakes::{Lab, MISTAKES, labs, narrow};
-use values::{CommandFrame, RejectReason, Rig, Shape};
+use rig::{FenceTruth, Hidden, PlannedStrike, demo};
+use values::{CommandFrame, Point, RejectReason, Rig, Shape};
 
 fn checked(lab: &Lab) -> (Check, usize) {
     let folder = tempfile::tempdir().expect("a folder");
@@ -131,6 +132,86 @@ fn mistakes_of_other_labs_are_found_by_what_they_are() {
         }
     }
     assert_eq!(missed, Vec::<String>::new());
+}
+
+#[test]
+fn what_a_model_may_live_with_is_told() {
+    let lab = mistakes::lab(Shape::Cylinder, 60, 5800, &["none"], None);
+    let told = |mistake: &str| checked(&lab.clone().mistaken(mistake)).0;
+    let has = |check: &Check, is: fn(&Finding) -> bool| {
+        let found = check.findings.iter().any(is);
+        assert!(found, "{:?} {:?}", check.findings, check.measured);
+    };
+    let smoothed = told("the tracker gives means of nine frames");
+    assert!(smoothed.is_meaningless());
+    has(&smoothed, |f| matches!(f, Finding::Gathering { .. }));
+    has(
+        &told("the camera was turned between sessions"),
+        |f| matches!(f, Finding::SessionTurned { by, .. } if (by - 0.2).abs() < 0.03),
+    );
+    has(&told("the mass is in grams over ten"), |f| {
+        matches!(f, Finding::Density { .. })
+    });
+}
+
+#[test]
+fn what_was_played_back_and_recorded_again_counts_once() {
+    let lab = mistakes::lab(Shape::Cylinder, 40, 5900, &["none"], None);
+    let read = |lab: &Lab| {
+        let folder = tempfile::tempdir().expect("a folder");
+        let logs = lab.write(folder.path());
+        let read = logs
+            .iter()
+            .map(|log| ingest_log(log, &lab.rig, &Ingest::default()));
+        ingest::assemble(read.map(|outcome| outcome.expect("reads")).collect())
+    };
+    let (once, none) = read(&lab);
+    let (again, doubled) = read(&lab.mistaken("a log was played back and recorded again"));
+    let count = |rejects: &[values::Reject]| {
+        let duplicates = rejects
+            .iter()
+            .filter(|r| r.reason == RejectReason::Duplicate);
+        duplicates.count()
+    };
+    assert_eq!((count(&none), again.len()), (0, once.len()));
+    assert!(count(&doubled) >= 8, "{doubled:?}");
+}
+
+/// A narrow lane: objects graze its sides, or are led along them.
+#[test]
+fn fences_that_are_only_grazed_are_found() {
+    let part = |i: usize, k: f64| (k * i as f64 + 0.31).fract();
+    let plan = (0..80).map(|i| PlannedStrike {
+        x0: 0.3,
+        y0: -0.04 + 0.08 * part(i, 0.618),
+        speed: 0.6 + 0.35 * part(i, 0.414),
+        angle: -0.3 + 0.6 * part(i, 0.732),
+    });
+    for back in [0.3, 0.0] {
+        let mut settings = demo::Settings::new(Shape::Cylinder, 80, 6000, Some(Hidden::default()));
+        settings.plan = Some(plan.clone().collect());
+        settings.truth.fences = [-0.11, 0.11]
+            .map(|y| FenceTruth {
+                from: Point::new(0.1, y),
+                to: Point::new(1.0, y),
+                restitution: back,
+            })
+            .to_vec();
+        let folder = tempfile::tempdir().expect("a folder");
+        let written = demo::write(&settings, folder.path()).expect("writes");
+        let rig = Rig::load(&written.rig).expect("a rig file");
+        let read = written.logs.iter().map(|log| {
+            let outcome = ingest_log(log, &rig, &Ingest::default()).expect("reads");
+            outcome.seen
+        });
+        let seen: Vec<ingest::Seen> = read.collect();
+        let found = ingest::fences(&rig, &seen);
+        let off = |y: f64| {
+            let of = |f: &FoundFence| (f.fence.distance(Point::new(0.5, y))).abs();
+            found.iter().map(of).fold(f64::INFINITY, f64::min)
+        };
+        assert!(off(-0.11) < 0.006 && off(0.11) < 0.006, "{back}: {found:?}");
+    }
 }
 
 #[test]

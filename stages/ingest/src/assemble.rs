@@ -1,5 +1,7 @@
 //! All logs together: one row for each strike, in order of time; strikes are read one by one from where each log's were kept.
 
+use std::collections::HashMap;
+
 use stage::{Entries, ListAnswer, Reader, StageError};
 use values::{Reject, RejectReason, Strike};
 
@@ -10,7 +12,7 @@ use crate::settings::Ingest;
 /// `conditions.order`; rejects by log, then index.
 ///
 /// Of a strike that several logs hold, the one with most frames is kept (logs may be cut differently), then that of the
-/// first log by name; the others are rejected as duplicates.
+/// first log by name; the others are rejected as duplicates. So is one that lies where an earlier one does, frame by frame, under other stamps.
 pub fn assemble(outcomes: Vec<LogOutcome>) -> (Vec<Strike>, Vec<Reject>) {
     let (found, mut held): (Vec<_>, Vec<Vec<_>>) = outcomes
         .into_iter()
@@ -64,22 +66,25 @@ pub(crate) fn join(mut outcomes: Vec<LogOutcome<StrikeSummary>>) -> (Vec<Place>,
             .then(other.frames.cmp(&one.frames))
             .then(by_log)
     });
-    places.dedup_by(|place, kept| {
+    let again = |place: &Place, kept: &Place, how: &str| {
         let (again, first) = (strike(place), strike(kept));
-        let is_same = again.id == first.id;
+        Reject {
+            log: log(place).log.clone(),
+            index: again.index,
+            t_start: again.t_start,
+            reason: RejectReason::Duplicate,
+            detail: format!(
+                "it is strike {} of {} ({}){how}",
+                first.index,
+                log(kept).log,
+                first.id
+            ),
+        }
+    };
+    places.dedup_by(|place, kept| {
+        let is_same = strike(place).id == strike(kept).id;
         if is_same {
-            rejects.push(Reject {
-                log: log(place).log.clone(),
-                index: again.index,
-                t_start: again.t_start,
-                reason: RejectReason::Duplicate,
-                detail: format!(
-                    "it is strike {} of {} ({})",
-                    first.index,
-                    log(kept).log,
-                    first.id
-                ),
-            });
+            rejects.push(again(place, kept, ""));
         }
         is_same
     });
@@ -87,6 +92,19 @@ pub(crate) fn join(mut outcomes: Vec<LogOutcome<StrikeSummary>>) -> (Vec<Place>,
         let (one, other) = (strike(a), strike(b));
         let by_time = one.t_start.total_cmp(&other.t_start);
         by_time.then_with(|| one.id.cmp(&other.id))
+    });
+    // Played back and recorded once more, it has other stamps.
+    let mut known: HashMap<&str, Place> = HashMap::new();
+    places.retain(|place| {
+        let first = strike(place)
+            .places
+            .as_deref()
+            .map(|id| *known.entry(id).or_insert(*place));
+        let first = first.filter(|first| (first.log, first.strike) != (place.log, place.strike));
+        if let Some(first) = &first {
+            rejects.push(again(place, first, ", with other stamps"));
+        }
+        first.is_none()
     });
     rejects.sort_by(|a, b| {
         (&a.log, a.index, a.reason.name(), &a.detail).cmp(&(

@@ -1,7 +1,7 @@
-//! Fences that the rig file does not state: straight lines at which many objects are turned round.
+//! Fences that the rig file does not state: straight lines at which many objects are turned round, or led along.
 //!
-//! A single bounce is a hand, the arm's other end, or a frame astray. A fence is where many of them, of the whole data set, lie on one
-//! line and are turned back from its one side.
+//! A single bounce, or graze, is a hand, the arm's other end, or a frame astray. A fence is where many of them, of the whole data set, lie on
+//! one line and come no farther from its one side.
 
 use values::{Fence, Point, Rig};
 
@@ -30,6 +30,9 @@ const NEAR: f64 = 0.006;
 const NEAR_NOISE: f64 = 3.0;
 /// What turns an object round pushes it along the normal, but for friction: within this, in rad.
 const ASIDE: f64 = 0.6;
+/// What grazes a fence, or meets one that gives nothing back, goes on towards it with no more than this part of its velocity: by the camera's
+/// noise alone.
+const ONWARDS: f64 = 0.3;
 /// Bounces nearer to one another than this give a line no direction, in m.
 const APART: f64 = 0.05;
 /// Pairs that are tried, and bounces that are looked at, at the most.
@@ -100,7 +103,7 @@ impl Line {
         let impulse = bounce.before - bounce.after;
         self.distance(bounce.place).abs() <= near
             && bounce.before.dot(self.normal) > 0.0
-            && bounce.after.dot(self.normal) < 0.0
+            && bounce.after.dot(self.normal) < ONWARDS * bounce.before.dot(self.normal)
             && impulse.dot(self.normal) >= ASIDE.cos() * impulse.norm()
     }
 

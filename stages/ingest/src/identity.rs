@@ -2,6 +2,7 @@
 
 use logs::Sample;
 use sha2::{Digest, Sha256};
+use values::Strike;
 
 /// Centroids count until this long after the command fell back, in ns.
 pub(crate) const AFTER: i64 = 250_000_000;
@@ -32,6 +33,24 @@ pub(crate) fn strike_id<'a>(
         hasher.update(canonical(centroid));
     }
     durable::hex(&hasher.finalize()[..8])
+}
+
+/// A hash of a strike's command and of where its frames lie (16 hex digits), whatever their stamps: of two strikes that have the same one,
+/// one is the other, recorded again. None where places repeat, as in steps of a coarse tracker, and may be another's by chance.
+pub(crate) fn places_id(strike: &Strike) -> Option<String> {
+    /// So many places in a row that differ.
+    const DIFFER: usize = 12;
+    let track = &strike.track;
+    let moves = |i: &usize| track.point(*i) != track.point(*i - 1);
+    if (1..track.len()).filter(moves).count() < DIFFER.max(track.len() - 1) {
+        return None;
+    }
+    let mut hasher = Sha256::new();
+    let command = [strike.command.speed, strike.command.angle];
+    for number in command.iter().chain(&track.x).chain(&track.y) {
+        hasher.update((number + 0.0).to_bits().to_le_bytes());
+    }
+    Some(durable::hex(&hasher.finalize()[..8]))
 }
 
 /// The id of a slide that no strike began (16 hex digits): a hash of its centroids.

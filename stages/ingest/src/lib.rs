@@ -18,6 +18,7 @@ mod error;
 mod extras;
 mod fences;
 mod frames;
+mod grazes;
 mod identity;
 mod ingest;
 mod log;

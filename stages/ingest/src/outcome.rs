@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use values::{Reject, Strike};
 
 use crate::error::IngestError;
+use crate::identity::places_id;
 use crate::seen::Seen;
 
 /// A log to ingest: known by its name and content, wherever it lies.
@@ -120,6 +121,8 @@ pub struct StrikeSummary {
     pub t_start: f64,
     /// Frames of its track.
     pub frames: usize,
+    /// Hash of its command and its places without their stamps, where no other strike has it by chance.
+    pub places: Option<String>,
 }
 
 impl From<&Strike> for StrikeSummary {
@@ -129,6 +132,7 @@ impl From<&Strike> for StrikeSummary {
             index: strike.index,
             t_start: strike.t_start,
             frames: strike.track.len(),
+            places: places_id(strike),
         }
     }
 }

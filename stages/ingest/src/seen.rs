@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 
 use logs::Sample;
 use serde::{Deserialize, Serialize};
-use values::{Point, Rig, Strike};
+use values::{Point, Rig, Strike, Track};
 
 use crate::arm::{Meeting, TouchDelay};
 use crate::bounces::Bounce;
@@ -30,7 +30,7 @@ pub struct Seen {
     pub jumps: u64,
     /// Standard deviation of a resting centroid's coordinate, in m, one a rest.
     pub noise: Vec<f64>,
-    /// Where it was turned round, by something else than the tip.
+    /// Where it was turned round, or deflected, by something else than the tip.
     #[serde(default)]
     pub bounces: Vec<Bounce>,
     /// From the tip's touching the object, by its measured place, to the object's first motion, one a strike.
@@ -38,6 +38,9 @@ pub struct Seen {
     /// Where the tip was, by its measured place, as it moved, one a strike from rest.
     #[serde(default)]
     pub meetings: Vec<Meeting>,
+    /// Speed of an object a while after a strike, in its speed right after it.
+    #[serde(default)]
+    pub gathered: Vec<f64>,
     /// Slides that no strike began.
     #[serde(default)]
     pub slides: Vec<Strike>,
@@ -111,6 +114,24 @@ const LAUNCH_FRAMES: usize = 4;
 /// Nothing on a table is faster than this, in m/s; and nearer than this, in m, noise may be what moves it.
 const FASTEST: f64 = 15.0;
 const FAR: f64 = 0.03;
+
+/// A tip lets go of an object within this time, in s; speeds are looked at from then on, and this long after it began to move, each over some time.
+const LET_GO: f64 = 0.012;
+const LATER: f64 = 0.07;
+const LATER_TIME: f64 = 0.025;
+
+/// The object's speed a while after it began to move, in its speed at first: a table only slows it down. None for a track of few frames.
+pub(crate) fn gathered(track: &Track) -> Option<f64> {
+    let first =
+        |from: f64| Some(track.t.partition_point(|t| *t < from)).filter(|i| *i < track.len());
+    let speed = |from: f64, time: f64| {
+        let from = first(from)?;
+        let to = first(track.t[from] + time)?;
+        Some(track.point(from).distance(track.point(to)) / (track.t[to] - track.t[from]))
+    };
+    let ratio = speed(LATER, LATER_TIME)? / speed(LET_GO, LET_GO)?;
+    ratio.is_finite().then_some(ratio)
+}
 
 /// Finds motions in a stream of centroids.
 pub(crate) struct Watch {

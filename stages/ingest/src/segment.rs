@@ -6,20 +6,21 @@
 use std::collections::VecDeque;
 
 use logs::Sample;
-use values::{Command, Conditions, Point, Reject, RejectReason, Rig, Strike, split_of};
+use values::{Command, Conditions, End, Point, Reject, RejectReason, Rig, Strike, split_of};
 
 use crate::arm::{State, TouchDelay};
 use crate::bounces::{Breaks, Flight, Touch};
 use crate::counts::Counts;
 use crate::episode::{EndOfData, Episode, Episodes, Queue};
 use crate::extras::{Extras, Waiting};
+use crate::grazes::graze;
 use crate::identity::strike_id;
 use crate::order::{ClockSetBack, Ordered, seconds};
 use crate::outcome::StrikeSummary;
 use crate::plateau::{at_contact, plateau};
 use crate::pushes::Pushes;
 use crate::rejection::Rejection;
-use crate::seen::{CommandSeen, MotionSeen, Seen, Watch};
+use crate::seen::{CommandSeen, MotionSeen, Seen, Watch, gathered};
 use crate::slide::{self, Frames};
 use crate::touched::{self, TouchedFlight, TouchedStrike};
 use crate::yaw::YawSample;
@@ -692,6 +693,14 @@ impl<'a> Segmenter<'a> {
         self.counts.periods.push(frames.period);
         let slide = slide::find(&frames)?;
         self.counts.outliers += slide.outliers;
+        let shown = &mut self.found.seen;
+        // What was turned round, or caught, has ended there.
+        if slide.track.end != End::Contact {
+            shown
+                .bounces
+                .extend(graze(&slide.track, self.rig.camera.noise));
+        }
+        shown.gathered.extend(gathered(&slide.track));
         let command = match commanded {
             Some(command) => command,
             None => at_contact(&episode.commands, slide.first_motion)?,

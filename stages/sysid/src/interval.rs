@@ -2,9 +2,10 @@
 
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, StudentsT};
+use values::Strike;
 use world::{Estimate, World, parameter};
 
-use crate::{SysidError, fit::Fitted};
+use crate::{SysidError, fit::Fitted, scatter::Evidence};
 
 /// Variance of each of what was fitted: the larger of the model's, A⁻¹, and the jackknife's A⁻¹·B·A⁻¹, B from each strike's own
 /// score s at the fit to all others, (1 − A_i·A⁻¹)⁻¹·s (Bell and McCaffrey 2002, "CR3"). None where A, the sum of the strikes'
@@ -27,6 +28,34 @@ pub(crate) fn variances(
     Some(inverse.diagonal().sup(&sandwich.diagonal()))
 }
 
+/// What all tracks may share that this world does not have, in parts of the way gone: the integration of a roll is known to so much, and no lens or
+/// table to less than a third of it.
+const SHARED: f64 = 0.003;
+
+/// By how much each of what was fitted may be off, where all tracks are off by as much of their ways, alike at each of their frames. A ball
+/// that rolls far shows its sliding in a few frames, which the rest of its way outweighs. None where nothing is determined.
+pub(crate) fn shared(fitted: &Fitted, strikes: &[&Strike]) -> Option<DVector<f64>> {
+    let inverse = fitted.information.clone().try_inverse()?;
+    let mut pulls: Vec<DVector<f64>> = Vec::new();
+    for (i, strike) in strikes.iter().enumerate() {
+        let (residual, nuisances) = (&fitted.residuals[i], &fitted.slopes.by_nuisance[i]);
+        let evidence = Evidence::new(false, residual.clone(), nuisances, &fitted.components);
+        let weighed = evidence.weigh(&fitted.slopes.by_fitted[i]) * fitted.weights[i];
+        let frames = strike.track.len();
+        pulls.resize_with(pulls.len().max(frames), || DVector::zeros(inverse.nrows()));
+        for (frame, pull) in pulls.iter_mut().take(frames).enumerate() {
+            let gone = strike.track.point(frame) - strike.initial;
+            *pull += weighed.row(frame).transpose() * gone.x;
+            *pull += weighed.row(frames + frame).transpose() * gone.y;
+        }
+    }
+    let squares = pulls
+        .iter()
+        .map(|pull| (&inverse * pull).map(|off| off * off));
+    let sum = squares.fold(DVector::zeros(inverse.nrows()), |sum, square| sum + square);
+    Some(sum.map(|sum: f64| SHARED * sum.sqrt()))
+}
+
 /// Quantile of Student's t with as many degrees of freedom as strikes less what was fitted.
 pub(crate) fn quantile(strikes: usize, fitted: usize, probability: f64) -> f64 {
     let freedom = strikes.saturating_sub(fitted).max(1) as f64;
@@ -34,8 +63,12 @@ pub(crate) fn quantile(strikes: usize, fitted: usize, probability: f64) -> f64 {
 }
 
 /// The fitted world with intervals. `unseen`: relative variance that friction's mean over all strikes has beside that over those that
-/// were used ([`crate::wander`]).
-pub(crate) fn with_intervals(fitted: &Fitted, unseen: f64) -> Result<World, SysidError> {
+/// were used ([`crate::wander`]). `shared`: by how much each may be off besides.
+pub(crate) fn with_intervals(
+    fitted: &Fitted,
+    unseen: f64,
+    shared: Option<&DVector<f64>>,
+) -> Result<World, SysidError> {
     let Some(variances) = variances(&fitted.scores, &fitted.informations, &fitted.information)
     else {
         return Err(SysidError::Singular {
@@ -51,7 +84,7 @@ pub(crate) fn with_intervals(fitted: &Fitted, unseen: f64) -> Result<World, Sysi
         if name == "friction" {
             variance += value * value * unseen;
         }
-        let half = quantile * variance.sqrt();
+        let half = quantile * variance.sqrt() + shared.map_or(0.0, |shared| shared[i]);
         let estimate = Estimate::with_interval(
             value,
             (value - half).max(spec.low),

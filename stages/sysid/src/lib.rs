@@ -99,7 +99,7 @@ fn pushed_again(count: usize, of: usize, are_left_out: bool) -> String {
 
 impl Stage for Sysid {
     const NAME: &'static str = "sysid";
-    const VERSION: u32 = 26;
+    const VERSION: u32 = 27;
     type Input = Input;
     type Output = Fit;
     type Error = SysidError;
@@ -268,7 +268,12 @@ impl Stage for Sysid {
             .map(|(strike, guess)| (strike.conditions.order, guess[scatter::FRICTION]))
             .collect();
         let all: Vec<f64> = struck.iter().map(|s| s.conditions.order).collect();
-        let mut world = interval::with_intervals(&fitted, wander::unseen(&used, &all))?;
+        let shared = match input.rig.object.shape() {
+            Shape::Sphere => interval::shared(&fitted, &strikes),
+            Shape::Cylinder | Shape::Box => None,
+        };
+        let unseen = wander::unseen(&used, &all);
+        let mut world = interval::with_intervals(&fitted, unseen, shared.as_ref())?;
         if delivered.is_some() {
             // Its scatter is the impact's; the arm's comes on top.
             let arm = arm_scatter(&struck);

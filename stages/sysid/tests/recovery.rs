@@ -232,15 +232,13 @@ fn a_ball_has_its_own_friction_and_restitution() {
     let fit = identify(&truth.rig, World::nominal(&truth.rig), data, &[]);
     let radius = truth.rig.object.solid.half_height();
     for (name, real, width) in [
-        ("friction", truth.friction, 0.1),
-        ("restitution", truth.restitution, 0.1),
-        ("rolling_friction", 1.4 * radius * truth.rolling, 0.02),
+        ("friction", truth.friction, 0.2),
+        ("restitution", truth.restitution, 0.2),
+        ("rolling_friction", 1.4 * radius * truth.rolling, 0.06),
     ] {
         let found = fit.world.parameters[name];
         let (low, high) = (found.low.expect("freed"), found.high.expect("freed"));
-        // Rolling friction is known to a thousandth, and the integration to three.
-        let off = 0.004 * real;
-        assert!(low - off < real && real < high + off, "{name}: {found:?}");
+        assert!(low < real && real < high, "{name}: {found:?}");
         assert!(high - low < width * real, "{name}: {found:?}");
     }
 }

@@ -461,7 +461,7 @@ pub fn say(finding: &Finding, rig: &Rig) -> Said {
         ),
         Finding::Fence { fence, bounces } => said(
             format!(
-                "{bounces} times objects are turned round at the line from ({:.3}, {:.3}) to ({:.3}, {:.3}) m",
+                "{bounces} times objects are turned round, or led along, at the line from ({:.3}, {:.3}) to ({:.3}, {:.3}) m",
                 fence.from.x, fence.from.y, fence.to.x, fence.to.y
             ),
             "a fence that the rig file does not state: tracks end there, as contacts",
@@ -486,6 +486,36 @@ pub fn say(finding: &Finding, rig: &Rig) -> Said {
             ),
             "the object is hidden at times, by the arm or the light",
             "move the camera, or check the colour range (`carom camera tune`)".into(),
+        ),
+        Finding::Gathering { times, strikes } => said(
+            format!(
+                "70 ms after they begin to move objects are {times:.1} times as fast as at first, in the middle of {strikes} strikes"
+            ),
+            "the tracker smooths its places (a filter or a mean over frames), or the tip goes on pushing and lets go late",
+            "log places as they are measured, without a filter; have the tip hold its speed until it has struck, and then brake".into(),
+        ),
+        Finding::SessionTurned {
+            log,
+            by,
+            error,
+            strikes,
+        } => said(
+            format!(
+                "{log}: objects leave {:.1}° (± {:.1}) to the {} of those of the other logs, for the same commands, over {strikes} strikes",
+                by.abs().to_degrees(),
+                2.0 * error.to_degrees(),
+                if *by < 0.0 { "right" } else { "left" }
+            ),
+            "the camera, or the arm's base, was moved between the sessions",
+            "calibrate the camera's pose anew, and give this log a rig file and a run of its own".into(),
+        ),
+        Finding::Density { density } => said(
+            format!(
+                "the stated sizes and mass of the object make {} kg/m³",
+                significant(*density)
+            ),
+            "a length or the mass is in another unit, or a diameter stands for a radius",
+            "measure `[object]`: lengths in m, the mass in kg".into(),
         ),
         Finding::FewStrikes { strikes } => said(
             format!("{strikes} strikes began a motion"),

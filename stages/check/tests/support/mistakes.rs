@@ -139,6 +139,23 @@ impl Lab {
                 let polar = polar(v, 1.0);
                 Point::new(polar.y, polar.x)
             }),
+            "the tracker gives means of nine frames" => self.sessions.iter_mut().for_each(smooth),
+            "the camera was turned between sessions" => {
+                let moved = self.sessions.iter_mut().skip(1).take(1);
+                for centroid in moved.flat_map(|s| &mut s.centroids) {
+                    let turned = Point::new(centroid.x, centroid.y).rotated(0.2);
+                    (centroid.x, centroid.y) = (turned.x, turned.y);
+                }
+            }
+            "the mass is in grams over ten" => self.rig.object.mass *= 100.0,
+            "a log was played back and recorded again" => {
+                let mut again = self.sessions[0].clone();
+                let later = |stamp: &mut u64| *stamp += 40_000_000_000_000;
+                again.centroids.iter_mut().for_each(|c| later(&mut c.stamp));
+                again.commands.iter_mut().for_each(|c| later(&mut c.stamp));
+                again.states.iter_mut().for_each(|s| later(&mut s.stamp));
+                self.sessions.push(again);
+            }
             "the table's bounds are exchanged" => {
                 let table = &mut self.rig.table;
                 std::mem::swap(&mut table.x, &mut table.y);
@@ -178,6 +195,17 @@ impl Lab {
         for centroid in self.sessions.iter_mut().flat_map(|s| &mut s.centroids) {
             centroid.stamp = centroid.stamp.saturating_add_signed(by);
         }
+    }
+}
+
+/// Each centroid is the mean of the last nine.
+fn smooth(samples: &mut Samples) {
+    let seen = samples.centroids.clone();
+    for (last, centroid) in samples.centroids.iter_mut().enumerate() {
+        let of = &seen[last.saturating_sub(8)..=last];
+        let count = of.len() as f64;
+        centroid.x = of.iter().map(|c| c.x).sum::<f64>() / count;
+        centroid.y = of.iter().map(|c| c.y).sum::<f64>() / count;
     }
 }
 
