@@ -19,28 +19,22 @@ pub enum Destination {
 
 /// Why a log was not written. Texts complete "failed to …".
 #[derive(Debug, thiserror::Error)]
+#[expect(missing_docs, reason = "each text says what is wrong")]
 pub enum LogError {
-    /// The file is there already.
     #[error("log to {}: the file is there already and logs are never overwritten; give another --log", .0.display())]
     Exists(PathBuf),
-    /// The system refused a step.
     #[error("{0}; give a folder that can be written to: --log of strike, --out of collect")]
     File(#[from] durable::Error),
-    /// The log of a strike lies where it was to, at a second attempt.
     #[error(
         "write the log at once: its folder was taken away, or full, and it was written there at a second attempt; leave the folder as it is \
          while carom works in it, and call again"
     )]
     Again,
-    /// The log of a strike that was made does not fit anywhere.
     #[error("{why}; what could be written of it is in {}, a log that is cut off", path.display())]
     CutOff {
-        /// Where its beginning lies.
         path: PathBuf,
-        /// Why not all of it.
         why: Box<LogError>,
     },
-    /// The content could not be written.
     #[error(transparent)]
     Content(#[from] WriteError),
 }
