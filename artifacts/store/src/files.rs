@@ -12,7 +12,6 @@ use crate::{FileHash, Manifest, Model, Provenance, ResidualModel, SCHEMA_VERSION
 /// A world, and what is to be added to its commands.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Calibrated {
-    /// The world.
     pub world: World,
     /// The residual model on top of it; none where there were too few strikes to learn one.
     pub residual: Option<ResidualModel>,
@@ -49,9 +48,7 @@ pub(crate) fn models(sysid: &Calibrated, effect: Option<&Calibrated>) -> Vec<Mod
     Model::ALL.into_iter().filter(has).collect()
 }
 
-/// The manifest.
 pub(crate) const MANIFEST: &str = "manifest.json";
-/// The rig.
 pub(crate) const RIG: &str = "rig.toml";
 /// The world to use: the effect's where there is one, else sysid's.
 pub(crate) const MAIN: [&str; 2] = ["world.toml", "residual.safetensors"];

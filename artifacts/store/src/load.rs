@@ -71,7 +71,6 @@ pub(crate) fn manifest(dir: &Path, version: &str) -> Result<Manifest, ArtifactEr
     parse(&manifest_bytes(dir, version)?).map_err(|fault| fault.of(version))
 }
 
-/// The manifest as it lies there.
 pub(crate) fn manifest_bytes(dir: &Path, version: &str) -> Result<Vec<u8>, ArtifactError> {
     let path = dir.join(MANIFEST);
     let bytes = match read(&path, LONGEST_MANIFEST) {

@@ -84,13 +84,11 @@ pub struct Logged {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Moved {
-    /// The earlier version.
     pub version: String,
     /// Strikes that show where the table is.
     pub strikes: usize,
 }
 
-/// What a file must be.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FileHash {
@@ -112,7 +110,6 @@ pub struct InputFile {
     pub size: u64,
 }
 
-/// How a stage was run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct StageRecord {
@@ -120,7 +117,6 @@ pub struct StageRecord {
     pub name: String,
     /// The stage's version.
     pub version: u32,
-    /// Its settings.
     pub settings: serde_json::Value,
 }
 
@@ -128,7 +124,6 @@ pub struct StageRecord {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TrainingExtent {
-    /// Strikes that it learnt from.
     pub strikes: usize,
     /// Least and greatest speed that it adds on them, in m/s.
     pub d_speed: Interval,
@@ -198,7 +193,6 @@ impl TrainedRegion {
             .any(|bearing| self.bearing.contains(bearing))
     }
 
-    /// Each bound with its name.
     pub(crate) fn bounds(&self) -> impl Iterator<Item = (&'static str, Interval)> {
         [
             ("trained_region.distance", Some(self.distance)),

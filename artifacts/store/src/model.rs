@@ -17,7 +17,6 @@ pub enum Model {
     SysidResidual,
     /// The identified world with the effects that the data named.
     Effect,
-    /// That, and the residual that is left of it.
     EffectResidual,
 }
 
@@ -51,7 +50,6 @@ impl Model {
         }
     }
 
-    /// The model of that name.
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|model| model.name() == name)
     }

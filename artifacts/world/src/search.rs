@@ -54,7 +54,6 @@ impl Trial {
     }
 }
 
-/// How the corrections ended.
 #[derive(Clone, Copy, PartialEq)]
 pub(crate) enum Ending {
     Solved,
@@ -75,9 +74,7 @@ pub(crate) struct Search<'a> {
     /// Angles at which the tip meets a face of a box, around the path's bearing; none for a round object.
     face: Option<Interval>,
     pub(crate) inverse: Inverse,
-    /// Trials made.
     pub(crate) evaluations: u32,
-    /// The nearest.
     pub(crate) best: Option<Trial>,
 }
 

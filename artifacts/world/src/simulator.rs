@@ -132,7 +132,6 @@ impl Simulator {
         self.shift
     }
 
-    /// Whether the table is as it was identified.
     pub fn is_as_identified(&self) -> bool {
         self.whole_shift().is_none()
     }
@@ -163,7 +162,6 @@ impl Simulator {
         self.scene.to_mjb()
     }
 
-    /// The rig that it was compiled for.
     pub fn rig(&self) -> &Rig {
         &self.rig
     }

@@ -6,7 +6,6 @@ use values::{Command, Interval};
 /// What the corrections bring within this many tolerances is solved; what is further off at a bound is out of reach.
 pub(crate) const SOLVED: f64 = 2.0;
 
-/// How a solve goes.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SolveSettings {
     /// Miss in m at which a solve ends; one that comes within twice that is solved too.
@@ -31,7 +30,6 @@ impl Default for SolveSettings {
     }
 }
 
-/// How a solve ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum SolveStatus {
@@ -44,7 +42,6 @@ pub enum SolveStatus {
 }
 
 impl SolveStatus {
-    /// The name in files.
     pub fn name(self) -> &'static str {
         match self {
             Self::Solved => "solved",
@@ -63,6 +60,5 @@ pub struct Solution {
     pub miss: f64,
     /// MuJoCo's simulations of a whole strike; trials in planar form are not counted.
     pub evaluations: u32,
-    /// How it ended.
     pub status: SolveStatus,
 }

@@ -19,9 +19,7 @@ pub struct Lock {
 #[expect(missing_docs, reason = "each text says what is wrong")]
 pub enum LockError {
     #[error("lock {}: another run works in that folder; try again when it has ended", path.display())]
-    Busy {
-        path: PathBuf,
-    },
+    Busy { path: PathBuf },
     #[error(transparent)]
     Io(#[from] Error),
 }

@@ -28,7 +28,6 @@ pub use copy::CopyWriter;
 pub use lineage::{Lineage, lineages};
 pub use messages::{Samples, Stamped, StateSample};
 
-/// A message that was received as it is.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Received {
     /// Its channel; channels are distinguished by their numbers.
@@ -187,7 +186,6 @@ impl<W: Write + Seek> RecordingWriter<W> {
         received.try_for_each(|message| self.put(message))
     }
 
-    /// Appends a message as it was received.
     fn put(&mut self, message: &Received) -> Result<(), WriteError> {
         let from = &message.channel;
         let (channel_id, sequence) = match self.received.get(&from.id) {

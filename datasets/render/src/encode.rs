@@ -6,11 +6,8 @@ use jpeg_encoder::{ChromaSubsamplingMethod, ColorType, Encoder, SamplingFactor};
 #[derive(Debug, thiserror::Error)]
 #[error("encode a picture of {width} × {height} pixels: {why}")]
 pub struct EncodeError {
-    /// Its width.
     width: usize,
-    /// Its height.
     height: usize,
-    /// What was wrong.
     why: String,
 }
 
@@ -28,7 +25,6 @@ impl Picture {
         Ok(data)
     }
 
-    /// As PNG.
     pub fn png(&self) -> Result<Vec<u8>, EncodeError> {
         let mut data = Vec::new();
         let size = |size: usize| u32::try_from(size).map_err(|error| self.error(&error));
@@ -57,7 +53,6 @@ impl Picture {
 pub struct Picture {
     /// Pixels in a row.
     pub width: usize,
-    /// Rows.
     pub height: usize,
     /// Three bytes a pixel, rows from the top.
     pub rgb: Vec<u8>,

@@ -38,9 +38,7 @@ pub struct Rendering {
 #[derive(Clone, Copy, Debug)]
 enum Met {
     Table,
-    /// A cover, by its number.
     Cover(usize),
-    /// An object, by its number, and where.
     Object {
         index: usize,
         object: Moment,
@@ -108,7 +106,6 @@ impl Renderer {
         self.bare = bare;
     }
 
-    /// The camera.
     pub fn optics(&self) -> &Optics {
         &self.optics
     }
@@ -233,7 +230,6 @@ impl Renderer {
         (light, object)
     }
 
-    /// What a ray meets first.
     fn meet(&self, ray: [f64; 3], moment: Moment) -> Met {
         let origin = self.optics.position;
         if let Some(cover) = self.scene.covered(origin, ray) {
@@ -312,7 +308,6 @@ impl Renderer {
     }
 }
 
-/// Whether a region (left, top, right, bottom) has a pixel.
 fn holds([left, top, right, bottom]: &[usize; 4], [column, row]: [usize; 2]) -> bool {
     (*left..*right).contains(&column) && (*top..*bottom).contains(&row)
 }

@@ -8,14 +8,12 @@ use crate::film::Film;
 use crate::random::{Purpose, random};
 use crate::{Hidden, PlannedStrike, RecordingWriter, RigSimError, Sim, StrikeIndex, Truth, plan};
 
-/// Strikes in a session at the most.
 const STRIKES_A_SESSION: usize = 50;
 /// Sessions that a demo is split into, where each keeps enough strikes: effects that differ by session need several.
 const SESSIONS: usize = 4;
 /// Strikes that a session keeps at the least.
 const FEWEST_A_SESSION: usize = 10;
 
-/// What to write.
 #[derive(Clone, Debug)]
 pub struct Settings {
     /// How many strikes to draw; a plan has its own number.
@@ -48,14 +46,11 @@ impl Settings {
     }
 }
 
-/// What was written.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Written {
-    /// The rig file.
     pub rig: PathBuf,
     /// The logs, in order of time.
     pub logs: Vec<PathBuf>,
-    /// The truth.
     pub truth: PathBuf,
     /// Number of strikes in all logs.
     pub strikes: usize,

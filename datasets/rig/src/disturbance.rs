@@ -17,7 +17,6 @@ const SLIDING: (f64, f64) = (0.6, 1.6);
 pub(crate) struct Disturbance {
     levels: Levels,
     random: ChaCha8Rng,
-    /// Factor on friction.
     pub friction: f64,
     /// How the object was put down, in rad.
     pub yaw: f64,

@@ -16,7 +16,6 @@ pub(crate) struct Motion {
     step: f64,
     moments: Vec<Moment>,
     stop: Point,
-    /// As it began.
     yaw: f64,
     rest_time: f64,
 }

@@ -85,7 +85,6 @@ pub(crate) fn read<const N: usize>(dir: &Path, table: &Table<N>) -> Result<Batch
     })
 }
 
-/// All batches of a table, with its schema.
 pub(crate) fn read_whole<const N: usize>(
     dir: &Path,
     table: &Table<N>,

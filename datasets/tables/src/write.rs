@@ -86,7 +86,6 @@ impl<'a, const N: usize> Rows<'a, N> {
         }
     }
 
-    /// Adds a row.
     pub fn push(&mut self, row: &[Cell<'_>; N]) -> Result<(), TableError> {
         for (column, cell) in self.group.iter_mut().zip(row) {
             column.push(cell);

@@ -16,7 +16,6 @@ pub enum Split {
 }
 
 impl Split {
-    /// The name in files.
     pub fn name(self) -> &'static str {
         match self {
             Self::Train => "train",
@@ -25,7 +24,6 @@ impl Split {
         }
     }
 
-    /// The split of that name.
     pub fn from_name(name: &str) -> Option<Self> {
         [Self::Train, Self::Validation, Self::Test]
             .into_iter()

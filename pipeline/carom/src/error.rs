@@ -30,7 +30,6 @@ impl Error {
         Self::Input(source.into())
     }
 
-    /// Failed work.
     pub fn failed(source: impl Into<Source>) -> Self {
         Self::Failed(source.into())
     }
@@ -84,9 +83,7 @@ impl From<durable::Error> for Error {
 /// How a command ended; the numbers are the exit codes of the contract, section 3.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Outcome {
-    /// Done.
     Done = 0,
-    /// Failed.
     Failed = 1,
     /// Wrong usage or bad input.
     BadInput = 2,
@@ -103,7 +100,6 @@ pub enum Outcome {
 pub struct Output {
     /// How the command ended.
     pub outcome: Outcome,
-    /// For `--json`.
     pub json: Value,
     /// For people, ending in a line break.
     pub text: String,
@@ -120,7 +116,6 @@ impl Output {
     }
 }
 
-/// A result for machines.
 pub fn to_json<T: serde::Serialize>(value: &T) -> Result<Value, Error> {
     serde_json::to_value(value).map_err(Error::failed)
 }

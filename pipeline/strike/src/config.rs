@@ -28,15 +28,9 @@ pub struct Config {
 #[expect(missing_docs, reason = "each text says what is wrong")]
 pub enum ConfigError {
     #[error("read the configuration {}: {source}", path.display())]
-    Unreadable {
-        path: PathBuf,
-        source: io::Error,
-    },
+    Unreadable { path: PathBuf, source: io::Error },
     #[error("read the configuration {}: {why}; it may hold `key`, `rig` and `seen`", path.display())]
-    Malformed {
-        path: PathBuf,
-        why: String,
-    },
+    Malformed { path: PathBuf, why: String },
 }
 
 impl Config {

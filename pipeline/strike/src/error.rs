@@ -29,8 +29,5 @@ pub enum PlannerError {
         shown: String,
     },
     #[error("compile the world of version {version}: {source}; publish the version again")]
-    World {
-        version: String,
-        source: WorldError,
-    },
+    World { version: String, source: WorldError },
 }

@@ -31,18 +31,13 @@ pub enum LogError {
     )]
     Again,
     #[error("{why}; what could be written of it is in {}, a log that is cut off", path.display())]
-    CutOff {
-        path: PathBuf,
-        why: Box<LogError>,
-    },
+    CutOff { path: PathBuf, why: Box<LogError> },
     #[error(transparent)]
     Content(#[from] WriteError),
 }
 
-/// A log that was written.
 #[derive(Debug)]
 pub struct WrittenLog {
-    /// Where it lies.
     pub path: PathBuf,
     /// Why it does not lie where it was to, or only at a second attempt.
     pub moved: Option<LogError>,

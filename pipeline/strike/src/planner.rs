@@ -35,7 +35,6 @@ pub struct Planner {
     residual: Option<Correction>,
     /// The model on tables that differ a little.
     beside: Observer,
-    /// What is known of the table.
     table: Filter,
     /// Whether strikes of the session that is planned in show it.
     is_seen: bool,
@@ -194,7 +193,6 @@ impl Planner {
         self.good_for(good_for)
     }
 
-    /// The rig that it plans for.
     pub fn rig(&self) -> &Rig {
         &self.rig
     }

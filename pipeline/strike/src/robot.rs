@@ -40,7 +40,6 @@ pub trait Robot {
     fn abort(&mut self) -> Result<(), RobotError>;
 }
 
-/// What a strike recorded.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StrikeRecord {
     /// What goes into the log.
@@ -49,7 +48,6 @@ pub struct StrikeRecord {
     pub stop: Option<Point>,
     /// Speed that the arm delivered at contact, in m/s; none where it is not measured.
     pub delivered_speed: Option<f64>,
-    /// A warning for the operator.
     pub warning: Option<String>,
 }
 
@@ -58,19 +56,11 @@ pub struct StrikeRecord {
 #[expect(missing_docs, reason = "each text says what is wrong")]
 pub enum RobotError {
     #[error("reach robot {robot}: {why}")]
-    Connection {
-        robot: String,
-        why: String,
-    },
+    Connection { robot: String, why: String },
     #[error("drive robot {robot}: another program does; try again when it has ended")]
-    Busy {
-        robot: String,
-    },
+    Busy { robot: String },
     #[error("strike with robot {robot}: {why}; nothing has moved")]
-    NotReady {
-        robot: String,
-        why: String,
-    },
+    NotReady { robot: String, why: String },
     #[error("execute the plan: {0}; nothing has moved")]
     Refused(Refusal),
     #[error("finish the strike of robot {robot}: {why}")]
@@ -116,7 +106,6 @@ pub fn execute(robot: &mut dyn Robot, plan: &Plan) -> Result<Option<StrikeRecord
     })
 }
 
-/// Whether the plan still holds.
 fn holds(plan: &Plan) -> Result<(), RobotError> {
     plan.check_again().map_err(|(refused, detail)| {
         RobotError::Refused(Refusal {

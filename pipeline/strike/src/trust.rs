@@ -69,18 +69,12 @@ pub enum TrustError {
         newest: String,
     },
     #[error("use the key {}: {why}; give the public key that `carom key new` wrote", path.display())]
-    BadKey {
-        path: PathBuf,
-        why: String,
-    },
+    BadKey { path: PathBuf, why: String },
     #[error(
         "find the newest version seen in {}: {why}; remove the file only if you know that the version to load is the newest",
         path.display()
     )]
-    BadSeen {
-        path: PathBuf,
-        why: String,
-    },
+    BadSeen { path: PathBuf, why: String },
     #[error(transparent)]
     Unkept(#[from] durable::Error),
     #[error("read and keep the newest version seen: {0}")]

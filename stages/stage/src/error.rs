@@ -5,9 +5,7 @@
 #[expect(missing_docs, reason = "each text says what is wrong")]
 pub enum StageError {
     #[error("begin: another run works in {dir}; try again when it has ended")]
-    Busy {
-        dir: String,
-    },
+    Busy { dir: String },
     #[error(transparent)]
     Io(#[from] durable::Error),
     #[error("encode {what} of stage `{stage}`: {why}")]
@@ -17,10 +15,7 @@ pub enum StageError {
         why: String,
     },
     #[error("read back the output of stage `{stage}`: {why}")]
-    Decode {
-        stage: &'static str,
-        why: String,
-    },
+    Decode { stage: &'static str, why: String },
     #[error("match the answers of stage `{stage}` to its items: {answers} for {items}")]
     Rows {
         stage: &'static str,

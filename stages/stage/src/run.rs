@@ -25,7 +25,6 @@ const FIRST_BATCH: usize = 64;
 /// How long a batch should take: what a kill loses, against what a sync costs.
 const BATCH_TIME: Duration = Duration::from_secs(2);
 
-/// How to run.
 #[derive(Clone, Debug, Default)]
 pub struct Options {
     /// Versions of what computes below the stages (carom, MuJoCo): another engine's answers are not used.
@@ -105,7 +104,6 @@ impl Run {
         self.answers.writer()
     }
 
-    /// The folder.
     pub fn dir(&self) -> &Path {
         &self.dir
     }
@@ -482,7 +480,6 @@ impl Run {
     }
 }
 
-/// Computes the answers to one batch.
 fn answer_batch<S: ItemStage>(
     stage: &S,
     shared: &S::Shared,
@@ -500,7 +497,6 @@ fn answer_batch<S: ItemStage>(
     answers.collect()
 }
 
-/// The answers, where there are as many as items.
 fn only<T>(answers: Vec<T>, stage: &'static str, items: usize) -> Result<Vec<T>, StageError> {
     if answers.len() == items {
         return Ok(answers);

@@ -4,7 +4,6 @@ use std::io::Cursor;
 
 use crate::{Image, Observation};
 
-/// An outline that is trusted, and one that is not.
 const TRUSTED: [u8; 3] = [0, 230, 0];
 const NOT_TRUSTED: [u8; 3] = [255, 160, 0];
 /// Half the length of the cross at the centroid, in px.

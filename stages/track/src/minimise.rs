@@ -2,10 +2,8 @@
 
 use nalgebra::{DMatrix, DVector};
 
-/// Where the sum of squares is least.
 #[derive(Clone, Debug)]
 pub(crate) struct LeastSquares {
-    /// The unknowns.
     pub(crate) at: Vec<f64>,
     /// What is left of each equation.
     pub(crate) left: Vec<f64>,

@@ -108,7 +108,6 @@ impl Notes {
         self.scales.get(middle).copied()
     }
 
-    /// Each in a sentence.
     pub(crate) fn said(&self, camera: &CameraModel) -> Vec<String> {
         let mut said = Vec::new();
         if self.moved >= FEWEST_MOVED {
@@ -176,7 +175,6 @@ pub struct TrackOutcome {
     /// Of these, those whose yaw the object's marker told.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub poses: u64,
-    /// The others, by reason.
     pub reasons: BTreeMap<Reason, u64>,
     /// What a person should know of the log.
     pub notes: Vec<String>,
@@ -213,7 +211,6 @@ fn is_zero(count: &u64) -> bool {
 /// Topic of what is said of every frame; JSON, see [`FrameReport`].
 pub const QUALITY_TOPIC: &str = "/object/centroid/quality";
 
-/// What is said of one frame.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FrameReport {
     /// Middle of the exposure of the object's rows, in ns.
@@ -236,7 +233,6 @@ pub struct FrameReport {
     pub reason: Option<Reason>,
 }
 
-/// Its JSON schema.
 pub(crate) const QUALITY_SCHEMA: &str = r#"{"type":"object","properties":{"stamp":{"type":"integer"},"x":{"type":["number","null"]},"y":{"type":["number","null"]},"deviation":{"type":["number","null"]},"yaw":{"type":["number","null"]},"yaw_deviation":{"type":["number","null"]},"shift":{"type":"array","items":{"type":"number"}},"quality":{"type":"number"},"reason":{"type":["string","null"]}}}"#;
 
 #[cfg(test)]

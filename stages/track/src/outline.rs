@@ -73,7 +73,6 @@ impl Solid {
 /// A corner of the outline.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Vertex {
-    /// Pixel.
     pub(crate) at: [f64; 2],
     /// How it moves with x, y (px/m) and yaw (px/rad).
     pub(crate) moves: [[f64; 2]; 3],
@@ -88,7 +87,6 @@ pub(crate) struct Outline {
     pub(crate) top: Vec<[f64; 2]>,
 }
 
-/// Points of a circle.
 const POINTS: usize = 64;
 
 struct Corner {

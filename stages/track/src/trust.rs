@@ -42,7 +42,6 @@ pub enum Reason {
 }
 
 impl Reason {
-    /// Its name in files.
     pub fn name(self) -> &'static str {
         match self {
             Self::NoObject => "no_object",
@@ -116,7 +115,6 @@ pub(crate) struct Judgement {
     pub(crate) quality: f64,
     /// Standard deviation of a coordinate of the centre, in m.
     pub(crate) deviation: f64,
-    /// Why it is not believed.
     pub(crate) against: Option<Reason>,
 }
 

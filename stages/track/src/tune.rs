@@ -11,7 +11,6 @@ use crate::{Image, TuneError};
 /// A colour range, and what it finds in the image that it came from.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tuned {
-    /// The range.
     pub colour: Colour,
     /// Centroid of the object's region in px.
     pub pixel: [f64; 2],
@@ -218,7 +217,6 @@ fn hsv([r, g, b]: [u8; 3]) -> [f64; 3] {
     [(60.0 * sixth).rem_euclid(360.0), saturation, high]
 }
 
-/// The range of colours, widened.
 fn range(colours: &[[f64; 3]], grey: bool) -> Colour {
     let ends = |mut values: Vec<f64>| {
         values.sort_by(f64::total_cmp);

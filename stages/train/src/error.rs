@@ -14,9 +14,7 @@ pub enum TrainError {
         least_validation: usize,
     },
     #[error("train the residual: the row of strike {strike_id} holds a number that is not finite")]
-    NotFinite {
-        strike_id: String,
-    },
+    NotFinite { strike_id: String },
     #[error("train the residual: setting `{name}` must be {must}")]
     Setting {
         name: &'static str,
@@ -25,8 +23,5 @@ pub enum TrainError {
     #[error(
         "train the residual: the loss is no longer finite in epoch {epoch}; set a smaller `rate` than {rate}"
     )]
-    Diverged {
-        epoch: usize,
-        rate: f64,
-    },
+    Diverged { epoch: usize, rate: f64 },
 }

@@ -13,7 +13,6 @@ pub(crate) struct Scaling<const N: usize> {
 }
 
 impl<const N: usize> Scaling<N> {
-    /// Fitted on these rows.
     pub(crate) fn fit(rows: &[[f64; N]]) -> Self {
         let count = rows.len() as f64;
         let mean = std::array::from_fn(|i| rows.iter().map(|row| row[i]).sum::<f64>() / count);

@@ -3,7 +3,6 @@
 /// When in a strike a fault is made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Step {
-    /// From the start.
     Connect,
     /// When the error code is requested.
     Check,
@@ -32,9 +31,7 @@ pub enum Fault {
     SlowReplies,
     /// Replies are of no protocol.
     GarbageReply,
-    /// The controller finds an error, and stops.
     Error(u8),
-    /// The emergency stop is pressed.
     EmergencyStop,
     /// Another program sets the mode to manual.
     OtherController,
@@ -76,7 +73,6 @@ pub enum Fault {
     Jogged,
     /// Asked for its pose, the controller answers another one.
     WrongPose,
-    /// The tool turns.
     Turned,
     /// The controller finds that a line cannot be moved.
     CannotMove,
@@ -105,7 +101,6 @@ pub enum Fault {
 }
 
 impl Fault {
-    /// All of them.
     pub const ALL: [Self; 43] = [
         Self::Reset,
         Self::Gone,

@@ -18,7 +18,6 @@ use crate::{Fault, Step, ur};
 const REALTIME: Duration = Duration::from_millis(4);
 const ORDINARY: Duration = Duration::from_millis(200);
 
-/// Where to listen.
 #[derive(Clone, Copy, Debug)]
 pub enum Listening {
     /// The maker's ports of an address.

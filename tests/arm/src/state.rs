@@ -100,13 +100,11 @@ const REPLACED: Duration = Duration::from_millis(12);
 const LIFELESS: [Duration; 2] = [Duration::from_millis(100), Duration::from_secs(1)];
 /// Between two looks at where the tip is before a table.
 const STEP: Duration = Duration::from_millis(1);
-/// Stops that are lost.
 const LOST: u32 = 2;
 
 /// What happened, and when.
 #[derive(Clone, Debug)]
 pub enum Event {
-    /// A request came.
     Request(Request),
     /// A line came that is to be moved, of whatever maker.
     Line,
@@ -114,11 +112,8 @@ pub enum Event {
     Checked(f64, f64),
     /// Signs of life ceased, and the controller stopped by itself.
     Lifeless,
-    /// A stop came.
     Stop,
-    /// An error was cleared.
     Cleared,
-    /// The fault was made.
     Fault,
 }
 
@@ -128,7 +123,6 @@ const READY: u8 = 2;
 const PAUSED: u8 = 3;
 const STOPPED: u8 = 4;
 
-/// A script that runs.
 #[derive(Debug)]
 struct Script {
     begun: Instant,
@@ -155,7 +149,6 @@ fn numbered(text: &str) -> Option<(i32, [f64; 8])> {
     line.map(|line| (number, line))
 }
 
-/// The controller.
 #[derive(Debug)]
 pub(crate) struct State {
     pub(crate) model: Model,
@@ -171,7 +164,6 @@ pub(crate) struct State {
     queue: VecDeque<[f64; 8]>,
     lines: u32,
     pub(crate) fault: Option<(Step, Fault)>,
-    /// The fault that was made.
     pub(crate) made: Option<(Instant, Fault)>,
     pub(crate) events: Vec<(Instant, Event)>,
     /// Greatest distance (mm) that the tip moved since a stop was requested.
@@ -181,7 +173,6 @@ pub(crate) struct State {
     shown: VecDeque<(Instant, Reported)>,
     frozen: Option<Reported>,
     lost: u32,
-    /// The script that runs.
     script: Option<Script>,
     /// What scripts wrote: an answer, and the last sign of life that they read.
     registers: [i32; 2],

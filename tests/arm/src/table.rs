@@ -26,7 +26,6 @@ const IN_HAND: Duration = Duration::from_millis(400);
 const PUT_X: Interval = Interval::new(0.26, 0.40);
 const PUT_Y: Interval = Interval::new(-0.15, 0.15);
 
-/// A table with one object.
 #[derive(Debug)]
 pub struct Table {
     sim: Sim,

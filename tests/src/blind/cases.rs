@@ -2,7 +2,6 @@
 
 use serde::{Deserialize, Serialize};
 
-/// What a set is for.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Kind {
@@ -28,13 +27,11 @@ impl Case {
 pub struct Case {
     /// Says all of it; the key by which a run resumes.
     pub id: String,
-    /// What it is for.
     pub kind: Kind,
     /// What is hidden, by name.
     pub hidden: Vec<String>,
     /// Root-mean-square shift of the stops that each effect makes, in units of the rig's noise floor.
     pub magnitude: f64,
-    /// How many strikes.
     pub strikes: usize,
     /// Where everything random comes from.
     pub seed: u64,
@@ -81,7 +78,6 @@ pub const MAGNITUDES: [f64; 4] = [0.5, 1.0, 2.0, 4.0];
 /// Effects along the slide: those for which a regression on accelerations has a term.
 pub const SLIDING: &[&str] = EFFECTS.split_at(9).0;
 
-/// Numbers of strikes.
 pub const STRIKES: [usize; 2] = [40, 120];
 
 /// Sets, each with a seed of its own: launches and camera scatter anew in each.

@@ -14,7 +14,6 @@ use statrs::distribution::{Beta, ContinuousCDF};
 pub struct Figure {
     /// What was measured; the same words in each run.
     pub what: &'static str,
-    /// What was to be reached.
     pub goal: &'static str,
     /// What came out.
     pub got: Proportion,
@@ -41,7 +40,6 @@ pub struct Run {
 /// All runs that were judged: `tests/judged.json`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Judged {
-    /// In the order in which they were run.
     pub runs: Vec<Run>,
 }
 
@@ -99,7 +97,6 @@ impl Judged {
         text
     }
 
-    /// The commands of all runs of a benchmark.
     pub(super) fn commands(&self, benchmark: &str) -> String {
         let runs = self.runs.iter().filter(|run| run.benchmark == benchmark);
         let commands: Vec<String> = runs.map(|run| format!("`{}`", run.command)).collect();
@@ -112,7 +109,6 @@ impl Judged {
 pub struct Proportion {
     /// Those that count.
     pub hits: usize,
-    /// All.
     pub all: usize,
 }
 

@@ -10,9 +10,7 @@ use super::set::{self, Answer, DiagnosedSet, Make};
 /// A set and what was said of it.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Outcome {
-    /// The set.
     pub case: Case,
-    /// What was said.
     #[serde(flatten)]
     pub answer: Answer,
     /// Parameters that have a truth, and the intervals found.

@@ -11,10 +11,8 @@ use stage::{Progress, Stage};
 use values::{Rig, Strike};
 use world::World;
 
-/// What to make.
 #[derive(Clone, Debug)]
 pub(super) struct Make<'t> {
-    /// The rig.
     pub truth: &'t Truth,
     /// How many random strikes.
     pub strikes: usize,
@@ -45,7 +43,6 @@ pub(super) struct Made {
     pub rig: Rig,
     /// The strikes that were read from the logs.
     pub strikes: Vec<Strike>,
-    /// All strikes as they really were.
     pub really: Vec<StrikeTruth>,
 }
 
@@ -103,13 +100,10 @@ pub(super) fn identified(
 
 /// A set as it was read, and what was found in it.
 pub struct DiagnosedSet {
-    /// What is hidden.
     pub truth: Truth,
-    /// All strikes as they really were.
     pub really: Vec<StrikeTruth>,
     /// What the diagnosis was given.
     pub input: Input,
-    /// What it found.
     pub found: Diagnosed,
     /// Seconds that identification took, and those that the diagnosis took.
     pub seconds: (f64, f64),

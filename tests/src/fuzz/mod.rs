@@ -42,7 +42,6 @@ pub struct Budget {
 /// What came of a target.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct FuzzCounts {
-    /// Inputs tried.
     pub tries: u64,
     /// Those of them that were read.
     pub read: u64,
@@ -53,9 +52,7 @@ pub struct FuzzCounts {
 /// An input that must not be.
 #[derive(Debug)]
 pub struct Finding {
-    /// The input.
     pub input: Vec<u8>,
-    /// What it did.
     pub what: String,
 }
 
@@ -97,7 +94,6 @@ pub fn fuzz(target: &Target, seed: u64, budget: Budget) -> Result<FuzzCounts, Bo
     })
 }
 
-/// What the target says of one input.
 pub fn answer(target: &Target, input: &[u8]) -> Result<Result<(), String>, Box<Finding>> {
     let found = |what: String| {
         Box::new(Finding {

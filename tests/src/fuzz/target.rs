@@ -2,7 +2,6 @@
 
 /// Something that reads bytes.
 pub struct Target {
-    /// Its name.
     pub name: &'static str,
     /// Inputs that it reads.
     pub seeds: Vec<Vec<u8>>,

@@ -27,11 +27,9 @@ pub const MODELS: [&str; 6] = [
 /// What a fold showed.
 #[derive(Clone, Debug)]
 pub struct Judged {
-    /// The fold.
     pub fold: Fold,
     /// Stop errors in m of each of [`MODELS`], a held-out strike each; none where a model predicts no stop.
     pub errors: BTreeMap<&'static str, Vec<Option<f64>>>,
-    /// Effects that were named.
     pub named: Vec<String>,
     /// What is added to the identified world, and to the one with effects.
     pub added: [Kind; 2],
@@ -164,7 +162,6 @@ pub struct Fold {
     pub seed: u64,
     /// What is held out, by place.
     pub held_out: Vec<usize>,
-    /// For a person.
     pub name: String,
 }
 

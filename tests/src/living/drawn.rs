@@ -10,7 +10,6 @@ use values::Shape;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Case {
-    /// Nothing.
     Steady,
     /// Friction ±12 %, launch −5 %, heading ±1.5°.
     Noon,
@@ -52,7 +51,6 @@ const HIDDEN: [&[&str]; 4] = [
 /// Relative step of friction from strike to strike, of a table that wanders: 6 % over a hundred.
 const STEP: f64 = 0.006;
 
-/// A rig.
 pub struct LivingRig {
     pub number: u64,
     truth: Truth,
@@ -108,7 +106,6 @@ impl LivingRig {
         }
     }
 
-    /// As it is in a bad strike.
     pub fn bad(&self, case: Case) -> anyhow::Result<Truth> {
         let mut truth = self.after(case)?;
         truth.friction *= 2.0;

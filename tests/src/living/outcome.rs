@@ -10,11 +10,9 @@ pub const RECENT: [usize; 6] = [0, 1, 2, 3, 5, 10];
 /// One strike at a target.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Outcome {
-    /// Number of the rig.
     pub rig: u64,
     /// What happened to its table.
     pub case: Case,
-    /// How it was planned.
     pub method: Method,
     /// After so many recent strikes.
     pub recent: usize,

@@ -24,7 +24,6 @@ const REPEATS: usize = 16;
 const STRUCK: usize = 8;
 const APART: usize = 1000;
 
-/// A target: from, to.
 type Pair = (Point, Point);
 
 /// Every case of one rig.

@@ -16,7 +16,6 @@ use super::folder::{Ended, Folder, WORKED, ended};
 pub enum Fault {
     /// Killed at a step on the disk, in the middle of a write.
     KilledAtStep,
-    /// Killed at a moment.
     KilledAtMoment,
     /// A step finds the disk full.
     DiskFull,
@@ -58,7 +57,6 @@ impl Fault {
         ALL[random.random_range(0..ALL.len())].0
     }
 
-    /// For a person.
     pub fn name(self) -> &'static str {
         let named = ALL.iter().find(|(fault, _)| *fault == self);
         named.map_or("", |(_, name)| name)

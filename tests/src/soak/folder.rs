@@ -33,18 +33,14 @@ pub struct Folder {
     expected: BTreeMap<PathBuf, usize>,
 }
 
-/// How a night ended.
 #[derive(Clone, Debug)]
 pub struct Ended {
     /// Its exit code; −1 where it was killed.
     pub code: i32,
-    /// What it said.
     pub json: Value,
-    /// Steps on the disk.
     pub steps: u64,
     /// Its peak memory, in bytes.
     pub memory: u64,
-    /// How long it took.
     pub took: Duration,
     /// What it printed on standard error.
     pub printed: String,
@@ -73,12 +69,10 @@ impl Folder {
         Ok(folder)
     }
 
-    /// The folder of logs.
     pub fn logs(&self) -> PathBuf {
         self.path("logs")
     }
 
-    /// The folder of the run.
     pub fn run(&self) -> PathBuf {
         self.path("run")
     }
@@ -87,12 +81,10 @@ impl Folder {
         self.folder.path().join(name)
     }
 
-    /// The log of a night.
     pub fn log(&self, night: usize) -> PathBuf {
         self.logs().join(format!("night_{night:04}.mcap"))
     }
 
-    /// The newest log.
     pub fn newest_log(&self) -> PathBuf {
         self.log(self.expected.len() - 1)
     }
@@ -159,7 +151,6 @@ impl Folder {
         self.struck("kill", 0)
     }
 
-    /// A night with a fault, to its end.
     pub fn struck(&self, fault: &str, step: u64) -> anyhow::Result<Ended> {
         let begun = Instant::now();
         let output = self.begin(fault, step)?.wait_with_output()?;

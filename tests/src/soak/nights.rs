@@ -13,7 +13,6 @@ use super::folder::{Folder, WORKED};
 /// How long to go on.
 #[derive(Clone, Copy, Debug)]
 pub struct Settings {
-    /// Nights.
     pub nights: usize,
     /// Strikes of the first night.
     pub first: usize,
@@ -23,7 +22,6 @@ pub struct Settings {
     pub seed: u64,
 }
 
-/// What came of it.
 #[derive(Clone, Debug)]
 pub struct Soaked {
     /// Strikes at the end, all of them in the tables.

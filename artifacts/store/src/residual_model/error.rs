@@ -17,7 +17,5 @@ pub enum ResidualModelError {
     #[error(
         "read the residual's weights: they are of {found} networks, there must be 1 to {MOST_NETWORKS}"
     )]
-    Count {
-        found: usize,
-    },
+    Count { found: usize },
 }

@@ -36,7 +36,6 @@ fn explained() -> TrainingExtent {
     }
 }
 
-/// Contents that differ with their friction.
 pub fn contents(friction: f64) -> Contents {
     let rig = Rig::demo(Shape::Cylinder);
     let mut world = World::nominal(&rig);

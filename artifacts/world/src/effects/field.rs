@@ -110,7 +110,6 @@ impl Nodes {
         vec![start]
     }
 
-    /// The field of these values.
     pub(super) fn field(self, values: &Values) -> Field {
         let edges = EDGES.map(|name| values.get(name));
         let along = self.along(edges);
@@ -119,7 +118,6 @@ impl Nodes {
     }
 }
 
-/// A field.
 pub(super) struct Field {
     along: (usize, usize),
     heights: Vec<f64>,

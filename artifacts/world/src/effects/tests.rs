@@ -71,7 +71,6 @@ impl Bench {
         self
     }
 
-    /// With a parameter of the world.
     pub(super) fn parameter(mut self, name: &str, value: f64) -> Self {
         self.world = self.world.with(name, value);
         self

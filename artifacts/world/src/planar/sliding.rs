@@ -31,7 +31,6 @@ pub(super) struct Sliding<'s> {
     body: Body,
     /// Seconds since touch.
     t: f64,
-    /// Next frame.
     frame: usize,
     seen: Frames,
     /// At its present place, and the step that is taken from there.
@@ -142,7 +141,6 @@ impl<'s> Sliding<'s> {
         self.phase = Phase::Rests;
     }
 
-    /// Rate after a share of the step at another rate.
     #[inline(always)]
     pub(super) fn rate_after(&self, rate: &Rate, share: f64) -> Rate {
         let step = share * self.step;

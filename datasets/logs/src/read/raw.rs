@@ -23,7 +23,6 @@ use crate::{LogError, SchemaText};
 pub struct RawChannel {
     /// Its number in the file.
     pub id: u16,
-    /// Topic name.
     pub topic: String,
     /// `cdr`, `ros1`, `json`, `protobuf` …
     pub encoding: String,
@@ -47,10 +46,8 @@ impl RawChannel {
     }
 }
 
-/// One message.
 #[derive(Clone, Copy, Debug)]
 pub struct RawMessage<'a> {
-    /// Its channel.
     pub channel: &'a Arc<RawChannel>,
     /// When the recorder received it, in ns.
     pub log_time: u64,
@@ -61,9 +58,7 @@ pub struct RawMessage<'a> {
 /// A channel of a file and how many messages it had.
 #[derive(Clone, Debug)]
 pub struct SeenChannel {
-    /// The channel.
     pub channel: Arc<RawChannel>,
-    /// Messages seen.
     pub messages: u64,
 }
 
@@ -120,7 +115,6 @@ pub(super) trait Take {
     /// What ends the reading.
     type Error: From<LogError>;
 
-    /// Takes a message.
     fn message(
         &mut self,
         message: RawMessage<'_>,
@@ -390,7 +384,6 @@ impl<'a, T: Take> Reading<'a, T> {
         Arc::new(with_id(free.unwrap_or(raw.id)))
     }
 
-    /// One record of the file.
     fn record(&mut self, offset: u64, opcode: u8, body: &[u8]) -> Result<(), T::Error> {
         if opcode == op::CHUNK {
             return self.chunk(offset, body, true);

@@ -2,7 +2,6 @@
 
 use values::FieldTopic;
 
-/// A topic that is to be read.
 #[derive(Clone, Copy, Debug)]
 pub struct TopicRequest<'a> {
     /// Its name and field paths.

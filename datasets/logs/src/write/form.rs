@@ -65,7 +65,6 @@ impl From<&StateSample> for Numbers {
 }
 
 impl Numbers {
-    /// A pose.
     pub(super) fn turned(sample: &Stamped, yaw: f64) -> Self {
         Self {
             yaw,

@@ -9,7 +9,6 @@ use mcap::records::{Metadata, Record};
 
 use crate::LogError;
 
-/// The name of the metadata.
 const NAME: &str = "carom";
 
 /// What made a log: names and values as text, such as `version`, `manifest` (its hash), `model`, `target`, `plan` and `promised_miss` of a

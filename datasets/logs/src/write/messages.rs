@@ -13,7 +13,6 @@ pub(super) enum Slot {
     Header,
     /// The frame of the tip.
     Child,
-    /// x, y and z below this path.
     Triple(&'static str),
     /// x, y, z and w below this path.
     Quaternion(&'static str),

@@ -55,7 +55,6 @@ impl Acts for SineBowl {
 declare! {
     /// A long sag: the table is bent along one direction alone.
     Trough = "trough" {
-        /// Curvature, in 1/m.
         kappa: 0.05, "1/m", Some(0.0);
         /// Where its lowest line passes, in m.
         center_x: 0.45, "m", None;
@@ -77,11 +76,8 @@ impl Acts for Trough {
 declare! {
     /// A saddle: the table is bent up along one direction, and down as much across it.
     Saddle = "saddle" {
-        /// Curvature, in 1/m.
         kappa: 0.05, "1/m", Some(0.0);
-        /// Where it is level, in m.
         center_x: 0.45, "m", None;
-        /// Where it is level, in m.
         center_y: 0.0, "m", None;
         /// Bearing along which it rises, in rad.
         bearing: 0.3, "rad", None;

@@ -21,7 +21,6 @@ use self::parquet::{Column, write_columns};
 use self::stats::{MOMENTS, QUANTILES, Stats, Summary};
 use crate::TableError;
 
-/// Version of the format.
 const VERSION: &str = "v3.0";
 /// Files of a folder, and rows of a file: fewer than 100 MB, as the format asks.
 const FILES: usize = 1000;
@@ -33,7 +32,6 @@ const SPLITS: [Split; 3] = [Split::Train, Split::Validation, Split::Test];
 
 /// A strike as an episode: a row a frame, from where it was struck on, at equal distances in time.
 pub struct Episode {
-    /// The strike.
     pub strike_id: String,
     /// Its part: episodes of one part follow each other.
     pub split: Split,
@@ -214,7 +212,6 @@ fn texts<'a>(name: &str, texts: impl Iterator<Item = &'a str>) -> Column {
     (Field::new(name, DataType::Utf8, true), Arc::new(array))
 }
 
-/// A list a row.
 fn lists(name: &str, values: ArrayRef, lengths: impl Iterator<Item = usize>) -> Column {
     let item = Arc::new(Field::new("element", values.data_type().clone(), true));
     let offsets = OffsetBuffer::from_lengths(lengths);

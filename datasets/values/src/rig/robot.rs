@@ -105,7 +105,6 @@ pub enum Obstacle {
         /// Extent along y, in m.
         y: Interval,
     },
-    /// A disc.
     Disc {
         /// Its centre, in m.
         centre: Point,

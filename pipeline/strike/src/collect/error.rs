@@ -25,10 +25,7 @@ pub enum CollectError {
         "{why}; the log of the last strike is whole, lies at {}, and counts once that is the folder of --out",
         path.display()
     )]
-    Moved {
-        path: PathBuf,
-        why: LogError,
-    },
+    Moved { path: PathBuf, why: LogError },
     #[error("read what was collected: {0}")]
     Collected(#[from] IngestError),
     #[error("gather into the folder: {0}")]
@@ -44,8 +41,5 @@ pub enum CollectError {
     #[error(
         "gather usable strikes: {strikes} in a row are none, the last because {why}; look at the camera, the table and the topics"
     )]
-    Useless {
-        strikes: usize,
-        why: String,
-    },
+    Useless { strikes: usize, why: String },
 }

@@ -34,7 +34,6 @@ pub struct Recorded {
     pub samples: Samples,
     /// Messages of live topics.
     pub received: Vec<Received>,
-    /// A warning for the operator.
     pub warning: Option<String>,
     /// Where the tip passed through the place of an object that was not moved: what that tells.
     pub unmoved: Option<&'static str>,
@@ -45,7 +44,6 @@ pub struct Recorded {
 pub struct Unfinished {
     /// What was recorded until then; none where nothing was.
     pub recorded: Option<Recorded>,
-    /// Why.
     pub error: RobotError,
 }
 
@@ -67,7 +65,6 @@ pub trait Station {
     /// Whether a hand puts the object back, which may put it where nothing can be struck.
     fn is_by_hand(&self) -> bool;
 
-    /// Strikes it.
     fn strike(&mut self, plan: &Plan) -> Result<Recorded, Box<Unfinished>>;
 
     /// The strike's record was written, or it is told why not.

@@ -124,7 +124,6 @@ impl Channels {
             .retain(|_, listened| !ids.contains(&listened.channel.id));
     }
 
-    /// The channel of a subscription.
     pub(super) fn of(&self, subscription: u32) -> Option<&Subscription> {
         self.listened.get(&subscription)
     }
@@ -138,7 +137,6 @@ impl Channels {
             .min()
     }
 
-    /// Names of what is there, for a person.
     pub(super) fn names(&self) -> String {
         let listened = self
             .listened

@@ -10,15 +10,9 @@ pub enum LiveError {
     )]
     Address(String),
     #[error("reach the live topics at {url}: {why}")]
-    Connection {
-        url: String,
-        why: String,
-    },
+    Connection { url: String, why: String },
     #[error("read the live topics of {url}: {why}")]
-    Protocol {
-        url: String,
-        why: String,
-    },
+    Protocol { url: String, why: String },
     #[error(
         "find the object in the live topics of {url}: neither {centroid} nor {pose} is there, it has {found}; set the names in the rig \
          file under [topics]"

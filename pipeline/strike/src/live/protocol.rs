@@ -19,11 +19,9 @@ const DATA_HEADER: usize = 13;
 /// A control message that matters here.
 #[derive(Debug)]
 pub(super) enum Control {
-    /// Channels that are there from now on.
     Advertise(Vec<Channel>),
     /// Channels that are gone, by their ids.
     Unadvertise(Vec<u64>),
-    /// The server reports an error.
     Error(String),
     /// Anything else.
     Other,

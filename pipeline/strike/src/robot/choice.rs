@@ -19,7 +19,6 @@ pub enum Choice {
     Ur(String),
 }
 
-/// A robot that is not there.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[expect(missing_docs, reason = "each text says what is wrong")]
 pub enum UnknownRobot {

@@ -3,7 +3,6 @@
 use super::{Robot, RobotError, StrikeRecord};
 use crate::Plan;
 
-/// `--robot dry-run`.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct DryRun;
 

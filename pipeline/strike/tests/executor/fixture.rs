@@ -29,7 +29,6 @@ pub fn rig() -> Rig {
     Rig::demo(Shape::Cylinder)
 }
 
-/// A network that always answers with these.
 pub fn constant(answer: [f64; 2]) -> Network {
     let mut layers: Vec<_> = (0..LAYERS)
         .map(|layer| Layer {

@@ -5,7 +5,6 @@ use crate::huffman::{BLOCK, Codes, END};
 
 /// A component in a scan.
 pub(super) struct Blocks<'a> {
-    /// In a unit.
     pub(super) count: usize,
     pub(super) means: Means<'a>,
     pub(super) codes: &'a Codes,
@@ -49,7 +48,6 @@ impl Blocks<'_> {
 
 pub(super) struct Means<'a> {
     pub(super) codes: &'a Codes,
-    /// Quantisation step.
     pub(super) step: i32,
     /// The mean before, in those steps.
     pub(super) mean: i32,

@@ -12,7 +12,6 @@ pub(super) enum Pass<'a> {
     Means(Vec<(usize, Means<'a>)>),
     /// The next bit of the means of a unit's blocks, of all components together.
     MeansBit(usize),
-    /// Some coefficients of one component.
     Coefficients(Coefficients<'a>),
 }
 

@@ -60,7 +60,6 @@ pub fn connect_to<D: Arm>(
     Guarded::connect("arm", &emulator.ports, rig, interrupted)
 }
 
-/// An xArm, connected and claimed.
 pub fn connect(emulator: &Emulator, rig: &Rig) -> Result<Guarded<XArm>, RobotError> {
     connect_to(emulator, rig, Arc::default())
 }

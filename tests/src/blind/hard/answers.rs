@@ -148,7 +148,6 @@ const GROUPS: &[&[&str]] = &[
     &["camera_distortion", "camera_lean"],
 ];
 
-/// The phenomena of a kind of set.
 pub fn phenomena(kind: HardKind) -> impl Iterator<Item = &'static str> {
     let listed = RIGHT.iter().filter(move |(of, _)| *of == kind.listed());
     listed.flat_map(|(_, all)| all.iter().map(|(hidden, _)| *hidden))
@@ -184,7 +183,6 @@ pub fn can_be_distinguished(one: &str, other: &str) -> bool {
 /// A named effect and those that the diagnosis says it cannot distinguish from it.
 pub type Named = (String, Vec<String>);
 
-/// Whether a named effect says what is hidden.
 fn says(named: &Named, hidden: &str) -> bool {
     let (name, equivalent) = named;
     let right = right(hidden);

@@ -19,7 +19,6 @@ use super::{answers, noise};
 pub struct HardCase {
     /// The key by which a run resumes.
     pub id: String,
-    /// What it is for.
     pub kind: HardKind,
     /// Where everything random comes from.
     pub seed: u64,
@@ -38,14 +37,12 @@ pub struct Drawn {
     pub plan: Vec<PlannedStrike>,
     /// Strikes of them that no log has: from which, and up to which.
     pub missing: (usize, usize),
-    /// Number of sessions.
     pub sessions: usize,
     /// The rig, with effects, noise, and a rig file that may be wrong.
     pub truth: Truth,
 }
 
 impl Drawn {
-    /// What the rig is to make.
     pub(super) fn make(&self) -> Make<'_> {
         Make {
             truth: &self.truth,
@@ -61,7 +58,6 @@ impl Drawn {
         self.plan.len() - (self.missing.1 - self.missing.0)
     }
 
-    /// Strikes of a session.
     fn a_session(&self) -> usize {
         self.plan.len().div_ceil(self.sessions)
     }

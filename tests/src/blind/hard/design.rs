@@ -10,7 +10,6 @@ use values::Interval;
 use super::super::form::{one_of, uniform};
 use super::kind::HardKind;
 
-/// A design.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Design {
@@ -36,7 +35,6 @@ pub enum Design {
     Sweep,
 }
 
-/// All of them.
 pub const DESIGNS: [Design; 10] = [
     Design::Random,
     Design::Few,
@@ -66,7 +64,6 @@ const PUT_DOWN: f64 = 0.002;
 const TRIES: usize = 2000;
 
 impl Design {
-    /// In words.
     pub fn name(self) -> &'static str {
         match self {
             Self::Random => "at random, as the demo",

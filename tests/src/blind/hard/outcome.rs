@@ -14,11 +14,9 @@ use super::cases::{Drawn, HardCase, draw};
 /// A set and what was said of it.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct HardOutcome {
-    /// The set.
     pub case: HardCase,
     /// What it was drawn to be; none where the rig could not make it.
     pub drawn: Option<Drawn>,
-    /// What was said.
     pub answer: Answer,
     /// Parameters that have a truth, and the intervals found.
     pub covered: Vec<Covered>,
@@ -87,7 +85,6 @@ impl HardOutcome {
             .any(|effect| effect.name() == "camera_scale")
     }
 
-    /// Whether a box is struck.
     pub fn is_box(&self) -> bool {
         self.drawn
             .as_ref()

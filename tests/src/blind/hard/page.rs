@@ -224,7 +224,6 @@ fn wrong(text: &mut String, made: &[&HardOutcome]) {
     }
 }
 
-/// The table that grades.
 fn grading(text: &mut String) {
     let _ = writeln!(
         text,

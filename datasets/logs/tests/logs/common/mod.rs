@@ -10,7 +10,6 @@ use prost_types::field_descriptor_proto::{Label, Type};
 use prost_types::{DescriptorProto, FieldDescriptorProto, FileDescriptorProto, FileDescriptorSet};
 use values::FieldTopic;
 
-/// How messages are encoded.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Encoding {
     Cdr,

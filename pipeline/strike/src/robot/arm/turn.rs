@@ -61,7 +61,6 @@ impl Turn {
         ]
     }
 
-    /// Whether it is of numbers.
     pub fn is_finite(self) -> bool {
         self.0.iter().all(|part| part.is_finite())
     }

@@ -145,7 +145,6 @@ impl Watch {
         self.shared.lock().broken.clone()
     }
 
-    /// Records from now on.
     pub(super) fn record(&self) {
         let mut seen = self.shared.lock();
         seen.record.clear();
@@ -262,7 +261,6 @@ impl Shared {
     }
 }
 
-/// Notes why, and stops the arm.
 fn stop(outlet: &Outlet, seen: &mut Seen, why: String) {
     let sent = outlet.stop();
     let why = match sent {
