@@ -262,7 +262,6 @@ fn split_uses(code: &str) -> (Vec<(bool, String)>, String) {
     (uses, body)
 }
 
-/// The modules that a file declares.
 fn declared(body: &str) -> BTreeSet<String> {
     let declared = body.lines().filter_map(|line| {
         let at = line.find("mod ")?;
@@ -326,7 +325,6 @@ fn parts(path: &str) -> Vec<String> {
     parts.filter(|part| !part.is_empty()).collect()
 }
 
-/// At commas outside of braces.
 fn split_commas(text: &str) -> Vec<String> {
     let mut found = vec![String::new()];
     let mut depth = 0_usize;

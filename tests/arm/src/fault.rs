@@ -12,7 +12,6 @@ pub enum Step {
     Line(u32),
 }
 
-/// What goes wrong.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fault {
     /// All connections are reset; new ones are taken.
@@ -21,15 +20,12 @@ pub enum Fault {
     Gone,
     /// What is connected stays open, and nothing is read or answered on it; new connections are taken.
     HalfOpen,
-    /// Reports cease.
     Silent,
-    /// Reports are no reports.
     Garbage,
     /// A report ends in its middle, and its connection with it.
     ShortFrame,
     /// Replies to requests come after three seconds.
     SlowReplies,
-    /// Replies are of no protocol.
     GarbageReply,
     Error(u8),
     EmergencyStop,
@@ -37,7 +33,6 @@ pub enum Fault {
     OtherController,
     /// Another program pauses the motion.
     Paused,
-    /// The arm leaves its line.
     OffLine,
     /// A report says that the arm is elsewhere.
     Jump,
@@ -49,7 +44,6 @@ pub enum Fault {
     TooSlow,
     /// The arm comes to rest on its line, and nothing shows why.
     Stuck,
-    /// The state never becomes ready.
     NeverReady,
     /// Reports are 300 ms old, all along.
     Late,

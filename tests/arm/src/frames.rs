@@ -69,7 +69,6 @@ pub struct Reported {
     pub tool_offset: [f64; 6],
     /// kg.
     pub payload: f64,
-    /// Sensitivity of the detection of collisions.
     pub sensitivity: u8,
     /// Gravity in the base's frame.
     pub gravity: [f64; 3],
@@ -81,9 +80,7 @@ pub struct Reported {
     pub modes: [bool; 3],
     /// x high and low, y high and low, z high and low, in mm.
     pub fence: [i16; 6],
-    /// Whether a script runs.
     pub is_running: bool,
-    /// Whether the arm is led by hand.
     pub is_led: bool,
     /// What scripts wrote: an answer, and the last sign of life that they read.
     pub registers: [i32; 2],

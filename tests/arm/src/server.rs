@@ -135,7 +135,6 @@ impl Emulator {
         self.shared.lock().moved_after_stop
     }
 
-    /// State, as reports hold it.
     pub fn state(&self) -> u8 {
         self.shared.lock().reported().state
     }
@@ -150,7 +149,6 @@ impl Emulator {
         self.shared.lock().ramp
     }
 
-    /// Makes a fault now.
     pub fn make(&self, fault: Fault) {
         let mut state = self.shared.lock();
         state.fault = Some((Step::Connect, fault));

@@ -11,10 +11,8 @@ use crate::motion::Motion;
 use crate::table::Table;
 use crate::{Fault, Step};
 
-/// The arm that is emulated.
 #[derive(Clone, Debug)]
 pub struct Model {
-    /// As the controller reports it.
     pub version: String,
     /// Where the tip is at first: mm and rad.
     pub pose: [f64; 6],
@@ -24,7 +22,6 @@ pub struct Model {
     pub payload: f64,
     /// Error and warning code at first.
     pub codes: [u8; 2],
-    /// Sensitivity of the detection of collisions.
     pub sensitivity: u8,
     /// Gravity in the base's frame.
     pub gravity: [f64; 3],
@@ -34,9 +31,7 @@ pub struct Model {
     pub modes: [bool; 3],
     /// x high and low, y high and low, z high and low, in mm.
     pub fence: [i16; 6],
-    /// Whether it was stopped, or just switched on.
     pub is_stopped: bool,
-    /// Whether its motors are enabled at first.
     pub is_enabled: bool,
     /// Whether switching its motors on or off leaves its state: by the maker's protocol that is the same as a stop.
     pub keeps_state: bool,
@@ -102,7 +97,6 @@ const LIFELESS: [Duration; 2] = [Duration::from_millis(100), Duration::from_secs
 const STEP: Duration = Duration::from_millis(1);
 const LOST: u32 = 2;
 
-/// What happened, and when.
 #[derive(Clone, Debug)]
 pub enum Event {
     Request(Request),
@@ -117,7 +111,6 @@ pub enum Event {
     Fault,
 }
 
-/// States in reports.
 const MOVING: u8 = 1;
 const READY: u8 = 2;
 const PAUSED: u8 = 3;
@@ -141,7 +134,6 @@ fn queued(numbers: &[f64]) -> Option<[f64; 8]> {
     Some([x, y, z, a, b, c, speed, acceleration])
 }
 
-/// The same after its number.
 fn numbered(text: &str) -> Option<(i32, [f64; 8])> {
     let (number, line) = numbers(text)
         .split_first()
@@ -383,7 +375,6 @@ impl State {
         }
     }
 
-    /// A line of a script is to be moved.
     fn take_line(&mut self, line: [f64; 8]) {
         self.line_came();
         if self.codes[0] == 0 && self.mode == 0 && self.enabled {
@@ -477,7 +468,6 @@ impl State {
         }
     }
 
-    /// What the reports hold now.
     pub(crate) fn reported(&self) -> Reported {
         let (mut pose, mut velocity) = self
             .motion
@@ -636,7 +626,6 @@ impl State {
         request.reply(status, &content)
     }
 
-    /// The pose in the reply to the question for it.
     fn answered_pose(&self) -> [f64; 6] {
         let mut pose = self.reported().pose;
         if self.is_made(Fault::WrongPose) {

@@ -59,7 +59,6 @@ impl Table {
         })
     }
 
-    /// Puts the object somewhere.
     pub fn put(&mut self, at: Point) {
         self.at = at;
         self.struck = None;
@@ -157,7 +156,6 @@ impl Table {
         self.put(next);
     }
 
-    /// Where the hand puts it next.
     fn next(&mut self) -> Point {
         let mut between =
             |ends: Interval| ends.low + (ends.high - ends.low) * self.random.random::<f64>();

@@ -186,7 +186,6 @@ fn signs_of_life(shared: &Shared, mut stream: TcpStream, since: Instant) {
     shared.lock().is_claimed = false;
 }
 
-/// The stream of samples, until it is ended.
 fn samples(
     shared: &Shared,
     mut stream: &TcpStream,

@@ -5,13 +5,9 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Kind {
-    /// One effect of the contract.
     Single,
-    /// Two of them.
     Pair,
-    /// Nothing hidden.
     Control,
-    /// An effect that no candidate has.
     Foreign,
 }
 
@@ -22,7 +18,6 @@ impl Case {
     }
 }
 
-/// One set of strikes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Case {
     /// Says all of it; the key by which a run resumes.
@@ -60,7 +55,6 @@ pub const EFFECTS: [&str; 15] = [
     "camera_distortion",
 ];
 
-/// Effects that no candidate has.
 pub const FOREIGN: [&str; 3] = ["air_jet", "sticky_line", "vibration"];
 
 /// Effects that are the same by construction, or nearly so (contract, section 5): a pair of one class is one effect.

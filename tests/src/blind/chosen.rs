@@ -51,7 +51,6 @@ pub struct Separation {
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Pair {
     pub hidden: String,
-    /// What stood beside it.
     pub rival: String,
     /// Strikes that were needed; none where those made were not enough.
     pub chosen: Option<usize>,

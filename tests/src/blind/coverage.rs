@@ -14,12 +14,10 @@ pub struct Covered {
     /// The rig's value.
     pub truth: f64,
     pub low: f64,
-    /// Its upper end.
     pub high: f64,
 }
 
 impl Covered {
-    /// Whether the interval holds the truth.
     pub fn holds(&self) -> bool {
         self.low <= self.truth && self.truth <= self.high
     }

@@ -7,7 +7,6 @@ use super::coverage::{Covered, covered};
 use super::hide;
 use super::set::{self, Answer, DiagnosedSet, Make};
 
-/// A set and what was said of it.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Outcome {
     pub case: Case,

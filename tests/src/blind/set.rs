@@ -14,7 +14,6 @@ use world::World;
 #[derive(Clone, Debug)]
 pub(super) struct Make<'t> {
     pub truth: &'t Truth,
-    /// How many random strikes.
     pub strikes: usize,
     /// How many sessions; none: as the demo has it.
     pub sessions: Option<usize>,
@@ -37,11 +36,9 @@ impl<'t> Make<'t> {
     }
 }
 
-/// Strikes as they were read.
 pub(super) struct Made {
     /// The rig file that goes with them.
     pub rig: Rig,
-    /// The strikes that were read from the logs.
     pub strikes: Vec<Strike>,
     pub really: Vec<StrikeTruth>,
 }
@@ -98,11 +95,9 @@ pub(super) fn identified(
     Ok(fit.world)
 }
 
-/// A set as it was read, and what was found in it.
 pub struct DiagnosedSet {
     pub truth: Truth,
     pub really: Vec<StrikeTruth>,
-    /// What the diagnosis was given.
     pub input: Input,
     pub found: Diagnosed,
     /// Seconds that identification took, and those that the diagnosis took.
@@ -160,7 +155,6 @@ pub struct Answer {
     pub gap: (usize, f64, f64, f64),
     /// Seconds that identification and diagnosis took, beside whatever else ran.
     pub seconds: f64,
-    /// Seconds of them that the diagnosis took.
     #[serde(default)]
     pub diagnosis_seconds: f64,
 }

@@ -11,7 +11,6 @@ const BISECTIONS: usize = 14;
 /// Standard deviation of a stop by independent camera noise, in standard deviations of a frame.
 const STOP_BY_CAMERA: f64 = 0.6;
 
-/// Which part of a shift counts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Shift {
     Whole,

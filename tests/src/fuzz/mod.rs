@@ -30,26 +30,20 @@ const LONGEST: usize = 64 << 10;
 /// No input may take longer.
 const SLOWEST: Duration = Duration::from_secs(10);
 
-/// How long to go on.
 #[derive(Clone, Copy, Debug)]
 pub struct Budget {
     /// Until so many inputs were tried.
     pub tries: u64,
-    /// Or so much time has passed.
     pub time: Duration,
 }
 
-/// What came of a target.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct FuzzCounts {
     pub tries: u64,
-    /// Those of them that were read.
     pub read: u64,
-    /// Different answers.
     pub kinds: usize,
 }
 
-/// An input that must not be.
 #[derive(Debug)]
 pub struct Finding {
     pub input: Vec<u8>,

@@ -24,7 +24,6 @@ pub const MODELS: [&str; 6] = [
     "default",
 ];
 
-/// What a fold showed.
 #[derive(Clone, Debug)]
 pub struct Judged {
     pub fold: Fold,
@@ -152,7 +151,6 @@ fn errors(
     Ok(judges.iter().map(error).collect())
 }
 
-/// Parts that settings are dealt into.
 const PARTS: usize = 5;
 
 /// Strikes that are held out together, by their place.

@@ -10,7 +10,6 @@ use values::Strike;
 use super::Judged;
 use super::judged::MODELS;
 
-/// Metres to centimetres.
 const CM: f64 = 100.0;
 
 /// The page about folds by setting, folds by session, and the diagnosis of all strikes.

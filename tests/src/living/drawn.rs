@@ -31,7 +31,6 @@ impl Case {
         Self::Wander,
     ];
 
-    /// Which recent strike is bad.
     pub fn bad(self) -> Option<usize> {
         match self {
             Self::SteadyBad => Some(0),
@@ -59,7 +58,6 @@ pub struct LivingRig {
 }
 
 impl LivingRig {
-    /// The rig of this number.
     pub fn draw(number: u64) -> anyhow::Result<Self> {
         let mut random = ChaCha8Rng::seed_from_u64(number);
         let mut truth = Truth::demo(&Truth::demo_rig(Shape::Cylinder), number);
@@ -76,7 +74,6 @@ impl LivingRig {
         })
     }
 
-    /// As its version learns it.
     pub fn before(&self, case: Case) -> anyhow::Result<Truth> {
         let mut truth = self.truth.clone();
         if case == Case::Wander {
@@ -85,7 +82,6 @@ impl LivingRig {
         Ok(truth)
     }
 
-    /// As its table is afterwards.
     pub fn after(&self, case: Case) -> anyhow::Result<Truth> {
         let mut truth = self.before(case)?;
         if matches!(case, Case::Noon | Case::NoonBad) {

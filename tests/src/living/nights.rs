@@ -36,7 +36,6 @@ pub struct NightOutcome {
     pub learnt: usize,
     /// Mean miss at targets with the version in use, over the mean distance of repeats from their mean; none before a first version passed.
     pub ratio: Option<f64>,
-    /// What was found changed.
     pub change: Option<String>,
     /// Why it ended so, a sentence each.
     pub why: Vec<String>,

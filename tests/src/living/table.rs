@@ -26,7 +26,6 @@ const APART: usize = 1000;
 
 type Pair = (Point, Point);
 
-/// Every case of one rig.
 pub fn measure(rig: &LivingRig, scratch: &Path) -> anyhow::Result<Vec<Outcome>> {
     let mut outcomes = Vec::new();
     let learnt = learn(rig, Case::Steady, &scratch.join("usual"))?;
@@ -41,7 +40,6 @@ pub fn measure(rig: &LivingRig, scratch: &Path) -> anyhow::Result<Vec<Outcome>> 
     Ok(outcomes)
 }
 
-/// A version, and the paths that it learnt from.
 struct Learnt {
     artifact: Artifact,
     paths: Vec<Pair>,
@@ -258,7 +256,6 @@ fn newton(command: Command, error: [f64; 2]) -> Command {
     )
 }
 
-/// The strike as it is read from its log.
 fn ingested(
     recording: &rig::Recording,
     artifact: &Artifact,

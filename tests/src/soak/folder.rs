@@ -16,7 +16,6 @@ use crate::carom;
 /// Exit codes of a night that did its work: done, with input rejected, refused by a gate.
 pub const WORKED: [i32; 3] = [0, 3, 4];
 
-/// Versions that are kept.
 const KEEP: usize = 5;
 /// Strikes of the first night that are held out: a first version is judged by so many.
 const HELD_OUT: usize = 8;
@@ -42,19 +41,16 @@ pub struct Ended {
     /// Its peak memory, in bytes.
     pub memory: u64,
     pub took: Duration,
-    /// What it printed on standard error.
     pub printed: String,
 }
 
 impl Ended {
-    /// The status of `nightly.json`.
     pub fn status(&self) -> &str {
         self.json["status"].as_str().unwrap_or("")
     }
 }
 
 impl Folder {
-    /// An empty one with a key.
     pub fn new(faulty: &Path, seed: u64) -> anyhow::Result<Self> {
         let folder = Self {
             folder: tempfile::tempdir()?,
@@ -146,7 +142,6 @@ impl Folder {
         child.with_context(|| format!("start {}", self.faulty.display()))
     }
 
-    /// A night that nothing disturbs.
     pub fn night(&self) -> anyhow::Result<Ended> {
         self.struck("kill", 0)
     }
@@ -197,7 +192,6 @@ impl Folder {
     }
 }
 
-/// What a program that has ended says.
 pub fn ended(output: &Output, took: Duration) -> Ended {
     let printed = String::from_utf8_lossy(&output.stderr).into_owned();
     let line = printed.lines().last().unwrap_or("");

@@ -10,11 +10,9 @@ use rand_chacha::ChaCha8Rng;
 use super::fault::Fault;
 use super::folder::{Folder, WORKED};
 
-/// How long to go on.
 #[derive(Clone, Copy, Debug)]
 pub struct Settings {
     pub nights: usize,
-    /// Strikes of the first night.
     pub first: usize,
     /// Strikes of each night after it.
     pub strikes: usize,

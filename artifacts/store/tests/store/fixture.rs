@@ -9,7 +9,6 @@ use store::*;
 use values::{Point, Rig, Shape, StopErrors};
 use world::{AddedEffect, Estimate, World};
 
-/// Weights that differ with their scale.
 pub fn network(scale: f32) -> Network {
     let numbers = |count: usize| {
         (0..count)

@@ -12,7 +12,6 @@ use tempfile::TempDir;
 use values::{Point, Rig, Shape, StopErrors};
 use world::{AddedEffect, Estimate, World};
 
-/// Where the object rests.
 pub const FROM: Point = Point::new(0.3, 0.05);
 /// A target that breaks no limit.
 pub const TO: Point = Point::new(0.6, 0.1);
@@ -149,14 +148,12 @@ pub fn publish_signed(dir: &Path, seed: u64, signing: &Arc<Signing>) -> String {
     store.publish(&contents(seed)).unwrap()
 }
 
-/// A folder with one version.
 pub fn published() -> TempDir {
     let dir = tempfile::tempdir().unwrap();
     publish(dir.path(), 1);
     dir
 }
 
-/// The version, loaded.
 pub fn artifact() -> Artifact {
     Store::open(published().path()).load(None).unwrap()
 }

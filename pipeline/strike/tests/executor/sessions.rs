@@ -20,7 +20,6 @@ fn added(name: &str, parameters: &[(&str, f64)]) -> AddedEffect {
     }
 }
 
-/// The artifact with these effects in place of its own.
 fn artifact(effects: Vec<AddedEffect>) -> Artifact {
     let mut artifact = fixture::artifact();
     let effect = artifact.effect.as_mut().unwrap();
@@ -141,7 +140,6 @@ fn truth(friction: f64) -> Truth {
     truth
 }
 
-/// A strike in it as its log says it.
 fn struck(dir: &std::path::Path, friction: f64, place: usize) -> Strike {
     let rig = fixture::rig();
     let truth = truth(friction);

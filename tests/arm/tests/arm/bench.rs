@@ -34,7 +34,6 @@ pub fn rig() -> Rig {
     rig
 }
 
-/// A plan of sysid for this rig.
 pub fn plan(rig: &Rig, to: Point) -> Plan {
     let planner = Planner::within(&fixture::artifact(), store::Model::Sysid, rig).unwrap();
     planner
@@ -173,7 +172,6 @@ impl Maker {
         }
     }
 
-    /// An emulator of such an arm.
     pub fn emulator(self, fault: Option<(Step, Fault)>) -> Emulator {
         self.listening(self.model(), fault)
     }
@@ -205,7 +203,6 @@ impl Maker {
         }
     }
 
-    /// An emulator of such an arm, and a strike of it.
     pub fn run(
         self,
         fault: Option<(Step, Fault)>,

@@ -8,7 +8,6 @@ use super::kind::HardKind;
 /// A phenomenon that the rig can hide, and what is right to say of it: names, or verdicts without a name.
 type Right = (&'static str, &'static [&'static str]);
 
-/// All of them, by what their sets are for.
 const RIGHT: &[(HardKind, &[Right])] = &[
     (
         HardKind::Single,
@@ -153,7 +152,6 @@ pub fn phenomena(kind: HardKind) -> impl Iterator<Item = &'static str> {
     listed.flat_map(|(_, all)| all.iter().map(|(hidden, _)| *hidden))
 }
 
-/// The whole table, for the page.
 pub fn table() -> impl Iterator<Item = &'static Right> {
     RIGHT.iter().flat_map(|(_, all)| all.iter())
 }
@@ -165,7 +163,6 @@ pub fn right(hidden: &str) -> &'static [&'static str] {
         .map_or(&[], |(_, right)| *right)
 }
 
-/// Whether what is hidden has a right name.
 pub fn is_nameable(hidden: &str) -> bool {
     right(hidden).iter().any(|said| !VERDICTS.contains(said))
 }

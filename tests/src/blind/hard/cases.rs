@@ -24,14 +24,12 @@ pub struct HardCase {
     pub seed: u64,
 }
 
-/// A hard set as it was drawn.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Drawn {
     /// Phenomena that are hidden, by the rig's name; a wrong scale of the camera is none.
     pub hidden: Vec<String>,
     /// How large each is, in units of the noise floor.
     pub magnitudes: Vec<f64>,
-    /// How its strikes were chosen.
     pub design: Design,
     /// The strikes that are made, in their order.
     pub plan: Vec<PlannedStrike>,
@@ -53,7 +51,6 @@ impl Drawn {
         }
     }
 
-    /// How many strikes the logs have.
     pub fn strikes(&self) -> usize {
         self.plan.len() - (self.missing.1 - self.missing.0)
     }

@@ -54,7 +54,6 @@ const WIDE: usize = 5;
 /// Share of the sets in the demo's design: of those that hide nothing, and of the others.
 const RANDOM_CONTROLS: f64 = 0.35;
 const RANDOM: f64 = 0.6;
-/// Numbers of strikes at random.
 const STRIKES: [usize; 5] = [40, 60, 90, 120, 160];
 /// The object stays this far from the table's edge where nothing is hidden, in m: room for what will be.
 const MARGIN: f64 = 0.08;

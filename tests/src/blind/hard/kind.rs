@@ -36,7 +36,6 @@ pub(super) const OF_TWENTY: [(HardKind, usize); 8] = [
 ];
 
 impl HardKind {
-    /// The kind in a word.
     pub fn name(self) -> &'static str {
         match self {
             Self::Control => "control",

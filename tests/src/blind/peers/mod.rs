@@ -18,7 +18,6 @@ use super::set::{Made, Make, strikes};
 
 use fits::{Candidate, Fits};
 
-/// What the peers make of a set.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Peers {
     pub id: String,

@@ -242,7 +242,6 @@ pub fn read(bytes: &[u8]) -> Result<(Vec<Sample>, Summary), LogError> {
     read_topic(bytes, TopicRequest::required(&topic("/p")))
 }
 
-/// The same of any topic.
 pub fn read_topic(
     bytes: &[u8],
     topic: TopicRequest<'_>,

@@ -57,7 +57,6 @@ pub fn compressed(data: &[u8], at: u32) -> Vec<u8> {
     wire.text("jpeg").bytes(data).0
 }
 
-/// `foxglove.CompressedImage`.
 pub fn protobuf(data: &[u8], at: u32) -> Vec<u8> {
     let varint = |mut number: u64, to: &mut Vec<u8>| {
         while number > 127 {
