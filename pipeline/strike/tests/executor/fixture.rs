@@ -8,9 +8,10 @@ use store::{
     Artifact, Calibrated, Contents, Key, Logged, Model, Network, Provenance, Signer, Store,
     TrainedRegion,
 };
+use strike::{Plan, Planner, Refusal};
 use tempfile::TempDir;
 use values::{Point, Rig, Shape, StopErrors};
-use world::{AddedEffect, Estimate, World};
+use world::{AddedEffect, World};
 
 pub const FROM: Point = Point::new(0.3, 0.05);
 /// A target that breaks no limit.
@@ -47,10 +48,8 @@ fn sysid() -> World {
 
 fn effect() -> World {
     let mut world = sysid();
-    world.effects.push(AddedEffect {
-        name: "viscous_drag".into(),
-        parameters: [("rate".to_string(), Estimate::fixed(0.3))].into(),
-    });
+    let drag = AddedEffect::fixed("viscous_drag", &[("rate", 0.3)]);
+    world.effects.push(drag);
     world
 }
 
@@ -156,4 +155,16 @@ pub fn published() -> TempDir {
 
 pub fn artifact() -> Artifact {
     Store::open(published().path()).load(None).unwrap()
+}
+
+/// The plan of a model from [`FROM`] to [`TO`].
+pub fn plan(model: Model) -> Plan {
+    let planner = Planner::new(&artifact(), model).unwrap();
+    planner.plan(FROM, TO).unwrap()
+}
+
+/// Why a model makes no plan.
+pub fn refusal(artifact: &Artifact, model: Model, from: Point, to: Point) -> Refusal {
+    let planner = Planner::new(artifact, model).unwrap();
+    planner.plan(from, to).expect_err("refused")
 }
