@@ -12,6 +12,7 @@ use crate::{FileHash, Manifest, Model, Provenance, ResidualModel, SCHEMA_VERSION
 /// A world, and what is to be added to its commands.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Calibrated {
+    /// The world.
     pub world: World,
     /// The residual model on top of it; none where there were too few strikes to learn one.
     pub residual: Option<ResidualModel>,

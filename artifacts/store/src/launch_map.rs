@@ -28,6 +28,7 @@ const LEAST_HALF_WIDTH: f64 = 1e-6;
 /// No number of a map that strikes taught is greater; sums of them stay finite.
 const GREATEST: f64 = 1e6;
 
+/// The map.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "Parts", into = "Parts")]
 pub struct LaunchMap {
@@ -86,7 +87,9 @@ impl LaunchOffset {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("make a launch map: `{name}` {why}; train again")]
 pub struct LaunchMapError {
+    /// What is wrong.
     pub name: &'static str,
+    /// What it must be.
     pub why: &'static str,
 }
 
@@ -111,6 +114,7 @@ impl LaunchMap {
         Ok(Self { parts })
     }
 
+    /// Its numbers.
     pub fn parts(&self) -> &Parts {
         &self.parts
     }

@@ -84,11 +84,13 @@ pub struct Logged {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Moved {
+    /// The earlier version.
     pub version: String,
     /// Strikes that show where the table is.
     pub strikes: usize,
 }
 
+/// What a file must be.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FileHash {
@@ -110,6 +112,7 @@ pub struct InputFile {
     pub size: u64,
 }
 
+/// How a stage was run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct StageRecord {
@@ -117,6 +120,7 @@ pub struct StageRecord {
     pub name: String,
     /// The stage's version.
     pub version: u32,
+    /// Its settings.
     pub settings: serde_json::Value,
 }
 
@@ -124,6 +128,7 @@ pub struct StageRecord {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TrainingExtent {
+    /// Strikes that it learnt from.
     pub strikes: usize,
     /// Least and greatest speed that it adds on them, in m/s.
     pub d_speed: Interval,

@@ -17,6 +17,7 @@ pub enum Model {
     SysidResidual,
     /// The identified world with the effects that the data named.
     Effect,
+    /// That, and the residual that is left of it.
     EffectResidual,
 }
 
@@ -50,6 +51,7 @@ impl Model {
         }
     }
 
+    /// The model of that name.
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|model| model.name() == name)
     }

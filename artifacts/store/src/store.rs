@@ -21,7 +21,9 @@ pub struct Store {
 /// A version as a list shows it: its manifest was read, its files were not.
 #[derive(Debug)]
 pub struct Listing {
+    /// Its name.
     pub version: String,
+    /// Whether it is the one in use.
     pub is_latest: bool,
     /// What it holds, or why it cannot be read.
     pub manifest: Result<Manifest, ArtifactError>,
@@ -44,6 +46,7 @@ impl Store {
         }
     }
 
+    /// The folder of a version.
     pub fn version_dir(&self, version: &str) -> PathBuf {
         self.versions().join(version)
     }

@@ -11,6 +11,7 @@ use values::{Object, Point, Rig, Solid};
 
 use crate::{World, WorldError};
 
+/// The base of an object.
 #[derive(Clone, Copy, Debug)]
 pub struct Base {
     /// Mean distance of its elements from the centre in m, times the world's torsional friction: a base that turns on the

@@ -17,6 +17,7 @@ pub struct ParameterSpec {
     pub high: f64,
     /// Unit; empty where it has none.
     pub unit: &'static str,
+    /// What it does.
     pub meaning: &'static str,
 }
 
@@ -136,6 +137,7 @@ pub(crate) fn in_range(
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Estimate {
+    /// The value.
     pub value: f64,
     /// Lower end of the 95 % interval.
     #[serde(default, skip_serializing_if = "Option::is_none")]

@@ -132,6 +132,7 @@ impl Simulator {
         self.shift
     }
 
+    /// Whether the table is as it was identified.
     pub fn is_as_identified(&self) -> bool {
         self.whole_shift().is_none()
     }
@@ -162,6 +163,7 @@ impl Simulator {
         self.scene.to_mjb()
     }
 
+    /// The rig that it was compiled for.
     pub fn rig(&self) -> &Rig {
         &self.rig
     }

@@ -6,6 +6,7 @@ use values::{Command, Interval};
 /// What the corrections bring within this many tolerances is solved; what is further off at a bound is out of reach.
 pub(crate) const SOLVED: f64 = 2.0;
 
+/// How a solve goes.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SolveSettings {
     /// Miss in m at which a solve ends; one that comes within twice that is solved too.
@@ -30,6 +31,7 @@ impl Default for SolveSettings {
     }
 }
 
+/// How a solve ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum SolveStatus {
@@ -42,6 +44,7 @@ pub enum SolveStatus {
 }
 
 impl SolveStatus {
+    /// The name in files.
     pub fn name(self) -> &'static str {
         match self {
             Self::Solved => "solved",
@@ -60,5 +63,6 @@ pub struct Solution {
     pub miss: f64,
     /// MuJoCo's simulations of a whole strike; trials in planar form are not counted.
     pub evaluations: u32,
+    /// How it ended.
     pub status: SolveStatus,
 }

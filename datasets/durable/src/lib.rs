@@ -36,6 +36,7 @@ pub struct Error {
 }
 
 impl Error {
+    /// The error of trying `action` on `path`.
     pub fn new(action: &'static str, path: &Path, source: std::io::Error) -> Self {
         Self {
             action,

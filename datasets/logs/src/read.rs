@@ -37,6 +37,7 @@ pub fn read(
     topics.summary(&path.display().to_string(), seen)
 }
 
+/// Reads the wanted topics of a log from any source; `log` is its name in errors.
 pub fn read_from<R: Read + Seek>(
     log: &str,
     source: R,

@@ -28,6 +28,7 @@ pub use copy::CopyWriter;
 pub use lineage::{Lineage, lineages};
 pub use messages::{Samples, Stamped, StateSample};
 
+/// A message that was received as it is.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Received {
     /// Its channel; channels are distinguished by their numbers.

@@ -4,6 +4,7 @@ use values::{Colour, ImageTopic, Object, Rig, Shape, Solid, StampMark};
 
 use crate::{Moment, Scene, Shade};
 
+/// What is rendered.
 #[derive(Clone, Copy)]
 pub struct Case {
     /// Width and height in px.
@@ -12,6 +13,7 @@ pub struct Case {
     pub noise: f64,
     /// JPEG's quality; none is PNG.
     pub jpeg: Option<u8>,
+    /// Whether the lens bends.
     pub lens: bool,
     /// Exposure in s.
     pub exposure: f64,

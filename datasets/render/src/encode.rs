@@ -25,6 +25,7 @@ impl Picture {
         Ok(data)
     }
 
+    /// As PNG.
     pub fn png(&self) -> Result<Vec<u8>, EncodeError> {
         let mut data = Vec::new();
         let size = |size: usize| u32::try_from(size).map_err(|error| self.error(&error));
@@ -53,6 +54,7 @@ impl Picture {
 pub struct Picture {
     /// Pixels in a row.
     pub width: usize,
+    /// Rows.
     pub height: usize,
     /// Three bytes a pixel, rows from the top.
     pub rgb: Vec<u8>,

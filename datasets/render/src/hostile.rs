@@ -50,6 +50,7 @@ type Arrange = fn(&mut Scene, Moment, Draw) -> Moment;
 /// A kind of scene, how it is arranged, and the reasons that are true of it. Where a centre may be given, it must be right.
 #[derive(Debug)]
 pub struct Kind {
+    /// What it shows.
     pub name: &'static str,
     arrange: Arrange,
     /// Names of the reasons that say what is wrong.
@@ -70,6 +71,7 @@ impl Kind {
 
 const NONE: [f64; 2] = [9.0, 9.0];
 
+/// All kinds.
 pub static KINDS: [Kind; 10] = [
     Kind {
         name: "no object",

@@ -7,6 +7,7 @@ use values::Rig;
 pub struct Optics {
     /// Pixels in a row.
     pub width: usize,
+    /// Rows.
     pub height: usize,
     /// `[fx, fy, cx, cy]` in px; pixel centres are whole numbers.
     pub matrix: [f64; 4],

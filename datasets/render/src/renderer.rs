@@ -106,6 +106,7 @@ impl Renderer {
         self.bare = bare;
     }
 
+    /// The camera.
     pub fn optics(&self) -> &Optics {
         &self.optics
     }

@@ -44,6 +44,7 @@ pub struct Glare {
 /// What is before the camera.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scene {
+    /// The object.
     pub form: Form,
     /// Colour of the object, as light of 0 to 1.
     pub object: [f64; 3],
@@ -61,6 +62,7 @@ pub struct Scene {
     pub shadow: [f64; 3],
     /// Another shadow.
     pub shade: Option<Shade>,
+    /// A reflection.
     pub glare: Option<Glare>,
     /// Other objects of the same form and colour.
     pub others: Vec<Moment>,

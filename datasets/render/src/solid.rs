@@ -3,16 +3,19 @@
 /// An object's form, standing on the table.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Form {
+    /// An upright cylinder.
     Cylinder {
         /// In m.
         radius: f64,
         /// In m.
         height: f64,
     },
+    /// A box.
     Box {
         /// Half sizes in m.
         half: [f64; 3],
     },
+    /// A ball.
     Sphere {
         /// In m.
         radius: f64,

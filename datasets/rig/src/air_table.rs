@@ -15,13 +15,16 @@ use crate::RigSimError;
 use crate::effects::GRAVITY;
 use crate::random::{Purpose, random};
 
+/// The table as it is.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AirTable {
+    /// Dry friction.
     pub friction: f64,
     /// Slope along x and y, in rad.
     pub tilt: Point,
     /// Speed of parting over speed of approach, of puck and mallet.
     pub restitution: f64,
+    /// Restitution of puck and wall.
     pub wall_restitution: f64,
     /// Draws everything random.
     pub seed: u64,

@@ -3,6 +3,7 @@
 /// One parameter of an effect or of a kind of noise.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ParameterSpec {
+    /// Its name.
     pub name: &'static str,
     /// Its unit; `1` for a ratio.
     pub unit: &'static str,

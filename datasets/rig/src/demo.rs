@@ -14,6 +14,7 @@ const SESSIONS: usize = 4;
 /// Strikes that a session keeps at the least.
 const FEWEST_A_SESSION: usize = 10;
 
+/// What to write.
 #[derive(Clone, Debug)]
 pub struct Settings {
     /// How many strikes to draw; a plan has its own number.
@@ -46,11 +47,14 @@ impl Settings {
     }
 }
 
+/// What was written.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Written {
+    /// The rig file.
     pub rig: PathBuf,
     /// The logs, in order of time.
     pub logs: Vec<PathBuf>,
+    /// The truth.
     pub truth: PathBuf,
     /// Number of strikes in all logs.
     pub strikes: usize,

@@ -2,9 +2,12 @@
 
 use crate::{Effect, Hidden, Noise, NoiseKind, ParameterSpec, RigSimError};
 
+/// The value of `--hide`.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Hide {
+    /// Effects.
     pub hidden: Hidden,
+    /// Kinds of noise.
     pub noise: Noise,
 }
 

@@ -32,6 +32,7 @@ impl PlannedStrike {
         Point::new(self.x0, self.y0)
     }
 
+    /// The command.
     pub fn command(&self) -> Command {
         Command::new(self.speed, self.angle)
     }

@@ -26,6 +26,7 @@ const REST: f64 = 0.6;
 /// Commands a second, in Hz.
 const COMMAND_RATE: f64 = 250.0;
 
+/// One strike as it was recorded.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Recording {
     /// What goes into a log.
@@ -121,6 +122,7 @@ impl Sim {
         self.index
     }
 
+    /// The truth that it was made from.
     pub fn truth(&self) -> &Truth {
         &self.prepared.truth
     }

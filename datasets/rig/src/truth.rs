@@ -27,6 +27,7 @@ pub struct Truth {
     pub scatter: Scatter,
     /// What is wrong with the camera besides noise.
     pub camera: CameraTruth,
+    /// What is hidden.
     pub hidden: Hidden,
     /// Where objects bounce on the table; not in the file where there is none.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -94,6 +95,7 @@ pub struct StrikeTruth {
     pub order: usize,
     /// Initial position, in m.
     pub initial: Point,
+    /// What was commanded.
     pub command: Command,
     /// What the arm delivered, scatter included.
     pub delivered: Command,
@@ -113,6 +115,7 @@ pub struct StrikeTruth {
 }
 
 impl StrikeTruth {
+    /// Which strike it is.
     pub fn index(&self) -> StrikeIndex {
         StrikeIndex {
             session: self.session,

@@ -11,13 +11,16 @@ use crate::read::{Batch, read};
 use crate::solutions::{RESIDUALS, SOLUTIONS};
 use crate::strikes::{REJECTS, SLIDES, STRIKES, TRACKS};
 
+/// One cell.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Value<'a> {
     /// The row lacks it.
     Nothing,
     /// A number, in the column's unit.
     Real(f64),
+    /// A count or an index.
     Count(u32),
+    /// Text.
     Text(&'a str),
 }
 

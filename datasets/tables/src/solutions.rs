@@ -14,6 +14,7 @@ use crate::write::{Cell, write};
 /// The command that makes the simulated object take a strike's path.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SolutionRow {
+    /// Which strike.
     pub strike_id: String,
     /// Speed in m/s.
     pub speed_sim: f64,

@@ -8,6 +8,7 @@ use crate::{Point, Split};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Residual {
+    /// The strike.
     pub strike_id: String,
     /// Measured displacement from rest to rest, in m.
     pub path: Point,

@@ -26,9 +26,13 @@ pub use topics::{CommandFrame, FieldTopic, Frames, ImageTopic, PoseTopic, StateT
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Rig {
+    /// What is struck.
     pub object: Object,
+    /// What strikes it.
     pub striker: Striker,
+    /// Where it slides.
     pub table: Table,
+    /// What sees it.
     pub camera: Camera,
     /// What the arm may do.
     pub robot: Robot,

@@ -16,6 +16,7 @@ pub enum Split {
 }
 
 impl Split {
+    /// The name in files.
     pub fn name(self) -> &'static str {
         match self {
             Self::Train => "train",
@@ -24,6 +25,7 @@ impl Split {
         }
     }
 
+    /// The split of that name.
     pub fn from_name(name: &str) -> Option<Self> {
         [Self::Train, Self::Validation, Self::Test]
             .into_iter()

@@ -6,9 +6,11 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct StopErrors {
+    /// Mean.
     pub mean: f64,
     /// Standard deviation (of a sample: n − 1); zero for a single strike.
     pub sd: f64,
+    /// Median.
     pub median: f64,
     /// 95th percentile, linear between strikes.
     pub p95: f64,

@@ -61,13 +61,16 @@ pub struct Track {
     /// The object's yaw, where it was tracked.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub yaw: Option<Yaw>,
+    /// What ends it.
     #[serde(default, skip_serializing_if = "End::is_rest")]
     pub end: End,
 }
 
+/// What ends a track.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum End {
+    /// The object rests.
     #[default]
     Rest,
     /// It meets something: a fence, a hand.
@@ -77,6 +80,7 @@ pub enum End {
 }
 
 impl End {
+    /// The name in files.
     pub fn name(self) -> &'static str {
         match self {
             Self::Rest => "rest",
@@ -85,6 +89,7 @@ impl End {
         }
     }
 
+    /// The end of that name.
     pub fn from_name(name: &str) -> Option<Self> {
         [Self::Rest, Self::Contact, Self::LeftView]
             .into_iter()
@@ -133,6 +138,7 @@ pub struct Conditions {
     pub is_unstruck: bool,
 }
 
+/// One strike that was kept.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Strike {
     /// Hash of what was measured (16 hex digits): the same strike has the same id in any file.
@@ -148,6 +154,7 @@ pub struct Strike {
     /// Where it first came to rest after, in metres; where its track ends otherwise, the track's end, which is no stop
     /// ([`Strike::has_stop`]).
     pub stop: Point,
+    /// What was commanded.
     pub command: Command,
     /// Every centroid from first motion to rest.
     pub track: Track,
@@ -185,6 +192,7 @@ impl Strike {
         self
     }
 
+    /// What was commanded, and under which conditions.
     pub fn commanded(&self) -> (Command, &Conditions) {
         (self.command, &self.conditions)
     }

@@ -30,6 +30,7 @@ impl Error {
         Self::Input(source.into())
     }
 
+    /// Failed work.
     pub fn failed(source: impl Into<Source>) -> Self {
         Self::Failed(source.into())
     }
@@ -83,7 +84,9 @@ impl From<durable::Error> for Error {
 /// How a command ended; the numbers are the exit codes of the contract, section 3.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Outcome {
+    /// Done.
     Done = 0,
+    /// Failed.
     Failed = 1,
     /// Wrong usage or bad input.
     BadInput = 2,
@@ -100,6 +103,7 @@ pub enum Outcome {
 pub struct Output {
     /// How the command ended.
     pub outcome: Outcome,
+    /// For `--json`.
     pub json: Value,
     /// For people, ending in a line break.
     pub text: String,

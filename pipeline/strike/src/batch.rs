@@ -11,6 +11,7 @@ use crate::{Plan, Planner, Reason, Refusal};
 /// Longer lines than this, in bytes, are no target.
 const LONGEST_LINE: usize = 1 << 16;
 
+/// What came of a batch.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct BatchCounts {
     /// Lines that became a plan.

@@ -71,6 +71,7 @@ impl CommandPlanner {
         Self { clock, ..self }
     }
 
+    /// The rig that it plans for.
     pub fn rig(&self) -> &Rig {
         &self.rig
     }

@@ -36,8 +36,10 @@ pub enum LogError {
     Content(#[from] WriteError),
 }
 
+/// A log that was written.
 #[derive(Debug)]
 pub struct WrittenLog {
+    /// Where it lies.
     pub path: PathBuf,
     /// Why it does not lie where it was to, or only at a second attempt.
     pub moved: Option<LogError>,

@@ -44,6 +44,7 @@ pub struct Plan {
 pub struct Details {
     /// Version of the artifact that planned it, such as `v0003`.
     pub artifact: String,
+    /// Model that planned it.
     pub model: Model,
     /// Where the object rests, in m.
     pub from: Point,
@@ -90,6 +91,7 @@ pub struct Details {
 /// The table as recent strikes show it, beside the version's own: values with their standard deviations.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Adapted {
+    /// Strikes that showed it.
     pub strikes: usize,
     /// The shift that is planned with: logarithms of factors on friction and launch speed, and an angle in rad.
     pub shift: Shift,
@@ -213,6 +215,7 @@ impl Plan {
         self.epoch
     }
 
+    /// The rig that it was planned for.
     pub fn rig(&self) -> &Rig {
         &self.rig
     }

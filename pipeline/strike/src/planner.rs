@@ -193,6 +193,7 @@ impl Planner {
         self.good_for(good_for)
     }
 
+    /// The rig that it plans for.
     pub fn rig(&self) -> &Rig {
         &self.rig
     }

@@ -106,6 +106,7 @@ pub struct Refusal {
     pub from: Option<Point>,
     /// Where it was to come to rest, in m; none where it was not given.
     pub to: Option<Point>,
+    /// Why.
     pub refused: Reason,
     /// Why, with numbers, and how to mend it.
     pub detail: String,

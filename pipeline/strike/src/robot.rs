@@ -40,6 +40,7 @@ pub trait Robot {
     fn abort(&mut self) -> Result<(), RobotError>;
 }
 
+/// What a strike recorded.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StrikeRecord {
     /// What goes into the log.
@@ -48,6 +49,7 @@ pub struct StrikeRecord {
     pub stop: Option<Point>,
     /// Speed that the arm delivered at contact, in m/s; none where it is not measured.
     pub delivered_speed: Option<f64>,
+    /// A warning for the operator.
     pub warning: Option<String>,
 }
 

@@ -18,7 +18,9 @@ use crate::{
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Prediction {
+    /// The model.
     pub model: String,
+    /// The strike.
     pub strike_id: String,
     /// Predicted stop, in m.
     pub stop: Option<Point>,
@@ -26,6 +28,7 @@ pub struct Prediction {
     pub error: Option<f64>,
     /// Simulations used.
     pub evaluations: u32,
+    /// How it ended.
     pub status: PredictionStatus,
 }
 
@@ -49,6 +52,7 @@ pub struct Evaluation {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct NewSessions {
+    /// Sessions that the strikes are of.
     pub sessions: usize,
     /// Stop errors, by model. A model that predicts no strike is missing.
     pub models: BTreeMap<String, StopErrors>,

@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 use values::{Command, Conditions, Point, Strike};
 use world::{Worker, WorldError};
 
+/// How a prediction ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum PredictionStatus {
@@ -17,18 +18,21 @@ pub enum PredictionStatus {
     Diverged,
 }
 
+/// A predicted stop.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Predicted {
     /// Where the object comes to rest, in m; none when the simulation diverged.
     pub stop: Option<Point>,
     /// Simulations used.
     pub evaluations: u32,
+    /// How it ended.
     pub status: PredictionStatus,
 }
 
 /// A strike that took no part in a model, by whose stop it is judged.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct HeldOut {
+    /// The strike.
     pub strike_id: String,
     /// Where the object rested before, in m.
     pub initial: Point,
@@ -37,6 +41,7 @@ pub struct HeldOut {
     /// Seconds from the impact to that end; none of a strike that came to rest.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub ends: Option<f64>,
+    /// What was commanded.
     pub command: Command,
     /// When and in which session.
     pub conditions: Conditions,

@@ -23,6 +23,7 @@ pub struct Misses {
     pub session: String,
     /// The least and the greatest value of the quantity; none of a session.
     pub from: Option<f64>,
+    /// See `from`.
     pub to: Option<f64>,
     /// Stop errors of these strikes, in m.
     pub errors: StopErrors,

@@ -10,6 +10,7 @@ use world::{Simulator, World, WorldError};
 pub struct Model {
     /// The set-up.
     pub rig: Rig,
+    /// The world.
     pub world: World,
     /// What it adds to the world's solution; none for a world alone.
     pub residual: Option<ResidualModel>,
@@ -20,10 +21,12 @@ pub struct Model {
 pub struct Candidate {
     /// Such as `sysid_residual`.
     pub name: String,
+    /// The model.
     pub model: Model,
 }
 
 impl Model {
+    /// A world alone.
     pub fn of_world(rig: &Rig, world: &World) -> Self {
         Self {
             rig: rig.clone(),

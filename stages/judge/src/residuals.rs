@@ -11,7 +11,9 @@ use world::{Solution, SolveStatus};
 /// A strike without a residual.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ExcludedStrike {
+    /// The strike.
     pub strike_id: String,
+    /// How its solve ended.
     pub status: SolveStatus,
     /// By how much the nearest command misses, in m; none where no simulation came to rest.
     pub miss: Option<f64>,
@@ -20,6 +22,7 @@ pub struct ExcludedStrike {
 /// What becomes of all strikes, in their order.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ResidualTable {
+    /// Strikes with a residual.
     pub rows: Vec<Residual>,
     /// Strikes without.
     pub excluded: Vec<ExcludedStrike>,

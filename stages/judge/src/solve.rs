@@ -24,13 +24,16 @@ pub struct Solve {
     pub settings: SolveSettings,
 }
 
+/// One path to solve.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Path {
+    /// The strike that took it.
     pub strike_id: String,
     /// Where the object rested, in m.
     pub initial: Point,
     /// Where it came to rest, in m.
     pub target: Point,
+    /// What was commanded.
     pub command: Command,
     /// When and in which session.
     pub conditions: Conditions,

@@ -13,7 +13,9 @@ pub trait Stage: Serialize + Sync {
     const NAME: &'static str;
     /// Raised when the meaning of its output, or how it is computed, changes.
     const VERSION: u32;
+    /// What it computes from.
     type Input: Serialize + Sync + ?Sized;
+    /// Its answer.
     type Output: Serialize + DeserializeOwned + Send;
     /// Why it could not answer.
     type Error: std::error::Error + Send + Sync + 'static;
@@ -32,6 +34,7 @@ pub trait ItemStage: Serialize + Sync {
     const BLOCK: usize = 32;
     /// What every item is computed with, such as a world.
     type Shared: Serialize + Sync + ?Sized;
+    /// One item.
     type Item: Serialize + Sync;
     /// The answer to one item.
     type Output: Serialize + DeserializeOwned + Send;
@@ -57,7 +60,9 @@ pub trait ListStage: Serialize + Sync {
     const VERSION: u32;
     /// What every item is computed with, such as a rig.
     type Shared: Serialize + Sync + ?Sized;
+    /// One item.
     type Item: Serialize + Sync;
+    /// One of a list.
     type Entry: Serialize + DeserializeOwned + Send;
     /// The answer for one list as a whole.
     type Output: Serialize + DeserializeOwned + Send;

@@ -25,6 +25,7 @@ const FIRST_BATCH: usize = 64;
 /// How long a batch should take: what a kill loses, against what a sync costs.
 const BATCH_TIME: Duration = Duration::from_secs(2);
 
+/// How to run.
 #[derive(Clone, Debug, Default)]
 pub struct Options {
     /// Versions of what computes below the stages (carom, MuJoCo): another engine's answers are not used.
@@ -104,6 +105,7 @@ impl Run {
         self.answers.writer()
     }
 
+    /// The folder.
     pub fn dir(&self) -> &Path {
         &self.dir
     }

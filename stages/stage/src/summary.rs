@@ -22,6 +22,7 @@ pub struct StageSummary {
 /// What every stage did, in the order of their first use.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Summary {
+    /// One row a stage.
     pub stages: Vec<StageSummary>,
 }
 
@@ -76,5 +77,6 @@ pub struct Record {
     pub name: &'static str,
     /// The stage's version.
     pub version: u32,
+    /// Its settings.
     pub settings: serde_json::Value,
 }

@@ -17,33 +17,45 @@ pub(crate) const LOGS: &str = "workers";
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "event", rename_all = "snake_case")]
 pub enum Event {
+    /// It began.
     Began {
         /// Name of its machine.
         host: String,
+        /// Number of its process there.
         process: u32,
         /// Its share's number, from 0, and the number of shares.
         shard: [usize; 2],
     },
     /// It came to a stage.
     Found {
+        /// The stage.
         stage: String,
         /// What all its jobs have in common.
         group: String,
+        /// Jobs in all.
         jobs: usize,
         /// Those without an answer.
         missing: usize,
     },
     /// It began a job.
-    Took { stage: String },
+    Took {
+        /// The stage.
+        stage: String,
+    },
     /// It waits for jobs that other workers compute.
-    Waits { stage: String },
+    Waits {
+        /// The stage.
+        stage: String,
+    },
     /// It answered a job.
     Done {
+        /// The stage.
         stage: String,
         /// What all its jobs have in common.
         group: String,
         /// The job's name.
         job: String,
+        /// Items that it answers.
         items: usize,
         /// Time that it took, in s.
         seconds: f64,
@@ -62,6 +74,7 @@ pub enum Event {
 pub struct Line {
     /// Time since 1970, in s, by the worker's clock.
     pub at: f64,
+    /// What happened.
     #[serde(flatten)]
     pub event: Event,
 }

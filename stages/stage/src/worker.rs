@@ -29,6 +29,7 @@ const PAUSES: [Duration; 2] = [Duration::from_millis(20), Duration::from_millis(
 pub struct Share {
     /// Which one, from 0.
     pub index: usize,
+    /// Of how many.
     pub count: usize,
     /// How long to wait for a worker that neither answers nor ends.
     pub patience: Duration,

@@ -12,8 +12,10 @@ use crate::minimise::{LeastSquares, minimise, slope};
 use crate::rotation::{cross, length, quaternion, turned, unit};
 use crate::{CalibrationError, CameraModel, Lens};
 
+/// What is known of the lens.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum KnownLens {
+    /// All.
     Lens(Lens),
     /// Only how many pixels the image has: one focal length is found, the axis goes through the image's middle, and the lens bends nothing.
     Size([usize; 2]),
@@ -31,6 +33,7 @@ pub struct Workspace {
 /// A camera that was found.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Calibration {
+    /// Its lens.
     pub lens: Lens,
     /// Place of its optical centre in the frame `table`, in m.
     pub position: [f64; 3],
@@ -38,6 +41,7 @@ pub struct Calibration {
     pub orientation: [f64; 4],
     /// Reprojection error in px: rms of a coordinate, for the unknowns that were fitted.
     pub error: f64,
+    /// Points that it was found from.
     pub points: usize,
     /// The greatest distance of a point's pixel from where the camera found would see it, in px.
     pub worst: f64,
@@ -232,6 +236,7 @@ fn farthest(left: &[f64]) -> (usize, f64) {
 pub struct SeenPoint {
     /// In the frame `table`, in m.
     pub at: [f64; 3],
+    /// Its pixel.
     pub pixel: [f64; 2],
 }
 

@@ -7,6 +7,7 @@ use crate::{Lens, SetupError};
 /// Where the table's points are seen, and when.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CameraModel {
+    /// Its lens.
     pub lens: Lens,
     /// Place of its optical centre in the frame `table`, in m.
     pub position: [f64; 3],

@@ -39,15 +39,18 @@ impl Window {
     }
 }
 
+/// An image of a window.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SmallImage {
     /// The window's place among those given.
     pub window: usize,
+    /// Its topic.
     pub topic: String,
     /// Its stamp in ns; where it has none, when it was received.
     pub stamp: i64,
     /// `jpeg` or `png`.
     pub format: &'static str,
+    /// The file.
     pub data: Vec<u8>,
 }
 

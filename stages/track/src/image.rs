@@ -8,6 +8,7 @@ use crate::size::LARGEST_IMAGE;
 pub struct Image {
     /// Pixels in a row.
     pub width: usize,
+    /// Rows.
     pub height: usize,
     /// Three bytes a pixel.
     pub rgb: Vec<u8>,

@@ -13,6 +13,7 @@ pub enum Payload<'a> {
     Raw {
         /// Pixels in a row.
         width: u32,
+        /// Rows.
         height: u32,
         /// Bytes from one row to the next.
         step: u32,
@@ -38,10 +39,12 @@ impl<'a> Payload<'a> {
     }
 }
 
+/// One image message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ImageMessage<'a> {
     /// Its stamp in ns.
     pub stamp: i64,
+    /// Its pixels.
     pub payload: Payload<'a>,
 }
 

@@ -175,6 +175,7 @@ pub struct TrackOutcome {
     /// Of these, those whose yaw the object's marker told.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub poses: u64,
+    /// The others, by reason.
     pub reasons: BTreeMap<Reason, u64>,
     /// What a person should know of the log.
     pub notes: Vec<String>,
@@ -211,6 +212,7 @@ fn is_zero(count: &u64) -> bool {
 /// Topic of what is said of every frame; JSON, see [`FrameReport`].
 pub const QUALITY_TOPIC: &str = "/object/centroid/quality";
 
+/// What is said of one frame.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FrameReport {
     /// Middle of the exposure of the object's rows, in ns.

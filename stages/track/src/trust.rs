@@ -42,6 +42,7 @@ pub enum Reason {
 }
 
 impl Reason {
+    /// Its name in files.
     pub fn name(self) -> &'static str {
         match self {
             Self::NoObject => "no_object",

@@ -11,6 +11,7 @@ use crate::{Image, TuneError};
 /// A colour range, and what it finds in the image that it came from.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tuned {
+    /// The range.
     pub colour: Colour,
     /// Centroid of the object's region in px.
     pub pixel: [f64; 2],

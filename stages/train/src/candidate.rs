@@ -9,6 +9,7 @@ use crate::miss::Miss;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Kind {
+    /// Nothing.
     None,
     /// A smooth map of launches over commands.
     LaunchMap,
@@ -17,6 +18,7 @@ pub enum Kind {
 }
 
 impl Kind {
+    /// Its name for a person.
     pub fn name(self) -> &'static str {
         match self {
             Self::None => "none",
@@ -29,6 +31,7 @@ impl Kind {
 /// How well a candidate predicts stops of strikes that it did not learn from.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Score {
+    /// The candidate.
     pub kind: Kind,
     /// Mean distance in m, commands that are alike held out together.
     pub by_setting: f64,

@@ -8,7 +8,9 @@ use values::{Command, LaunchResidual, Residual, Split, Strike};
 /// One strike to learn from.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Example {
+    /// The strike.
     pub strike_id: String,
+    /// What was commanded.
     pub command: Command,
     /// The log that it comes from.
     pub session: String,

@@ -52,6 +52,7 @@ pub struct Mae {
     pub d_angle: f64,
     /// Over both outputs, in units of the targets' deviation on the rows that learnt.
     pub scaled: f64,
+    /// Number of rows.
     pub rows: usize,
 }
 
@@ -60,6 +61,7 @@ pub struct Mae {
 pub struct Trained {
     /// The model, with the weights of the best epoch.
     pub network: Network,
+    /// Every epoch.
     pub history: Vec<Epoch>,
     /// The epoch whose weights were kept, from 1.
     pub best_epoch: usize,

@@ -9,6 +9,7 @@ use crate::fit::Trained;
 /// What was learnt on top of a world.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Learned {
+    /// What is added.
     pub kind: Kind,
     /// The model; none where nothing is added.
     pub model: Option<ResidualModel>,

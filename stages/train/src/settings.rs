@@ -10,6 +10,7 @@ use crate::TrainError;
 pub struct Settings {
     /// Where initial weights, shuffles and dropout are drawn from.
     pub seed: u64,
+    /// Most epochs.
     pub epochs: usize,
     /// Rows a step.
     pub batch: usize,

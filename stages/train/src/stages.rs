@@ -9,6 +9,7 @@ use crate::{Epoch, Example, Learned, Settings, TrainError, learn};
 /// Learns what to add to a world from each set of strikes ([`learn`]).
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Train {
+    /// How to train.
     pub settings: Settings,
 }
 

@@ -30,6 +30,7 @@ impl Networks {
         sum.map(|sum| sum / self.0.len() as f64)
     }
 
+    /// Each of them.
     pub fn each(&self) -> &[Network] {
         &self.0
     }

@@ -32,6 +32,7 @@ pub enum Acts {
     Strike,
     /// On friction or force, by where the object is and how fast.
     Slide,
+    /// On the measurement.
     Camera,
 }
 

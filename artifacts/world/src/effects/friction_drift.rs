@@ -54,6 +54,7 @@ pub struct Drift {
     pub rate: f64,
     /// k, per strike.
     pub saturation: f64,
+    /// p.
     pub shape: f64,
 }
 

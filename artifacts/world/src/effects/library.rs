@@ -12,6 +12,7 @@ use super::{
 };
 use crate::{WorldError, parameter::in_range};
 
+/// The library.
 pub const EFFECTS: &[&EffectSpec] = &[
     &super::viscous_drag::SPEC,
     &super::quadratic_drag::SPEC,

@@ -31,8 +31,10 @@ impl Parameters {
     }
 }
 
+/// One parameter of an effect.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EffectParameter {
+    /// Its name.
     pub name: &'static str,
     /// Its unit; empty where it has none.
     pub unit: &'static str,

@@ -8,9 +8,11 @@ use super::{
     start::{Experiment, FitStart},
 };
 
+/// One kind of effect.
 pub struct EffectSpec {
     /// Name in `world.toml`, `diagnosis.json` and on the command line.
     pub name: &'static str,
+    /// Its parameters.
     pub parameters: Parameters,
     /// What it makes depend on what.
     pub family: Family,
@@ -81,11 +83,15 @@ pub enum Family {
     FrictionByHeading,
     /// Force, by place on the table.
     ForceByPlace,
+    /// Launch speed, by commanded speed.
     LaunchSpeed,
+    /// Restitution, by impact speed.
     RestitutionBySpeed,
     /// Restitution, by the number of strikes before.
     RestitutionByOrder,
+    /// Launch angle, by commanded angle.
     LaunchAngle,
+    /// Launch angle, by commanded speed and angle.
     LaunchAngleByCommand,
     /// Launch angle, by the number of strikes before or the session.
     LaunchAngleByOrder,
@@ -106,6 +112,7 @@ impl Family {
         )
     }
 
+    /// Whether it is a dependence of restitution.
     pub fn is_of_restitution(self) -> bool {
         matches!(self, Self::RestitutionBySpeed | Self::RestitutionByOrder)
     }

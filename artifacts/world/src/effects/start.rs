@@ -16,13 +16,16 @@ const BEYOND: f64 = 0.25;
 /// The strikes that an effect is looked for in.
 #[derive(Clone, Copy)]
 pub struct Experiment<'a> {
+    /// The rig.
     pub rig: &'a Rig,
+    /// Its strikes.
     pub strikes: &'a [&'a Strike],
 }
 
 /// A small amount of an effect.
 #[derive(Clone, Debug)]
 pub struct Column {
+    /// Parameters of form.
     pub form: Vec<(String, f64)>,
     /// The parameter of strength, and a small value of it.
     pub strength: (String, f64),
@@ -38,6 +41,7 @@ pub type Combine = fn(&FitStart, &[f64]) -> Vec<(String, f64)>;
 /// Where one fit begins: columns that are tried together.
 #[derive(Clone, Debug)]
 pub struct FitStart {
+    /// The columns.
     pub columns: Vec<Column>,
     /// How their coefficients become parameters, beyond scaling each column's strength.
     pub combine: Option<Combine>,

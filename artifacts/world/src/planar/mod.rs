@@ -67,10 +67,13 @@ impl Planar<'_> {
 /// A strike to simulate.
 #[derive(Clone, Copy)]
 pub struct Job<'j> {
+    /// The world.
     pub planar: &'j Planar<'j>,
+    /// The strike.
     pub input: StrikeInput<'j>,
     /// How its object leaves the tip.
     pub launch: &'j Launch,
+    /// What differs.
     pub deviation: Deviation,
 }
 

@@ -65,7 +65,9 @@ struct Hypothesis {
 /// The table is farther from the version's own than the version believes possible.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TableChanged {
+    /// Where it seems to be.
     pub shift: Shift,
+    /// Strikes that say so.
     pub strikes: usize,
     /// Of these, those that fit neither the strikes before nor the table's usual steps, where these are too many.
     pub odd: Option<usize>,
@@ -112,10 +114,12 @@ impl Filter {
         good.sum::<f64>() >= 0.5
     }
 
+    /// How the table varies.
     pub fn varies(&self) -> &Varies {
         &self.varies
     }
 
+    /// Strikes that it followed.
     pub fn strikes(&self) -> usize {
         self.strikes
     }

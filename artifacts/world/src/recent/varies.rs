@@ -66,9 +66,11 @@ pub struct Varies {
     pub wander: [f64; 3],
     /// Covariance of the model's own error, from the strikes that it learnt from: row by row.
     pub certainty: Rows,
+    /// From session to session.
     pub between: BetweenSessions,
 }
 
+/// How sessions differ.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct BetweenSessions {

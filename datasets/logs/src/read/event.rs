@@ -31,6 +31,7 @@ pub struct Damage {
     pub offset: u64,
     /// How much it takes.
     pub extent: Extent,
+    /// What was found.
     pub why: String,
 }
 
@@ -47,14 +48,18 @@ pub enum Extent {
     Index,
 }
 
+/// Messages of one topic.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TopicCount {
+    /// Its name.
     pub name: String,
     /// Its schema's name, empty for none.
     pub schema: String,
+    /// Messages seen.
     pub messages: u64,
 }
 
+/// What was in a log.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Summary {
     /// SHA-256 of the whole file, in hex.

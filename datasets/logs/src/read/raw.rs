@@ -23,6 +23,7 @@ use crate::{LogError, SchemaText};
 pub struct RawChannel {
     /// Its number in the file.
     pub id: u16,
+    /// Topic name.
     pub topic: String,
     /// `cdr`, `ros1`, `json`, `protobuf` …
     pub encoding: String,
@@ -46,8 +47,10 @@ impl RawChannel {
     }
 }
 
+/// One message.
 #[derive(Clone, Copy, Debug)]
 pub struct RawMessage<'a> {
+    /// Its channel.
     pub channel: &'a Arc<RawChannel>,
     /// When the recorder received it, in ns.
     pub log_time: u64,
@@ -58,7 +61,9 @@ pub struct RawMessage<'a> {
 /// A channel of a file and how many messages it had.
 #[derive(Clone, Debug)]
 pub struct SeenChannel {
+    /// The channel.
     pub channel: Arc<RawChannel>,
+    /// Messages seen.
     pub messages: u64,
 }
 

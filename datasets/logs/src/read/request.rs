@@ -2,6 +2,7 @@
 
 use values::FieldTopic;
 
+/// A topic that is to be read.
 #[derive(Clone, Copy, Debug)]
 pub struct TopicRequest<'a> {
     /// Its name and field paths.

@@ -32,6 +32,7 @@ const SPLITS: [Split; 3] = [Split::Train, Split::Validation, Split::Test];
 
 /// A strike as an episode: a row a frame, from where it was struck on, at equal distances in time.
 pub struct Episode {
+    /// The strike.
     pub strike_id: String,
     /// Its part: episodes of one part follow each other.
     pub split: Split,

@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::{Point, exact};
 
+/// The camera.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Camera {

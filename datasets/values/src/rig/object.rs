@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::RigError;
 use crate::{Interval, Point, exact};
 
+/// The object that is struck.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "Stated", into = "Stated")]
 pub struct Object {
@@ -12,12 +13,14 @@ pub struct Object {
     pub solid: Solid,
     /// Mass in kg.
     pub mass: f64,
+    /// Its colour in images.
     pub colour: Option<Colour>,
     /// The marker on its upper face.
     pub marker: Option<Marker>,
 }
 
 impl Object {
+    /// Its shape.
     pub fn shape(&self) -> Shape {
         self.solid.shape()
     }
@@ -26,6 +29,7 @@ impl Object {
 /// A shape with its sizes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Solid {
+    /// An upright cylinder.
     Cylinder {
         /// Radius in m.
         radius: f64,
@@ -37,6 +41,7 @@ pub enum Solid {
         /// Half sizes along x, y, z in m.
         half_size: [f64; 3],
     },
+    /// A ball.
     Sphere {
         /// Radius in m.
         radius: f64,
@@ -44,6 +49,7 @@ pub enum Solid {
 }
 
 impl Solid {
+    /// Its shape.
     pub fn shape(&self) -> Shape {
         match self {
             Self::Cylinder { .. } => Shape::Cylinder,
@@ -62,6 +68,7 @@ impl Solid {
         }
     }
 
+    /// And to the nearest.
     pub fn narrowest(&self) -> f64 {
         match *self {
             Self::Cylinder { radius, .. } | Self::Sphere { radius } => radius,
@@ -230,13 +237,16 @@ impl From<Object> for Stated {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Shape {
+    /// An upright cylinder.
     Cylinder,
     /// A box whose faces are parallel to the table's axes when it rests.
     Box,
+    /// A ball.
     Sphere,
 }
 
 impl Shape {
+    /// The name in files.
     pub fn name(self) -> &'static str {
         match self {
             Self::Cylinder => "cylinder",
@@ -250,14 +260,17 @@ impl Shape {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Striker {
+    /// Its shape.
     pub tip: Tip,
     /// Its radius in m.
     pub radius: f64,
 }
 
+/// Tip shapes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Tip {
+    /// A ball.
     Sphere,
     /// An upright rod.
     Cylinder,
@@ -269,6 +282,7 @@ pub enum Tip {
 pub struct Marker {
     /// OpenCV's name of its dictionary, such as `DICT_APRILTAG_36h11`.
     pub dictionary: String,
+    /// Its number in it.
     pub id: usize,
     /// Side of its black square, in m.
     pub size: f64,

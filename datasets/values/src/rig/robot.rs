@@ -105,6 +105,7 @@ pub enum Obstacle {
         /// Extent along y, in m.
         y: Interval,
     },
+    /// A disc.
     Disc {
         /// Its centre, in m.
         centre: Point,

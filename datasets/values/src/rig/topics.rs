@@ -6,6 +6,7 @@ use serde::{Deserialize, Deserializer, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Topics {
+    /// Object centroids.
     #[serde(default = "FieldTopic::centroid", deserialize_with = "centroid")]
     pub centroid: FieldTopic,
     /// Commanded end-effector velocity.
@@ -38,7 +39,9 @@ impl Default for Topics {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FieldTopic {
+    /// Topic name.
     pub name: String,
+    /// Path of the stamp.
     pub stamp: String,
     /// Path of the first coordinate.
     pub x: String,
@@ -117,6 +120,7 @@ impl PoseTopic {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ImageTopic {
+    /// Topic name.
     pub name: String,
     /// Path of the stamp: `header.stamp` or `timestamp`, as the message type has it.
     #[serde(default = "ImageTopic::header_stamp")]
@@ -268,6 +272,7 @@ impl Frames {
     }
 }
 
+/// The frame that commands are logged in.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum CommandFrame {

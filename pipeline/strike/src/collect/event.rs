@@ -22,6 +22,7 @@ pub enum CollectEvent {
     Kept {
         /// Usable strikes so far.
         strikes: usize,
+        /// A warning for the operator.
         warning: Option<String>,
     },
     /// A strike whose log cannot be used, and why.

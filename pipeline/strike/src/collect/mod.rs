@@ -33,6 +33,7 @@ const MOST_USELESS: usize = 5;
 pub struct Collected {
     /// Usable strikes in the folder.
     pub strikes: usize,
+    /// Of these, made now.
     pub made: usize,
     /// Strikes made now whose logs cannot be used.
     pub useless: usize,

@@ -7,5 +7,6 @@ use values::{Command, Point};
 pub struct StrikeRequest {
     /// Where the object is to lie, in m.
     pub from: Point,
+    /// What it is to be struck with.
     pub command: Command,
 }

@@ -34,6 +34,7 @@ pub struct Recorded {
     pub samples: Samples,
     /// Messages of live topics.
     pub received: Vec<Received>,
+    /// A warning for the operator.
     pub warning: Option<String>,
     /// Where the tip passed through the place of an object that was not moved: what that tells.
     pub unmoved: Option<&'static str>,
@@ -44,6 +45,7 @@ pub struct Recorded {
 pub struct Unfinished {
     /// What was recorded until then; none where nothing was.
     pub recorded: Option<Recorded>,
+    /// Why.
     pub error: RobotError,
 }
 
@@ -65,6 +67,7 @@ pub trait Station {
     /// Whether a hand puts the object back, which may put it where nothing can be struck.
     fn is_by_hand(&self) -> bool;
 
+    /// Strikes it.
     fn strike(&mut self, plan: &Plan) -> Result<Recorded, Box<Unfinished>>;
 
     /// The strike's record was written, or it is told why not.

@@ -28,6 +28,7 @@ pub(super) struct Place {
     pub(super) z: Option<f64>,
 }
 
+/// An object at rest.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Resting {
     /// Where, in m.

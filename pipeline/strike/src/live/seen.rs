@@ -154,8 +154,10 @@ impl Seen {
     }
 }
 
+/// A message of a server.
 #[derive(Clone, Copy, Debug)]
 pub enum ServerMessage<'a> {
+    /// A control message, JSON.
     Control(&'a str),
     /// A binary frame.
     Data(&'a [u8]),

@@ -3,6 +3,7 @@
 use super::{Robot, RobotError, StrikeRecord};
 use crate::Plan;
 
+/// `--robot dry-run`.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct DryRun;
 

@@ -2,7 +2,7 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use store::{Artifact, Model};
+use store::Model;
 use strike::{Plan, Planner, Ramp, Reason, Refusal};
 use values::{Point, Rig, Shape};
 use world::{AddedEffect, World};

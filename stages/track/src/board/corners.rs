@@ -12,14 +12,17 @@ use crate::Image;
 pub struct Board {
     /// Squares in a row.
     pub columns: usize,
+    /// Rows of squares.
     pub rows: usize,
     /// Side of a square in m.
     pub square: f64,
     /// Side of a marker in m.
     pub marker: f64,
+    /// The dictionary of its markers.
     pub dictionary: Dictionary,
 }
 
+/// What is seen of a board in one image.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SeenBoard {
     /// Corners where two black squares meet: along the board from its upper left corner (right, down) in m, and the pixel.

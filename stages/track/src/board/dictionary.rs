@@ -1,5 +1,6 @@
 //! ArUco's dictionaries and AprilTag's families.
 
+/// The markers of a dictionary.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Dictionary {
     /// Cells across a marker, without its black border.
@@ -59,10 +60,12 @@ impl Dictionary {
         self.codes.get(id).copied()
     }
 
+    /// Markers that it has.
     pub fn len(&self) -> usize {
         self.codes.len()
     }
 
+    /// Whether it has none.
     pub fn is_empty(&self) -> bool {
         self.codes.is_empty()
     }

@@ -14,6 +14,7 @@ use crate::{BoardError, CameraModel, Lens};
 /// A lens that was found from views of a board.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LensFit {
+    /// The lens.
     pub lens: Lens,
     /// Width and height in px of the images that it holds for.
     pub size: [usize; 2],
@@ -21,6 +22,7 @@ pub struct LensFit {
     pub error: f64,
     /// Rms of each view that was used, in px; none of one that shows too little.
     pub views: Vec<Option<f64>>,
+    /// Corners that were used.
     pub corners: usize,
     /// Standard error of the focal length, as a share of it.
     pub unsure: f64,

@@ -16,6 +16,7 @@ use super::turn::Turn;
 pub struct Pose {
     /// x, y, z in m.
     pub at: [f64; 3],
+    /// Its orientation.
     pub turn: Turn,
 }
 
@@ -69,6 +70,7 @@ impl fmt::Display for Said {
 pub enum Condition {
     /// It takes them, and moves on none.
     Ready,
+    /// It moves.
     Moving,
     /// It was stopped, or not made ready yet: a new call may make it ready.
     Stopped(Said),
@@ -92,6 +94,7 @@ impl fmt::Display for Condition {
 pub struct Report {
     /// The controller's clock, in s.
     pub clock: f64,
+    /// Where the tip is.
     pub pose: Pose,
     /// Its velocity along x, y, z, in m/s.
     pub velocity: [f64; 3],
@@ -132,8 +135,10 @@ pub struct ArmLimits {
     pub start: Duration,
 }
 
+/// Which arm it is.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Identity {
+    /// Its serial number.
     pub serial: String,
     /// What it can do.
     pub limits: ArmLimits,
@@ -174,6 +179,7 @@ impl Status {
 /// A straight line of the tip, from wherever it is.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LineRequest {
+    /// Where it ends.
     pub to: Pose,
     /// m/s.
     pub speed: f64,
@@ -230,6 +236,7 @@ pub trait Arm: Sized + Send {
     /// Which arm it is. The inner error says that this arm or its software is not driven.
     fn identify(&mut self) -> io::Result<Result<Identity, String>>;
 
+    /// What it is set to.
     fn status(&mut self) -> io::Result<Status>;
 
     /// Where the tip is, asked apart from the stream.

@@ -71,6 +71,7 @@ impl Outlet {
         })
     }
 
+    /// Whether it was stopped from here.
     pub fn is_stopped(&self) -> bool {
         let ways = self.ways.lock().unwrap_or_else(PoisonError::into_inner);
         ways.is_stopped

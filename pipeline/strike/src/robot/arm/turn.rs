@@ -61,6 +61,7 @@ impl Turn {
         ]
     }
 
+    /// Whether it is of numbers.
     pub fn is_finite(self) -> bool {
         self.0.iter().all(|part| part.is_finite())
     }
