@@ -65,7 +65,6 @@ pub(crate) enum Ending {
     Open,
 }
 
-/// A search under way.
 pub(crate) struct Search<'a> {
     /// The path in m that a command leads along; none where the object does not come to rest.
     lead: &'a mut dyn FnMut(Command) -> Option<Point>,

@@ -86,7 +86,6 @@ impl FieldTree {
         }
     }
 
-    /// Whether it is wanted as a text alone.
     pub(crate) fn is_text(&self) -> bool {
         self.leaves == [Leaf::Text] && self.fields.is_empty() && self.elements.is_empty()
     }

@@ -90,7 +90,6 @@ impl Renderer {
         renderer
     }
 
-    /// Renders the bare table.
     fn lay_table(&mut self) {
         let (width, height) = (self.optics.width, self.optics.height);
         let mut bare = Vec::with_capacity(3 * width * height);
@@ -313,7 +312,6 @@ fn holds([left, top, right, bottom]: &[usize; 4], [column, row]: [usize; 2]) -> 
     (*left..*right).contains(&column) && (*top..*bottom).contains(&row)
 }
 
-/// The place at a share of the way.
 fn between(moments: &[Moment], share: f64) -> Moment {
     let at = share.clamp(0.0, 1.0) * (moments.len() - 1) as f64;
     let index = (at as usize).min(moments.len() - 2);

@@ -12,7 +12,6 @@ use crate::random::{Purpose, random};
 /// From when to when most objects slide, in s from the start of a recording: where lost frames matter.
 const SLIDING: (f64, f64) = (0.6, 1.6);
 
-/// The noise of one strike.
 #[derive(Clone, Debug)]
 pub(crate) struct Disturbance {
     levels: Levels,

@@ -260,7 +260,6 @@ fn end(batch: &Batch, row: usize) -> Result<End, TableError> {
     End::from_name(name).ok_or_else(|| batch.wrong(row, format!("there is no end `{name}`")))
 }
 
-/// What the arm delivered, where all of it stands there.
 fn delivered(batch: &Batch, row: usize) -> Option<Delivered> {
     let real = |name| batch.real_or_null(name, row);
     Some(Delivered {

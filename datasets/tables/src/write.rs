@@ -15,7 +15,6 @@ use parquet::file::properties::{WriterProperties, WriterPropertiesBuilder};
 use crate::TableError;
 use crate::layout::{Column, GROUP_ROWS, Kind, SCHEMA_VERSION, Table, VERSION_KEY};
 
-/// One value of a row.
 pub(crate) enum Cell<'a> {
     Real(f64),
     Count(u32),

@@ -170,7 +170,6 @@ fn write_what_fits(
     (written > 0).then_some(path)
 }
 
-/// The whole content of a log.
 fn fill(
     file: impl Write + Seek,
     (samples, received, lineage): (&Samples, &[Received], &Lineage),

@@ -47,7 +47,6 @@ pub struct Planner {
     unaided: Option<StopErrors>,
     /// What it plans in: a session that is not known, after all strikes that the version knows.
     conditions: Conditions,
-    /// How long a plan is good for.
     good_for: Duration,
 }
 

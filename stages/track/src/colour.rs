@@ -138,7 +138,6 @@ impl Contrast {
     }
 }
 
-/// A rectangle of pixels.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Part {
     pub(crate) left: usize,

@@ -70,7 +70,6 @@ pub(crate) enum NoFit {
     Border,
     /// Object and table look alike.
     NoContrast,
-    /// Too few edges.
     NoEdges,
 }
 

@@ -89,7 +89,6 @@ impl Codes {
         Some((*self.symbols.get(index)?, length as u32))
     }
 
-    /// Fills the tables of what is looked up.
     fn look_up(&mut self, counts: &[u8; LONGEST]) {
         let mut symbols = self.symbols.iter();
         for (length, count) in (1..=LOOKED_UP).zip(counts) {

@@ -12,7 +12,6 @@ pub(crate) struct LeastSquares {
 }
 
 impl LeastSquares {
-    /// Sum of the squares that are left.
     pub(crate) fn squares(&self) -> f64 {
         self.left.iter().map(|left| left * left).sum()
     }

@@ -81,7 +81,6 @@ pub(crate) struct Vertex {
 /// What is seen of a solid.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Outline {
-    /// Its corners in order around.
     pub(crate) vertices: Vec<Vertex>,
     /// The corners of its upper face; none for a sphere.
     pub(crate) top: Vec<[f64; 2]>,

@@ -5,7 +5,6 @@ use nalgebra::{SMatrix, SVector};
 use crate::Image;
 use crate::flow::{Flow, PARTS};
 
-/// The spots of a table, and its brightness.
 #[derive(Clone, Debug)]
 pub(crate) struct Spots {
     all: Vec<Spot>,
@@ -286,7 +285,6 @@ pub(crate) struct Fitted {
     pub(crate) scatter: f32,
     /// Of the movement where it is known least, in px.
     pub(crate) deviation: f64,
-    /// Spots that were used.
     count: usize,
 }
 
@@ -298,7 +296,6 @@ impl Fitted {
         fall * self.count as f64 > sure * sure
     }
 
-    /// The one that leaves less.
     pub(crate) fn least(self, other: Self) -> Self {
         if other.scatter < self.scatter {
             other

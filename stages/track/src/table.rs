@@ -4,7 +4,6 @@ use crate::Image;
 use crate::aligned::Alignment;
 use crate::background::Background;
 
-/// What the table looks like.
 #[derive(Clone, Copy)]
 pub(crate) struct Table<'a> {
     pub(crate) image: &'a Image,

@@ -145,7 +145,6 @@ fn squares(image: &Image, light: &[f32; 256]) -> Vec<([usize; 2], [f32; 3])> {
     squares
 }
 
-/// The median light of the pixels around one.
 fn around(image: &Image, light: &[f32; 256], [x, y]: [usize; 2]) -> [f32; 3] {
     let mut colours = Vec::new();
     for row in y.saturating_sub(2)..(y + 3).min(image.height) {

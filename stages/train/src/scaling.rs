@@ -31,7 +31,6 @@ impl<const N: usize> Scaling<N> {
         Self { mean, deviation }
     }
 
-    /// A row in units of the deviation.
     pub(crate) fn scale(&self, row: &[f64; N]) -> [f64; N] {
         std::array::from_fn(|i| (row[i] - self.mean[i]) / self.deviation[i])
     }

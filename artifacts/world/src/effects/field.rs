@@ -40,7 +40,6 @@ const fn edge(name: &'static str, neutral: f64) -> EffectParameter {
     EffectParameter::new(name, "m", [-5.0, 5.0], 0.1).neutral_at(neutral)
 }
 
-/// The nodes of a kind of field.
 #[derive(Clone, Copy)]
 pub(super) struct Nodes {
     /// How many at the most.

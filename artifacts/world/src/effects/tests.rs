@@ -63,7 +63,6 @@ impl Bench {
         bench
     }
 
-    /// With one more effect.
     pub(super) fn and(mut self, name: &str, parameters: &[(&str, f64)]) -> Self {
         self.world
             .effects

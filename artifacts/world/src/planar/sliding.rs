@@ -22,7 +22,6 @@ const ENDLESS: f64 = 20.0;
 /// No table is larger, in m from the robot's base: what slides farther runs away, ever faster down a dome, and does not rest.
 const FARTHEST: f64 = 10.0;
 
-/// An object on its way.
 pub(super) struct Sliding<'s> {
     forces: Forces<'s>,
     times: &'s [f64],
@@ -191,7 +190,6 @@ impl<'s> Sliding<'s> {
     }
 }
 
-/// All of them, to their ends.
 pub(super) fn to_rest(objects: &mut [Sliding<'_>]) {
     let mut middle = [Rate::default(); ABREAST];
     let mut again = [Rate::default(); ABREAST];

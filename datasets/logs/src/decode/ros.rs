@@ -68,7 +68,6 @@ impl Element {
 }
 
 impl Plan {
-    /// Reads one message.
     pub(super) fn decode(&self, data: &[u8], raw: &mut Raw) -> Result<(), DecodeError> {
         let mut cursor = Cursor::new(self.wire, data)?;
         self.run(&self.steps, &mut cursor, raw)

@@ -43,7 +43,6 @@ pub(super) enum Primitive {
 }
 
 impl Primitive {
-    /// Bytes that it takes.
     pub(super) fn size(self) -> usize {
         match self {
             Self::Bool | Self::I8 | Self::U8 => 1,

@@ -87,7 +87,6 @@ pub fn hash(log: &Path) -> Result<String, LogError> {
     Ok(joined.finish())
 }
 
-/// The hash of several files.
 #[derive(Default)]
 pub(super) struct JoinedHash(Sha256);
 

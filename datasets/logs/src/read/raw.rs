@@ -133,7 +133,6 @@ pub(super) trait Take {
     fn any_unchecked(&self) -> bool;
 }
 
-/// A sink of messages.
 struct Each<'a, E> {
     sink: &'a mut dyn FnMut(RawMessage<'_>) -> Result<(), E>,
     /// Bytes that a message unpacks to at the most.

@@ -139,7 +139,6 @@ impl Form {
         }
     }
 
-    /// Writes a message.
     pub(super) fn write(&self, buffer: &mut Vec<u8>, numbers: &Numbers) {
         let Numbers {
             x,

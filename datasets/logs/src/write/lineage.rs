@@ -15,7 +15,6 @@ const NAME: &str = "carom";
 /// planned strike. Which names there are is up to the program that writes.
 pub type Lineage = BTreeMap<String, String>;
 
-/// Appends the record.
 pub(super) fn write<W: Write + Seek>(
     mcap: &mut Writer<W>,
     lineage: &Lineage,

@@ -120,7 +120,6 @@ pub(super) fn joined(own: &str, parts: &[(&str, &str)]) -> String {
         })
 }
 
-/// The definition of a common type.
 #[cfg(feature = "sqlite")]
 pub(crate) fn known_definition(name: &str) -> Option<String> {
     let image = image_schema();

@@ -56,7 +56,6 @@ declare! {
         kappa: 0.04, "1/m", Some(0.0);
         /// Lowest point, in m.
         center_x: 0.45, "m", None;
-        /// Lowest point, in m.
         center_y: 0.0, "m", None;
     }
 }

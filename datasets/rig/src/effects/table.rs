@@ -32,7 +32,6 @@ declare! {
         kappa: 0.05, "1/m", Some(0.0);
         /// Lowest point, in m.
         center_x: 0.45, "m", None;
-        /// Lowest point, in m.
         center_y: 0.0, "m", None;
         /// Where the table is flat again, in m.
         radius: 0.7, "m", None;

@@ -27,7 +27,6 @@ const FILES: usize = 1000;
 const ROWS: usize = 1 << 20;
 /// What an action's numbers are: the command, and the velocity of the tip that went with it.
 const ACTION: [&str; 4] = ["speed", "angle", "tip_vx", "tip_vy"];
-/// The order of parts.
 const SPLITS: [Split; 3] = [Split::Train, Split::Validation, Split::Test];
 
 /// A strike as an episode: a row a frame, from where it was struck on, at equal distances in time.
@@ -44,7 +43,6 @@ pub struct Episode {
     pub actions: Vec<[f32; 4]>,
 }
 
-/// What statistics are made of.
 struct Feature {
     name: &'static str,
     dtype: &'static str,

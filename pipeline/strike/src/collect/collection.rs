@@ -80,7 +80,6 @@ impl Collection {
         Ok(collection)
     }
 
-    /// Usable strikes.
     pub(super) fn len(&self) -> usize {
         self.made.len()
     }

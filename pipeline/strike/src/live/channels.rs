@@ -32,7 +32,6 @@ pub(super) struct Sighting {
     pub(super) stamp: Option<i64>,
 }
 
-/// A channel that is listened to.
 #[derive(Debug)]
 pub(super) struct Subscription {
     pub(super) role: Role,
@@ -118,7 +117,6 @@ impl Channels {
         Ok(Some(subscription))
     }
 
-    /// Channels that are gone.
     pub(super) fn unadvertise(&mut self, ids: &[u64]) {
         self.listened
             .retain(|_, listened| !ids.contains(&listened.channel.id));

@@ -159,7 +159,6 @@ impl Seen {
 pub enum ServerMessage<'a> {
     /// A control message, JSON.
     Control(&'a str),
-    /// A binary frame.
     Data(&'a [u8]),
 }
 

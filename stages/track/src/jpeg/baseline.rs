@@ -3,7 +3,6 @@
 use super::bits::{Bits, Damage, NO_CODE, TOO_BRIGHT, TOO_LONG};
 use crate::huffman::{BLOCK, Codes, END};
 
-/// A component in a scan.
 pub(super) struct Blocks<'a> {
     pub(super) count: usize,
     pub(super) means: Means<'a>,
@@ -11,7 +10,6 @@ pub(super) struct Blocks<'a> {
 }
 
 impl Blocks<'_> {
-    /// Checks the blocks of a unit.
     #[inline]
     pub(super) fn check(&mut self, bits: &mut Bits<'_>) -> Result<(), Damage> {
         for _ in 0..self.count {

@@ -29,7 +29,6 @@ pub(super) struct Coefficients<'a> {
 }
 
 impl Pass<'_> {
-    /// Checks the blocks of a unit.
     pub(super) fn check(&mut self, bits: &mut Bits<'_>) -> Result<(), Damage> {
         match self {
             Self::Means(components) => {

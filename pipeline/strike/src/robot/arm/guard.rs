@@ -77,7 +77,6 @@ impl Guard {
     }
 }
 
-/// A line that is being moved on.
 #[derive(Debug)]
 pub(super) struct OnLine {
     line: Line,
@@ -106,7 +105,6 @@ impl OnLine {
         }
     }
 
-    /// When the line was sent.
     pub(super) fn sent(&self) -> Instant {
         self.sent
     }

@@ -23,7 +23,6 @@ const FEWEST: usize = 12;
 /// An arm rests whose positions of that time, three quarters of it at the least, lie within so many m.
 const REST: f64 = 0.0003;
 
-/// What the watch knows.
 #[derive(Debug, Default)]
 struct Seen {
     last: Option<Sample>,
@@ -71,7 +70,6 @@ impl RunUp {
     }
 }
 
-/// The threads, and what they know.
 #[derive(Debug)]
 pub(super) struct Watch {
     shared: Arc<Shared>,

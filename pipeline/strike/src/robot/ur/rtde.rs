@@ -191,7 +191,6 @@ fn package(kind: u8, body: &[u8]) -> Vec<u8> {
     [&length, &[kind][..], body].concat()
 }
 
-/// Reads one: its kind and content.
 fn read(stream: &mut impl Read) -> io::Result<(u8, Vec<u8>)> {
     let length = |[high, low, _]: [u8; 3]| usize::from(u16::from_be_bytes([high, low]));
     let mut package = read_frame(stream, length, 3..=LONGEST)?;

@@ -9,7 +9,6 @@ use crate::robot::arm::{garbage, read_frame};
 
 /// The private protocol's number in a header.
 const PROTOCOL: u16 = 2;
-/// Bytes of a header, with the register.
 const HEADER: usize = 7;
 /// Longest reply that is read, in bytes: the longest of those used here has 50.
 const LONGEST_REPLY: usize = 1024;
