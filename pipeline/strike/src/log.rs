@@ -336,25 +336,6 @@ mod tests {
     }
 
     #[test]
-    fn a_strike_whose_name_was_taken_meanwhile_is_kept_under_the_next() {
-        let dir = tempfile::tempdir().expect("folder");
-        let path = dir.path().join("log.mcap");
-        let late = OpenLog::open(Destination::File(path.clone())).expect("opens");
-        fs::write(&path, "mine").expect("writes");
-        assert!(matches!(
-            OpenLog::open(Destination::File(path.clone())),
-            Err(LogError::Exists(_))
-        ));
-        let kept = late
-            .write(&Samples::default(), &Topics::default())
-            .expect("kept");
-        assert_eq!(kept.path, dir.path().join("log_2.mcap"));
-        assert!(matches!(kept.moved, Some(LogError::Exists(_))));
-        assert_eq!(fs::read(&path).expect("is there"), b"mine");
-        assert!(fs::metadata(&kept.path).expect("is there").len() > 100);
-    }
-
-    #[test]
     fn a_strike_is_kept_whichever_step_of_its_log_fails() {
         for step in 1.. {
             let dir = tempfile::tempdir().expect("folder");
