@@ -9,8 +9,11 @@ use crate::wire::{Value, Wire, each_field, timestamp};
 /// The pixels of a message, not yet decoded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Payload<'a> {
+    /// Rows of pixels.
     Raw {
+        /// Pixels in a row.
         width: u32,
+        /// Rows.
         height: u32,
         /// Bytes from one row to the next.
         step: u32,

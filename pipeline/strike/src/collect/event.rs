@@ -10,6 +10,7 @@ use crate::Refusal;
 pub enum CollectEvent {
     /// Where the object is to be put, in m.
     Put(StrikeRequest),
+    /// What is waited for until it lies ready.
     Waiting(String),
     /// The arm moves after so long: a person is told to step back, whatever else is not shown.
     StepBack(Duration),
@@ -19,7 +20,9 @@ pub enum CollectEvent {
     LeftOut(Refusal),
     /// A strike that can be used.
     Kept {
+        /// Usable strikes so far.
         strikes: usize,
+        /// A warning for the operator.
         warning: Option<String>,
     },
     /// A strike whose log cannot be used, and why.

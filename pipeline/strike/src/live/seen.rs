@@ -159,6 +159,7 @@ impl Seen {
 pub enum ServerMessage<'a> {
     /// A control message, JSON.
     Control(&'a str),
+    /// A binary frame.
     Data(&'a [u8]),
 }
 

@@ -70,6 +70,7 @@ impl fmt::Display for Said {
 pub enum Condition {
     /// It takes them, and moves on none.
     Ready,
+    /// It moves.
     Moving,
     /// It was stopped, or not made ready yet: a new call may make it ready.
     Stopped(Said),
@@ -235,6 +236,7 @@ pub trait Arm: Sized + Send {
     /// Which arm it is. The inner error says that this arm or its software is not driven.
     fn identify(&mut self) -> io::Result<Result<Identity, String>>;
 
+    /// What it is set to.
     fn status(&mut self) -> io::Result<Status>;
 
     /// Where the tip is, asked apart from the stream.
